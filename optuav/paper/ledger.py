@@ -14,6 +14,7 @@ import numpy as np
 
 from formulations.p4 import P4
 from formulations.soc import PAPER
+from optuav.arrays import Floats
 from optuav.errors import Fault, refuse
 from optuav.mission import Mission
 from optuav.mission.messages import nearest
@@ -23,7 +24,7 @@ from optuav.network.one_stop import one_stop_is_enough
 from optuav.network.places import HOVER
 from optuav.options import Perspective
 from optuav.paper import curves, table2
-from optuav.paper.curves import LEAST_SOC, data, papers, solve, with_deadline
+from optuav.paper.curves import data, papers, solve, with_deadline
 from optuav.paper.table2 import Interval, last_digit, printed_interval
 from optuav.physics import laser, rotor
 from optuav.plan import Plan
@@ -36,7 +37,10 @@ HEAD = ("name", "place", "what", "stated", "unit")
 NEAR_M, FAR_M = np.linspace(0.0, 1000.0, 101), np.linspace(0.0, 5000.0, 101)
 SOURCES_W = (500.0, 1000.0)
 """Distances and sources at which the trends of Fig. 10 are checked."""
-SAME_S = 1e-6
+FIGURES: dict[str, Callable[[Plan], float]] = {
+    "hover_time_s": lambda plan: plan.hover_time_s,
+    "flight_energy_J": lambda plan: -sum(p.energy_J for p in plan.phases if p.kind == "flight"),
+}
 ENERGY_FIRST: tuple[Perspective, ...] = ("energy", "battery", "adjusted")
 
 
@@ -87,6 +91,10 @@ class PaperStatement:
         except InvalidOperation:
             return False
         return True
+
+
+STATEMENTS = tuple(PaperStatement(**each) for each in data()["statement"])
+"""About in the paper's order."""
 
 
 @dataclass(frozen=True)
@@ -274,8 +282,7 @@ def ledger(names: str | Collection[str] = ()) -> Ledger:
     ('14.33', '14.33', 'matched with recovered parameters')
     """
     names = [names] if isinstance(names, str) else names
-    known = statements()
-    every = [each.name for each in known]
+    every = [each.name for each in STATEMENTS]
     beginnings = dict.fromkeys(name.partition("-")[0] for name in every)
     words = f"the name of an entry, or a beginning of names: {', '.join(beginnings)}"
     refuse(
@@ -284,7 +291,7 @@ def ledger(names: str | Collection[str] = ()) -> Ledger:
         if not any(each.startswith(name) for each in every)
     )
     entries = []
-    for each in known:
+    for each in STATEMENTS:
         chosen = (
             each.name == name if name in every else each.name.startswith(name) for name in names
         )
@@ -302,16 +309,6 @@ def _value(statement: PaperStatement, named: Sequence[Any], mission: Mission) ->
         return None
     name, *options = named
     return (FORMULAS.get(name) or globals()[name])(mission, *options)
-
-
-def statements() -> tuple[PaperStatement, ...]:
-    """All statements, about in the paper's order."""
-    return tuple(PaperStatement(**each) for each in data()["statement"])
-
-
-def _rises(*series: Sequence[float]) -> str:
-    """Whether all series rise."""
-    return "rises" if all(list(each) == sorted(each) for each in series) else "does not always rise"
 
 
 def source_for_full_charge(mission: Mission) -> Value:
@@ -337,12 +334,6 @@ def c9_over_c6(mission: Mission) -> Value:
     }
     right = (name for name, q in quotients.items() if math.isclose(q * c6, c9, rel_tol=1e-6))
     return next(right, None)
-
-
-def hover_altitude(mission: Mission) -> Value:
-    """Altitude of the hover point."""
-    altitude_m = float(build_network(mission).places.position_m[HOVER][2])
-    return "z_min" if altitude_m == mission.limits.min_altitude_m else f"{altitude_m:g} m"
 
 
 def eta3_signs(mission: Mission) -> Value:
@@ -376,7 +367,7 @@ def longest_perspectives(mission: Mission) -> Value:
     longest: set[str] = set()
     for deadline_s in curves.DEADLINES_S:
         hovers = {name: table2.direct(mission, deadline_s, name).hover_time_s for name in PAPER}
-        longest |= {name for name in hovers if hovers[name] >= max(hovers.values()) - SAME_S}
+        longest |= {name for name in hovers if hovers[name] >= max(hovers.values()) - curves.SAME_S}
     return ", ".join(name for name in PAPER if name in longest)
 
 
@@ -384,11 +375,8 @@ def best_trajectory(mission: Mission, deadline_s: float) -> Value:
     """The trajectory that is best in all perspectives, or the best of each."""
     changed, best = with_deadline(mission, deadline_s), {}
     for perspective in PAPER:
-        plans = curves.by_trajectory(changed, perspective)
-        hovers = {name: plan.hover_time_s for name, plan in plans.items()}
-        least_s = hovers.pop("optimal") - SAME_S
-        name = max(hovers, key=lambda name: hovers[name])
-        best[perspective] = name if hovers[name] >= least_s else "none of them"
+        _, names = curves.longest(curves.by_trajectory(changed, perspective))
+        best[perspective] = names[0] if names else "none of them"
     each = ", ".join(f"{perspective}: {name}" for perspective, name in best.items())
     return best["battery"] if len({*best.values()}) == 1 else each
 
@@ -423,50 +411,22 @@ def hover_drop(mission: Mission, percent: float, building: str) -> Value:
     return 100.0 * (1.0 - later_s / first_s)
 
 
-def _by_speed(mission: Mission, least: float) -> list[Plan]:
-    """The optimal plans at the shares of v_max."""
+def by_speed(mission: Mission, figure: str, charges: Sequence[float]) -> Value:
+    """How a figure of the optimal plans changes with v_max, for every η0."""
     assert mission.rotor is not None
-    key, own = "rotor.max_speed_rad_s", mission.rotor.max_speed_rad_s
-    changed = mission.replace({"limits.min_soc": least})
-    speeds = (changed.replace({key: own * share}) for share in curves.SPEED_SHARES)
-    return [solve(each, perspective="battery") for each in speeds]
+    speeds = [mission.rotor.max_speed_rad_s * share for share in curves.SPEED_SHARES]
+    for least in charges:
+        changes = ({"limits.min_soc": least, "rotor.max_speed_rad_s": each} for each in speeds)
+        plans = [solve(mission.replace(each), perspective="battery") for each in changes]
+        figures = [FIGURES[figure](plan) for plan in plans]
+        if figures != sorted(figures):
+            return "does not always rise"
+    return "rises"
 
 
-def hover_by_speed(mission: Mission) -> Value:
-    """How Δ changes with v_max, for every η0."""
-    return _rises(*([p.hover_time_s for p in _by_speed(mission, least)] for least in LEAST_SOC))
-
-
-def flight_energy_by_speed(mission: Mission) -> Value:
-    """How the energy of flying changes with v_max."""
-    plans = _by_speed(mission, LEAST_SOC[0])
-    return _rises([-sum(p.energy_J for p in plan.phases if p.kind == "flight") for plan in plans])
-
-
-def wind_limit_by_level(_: Mission) -> Interval:
-    """Least wind along z that follows from the printed 11.57 N and 12.74 N [N]: m g − F."""
-    least, most = printed_interval("11.57")
-    # A limit that is cut, not rounded, may be up to a whole unit larger.
-    return 12.74 - math.hypot(most + 0.005, 12.74), 12.74 - math.hypot(least, 12.74)
-
-
-def harvest_by_distance(mission: Mission) -> Value:
-    """How harvested energy and efficiency change with the distance."""
-    found = [curves.harvest(mission, power_W, FAR_M) for power_W in SOURCES_W]
-    falls = all(np.all(np.diff(each) < 0.0) for pair in found for each in pair)
-    return "both fall" if falls else "do not always fall"
-
-
-def efficiency_near(mission: Mission) -> Value:
-    """Least and largest efficiency below 1 km [%]."""
-    near = [100.0 * curves.harvest(mission, power, NEAR_M)[1] for power in SOURCES_W]
-    return f"{np.min(near):.1f} to {np.max(near):.1f}"
-
-
-def harvest_by_power(mission: Mission) -> Value:
-    """How harvested energy changes with the power of the source, below 1 km."""
-    less, more = (curves.harvest(mission, power_W, NEAR_M)[0] for power_W in SOURCES_W)
-    return "rises" if np.all(more > less) else "does not always rise"
+def _harvests(mission: Mission, distance_m: Floats) -> Floats:
+    """Energy and efficiency by source and distance."""
+    return np.array([curves.harvest(mission, power_W, distance_m) for power_W in SOURCES_W])
 
 
 def _crossing_As(mission: Mission, hover_s: float) -> float:
@@ -476,6 +436,9 @@ def _crossing_As(mission: Mission, hover_s: float) -> float:
 
 FORMULAS: dict[str, Callable[..., Any]] = {
     "setting": lambda m, key: float(reduce(getattr, key.split("."), m)),
+    "hover_altitude": lambda m: (
+        "z_min" if build_network(m).places.position_m[HOVER][2] == m.limits.min_altitude_m else None
+    ),
     "rests_that_pay": lambda m: 1.0 if one_stop_is_enough(build_network(m)) else None,
     "weight_N": lambda m: -float(vehicle.airframe(m).weight_N),
     "nominal_energy_J": lambda m: vehicle.pool(m).capacity_As * m.battery.nominal_voltage_V,
@@ -497,5 +460,18 @@ FORMULAS: dict[str, Callable[..., Any]] = {
     "calmest_wind_N": lambda m, axis: curves.calmest_N(m, curves.AXES[axis]),
     "least_wind_N": lambda m, axis: curves.wind_limits_N(m, curves.AXES[axis])[0],
     "largest_wind_N": lambda m, axis: curves.wind_limits_N(m, curves.AXES[axis])[1],
+    # By the printed 11.57 N, which may be cut or rounded, and 12.74 N: m g − F
+    "wind_limit_by_level": lambda _: tuple(12.74 - math.hypot(F, 12.74) for F in (11.58, 11.565)),
+    "harvest_by_distance": lambda m: (
+        "both fall" if np.all(np.diff(_harvests(m, FAR_M)) < 0.0) else "do not always fall"
+    ),
+    "harvest_by_power": lambda m: (
+        "rises"
+        if np.all(np.diff(_harvests(m, NEAR_M)[:, 0], axis=0) > 0.0)
+        else "does not always rise"
+    ),
+    "efficiency_near": lambda m: "{:.1f} to {:.1f}".format(
+        *(100.0 * end(_harvests(m, NEAR_M)[:, 1]) for end in (np.min, np.max))
+    ),
 }
 """Values of one line, by name."""

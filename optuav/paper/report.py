@@ -56,14 +56,14 @@ class Study:
 
     def exhibits(self, mission: Mission) -> Iterator[Exhibit | tuple[str, str]]:
         """Its exhibits, or what is left out, all if that is empty, with the reason."""
+        has = {
+            "laser": mission.laser,
+            "rotors": mission.flight.model == "rotors",
+            "buildings": mission.buildings,
+            "paper": is_papers(mission),
+        }
         for options in [(each,) for each in COUNTED] if self.counted else [()]:
-            has = {
-                "laser": mission.laser,
-                "rotors": mission.flight.model == "rotors",
-                "buildings": mission.buildings,
-                "paper": is_papers(mission),
-                "turns": options == ("battery",) or mission.battery.schedule == "pooled",
-            }
+            has["turns"] = options == ("battery",) or mission.battery.schedule == "pooled"
             try:
                 for each in self.needs:
                     if not has[each]:
@@ -164,9 +164,9 @@ def _files(
     left_out: dict[tuple[str, str], list[str]] = {}
     steps = [(study, mission) for study in chosen for mission in missions]
     made = run_tasks(_made, [(study.name, mission, only) for study, mission in steps], workers)
+    tell = progress or (lambda *_: None)
     for done, (study, mission) in enumerate(steps):
-        if progress is not None:
-            progress(done, len(steps) + 1, f"{study.name} of {mission.name}")
+        tell(done, len(steps) + 1, f"{study.name} of {mission.name}")
         contents, elements, lacking = next(made)
         yield from contents.items()
         shown[study] += elements
@@ -175,8 +175,7 @@ def _files(
             left_out.setdefault((mission.name, reason), []).append(what)
     entries: Ledger | None = None
     if of_paper and (not only or LEDGER in only):
-        if progress is not None:
-            progress(len(steps), len(steps) + 1, LEDGER)
+        tell(len(steps), len(steps) + 1, LEDGER)
         entries = ledger()
         yield "data/ledger.csv", entries.to_csv().encode()
     every = all(map(is_papers, missions))
@@ -187,11 +186,8 @@ def _files(
         if parts
     ]
     if left_out:
-        reasons = (
-            f"{name}: {'; '.join(what)}. Why: {reason}."
-            for (name, reason), what in left_out.items()
-        )
-        sections.append(_section("not-shown", "Not shown", listing(reasons)))
+        why_not = (f"{n}: {'; '.join(what)}. Why: {why}." for (n, why), what in left_out.items())
+        sections.append(_section("not-shown", "Not shown", listing(why_not)))
     if entries:
         sections.append(_section(LEDGER, "The ledger", *_whole(entries)))
     body = _body(missions, sections, whole=entries is not None)
@@ -210,9 +206,8 @@ def _made(
         if isinstance(each, tuple):
             left_out.append(each)
         elif not only or name in only or {*only}.intersection(each.numbers):
-            path, axes, pictures = f"figures/{each.name}", each.axes, dict[str, bytes]()
-            if axes:
-                pictures = {f"{path}.{form}": image(axes, form) for form in ("png", "svg")}
+            path, axes = f"figures/{each.name}", each.axes
+            pictures = {f"{path}.{n}": image(axes, n) for n in ("png", "svg")} if axes else {}
             contents |= pictures
             contents[f"data/{each.name}.csv"] = as_csv(each.records).encode()
             elements += _figure(each, pictures)

@@ -9,7 +9,6 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from formulations.p3 import P3
-from formulations.parameters import Quantities
 from formulations.soc import PAPER, PERSPECTIVES
 from optuav.arrays import Floats
 from optuav.mission import Mission
@@ -160,11 +159,8 @@ def direct(mission: Mission, deadline_s: float, perspective: Perspective) -> Pla
     return solve(with_deadline(mission, deadline_s), P3(), perspective=perspective, slot_s=1.0)
 
 
+@cache
 def charge_left(mission: Mission, eta: int, hover_s: float) -> float:
     """η1, η2 or η3 at the end of the direct path [%] after a hover time [s]."""
-    return 100.0 * float(np.squeeze(PERSPECTIVES[PAPER[eta - 1]](_direct(mission), hover_s, 0.0)))
-
-
-@cache
-def _direct(mission: Mission) -> Quantities:
-    return quantities(build_network(mission), np.array([0]), rests=False)
+    direct = quantities(build_network(mission), np.array([0]), rests=False)
+    return 100.0 * float(np.squeeze(PERSPECTIVES[PAPER[eta - 1]](direct, hover_s, 0.0)))

@@ -15,7 +15,7 @@ import pytest
 import optuav
 from optuav.paper import ledger, table2
 from optuav.paper.curves import data
-from optuav.paper.ledger import Entry, Ledger, PaperStatement, Verdict, agrees, fits, statements
+from optuav.paper.ledger import STATEMENTS, Entry, Ledger, PaperStatement, Verdict, agrees, fits
 from optuav.paper.table2 import admitted, loads_exist
 from tests.cli.run import refused, run
 
@@ -156,7 +156,7 @@ def test_every_computation_is_used_and_every_name_exists() -> None:
         for name, each in functions
         if each.__module__ == ledger.__name__ and not name.startswith("_")
     }
-    assert named == (public | ledger.FORMULAS.keys()) - {"agrees", "fits", "ledger", "statements"}
+    assert named == (public | ledger.FORMULAS.keys()) - {"agrees", "fits", "ledger"}
 
 
 @pytest.mark.parametrize(
@@ -279,7 +279,7 @@ def test_findings_in_words_are_counted_apart(stated: str, number: bool) -> None:
 
 def test_commands_run() -> None:
     """Each entry's own command exists; the ledger's takes the name of every entry."""
-    commands = {each.command for each in statements() if each.command}
+    commands = {each.command for each in STATEMENTS if each.command}
     for command in sorted(commands):
         program, *arguments = shlex.split(command)
         assert program == "optuav"
