@@ -8,6 +8,7 @@ import atexit
 import gc
 import io
 import os
+import re
 import signal
 import sys
 from collections.abc import Sequence
@@ -122,7 +123,13 @@ def run(arguments: Sequence[str] | None = None) -> None:
 def _by_options(error: InputError, command: Any) -> InputError:
     """The error with names of options in place of the library's names of them."""
     flags = {each.name: each.opts[0] for each in command.params if each.opts[0].startswith("-")}
+
+    def named(words: str) -> str:
+        return re.sub(r"\w+_\w+", lambda found: flags.get(found[0], found[0]), words)
+
     return InputError(
-        each if each.source else replace(each, key=flags.get(each.key, each.key))
+        each
+        if each.source
+        else replace(each, key=flags.get(each.key, each.key), allowed=named(each.allowed))
         for each in error.faults
     )

@@ -219,7 +219,8 @@ def _sheet(stated: dict[str, Any]) -> Datasheet:
     """The datasheet; a person at a terminal is asked for what it needs."""
     from optuav.mission.template import INSTEAD, Datasheet
 
-    missing = {name for name, each in Datasheet.model_fields.items() if each.is_required()}
+    fields = Datasheet.model_fields.items()
+    missing = {name for name, each in fields if each.is_required()} | {"hover_min"}
     missing -= {INSTEAD.get(name, name) for name, value in stated.items() if value is not None}
     return Datasheet.of(_prompted(stated) if missing and sys.stdin.isatty() else stated)
 

@@ -10,9 +10,9 @@ from pydantic import model_validator
 
 from optuav.errors import Fault
 from optuav.mission.load import load
-from optuav.mission.messages import described
+from optuav.mission.messages import allowed, shown
 from optuav.mission.mission import Mission, without_none
-from optuav.mission.schema import SCHEMA, MissionSection, Number, short
+from optuav.mission.schema import SCHEMA, MissionSection, Number
 from optuav.mission.validation import StatedMission, validate
 
 SCENE = "matrice350"
@@ -99,7 +99,7 @@ class Datasheet(MissionSection):
     """Cells of a pack in series [-]."""
     capacity_mAh: Annotated[float, Number("mAh", ge=10, le=1e6)]
     """Capacity of one pack [mAh]."""
-    hover_min: Minutes
+    hover_min: Minutes | None = None
     """Hover time without payload until the battery is empty [min]."""
     cruise_min: Minutes | None = None
     """Flight time at cruise speed until empty; without it that of hovering [min]."""
@@ -118,17 +118,13 @@ class Datasheet(MissionSection):
     def of(cls, values: Mapping[str, Any]) -> Self:
         """A datasheet of values by name, where None counts as not stated; raises `InputError`."""
         known = without_none(values)
-        faults = [
-            Fault(power, short(known[power]), f"either {power} or {minutes}")
-            for power, minutes in INSTEAD.items()
-            if {power, minutes} <= known.keys()
-        ]
-        return validate(cls, StatedMission(known if faults else with_times(known)), faults)
+        return validate(cls, StatedMission(known), [*_faults(known)])
 
-    @model_validator(mode="before")
-    @classmethod
-    def _with_times(cls, stated: Mapping[str, Any]) -> dict[str, Any]:
-        return with_times(stated)
+    @model_validator(mode="after")
+    def _with_times_or_powers(self) -> Self:
+        for fault in _faults(self.model_dump(exclude_none=True)):
+            raise ValueError(str(fault))
+        return self
 
     @property
     def load_factor(self) -> float:
@@ -148,10 +144,14 @@ class Datasheet(MissionSection):
         """
         capacity_As = self.capacity_mAh * _AS_PER_MAH
         voltage_V = self.cells * CELL_V
-        hover_A, flight_A = (
-            self.packs * capacity_As / (minutes * _S_PER_MIN) * self.load_factor
-            for minutes in (self.hover_min, self.cruise_min or self.hover_min)
-        )
+        charge_As = self.packs * capacity_As
+
+        def current_A(minutes: float | None, power_W: float | None) -> float:
+            empty_A = charge_As / (minutes * _S_PER_MIN) if minutes else 0.0
+            return (power_W / voltage_V if power_W else empty_A) * self.load_factor
+
+        hover_A = current_A(self.hover_min, self.hover_power_W)
+        flight_A = current_A(self.cruise_min, self.cruise_power_W) or hover_A
         currents_A = {"flight": flight_A, "hover": hover_A, "rest": REST_SHARE * hover_A}
         loads = {f"{regime}_current_A": round(A, 4) for regime, A in currents_A.items()} | {
             f"{regime}_power_W": round(A * voltage_V, 2) for regime, A in currents_A.items()
@@ -174,7 +174,7 @@ class Datasheet(MissionSection):
     def remarks(self) -> tuple[str, ...]:
         """Lines on what the mission was made of, and what was assumed."""
         stated = self.model_dump(exclude_none=True).items()
-        return (*(f"{name} = {value:g}" for name, value in stated), *self.assumptions())
+        return (*(f"{name} = {_text(value)}" for name, value in stated), *self.assumptions())
 
     def assumptions(self) -> list[str]:
         """What the mission states beyond the datasheet, in lines."""
@@ -188,23 +188,11 @@ class Datasheet(MissionSection):
         )
 
 
-def with_times(stated: Mapping[str, Any]) -> dict[str, Any]:
-    """The values of a datasheet with times in place of powers: the packs' energy over the power.
-
-    Values out of range are left to be refused.
-    """
-    known = {"packs": 1, **stated}
+def _faults(stated: Mapping[str, Any]) -> Iterator[Fault]:
+    """Where both a time and the power in its place are stated, or neither for the hover."""
     for power, minutes in INSTEAD.items():
-        names = ("packs", "cells", "capacity_mAh", power)
-        ranges = (next(described(Datasheet, name)) for name in names)
-        if not all(
-            isinstance(each, Number) and each.accepts(known.get(name))
-            for name, each in zip(names, ranges, strict=True)
-        ):
-            continue
-        if minutes in known:
-            raise ValueError(f"either {power} or {minutes}")
-        packs, cells, capacity_mAh, power_W = (known[name] for name in names)
-        known[minutes] = packs * cells * CELL_V * capacity_mAh * _AS_PER_MAH / power_W / _S_PER_MIN
-        del known[power]
-    return known
+        if {power, minutes} <= stated.keys():
+            yield Fault(power, shown(stated[power]), f"either {power} or {minutes}")
+    if stated.keys().isdisjoint(("hover_min", "hover_power_W")):
+        words = f"is missing; {allowed(Datasheet, 'hover_min')}; or state hover_power_W"
+        yield Fault("hover_min", "", words)

@@ -279,13 +279,17 @@ def test_power_in_watts_stands_for_a_time_and_what_is_assumed_is_said() -> None:
     assert flight.hover_power_W == pytest.approx(900, abs=0.01)
     assert flight.flight_current_A == pytest.approx(22.0 / (32.56 / 60), rel=1e-5)
     both = refused("new", "w.toml", "--from", "regimes", *SHEET, "--hover-power-W", "900")
-    assert "--hover-power-W = 900: either hover_power_W or hover_min" in both
+    assert "--hover-power-W = 900.0: either --hover-power-W or --hover-min" in both
+    text = Path("mine.toml").read_text("utf-8")
+    assert "# hover_power_W = 900\n" in text, "what was stated"
+    assert "# hover_min" not in text
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (("--from", "regimes", *SHEET[2:]), "--mass-kg: is missing; a number"),
+        (("--from", "regimes", *SHEET[:8]), "or state --hover-power-W\n"),
         (("--from", "regimes", *SHEET, "--payload-kg", "-1"), "--payload-kg = -1.0: a number"),
         (
             ("--from", "regimes", *SHEET, "--laser-power-W", "nan"),
@@ -298,3 +302,10 @@ def test_a_datasheet_that_is_refused(arguments: tuple[str, ...], words: str) -> 
     """In words, and nothing is written."""
     assert words in refused("new", "mine.toml", *arguments)
     assert not Path("mine.toml").exists()
+
+
+def test_a_power_out_of_range_is_the_only_fault() -> None:
+    """The time in whose place it stands is not missing."""
+    asked = (*SHEET[:8], *SHEET[10:], "--hover-power-W", "1e9")
+    told = refused("new", "mine.toml", "--from", "regimes", *asked)
+    assert told == "error: --hover-power-W = 1000000000.0: a number, 1 <= x <= 1e6 [W]\n"

@@ -149,7 +149,8 @@ def test_all_faults_are_told_at_once() -> None:
     assert told == {
         "mass_kg": "mass_kg = -1: a number, 0.05 <= x <= 1000 [kg]",
         "cells": "cells = 'six': a whole number, 1 <= x <= 100 [-]",
-        "hover_min": "hover_min: is missing; a number, 1 <= x <= 10000 [min]",
+        "hover_min": "hover_min: is missing; a number, 1 <= x <= 10000 [min]; "
+        "or state hover_power_W",
         "wings": "wings = 2: unknown key",
     }
 
