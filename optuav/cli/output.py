@@ -33,14 +33,16 @@ STYLES = {
 Progress: TypeAlias = Callable[[int, int | None, str], None]
 
 
-def check_places(save: Path | None, plot: Path | None, *endings: str) -> None:
+def check_places(
+    save: Path | None, plot: Path | None, *endings: str, option: str = "--save"
+) -> None:
     """Refuse files and directories that cannot be written to, before the work begins."""
     if save is not None:
         from optuav.mission.files import STANDARD, check_place
 
         if endings and save.suffix not in endings and save != STANDARD:
             words = f"a name that ends in {' or '.join(endings)}"
-            raise InputError([Fault("--save", repr(str(save)), words)])
+            raise InputError([Fault(option, repr(str(save)), words)])
         check_place(save)
     if plot is not None:
         from optuav import plots

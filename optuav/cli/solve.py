@@ -157,6 +157,7 @@ def audit(plan: str, as_json: bool = False, plot: Path | None = None) -> None:
 
     Exit code 1 if it cannot, 2 if the file cannot be read.
     """
+    check_places(plot, None, ".png", option="--plot")
     judged = optuav.audit(plan)
     written = []
     if plot is not None and judged.replay is not None and judged.replay.phases:

@@ -128,6 +128,10 @@ def parse_json(text: str, source: str) -> Any:
             words = "is not JSON: it is nested too deeply"
         except ValueError as error:
             words = f"is not JSON: {error}"
+            if re.search(r"^schema *= *\d", text, re.MULTILINE):
+                words = "is a mission, not a saved plan; optuav solve and validate take it"
+                if re.search(r"^(\[\[ *)?stops\b", text, re.MULTILINE):
+                    words = "is an itinerary, not a saved plan; optuav audit takes it"
     raise InputError([Fault("", "", words, source)])
 
 

@@ -81,6 +81,20 @@ def test_picture(itinerary: Path, tmp_path: Path) -> None:
     assert f"wrote {target}" in found.out
 
 
+def test_a_picture_under_another_ending_is_refused_before_the_work(
+    itinerary: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(optuav, "audit", None)
+    told = refused("audit", str(itinerary), "--plot", str(tmp_path / "pr.xyz"))
+    assert told.startswith("error: --plot = ")
+    assert told.endswith("pr.xyz': a name that ends in .png\n")
+
+
+def test_a_shipped_mission_is_called_one() -> None:
+    told = "there is no such file; it is a shipped mission, optuav solve takes it"
+    assert refused("audit", "paper") == f"error: paper: {told}\n"
+
+
 def test_help_tells_what_an_itinerary_holds() -> None:
     """Brackets would be taken for markup of the screen, and vanish."""
     assert "schema, mission and tables stops with at, kind" in words(run("audit", "--help").out)

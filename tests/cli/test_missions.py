@@ -142,6 +142,13 @@ def test_a_file_of_another_kind_is_called_by_its_name(folder: Path) -> None:
         assert refused(command, "plan.json") == f"error: plan.json: {plan}\n"
         assert refused(command, "stops.toml") == f"error: stops.toml: {itinerary}\n"
     assert itinerary in refused("show", "own.toml")
+    for file, words in {
+        "town.toml": "is a mission, not a saved plan; optuav solve and validate take it",
+        "own.toml": "is a mission, not a saved plan; optuav solve and validate take it",
+        "stops.toml": "is an itinerary, not a saved plan; optuav audit takes it",
+    }.items():
+        told = refused("sensitivity", "paper", "--plan", file)
+        assert told == f"error: {file}: {words}\n"
     words = "is a mission, not an itinerary; optuav solve and validate take it"
     assert refused("audit", "town.toml") == f"error: town.toml: {words}\n"
 
