@@ -110,12 +110,11 @@ class Exhibit:
     @property
     def caption(self) -> str:
         """What is shown, where the paper has it if the mission is the paper's, and for what."""
-        place = ""
+        words = data()["exhibit"][self.file]["words"]
         if is_papers(self.mission) and self.numbers:
-            number = self.numbers[0].replace("fig", "Fig. ").replace("table2", "Table II")
-            place = f" ({number} of the paper)"
-        whole = data()["exhibit"][self.file]["words"] + place
-        return f"{whole}: {', '.join(filter(None, (self.mission.name, self.details)))}"
+            place = self.numbers[0].replace("fig", "Fig. ").replace("table2", "Table II")
+            words += f" ({place} of the paper)"
+        return f"{words}: {', '.join(filter(None, (self.mission.name, self.details)))}"
 
 
 def _lines(records: Sequence[Record], stated: Record, known: Record) -> Iterator[plots.Line]:

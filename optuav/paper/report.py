@@ -139,8 +139,7 @@ def reproduce(
         if name not in known
     ]
     refuse([*wrong, *worker_faults(workers)])
-    folder = Path(directory)
-    files = _files(missions, only, mission is None, progress, workers)
+    folder, files = Path(directory), _files(missions, only, mission is None, progress, workers)
     made = {folder / name: content for name, content in files}
     for path, content in made.items():
         if path.parent.is_dir():
@@ -163,7 +162,7 @@ def _files(
     shown: dict[Study, list[Element]] = {study: [] for study in chosen}
     left_out: dict[tuple[str, str], list[str]] = {}
     steps = [(study, mission) for study in chosen for mission in missions]
-    made = run_tasks(_made, [(study.name, mission, only) for study, mission in steps], workers)
+    made = run_tasks(_made, [(*step, only) for step in steps], workers)
     tell = progress or (lambda *_: None)
     for done, (study, mission) in enumerate(steps):
         tell(done, len(steps) + 1, f"{study.name} of {mission.name}")
@@ -196,16 +195,15 @@ def _files(
 
 
 def _made(
-    name: str, mission: Mission, only: Sequence[str]
+    study: Study, mission: Mission, only: Sequence[str]
 ) -> tuple[dict[str, bytes], list[Element], list[tuple[str, str]]]:
     """Files of a study of a mission, its part of the report, and what is left out, with reasons."""
-    (study,) = (each for each in STUDIES if each.name == name)
     contents: dict[str, bytes] = {}
     elements, left_out = list[Element](), list[tuple[str, str]]()
     for each in study.exhibits(mission):
         if isinstance(each, tuple):
             left_out.append(each)
-        elif not only or name in only or {*only}.intersection(each.numbers):
+        elif not only or {*only}.intersection([study.name, *each.numbers]):
             path, axes = f"figures/{each.name}", each.axes
             pictures = {f"{path}.{n}": image(axes, n) for n in ("png", "svg")} if axes else {}
             contents |= pictures
@@ -377,6 +375,5 @@ def table(rows: Sequence[Sequence[str]], *, cards: bool = False) -> Element:
     for row in body:
         cells = zip(head, row, strict=True)
         lines.append(element("tr", *(element("td", cell, data_head=name) for name, cell in cells)))
-    return element(
-        "div", element("table", *lines, class_="cards" if cards else "plain"), class_="wide"
-    )
+    shown = element("table", *lines, class_="cards" if cards else "plain")
+    return element("div", shown, class_="wide")
