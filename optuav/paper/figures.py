@@ -192,16 +192,15 @@ def _plan(
 
 def _records(plans: Mapping[str, Plan], column: str) -> list[Record]:
     """Plans as rows of a CSV file; a column has their names without what stands last in them."""
-    times = ("hover_time_s", "rest_time_s", "flight_time_s", "mission_time_s")
+    times, ends = ("hover", "rest", "flight", "mission"), ("runs_dry_s", "overfull_s")
     return [
         {
             column: name.rpartition(", ")[0] or name,
             "deadline_s": plan.mission.limits.deadline_s,
             "perspective": plan.perspective,
-            **{each: getattr(plan, each) for each in times},
+            **{f"{each}_time_s": getattr(plan, f"{each}_time_s") for each in times},
             **{f"eta{n}_percent": eta(plan, each) for n, each in enumerate(PAPER, start=1)},
-            "runs_dry_s": plan.runs_dry_s,
-            "overfull_s": plan.overfull_s,
+            **{each: getattr(plan, each) for each in ends},
             "route": " > ".join(plan.route),
             "stays": "; ".join(_stays(plan)),
         }
@@ -217,12 +216,10 @@ def _stays(plan: Plan) -> list[str]:
     ]
 
 
-def _columns(**values: object) -> list[Record]:
+def _columns(**values: Any) -> list[Record]:
     """Rows of a CSV file from its columns; a value that is no list or array stands in each row."""
-    lists = {n: v.tolist() if isinstance(v, np.ndarray) else v for n, v in values.items()}
-    count = max(len(v) for v in lists.values() if isinstance(v, list))
-    filled = (v if isinstance(v, list) else [v] * count for v in lists.values())
-    return [dict(zip(lists, row, strict=True)) for row in zip(*filled, strict=True)]
+    columns = (each.tolist() for each in np.broadcast_arrays(*values.values()))
+    return [dict(zip(values, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
 def system(mission: Mission, perspective: Perspective) -> Exhibits:
