@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import typer
 
 import optuav
-from optuav.cli.options import is_plan, mission_of, refuse_beside_plan
+from optuav.cli.options import is_plan, mission_of, refuse_beside
 from optuav.cli.output import NO, check_places, command, deliver, say
 from optuav.errors import Fault, decimal, line_width, refuse
 
@@ -54,7 +54,7 @@ def show(
     shown: Plan | Mission
     contradictions = ""
     if is_plan(mission):
-        refuse_beside_plan(["set"] if settings else [])
+        refuse_beside(["set"] if settings else [])
         shown = optuav.load_plan(mission)
         if shown:
             found = optuav.audit(shown)

@@ -178,7 +178,7 @@ def is_plan(source: str) -> bool:
     return isinstance(stream, io.BufferedReader) and stream.peek(1).lstrip()[:1] == b"{"
 
 
-def refuse_beside_plan(stated: Iterable[str]) -> None:
+def refuse_beside(stated: Iterable[str]) -> None:
     """Refuse options that change the question, where the answer is a saved plan."""
     words = "goes with a mission, not with a saved plan"
     refuse(Fault(f"--{name.replace('_', '-')}", "", words) for name in sorted(stated))

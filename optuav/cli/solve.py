@@ -10,13 +10,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 import optuav
-from optuav.cli.options import (
-    ProblemOptions,
-    SolveOptions,
-    is_plan,
-    mission_of,
-    refuse_beside_plan,
-)
+from optuav.cli.options import ProblemOptions, SolveOptions, is_plan, mission_of, refuse_beside
 from optuav.cli.output import FAILED, NO, check_places, command, deliver, progress, say
 from optuav.errors import Fault, InputError, printable
 from optuav.options import Perspective
@@ -128,7 +122,7 @@ def explain(
     more: dict[str, Any] = {"stops": asked.stops, "hovers": asked.hovers}
     if is_plan(mission):
         changed = vars(asked).items() - vars(SolveOptions()).items() - more.items()
-        refuse_beside_plan([*(name for name, _ in changed), *(["set"] if settings else [])])
+        refuse_beside([*(name for name, _ in changed), *(["set"] if settings else [])])
         plan = optuav.load_plan(mission)
         if plan and optuav.audit(plan).contradicted:
             words = "its simulation contradicts this plan: optuav show says where"
