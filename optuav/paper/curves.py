@@ -153,9 +153,7 @@ def harvest(mission: Mission, source_W: float, distance_m: Floats) -> tuple[Floa
 
     The energy is not limited to what the battery takes.
     """
-    per_km = vehicle.attenuation_per_km(mission)
-    power_W = laser.received_power(
-        vehicle.conversion(mission), source_W, per_km, distance_m, np.inf
-    )
+    conversion, per_km = vehicle.conversion(mission), vehicle.attenuation_per_km(mission)
+    power_W = laser.received_power(conversion, source_W, per_km, distance_m, np.inf)
     efficiency = np.asarray(laser.efficiency(power_W, source_W), dtype=float)
     return HOVER_S * np.asarray(power_W, dtype=float), efficiency

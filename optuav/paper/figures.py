@@ -227,10 +227,9 @@ def system(mission: Mission, perspective: Perspective) -> Exhibits:
     plans = curves.by_trajectory(mission, perspective)
     found, lost = existing(plans), missing(plans)
     routes = "; ".join(f"{name} {' → '.join(plan.route)}" for name, plan in found.items())
-    records, axes = _records(found, "trajectory"), plots.trajectories(plans).plan
-    yield Exhibit(
-        mission, "system", records, {"routes": routes}, axes, part=perspective, findings=lost
-    )
+    records, words = _records(found, "trajectory"), {"routes": routes}
+    axes = plots.trajectories(plans).plan
+    yield Exhibit(mission, "system", records, words, axes, part=perspective, findings=lost)
 
 
 def wells(mission: Mission, perspective: Perspective) -> Exhibits:
@@ -338,9 +337,8 @@ def least_charge(mission: Mission, perspective: Perspective) -> Exhibits:
         own_speed, loads = mission.rotor.max_speed_rad_s, ""
         speeds = [share * own_speed for share in curves.SPEED_SHARES]
     records = list[dict[str, Any]]()
-    for speed, soc in itertools.product(
-        speeds, curves.LEAST_SOC if is_papers(mission) else charges
-    ):
+    least = curves.LEAST_SOC if is_papers(mission) else charges
+    for speed, soc in itertools.product(speeds, least):
         change = {} if speed is None else {"rotor.max_speed_rad_s": speed}
         plan = solve(mission.replace({**change, "limits.min_soc": soc}), perspective=perspective)
         hover_s, route = (plan.hover_time_s, " > ".join(plan.route)) if plan else (math.nan, "")
@@ -354,12 +352,12 @@ def least_charge(mission: Mission, perspective: Perspective) -> Exhibits:
     words = {"lost": lost, "where": "" if loads else " at the mission's own v_max", "loads": loads}
     found = [pair for pair in pairs if not math.isnan(pair[1])]
     if len(found) > 1:
-        (least, first), *others = found
+        (start, first), *others = found
         if all(math.isclose(hover_s, first, rel_tol=1e-6) for _, hover_s in others):
             words["constant"] = first
         else:
             falls = (f"{100.0 * (1.0 - s / first):.2f} % at η0 = {n:g} %" for n, s in others)
-            words |= {"least": least, "first": first, "falls": ", ".join(falls)}
+            words |= {"least": start, "first": first, "falls": ", ".join(falls)}
     yield Exhibit(mission, "least-charge", records, words, part=perspective)
 
 
