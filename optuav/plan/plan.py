@@ -335,7 +335,7 @@ def load_plan(path: str | Path) -> Plan:
     Returns
     -------
     Plan
-        The plan, its mission inside.
+        The plan, its mission inside. `flyable` is what the file says: `optuav.replay` simulates it.
 
     Raises
     ------
