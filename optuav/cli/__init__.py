@@ -50,6 +50,9 @@ def _leave(*_: object) -> None:
         for path in tuple(getattr(files, "unfinished", ())):
             path.unlink(missing_ok=True)
         if processes := sys.modules.get("multiprocessing"):
+            if studies := sys.modules.get("optuav.studies.processes"):
+                # A process that has half begun would print that its parent is gone.
+                studies.starting.acquire(timeout=0.5)
             for child in processes.active_children():
                 child.kill()
             # Else the process that keeps track of semaphores prints a warning of its own.

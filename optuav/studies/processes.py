@@ -7,7 +7,7 @@ import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context, parent_process
-from threading import Thread
+from threading import Lock, Thread
 from typing import Any, TypeVar
 
 from optuav.errors import Fault
@@ -16,6 +16,7 @@ from optuav.mission.schema import Number
 
 Result = TypeVar("Result")
 FEWEST = 4  # Tasks that are worth a process, which takes a second to start
+starting = Lock()  # Held while processes begin
 WORKERS = Number("-", ge=1, le=1000, whole=True)
 
 
@@ -41,7 +42,8 @@ def run_tasks(
         if blocked:
             signal.pthread_sigmask(signal.SIG_BLOCK, blocked)
         try:
-            found = pool.map(function, *zip(*tasks, strict=True))
+            with starting:
+                found = pool.map(function, *zip(*tasks, strict=True))
         finally:
             if blocked:
                 signal.pthread_sigmask(signal.SIG_UNBLOCK, blocked)
