@@ -56,7 +56,8 @@ def _leave(*_: object) -> None:
             for child in processes.active_children():
                 child.kill()
             # Else the process that keeps track of semaphores prints a warning of its own.
-            sys.modules["multiprocessing.util"]._run_finalizers(0)
+            if clearing := sys.modules.get("multiprocessing.util"):
+                clearing._run_finalizers(0)
         if sys.stderr.isatty():
             os.write(2, b"\x1b[?25h")
     with contextlib.suppress(OSError):

@@ -26,7 +26,7 @@ from optuav.errors import InputError, SolverError
 COMMANDS = {
     **dict.fromkeys(("solve", "explain", "audit"), "solve"),
     **dict.fromkeys(("compare", "reproduce", "sensitivity", "ledger"), "studies"),
-    **{"formulate": "solve", "calibrate": "missions"},
+    **{"formulate": "solve", "calibrate": "calibrate"},
     **dict.fromkeys(("show", "validate", "new", "missions"), "missions"),
 }
 """Every command, in the order of the help, with the module that has its function."""

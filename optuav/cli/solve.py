@@ -12,7 +12,7 @@ import typer
 import optuav
 from optuav.cli.options import ProblemOptions, SolveOptions, is_plan, mission_of, refuse_beside
 from optuav.cli.output import FAILED, NO, check_places, command, deliver, progress, say
-from optuav.errors import Fault, InputError, printable
+from optuav.errors import Fault, InputError
 from optuav.options import Perspective
 from optuav.status import Status
 
@@ -125,8 +125,10 @@ def explain(
         refuse_beside([*(name for name, _ in changed), *(["set"] if settings else [])])
         plan = optuav.load_plan(mission)
         if plan and optuav.audit(plan).contradicted:
+            from optuav.mission.files import refusal
+
             words = "its simulation contradicts this plan: optuav show says where"
-            raise InputError([Fault("", "", words, printable(mission))])
+            raise refusal(Path(mission), words)
         if asked.stops is None and asked.hovers is None:
             explained = optuav.explain(plan)
         else:

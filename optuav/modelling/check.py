@@ -95,15 +95,18 @@ class Checks(tuple[Check, ...]):
 
 def relations(model: Model) -> Sequence[Constraint]:
     """All constraints of a model, the finite bounds of its variables among them."""
-    walk, found = model.walked, [*model.constraints]
-    for each in () if walk.relations else model.variables:
+    walk = model.walked
+    if walk.relations:
+        return walk.relations
+    found = [*model.constraints]
+    for each in model.variables:
         stated = each.unit, each.declared_at, each.kind
         if not (isinstance(each.lower, float) and each.lower == -np.inf):
             found.append(Constraint(each.label, Relation(each, ">=", each.lower), *stated))
         if not (isinstance(each.upper, float) and each.upper == np.inf):
             found.append(Constraint(each.label, Relation(each, "<=", each.upper), *stated))
-    walk.relations = walk.relations or found
-    return walk.relations
+    walk.relations = found
+    return found
 
 
 def holding(sense: Sense, left: Operand, right: Operand) -> Operand:

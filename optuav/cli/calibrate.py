@@ -1,0 +1,85 @@
+"""``optuav calibrate``: parameters of a mission from data."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from optuav.cli.output import check_places, command, deliver
+
+if TYPE_CHECKING:
+    from optuav.calibration import Fit
+
+MOST_ROWS = 40  # Observations that are listed one by one
+LONGEST = 30  # Letters of a name or of an interval
+Kind = Literal["kibam", "regimes", "rotor", "table"]
+
+
+def calibrate(
+    kind: Kind,
+    files: list[Path],
+    extends: str | None = None,
+    as_json: bool = False,
+    save: Path | None = None,
+    plot: Path | None = None,
+) -> None:
+    """Find parameters of a mission from measurements, and say how sure they are."""
+    from optuav.mission import load
+    from optuav.mission.files import must_be_new, write_text
+
+    if extends is not None:
+        load(extends)  # refused before the work
+    check_places(None, plot)
+    if save is not None:
+        must_be_new(save)
+    from optuav import calibration
+
+    found: Fit = getattr(calibration, f"fit_{kind}")(files)
+    written = []
+    if save is not None:
+        write_text(save, found.to_toml(extends, save))
+        written.append(save)
+    if plot is not None and found.panels:
+        from optuav import plots
+
+        written += plots.save_figures([("fit.png", plots.fit(found)[0].values)], plot)
+    notes = [f"warning: {each}" for each in found.warnings]
+    if found.changes:
+        pairs = (("--set", f"{key}={value}") for key, value in found.changes.items())
+        notes += ["", command(["optuav", "solve", "MISSION"], *pairs)]
+    deliver(found.to_dict, _found(found), as_json=as_json, notes=notes, written=written)
+
+
+def _found(found: Fit) -> Iterator[str]:
+    """The values, table by table of the mission, then what was observed."""
+    from optuav.plan.summary import tabulated
+
+    yield f"{found.kind}: {found.data}"
+    tables: dict[str, list[Sequence[str]]] = {}
+    for each in found.values:
+        name, _, key = each.key.partition(".")
+        row = each.written(" – ") if each.determined else ["?", "not determined"]
+        rows = tables.setdefault(name, [(f"[{name}]", "value", "95 % between")])
+        rows.append((key, *row, *(["–"] if each.determined and not each.interval else [])))
+    for rows in tables.values():
+        yield from ("", *tabulated(rows, longest=LONGEST))
+    for panel in found.panels:
+        yield ""
+        if not panel.names:
+            left = math.dist(panel.observed, panel.fitted) / math.sqrt(len(panel.observed))
+            words = f"{left:.3g} {panel.unit} rms left over of {len(panel.observed)} samples"
+            yield f"{panel.quantity}: {words}"
+            continue
+        table = [(f"{panel.quantity} [{panel.unit}]", "observed", "fitted", "difference", "")]
+        roles = panel.roles or ["fitted"] * len(panel.names)
+        points = [*zip(panel.names, panel.observed, panel.fitted, roles, strict=True)]
+        for name, observed, fitted, role in points[:MOST_ROWS]:
+            same = math.isclose(fitted, observed, rel_tol=1e-9)
+            difference = "0" if same else f"{fitted - observed:+.3g}"
+            about = "" if role == "fitted" else role
+            table.append((name, f"{observed:.6g}", f"{fitted:.6g}", difference, about))
+        yield from tabulated(table, last=1, longest=LONGEST)
+        if (more := len(panel.names) - MOST_ROWS) > 0:
+            yield f"and {more} more"
