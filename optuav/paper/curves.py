@@ -5,7 +5,6 @@ import tomllib
 from collections.abc import Mapping
 from functools import cache, lru_cache
 from importlib.resources import files
-from typing import Any
 
 import numpy as np
 
@@ -18,9 +17,10 @@ from optuav.mission import Mission, load
 from optuav.network import vehicle
 from optuav.options import Perspective, Trajectory
 from optuav.physics import laser, rotor
-from optuav.physics.quantity import Vector
 from optuav.plan import Plan
 
+DATA = tomllib.loads(files("optuav.paper").joinpath("statements.toml").read_text("utf-8"))
+"""The file of the paper's statements."""
 OURS: Perspective = "available"  # The perspective in which the available well must last
 TRAJECTORIES: tuple[Trajectory, ...] = ("direct", "traj1", "traj2", "optimal")
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -41,12 +41,6 @@ LARGEST_PACK = 4.0  # Largest pack that is tried, over the mission's own
 REMEMBERED = 512
 BEST = P1()
 _solve = lru_cache(maxsize=REMEMBERED)(solving.solve)
-
-
-@cache
-def data() -> dict[str, Any]:
-    """The file of the paper's statements."""
-    return tomllib.loads(files("optuav.paper").joinpath("statements.toml").read_text("utf-8"))
 
 
 @cache
@@ -121,30 +115,30 @@ def least_pack(
     return high
 
 
-def wind_limits_N(mission: Mission, direction: Vector) -> tuple[float, float]:
-    """Least and largest wind along a unit vector in which rotors hold the place [N]."""
+def wind_limits_N(mission: Mission, axis: str) -> tuple[float, float]:
+    """Least and largest wind along an axis in which rotors hold the place [N]."""
     motor, weight_N = vehicle.motor(mission), vehicle.airframe(mission).weight_N
-    against = (-direction[0], -direction[1], -direction[2])
-    low, high = (rotor.largest_wind(motor, weight_N, way) for way in (against, direction))
+    x, y, z = AXES[axis]
+    low, high = (rotor.largest_wind(motor, weight_N, way) for way in ((-x, -y, -z), (x, y, z)))
     return -float(low), float(high)
 
 
-def hover_energy(mission: Mission, direction: Vector) -> tuple[Floats, Floats]:
-    """Wind along a unit vector [N], 0 N and the weight among it, and energy of `HOVER_S` [J]."""
-    low, high = wind_limits_N(mission, direction)
+def hover_energy(mission: Mission, axis: str) -> tuple[Floats, Floats]:
+    """Wind along an axis [N], 0 N and the weight among it, and energy of `HOVER_S` [J]."""
+    low, high = wind_limits_N(mission, axis)
     weight_N = float(vehicle.airframe(mission).weight_N)
     inner = [force for force in (0.0, weight_N) if low < force < high]
     force_N = np.union1d(np.linspace(low, high, WIND_POINTS), inner)
     # At the limits themselves rounding could take the thrust beyond the largest.
     inside = np.clip(force_N, low * (1.0 - 1e-12), high * (1.0 - 1e-12))
-    x, y, z = (inside * component for component in direction)
+    x, y, z = (inside * component for component in AXES[axis])
     load = vehicle.hover_load(mission, (x, y, z))
     return force_N, HOVER_S * np.asarray(load.power_W, dtype=float)
 
 
-def calmest_N(mission: Mission, direction: Vector) -> float:
-    """Wind along a unit vector in which hovering takes the least energy [N]."""
-    force_N, energy_J = hover_energy(mission, direction)
+def calmest_N(mission: Mission, axis: str) -> float:
+    """Wind along an axis in which hovering takes the least energy [N]."""
+    force_N, energy_J = hover_energy(mission, axis)
     return float(force_N[np.argmin(energy_J)])
 
 
@@ -155,5 +149,5 @@ def harvest(mission: Mission, source_W: float, distance_m: Floats) -> tuple[Floa
     """
     conversion, per_km = vehicle.conversion(mission), vehicle.attenuation_per_km(mission)
     power_W = laser.received_power(conversion, source_W, per_km, distance_m, np.inf)
-    efficiency = np.asarray(laser.efficiency(power_W, source_W), dtype=float)
-    return HOVER_S * np.asarray(power_W, dtype=float), efficiency
+    efficiency = laser.efficiency(power_W, source_W)
+    return HOVER_S * np.asarray(power_W, dtype=float), np.asarray(efficiency, dtype=float)

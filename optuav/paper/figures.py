@@ -22,11 +22,11 @@ from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.options import Perspective
 from optuav.paper import curves, table2
-from optuav.paper.curves import AXES, BEST, OURS, data, solve, with_deadline
+from optuav.paper.curves import BEST, DATA, OURS, solve, with_deadline
 from optuav.paper.ledger import Verdict, agrees, ledger
 from optuav.plan import Plan
 from optuav.plots.files import modelled_leg
-from optuav.plots.style import printed
+from optuav.plots.style import minus, printed
 
 if TYPE_CHECKING:  # `optuav.plots` says what is missing
     from matplotlib.axes import Axes
@@ -44,7 +44,6 @@ WAYS = {"one rest, one hover": (1, 1), "two rests": (2, 1), "two hovers": (1, 2)
 """Most rests and most hovers."""
 LATER = (1.0, 2.0)  # Deadlines over the mission's own at which more stops are tried
 HEAD = ("direct path", "Δ [s]", "T [s]", "η1 [%]", "η2 [%]", "η3 [%]")
-MINUS = "\N{MINUS SIGN}"
 
 
 class NotShownError(Exception):
@@ -74,7 +73,7 @@ class Exhibit:
     ) -> None:
         self.mission, self.file, self.part = mission, file, part
         self.records, self.rows, self.axes = records, rows, axes
-        stated = data()["exhibit"][file]
+        stated = DATA["exhibit"][file]
         known = {"part": part, "deadline_s": mission.limits.deadline_s}
         known |= {name: value for name, value in words.items() if value is not None}
         labels = stated.keys() & {"title", "x_label", "y_label"}
@@ -103,14 +102,14 @@ class Exhibit:
     @property
     def numbers(self) -> Sequence[str]:
         """Its number in the paper, as ``"fig5"``; several where they differ in the deadline."""
-        numbers: Mapping[str, str] = data()["exhibit"][self.file].get("numbers", {})
+        numbers: Mapping[str, str] = DATA["exhibit"][self.file].get("numbers", {})
         own = is_papers(self.mission) and numbers.get(self.part)
         return [own] if own else [*numbers.values()]
 
     @property
     def caption(self) -> str:
         """What is shown, where the paper has it if the mission is the paper's, and for what."""
-        words = data()["exhibit"][self.file]["words"]
+        words = DATA["exhibit"][self.file]["words"]
         if is_papers(self.mission) and self.numbers:
             place = self.numbers[0].replace("fig", "Fig. ").replace("table2", "Table II")
             words += f" ({place} of the paper)"
@@ -138,7 +137,7 @@ def is_papers(mission: Mission) -> bool:
 
 def number(value: float, digits: int) -> str:
     """A number with a minus for its sign, and none where it rounds to 0."""
-    return f"{round(value, digits) + 0.0:.{digits}f}".replace("-", MINUS)
+    return minus(f"{round(value, digits) + 0.0:.{digits}f}")
 
 
 def why(plan: Plan) -> str:
@@ -255,11 +254,8 @@ def _course(plan: Plan, file: str, words: Mapping[str, object], **others: Any) -
 
 def direct_path(mission: Mission) -> Exhibits:
     """Table II: the direct path in every perspective, in whole slots as in the paper."""
-    slot_s = mission.limits.slot_s
     plans = {
-        f"{deadline_s:g} s, {perspective}": solve(
-            with_deadline(mission, deadline_s), P3(), perspective=perspective, slot_s=slot_s
-        )
+        f"{deadline_s:g} s, {perspective}": table2.direct(mission, deadline_s, perspective)
         for deadline_s in deadlines_s(mission)
         for perspective in (*PAPER, OURS)
     }
@@ -269,26 +265,31 @@ def direct_path(mission: Mission) -> Exhibits:
         values = (plan.hover_time_s, plan.mission_time_s, *(eta(plan, each) for each in PAPER))
         rows.append((name, *(number(value, 2) for value in values)))
     said, records = (*grounded(found, "rows"), *missing(plans)), _records(found, "deadline")
-    yield Exhibit(mission, "direct-path", records, {"slot_s": slot_s}, rows=rows, findings=said)
+    words = {"slot_s": mission.limits.slot_s}
+    yield Exhibit(mission, "direct-path", records, words, rows=rows, findings=said)
     if is_papers(mission):
         yield _beside_the_paper(mission)
 
 
 def _beside_the_paper(mission: Mission) -> Exhibit:
     """The paper's cells, each with ours below it."""
-    records, above, below = list[Record](), list[str](), list[str]()
-    for each in ledger(["table2"]).table2:
+    found, records = ledger("table2").entries, list[Record]()
+    above, below = list[str](), list[str]()
+    for each in found:
         stated, wrong = each.statement.stated, each.verdict is Verdict.CONTRADICTS
         ours = each.printed if mission.name == "paper" else each.recovered
         cell = {"cell": each.statement.name, "paper": stated, "ours": ours}
         records.append({**cell, "shows_the_printed_digits": (same := agrees(stated, ours))})
-        above.append(f"{stated}{' †' * wrong}".replace("-", MINUS))
-        below.append(f"{each.shown(ours)}{' *' * (not same)}".replace("-", MINUS))
+        above.append(minus(f"{stated}{' †' * wrong}"))
+        below.append(minus(f"{each.shown(ours)}{' *' * (not same)}"))
     rows: list[Sequence[str]] = [HEAD]
-    for count, row in enumerate(table2.ROWS):
-        cells = slice(5 * count, 5 * count + 5)
-        rows.append((f"printed: {row.deadline_s} s, {row.perspective}", *above[cells]))
-        rows.append((f"ours, η at Δ = {row.slots_s:g} s", *below[cells]))
+    for first in range(0, len(found), len(HEAD) - 1):
+        row = slice(first, first + len(HEAD) - 1)
+        (_, deadline_s, perspective), *_, (_, _, slots_s) = (
+            e.statement.compute for e in found[row]
+        )
+        rows.append((f"printed: {deadline_s} s, {perspective}", *above[row]))
+        rows.append((f"ours, η at Δ = {slots_s} s", *below[row]))
     return Exhibit(mission, "table2", records, rows=rows)
 
 
@@ -387,14 +388,14 @@ def battery_size(mission: Mission, perspective: Perspective) -> Exhibits:
 def wind(mission: Mission) -> Exhibits:
     """Energy of a hover by the wind along x, y and z."""
     records: list[Record] = []
-    for axis, direction in AXES.items():
-        force_N, energy_J = curves.hover_energy(mission, direction)
+    for axis in curves.AXES:
+        force_N, energy_J = curves.hover_energy(mission, axis)
         records += _columns(axis=axis, wind_N=force_N, energy_J=energy_J)
-    level, up = (curves.wind_limits_N(mission, AXES[axis]) for axis in ("x", "z"))
+    level, up = (curves.wind_limits_N(mission, axis) for axis in ("x", "z"))
     ends = [("x, y", level[0]), ("z", up[0]), ("x, y", level[1]), ("z", up[1])]
     marks = [plots.Mark(at, f"${axis}$: {number(at, 2)} N") for axis, at in ends]
     words: dict[str, object] = {"level": level[1], "down": number(up[0], 4), "up": up[1]}
-    words |= {f"calm_{axis}": curves.calmest_N(mission, AXES[axis]) for axis in ("x", "z")}
+    words |= {f"calm_{axis}": curves.calmest_N(mission, axis) for axis in ("x", "z")}
     yield Exhibit(mission, "wind", records, words, marks=marks)
 
 
@@ -444,7 +445,7 @@ def second_problem(mission: Mission) -> Exhibits:
     _plan(changed)
     problems = (P1(), P2(), P2(tight=True))
     plans = {each.name: solve(changed, each, perspective="battery") for each in problems}
-    labels = data()["exhibit"]["second-problem"]["labels"]
+    labels = DATA["exhibit"]["second-problem"]["labels"]
     hovers = "; ".join(
         f"{name} " + (f"{plan.hover_time_s:.2f} s" if plan else f"no plan, {why(plan)}")
         for name, plan in plans.items()
@@ -492,6 +493,6 @@ def peak_speed(mission: Mission) -> Exhibits:
 def misprints(mission: Mission) -> Exhibits:
     """The misprints of the paper and of the source of its flight model."""
     if mission.name == "paper":
-        found = data()["misprint"]
+        found = DATA["misprint"]
         rows = [[*found[0]], *([*each.values()] for each in found)]
         yield Exhibit(mission, "misprints", found, rows=rows)

@@ -7,7 +7,6 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import ROUND_DOWN, ROUND_HALF_EVEN, Decimal, InvalidOperation
 from enum import StrEnum
-from functools import reduce
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -24,7 +23,7 @@ from optuav.network.one_stop import one_stop_is_enough
 from optuav.network.places import HOVER
 from optuav.options import Perspective
 from optuav.paper import curves, table2
-from optuav.paper.curves import data, papers, solve, with_deadline
+from optuav.paper.curves import DATA, papers, solve, with_deadline
 from optuav.paper.table2 import Interval, last_digit, printed_interval
 from optuav.physics import laser, rotor
 from optuav.plan import Plan
@@ -53,7 +52,6 @@ class Verdict(StrEnum):
     RECOVERED = "matched with recovered parameters"
     FITTED = "used in the fit"
     WITHIN = "differs, but within the rounding of the fitted numbers"
-    GIVEN = "a setting, taken as given"
     CONTRADICTS = "contradicts the paper's own numbers"
     UNDECIDED = "cannot be decided"
     DIFFERS = "does not match"
@@ -65,7 +63,7 @@ class PaperStatement:
 
     `compute` names the function of our value and its arguments, `room` that of the values which the
     other numbers of the paper leave for it, and `flight` the only flight model for which both are
-    defined. `given` marks a setting that the missions take.
+    defined.
     """
 
     name: str
@@ -81,7 +79,6 @@ class PaperStatement:
     undecided: str = ""
     command: str = ""
     limit: bool = False
-    given: bool = False
     fitted: bool = False
 
     @property
@@ -94,7 +91,7 @@ class PaperStatement:
         return True
 
 
-STATEMENTS = tuple(PaperStatement(**each) for each in data()["statement"])
+STATEMENTS = tuple(PaperStatement(**each) for each in DATA["statement"])
 """About in the paper's order."""
 
 
@@ -121,7 +118,7 @@ class Entry:
         """The verdict at the digits that the paper prints."""
         paper = self.statement
         if agrees(paper.stated, self.printed):
-            return Verdict.GIVEN if paper.given else Verdict.MATCHED
+            return Verdict.MATCHED
         if paper.limit and agrees(paper.stated, self.printed, ROUND_DOWN):
             return Verdict.CUT
         if agrees(paper.stated, self.recovered):
@@ -141,8 +138,6 @@ class Entry:
         if value is None or isinstance(value, str):
             return value or "–"
         last = last_digit(self.statement.stated)
-        if self.statement.given:
-            return f"{value:g}"
         if abs(last) > 6:
             return f"{value:.6e}"
         text = f"{value:.{max(0, 2 - last)}f}"
@@ -213,7 +208,7 @@ class Ledger:
                 known = ", ".join(f"{by}: {entry.shown(v)}" for by, v in ours if v is not None)
                 stated = f"{paper.name}  paper: {paper.stated} {paper.unit}".rstrip()
                 lines.append(f"  {stated}; ours, {known}")
-        return "\n".join([*lines, "", data()["paper"]["missions"]])
+        return "\n".join([*lines, "", DATA["paper"]["missions"]])
 
     @property
     def details(self) -> str:
@@ -229,7 +224,7 @@ class Ledger:
             }
             head = f"{each['name']}  {each['place']}: {each['what']}"
             blocks.append("\n".join([head, *(f"  {n:9}  {words}" for n, words in lines.items())]))
-        return "\n\n".join([*blocks, data()["paper"]["missions"]])
+        return "\n\n".join([*blocks, DATA["paper"]["missions"]])
 
     def __str__(self) -> str:
         return self.summary
@@ -427,7 +422,6 @@ def _crossing_As(mission: Mission, hover_s: float) -> float:
 
 
 FORMULAS: dict[str, Callable[..., Any]] = {
-    "setting": lambda m, key: float(reduce(getattr, key.split("."), m)),
     "hover_altitude": lambda m: (
         "z_min" if build_network(m).places.position_m[HOVER][2] == m.limits.min_altitude_m else None
     ),
@@ -452,9 +446,9 @@ FORMULAS: dict[str, Callable[..., Any]] = {
     "saving_As": lambda m, *at: _crossing_As(m, *at) - m.battery.capacity_As,
     "saving_percent": lambda m, *at: 100.0 * (_crossing_As(m, *at) / m.battery.capacity_As - 1.0),
     "saturation_As": lambda m: curves.least_pack(curves.without_laser(m)),
-    "calmest_wind_N": lambda m, axis: curves.calmest_N(m, curves.AXES[axis]),
-    "least_wind_N": lambda m, axis: curves.wind_limits_N(m, curves.AXES[axis])[0],
-    "largest_wind_N": lambda m, axis: curves.wind_limits_N(m, curves.AXES[axis])[1],
+    "calmest_wind_N": curves.calmest_N,
+    "least_wind_N": lambda m, axis: curves.wind_limits_N(m, axis)[0],
+    "largest_wind_N": lambda m, axis: curves.wind_limits_N(m, axis)[1],
     # By the printed 11.57 N, which may be cut or rounded, and 12.74 N: m g − F
     "wind_limit_by_level": lambda _: tuple(12.74 - math.hypot(F, 12.74) for F in (11.58, 11.565)),
     "harvest_by_distance": lambda m: (

@@ -19,10 +19,11 @@ from optuav.mission.files import check_place, make_directory, write_files
 from optuav.mission.messages import nearest
 from optuav.options import Perspective
 from optuav.paper import figures, table2
-from optuav.paper.curves import OURS, data, papers, solve
-from optuav.paper.figures import MINUS, Exhibit, NotShownError, is_papers, why
+from optuav.paper.curves import DATA, OURS, papers, solve
+from optuav.paper.figures import Exhibit, NotShownError, is_papers, why
 from optuav.paper.ledger import HEAD, Ledger, Verdict, ledger
 from optuav.plots.files import image
+from optuav.plots.style import minus
 from optuav.studies.methods import Progress
 from optuav.studies.processes import run_tasks, worker_faults
 from optuav.studies.results import as_csv
@@ -67,7 +68,7 @@ class Study:
             try:
                 for each in self.needs:
                     if not has[each]:
-                        raise NotShownError(data()["lacking"][each])
+                        raise NotShownError(DATA["lacking"][each])
                 yield from self.make(mission, *options)
             except NotShownError as reason:
                 yield ", ".join(f"perspective {each}" for each in options), str(reason)
@@ -75,7 +76,7 @@ class Study:
 
 STUDIES = tuple(
     Study(name, **{**texts, "make": getattr(figures, texts["make"])})
-    for name, texts in data()["study"].items()
+    for name, texts in DATA["study"].items()
 )
 NAMES = (*(study.name for study in STUDIES), LEDGER)
 NUMBERS = sorted((each for study in STUDIES for each in study.numbers), key=lambda n: (len(n), n))
@@ -216,7 +217,7 @@ def _body(missions: Sequence[Mission], sections: Sequence[Element], *, whole: bo
     """The report, with its contents above its sections."""
     names = [mission.name for mission in missions]
     title = "The paper, reproduced" if whole else f"The paper's studies for {', '.join(names)}"
-    paper = data()["paper"]["citation"]
+    paper = DATA["paper"]["citation"]
     intro = [f"Computed by optuav from {' and '.join(names)}. The paper: {paper}."]
     plans = {mission.name: solve(mission) for mission in missions}
     intro += [f"{name} has no plan: {why(plan)}." for name, plan in plans.items() if not plan]
@@ -309,26 +310,26 @@ def _of_the_paper(entries: Ledger) -> Iterator[Element]:
     rows = [("verdict", "statements of the paper")]
     rows += [(verdict.value, str(count)) for verdict, count in entries.counts.items()]
     rows.append(("all", str(len(entries.entries))))
-    yield _section("in-short", "In short", prose(data()["paper"]["missions"]), table(rows))
-    texts, found = data()["table2"], entries.table2
+    yield _section("in-short", "In short", prose(DATA["paper"]["missions"]), table(rows))
+    texts, found = DATA["table2"], entries.table2
     count = {each.name.lower(): sum(cell.verdict is each for cell in found) for each in Verdict}
     exact = count["fitted"] + count["recovered"]
     numbers = {
         **count,
         **{"cells": len(found), "exact": exact, "agreeing": exact + count["within"]},
-        "parameters": len(table2.FREE_PARAMETERS),
+        "parameters": len(texts["free_parameters"]),
         "numbers": texts["different_numbers"],
-        "exists": "is a" if table2.loads_exist(table2.consistent_charges()) else "is no",
-        **dict(zip(("flight_W", "hover_W"), table2.SHOW_ALL_W.values(), strict=True)),
+        "exists": "is a" if table2.loads_exist(table2.CONSISTENT) else "is no",
+        **dict(zip(("flight_W", "hover_W"), texts["show_all"].values(), strict=True)),
     }
     sentences = ("agreement", "worth", "adjusted", "existence")
     agreement, worth, *others = (prose(texts[name].format(**numbers)) for name in sentences)
-    parameters = f"Free parameters: {'; '.join(table2.FREE_PARAMETERS)}."
+    parameters = f"Free parameters: {'; '.join(texts['free_parameters'])}."
     listed = listing((parameters, f"Data: {'; '.join(texts['data'])}."))
     cells = [["cell", "printed", "by paper-table2", "why it cannot be matched"]]
     for cell in (each for each in found if each.verdict is Verdict.CONTRADICTS):
         values = (cell.statement.stated, cell.shown(cell.recovered))
-        shown = (f"{each}\N{NO-BREAK SPACE}%".replace("-", MINUS) for each in values)
+        shown = (minus(f"{each}\N{NO-BREAK SPACE}%") for each in values)
         cells.append([f"{cell.statement.place}, {cell.statement.what}", *shown, cell.reason])
     content = (agreement, worth, listed, *others, table(cells, cards=True))
     yield _section("fit", "Table II and the fit behind it", *content)
@@ -336,8 +337,8 @@ def _of_the_paper(entries: Ledger) -> Iterator[Element]:
 
 def _whole(entries: Ledger) -> Iterator[Element]:
     """Every statement of the ledger, folded."""
-    yield prose(data()["paper"]["ledger"])
-    yield element("p", f"Not counted: {'; '.join(data()['paper']['not_counted'])}.")
+    yield prose(DATA["paper"]["ledger"])
+    yield element("p", f"Not counted: {'; '.join(DATA['paper']['not_counted'])}.")
     keys = (*HEAD[1:], "by printed parameters", "by recovered parameters", "verdict", "reason")
     rows = [keys, *([each[key] for key in keys] for each in entries.records())]
     summary = element("summary", f"All {len(entries.entries)} statements")

@@ -1,4 +1,4 @@
-"""Table II: its rows as printed, and the loads that it admits, by linear programming."""
+"""Table II: its states of charge, and the loads that they admit, by linear programming."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -14,36 +14,17 @@ from optuav.arrays import Floats
 from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.options import Perspective
-from optuav.paper.curves import data, solve, with_deadline
+from optuav.paper.curves import DATA, solve, with_deadline
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
 
 Interval: TypeAlias = tuple[float, float]
 
-TABLE = data()["table2"]
-FREE_PARAMETERS: Sequence[str] = TABLE["free_parameters"]
-SHOW_ALL_W: dict[str, float] = TABLE["show_all"]
-IMPOSSIBLE = {(eta, stated) for eta, stated in TABLE["impossible"]}
-
+TABLE = DATA["table2"]
 BATTERY_AS = 2 * 36000.0
 NOMINAL_J = BATTERY_AS * TABLE["nominal_V"]
 FLIGHT_J = BATTERY_AS * float(TABLE["flight_V"])
 HOVER_J = BATTERY_AS * float(TABLE["hover_V"])  # B, E_0, E_1 and E_2 as the paper composes them
-
-
-class TableRow(NamedTuple):
-    """A row as printed: deadline [s], perspective, Δ [s], T [s], and η1 to η3 [%]."""
-
-    deadline_s: int
-    perspective: Perspective
-    hover: str
-    mission: str
-    soc: tuple[str, ...]
-
-    @property
-    def slots_s(self) -> float:
-        """Δ in whole slots [s], after which the charges are: 740.65 s fills 741 of them."""
-        return float(math.ceil(float(self.hover)))
 
 
 class Charge(NamedTuple):
@@ -54,30 +35,15 @@ class Charge(NamedTuple):
     stated: str
 
 
-def _row(number: int) -> TableRow:
-    """A row, from the statements of its cells."""
-    cells = {each["name"]: each for each in data()["statement"]}
-    hover, mission, *soc = (
-        cells[f"table2-{number}-{each}"] for each in ("hover", "mission", "eta1", "eta2", "eta3")
-    )
-    _, deadline_s, perspective = hover["compute"]
-    stated = tuple(each["stated"] for each in soc)
-    return TableRow(deadline_s, perspective, hover["stated"], mission["stated"], stated)
-
-
-ROWS = tuple(map(_row, range(1, 7)))
-
-
-def consistent_charges() -> tuple[Charge, ...]:
-    """The different states of charge, without those that the others rule out."""
-    return tuple(
-        dict.fromkeys(
-            Charge(eta, row.slots_s, stated)
-            for row in ROWS
-            for eta, stated in enumerate(row.soc, start=1)
-            if (eta, stated) not in IMPOSSIBLE
-        )
-    )
+_CHARGES = (
+    Charge._make([*each["compute"][1:], each["stated"]])
+    for each in DATA["statement"]
+    if each["compute"][0] == "charge_left"
+)
+CONSISTENT = tuple(
+    dict.fromkeys(c for c in _CHARGES if [c.number, c.stated] not in TABLE["impossible"])
+)
+"""The different states of charge, without those that the others rule out."""
 
 
 def printed_interval(stated: str) -> Interval:
@@ -143,7 +109,7 @@ def admitted(eta: int, hover_s: float) -> Interval:
 
     The others are the consistent charges, both voltages and the crossing of Fig. 8.
     """
-    others = [each for each in consistent_charges() if each[:2] != (eta, hover_s)]
+    others = [each for each in CONSISTENT if each[:2] != (eta, hover_s)]
     slope, constant = _percent(eta, hover_s)
     low, high = (side * _least(side * slope, others) + constant for side in (1.0, -1.0))
     return low, high
@@ -155,8 +121,9 @@ def loads_exist(charges: Sequence[Charge]) -> bool:
 
 
 def direct(mission: Mission, deadline_s: float, perspective: Perspective) -> Plan:
-    """(P3) in slots of one second, as a row of the table has it."""
-    return solve(with_deadline(mission, deadline_s), P3(), perspective=perspective, slot_s=1.0)
+    """(P3) in the mission's own slots, as a row of the table has it."""
+    changed = with_deadline(mission, deadline_s)
+    return solve(changed, P3(), perspective=perspective, slot_s=mission.limits.slot_s)
 
 
 @cache

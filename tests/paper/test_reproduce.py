@@ -413,14 +413,12 @@ def test_hover_time_falls_with_the_charge_left() -> None:
 
 def test_energy_against_wind_is_even_along_x_and_least_at_the_weight_along_z() -> None:
     mission = optuav.load("paper")
-    force_N, energy_J = curves.hover_energy(mission, curves.AXES["x"])
+    force_N, energy_J = curves.hover_energy(mission, "x")
     assert energy_J == pytest.approx(energy_J[::-1], rel=1e-9)
     calm = energy_J[force_N == 0.0]
     assert calm == pytest.approx([100.0 * (1310.994 + 5.0)], rel=1e-6)
-    assert curves.calmest_N(mission, curves.AXES["z"]) == pytest.approx(12.74)
-    assert curves.wind_limits_N(mission, curves.AXES["z"]) == pytest.approx(
-        (-4.4758, 29.9558), abs=1e-4
-    )
+    assert curves.calmest_N(mission, "z") == pytest.approx(12.74)
+    assert curves.wind_limits_N(mission, "z") == pytest.approx((-4.4758, 29.9558), abs=1e-4)
 
 
 def test_harvest_by_hand() -> None:
