@@ -68,9 +68,9 @@ def text(model: Model) -> str:
 
 
 def latex(model: Model) -> str:
-    r"""The model as an ``align*`` environment (package amsmath).
+    r"""The model as an ``align*`` environment (package amsmath), the names of lines as their tags.
 
-    Without its ``&`` and ``\\``, every line is one that matplotlib's mathtext can set.
+    Without its ``&``, ``\\`` and tags, every line is one that matplotlib's mathtext can set.
     """
     writer = Latex(marks=True)
     sections = [*_sections(model, writer)]
@@ -83,10 +83,10 @@ def latex(model: Model) -> str:
     for head, rows in sections:
         start = writer.words(head) + r"\quad "
         for maths, name in rows:
-            first, *others = writer.lines(maths)
-            lines.append(f"{start}& {first}" + (f" && {writer.words(name)}" if name else ""))
-            lines += [f" & {each}" for each in others]
-            start = " "
+            for line in writer.lines(maths):
+                lines.append(f"{start}& {line}")
+                start = " "
+            lines[-1] += name and rf" \tag*{{\({writer.words(name)}\)}}"
     return "\n".join([r"\begin{align*}", " \\\\\n".join(lines), r"\end{align*}"])
 
 

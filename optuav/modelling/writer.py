@@ -263,7 +263,7 @@ IN_WORDS: Mapping[str, str] = {
     "&": r"\text{\&}",
 }
 """Marks among words that are mathematics in LaTeX: MathJax knows none of them in ``\\text``."""
-LINE = 42  # About how many characters of mathematics fit beside a label on A4
+LINE = 46  # About how many characters of mathematics fit on a line of an article
 
 
 class Latex(Text):
@@ -354,5 +354,5 @@ def _terms(maths: str) -> Iterator[str]:
 
 def _width(maths: str) -> int:
     """About how many characters of a line it takes."""
-    seen = re.sub(r"\\(?:left|right|text|mathrm|frac|[,;])|[{}_^ ]", "", maths)
-    return len(re.sub(r"\\[A-Za-z]+", "m", seen))
+    seen = re.sub(r"\\(?:left|right|text|mathrm|frac|[,;])|[{}^]|(?<!\\)_", "", maths)
+    return len(re.sub(r"\\(?:[A-Za-z]+|.)", "m", seen))
