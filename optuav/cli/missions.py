@@ -226,9 +226,11 @@ def _prompted(stated: dict[str, Any]) -> dict[str, Any]:
     from optuav.mission.template import INSTEAD, Datasheet
 
     answers = dict(stated)
-    by_power = {INSTEAD[name] for name in INSTEAD if stated[name] is not None}
+    unasked = {*INSTEAD, *(INSTEAD[name] for name in INSTEAD if stated[name] is not None)}
+    if stated["hover_power_W"] is not None:
+        unasked.add("cruise_min")  # Without it that of hovering, of which no time is stated
     for name, field in Datasheet.model_fields.items():
-        if answers[name] is None and name not in by_power | INSTEAD.keys():
+        if answers[name] is None and name not in unasked:
             default = answers["hover_min"] if name == "cruise_min" else field.get_default()
             answers[name] = typer.prompt(
                 Datasheet.descriptions()[name].rstrip("."),

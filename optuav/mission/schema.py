@@ -249,7 +249,7 @@ class BatteryPacks(MissionSection):
     schedule: Annotated[Schedule, _SCHEDULE] = "pooled"
     """Which pack carries a flight, a hover or a rest: all as one, or one while another charges."""
     period_s: Slot | None = None
-    """Time after which schedule = "alternating" changes the pack [s]."""
+    """Time after which schedule = "alternating" changes the pack [s]; >= deadline_s / 20000."""
     flight_energy_J: Energy | None = None
     """Energy E_1 of the full battery in flight [J]; without it derived from the loads."""
     hover_energy_J: Energy | None = None

@@ -129,12 +129,10 @@ def _parameters(model: Model, writer: Text) -> list[tuple[str, str, str, str, st
         alike.setdefault((pattern, each.unit, each.key), []).append(each)
     found = []
     for (pattern, unit, key), those in alike.items():
-        first, name, value = those[0], those[0].name, those[0].value
-        several = len(those) > 1 and isinstance(first.symbol, Indexed)
-        if several and isinstance(first.symbol, Indexed):
-            name = name.replace(f"[{first.symbol.number}]", f"[{INDEX}]")
+        symbol, name, value = str(those[0].symbol), those[0].name, those[0].value
+        if len(those) > 1 and isinstance(those[0].symbol, Indexed):
+            symbol, name = pattern, name.replace(f"[{those[0].symbol.number}]", f"[{INDEX}]")
             value = np.concatenate([np.ravel(each.value) for each in those])
-        symbol = pattern if several else str(first.symbol)
         found.append((symbol, name, writer.write(value), unit, key))
     return found
 

@@ -92,10 +92,6 @@ class Text:
         """Words among mathematics."""
         return words
 
-    def lines(self, maths: str) -> list[str]:
-        """A piece of mathematics on as many lines as it needs."""
-        return [maths]
-
     def _times(self, left: str, right: str) -> str:
         return f"{left}·{right}"
 

@@ -409,6 +409,10 @@ class CompiledProgram:
         # Where the itineraries have several declarations, an array is of none of them.
         self._most = len(program.parts[0].routes) if len(program.parts) == 1 else 1
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copies and pickles are compiled again: what an engine has prepared stays with it."""
+        return type(self), (self.program, self.question)
+
     def solve(self, **values: Any) -> Solution:
         """Solve again with other values of named parameters, the rest as in the mission.
 

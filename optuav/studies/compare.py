@@ -95,8 +95,8 @@ def compare(
         By method: longest time that an engine may take for one problem [s], > 0; by default no
         limit.
     periods_s
-        By schedule: periods of the schedule ``"alternating"`` [s], 0.001 to 1e7, by default 60;
-        the mission's own is always among them.
+        By schedule: periods of the schedule ``"alternating"`` [s], 0.001 to 1e7 and at least
+        deadline_s / 20000, by default 60; the mission's own is always among them.
     times
         By method: whether to add a column of the times taken, which differ from run to run.
     progress

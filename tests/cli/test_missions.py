@@ -260,12 +260,16 @@ def test_a_mission_from_a_datasheet_validates_and_solves() -> None:
     assert mission.flight.hover_current_A == pytest.approx(20.0)
 
 
-def test_a_terminal_is_asked_for_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A wrong answer is asked for again; an empty one takes the default."""
-    typed = "\n".join(["many", "-1", "", "2", "10", "6000", "36", "", "10", "", ""]) + "\n"
-    terminal = io.StringIO(typed)
+def types(monkeypatch: pytest.MonkeyPatch, *lines: str) -> None:
+    """A person at a terminal who types these lines."""
+    terminal = io.StringIO("\n".join(lines) + "\n")
     monkeypatch.setattr(terminal, "isatty", lambda: True)
     monkeypatch.setattr("sys.stdin", terminal)
+
+
+def test_a_terminal_is_asked_for_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A wrong answer is asked for again; an empty one takes the default."""
+    types(monkeypatch, "many", "-1", "", "2", "10", "6000", "36", "", "10", "", "")
     made = run("new", "asked.toml", "--from", "regimes", "--mass-kg", "4")
     assert made.code == 0
     assert made.out.count("What it carries on top") == 3
@@ -273,6 +277,16 @@ def test_a_terminal_is_asked_for_what_is_missing(monkeypatch: pytest.MonkeyPatch
     assert run("new", "stated.toml", "--from", "regimes", *SHEET).code == 0
     asked, stated = (Path(f"{name}.toml").read_text("utf-8") for name in ("asked", "stated"))
     assert asked.replace('"asked"', '"stated"').replace("# cruise_min = 36\n", "") == stated
+
+
+def test_a_terminal_asks_for_no_time_where_power_is_stated(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither for that of hovering nor for that of cruising, which draws the same power."""
+    types(monkeypatch, "6", "", "", "6", "22000", "9", "", "")
+    made = run("new", "mine.toml", "--from", "regimes", "--hover-power-W", "900")
+    assert made.code == 0
+    assert "[min]" not in made.out
+    flight = optuav.load("mine.toml").flight
+    assert flight.flight_current_A == flight.hover_current_A == pytest.approx(900 / 22.2, abs=1e-4)
 
 
 def test_power_in_watts_stands_for_a_time_and_what_is_assumed_is_said() -> None:

@@ -17,6 +17,7 @@ import optuav.mission
 from optuav.errors import InputError
 from optuav.mission import Mission, load, schema
 from optuav.mission.schema import BatteryPacks, Building, Laser, RegimeFlight, RouteEnds
+from optuav.mission.validation import MOST_TURNS
 from optuav.physics import kibam, packs
 from tests.examples import few
 from tests.mission.strategies import documents, missions
@@ -567,3 +568,8 @@ def test_schedules_and_charging_have_the_names_of_the_physics() -> None:
     """Stated twice, so that reading a mission imports no NumPy."""
     assert get_args(schema.Schedule) == get_args(packs.Schedule)
     assert get_args(schema.Charging) == get_args(kibam.Charging)
+
+
+def test_the_least_period_is_documented() -> None:
+    """Where the key is described, as the error states it."""
+    assert f">= deadline_s / {MOST_TURNS}." in BatteryPacks.descriptions()["period_s"]

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
+import pickle
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
@@ -258,3 +262,25 @@ def test_a_point_with_an_unknown_name_is_refused() -> None:
     assert "is no parameter of the program; there are" in str(refusal.value)
     late = program.check({"hover_time_s": 10.0, "deadline_s": 3.0})
     assert not all(row.satisfied for row in late)
+
+
+@pytest.mark.parametrize("again", [lambda c: pickle.loads(pickle.dumps(c)), copy.deepcopy])
+@pytest.mark.parametrize("engine", [*ENGINES, optuav.Cvxpy(solver="CLARABEL")], ids=str)
+def test_copies_of_a_compiled_program_solve_alike(engine: Any, again: Any) -> None:
+    """With its options: the engine's own, and slots. The copy knows nothing of earlier calls."""
+    slot_s = 10.0 if engine in ("cvxpy", "grid") else None
+    program = optuav.formulate("paper", optuav.P4("b1"), perspective="battery", slot_s=slot_s)
+    compiled = program.compile(engine)
+    found, twin = compiled.solve(deadline_s=900.0), again(compiled)
+    assert twin.solve(deadline_s=900.0).point(0) == pytest.approx(found.point(0), abs=1e-6)
+    assert (twin.question, twin.parameters) == (compiled.question, compiled.parameters)
+    with pytest.raises(InputError, match="is no parameter of the program"):
+        twin.solve(deadline=900.0)
+
+
+def test_a_compiled_program_goes_to_another_process() -> None:
+    """Its bound method too, as pools take it."""
+    compiled = optuav.formulate("paper", "P3", perspective="battery").compile()
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        found = pool.submit(compiled.solve, deadline_s=700.0).result()
+    assert found.point(0) == compiled.solve(deadline_s=700.0).point(0)
