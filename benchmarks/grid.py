@@ -34,7 +34,7 @@ def run() -> list[Row]:
             for phase in route_phases(program.network, route, hover_s, rest_s)
             for stage in phase.net
         ]
-        return float(kibam.state_of_charge(pool, kibam.after(pool, pool.full, stages)))
+        return float(kibam.steps(pool, pool.full, stages)[-1].total_As / pool.capacity_As)
 
     flight_As, hover_A = given["flight_charge_As"], given["hover_current_A"]
     rest_A, battery_As = given["rest_current_A"], given["packs"] * given["capacity_As"]

@@ -14,7 +14,7 @@
 import math
 from itertools import cycle
 
-from optuav.physics.kibam import Battery, Stage, Wells, after, step, time_to_empty
+from optuav.physics.kibam import Battery, Stage, Wells, step, time_to_empty
 
 MINUTE_S = 60.0
 
@@ -103,7 +103,7 @@ for name, (load, small_min, large_min) in loads.items():
 
 # %%
 drone = Battery(72_000.0, 0.8, 4.5e-5)
-wells = after(drone, Wells(57_600.0, 14_400.0), [Stage(-87.91, 600.0)])
+wells = step(drone, Wells(57_600.0, 14_400.0), Stage(-87.91, 600.0))
 print(f"a drone after ten minutes of hovering: available {wells.available_As:.1f} A s,")
 print(f"bound {wells.bound_As:.1f} A s; together {wells.total_As / drone.capacity_As:.1%} of full")
 

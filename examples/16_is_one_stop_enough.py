@@ -16,7 +16,7 @@ import math
 import sys
 
 import optuav
-from optuav.physics.kibam import Wells, state_of_charge
+from optuav.physics.kibam import Wells
 
 if hasattr(sys.stdout, "reconfigure"):
     sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
@@ -102,7 +102,7 @@ flowed_As = rest.available_As[0] - arrival.available_As[0] - charged_As
 print(f"on b10 {charged_As:.0f} A s from the laser, {flowed_As:.0f} A s from the bound well")
 assert abs(arrival.available_As[0]) < 1.0
 assert flowed_As > 0.0
-assert state_of_charge(optuav.network.vehicle.pool(mission), wells) > 0.17
+assert wells.total_As / optuav.network.vehicle.pool(mission).capacity_As > 0.17
 
 # %% [markdown]
 # ## With more time, hover twice

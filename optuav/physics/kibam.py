@@ -29,7 +29,7 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -37,7 +37,6 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.arrays import Booleans
-from optuav.options import Charging
 from optuav.physics.quantity import TINY, Quantity
 
 MOST_STEPS = 100  # Largest number of Newton's steps towards a moment; a dozen are the rule
@@ -77,7 +76,7 @@ class Wells(NamedTuple):
 
     @property
     def total_As(self) -> Quantity:
-        """y = y1 + y2 [A s]."""
+        """y = y1 + y2 [A s]; y/B is the state of charge η1, [2]_ eq (19)."""
         return self.available_As + self.bound_As
 
 
@@ -121,22 +120,12 @@ def steps(battery: Battery, wells: Wells, stages: Iterable[Stage]) -> list[Wells
     return found
 
 
-def after(battery: Battery, wells: Wells, stages: Iterable[Stage]) -> Wells:
-    """Wells [A s] after several stages."""
-    return [wells, *steps(battery, wells, stages)][-1]
-
-
 def falls_throughout(battery: Battery, current_A: Quantity) -> Quantity:
     """Whether y1 falls all along a stage of this current [A], from any wells within their limits.
 
     dy1/dt ≤ I + k_F B, since y2 ≤ (1−ω)B and y1 ≥ 0.
     """
     return current_A + battery.flow_rate_per_s * battery.capacity_As <= 0.0
-
-
-def state_of_charge(battery: Battery, wells: Wells) -> Quantity:
-    """η1 = (y1 + y2)/B [-], [2]_ eq (19)."""
-    return wells.total_As / battery.capacity_As
 
 
 def time_to_empty(battery: Battery, wells: Wells, current_A: Quantity) -> Quantity:
@@ -171,8 +160,8 @@ def _crossing(
     settled: Booleans = np.zeros_like(moment_s, dtype=bool)
     for _ in range(MOST_STEPS):
         end = step(battery, wells, Stage(current, moment_s))
-        inflow = battery.flow_rate_per_s * (end.bound_As / (1.0 - share) - end.available_As / share)
-        nearer_s = moment_s - (end.available_As - bound.available_As) / (current + inflow)
+        slope = current - holding_current(battery, end)
+        nearer_s = moment_s - (end.available_As - bound.available_As) / slope
         # A settled moment stays, so that no result depends on the other elements of the array.
         moves, before_s = ~settled & np.isfinite(nearer_s), moment_s
         moment_s = np.where(moves, np.minimum(np.maximum(nearer_s, 0.0), latest_s), before_s)[()]
@@ -209,8 +198,5 @@ def tapered(battery: Battery, wells: Wells, stage: Stage) -> Wells:
     return held(battery, steady, stage.duration_s - steady_s)
 
 
-STEPS: Mapping[Charging, Callable[[Battery, Wells, Stage], Wells]] = {
-    "constant": step,
-    "taper": tapered,
-}
+STEPS = {"constant": step, "taper": tapered}
 """What a stage does to the wells, by name; at constant current y1 may exceed ωB."""

@@ -20,8 +20,6 @@ import numpy as np
 
 from optuav.physics.quantity import Quantity
 
-METRES_PER_KILOMETRE = 1000.0
-
 
 class Conversion(NamedTuple):
     """Straight-line fits of emitter and receiver, which depend on the wavelength."""
@@ -55,7 +53,7 @@ def attenuation(wavelength_nm: Quantity, visibility_km: Quantity) -> Quantity:
 
 def transmission(attenuation_per_km: Quantity, distance_m: Quantity) -> Quantity:
     """Share of the light that arrives, ν = exp(−α d) [-]; α in [1/km], d in [m], ≥ 0."""
-    return np.exp(-attenuation_per_km * distance_m / METRES_PER_KILOMETRE)
+    return np.exp(-attenuation_per_km * distance_m / 1000.0)
 
 
 def source_limit(conversion: Conversion, power_limit_W: Quantity, share: Quantity) -> Quantity:

@@ -92,6 +92,8 @@ class Packs:
             whole = self.count * self.pack.capacity_As
             self.pack = Battery(whole, self.pack.available_fraction, self.pack.flow_rate_per_s)
             self.count = 1
+        # A single pack takes no turns.
+        self._turn_s = self.period_s if self.period_s and self.count > 1 else math.inf
         self._top = Wells(*map(float, self.pack.full))
         self.wells = Wells(*(np.full((1, self.count), well) for well in self._top))
         self.in_service: Booleans = np.ones((1, self.count), dtype=bool)
@@ -102,8 +104,7 @@ class Packs:
     @property
     def exhausted(self) -> Booleans:
         """Whether every pack was seen empty, which ends a course at its `clock_s` [s]."""
-        none: Booleans = ~np.any(self.in_service, axis=1)
-        return none
+        return np.asarray(~self.in_service.any(axis=1))
 
     def take(self, courses: Integers | Sequence[int]) -> Packs:
         """A copy with some courses, by number; a number may be repeated."""
@@ -143,20 +144,17 @@ class Packs:
         if self.schedule == "round-robin":
             return self._following(before)
         if self.schedule == "alternating":
-            return self._following(self._turn().astype(np.intp) % self.count - 1)
+            turn = np.floor(self.clock_s / self._turn_s).astype(np.intp)
+            return self._following(turn % self.count - 1)
         if self.schedule == "most-available":
-            chosen: Integers = np.where(self.in_service, self.wells.available_As, -np.inf).argmax(
-                axis=1
-            )
-            return chosen
-        first: Integers = self.in_service.argmax(axis=1)
-        return first
+            left_As = np.where(self.in_service, self.wells.available_As, -np.inf)
+            return np.asarray(left_As.argmax(axis=1))
+        return np.asarray(self.in_service.argmax(axis=1))
 
     def _following(self, before: Integers) -> Integers:
         """The next packs in service, by number and round again."""
         steps = (np.arange(self.count) - before[:, None] - 1) % self.count
-        nearest: Integers = np.where(self.in_service, steps, self.count).argmin(axis=1)
-        return nearest
+        return np.asarray(np.where(self.in_service, steps, self.count).argmin(axis=1))
 
     def _carriers(self, waiting: Booleans) -> Integers:
         """Packs that carry; they change with a job, after an empty pack and when a turn ends."""
@@ -167,20 +165,10 @@ class Packs:
             stays[:] = False
         return np.where(stays, self.carrier, self.next_carrier(self.carrier))
 
-    def _turn(self) -> Floats:
-        """Number of the turn by the clock."""
-        assert self.period_s is not None
-        turn: Floats = np.floor(self.clock_s / self.period_s)
-        return turn
-
-    def _turn_left_s(self) -> Floats | float:
+    def _turn_left_s(self) -> Floats:
         """Time to the end of the turn by the clock [s]."""
-        if self.schedule != "alternating" or self.count == 1:
-            return np.inf
-        assert self.period_s is not None
-        left_s = (self._turn() + 1.0) * self.period_s - self.clock_s
-        longest_s: Floats = np.maximum(left_s, np.spacing(self.clock_s))
-        return longest_s
+        end_s = (np.floor(self.clock_s / self._turn_s) + 1.0) * self._turn_s
+        return np.asarray(np.maximum(end_s - self.clock_s, np.spacing(self.clock_s)))
 
     def _served(self, carrier: Integers, filled: Booleans, last: Integers) -> Integers:
         """Packs that are charged: the emptiest idle one, or the one filled last if all are full."""

@@ -63,30 +63,12 @@ def voltage(motor: Motor, speed_rad_s: Quantity, acceleration_rad_s2: Quantity =
 
 
 def power(motor: Motor, speed_rad_s: Quantity, acceleration_rad_s2: Quantity = 0.0) -> Quantity:
-    """Electrical power of one rotor [W], voltage times current; arguments as in `current`."""
+    """Electrical power of one rotor [W], voltage times current; arguments as in `current`.
+
+    Written out it is the polynomial [2]_ eq (5), but for c9: it is (κ0/T_f) c6, not (κ_T/T_f) c6.
+    """
     current_A = current(motor, speed_rad_s, acceleration_rad_s2)
     return (motor.resistance_ohm * current_A + motor.torque_constant_Nm_A * speed_rad_s) * current_A
-
-
-def power_coefficients(motor: Motor) -> tuple[Quantity, ...]:
-    """Coefficients (c1, …, c9) of the power of a turning rotor as a polynomial, [2]_ eq (5).
-
-    p = c1 + c2 v + c3 v² + c4 v³ + c5 v⁴ + v̇ (c6 + c7 v̇ + c8 v + c9 v²) [W], v in [rad/s]. The
-    paper prints c9 = (κ_T/T_f) c6; the power of `power` needs (κ0/T_f) c6. Written here without
-    the quotients by T_f, so that a motor without friction has coefficients too.
-    """
-    (_, κ0, T_f, D_f, _, R, J, _), κ = motor, motor.torque_constant_Nm_A
-    back_emf_and_damping = (κ + 2.0 * R * D_f / κ) / κ
-    c1 = R * T_f**2 / κ**2
-    c2 = T_f * back_emf_and_damping
-    c3 = D_f / κ * (R * D_f / κ + κ) + 2.0 * R * T_f * κ0 / κ**2
-    c4 = κ0 * back_emf_and_damping
-    c5 = R * κ0**2 / κ**2
-    c6 = 2.0 * R * T_f * J / κ**2
-    c7 = R * J**2 / κ**2
-    c8 = J * back_emf_and_damping
-    c9 = 2.0 * R * κ0 * J / κ**2
-    return (c1, c2, c3, c4, c5, c6, c7, c8, c9)
 
 
 def full_thrust(motor: Motor) -> Quantity:

@@ -204,8 +204,8 @@ def wells(**numbers: Any) -> Any:
         kibam.Stage(numbers["rest_A"], numbers["rest_s"]),
         kibam.Stage(-numbers["flight_A"], 40.0),
     ]
-    end = kibam.after(pool, pool.full, phases)
-    return end.available_As / pool.capacity_As + kibam.state_of_charge(pool, end)
+    end = kibam.steps(pool, pool.full, phases)[-1]
+    return end.available_As / pool.capacity_As + end.total_As / pool.capacity_As
 
 
 WELLS = {"capacity_As": BATTERY.capacity_As, "share": 0.8, "rate_per_s": 4.5e-5, "flight_A": 107.0,

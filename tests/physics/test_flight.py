@@ -25,6 +25,7 @@ from tests.physics.reference import (
     ORIGIN_M,
     THRUST_N,
     WEIGHT_N,
+    power_coefficients,
     printed,
 )
 
@@ -168,7 +169,7 @@ def test_turning_and_full_speed_loads_of_the_paper() -> None:
 
 def test_energy_is_the_papers_polynomial() -> None:
     """Energy of every stage with the coefficients of Table I, as the paper prints its sums."""
-    c1, c2, c3, c4, c5, *_ = rotor.power_coefficients(MOTOR)
+    c1, c2, c3, c4, c5, *_ = power_coefficients(MOTOR)
     v, root2 = V_MAX, math.sqrt(2.0)
     turning_W = (
         *(3 * c1, (1 + root2) * c2 * v, 2 * c3 * v**2),

@@ -113,13 +113,12 @@ def test_step_of_the_paper() -> None:
     wells = kibam.step(BATTERY, Wells(57_600.0, 14_400.0), Stage(-87.91, 600.0))
     assert wells.available_As == printed("5696.064")
     assert wells.bound_As == printed("13557.936")
-    assert kibam.state_of_charge(BATTERY, wells) == pytest.approx(1 - 87.91 * 600 / 72_000)
+    assert wells.total_As / BATTERY.capacity_As == pytest.approx(1 - 87.91 * 600 / 72_000)
 
 
 def test_full_battery() -> None:
     assert BATTERY.full == pytest.approx((57_600.0, 14_400.0), rel=1e-15)
     assert BATTERY.full.total_As == pytest.approx(72_000.0, rel=1e-15)
-    assert kibam.state_of_charge(BATTERY, BATTERY.full) == pytest.approx(1.0, rel=1e-15)
     assert BATTERY.rate_per_s == pytest.approx(4.5e-5 / 0.16, rel=1e-15)
 
 
@@ -153,20 +152,19 @@ def test_charge_is_counted(case: Case) -> None:
         before + case.current_A * case.duration_s, rel=0, abs=4e-15 * case.scale_As
     )
     soc = (before + case.current_A * case.duration_s) / case.pool.capacity_As
-    assert kibam.state_of_charge(case.pool, wells) == pytest.approx(soc, abs=1e-13)
+    assert wells.total_As / case.pool.capacity_As == pytest.approx(soc, abs=1e-13)
 
 
 @given(cases(), st.floats(0.0, 1.0))
 def test_a_step_may_be_split(case: Case, share: float) -> None:
-    """Two phases of the same current are one; `after` takes them in order."""
+    """Two phases of the same current are one; `steps` takes them in order."""
     once = kibam.step(case.pool, case.wells, case.phase)
     parts = [
         Stage(case.current_A, share * case.duration_s),
         Stage(case.current_A, (1 - share) * case.duration_s),
     ]
-    twice = kibam.after(case.pool, case.wells, parts)
+    twice = kibam.steps(case.pool, case.wells, parts)[-1]
     np.testing.assert_allclose(once, twice, rtol=0, atol=1e-14 * case.scale_As)
-    assert kibam.after(case.pool, case.wells, []) == case.wells
 
 
 @given(cases())
@@ -434,10 +432,10 @@ def test_direct_route_of_the_paper() -> None:
 
     def at_end(hover_s: float) -> Wells:
         phases = [*out, Stage(HOVERING_A, hover_s), *back]
-        return kibam.after(BATTERY, BATTERY.full, phases)
+        return kibam.steps(BATTERY, BATTERY.full, phases)[-1]
 
     by_charge_s = brentq(
-        lambda hover_s: kibam.state_of_charge(BATTERY, at_end(hover_s)) - 0.05, 1.0, 900.0
+        lambda hover_s: at_end(hover_s).total_As / BATTERY.capacity_As - 0.05, 1.0, 900.0
     )
     assert by_charge_s == printed("688.848")
     flyable_s = brentq(lambda hover_s: at_end(hover_s).available_As, 1.0, 900.0)
@@ -447,9 +445,9 @@ def test_direct_route_of_the_paper() -> None:
 def test_optimum_of_the_paper_cannot_be_flown() -> None:
     """Resting on b1 first: 5 % charge at the end, y1 at −13 % of B, and at 104 % before."""
     out, on, back = mission([ORIGIN_M, B1_M, HOVER_M, DESTINATION_M])
-    rested = kibam.after(BATTERY, BATTERY.full, [*out, Stage(RESTING_A, 392.1438)])
-    end = kibam.after(BATTERY, rested, [*on, Stage(HOVERING_A, 719.5399), *back])
-    assert kibam.state_of_charge(BATTERY, end) == pytest.approx(0.05, abs=1e-6)
+    rested = kibam.steps(BATTERY, BATTERY.full, [*out, Stage(RESTING_A, 392.1438)])[-1]
+    end = kibam.steps(BATTERY, rested, [*on, Stage(HOVERING_A, 719.5399), *back])[-1]
+    assert end.total_As / BATTERY.capacity_As == pytest.approx(0.05, abs=1e-6)
     assert end.available_As / 72_000 == printed("-0.13")
     assert rested.available_As / 57_600 == printed("1.04")
 
@@ -459,13 +457,13 @@ def test_longest_hover_that_reaches_b9() -> None:
     out, on, back = mission([ORIGIN_M, HOVER_M, B9_M, DESTINATION_M])
 
     def on_roof(hover_s: float) -> Wells:
-        return kibam.after(BATTERY, BATTERY.full, [*out, Stage(HOVERING_A, hover_s), *on])
+        return kibam.steps(BATTERY, BATTERY.full, [*out, Stage(HOVERING_A, hover_s), *on])[-1]
 
     hover_s = brentq(lambda hover_s: on_roof(hover_s).available_As, 1.0, 900.0)
     assert hover_s == printed("597.270")
     flight_s = sum(phase.duration_s for leg in (out, on, back) for phase in leg)
     rest = Stage(RESTING_A, 1200.0 - flight_s - hover_s)
-    assert kibam.after(BATTERY, on_roof(hover_s), [rest, *back]).available_As > 0.0
+    assert kibam.steps(BATTERY, on_roof(hover_s), [rest, *back])[-1].available_As > 0.0
 
 
 # Arrays and symbols
@@ -496,12 +494,12 @@ def test_symbols_give_what_floats_give() -> None:
         Parameter("available_fraction", "ω", "1", 0.8),
         Parameter("flow_rate_per_s", "k_F", "1/s", 4.5e-5),
     )
-    tree = kibam.after(pool, pool.full, [Stage(-80.0, hover), Stage(10.0, 300.0)])
+    tree = kibam.steps(pool, pool.full, [Stage(-80.0, hover), Stage(10.0, 300.0)])[-1]
     for changed in ({}, {"flow_rate_per_s": 0.0}, {"available_fraction": 0.6}):
         constants = {"flow_rate_per_s": 4.5e-5, "available_fraction": 0.8, **changed}
         number = Battery(72_000.0, constants["available_fraction"], constants["flow_rate_per_s"])
-        expected = kibam.after(number, number.full, [Stage(-80.0, 500.0), Stage(10.0, 300.0)])
+        expected = kibam.steps(number, number.full, [Stage(-80.0, 500.0), Stage(10.0, 300.0)])[-1]
         values = {"hover_time_s": 500.0, **changed}
         assert tuple(evaluate(each, values) for each in tree) == expected
-        soc = evaluate(kibam.state_of_charge(pool, tree), values)
-        assert soc == kibam.state_of_charge(number, expected)
+        soc = evaluate(tree.total_As / pool.capacity_As, values)
+        assert soc == expected.total_As / number.capacity_As

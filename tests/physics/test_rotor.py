@@ -12,7 +12,14 @@ from hypothesis import strategies as st
 from optuav.modelling import Parameter, Variable, evaluate
 from optuav.physics import rotor
 from optuav.physics.quantity import Quantity
-from tests.physics.reference import AIRFRAME, MOTOR, THRUST_N, WEIGHT_N, printed
+from tests.physics.reference import (
+    AIRFRAME,
+    MOTOR,
+    THRUST_N,
+    WEIGHT_N,
+    power_coefficients,
+    printed,
+)
 
 MOTORS = st.builds(
     rotor.Motor,
@@ -80,7 +87,7 @@ def test_paper_prints_the_polynomial_with_another_last_coefficient() -> None:
     c3 = D_f / κ_T * (R * D_f / κ_T + κ_E) + 2 * R * T_f * κ0 / κ_T**2
     c6 = 2 * J / T_f * c1
     paper = (c1, c2, c3, κ0 / T_f * c2, κ0**2 / T_f**2 * c1, c6, J**2 / T_f**2 * c1, J / T_f * c2)
-    coefficients = rotor.power_coefficients(MOTOR)
+    coefficients = power_coefficients(MOTOR)
     assert coefficients[:8] == pytest.approx(paper, rel=1e-14)
     assert coefficients[8] == pytest.approx(κ0 / T_f * c6, rel=1e-14)
     assert coefficients[8] != pytest.approx(κ_T / T_f * c6, rel=0.5)
@@ -88,7 +95,7 @@ def test_paper_prints_the_polynomial_with_another_last_coefficient() -> None:
 
 def polynomial_power(motor: rotor.Motor, v: Quantity, acceleration: float = 0.0) -> Quantity:
     """The power of a turning rotor by the coefficients of eq (5)."""
-    *steady, c6, c7, c8, c9 = rotor.power_coefficients(motor)
+    *steady, c6, c7, c8, c9 = power_coefficients(motor)
     rising = c6 + c7 * acceleration + c8 * v + c9 * v**2
     return sum(c * v**k for k, c in enumerate(steady)) + acceleration * rising
 
