@@ -112,8 +112,7 @@ def _cheapest(price: Floats, width: Floats, need: Floats) -> Floats:
     price, width = (np.take_along_axis(each, order, axis=0) for each in (price, width))
     before = np.cumsum(width, axis=0) - width
     taken = np.where(price < 0.0, width, np.clip(need - before, 0.0, width))
-    total: Floats = (price * taken).sum(axis=0)
-    return total
+    return np.asarray((price * taken).sum(axis=0))
 
 
 def _enveloped(
@@ -169,8 +168,7 @@ def _farthest(
         """y1 after a duration."""
         remaining, integral_s = levelling(battery, time_s)
         tilted_As = tilt * remaining + (1.0 - share) * current_A * integral_s
-        sum_As: Floats = share * (total + current_A * time_s) + tilted_As
-        return sum_As
+        return np.asarray(share * (total + current_A * time_s) + tilted_As)
 
     # dy1/dt = I − k'z vanishes where e^(−k't) = ω I / (k'z − (1−ω) I).
     rate = battery.rate_per_s
@@ -181,8 +179,7 @@ def _farthest(
     inside = (low_s < turn_s) & (turn_s < high_s)
     if inside.any():
         found = pick(found, available(np.where(inside, turn_s, low_s)))
-    farthest: Floats = total + pick(current_A * low_s, current_A * high_s)
-    return farthest, found
+    return np.asarray(total + pick(current_A * low_s, current_A * high_s)), found
 
 
 class Limit(NamedTuple):

@@ -80,7 +80,7 @@ class _BranchAndBound:
         self.terrain, self.progress = terrain, progress
         self.time_limit_s = np.inf if time_limit_s is None else time_limit_s
         self.started_s = time.monotonic()
-        self.trial, self.longest_s = Trial(terrain), -np.inf
+        self.longest_s = -np.inf
         self.best: Stops | None = None
         self.open: deque[Boxes] = deque()
         self.examined = 0
@@ -97,7 +97,7 @@ class _BranchAndBound:
             ended = INTERRUPTED
             self.time_limit_s = time.monotonic() - self.started_s + INTERRUPTED_S
         bound_s = self._bound_s() if begun else self.terrain.longest_stay_s
-        best = None if self.best is None else self.trial.with_short_rests(self.best)
+        best = None if self.best is None else with_short_rests(self.terrain, self.best)
         return SearchResult(best, bound_s, self.examined, ended)
 
     def _begin(self, kinds: Iterable[Pattern]) -> None:
@@ -143,8 +143,7 @@ class _BranchAndBound:
         if self.best is None:
             return np.zeros(len(boxes))
         first = boxes.rank < self.best.rank
-        beat_s: Floats = np.maximum(self.longest_s + np.where(first, -TIE_S, TIE_S), 0.0)
-        return beat_s
+        return np.maximum(self.longest_s + np.where(first, -TIE_S, TIE_S), 0.0)
 
     def _improve(self, boxes: Boxes) -> None:
         """Look for a better plan in boxes."""
@@ -153,7 +152,7 @@ class _BranchAndBound:
             # The sequence that leads may go on to lead by less than a tie.
             ahead_s = np.nextafter(self.best.hover_s, np.inf)
             beat_s = np.where(boxes.rank == self.best.rank, ahead_s, beat_s)
-        found, stays_s = self.trial.longest(boxes, beat_s)
+        found, stays_s = longest(self.terrain, boxes, beat_s)
         if not found.any():
             return
         hover_s, rank = stays_s[boxes.hovers].sum(axis=0), boxes.rank[found]
@@ -213,115 +212,115 @@ class Stops:
     rank: int
 
 
-@dataclass(frozen=True)
-class Trial:
-    """Plans over one terrain."""
+def slack(terrain: Terrain, places: Integers, stays_s: Floats) -> Floats:
+    """Smallest distance of plans to a limit of the wells [A s]; < 0 where one is violated.
 
-    terrain: Terrain
+    Every stage of constant current is looked at where it ends: y1 is least at an end while it
+    drains and largest at an end while it charges, if it begins within the wells. Where charging
+    tapers, nothing passes full. Places (stop + 2, plan), stays (stop, plan) [s].
+    """
+    battery, maps = terrain.battery, terrain.leg_maps
+    share, full_As = battery.available_fraction, battery.full.available_As
+    current_A = terrain.stay_current_A[places]
+    total, tilt = np.full(places.shape[1], battery.capacity_As), np.zeros(places.shape[1])
+    least = np.full(places.shape[1], np.inf)
+    for stop, (start, end) in enumerate(itertools.pairwise(places)):
+        totals = total - maps.charge_As[:, start, end]
+        tilts = tilt * maps.remaining[:, start, end] + maps.tilt_As[:, start, end]
+        least = np.minimum(least, (share * totals + tilts).min(axis=0))
+        total, tilt = totals[-1], tilts[-1]
+        if stop == len(stays_s):
+            break
+        total, tilt = _after_stay(terrain, total, tilt, Stage(current_A[stop + 1], stays_s[stop]))
+        available = share * total + tilt
+        room_As = np.inf if terrain.tapers else full_As - available
+        least = np.minimum(least, np.minimum(available, room_As))
+    return np.asarray(np.minimum(least, total - terrain.least_charge_As))
 
-    def slack(self, places: Integers, stays_s: Floats) -> Floats:
-        """Smallest distance of plans to a limit of the wells [A s]; < 0 where one is violated.
 
-        Every stage of constant current is looked at where it ends: y1 is least at an end while it
-        drains and largest at an end while it charges, if it begins within the wells. Where charging
-        tapers, nothing passes full. Places (stop + 2, plan), stays (stop, plan) [s].
-        """
-        battery, maps = self.terrain.battery, self.terrain.leg_maps
-        share, full_As = battery.available_fraction, battery.full.available_As
-        current_A = self.terrain.stay_current_A[places]
-        total, tilt = np.full(places.shape[1], battery.capacity_As), np.zeros(places.shape[1])
-        slack = np.full(places.shape[1], np.inf)
-        for stop, (start, end) in enumerate(itertools.pairwise(places)):
-            totals = total - maps.charge_As[:, start, end]
-            tilts = tilt * maps.remaining[:, start, end] + maps.tilt_As[:, start, end]
-            slack = np.minimum(slack, (share * totals + tilts).min(axis=0))
-            total, tilt = totals[-1], tilts[-1]
-            if stop == len(stays_s):
-                break
-            total, tilt = self._after_stay(total, tilt, Stage(current_A[stop + 1], stays_s[stop]))
-            available = share * total + tilt
-            room_As = np.inf if self.terrain.tapers else full_As - available
-            slack = np.minimum(slack, np.minimum(available, room_As))
-        least: Floats = np.minimum(slack, total - self.terrain.least_charge_As)
-        return least
+def _after_stay(
+    terrain: Terrain, total: Floats, tilt: Floats, phase: Stage
+) -> tuple[Floats, Floats]:
+    """Total charge and tilt (plan,) [A s] after a stay."""
+    battery = terrain.battery
+    share, (current_A, time_s) = battery.available_fraction, phase
+    remaining, integral_s = levelling(battery, time_s)
+    total_after = total + current_A * time_s
+    tilt_after = tilt * remaining + (1.0 - share) * current_A * integral_s
+    if terrain.tapers:
+        over = share * total_after + tilt_after > battery.full.available_As
+        if over.any():
+            before = Wells(share * total + tilt, (1.0 - share) * total - tilt)
+            at_start = Wells(*(well[over] for well in before))
+            available, bound = tapered(battery, at_start, Stage(*(f[over] for f in phase)))
+            total_after[over] = available + bound
+            tilt_after[over] = (1.0 - share) * available - share * bound
+    return total_after, tilt_after
 
-    def _after_stay(self, total: Floats, tilt: Floats, phase: Stage) -> tuple[Floats, Floats]:
-        """Total charge and tilt (plan,) [A s] after a stay."""
-        battery = self.terrain.battery
-        share, (current_A, time_s) = battery.available_fraction, phase
-        remaining, integral_s = levelling(battery, time_s)
-        total_after = total + current_A * time_s
-        tilt_after = tilt * remaining + (1.0 - share) * current_A * integral_s
-        if self.terrain.tapers:
-            over = share * total_after + tilt_after > battery.full.available_As
-            if over.any():
-                before = Wells(share * total + tilt, (1.0 - share) * total - tilt)
-                at_start = Wells(*(well[over] for well in before))
-                available, bound = tapered(battery, at_start, Stage(*(f[over] for f in phase)))
-                total_after[over] = available + bound
-                tilt_after[over] = (1.0 - share) * available - share * bound
-        return total_after, tilt_after
 
-    def longest(self, boxes: Boxes, hover_s: Floats) -> tuple[Booleans, Floats]:
-        """Find plans in boxes that hover at least so long.
+def longest(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> tuple[Booleans, Floats]:
+    """Find plans in boxes that hover at least so long.
 
-        Two ways lead through a box: the hovers grow from the shortest on, and the rests are as long
-        as the deadline lets them be, or as short as they may. Along each, halving finds where the
-        wells set an end. Returns whether one was found (box,), and the stays of those found
-        (stop, found) [s].
-        """
-        hover = np.array(boxes.pattern)[:, None]
-        short = replace(boxes, high_s=np.where(hover, boxes.high_s, boxes.low_s))
-        (found, stays_s), (found_short, short_s) = (
-            self._along(each, hover_s) for each in (boxes, short)
-        )
-        hovers = boxes.hovers
-        longer = short_s[hovers].sum(axis=0) > stays_s[hovers].sum(axis=0)
-        take = found_short & (longer | ~found)
-        found = found | found_short
-        return found, np.where(take, short_s, stays_s)[:, found]
+    Two ways lead through a box: the hovers grow from the shortest on, and the rests are as long
+    as the deadline lets them be, or as short as they may. Along each, halving finds where the
+    wells set an end. Returns whether one was found (box,), and the stays of those found
+    (stop, found) [s].
+    """
+    hover = np.array(boxes.pattern)[:, None]
+    short = replace(boxes, high_s=np.where(hover, boxes.high_s, boxes.low_s))
+    (found, stays_s), (found_short, short_s) = (
+        _along(terrain, each, hover_s) for each in (boxes, short)
+    )
+    hovers = boxes.hovers
+    longer = short_s[hovers].sum(axis=0) > stays_s[hovers].sum(axis=0)
+    take = found_short & (longer | ~found)
+    found = found | found_short
+    return found, np.where(take, short_s, stays_s)[:, found]
 
-    def _along(self, boxes: Boxes, hover_s: Floats) -> tuple[Booleans, Floats]:
-        """As `longest`, with the long rests of a box only; stays of all boxes (stop, box)."""
-        hovers, rests = boxes.hovers, boxes.rests
-        legs_s = self.terrain.duration_s[boxes.places[:-1], boxes.places[1:]]
-        left_s = self.terrain.deadline_s - legs_s.sum(axis=0)
-        low_s = np.maximum(boxes.low_s[hovers].sum(axis=0), hover_s)
-        stays_s = _stays(boxes, low_s, left_s)
-        found = self._holds(boxes, stays_s, left_s) & (stays_s[hovers].sum(axis=0) >= hover_s)
-        if not found.any():
-            return found, stays_s
-        chosen, low_s, left_s = boxes.take(found), low_s[found], left_s[found]
-        high_s = left_s - chosen.low_s[rests].sum(axis=0)
-        high_s = np.maximum(low_s, np.minimum(high_s, chosen.high_s[hovers].sum(axis=0)))
-        best_s = stays_s[:, found]
-        for _ in range(HALVINGS):
-            middle_s = 0.5 * (low_s + high_s)
-            tried_s = _stays(chosen, middle_s, left_s)
-            good = self._holds(chosen, tried_s, left_s)
-            best_s = np.where(good, tried_s, best_s)
-            low_s, high_s = np.where(good, middle_s, low_s), np.where(good, high_s, middle_s)
-        stays_s[:, found] = best_s
+
+def _along(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> tuple[Booleans, Floats]:
+    """As `longest`, with the long rests of a box only; stays of all boxes (stop, box)."""
+    hovers, rests = boxes.hovers, boxes.rests
+    legs_s = terrain.duration_s[boxes.places[:-1], boxes.places[1:]]
+    left_s = terrain.deadline_s - legs_s.sum(axis=0)
+    low_s = np.maximum(boxes.low_s[hovers].sum(axis=0), hover_s)
+    stays_s = _stays(boxes, low_s, left_s)
+    found = _holds(terrain, boxes, stays_s, left_s) & (stays_s[hovers].sum(axis=0) >= hover_s)
+    if not found.any():
         return found, stays_s
+    chosen, low_s, left_s = boxes.take(found), low_s[found], left_s[found]
+    high_s = left_s - chosen.low_s[rests].sum(axis=0)
+    high_s = np.maximum(low_s, np.minimum(high_s, chosen.high_s[hovers].sum(axis=0)))
+    best_s = stays_s[:, found]
+    for _ in range(HALVINGS):
+        middle_s = 0.5 * (low_s + high_s)
+        tried_s = _stays(chosen, middle_s, left_s)
+        good = _holds(terrain, chosen, tried_s, left_s)
+        best_s = np.where(good, tried_s, best_s)
+        low_s, high_s = np.where(good, middle_s, low_s), np.where(good, high_s, middle_s)
+    stays_s[:, found] = best_s
+    return found, stays_s
 
-    def _holds(self, boxes: Boxes, stays_s: Floats, left_s: Floats) -> Booleans:
-        """Whether deadline and wells admit stays."""
-        in_time: Booleans = stays_s.sum(axis=0) <= left_s
-        return in_time & (self.slack(boxes.places, stays_s) >= 0.0)
 
-    def with_short_rests(self, stops: Stops) -> Stops:
-        """The same plan with every rest, one after another, as short as the wells admit."""
-        places, stays_s = stops.places[:, None], stops.stays_s[:, None].copy()
-        for stop in np.flatnonzero(stops.places[1:-1] != HOVER):
-            low_s, high_s = 0.0, float(stays_s[stop, 0])
-            for time_s in (low_s, *[None] * HALVINGS):
-                tried_s = stays_s.copy()
-                tried_s[stop] = 0.5 * (low_s + high_s) if time_s is None else time_s
-                if self.slack(places, tried_s)[0] >= 0.0:
-                    high_s, stays_s = float(tried_s[stop, 0]), tried_s
-                else:
-                    low_s = float(tried_s[stop, 0])
-        return replace(stops, stays_s=stays_s[:, 0])
+def _holds(terrain: Terrain, boxes: Boxes, stays_s: Floats, left_s: Floats) -> Booleans:
+    """Whether deadline and wells admit stays."""
+    in_time = stays_s.sum(axis=0) <= left_s
+    return np.asarray(in_time & (slack(terrain, boxes.places, stays_s) >= 0.0))
+
+
+def with_short_rests(terrain: Terrain, stops: Stops) -> Stops:
+    """The same plan with every rest, one after another, as short as the wells admit."""
+    places, stays_s = stops.places[:, None], stops.stays_s[:, None].copy()
+    for stop in np.flatnonzero(stops.places[1:-1] != HOVER):
+        low_s, high_s = 0.0, float(stays_s[stop, 0])
+        for time_s in (low_s, *[None] * HALVINGS):
+            tried_s = stays_s.copy()
+            tried_s[stop] = 0.5 * (low_s + high_s) if time_s is None else time_s
+            if slack(terrain, places, tried_s)[0] >= 0.0:
+                high_s, stays_s = float(tried_s[stop, 0]), tried_s
+            else:
+                low_s = float(tried_s[stop, 0])
+    return replace(stops, stays_s=stays_s[:, 0])
 
 
 def _stays(boxes: Boxes, hover_s: Floats, left_s: Floats) -> Floats:

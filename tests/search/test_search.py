@@ -17,7 +17,7 @@ from optuav.network.network import build_network
 from optuav.network.one_stop import all_legs
 from optuav.physics import kibam
 from optuav.search.bounds import possible
-from optuav.search.branch import TIE_S, SearchResult, Trial, search
+from optuav.search.branch import TIE_S, SearchResult, search, slack
 from optuav.search.terrain import Pattern, Terrain, patterns, sequences
 from optuav.solving.several_stops import terrain
 from tests.examples import few
@@ -200,7 +200,7 @@ def test_no_rule_drops_a_plan(keys: dict[str, float], pattern: Pattern, seed: in
     longest_s = roots.high_s * chance.choice([0.0, 0.1, 0.6, 1.0], roots.high_s.shape)
     stays_s = longest_s * chance.random(roots.high_s.shape)
     flight_s = known.duration_s[roots.places[:-1], roots.places[1:]].sum(axis=0)
-    bears = Trial(known).slack(roots.places, stays_s) >= 0.0
+    bears = slack(known, roots.places, stays_s) >= 0.0
     bears &= flight_s + stays_s.sum(axis=0) <= known.deadline_s
     wide_s = 10.0 ** chance.uniform(-6.0, 2.5, (2, *stays_s.shape))
     boxes = replace(
