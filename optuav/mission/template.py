@@ -22,9 +22,6 @@ CELL_V = 3.7  # Nominal voltage of a lithium-polymer cell
 REST_SHARE = 0.02
 """Power at rest over power in hover, an assumption: electronics awake, rotors stopped."""
 
-_AS_PER_MAH = 3.6
-_S_PER_MIN = 60.0
-
 Minutes = Annotated[float, Number("min", ge=1, le=1e4)]
 Watts = Annotated[float, Number("W", ge=1, le=1e6)]
 
@@ -142,20 +139,21 @@ class Datasheet(MissionSection):
         by the nominal voltage. Packs charge at 1 C at most. The wells of the battery, the
         acceleration, the link and the laser but for its power are those of that mission.
         """
-        capacity_As = self.capacity_mAh * _AS_PER_MAH
+        capacity_As = self.capacity_mAh * 3.6
         voltage_V = self.cells * CELL_V
         charge_As = self.packs * capacity_As
 
         def current_A(minutes: float | None, power_W: float | None) -> float:
-            empty_A = charge_As / (minutes * _S_PER_MIN) if minutes else 0.0
+            empty_A = charge_As / (minutes * 60.0) if minutes else 0.0
             return (power_W / voltage_V if power_W else empty_A) * self.load_factor
 
         hover_A = current_A(self.hover_min, self.hover_power_W)
         flight_A = current_A(self.cruise_min, self.cruise_power_W) or hover_A
         currents_A = {"flight": flight_A, "hover": hover_A, "rest": REST_SHARE * hover_A}
-        loads = {f"{regime}_current_A": round(A, 4) for regime, A in currents_A.items()} | {
-            f"{regime}_power_W": round(A * voltage_V, 2) for regime, A in currents_A.items()
-        }
+        loads = dict[str, float]()
+        for regime, load_A in currents_A.items():
+            loads[f"flight.{regime}_current_A"] = round(load_A, 4)
+            loads[f"flight.{regime}_power_W"] = round(load_A * voltage_V, 2)
         return load(SCENE).replace(
             {
                 "name": "drone",
@@ -167,7 +165,7 @@ class Datasheet(MissionSection):
                 "battery.charge_current_A": round(self.packs * self.capacity_mAh / 1000.0, 4),
                 "laser.power_W": self.laser_power_W,
                 "flight.max_speed_m_s": self.cruise_speed_m_s,
-                **{f"flight.{key}": value for key, value in loads.items()},
+                **loads,
             }
         )
 

@@ -32,7 +32,6 @@ UNKNOWN = object()  # Stands for a value that is missing or not allowed by itsel
 _HOME = {key: f"{name}.{key}" for name, keys in KEYS.items() if name != "buildings" for key in keys}
 _RATE: Key = ("battery", "flow_rate_per_s")
 _RATE_PER_MINUTE: Key = ("battery", "flow_rate_per_min")
-_ATTENUATION = ("visibility_km", "attenuation_per_km")
 _CHARGING = ("charge_current_A", "charge_power_W")
 
 AnyModel = TypeVar("AnyModel", bound=BaseModel)
@@ -147,24 +146,20 @@ def breaches_of(
     suggestions = 0
     for detail in error.errors(include_url=False, include_context=False, include_input=False):
         key = _key(detail["loc"])
-        value = stated.value(key)
         if not key or (key == _RATE and stated.value(_RATE_PER_MINUTE) is not UNKNOWN):
             continue
+        name = str(key[0])
         if detail["type"] in ("extra_forbidden", "invalid_key"):
             suggestions += 1
-            known = (
-                {*model.model_fields, "schema", "extends"} if len(key) == 1 else KEYS[str(key[0])]
-            )
-            yield Breach(
-                key, _unknown(key, known if suggestions <= MOST_SUGGESTIONS else (), stated)
-            )
+            known = {*model.model_fields, "schema", "extends"} if len(key) == 1 else KEYS[name]
+            likely = known if suggestions <= MOST_SUGGESTIONS else ()
+            yield Breach(key, _unknown(key, likely, stated))
             continue
-        name = str(key[0])
         if name not in SECTIONS or key == ("buildings",):
             words = allowed(model, name)
         else:
             words = allowed(SECTIONS[name], str(key[-1])) if key[-1] in KEYS[name] else table(name)
-        if value is UNKNOWN:
+        if stated.value(key) is UNKNOWN:
             by = stated.displaced.get(key)
             why = f"; a new {by} displaces the old one, state both" if by else ""
             words = f"is missing; {words}{why}"
@@ -221,7 +216,7 @@ def rules(document: Document) -> Iterator[Breach]:
         words = f"a number, x >= limits.deadline_s / {MOST_TURNS} = {least_s:g} [s]"
         yield Breach(("battery", "period_s"), f"{words}, as every turn is simulated")
     if isinstance(laser := document.get("laser"), dict):
-        twins = [key for key in _ATTENUATION if key in laser]
+        twins = [key for key in ("visibility_km", "attenuation_per_km") if key in laser]
         if len(twins) == 2:
             yield Breach(("laser", twins[0]), f"either {' or '.join(twins)}, not both")
         elif not twins:

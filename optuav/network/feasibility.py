@@ -19,8 +19,6 @@ from optuav.physics import flight, link, rotor
 
 TOLERANCE = 1e-9  # Relative; a hover point on the rim of the coverage is covered
 
-SECONDS_PER_HOUR = 3600.0
-
 
 def impossibilities(network: Network, *, one_stop: bool = True) -> tuple[str, ...]:
     """Reasons for which no route can be flown, with one stop or else with any number of them."""
@@ -62,16 +60,12 @@ def blocked_legs(network: Network, route: int) -> list[str]:
     legs, names = network.legs, network.places.names
     reasons = []
     for leg in network.routes.legs[route]:
-        if leg == NO_LEG or legs.flyable[leg]:
-            continue
-        way = f"the leg {names[legs.start[leg]]} → {names[legs.end[leg]]}"
-        if legs.crosses[leg] >= 0:
-            building = network.mission.buildings[legs.crosses[leg]].name
-            reasons.append(
-                f"{way} crosses building {building} (flight.through_buildings = true allows it)"
-            )
-        else:
-            reasons.append(f"{way} is not in the graph")
+        if leg != NO_LEG and not legs.flyable[leg]:
+            why = "is not in the graph"
+            if legs.crosses[leg] >= 0:
+                building = network.mission.buildings[legs.crosses[leg]].name
+                why = f"crosses building {building} (flight.through_buildings = true allows it)"
+            reasons.append(f"the leg {names[legs.start[leg]]} → {names[legs.end[leg]]} {why}")
     return reasons
 
 
@@ -89,12 +83,11 @@ def advice(mission: Mission) -> Iterator[str]:
             yield f"{places.names[place]} lies inside building {mission.buildings[building].name}"
     speeds_m_s = np.where(legs.flyable & ~legs.edited, legs.peak_speed_m_s, 0.0)
     fastest = int(speeds_m_s.argmax())
-    warning = flight.speed_warning(float(speeds_m_s[fastest]))
-    if warning is not None:
+    if warning := flight.speed_warning(float(speeds_m_s[fastest])):
         start, end = (places.names[each[fastest]] for each in (legs.start, legs.end))
         yield f"on the leg {start} → {end}, {warning}"
     battery = mission.battery
-    recommended_A = battery.packs * battery.capacity_As / SECONDS_PER_HOUR
+    recommended_A = battery.packs * battery.capacity_As / 3600.0
     if battery.charge_current_A > recommended_A:
         yield (
             f"battery.charge_current_A = {battery.charge_current_A:g} A is above 1 C of the "

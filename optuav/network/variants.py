@@ -6,7 +6,6 @@ variants has a single row. Buildings stay where they are.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,6 +14,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats
 from optuav.mission import Mission
+from optuav.mission.mission import DISPLACED
 from optuav.network import vehicle
 from optuav.network.network import Network, shared_lines
 from optuav.network.obstacles import clear_lines, prisms
@@ -24,9 +24,6 @@ from optuav.physics.quantity import Quantity
 
 Columns = Mapping[str, Floats]
 """Values by key, ``"link.device_m[0]"`` for a component; one entry a variant."""
-
-KEY = re.compile(r"(\w+)\.(\w+)(?:\[([012])\])?")
-ENERGIES = ("flight_energy_J", "hover_energy_J")
 
 
 @dataclass(frozen=True)
@@ -50,19 +47,19 @@ class Variants:
         """
         mission, tables = self.network.mission, dict[str, dict[str, object]]()
         for key, values in self.columns.items():
-            found = KEY.fullmatch(key)
-            assert found is not None, key
-            table, name, axis = found.groups()
+            table, _, name = key.partition(".")
+            name, _, axis = name.partition("[")
             changed = tables.setdefault(table, {})
             column = np.asarray(values, dtype=float)[:, None]
-            if axis is None:
+            if not axis:
                 changed[name] = column
                 continue
             here = changed.setdefault(name, list(getattr(getattr(mission, table), name)))
             assert isinstance(here, list)
-            here[int(axis)] = column
+            here[int(axis[0])] = column
         if {"packs", "capacity_As"} & tables.get("battery", {}).keys():
-            tables["battery"] = dict.fromkeys(ENERGIES) | tables["battery"]
+            energies = DISPLACED["battery"]["capacity_As"]
+            tables["battery"] = dict.fromkeys(energies) | tables["battery"]
         changes = {
             table: getattr(mission, table).model_copy(update=changed)
             for table, changed in tables.items()

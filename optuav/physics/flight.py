@@ -62,7 +62,7 @@ class Airframe(NamedTuple):
     def external_force_N(self, wind_N: Vector) -> Vector:
         """F_e [N]: gravity and a wind force, components (x, y, z)."""
         x, y, z = wind_N
-        return x, y, z - self.mass_kg * self.gravity_m_s2
+        return x, y, z - self.weight_N
 
 
 class Loads(NamedTuple):
@@ -148,8 +148,7 @@ def leg(
     forward_N, backward_N = along_N + root_N, root_N - along_N
     attitudes = [LEVEL]
     for net_N, direction in ((forward_N, (x, y, z)), (backward_N, (-x, -y, -z))):
-        parts = ((net_N * u - f) / thrust_N for u, f in zip(direction, force_N, strict=True))
-        fx, fy, fz = parts  # f = (A u − F_e)/F
+        fx, fy, fz = ((net_N * u - f) / thrust_N for u, f in zip(direction, force_N, strict=True))
         # asin(f_y) of a unit vector, without the rounding that makes f_y exceed 1.
         roll_rad = np.arctan2(fy, np.sqrt(fx * fx + fz * fz))
         attitudes.append(Attitude(pitch_rad=np.arctan2(fx, fz), roll_rad=roll_rad))
@@ -162,14 +161,11 @@ def leg(
     # Turning in pitch and then in roll, each speeding up for half of its time and slowing down.
     v_max = motor.max_speed_rad_s
     torque_Nm = airframe.arm_length_m * motor.lift_coefficient_N_s2_rad2 * v_max**2
-    turns: list[Quantity] = []
-    for start, end in itertools.pairwise([*attitudes, LEVEL]):
-        pitch_rad = np.abs(end.pitch_rad - start.pitch_rad)
-        roll_rad = np.abs(end.roll_rad - start.roll_rad)
-        turns += (
-            np.sign(distance) * (2.0 * np.sqrt(pitch_rad * airframe.inertia_y_kg_m2 / torque_Nm)),
-            np.sign(distance) * (2.0 * np.sqrt(roll_rad * airframe.inertia_x_kg_m2 / torque_Nm)),
-        )
+    turns, inertias = list[Quantity](), (airframe.inertia_y_kg_m2, airframe.inertia_x_kg_m2)
+    for before, after in itertools.pairwise([*attitudes, LEVEL]):
+        for start_rad, end_rad, inertia in zip(before, after, inertias, strict=True):
+            turn_s = 2.0 * np.sqrt(np.abs(end_rad - start_rad) * inertia / torque_Nm)
+            turns.append(np.sign(distance) * turn_s)
     # While turning, one rotor is at v_max and two at v_max/√2; else all are at v_max.
     draws = (rotor.current, rotor.power)
     turning = [sum(draw(motor, share * v_max) for share in TURNING_SPEEDS) for draw in draws]

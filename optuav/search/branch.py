@@ -39,7 +39,6 @@ class SearchResult:
 
     stops: Stops | None
     bound_s: float  # No plan hovers longer [s]; −inf where it is proved that there is no plan
-    examined: int  # Number of boxes that it looked at
     ended: str  # Why the search ended early; empty if it is complete
 
 
@@ -98,7 +97,7 @@ class _BranchAndBound:
             self.time_limit_s = time.monotonic() - self.started_s + INTERRUPTED_S
         bound_s = self._bound_s() if begun else self.terrain.longest_stay_s
         best = None if self.best is None else with_short_rests(self.terrain, self.best)
-        return SearchResult(best, bound_s, self.examined, ended)
+        return SearchResult(best, bound_s, ended)
 
     def _begin(self, kinds: Iterable[Pattern]) -> None:
         """Look at every sequence; the most promising boxes of each pattern lead to a good plan."""
