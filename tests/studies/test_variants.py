@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import optuav
 from formulations.soc import adjusted
 from optuav.mission import Mission
 from optuav.network.network import build_network
-from optuav.network.variants import KEY, Columns, Variants
+from optuav.network.variants import Columns, Variants
 from optuav.solving.assemble import quantities
 from optuav.studies.uncertainty import hover_times_s
 
@@ -43,9 +44,7 @@ def alone(mission: Mission, varied: Columns, number: int) -> Mission:
     """One of the variants, made by the mission itself."""
     values: dict[str, Any] = {}
     for key, column in varied.items():
-        found = KEY.fullmatch(key)
-        assert found is not None
-        table, name, place = found.groups()
+        table, name, place = re.fullmatch(r"(\w+)\.(\w+)(?:\[(\d)\])?", key).groups()
         if place is None:
             values[key] = float(column[number])
         else:
