@@ -18,7 +18,7 @@ from fractions import Fraction
 
 import optuav
 from optuav.paper.ledger import Verdict
-from optuav.paper.table2 import CONSISTENT, Charge, admitted, loads_exist
+from optuav.paper.table2 import CONSISTENT, admitted, loads_exist
 
 if hasattr(sys.stdout, "reconfigure"):
     sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
@@ -107,7 +107,7 @@ print(f"η2 at {first[0]} s: {low:.2f} to {high:.2f} %, printed {first[3]} %")
 assert high < 0.0
 assert loads_exist(CONSISTENT)
 for cell in ((2, 740.65, "-12.79"), (3, 950.0, "11.71"), (3, 697.0, "33.17")):
-    assert not loads_exist((*CONSISTENT, Charge(*cell)))
+    assert not loads_exist((*CONSISTENT, cell))
 
 # %% [markdown]
 # ## What a match is worth

@@ -2,8 +2,7 @@
 
 import math
 import tomllib
-from collections.abc import Mapping
-from functools import cache, lru_cache
+from functools import lru_cache
 from importlib.resources import files
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from formulations.formulation import Formulation
 from formulations.p1 import P1
 from formulations.p3 import P3
+from formulations.soc import AVAILABLE
 from optuav import solving
 from optuav.arrays import Floats
 from optuav.mission import Mission, load
@@ -21,7 +21,8 @@ from optuav.plan import Plan
 
 DATA = tomllib.loads(files("optuav.paper").joinpath("statements.toml").read_text("utf-8"))
 """The file of the paper's statements."""
-OURS: Perspective = "available"  # The perspective in which the available well must last
+PAPERS = (load("paper"), load("paper-table2"))
+"""The mission with the printed parameters, and the one with the recovered loads."""
 TRAJECTORIES: tuple[Trajectory, ...] = ("direct", "traj1", "traj2", "optimal")
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -43,17 +44,11 @@ BEST = P1()
 _solve = lru_cache(maxsize=REMEMBERED)(solving.solve)
 
 
-@cache
-def papers() -> tuple[Mission, Mission]:
-    """The mission with the printed parameters, and the one with the recovered loads."""
-    return load("paper"), load("paper-table2")
-
-
 def solve(
     mission: Mission,
     problem: Formulation = BEST,
     *,
-    perspective: Perspective = OURS,
+    perspective: Perspective = AVAILABLE,
     slot_s: float | None = None,
 ) -> Plan:
     """As `optuav.solve`; a plan that was found is kept."""
@@ -72,10 +67,11 @@ def by_trajectory(mission: Mission, perspective: Perspective) -> dict[str, Plan]
     }
 
 
-def longest(plans: Mapping[str, Plan]) -> tuple[Plan, list[str]]:
-    """The optimal one of the plans by trajectory, and the others that hover as long."""
-    best, others = plans["optimal"], TRAJECTORIES[:-1]
-    hovers_s = {name: plans[name].hover_time_s for name in others if plans[name]}
+def longest(mission: Mission, perspective: Perspective) -> tuple[Plan, list[str]]:
+    """The plan of the optimal trajectory, and the other trajectories that hover as long."""
+    plans = by_trajectory(mission, perspective)
+    best = plans.pop("optimal")
+    hovers_s = {name: plan.hover_time_s for name, plan in plans.items() if plan}
     return best, [name for name in hovers_s if hovers_s[name] >= best.hover_time_s - SAME_S]
 
 

@@ -15,15 +15,15 @@ from formulations.p1 import P1
 from formulations.p2 import P2
 from formulations.p3 import P3
 from formulations.p4 import P4
-from formulations.soc import PAPER
+from formulations.soc import AVAILABLE, PAPER
 from optuav import plots
 from optuav.judge import replay
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.options import Perspective
 from optuav.paper import curves, table2
-from optuav.paper.curves import BEST, DATA, OURS, solve, with_deadline
-from optuav.paper.ledger import Verdict, agrees, ledger
+from optuav.paper.curves import BEST, DATA, solve, with_deadline
+from optuav.paper.ledger import FAR_M, NEAR_M, Verdict, agrees, ledger
 from optuav.plan import Plan
 from optuav.plots.files import modelled_leg
 from optuav.plots.style import minus, printed
@@ -34,11 +34,10 @@ if TYPE_CHECKING:  # `optuav.plots` says what is missing
 Record: TypeAlias = Mapping[str, Any]
 Exhibits: TypeAlias = Iterator["Exhibit"]
 
-PACKS = {"battery": 61, OURS: 25}
+PACKS = {"battery": 61, AVAILABLE: 25}
 """Points of the curves in Fig. 8."""
 SOURCES_W = (100.0, 250.0, 500.0, 1000.0)
 """Source powers in Fig. 10; the paper does not print its own."""
-DISTANCES_M, NEAR_M = np.linspace(0.0, 5000.0, 101), 1000.0
 NO_SPEED = "loads by regime"
 WAYS = {"one rest, one hover": (1, 1), "two rests": (2, 1), "two hovers": (1, 2)}
 """Most rests and most hovers."""
@@ -147,8 +146,7 @@ def why(plan: Plan) -> str:
 
 def eta(plan: Plan, perspective: Perspective) -> float:
     """State of charge at the end in a perspective [%]."""
-    share = (plan.soc or {}).get(perspective)
-    return math.nan if share is None else 100.0 * share
+    return 100.0 * (plan.soc or {}).get(perspective, math.nan)
 
 
 def existing(plans: Mapping[str, Plan]) -> dict[str, Plan]:
@@ -257,7 +255,7 @@ def direct_path(mission: Mission) -> Exhibits:
     plans = {
         f"{deadline_s:g} s, {perspective}": table2.direct(mission, deadline_s, perspective)
         for deadline_s in deadlines_s(mission)
-        for perspective in (*PAPER, OURS)
+        for perspective in (*PAPER, AVAILABLE)
     }
     found = existing(plans)
     rows: list[Sequence[str]] = [HEAD]
@@ -300,7 +298,7 @@ def by_perspective(mission: Mission) -> Exhibits:
         changed = with_deadline(mission, deadline_s)
         chosen: dict[tuple[str, str], Plan] = {
             (perspective, name): plan
-            for perspective in (*PAPER, OURS)
+            for perspective in (*PAPER, AVAILABLE)
             for name, plan in curves.by_trajectory(changed, perspective).items()
         }
         plans = {f"{name}, {perspective}": plan for (perspective, name), plan in chosen.items()}
@@ -308,8 +306,8 @@ def by_perspective(mission: Mission) -> Exhibits:
         records, bars = _records(found, "trajectory"), _bars(chosen)
         said = [
             f"{each}: {best.hover_time_s:.2f} s by {' and '.join(names) or ' → '.join(best.route)}."
-            for each in (*PAPER, OURS)
-            for best, names in [curves.longest(curves.by_trajectory(changed, each))]
+            for each in (*PAPER, AVAILABLE)
+            for best, names in [curves.longest(changed, each)]
             if best
         ]
         said += (*grounded(found, "bars"), *missing(plans))
@@ -406,11 +404,11 @@ def charging(mission: Mission) -> Exhibits:
     assert mission.laser is not None
     records, spans = list[Record](), list[str]()
     for power_W in sorted({*SOURCES_W, mission.laser.power_W}):
-        energy_J, efficiency = curves.harvest(mission, power_W, DISTANCES_M)
+        energy_J, efficiency = curves.harvest(mission, power_W, FAR_M)
         percent = 100.0 * efficiency
-        columns = {"source_power_W": power_W, "distance_m": DISTANCES_M, "harvested_J": energy_J}
+        columns = {"source_power_W": power_W, "distance_m": FAR_M, "harvested_J": energy_J}
         records += _columns(**columns, efficiency_percent=percent)
-        near = percent[DISTANCES_M <= NEAR_M]
+        near = percent[NEAR_M[-1] >= FAR_M]
         spans.append(f"{power_W:g} W {near.min():.1f} to {near.max():.1f} %")
     for file in ("harvested-energy", "harvest-efficiency"):
         yield Exhibit(mission, file, records, {"spans": "; ".join(spans)})
@@ -431,10 +429,8 @@ def runs_dry(mission: Mission) -> Exhibits:
 
 def overcharges(mission: Mission) -> Exhibits:
     """The wells where the UAV rests first, which charges a battery that is nearly full."""
-    plans = {
-        each.name: solve(mission, P4(each.name, order="rest-first"), perspective="battery")
-        for each in mission.buildings
-    }
+    names = [each.name for each in mission.buildings]
+    plans = {n: solve(mission, P4(n, order="rest-first"), perspective="battery") for n in names}
     plan = max(existing(plans).values(), key=attrgetter("hover_time_s"))
     yield _course(plan, "overcharges", {"full_s": plan.overfull_s})
 
@@ -457,13 +453,11 @@ def second_problem(mission: Mission) -> Exhibits:
 
 def more_stops(mission: Mission) -> Exhibits:
     """The longest hover with two rests, and in two pieces, in which the available well lasts."""
-    plans = {
-        f"{words}, T_max = {deadline_s:g} s": solve(
-            with_deadline(mission, deadline_s), P1(stops=stops, hovers=hovers)
-        )
-        for deadline_s in (times * mission.limits.deadline_s for times in LATER)
-        for words, (stops, hovers) in WAYS.items()
-    }
+    plans = dict[str, Plan]()
+    for times, (words, (stops, hovers)) in itertools.product(LATER, WAYS.items()):
+        deadline_s = times * mission.limits.deadline_s
+        plan = solve(with_deadline(mission, deadline_s), P1(stops=stops, hovers=hovers))
+        plans[f"{words}, T_max = {deadline_s:g} s"] = plan
     found = existing(plans)
     said = [
         f"{name}: {plan.hover_time_s:.3f} s; {', '.join(_stays(plan))}."

@@ -23,7 +23,7 @@ from optuav.network.one_stop import one_stop_is_enough
 from optuav.network.places import HOVER
 from optuav.options import Perspective
 from optuav.paper import curves, table2
-from optuav.paper.curves import DATA, papers, solve, with_deadline
+from optuav.paper.curves import DATA, PAPERS, solve, with_deadline
 from optuav.paper.table2 import Interval, last_digit, printed_interval
 from optuav.physics import laser, rotor
 from optuav.plan import Plan
@@ -35,7 +35,7 @@ HEAD = ("name", "place", "what", "stated", "unit")
 """Fields of a statement with which its record begins."""
 NEAR_M, FAR_M = np.linspace(0.0, 1000.0, 101), np.linspace(0.0, 5000.0, 101)
 SOURCES_W = (500.0, 1000.0)
-"""Distances and sources at which the trends of Fig. 10 are checked."""
+"""Distances of Fig. 10, and sources at which its trends are checked."""
 FIGURES: dict[str, Callable[[Plan], float]] = {
     "hover_time_s": lambda plan: plan.hover_time_s,
     "flight_energy_J": lambda plan: -sum(p.energy_J for p in plan.phases if p.kind == "flight"),
@@ -284,25 +284,21 @@ def ledger(names: str | Collection[str] = ()) -> Ledger:
         for name in names
         if not any(each.startswith(name) for each in every)
     )
-    entries = []
-    for each in STATEMENTS:
-        chosen = (
-            each.name == name if name in every else each.name.startswith(name) for name in names
-        )
-        if not names or any(chosen):
-            printed, recovered = (_value(each, each.compute, mission) for mission in papers())
-            rooms = (_value(each, each.room, mission) for mission in papers() if each.room)
-            room = next((value for value in rooms if value is not None), None)
-            entries.append(Entry(each, printed, recovered, room))
-    return Ledger(tuple(entries))
+    begun = tuple(name for name in names or [""] if name not in every)
+    chosen = (each for each in STATEMENTS if each.name in names or each.name.startswith(begun))
+    return Ledger(tuple(map(_entry, chosen)))
 
 
-def _value(statement: PaperStatement, named: Sequence[Any], mission: Mission) -> Any:
-    """What a function gives for a mission; None for one of another flight model than stated."""
-    if statement.flight not in ("", mission.flight.model):
-        return None
-    name, *options = named
-    return (FORMULAS.get(name) or globals()[name])(mission, *options)
+def _entry(paper: PaperStatement) -> Entry:
+    """A statement with its values; None for a mission of another flight model than it states."""
+    values = list[Any]()
+    for name, *options in filter(None, (paper.compute, paper.room)):
+        function = FORMULAS.get(name) or globals()[name]
+        for mission in PAPERS:
+            defined = paper.flight in ("", mission.flight.model)
+            values.append(function(mission, *options) if defined else None)
+    printed, recovered, *rooms = values
+    return Entry(paper, printed, recovered, next((v for v in rooms if v is not None), None))
 
 
 def source_for_full_charge(mission: Mission) -> Value:
@@ -369,7 +365,7 @@ def best_trajectory(mission: Mission, deadline_s: float) -> Value:
     """The trajectory that is best in all perspectives, or the best of each."""
     changed, best = with_deadline(mission, deadline_s), {}
     for perspective in PAPER:
-        _, names = curves.longest(curves.by_trajectory(changed, perspective))
+        _, names = curves.longest(changed, perspective)
         best[perspective] = names[0] if names else "none of them"
     each = ", ".join(f"{perspective}: {name}" for perspective, name in best.items())
     return best["battery"] if len({*best.values()}) == 1 else each

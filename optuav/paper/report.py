@@ -13,13 +13,14 @@ from pathlib import Path
 from urllib.parse import quote
 from xml.etree.ElementTree import Element, tostring
 
+from formulations.soc import AVAILABLE
 from optuav.errors import Fault, refuse
 from optuav.mission import Mission, load
 from optuav.mission.files import check_place, make_directory, write_files
 from optuav.mission.messages import nearest
 from optuav.options import Perspective
 from optuav.paper import figures, table2
-from optuav.paper.curves import DATA, OURS, papers, solve
+from optuav.paper.curves import DATA, PAPERS, solve
 from optuav.paper.figures import Exhibit, NotShownError, is_papers, why
 from optuav.paper.ledger import HEAD, Ledger, Verdict, ledger
 from optuav.plots.files import image
@@ -28,7 +29,7 @@ from optuav.studies.methods import Progress
 from optuav.studies.processes import run_tasks, worker_faults
 from optuav.studies.results import as_csv
 
-COUNTED: tuple[Perspective, ...] = ("battery", OURS)
+COUNTED: tuple[Perspective, ...] = ("battery", AVAILABLE)
 """Perspectives of the figures that the paper makes in one."""
 LEDGER = "ledger"
 MARKS = re.compile(r"[\\`*_\[\]<$|&~]|:(?=//)|(?<=www)\.|^\s*(?:[>#+=-]|\d+[.)])")
@@ -130,7 +131,6 @@ def reproduce(
     optuav.errors.InputError: only = 'fig99': one of system, wells, ...
     """
     own = load(mission) if isinstance(mission, str | Path) else mission
-    missions = papers() if own is None else (own,)
     known = (*NAMES, *NUMBERS) if own is None else (*NAMES[:-1], *NUMBERS)
     wrong = [
         Fault("only", repr(name), "not the ledger, which is of the paper's two missions alone")
@@ -140,7 +140,7 @@ def reproduce(
         if name not in known
     ]
     refuse([*wrong, *worker_faults(workers)])
-    folder, files = Path(directory), _files(missions, only, mission is None, progress, workers)
+    folder, files = Path(directory), _files(own, only, progress, workers)
     made = {folder / name: content for name, content in files}
     for path, content in made.items():
         if path.parent.is_dir():
@@ -152,13 +152,10 @@ def reproduce(
 
 
 def _files(
-    missions: Sequence[Mission],
-    only: Sequence[str],
-    of_paper: bool,
-    progress: Progress | None,
-    workers: int,
+    own: Mission | None, only: Sequence[str], progress: Progress | None, workers: int
 ) -> Iterator[tuple[str, bytes]]:
-    """Every file by its name in the directory."""
+    """Every file by its name in the directory, the report last, with its contents on top."""
+    missions = PAPERS if own is None else (own,)
     chosen = [each for each in STUDIES if not only or {each.name, *each.numbers} & {*only}]
     shown: dict[Study, list[Element]] = {study: [] for study in chosen}
     left_out: dict[tuple[str, str], list[str]] = {}
@@ -173,24 +170,29 @@ def _files(
         for part, reason in lacking:
             what = f"{study.heading(of_paper=is_papers(mission))}{part and f', {part}'}"
             left_out.setdefault((mission.name, reason), []).append(what)
-    entries: Ledger | None = None
-    if of_paper and (not only or LEDGER in only):
+    numbers = list[Element]()
+    if own is None and (not only or LEDGER in only):
         tell(len(steps), len(steps) + 1, LEDGER)
         entries = ledger()
         yield "data/ledger.csv", entries.to_csv().encode()
+        numbers = [*_of_the_paper(entries)]
     every = all(map(is_papers, missions))
-    sections = [*_of_the_paper(entries)] if entries else []
-    sections += [
-        _section(study.name, study.heading(of_paper=every), *parts)
-        for study, parts in shown.items()
-        if parts
-    ]
+    sections = numbers[:-1]
+    for study, parts in shown.items():
+        if parts:
+            sections.append(_section(study.name, study.heading(of_paper=every), *parts))
     if left_out:
         why_not = (f"{n}: {'; '.join(what)}. Why: {why}." for (n, why), what in left_out.items())
         sections.append(_section("not-shown", "Not shown", listing(why_not)))
-    if entries:
-        sections.append(_section(LEDGER, "The ledger", *_whole(entries)))
-    body = _body(missions, sections, whole=entries is not None)
+    sections += numbers[-1:]
+    names, paper = [mission.name for mission in missions], DATA["paper"]["citation"]
+    title = "The paper, reproduced" if numbers else f"The paper's studies for {', '.join(names)}"
+    intro = [f"Computed by optuav from {' and '.join(names)}. The paper: {paper}."]
+    plans = zip(names, map(solve, missions), strict=True)
+    intro += [f"{name} has no plan: {why(plan)}." for name, plan in plans if not plan]
+    links = [element("a", each[0].text or "", href=f"#{each.get('id')}") for each in sections]
+    head = (element("h1", title), *(element("p", words) for words in intro))
+    body = element("body", *head, element("nav", listing(links)), *sections)
     yield "report.md", markdown(body).encode()
     yield "report.html", _page(body).encode()
 
@@ -211,19 +213,6 @@ def _made(
             contents[f"data/{each.name}.csv"] = as_csv(each.records).encode()
             elements += _figure(each, pictures)
     return contents, elements, left_out
-
-
-def _body(missions: Sequence[Mission], sections: Sequence[Element], *, whole: bool) -> Element:
-    """The report, with its contents above its sections."""
-    names = [mission.name for mission in missions]
-    title = "The paper, reproduced" if whole else f"The paper's studies for {', '.join(names)}"
-    paper = DATA["paper"]["citation"]
-    intro = [f"Computed by optuav from {' and '.join(names)}. The paper: {paper}."]
-    plans = {mission.name: solve(mission) for mission in missions}
-    intro += [f"{name} has no plan: {why(plan)}." for name, plan in plans.items() if not plan]
-    links = [element("a", each[0].text or "", href=f"#{each.get('id')}") for each in sections]
-    head = (element("h1", title), *(element("p", words) for words in intro))
-    return element("body", *head, element("nav", listing(links)), *sections)
 
 
 def _page(body: Element) -> str:
@@ -306,7 +295,7 @@ def _figure(exhibit: Exhibit, pictures: Mapping[str, bytes]) -> Iterator[Element
 
 
 def _of_the_paper(entries: Ledger) -> Iterator[Element]:
-    """What the ledger finds in short, and the fit behind Table II."""
+    """What the ledger finds in short, the fit behind Table II, and every statement, folded."""
     rows = [("verdict", "statements of the paper")]
     rows += [(verdict.value, str(count)) for verdict, count in entries.counts.items()]
     rows.append(("all", str(len(entries.entries))))
@@ -318,12 +307,12 @@ def _of_the_paper(entries: Ledger) -> Iterator[Element]:
         **count,
         **{"cells": len(found), "exact": exact, "agreeing": exact + count["within"]},
         "parameters": len(texts["free_parameters"]),
-        "numbers": texts["different_numbers"],
         "exists": "is a" if table2.loads_exist(table2.CONSISTENT) else "is no",
-        **dict(zip(("flight_W", "hover_W"), texts["show_all"].values(), strict=True)),
     }
     sentences = ("agreement", "worth", "adjusted", "existence")
-    agreement, worth, *others = (prose(texts[name].format(**numbers)) for name in sentences)
+    agreement, worth, *others = (
+        prose(texts[name].format(**texts, **numbers)) for name in sentences
+    )
     parameters = f"Free parameters: {'; '.join(texts['free_parameters'])}."
     listed = listing((parameters, f"Data: {'; '.join(texts['data'])}."))
     cells = [["cell", "printed", "by paper-table2", "why it cannot be matched"]]
@@ -333,16 +322,13 @@ def _of_the_paper(entries: Ledger) -> Iterator[Element]:
         cells.append([f"{cell.statement.place}, {cell.statement.what}", *shown, cell.reason])
     content = (agreement, worth, listed, *others, table(cells, cards=True))
     yield _section("fit", "Table II and the fit behind it", *content)
-
-
-def _whole(entries: Ledger) -> Iterator[Element]:
-    """Every statement of the ledger, folded."""
-    yield prose(DATA["paper"]["ledger"])
-    yield element("p", f"Not counted: {'; '.join(DATA['paper']['not_counted'])}.")
     keys = (*HEAD[1:], "by printed parameters", "by recovered parameters", "verdict", "reason")
-    rows = [keys, *([each[key] for key in keys] for each in entries.records())]
+    every = [keys, *([each[key] for key in keys] for each in entries.records())]
     summary = element("summary", f"All {len(entries.entries)} statements")
-    yield element("details", summary, table(rows, cards=True))
+    folded = element("details", summary, table(every, cards=True))
+    not_counted = element("p", f"Not counted: {'; '.join(DATA['paper']['not_counted'])}.")
+    content = (prose(DATA["paper"]["ledger"]), not_counted, folded)
+    yield _section(LEDGER, "The ledger", *content)
 
 
 def element(tag: str, *content: str | Element, **attributes: str) -> Element:

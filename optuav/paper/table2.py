@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from decimal import Decimal
 from functools import cache
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from optuav.plan import Plan
 from optuav.solving.assemble import quantities
 
 Interval: TypeAlias = tuple[float, float]
+Charge: TypeAlias = tuple[int, float, str]  # Number of η, hover time [s], percent as printed
 
 TABLE = DATA["table2"]
 BATTERY_AS = 2 * 36000.0
@@ -26,22 +27,13 @@ NOMINAL_J = BATTERY_AS * TABLE["nominal_V"]
 FLIGHT_J = BATTERY_AS * float(TABLE["flight_V"])
 HOVER_J = BATTERY_AS * float(TABLE["hover_V"])  # B, E_0, E_1 and E_2 as the paper composes them
 
-
-class Charge(NamedTuple):
-    """A state of charge in the table: η number, hover time [s] and percent as printed."""
-
-    number: int
-    hover_s: float
-    stated: str
-
-
 _CHARGES = (
-    Charge._make([*each["compute"][1:], each["stated"]])
+    (*each["compute"][1:], each["stated"])
     for each in DATA["statement"]
     if each["compute"][0] == "charge_left"
 )
-CONSISTENT = tuple(
-    dict.fromkeys(c for c in _CHARGES if [c.number, c.stated] not in TABLE["impossible"])
+CONSISTENT: tuple[Charge, ...] = tuple(
+    dict.fromkeys(each for each in _CHARGES if [each[0], each[2]] not in TABLE["impossible"])
 )
 """The different states of charge, without those that the others rule out."""
 
@@ -78,9 +70,9 @@ def _percent(eta: int, hover_s: float) -> tuple[Floats, float]:
 
 def _inequalities(charges: Sequence[Charge]) -> Iterator[tuple[Floats, float]]:
     """a·x ≤ b of the charges, of both voltages, and of the crossing in Fig. 8."""
-    for charge in charges:
-        slope, constant = _percent(charge.number, charge.hover_s)
-        low, high = printed_interval(charge.stated)
+    for eta, hover_s, stated in charges:
+        slope, constant = _percent(eta, hover_s)
+        low, high = printed_interval(stated)
         yield slope, high - constant
         yield -slope, constant - low
     unit = np.eye(5)

@@ -228,7 +228,7 @@ def test_one_set_of_loads_shows_all_cells_but_four() -> None:
         (3, 950.0, "11.71"),
         (3, 697.0, "33.17"),
     ):
-        assert not loads_exist((*table2.CONSISTENT, table2.Charge(number, hover_s, stated)))
+        assert not loads_exist((*table2.CONSISTENT, (number, hover_s, stated)))
 
 
 def test_a_line_through_two_cells_bounds_the_third() -> None:
