@@ -82,9 +82,11 @@ def plan(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return file.read_bytes()
 
 
-def table(read: Callable[[csv.Source], object]) -> Callable[[Path], object]:
+def table(
+    one: Callable[[csv.Measurements], object], *formats: csv.Format
+) -> Callable[[Path], object]:
     """The reader of a CSV file by its path."""
-    return lambda path: read(csv.Source.of(path))
+    return lambda path: csv.read_all([path], formats, one)
 
 
 READERS: dict[str, tuple[list[bytes], Callable[[Path], object], tuple[str, ...]]] = {
@@ -99,11 +101,15 @@ READERS: dict[str, tuple[list[bytes], Callable[[Path], object], tuple[str, ...]]
     "plan.json": ([], lambda path: optuav.load_plan(path).summary(), ("show",)),
     "lifetimes.csv": (
         [(DATA / "lifetimes.csv").read_bytes()],
-        table(kibam._discharges),
+        table(kibam._discharges, *kibam.FORMATS),
         ("calibrate", "kibam"),
     ),
-    "log.csv": ([LOG], table(regimes._read_log), ("calibrate", "regimes")),
-    "bench.csv": ([(DATA / "bench.csv").read_bytes()], table(rotor._read), ("calibrate", "rotor")),
+    "log.csv": ([LOG], table(regimes._read_log, regimes.LOG), ("calibrate", "regimes")),
+    "bench.csv": (
+        [(DATA / "bench.csv").read_bytes()],
+        table(rotor._checked, rotor.BENCH, rotor.SHEET),
+        ("calibrate", "rotor"),
+    ),
 }
 
 

@@ -59,18 +59,6 @@ USUAL = {
 """Least and most that UAVs show, from some grams to those that carry people, and the unit."""
 
 
-class Source(NamedTuple):
-    """The text of a file, and its name as a fault shows it."""
-
-    name: str
-    text: str
-
-    @classmethod
-    def of(cls, path: Path) -> Source:
-        """A file, read once."""
-        return cls(label(path), read_text(path, LARGEST_FILE))
-
-
 class Format(NamedTuple):
     """The columns of a file with their kinds, keys of `UNITS`, and the fewest lines."""
 
@@ -118,9 +106,9 @@ class Measurements:
                 yield from unit_doubts(f"the largest {column}", largest, column, kind)
 
 
-def read(file: Source, *formats: Format) -> Measurements:
-    """Read a CSV file in that of the formats to which most headings belong, or refuse it."""
-    source, rows = file.name, csv_rows(file.text, file.name)
+def read(text: str, source: str, formats: Iterable[Format]) -> Measurements:
+    """Read a CSV text in that of the formats to which most headings belong, or refuse it."""
+    rows = csv_rows(text, source)
     first, headings = next(rows, (0, list[str]()))
     if not headings:
         raise InputError([Fault("", "", "a header and lines of measurements", source)])
@@ -183,21 +171,22 @@ def gaps(table: Measurements) -> Iterator[Fault]:
         yield from table.faults(steps_s > WIDEST_STEP * usual_s, "time", words, " s")
 
 
-def read_all(files: Iterable[str | Path], one: Callable[[Source], Read]) -> list[Read]:
-    """What `one` reads from each file; or all their faults, also of two with the same content."""
-    found, faults = list[Read](), list[Fault]()
-    first: dict[str, Source] = {}
+def read_all(
+    files: Iterable[str | Path], formats: Sequence[Format], one: Callable[[Measurements], Read]
+) -> list[Read]:
+    """What `one` makes of each file; or all their faults, also of two with the same content."""
+    found, faults, first = list[Read](), list[Fault](), dict[str, str]()
     for path in map(Path, files):
         try:
-            file = Source.of(path)
-            found.append(one(file))
+            source, text = label(path), read_text(path, LARGEST_FILE)
+            found.append(one(read(text, source, formats)))
         except InputError as error:
             faults += error.faults
             continue
-        other = first.setdefault(file.text, file)
-        if other is not file:
-            words = f"has the content of {other.name}: name each measurement once"
-            faults.append(Fault("", "", words, file.name))
+        if text in first:
+            words = f"has the content of {first[text]}: name each measurement once"
+            faults.append(Fault("", "", words, source))
+        first.setdefault(text, source)
     refuse(faults)
     if not found:
         raise InputError("no file of measurements was named")

@@ -245,21 +245,11 @@ def estimate(
     def inside(x: Floats) -> Floats:
         return residuals(outer(x))
 
-    def fit(start: Sequence[float]) -> Any:
-        return least_squares(
-            inside,
-            np.log(start),
-            # Steps of "trf" keep out of directions in which the data are blind, and one-sided
-            # differences leave the optimum uncertain in its seventh digit.
-            method="trf",
-            jac="3-point",
-            xtol=CLOSE,
-            ftol=CLOSE,
-            gtol=CLOSE,
-            max_nfev=MOST_STEPS,
-        )
-
-    found = [fit(start) for start in starts]
+    # Steps of "trf" keep out of directions in which the data are blind, and one-sided differences
+    # leave the optimum uncertain in its seventh digit.
+    how: dict[str, Any] = {"method": "trf", "jac": "3-point", "max_nfev": MOST_STEPS}
+    how |= dict.fromkeys(("xtol", "ftol", "gtol"), CLOSE)
+    found: list[Any] = [least_squares(inside, np.log(start), **how) for start in starts]
     least = min(each.cost for each in found)
     ties = [each for each in found if each.cost <= least + TIE * (least + (spread or 0.0) ** 2)]
     best = ties[0]

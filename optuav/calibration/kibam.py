@@ -38,14 +38,13 @@ from optuav.physics.kibam import Battery, levelling
 from optuav.physics.packs import lifetime
 
 KEYS = ("battery.capacity_As", "battery.available_fraction", "battery.flow_rate_per_s")
-LIFETIMES = csv.Format(
-    {"load": "text", "current": "current", "duration": "time", "lifetime": "time"},
-    optional=("duration",),
-    blanks=("duration",),
+LIFETIMES = {"load": "text", "current": "current", "duration": "time", "lifetime": "time"}
+FORMATS = (
+    # A line for every piece of a load, the pieces of one load in order.
+    csv.Format(LIFETIMES, optional=("duration",), blanks=("duration",)),
+    # The record of one discharge, which ends at the moment of cut-off.
+    csv.Format({"time": "time", "current": "current"}, least=3),
 )
-"""A line for every piece of a load, the pieces of one load in order."""
-RECORD = csv.Format({"time": "time", "current": "current"}, least=3)
-"""The record of one discharge, which ends at the moment of cut-off."""
 MOST_PIECES = 200_000  # most pieces of constant current of a load until the battery is empty
 LEAST_DISCHARGES = 3
 LIFETIME = (60.0, 1e6, "s")  # of a battery that flies a UAV
@@ -124,7 +123,7 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
     '3 discharges of one full pack'
     """
     sources = tuple(map(str, files))
-    discharges = [each for found in csv.read_all(sources, _discharges) for each in found]
+    discharges = [each for found in csv.read_all(sources, FORMATS, _discharges) for each in found]
     count, few = len(discharges), len(discharges) == LEAST_DISCHARGES
     if count < LEAST_DISCHARGES:
         words = f"at least {LEAST_DISCHARGES} discharges for as many parameters; there are {count}"
@@ -204,12 +203,6 @@ class SumOfSquares:
         sums: Floats = np.add.reduceat(self._changes_A * weights, self._first)
         return sums
 
-    def _rows(self, rates: Floats) -> Floats:
-        """q [A s] and its rate of change with the end [A]: (2, row, 1, discharge)."""
-        batteries = [Battery(1.0, 0.5, 0.25 * rate_per_s) for rate_per_s in np.exp(rates)]
-        levels = [levelling(each, self._before_end_s)[::-1] for each in batteries]
-        return np.array([[[self._sums(each)] for each in level] for level in levels]).swapaxes(0, 1)
-
     def implied(self, rows: Floats, logits: Floats) -> tuple[Floats, Floats]:
         """log B by each lifetime (last axis), and the geometric mean of d log B/d log T."""
         lag_As, lag_A = np.exp(-logits)[..., None] * rows
@@ -225,8 +218,14 @@ class SumOfSquares:
         return found
 
     def valley(self, rates: Floats) -> tuple[Floats, Floats, Floats]:
-        """Where along each row the sum is least, that sum, and the rows."""
-        rows, edge = self._rows(rates), np.full(len(rates), LOGIT)
+        """Where along each row the sum is least, that sum, and the rows.
+
+        These are q [A s] and its rate of change with the end [A]: (2, row, 1, discharge).
+        """
+        batteries = [Battery(1.0, 0.5, 0.25 * rate_per_s) for rate_per_s in np.exp(rates)]
+        levels = [levelling(each, self._before_end_s)[::-1] for each in batteries]
+        sums = [[[self._sums(each)] for each in level] for level in levels]
+        rows, edge = np.swapaxes(sums, 0, 1), np.full(len(rates), LOGIT)
         return *_least(lambda logits: self.squares(rows, logits), -edge, edge), rows
 
     def optima(self) -> Iterator[tuple[float, Floats, Floats]]:
@@ -325,14 +324,13 @@ def _estimate(
     return Estimate(KEYS, values, left, sigma, intervals, undetermined, unsure)
 
 
-def _discharges(file: csv.Source) -> list[Discharge]:
+def _discharges(table: csv.Measurements) -> list[Discharge]:
     """The discharges in a file of lifetimes, or in a record."""
-    table = csv.read(file, LIFETIMES, RECORD)
     if "time" in table.numbers:  # a record, each current of which holds until the next line
         refuse(csv.record_faults(table))
         time_s, held_A = table.numbers["time"], table.numbers["current"][:-1].tolist()
         record = tuple(zip(held_A, np.diff(time_s).tolist(), strict=True))
-        return [Discharge(Path(file.name).stem, record, float(time_s[-1] - time_s[0]))]
+        return [Discharge(Path(table.source).stem, record, float(time_s[-1] - time_s[0]))]
     names = np.array(table.texts["load"])
     current_A, lifetime_s = table.numbers["current"], table.numbers["lifetime"]
     duration_s = table.numbers["duration"]

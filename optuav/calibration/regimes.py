@@ -104,7 +104,7 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
     20.5
     """
     sources = tuple(map(str, files))
-    logs, doubts = zip(*csv.read_all(sources, _read_log), strict=True)
+    logs, doubts = zip(*csv.read_all(sources, [LOG], _read_log), strict=True)
     ends_s = np.cumsum([0.0, *(each.time_s[-1] for each in logs)])
     after = (
         each._replace(time_s=each.time_s + end_s, log=each.log + number)
@@ -180,9 +180,8 @@ def correlation_of_neighbours(values: Floats) -> float:
     return float(np.clip((found + 2.0 / count) / (1.0 - 4.0 / count), 0.0, MOST_ALIKE))
 
 
-def _read_log(file: csv.Source) -> tuple[Samples, tuple[str, ...]]:
+def _read_log(table: csv.Measurements) -> tuple[Samples, tuple[str, ...]]:
     """The samples of a log, its time from 0, and doubts about its units."""
-    table = csv.read(file, LOG)
     numbers, phases = table.numbers, table.texts.get("phase", ())
     current_A, speed_m_s = numbers["current"], numbers.get("speed")
     faults = [*csv.record_faults(table), *csv.gaps(table)]
@@ -228,13 +227,13 @@ def _legs(samples: Samples) -> Iterator[Integers]:
     flying = (samples.phase == "flight") & np.isfinite(samples.speed_m_s)
     # Whether a sample follows the one before in its log.
     follows = np.diff(samples.log, prepend=-1, append=-1) == 0
-    before = np.concatenate([[False], flying[:-1]]) & follows[:-1]
-    after = np.concatenate([flying[1:], [False]]) & follows[1:]
-    for start, end in zip(
-        np.flatnonzero(flying & ~before), np.flatnonzero(flying & ~after), strict=True
-    ):
+    cuts = np.flatnonzero(np.diff(flying) | ~follows[1:-1]) + 1
+    for part in np.split(np.arange(len(flying)), cuts):
+        if not flying[part[0]]:
+            continue
         # One sample more at either side, where the UAV still stands.
-        leg = np.arange(start - int(follows[start]), end + 1 + int(follows[end + 1]))
+        start, end = part[0] - int(follows[part[0]]), part[-1] + 1 + int(follows[part[-1] + 1])
+        leg = np.arange(start, end)
         speed_m_s = samples.speed_m_s[leg]
         whole = max(speed_m_s[0], speed_m_s[-1]) < 0.5 * np.max(speed_m_s)
         if whole and len(leg) >= LEAST_LEG:

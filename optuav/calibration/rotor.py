@@ -82,7 +82,7 @@ def fit_rotor(files: Iterable[str | Path]) -> Fit:
     3.830471e-06
     """
     sources = tuple(map(str, files))
-    tables = csv.read_all(sources, _read)
+    tables = csv.read_all(sources, [BENCH, SHEET], _checked)
     sheets = [table for table in tables if "radius" in table.numbers]
     if sheets and len(tables) > 1:
         words = "bench tests, or one file of propeller and motor data, not both"
@@ -90,9 +90,8 @@ def fit_rotor(files: Iterable[str | Path]) -> Fit:
     return finished(_from_sheet(sources, sheets[0]) if sheets else _from_bench(sources, tables))
 
 
-def _read(file: csv.Source) -> csv.Measurements:
+def _checked(table: csv.Measurements) -> csv.Measurements:
     """A file of either kind, all of whose numbers are above 0."""
-    table = csv.read(file, BENCH, SHEET)
     faults = list[Fault]()
     for name, values in table.numbers.items():
         faults += table.faults(values <= 0.0, name, "above 0")

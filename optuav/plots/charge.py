@@ -1,6 +1,7 @@
 """The wells of the battery over plans: pooled as bands, or pack by pack where packs take turns."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from itertools import chain
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -11,7 +12,7 @@ from optuav.errors import InputError
 from optuav.judge.replay import Replay, replay
 from optuav.network import vehicle
 from optuav.network.timeline import carry
-from optuav.physics.packs import NOBODY, Stretch
+from optuav.physics.packs import NOBODY
 from optuav.plan import Plan
 from optuav.plan.trace import Trace
 from optuav.plots import style
@@ -23,8 +24,8 @@ HATCH = "//////"
 MOST = 7  # Largest number of entries side by side in a legend
 CLOSE = 0.05  # Distance of two levels of charge that share a line of words, as a share of the axis
 COLOURS = (BLUE, VERMILLION, PURPLE, SKY)  # Colours of the packs by number, repeated
-FLIES, CHARGED = (-24.0, -12.0), (-38.0, -26.0)
-"""Where the strips lie that show which pack flies and which is charged [%]."""
+FLIES, CHARGED = (-24.0, 12.0), (-38.0, 12.0)
+"""Lower edge and height of the strips that show which pack flies and which is charged [%]."""
 
 
 @style.applied()
@@ -62,19 +63,29 @@ def wells(plans: Sequence[Plan]) -> Sequence[Axes]:
     replays = [replay(plan) for plan in plans]
     for ax, plan, replayed in zip(axes, plans, replays, strict=True):
         drawn = draw_wells(ax, replayed)
-        ax.set_title(_title(plan), pad=style.NAMES_PT)
+        title = f"{style.printed(plan.mission.name)}, perspective {plan.perspective}: "
+        title += f"hover $Δ$ = {plan.hover_time_s:.2f} s"
+        title += f", rest $T'$ = {plan.rest_time_s:.2f} s" * (plan.rest_time_s > 0.0)
+        title += ", cannot be flown" * (plan.runs_dry_s is not None)
+        ax.set_title(title, pad=style.NAMES_PT)
     style.group_thousands(*axes)
     _legend_below(axes, drawn, plans)
     for ax, plan, replayed in zip(axes, plans, replays, strict=True):
         style.draw_bands([ax], style.phase_bands(replayed))
         time_s, total_As = replayed.trace.time_s, _total_As(replayed.trace)
-        if plan.runs_dry_s is not None:
-            ax.axvline(plan.runs_dry_s, color=VERMILLION, linewidth=0.9, zorder=FADE + 0.2)
-            rest = (plan.runs_dry_s, time_s[-1])
-            ax.axvspan(*rest, color="white", alpha=FADED, linewidth=0.0, zorder=FADE)
+        events = list[tuple[str, float, float]]()
+        if (full_s := plan.overfull_s) is not None:
+            level_As = float(np.interp(full_s, time_s, total_As))
+            events.append((f"driven past full at {full_s:.1f} s", full_s, level_As))
+        if (dry_s := plan.runs_dry_s) is not None:
+            ax.axvline(dry_s, color=VERMILLION, linewidth=0.9, zorder=FADE + 0.2)
+            ax.axvspan(dry_s, time_s[-1], color="white", alpha=FADED, linewidth=0.0, zorder=FADE)
+            level_As = float(np.interp(dry_s, time_s, total_As))
+            left = f"{level_As:,.0f}".replace(",", "\N{THIN SPACE}")
+            events.append((f"dry at {dry_s:.1f} s\n{left} A s still bound", dry_s, level_As))
         under = [np.stack([time_s, share * total_As], axis=1) for share in np.linspace(0, 1, 9)]
         ceiling = [(time_s[end], total_As[0]) for end in (0, -1)]
-        mark(ax, _events(plan, replayed.trace), under, [ceiling])
+        mark(ax, events, under, [ceiling])
     return axes
 
 
@@ -109,28 +120,6 @@ def draw_wells(ax: Axes, replayed: Replay) -> list[Artist]:
     side.tick_params(length=0.0)
     side.spines["right"].set_visible(False)
     return [line, above, bound, lost]
-
-
-def _title(plan: Plan) -> str:
-    """The times of a plan, and whether its available well runs dry."""
-    times = f"hover $Δ$ = {plan.hover_time_s:.2f} s"
-    if plan.rest_time_s > 0.0:
-        times += f", rest $T'$ = {plan.rest_time_s:.2f} s"
-    words = f"{style.printed(plan.mission.name)}, perspective {plan.perspective}: {times}"
-    return words if plan.runs_dry_s is None else f"{words}, cannot be flown"
-
-
-def _events(plan: Plan, trace: Trace) -> Iterator[tuple[str, float, float]]:
-    """The moments at which the available well is driven past full and runs dry."""
-    for words, moment_s in (("driven past full", plan.overfull_s), ("dry", plan.runs_dry_s)):
-        if moment_s is None:
-            continue
-        level_As = float(np.interp(moment_s, trace.time_s, _total_As(trace)))
-        text = f"{words} at {moment_s:.1f} s"
-        if words == "dry":
-            left = f"{level_As:,.0f}".replace(",", "\N{THIN SPACE}")
-            text += f"\n{left} A s still bound"
-        yield text, moment_s, level_As
 
 
 def _panels(plans: Sequence[Plan], height_in: float) -> Sequence[Axes]:
@@ -181,8 +170,7 @@ def packs(plans: Sequence[Plan]) -> Sequence[Axes]:
     axes = _panels(plans, 1.35)
     for ax, plan in zip(axes, plans, strict=True):
         _draw_packs(ax, plan)
-    for ax in axes[:-1]:
-        ax.tick_params(bottom=False)
+        ax.tick_params(bottom=ax is axes[-1])
     most = max(len(plan.phases[0].available_As) for plan in plans)
     lines = [style.entry(f"pack {pack + 1}", _colour(pack)) for pack in range(most)]
     _legend_below(axes, [*lines, style.entry("bound well $y_2/(1-ω)B$", BLACK, 0.5)], plans)
@@ -198,35 +186,23 @@ def _draw_packs(ax: Axes, plan: Plan) -> None:
         # All are full at take-off.
         for number, percent in enumerate((100.0 * levels_As / levels_As[0]).T):
             ax.plot(trace.time_s, percent, color=_colour(number), linewidth=width)
-    for stretches in carry(plan.mission, plan.phases).stretches:
-        for stretch in stretches:
-            _draw_stretch(ax, stretch)
+    for stretch in chain.from_iterable(carry(plan.mission, plan.phases).stretches):
+        times_s = [(float(stretch.start_s[0]), float(stretch.duration_s[0]))]
+        carrier, served = int(stretch.carrier[0]), int(stretch.served[0])
+        if stretch.emptied[0]:
+            dot: style.Look = {"markersize": 4.0, "clip_on": False, "zorder": 5}
+            ax.plot(sum(times_s[0]), 0.0, "o", color=_colour(carrier), **dot)
+        if carrier != NOBODY:
+            ax.broken_barh(times_s, FLIES, color=_colour(carrier), linewidth=0.0)
+        if served != NOBODY and stretch.currents_A[0, served] > 1e-9:
+            ax.broken_barh(times_s, CHARGED, color=_colour(served), linewidth=0.0)
     ax.axhline(0.0, color=BLACK, linewidth=0.6)
     ax.set(ylim=(CHARGED[0] - 2.0, 106.0), yticks=(0, 50, 100), ylabel="$y_1/ωB$ [%]")
     beside: style.Look = {"transform": ax.get_yaxis_transform(), "ha": "right", "va": "center"}
-    for strip, words in ((FLIES, "flies"), (CHARGED, "charged")):
-        ax.text(-0.008, 0.5 * sum(strip), words, fontsize=6.0, **beside)
+    for (low, height), words in ((FLIES, "flies"), (CHARGED, "charged")):
+        ax.text(-0.008, low + 0.5 * height, words, fontsize=6.0, **beside)
     turn = f", every {given.period_s:g} s" if given.period_s else ""
     ax.set_title(f"{given.schedule}{turn}: hovers $Δ$ = {plan.hover_time_s:.2f} s")
-
-
-def _draw_stretch(ax: Axes, stretch: Stretch) -> None:
-    """Draw who flies and takes charge in a stretch, and who is empty at its end."""
-    start_s, duration_s, carrier, served = (
-        float(each[0])
-        for each in (stretch.start_s, stretch.duration_s, stretch.carrier, stretch.served)
-    )
-    if stretch.emptied[0]:
-        dot: style.Look = {"markersize": 4.0, "clip_on": False, "zorder": 5}
-        ax.plot(start_s + duration_s, 0.0, "o", color=_colour(int(carrier)), **dot)
-    charges = served != NOBODY and stretch.currents_A[0, int(served)] > 1e-9
-    for number, (low, high), works in (
-        (int(carrier), FLIES, carrier != NOBODY),
-        (int(served), CHARGED, charges),
-    ):
-        if works:
-            place = (low, high - low)
-            ax.broken_barh([(start_s, duration_s)], place, color=_colour(number), linewidth=0.0)
 
 
 def _colour(number: int) -> str:

@@ -1,6 +1,7 @@
 """Bars by group, curves over one quantity, swings of single keys, and spreads of hover times."""
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -8,7 +9,6 @@ import numpy.typing as npt
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
-from matplotlib.typing import LineStyleType
 
 from optuav.arrays import Floats
 from optuav.plots import style
@@ -30,15 +30,9 @@ PRINTED = {
 LONG = 1000.0  # Least number that is written without a decimal
 GROUP = 0.8  # Share of the way to the next group that the bars of one take up
 HATCH = "/////"
-LINES: tuple[tuple[str, LineStyleType], ...] = (
-    (BLUE, "-"),
-    (ORANGE, (0.0, (5.0, 1.5))),
-    (GREEN, (0.0, (2.0, 1.0))),
-    (PURPLE, (0.0, (6.0, 1.2, 1.5, 1.2))),
-    (SKY, (0.0, (9.0, 2.0))),
-    (BLACK, style.DOTTED),
-)
-"""Looks of curves, no two of which differ in colour alone."""
+LINES = (BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK)
+DASHES = (*style.DASHES, (0.0, (9.0, 2.0)), style.DOTTED)
+"""Looks of curves."""
 COLUMNS = 3
 ROOM_ABOVE = 0.14  # Share of the height that is left above the curves for the words of the marks
 MOST_KEYS, LONGEST_KEY = 20, 40
@@ -179,8 +173,7 @@ def curves(
     'square'
     """
     ax = ax or style.page(4.0).subplots()
-    for number, line in enumerate(lines):
-        colour, dashes = LINES[number % len(LINES)]
+    for line, colour, dashes in zip(lines, cycle(LINES), cycle(DASHES), strict=False):
         (curve,) = ax.plot(line.x, line.y, color=colour, linestyle=dashes, zorder=3)
         curve.set(label=line.label, marker=line.marker, markersize=4.0)
     values = np.concatenate([np.asarray(line.y, dtype=float) for line in lines])

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, cycle, pairwise
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -34,14 +35,12 @@ SYMBOLS = {
     "hover": "hover point $\\mathbf{w}_U$",
     "destination": "destination $\\mathbf{w}_F$",
 }
-LOOKS: tuple[Look, ...] = (
-    {"color": BLACK, "linestyle": "-"},
-    {"color": SKY, "linestyle": (0.0, (5.0, 1.5))},
-    {"color": ORANGE, "linestyle": (0.0, (2.0, 1.0))},
-    {"color": BLUE, "linestyle": (0.0, (6.0, 1.2, 1.5, 1.2))},
-    {"color": VERMILLION, "linestyle": (0.0, (1.0, 1.0))},
-    {"color": GREEN, "linestyle": (0.0, (3.0, 3.0))},
-)
+COLOURS = (BLACK, SKY, ORANGE, BLUE, VERMILLION, GREEN)
+DASHES = (*style.DASHES, style.DOTTED, (0.0, (3.0, 3.0)))
+"""Looks of several routes, no two of which differ in colour alone."""
+REACH = ("link", "limits.outage_probability", "limits.min_altitude_m")
+SITE = attrgetter("route", "buildings", "laser", *REACH)
+"""The part of a mission that decides where it takes place."""
 SHIFT = 2.0  # Distance between legs that would lie on each other [pt]
 ARROW_AT, ARROW_STEP = 0.56, 0.05
 """Where a leg shows its direction: past the middle, so that there and back do not meet; and how
@@ -81,6 +80,7 @@ class Way(NamedTuple):
         return [frozenset(map(tuple, ends)) for ends in pairwise(self.points[:, :2].tolist())]
 
 
+@style.applied()
 def mission_map(subject: Plan | Mission) -> MapAxes:
     """Draw where a mission takes place and, where there is a plan, its route and stops.
 
@@ -104,17 +104,26 @@ def mission_map(subject: Plan | Mission) -> MapAxes:
     'paper'
     """
     mission = subject if isinstance(subject, Mission) else subject.mission
-    plan = subject if isinstance(subject, Plan) and subject else None
-    shown = scene(mission)
+    shown, title, why = scene(mission), style.printed(mission.name), ""
     ends = [k for k in (ORIGIN, HOVER, DESTINATION) if shown.places.exists[k]]
-    names = plan.route if plan else tuple(shown.places.names[k] for k in ends)
-    look: Look = {"color": BLUE} if plan else {"color": GREY, "linestyle": style.DASHED}
-    way = Way(names, shown.positions(names), plan.stops if plan else (), look)
-    reasons = subject.reasons[:3] if isinstance(subject, Plan) else ()
-    why = "\n".join(textwrap.fill(reason.replace("$", r"\$"), 60) for reason in reasons)
-    return _draw(shown, [way], _way_entries(way, plan), _title(subject), "" if plan else why)
+    names, stops = tuple(shown.places.names[k] for k in ends), tuple[Stop, ...]()
+    look: Look = {"color": GREY, "linestyle": style.DASHED}
+    entries = [Line2D([], [], label="direct route (no plan)", **look)]
+    if isinstance(subject, Plan):
+        words = (subject.problem, subject.trajectory, subject.perspective)
+        title += f": {', '.join(style.printed(word) for word in words if word)}"
+        if subject:
+            names, stops, look = subject.route, subject.stops, {"color": BLUE}
+            entries = [*_plan_entries(subject, look)]
+        else:
+            title += f": no plan ({subject.status.value})"
+            reasons = (reason.replace("$", r"\$") for reason in subject.reasons[:3])
+            why = "\n".join(textwrap.fill(reason, 60) for reason in reasons)
+    way = Way(names, shown.positions(names), stops, look)
+    return _draw(shown, [way], entries, title, why)
 
 
+@style.applied()
 def trajectories(plans: Mapping[str, Plan]) -> MapAxes:
     """Draw the routes of several plans over one map, as the paper does for its four trajectories.
 
@@ -144,29 +153,28 @@ def trajectories(plans: Mapping[str, Plan]) -> MapAxes:
     """
     if not plans:
         raise InputError("a map of trajectories needs at least one plan")
-    if len({_site(plan.mission) for plan in plans.values()}) > 1:
+    if len({SITE(plan.mission) for plan in plans.values()}) > 1:
         raise InputError("the plans of one map have the same places: route, buildings, laser, link")
     shown = scene(next(iter(plans.values())).mission)
-    looks = dict(zip(plans, cycle(LOOKS), strict=False))
-    ways = [
-        Way(plan.route, shown.positions(plan.route), plan.stops, looks[name])
-        for name, plan in plans.items()
-        if plan
-    ]
+    ways, entries = list[Way](), list[Artist]()
+    for (name, plan), colour, dashes in zip(
+        plans.items(), cycle(COLOURS), cycle(DASHES), strict=False
+    ):
+        look: Look = {"color": colour, "linestyle": dashes}
+        label = style.WORDS.get(name, style.printed(name))
+        if plan:
+            ways.append(Way(plan.route, shown.positions(plan.route), plan.stops, look))
+            rests = [style.printed(stop.at) for stop in plan.stops if stop.kind == "rest"]
+            label += f"{' by ' + ', '.join(rests) if rests else ''}: Δ = {plan.hover_time_s:.1f} s"
+            label += f", $T'$ = {plan.rest_time_s:.1f} s" if rests else ""
+        else:
+            label += f": no plan ({plan.status.value})"
+        entries.append(Line2D([], [], label=label, **look))
     perspectives = ", ".join(dict.fromkeys(plan.perspective for plan in plans.values()))
     title = f"{style.printed(shown.mission.name)}: trajectories in the perspective {perspectives}"
-    entries = (_trajectory_entry(name, plan, looks[name]) for name, plan in plans.items())
     return _draw(shown, ways, entries, title, times=False)
 
 
-def _site(mission: Mission) -> tuple[object, ...]:
-    """The part of a mission that decides where it takes place."""
-    limits = mission.limits
-    reach = (mission.link, limits.outage_probability, limits.min_altitude_m)
-    return (mission.route, mission.buildings, mission.laser, *reach)
-
-
-@style.applied()
 def _draw(
     shown: Scene,
     ways: Sequence[Way],
@@ -209,44 +217,19 @@ def _page(shown: Scene) -> tuple[MapAxes, Axes]:
     return MapAxes(cells["plan"], cells["height"]), cells["legend"]
 
 
-def _title(subject: Plan | Mission) -> str:
-    """The question of a plan, and its answer if there is none."""
-    if isinstance(subject, Mission):
-        return style.printed(subject.name)
-    words = [subject.problem, subject.trajectory, subject.perspective]
-    question = ", ".join(style.printed(word) for word in words if word)
-    answer = "" if subject else f": no plan ({subject.status.value})"
-    return f"{style.printed(subject.mission.name)}: {question}{answer}"
-
-
-def _way_entries(way: Way, plan: Plan | None) -> Iterator[Artist]:
-    """Entries of the legend for a way and the stays of its plan."""
-    if plan is None:
-        yield Line2D([], [], label="direct route (no plan)", **way.look)
-        return
+def _plan_entries(plan: Plan, look: Look) -> Iterator[Line2D]:
+    """Entries of the legend for the route of a plan and its stays."""
     flown = f"route, $T_\\mathrm{{fl}}$ = {plan.flight_time_s:.1f} s"
-    yield Line2D([], [], label=flown, **way.look)
+    yield Line2D([], [], label=flown, **look)
     kinds = (("hover", "Δ", plan.hover_time_s), ("rest", "$T'$", plan.rest_time_s))
     for kind, symbol, total_s in kinds:
-        if any(stop.kind == kind for stop in way.stops):
-            look: Look = {**stop_look(kind, True), "linestyle": ""}
-            yield Line2D([], [], label=f"{kind}, {symbol} = {total_s:.1f} s", **look)
-
-
-def _trajectory_entry(name: str, plan: Plan, look: Look) -> Artist:
-    """The entry of the legend for one of several plans."""
-    label = style.WORDS.get(name, style.printed(name))
-    if plan:
-        rests = [style.printed(stop.at) for stop in plan.stops if stop.kind == "rest"]
-        label += f"{' by ' + ', '.join(rests) if rests else ''}: Δ = {plan.hover_time_s:.1f} s"
-        label += f", $T'$ = {plan.rest_time_s:.1f} s" if rests else ""
-    else:
-        label += f": no plan ({plan.status.value})"
-    return Line2D([], [], label=label, **look)
+        if any(stop.kind == kind for stop in plan.stops):
+            stay: Look = {**stop_look(kind, True), "linestyle": ""}
+            yield Line2D([], [], label=f"{kind}, {symbol} = {total_s:.1f} s", **stay)
 
 
 def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style.Label]:
-    """Names of the places of the ways with their stops, then the scenery's."""
+    """Places of the ways with their stops, then the scenery, buildings where there is room."""
     names = list(dict.fromkeys(name for way in ways for name in way.names))
     names += [name for name in ("origin", "destination") if name not in names]
     stops = [stop for way in ways for stop in way.stops] if times else []
@@ -257,8 +240,14 @@ def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style
             stay = f"{stop.kind} {stop.duration_s:.1f} s\nfrom {stop.start_s:.1f} s"
             lines.append(stay if stop.duration_s > 0.0 else "passes by")
         labels.append(style.Label("\n".join(lines), (x, y)))
-    written = {label.at for label in labels}
-    return labels + [label for label in scenery_labels(shown) if tuple(label.at) not in written]
+    written, mission = {label.at for label in labels}, shown.mission
+    scenery = [style.Label("device $\\mathbf{w}_u$", mission.link.device_m[:2])]
+    if mission.laser is not None:
+        scenery.append(style.Label("laser $\\mathbf{w}_s$", mission.laser.position_m[:2]))
+    for each in mission.buildings if len(mission.buildings) <= MOST_NAMED else ():
+        name, at = style.printed(each.name), each.position_m[:2]
+        scenery.append(style.Label(name, at, needed=False, colour="#404040", size=6.5))
+    return labels + [label for label in scenery if tuple(label.at) not in written]
 
 
 def _height_labels(ways: Sequence[Way]) -> list[style.Label]:
@@ -452,18 +441,6 @@ def _draw_sight_lines(ax: Axes, shown: Scene) -> Iterator[Artist]:
             look |= {"alpha": 0.5 + 0.3 * strength, "zorder": 1.5}
             ax.add_collection(LineCollection([*lines[sight == clear]], **look), autolim=False)
             yield style.entry(words, colour, 0.9, dashes)
-
-
-def scenery_labels(shown: Scene) -> list[style.Label]:
-    """Names of the device and the laser, and of the buildings where there is room."""
-    mission = shown.mission
-    found = [style.Label("device $\\mathbf{w}_u$", mission.link.device_m[:2])]
-    if mission.laser is not None:
-        found.append(style.Label("laser $\\mathbf{w}_s$", mission.laser.position_m[:2]))
-    for each in mission.buildings if len(mission.buildings) <= MOST_NAMED else ():
-        name, at = style.printed(each.name), each.position_m[:2]
-        found.append(style.Label(name, at, needed=False, colour="#404040", size=6.5))
-    return found
 
 
 def stop_look(kind: str, stays: bool) -> Look:

@@ -39,6 +39,13 @@ WORDS = {"direct": "Direct path", "traj1": "Traj. 1", "traj2": "Traj. 2", "optim
 
 DASHED: LineStyleType = (0.0, (4.0, 2.0))
 DOTTED: LineStyleType = (0.0, (1.0, 1.0))
+DASHES: tuple[LineStyleType, ...] = (
+    "-",
+    (0.0, (5.0, 1.5)),
+    (0.0, (2.0, 1.0)),
+    (0.0, (6.0, 1.2, 1.5, 1.2)),
+)
+"""Of several lines in one picture, so that no two differ in colour alone."""
 FONT = "DejaVu Sans"
 SETTINGS = ("default", Path(__file__).with_name("optuav.mplstyle"))
 WIDTH_IN = 7.2

@@ -11,9 +11,7 @@ import pytest
 from optuav.calibration.csv import (
     Format,
     Measurements,
-    Source,
     gaps,
-    read,
     read_all,
     record_faults,
 )
@@ -35,10 +33,15 @@ def file(tmp_path: Path) -> Path:
     return tmp_path / "log.csv"
 
 
+def table_of(file: Path, *formats: Format) -> Measurements:
+    """What is read of a single file."""
+    return read_all([file], formats, lambda table: table)[0]
+
+
 def faults(file: Path, text: str, least: int = 1) -> list[str]:
     file.write_text(text, "utf-8")
     with pytest.raises(InputError) as caught:
-        record(read(Source.of(file), LOG._replace(least=least)))
+        record(table_of(file, LOG._replace(least=least)))
     return [str(fault).replace(str(file), "log.csv") for fault in caught.value.faults]
 
 
@@ -47,7 +50,7 @@ def test_units_of_the_header_become_si(file: Path) -> None:
     file.write_text(
         "# a remark\ntime_min, current_mA,speed_rpm,phase\n1,500,60,hover\n\n2,5e2,0,rest\n"
     )
-    table = read(Source.of(file), LOG)
+    table = table_of(file, LOG)
     assert table.numbers["time"].tolist() == [60.0, 120.0]
     assert table.numbers["current"].tolist() == [0.5, 0.5]
     assert table.numbers["speed"][0] == pytest.approx(2.0 * math.pi)
@@ -57,7 +60,7 @@ def test_units_of_the_header_become_si(file: Path) -> None:
 
 def test_a_blank_is_no_number_where_blanks_are_allowed(file: Path) -> None:
     file.write_text("time_s,current_A,duration_s\n0,1,\n1,1,2\n")
-    assert np.isnan(read(Source.of(file), LOG).numbers["duration"][0])
+    assert np.isnan(table_of(file, LOG).numbers["duration"][0])
 
 
 def test_all_faults_come_at_once(file: Path) -> None:
@@ -126,7 +129,7 @@ def test_a_hostile_file_gets_a_short_answer(text: str | bytes, words: str, file:
     """However long or wild its content, the message is short and safe to print."""
     file.write_bytes(text.encode() if isinstance(text, str) else text)
     with pytest.raises(InputError) as caught:
-        read(Source.of(file), LOG)
+        table_of(file, LOG)
     said = str(caught.value)
     assert words in said
     assert len(said) < 20_000
@@ -148,7 +151,7 @@ def test_faults_of_several_files_come_read_all(tmp_path: Path) -> None:
         (tmp_path / f"{name}.csv").write_text("time_s\n1\n")
     paths = [tmp_path / name for name in ("a.csv", "b.csv", "missing.csv")]
     with pytest.raises(InputError) as caught:
-        read_all(paths, lambda file: read(file, LOG))
+        read_all(paths, [LOG], lambda table: table)
     assert len(caught.value.faults) == 3
     assert "there is no such file" in str(caught.value.faults[-1])
 
@@ -179,15 +182,15 @@ def test_the_format_with_most_headings_is_read(file: Path) -> None:
     """And the first of several that have as many."""
     other = Format({"time": "time", "force": "force"})
     file.write_text("time_s,force_g\n1,1000\n")
-    assert read(Source.of(file), LOG, other).numbers["force"] == pytest.approx([9.80665])
+    assert table_of(file, LOG, other).numbers["force"] == pytest.approx([9.80665])
     file.write_text("time_s,phase\n1,rest\n")
     with pytest.raises(InputError, match="there is no column current_A"):
-        read(Source.of(file), other, LOG)
+        table_of(file, other, LOG)
 
 
 def test_no_file_at_all() -> None:
     with pytest.raises(InputError, match="no file"):
-        read_all([], lambda file: read(file, LOG))
+        read_all([], [LOG], lambda table: table)
 
 
 def test_a_file_counts_once_under_all_its_names(tmp_path: Path) -> None:
@@ -200,7 +203,7 @@ def test_a_file_counts_once_under_all_its_names(tmp_path: Path) -> None:
     again = ["below/../a.csv", "link.csv", "copy.csv"]
     paths = [tmp_path / name for name in ("a.csv", "other.csv", *again, "missing.csv")]
     with pytest.raises(InputError) as caught:
-        read_all(paths, lambda file: read(file, Format({"time": "time"})))
+        read_all(paths, [Format({"time": "time"})], lambda table: table)
     *twice, missing = map(str, caught.value.faults)
     assert [words.partition(": ")[0] for words in twice] == [str(each) for each in paths[2:5]]
     assert all(f"has the content of {paths[0]}: name each" in words for words in twice)
