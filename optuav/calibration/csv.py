@@ -114,14 +114,12 @@ def read(text: str, source: str, formats: Iterable[Format]) -> Measurements:
         raise InputError([Fault("", "", "a header and lines of measurements", source)])
     form = max(formats, key=lambda each: len([*filter(each.named, headings)]))
     places, faults = _places(f"{source}, line {first}", headings, form)
-    lines, read_lines = array("l"), 0
+    lines, uneven = array("l"), list[tuple[int, str]]()
     texts: dict[str, list[str]] = {c: [] for c in places.values() if form.kinds[c] == "text"}
     columns = {column: array("d") for column in places.values() if column not in texts}
     sizes = {c: form.headings(c)[headings[place]] for place, c in places.items()}
-    uneven = list[tuple[int, str]]()
     wrong = {place: list[tuple[int, str]]() for place in places}
     for line, cells in rows:
-        read_lines += 1
         if len(cells) != len(headings):
             uneven.append((line, str(len(cells))))
         else:
@@ -145,8 +143,8 @@ def read(text: str, source: str, formats: Iterable[Format]) -> Measurements:
     numbers = {column: np.array(values) for column, values in columns.items()}
     numbers |= {each: np.full(len(lines), math.nan) for each in form.blanks if each not in numbers}
     faults += [_fault(source, *each) for each in broken if each[-1]]
-    if read_lines < form.least:
-        words = f"at least {counted(form.least, 'line')} of measurements; there are {read_lines}"
+    if (count := len(lines) + len(uneven)) < form.least:
+        words = f"at least {counted(form.least, 'line')} of measurements; there are {count}"
         faults.append(Fault("", "", words, source))
     refuse(faults)
     stated = {column: tuple(cells) for column, cells in texts.items()}

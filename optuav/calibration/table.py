@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, get_args
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ValidationError
 
 from optuav.arrays import Floats
 from optuav.calibration.csv import counted
@@ -50,10 +50,9 @@ SCALES = (1.0, 0.5, 2.0)  # where the fit starts, as multiples of the stated val
 WITHOUT_LASER = ("laser", "flight.charge_current_A", "flight.charge_power_W")
 
 
-class FlownAs(BaseModel):
+class FlownAs(BaseModel, extra="allow", strict=True, allow_inf_nan=False):
     """How a row was flown; any other key is one of the mission."""
 
-    model_config = ConfigDict(extra="allow", strict=True, allow_inf_nan=False)
     hover_time_s: Duration = 0.0
     rest_time_s: Duration = 0.0
     building: str = ""
@@ -66,10 +65,9 @@ class FlownAs(BaseModel):
         return _flat(self.model_extra or {}) | ({} if self.laser else dict.fromkeys(WITHOUT_LASER))
 
 
-class ResultsRow(BaseModel):
+class ResultsRow(BaseModel, extra="forbid", strict=True, allow_inf_nan=False):
     """A row of the table: how it was flown, and its numbers."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
     name: str = ""
     given: FlownAs = FlownAs()
     fit: dict[Cell, float] = {}
@@ -77,10 +75,9 @@ class ResultsRow(BaseModel):
     resolution: dict[Cell, Positive] = {}
 
 
-class ResultsFile(BaseModel):
+class ResultsFile(BaseModel, extra="forbid", strict=True, allow_inf_nan=False):
     """A table of results with what is known and what is free, keys dotted."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
     mission: str = "paper"
     known: dict[str, Any] = {}
     free: dict[str, Positive] = {}

@@ -207,8 +207,8 @@ def _made(
         if isinstance(each, tuple):
             left_out.append(each)
         elif not only or {*only}.intersection([study.name, *each.numbers]):
-            path, axes = f"figures/{each.name}", each.axes
-            pictures = {f"{path}.{n}": image(axes, n) for n in ("png", "svg")} if axes else {}
+            axes, names = each.axes, (f"figures/{each.name}.{form}" for form in ("png", "svg"))
+            pictures = {name: image(axes, Path(name)) for name in names} if axes else {}
             contents |= pictures
             contents[f"data/{each.name}.csv"] = as_csv(each.records).encode()
             elements += _figure(each, pictures)

@@ -1,19 +1,29 @@
 """Pictures as files; the same plan gives the same bytes."""
 
 import io
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Literal
 
 from matplotlib.axes import Axes
 
+from optuav.errors import Fault, InputError
 from optuav.mission import Mission
-from optuav.mission.files import make_directory, write_files
+from optuav.mission.files import label, make_directory, write_files
+from optuav.mission.messages import shown
 from optuav.plan import Phase, Plan
 from optuav.plots import style
 from optuav.plots.charge import packs, wells
 from optuav.plots.map import mission_map
 from optuav.plots.profiles import leg
+
+FORMATS: Mapping[str, Mapping[str, str | None] | None] = {
+    ".png": {"Software": "optuav"},
+    ".svg": {"Creator": "optuav", "Date": None},
+    ".pdf": {"Creator": "optuav", "Producer": None, "CreationDate": None},
+    **dict.fromkeys((".jpg", ".jpeg", ".tif", ".tiff", ".webp")),
+}
+"""What a file says of its origin, by suffix: of the formats that matplotlib writes, those that need
+no other program, can show transparent colours, and hold no date."""
 
 
 def save_pictures(
@@ -52,20 +62,16 @@ def save_pictures(
     ...     [path.name for path in optuav.plots.save_pictures(optuav.solve(late), folder)]
     ['map.png']
     """
-    return save_figures(_pictures(subject, beside), Path(directory))
-
-
-def _pictures(subject: Plan | Mission, beside: Sequence[Plan]) -> Iterator[tuple[str, Axes]]:
-    """Yield the name of each picture, and one of its axes."""
-    yield "map.png", mission_map(subject).plan
-    if isinstance(subject, Mission) or not subject:
-        return
-    if subject.mission.battery.takes_turns:
-        yield "packs.png", packs([subject])[0]
-    else:
-        yield "wells.png", wells([subject, *beside])[0]
-    if first := modelled_leg(subject):
-        yield "leg.png", leg(subject.mission, first.start_place, first.end_place).speed
+    drawn = {"map.png": mission_map(subject).plan}
+    if isinstance(subject, Plan) and subject:
+        if subject.mission.battery.takes_turns:
+            drawn["packs.png"] = packs([subject])[0]
+        else:
+            drawn["wells.png"] = wells([subject, *beside])[0]
+        if first := modelled_leg(subject):
+            axes = leg(subject.mission, first.start_place, first.end_place)
+            drawn["leg.png"] = axes.speed
+    return save_figures(drawn.items(), Path(directory))
 
 
 def modelled_leg(plan: Plan) -> Phase | None:
@@ -75,19 +81,20 @@ def modelled_leg(plan: Plan) -> Phase | None:
 
 
 def save(drawn: Axes | tuple[Axes | None, ...], path: str | Path) -> Path:
-    """Write the figure of axes as a PNG file; the same figure gives the same bytes.
+    """Write the figure of axes as a file; the same figure gives the same bytes.
 
     Parameters
     ----------
     drawn
         Axes as the functions of `optuav.plots` return them.
     path
-        The file; what is there is replaced, whole or not at all.
+        The file, in the format of its suffix: .png, .svg, .pdf, .jpg, .jpeg, .tif, .tiff or .webp.
+        What is there is replaced, whole or not at all.
 
     Raises
     ------
     InputError
-        If the file cannot be written.
+        If the file cannot be written or has another suffix.
 
     Examples
     --------
@@ -99,23 +106,25 @@ def save(drawn: Axes | tuple[Axes | None, ...], path: str | Path) -> Path:
     """
     ax = drawn[0] if isinstance(drawn, tuple) else drawn
     assert ax is not None
-    write_files({Path(path): image(ax)})
+    write_files({Path(path): image(ax, Path(path))})
     return Path(path)
 
 
 def save_figures(drawn: Iterable[tuple[str, Axes]], folder: Path) -> list[Path]:
     """Write the figures of axes under the given names, all drawn before the first is written."""
-    pictures = {folder / name: image(ax) for name, ax in drawn}
+    pictures = {folder / name: image(ax, folder / name) for name, ax in drawn}
     make_directory(folder)
     write_files(pictures)
     return list(pictures)
 
 
-def image(ax: Axes, form: Literal["png", "svg"] = "png") -> bytes:
-    """The figure of axes as a file, without the date and matplotlib's version."""
-    figure, content = style.root(ax), io.BytesIO()
-    metadata = {"Software": "optuav"} if form == "png" else {"Date": None, "Creator": "optuav"}
+def image(ax: Axes, path: Path) -> bytes:
+    """The figure of axes as the content of a file, in the format of its suffix."""
+    suffix, figure, content = path.suffix.lower(), style.root(ax), io.BytesIO()
+    if suffix not in FORMATS:
+        words = f"one of {', '.join(FORMATS)}"
+        raise InputError([Fault("suffix", shown(path.suffix), words, label(path))])
     figure.set_layout_engine("none")  # the picture is laid out already
     with style.applied():
-        figure.savefig(content, format=form, dpi=figure.dpi, metadata=metadata)
+        figure.savefig(content, format=suffix[1:], dpi=figure.dpi, metadata=FORMATS[suffix])
     return content.getvalue()

@@ -14,11 +14,10 @@ from optuav.judge import Replay
 from optuav.mission import Mission
 from optuav.mission.messages import listed
 from optuav.network import vehicle
-from optuav.network.obstacles import prisms
-from optuav.network.places import build_places
 from optuav.physics import flight, rotor
 from optuav.plan.trace import Event
 from optuav.plots import style
+from optuav.plots.map import scene
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION, Band, mark
 
 MOST_MARKED = 12  # Violations that are marked one by one
@@ -168,7 +167,7 @@ def leg(mission: Mission, start: str, end: str) -> LegAxes:
 
 def _displacement(mission: Mission, start: str, end: str) -> tuple[float, float, float]:
     """End minus start [m]; an error where no leg leads there."""
-    known = build_places(mission, prisms(mission.buildings))
+    known = scene(mission).places
     faults = [
         Fault(option, repr(name), f"one of {listed(known.names)}")
         for option, name in (("start", start), ("end", end))

@@ -125,7 +125,7 @@ def test_files(folder: Path) -> None:
 
 def test_pictures(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("matplotlib")
-    monkeypatch.setattr("optuav.plots.files.image", lambda figure: b"")  # drawn, not rendered
+    monkeypatch.setattr("optuav.plots.files.image", lambda *_: b"")  # drawn, not rendered
     found = run(*QUICK, "--plot", "new")
     assert found.code == 0
     assert sorted(path.name for path in (folder / "new").iterdir()) == ["gaps.png"]

@@ -102,7 +102,7 @@ def test_an_infeasible_plan_is_shown() -> None:
 
 def test_pictures_of_a_mission_and_of_a_plan(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("matplotlib")
-    monkeypatch.setattr("optuav.plots.files.image", lambda figure: b"")  # drawn, not rendered
+    monkeypatch.setattr("optuav.plots.files.image", lambda *_: b"")  # drawn, not rendered
     assert run("show", "paper", "--plot", "mission").code == 0
     assert [path.name for path in (folder / "mission").iterdir()] == ["map.png"]
     run("solve", "paper", "--set", "limits.deadline_s=60", "--save", "plan.json")

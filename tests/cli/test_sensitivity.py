@@ -29,7 +29,7 @@ def test_tables_are_those_of_python() -> None:
 
 def test_every_detail_is_saved_and_drawn(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("matplotlib")
-    monkeypatch.setattr("optuav.plots.files.image", lambda figure: b"")  # drawn, not rendered
+    monkeypatch.setattr("optuav.plots.files.image", lambda *_: b"")  # drawn, not rendered
     (folder / "sure.toml").write_text(STATED, "utf-8")
     paper = optuav.load("paper")
     paper.replace({"buildings": paper.buildings[8:]}).save("few.toml")

@@ -176,7 +176,7 @@ def test_pictures_go_into_a_new_directory(tmp_path: Path, monkeypatch: pytest.Mo
     empty = Figure().subplots()
     for name in ("mission_map", "leg"):
         monkeypatch.setattr(files, name, lambda *_: SimpleNamespace(plan=empty, speed=empty))
-    monkeypatch.setattr(files, "image", lambda ax: counts.append(len(ax.figure.axes)) or b"")
+    monkeypatch.setattr(files, "image", lambda ax, _: counts.append(len(ax.figure.axes)) or b"")
     for perspective in ("energy", "available"):
         found = run(*asked, "--perspective", perspective)
         assert found.code == 0

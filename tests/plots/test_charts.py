@@ -77,5 +77,5 @@ def test_where_there_is_no_plan_the_words_lie_on_nothing(
 
 def test_files_are_the_same_bytes(tmp_path: Path) -> None:
     ax = chart([Bar("battery", "direct", 688.8, False)])
-    first, second = (plots.save(ax, tmp_path / name) for name in ("a", "b"))
+    first, second = (plots.save(ax, tmp_path / name) for name in ("a.png", "b.png"))
     assert first.read_bytes() == second.read_bytes()

@@ -38,7 +38,7 @@ def settings() -> dict[str, object]:
 def names_only(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures are named and neither drawn nor written, apart from packs."""
     empty = Figure().subplots()
-    monkeypatch.setattr(files, "image", lambda figure: PNG)
+    monkeypatch.setattr(files, "image", lambda *_: PNG)
     for name in ("mission_map", "leg", "wells"):
         axes = SimpleNamespace(plan=empty, wells=empty, speed=empty)
         drawn = [empty] if name == "wells" else axes
@@ -111,6 +111,39 @@ def test_a_file_is_written_whole_or_not_at_all(nothing: optuav.Plan, tmp_path: P
     with pytest.raises(InputError, match=r"map\.png: is a directory"):
         plots.save_pictures(nothing, tmp_path)
     assert list(tmp_path.iterdir()) == [tmp_path / "map.png"]
+
+
+@pytest.mark.parametrize(
+    ("name", "start"),
+    [
+        ("map.png", PNG),
+        ("map.PNG", PNG),
+        ("map.svg", b"<?xml"),
+        ("map.pdf", b"%PDF"),
+        ("map.jpg", b"\xff\xd8\xff"),
+        ("map.tiff", b"II*\0"),
+        ("map.webp", b"RIFF"),
+    ],
+)
+def test_a_picture_has_the_format_of_its_suffix(name: str, start: bytes, tmp_path: Path) -> None:
+    """Whichever function writes it; and the same bytes again, without a date."""
+    ax = style.page(1.0, 1.0).subplots()
+    content = plots.save(ax, tmp_path / name).read_bytes()
+    (again,) = plots.save_figures([(name, ax)], tmp_path / "again")
+    assert content.startswith(start)
+    assert content == again.read_bytes()
+    assert b"Date" not in content
+
+
+@pytest.mark.parametrize("name", ["map.xyz", "map", "map.svgz"])
+def test_a_suffix_that_no_picture_has_is_refused(name: str, tmp_path: Path) -> None:
+    ax = style.page(1.0, 1.0).subplots()
+    words = rf"{name}: suffix = '{Path(name).suffix}': one of \.png, \.svg, \.pdf, "
+    with pytest.raises(InputError, match=words):
+        plots.save(ax, tmp_path / name)
+    with pytest.raises(InputError, match=words):
+        plots.save_figures([("first.png", ax), (name, ax)], tmp_path)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_matplotlib_is_imported_late_missed_in_words_and_opens_no_window(tmp_path: Path) -> None:
