@@ -17,10 +17,9 @@ References
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -31,9 +30,6 @@ from optuav.calibration.fit import ConfidenceInterval, Fit, Panel, Value, finish
 from optuav.errors import Fault, InputError, refuse
 from optuav.mission.messages import nearest
 from optuav.physics.flight import regime_leg
-
-Means: TypeAlias = Mapping[str, Mapping[str, tuple[float, ConfidenceInterval]]]
-"""Mean and interval by phase, and by ``"current_A"`` and ``"power_W"``."""
 
 OPTIONAL = {"voltage": "voltage", "power": "power", "speed": "speed", "phase": "text"}
 LOG = csv.Format({"time": "time", "current": "current"} | OPTIONAL, tuple(OPTIONAL), least=10)
@@ -127,14 +123,19 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
         for phase in ("flight", "hover")
         if phase not in loads
     ]
-    values = list(_values(loads))
-    for place, each in enumerate(values):
-        if each.interval is not None and each.value < 0.0 <= each.interval.high:
-            values[place] = replace(each, value=0.0)
-            warnings.append(
-                f"{each.key} = {each.value:.3g} lies no farther below 0 than the log leaves open: "
-                "0 is stated"
-            )
+    values, unknown = list[Value](), (0.0, ConfidenceInterval(0.0, 0.0))
+    for phase, own in loads.items():
+        for unit, (mean, interval) in own.items():
+            key, value, ends = f"flight.{phase}_{unit}", mean, interval
+            if phase == "charge":
+                drawn, resting = loads.get("rest", {}).get(unit, unknown)
+                value, reach = drawn - mean, math.hypot(ends.high - mean, resting.high - drawn)
+                ends = ConfidenceInterval(value - reach, value + reach)
+            if value < 0.0 <= ends.high:
+                words = "lies no farther below 0 than the log leaves open: 0 is stated"
+                warnings.append(f"{key} = {value:.3g} {words}")
+                value = 0.0
+            values.append(Value(key, value, ORIGINS[phase], ends))
     known = np.isin(samples.phase, list(loads))
     groups, at_s = samples.phase[known].tolist(), samples.time_s[known].tolist()
     courses = []
@@ -211,17 +212,6 @@ def _read_log(table: csv.Measurements) -> tuple[Samples, tuple[str, ...]]:
     return samples, tuple(table.doubts())
 
 
-def _values(loads: Means) -> Iterator[Value]:
-    for phase in ("flight", "hover", "rest"):
-        for unit, (mean, interval) in loads.get(phase, {}).items():
-            yield Value(f"flight.{phase}_{unit}", mean, ORIGINS[phase], interval)
-    for unit, (mean, interval) in loads.get("charge", {}).items():
-        drawn, own = loads.get("rest", {}).get(unit, (0.0, ConfidenceInterval(0.0, 0.0)))
-        value, reach = drawn - mean, math.hypot(interval.high - mean, own.high - drawn)
-        ends = ConfidenceInterval(value - reach, value + reach)
-        yield Value(f"flight.charge_{unit}", value, ORIGINS["charge"], ends)
-
-
 def _legs(samples: Samples) -> Iterator[Integers]:
     """The samples of every stretch of flight with speeds that begins and ends slowly."""
     flying = (samples.phase == "flight") & np.isfinite(samples.speed_m_s)
@@ -247,12 +237,13 @@ def _motion(
     if not legs:
         words = "no leg from standing to standing with its speed: acceleration_m_s2 is missing here"
         return (), (), (words,)
-    flown = np.concatenate(legs)
+    flown, leg_of = np.concatenate(legs), np.repeat(np.arange(len(legs)), [*map(len, legs)])
     observed, at_s = samples.speed_m_s[flown], samples.time_s[flown]
-    distances_m = np.array(
-        [np.trapezoid(samples.speed_m_s[leg], samples.time_s[leg]) for leg in legs]
+    distances_m, moments_m_s = (
+        np.array([np.trapezoid(each[leg], samples.time_s[leg]) for leg in legs])
+        for each in (samples.speed_m_s, samples.speed_m_s * samples.time_s)
     )
-    speeds = _speeds(samples, legs, distances_m)
+    speeds = _speeds(leg_of, at_s, observed, distances_m, moments_m_s / distances_m)
 
     def residuals(values: Floats) -> Floats:
         left: Floats = speeds(*values) - observed
@@ -275,19 +266,18 @@ def _motion(
 
 
 def _speeds(
-    samples: Samples, legs: Sequence[Integers], distance_m: Floats
+    leg_of: Integers, time_s: Floats, speed_m_s: Floats, distance_m: Floats, middle_s: Floats
 ) -> Callable[..., Floats]:
-    """Speeds [m/s] of the trapezoids of an acceleration and a cap that follow the legs best."""
-    flown, leg_of = np.concatenate(legs), np.repeat(np.arange(len(legs)), [*map(len, legs)])
-    time_s, speed_m_s = samples.time_s[flown], samples.speed_m_s[flown]
-    moments = samples.speed_m_s * samples.time_s
-    areas = np.array([np.trapezoid(moments[leg], samples.time_s[leg]) for leg in legs])
-    middle_s = areas / distance_m
+    """Speeds [m/s] of the trapezoids of an acceleration and a cap that follow the legs best.
+
+    Of the samples, and of the legs that they belong to: number, distance, mean time of flying it.
+    """
+    legs = len(distance_m)
 
     def mean(values: Floats, chosen: Booleans) -> Floats:
         """The mean of each leg; 0 of nothing."""
-        count = np.bincount(leg_of[chosen], minlength=len(legs))
-        return np.bincount(leg_of[chosen], values[chosen], len(legs)) / np.maximum(count, 1)
+        count = np.bincount(leg_of[chosen], minlength=legs)
+        return np.bincount(leg_of[chosen], values[chosen], legs) / np.maximum(count, 1)
 
     def speeds(acceleration_m_s2: float, cap_m_s: float = math.inf) -> Floats:
         loads, _ = regime_leg(distance_m, acceleration_m_s2, 1.0, 1.0, cap_m_s)

@@ -140,7 +140,13 @@ def _from_bench(sources: tuple[str, ...], tables: list[csv.Measurements]) -> Fit
         return np.concatenate(left)
 
     keys = tuple(f"rotor.{key}" for key in KEYS)
-    found = estimate(keys, residuals, [_start(measured)])
+    # A usual motor at the fastest point: a tenth of the voltage is lost in the winding; 1 % of the
+    # torque in friction, 30 % in damping.
+    v, thrust, i, e = (float(values[np.argmax(speed)]) for values in measured.values())
+    torque = 0.9 * e / v * i
+    propeller = (0.01 * torque, 0.3 * torque / v, 0.69 * torque / v**2)
+    start = (thrust / v**2, rotor.RPM_PER_RAD_S / (0.9 * e / v), 0.1 * e / i, *propeller)
+    found = estimate(keys, residuals, [start])
     for _ in range(ROUNDS - 1):
         for name, part in zip(QUANTITIES, np.split(found.residuals, 3), strict=True):
             left = float(np.sqrt(np.mean((part / weights[name]) ** 2)))
@@ -175,20 +181,3 @@ def _model(values: Floats, speed_rad_s: Floats) -> dict[str, Floats]:
         "current": rotor.current(motor, speed_rad_s),
         "voltage": rotor.voltage(motor, speed_rad_s),
     }
-
-
-def _start(measured: dict[str, Floats]) -> tuple[float, ...]:
-    """Values of a usual motor that fit the fastest point."""
-    fastest = int(np.argmax(measured["speed"]))
-    v, thrust, i, e = (float(values[fastest]) for values in measured.values())
-    # A tenth of the voltage is lost in the winding; 1 % of the torque in friction, 30 % in damping.
-    torque_constant = 0.9 * e / v
-    torque = torque_constant * i
-    return (
-        thrust / v**2,
-        rotor.RPM_PER_RAD_S / torque_constant,
-        0.1 * e / i,
-        0.01 * torque,
-        0.3 * torque / v,
-        0.69 * torque / v**2,
-    )

@@ -1,14 +1,12 @@
 """A simulated plan in motion: the map, and the wells of the battery as they are emptied."""
 
 import io
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
@@ -63,7 +61,8 @@ def save_animation(replayed: Replay, path: str | Path) -> Path:
     optuav.errors.InputError: animation = 'mission.mp4': a name that ends in .gif
     """
     file = gif_file(path)
-    write_files({file: _gif(list(frames(replayed)))})
+    moments_s = np.linspace(0.0, replayed.trace.time_s[-1], FRAMES).tolist()
+    write_files({file: _gif([*frames(replayed, moments_s)])})
     return file
 
 
@@ -75,17 +74,39 @@ def gif_file(path: str | Path) -> Path:
     return file
 
 
-def frames(replayed: Replay) -> Iterator[Image.Image]:
-    """The pictures of an animation: moments evenly over the mission, and the end for a while."""
+def frames(replayed: Replay, moments_s: Sequence[float]) -> Iterator[Image.Image]:
+    """The pictures of an animation at moments [s], and the last of them for a while."""
+    trace, laser, events = replayed.trace, replayed.mission.laser, timed(replayed)
+    end_s, name = float(trace.time_s[-1]), style.printed(replayed.mission.name)
     with style.applied():
         figure = _still(replayed)
+        left, right = figure.axes
         canvas: Any = FigureCanvasAgg(figure)
         canvas.draw()
         still = canvas.copy_from_bbox(figure.bbox)
-        show = _moving(figure.axes[0], figure.axes[1], replayed)
-        for moment_s in np.linspace(0.0, replayed.trace.time_s[-1], FRAMES).tolist():
+        left.set_autoscale_on(False)
+        (trail,) = left.plot([], [], color=BLUE, linewidth=1.6)
+        (beam,) = left.plot([], [], color=ORANGE, linewidth=1.6)
+        (craft,) = left.plot([], [], "o", markersize=8, markeredgecolor="white")
+        veil = right.axvspan(0.0, end_s, color="white", alpha=0.85, linewidth=0.0)
+        (now,) = right.plot([], [], color=BLACK, linewidth=0.8)
+        clock = left.set_title("", y=1.0)
+        verdict = right.set_title("", y=1.0, pad=style.NAMES_PT, color=VERMILLION)
+        for moment_s in moments_s:
+            at = max(0, int(np.searchsorted(trace.time_s, moment_s, side="right")) - 1)
+            here = [float(np.interp(moment_s, trace.time_s, x)) for x in trace.position_m.T[:2]]
+            trail.set_data(*np.concatenate([trace.position_m[: at + 1, :2], [here]]).T)
+            lit = laser is not None and trace.received_power_W[at] > 0.0
+            beam.set_data(*np.array([laser.position_m[:2], here]).T if laser and lit else ([], []))
+            past = [event for event in events if event.time_s <= moment_s]
+            craft.set_data(here[:1], here[1:])
+            craft.set_markerfacecolor(VERMILLION if past else BLACK)
+            veil.set_bounds(moment_s, 0.0, end_s - moment_s, 1.0)
+            now.set_data([moment_s, moment_s], right.get_ylim())
+            clock.set_text(f"{name}, $t$ = {moment_s:.0f} s: {trace.kind[at]}")
+            verdict.set_text(", ".join(f"{each.kind} at {each.time_s:.1f} s" for each in past[:2]))
             canvas.restore_region(still)
-            for each in show(moment_s):
+            for each in (trail, beam, craft, veil, now, clock, verdict):
                 each.draw(canvas.get_renderer())
             image = Image.fromarray(np.array(canvas.buffer_rgba())).convert("RGB")
             yield image
@@ -129,38 +150,6 @@ def _still(replayed: Replay) -> Figure:
     style.draw_bands([right], style.phase_bands(replayed))
     figure.set_layout_engine("none")
     return figure
-
-
-def _moving(left: Axes, right: Axes, replayed: Replay) -> Callable[[float], Sequence[Artist]]:
-    """A function that sets what moves to a moment [s]."""
-    left.set_autoscale_on(False)
-    trace, laser = replayed.trace, replayed.mission.laser
-    end_s = float(trace.time_s[-1])
-    (trail,) = left.plot([], [], color=BLUE, linewidth=1.6)
-    (beam,) = left.plot([], [], color=ORANGE, linewidth=1.6)
-    (craft,) = left.plot([], [], "o", markersize=8, markeredgecolor="white")
-    veil = right.axvspan(0.0, end_s, color="white", alpha=0.85, linewidth=0.0)
-    (now,) = right.plot([], [], color=BLACK, linewidth=0.8)
-    clock = left.set_title("", y=1.0)
-    verdict = right.set_title("", y=1.0, pad=style.NAMES_PT, color=VERMILLION)
-    events, name = timed(replayed), style.printed(replayed.mission.name)
-
-    def show(moment_s: float) -> Sequence[Artist]:
-        at = max(0, int(np.searchsorted(trace.time_s, moment_s, side="right")) - 1)
-        here = [float(np.interp(moment_s, trace.time_s, each)) for each in trace.position_m.T[:2]]
-        trail.set_data(*np.concatenate([trace.position_m[: at + 1, :2], [here]]).T)
-        lit = laser is not None and trace.received_power_W[at] > 0.0
-        beam.set_data(*np.array([laser.position_m[:2], here]).T if laser and lit else ([], []))
-        past = [event for event in events if event.time_s <= moment_s]
-        craft.set_data(here[:1], here[1:])
-        craft.set_markerfacecolor(VERMILLION if past else BLACK)
-        veil.set_bounds(moment_s, 0.0, end_s - moment_s, 1.0)
-        now.set_data([moment_s, moment_s], right.get_ylim())
-        clock.set_text(f"{name}, $t$ = {moment_s:.0f} s: {trace.kind[at]}")
-        verdict.set_text(", ".join(f"{each.kind} at {each.time_s:.1f} s" for each in past[:2]))
-        return trail, beam, craft, veil, now, clock, verdict
-
-    return show
 
 
 def _gif(images: Sequence[Image.Image]) -> bytes:

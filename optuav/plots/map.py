@@ -185,36 +185,35 @@ def _draw(
     times: bool = True,
 ) -> MapAxes:
     """Draw both views with the ways, a legend under a heading, and labels."""
-    axes, legend = _page(shown)
+    width_m, depth_m = np.diff(shown.corners_m, axis=0)[0]
+    if depth_m >= width_m:  # the page has the shape of the map
+        columns, cells = 1, style.page(5.4).subplot_mosaic("AB;AC", width_ratios=(1.0, 0.95))
+    else:
+        columns, depth_in = 3, max(1.6, 6.2 * depth_m / width_m)
+        ratios = (depth_in, 1.6, 0.7)
+        cells = style.page(depth_in + 3.0).subplot_mosaic("A;B;C", height_ratios=ratios)
+    axes, legend = MapAxes(cells["A"], cells["B"]), cells["C"]
+    legend.set_axis_off()
     handles = [*entries, *draw_plan_view(axes.plan, shown)]
     draw_from_above(axes.plan, shown, ways)
     handles.append(_draw_from_side(axes.height, shown, ways))
     axes.plan.set_title(title)
-    columns = 3 if legend.get_position().width > 0.6 else 1
     room: Look = {"labelspacing": 0.6, "columnspacing": 1.4, "loc": "upper left", "ncols": columns}
     legend.legend(handles=handles, title=heading, title_fontsize=7.5, alignment="left", **room)
     style.group_thousands(*axes)
     style.settle(axes.plan)
     flat = [way.points[:, :2] for way in ways]
     style.place(axes.plan, plan_labels(shown, ways, times=times), flat, shown.sight_lines[0])
-    style.place(axes.height, _height_labels(ways), [way.side for way in ways])
+    # Every place of the ways once.
+    corners = {
+        name: (at[0], at[1])
+        for way in reversed(ways)
+        for name, at in zip(way.names, way.side.tolist(), strict=True)
+    }
+    words = {name: symbol.rpartition(" ")[2] for name, symbol in SYMBOLS.items()}
+    short = [style.Label(words.get(n) or style.printed(n), at) for n, at in corners.items()]
+    style.place(axes.height, short, [way.side for way in ways])
     return axes
-
-
-def _page(shown: Scene) -> tuple[MapAxes, Axes]:
-    """Axes on a page of the shape of the map, and those that get the legend."""
-    width_m, depth_m = np.diff(shown.corners_m, axis=0)[0]
-    if depth_m >= width_m:
-        cells = style.page(5.4).subplot_mosaic(
-            [["plan", "height"], ["plan", "legend"]], width_ratios=(1.0, 0.95)
-        )
-    else:
-        depth_in = max(1.6, 6.2 * depth_m / width_m)
-        cells = style.page(depth_in + 3.0).subplot_mosaic(
-            [["plan"], ["height"], ["legend"]], height_ratios=(depth_in, 1.6, 0.7)
-        )
-    cells["legend"].set_axis_off()
-    return MapAxes(cells["plan"], cells["height"]), cells["legend"]
 
 
 def _plan_entries(plan: Plan, look: Look) -> Iterator[Line2D]:
@@ -248,17 +247,6 @@ def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style
         name, at = style.printed(each.name), each.position_m[:2]
         scenery.append(style.Label(name, at, needed=False, colour="#404040", size=6.5))
     return labels + [label for label in scenery if tuple(label.at) not in written]
-
-
-def _height_labels(ways: Sequence[Way]) -> list[style.Label]:
-    """Every place of the ways once."""
-    corners = {
-        name: (at[0], at[1])
-        for way in reversed(ways)
-        for name, at in zip(way.names, way.side.tolist(), strict=True)
-    }
-    short = {name: words.rpartition(" ")[2] for name, words in SYMBOLS.items()}
-    return [style.Label(short.get(name) or style.printed(name), at) for name, at in corners.items()]
 
 
 def draw_from_above(ax: Axes, shown: Scene, ways: Sequence[Way]) -> None:
