@@ -72,17 +72,13 @@ def impossible(mission: Mission) -> str | None:
     return flight.impossible(airframe(mission), motor(mission), mission.wind.force_N)
 
 
-def hover_load(mission: Mission, wind_N: Vector | None = None) -> Flow:
-    """Drawn while hovering, radio included; NaN where the UAV cannot hold its place.
-
-    Another wind than the mission's [N] has no meaning for regime loads.
-    """
+def hover_load(mission: Mission) -> Flow:
+    """Drawn while hovering, radio included; NaN where the UAV cannot hold its place."""
     given, radio = mission.flight, mission.link
     if given.model == "regimes":
         return Flow(given.hover_current_A, given.hover_power_W)
     turning = motor(mission)
-    force_N = airframe(mission).external_force_N(mission.wind.force_N if wind_N is None else wind_N)
-    speed = rotor.hover_speed(turning, force_N)
+    speed = rotor.hover_speed(turning, airframe(mission).external_force_N(mission.wind.force_N))
     radio_A = radio.transmit_power_W / radio.transmit_voltage_V
     return Flow(
         rotor.ROTORS * rotor.current(turning, speed) + radio_A,

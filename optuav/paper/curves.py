@@ -15,6 +15,8 @@ from optuav import solving
 from optuav.arrays import Floats
 from optuav.mission import Mission, load
 from optuav.network import vehicle
+from optuav.network.network import build_network
+from optuav.network.variants import Variants
 from optuav.options import Perspective, Trajectory
 from optuav.physics import laser, rotor
 from optuav.plan import Plan
@@ -127,9 +129,9 @@ def hover_energy(mission: Mission, axis: str) -> tuple[Floats, Floats]:
     force_N = np.union1d(np.linspace(low, high, WIND_POINTS), inner)
     # At the limits themselves rounding could take the thrust beyond the largest.
     inside = np.clip(force_N, low * (1.0 - 1e-12), high * (1.0 - 1e-12))
-    x, y, z = (inside * component for component in AXES[axis])
-    load = vehicle.hover_load(mission, (x, y, z))
-    return force_N, HOVER_S * np.asarray(load.power_W, dtype=float)
+    winds = {f"wind.force_N[{k}]": inside * part for k, part in enumerate(AXES[axis])}
+    load = Variants(build_network(mission), winds).hover_load
+    return force_N, HOVER_S * np.asarray(load.power_W[:, 0], dtype=float)
 
 
 def calmest_N(mission: Mission, axis: str) -> float:

@@ -154,18 +154,14 @@ class _BranchAndBound:
         found, stays_s = longest(self.terrain, boxes, beat_s)
         if not found.any():
             return
-        hover_s, rank = stays_s[boxes.hovers].sum(axis=0), boxes.rank[found]
+        places, rank = boxes.places[:, found], boxes.rank[found]
+        hover_s = stays_s[boxes.hovers].sum(axis=0)
         self.longest_s = max(self.longest_s, float(hover_s.max()))
         ties = np.flatnonzero(hover_s >= self.longest_s - TIE_S)
         if not len(ties):
             return
         first = int(ties[np.lexsort((-hover_s[ties], rank[ties]))[0]])
-        new = Stops(
-            boxes.places[:, found][:, first].copy(),
-            stays_s[:, first].copy(),
-            float(hover_s[first]),
-            int(rank[first]),
-        )
+        new = Stops(places[:, first], stays_s[:, first], float(hover_s[first]), int(rank[first]))
         old = self.best
         falls_behind = old is None or old.hover_s < self.longest_s - TIE_S
         if old is None or falls_behind or (new.rank, -new.hover_s) < (old.rank, -old.hover_s):
