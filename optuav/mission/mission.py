@@ -37,9 +37,7 @@ DISPLACED: dict[str, dict[str, frozenset[str]]] = {
 }
 """By table, the keys that a new value of a key displaces unless they are stated with it."""
 
-_KEYS = {"name", "description", *validation.KEYS} | {
-    f"{name}.{key}" for name, keys in validation.KEYS.items() if name != "buildings" for key in keys
-}
+_KEYS = {"name", "description", *validation.KEYS, *validation.DOTTED}
 
 
 class Mission(MissionSection):

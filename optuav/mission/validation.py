@@ -29,7 +29,8 @@ MOST_SUGGESTIONS = 50
 MOST_TURNS = 20_000  # Of packs by the clock, up to the deadline: each is simulated, in some 60 µs
 UNKNOWN = object()  # Stands for a value that is missing or not allowed by itself: no rule judges it
 
-_HOME = {key: f"{name}.{key}" for name, keys in KEYS.items() if name != "buildings" for key in keys}
+DOTTED = [f"{name}.{key}" for name, keys in KEYS.items() if name != "buildings" for key in keys]
+_HOME = {key.partition(".")[2]: key for key in DOTTED}
 _RATE: Key = ("battery", "flow_rate_per_s")
 _RATE_PER_MINUTE: Key = ("battery", "flow_rate_per_min")
 _CHARGING = ("charge_current_A", "charge_power_W")

@@ -141,8 +141,7 @@ def build_legs(
     x, y, z = (places.position_m[end] - places.position_m[start]).T
     loads, peak_m_s = vehicle.leg_loads(mission, (x, y, z))
     durations_s, currents_A, powers_W = (
-        np.stack([np.broadcast_to(each, start.shape) for each in by_stage])
-        for by_stage in (loads.durations_s, loads.currents_A, loads.powers_W)
+        np.stack([np.broadcast_to(each, start.shape) for each in by_stage]) for by_stage in loads
     )
     crosses = np.full(len(start), CLEAR, dtype=np.intp)
     if not mission.flight.through_buildings:
@@ -153,18 +152,10 @@ def build_legs(
         blockers = np.full(len(lines), CLEAR, dtype=np.intp)
         blockers[known] = crossed(obstacles, low_m, high_m, lines[known] - FIRST_BUILDING)
         crosses = blockers[line]
-    return Legs(
-        start,
-        end,
-        norm((x, y, z)),
-        np.asarray(peak_m_s, dtype=float),
-        durations_s,
-        currents_A,
-        powers_W,
-        crosses,
-        np.isfinite(durations_s).all(axis=0) & (crosses == CLEAR),
-        np.zeros(len(start), bool),
-    )
+    way = norm((x, y, z)), np.asarray(peak_m_s, dtype=float)
+    drawn = durations_s, currents_A, powers_W
+    flyable = np.isfinite(durations_s).all(axis=0) & (crosses == CLEAR)
+    return Legs(start, end, *way, *drawn, crosses, flyable, np.zeros(len(start), bool))
 
 
 def shared_lines(start: Integers, end: Integers) -> tuple[Integers, Integers]:

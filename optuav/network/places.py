@@ -47,14 +47,9 @@ def build_places(mission: Mission, obstacles: Prisms) -> Places:
     roofs_m = np.array([each.position_m for each in mission.buildings], dtype=float)
     position_m = position_table(mission, roofs_m.reshape(-1, 3))
     sight, received = received_table(mission, position_m, obstacles)
-    return Places(
-        (*ENDS, *(building.name for building in mission.buildings)),
-        position_m[0],
-        sight[0],
-        received.power_W[0],
-        received.current_A[0],
-        np.zeros(len(sight[0]), bool),
-    )
+    names = (*ENDS, *(building.name for building in mission.buildings))
+    power_W, current_A = received.power_W[0], received.current_A[0]
+    return Places(names, position_m[0], sight[0], power_W, current_A, np.zeros(len(names), bool))
 
 
 def position_table(mission: Mission, roofs_m: Floats, radius_m: Quantity | None = None) -> Floats:

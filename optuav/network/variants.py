@@ -119,8 +119,3 @@ class Variants:
         legs, position_m = self.network.legs, self.position_m
         x, y, z = np.moveaxis(position_m[:, legs.end] - position_m[:, legs.start], -1, 0)
         return vehicle.leg_loads(self.mission, (x, y, z))[0]
-
-    @property
-    def stages(self) -> list[tuple[Quantity, Quantity]]:
-        """Duration [s] and current [A] of each stage of the legs, (variant or 1, leg)."""
-        return list(zip(self.loads.durations_s, self.loads.currents_A, strict=True))

@@ -230,14 +230,8 @@ def _limits(
         total_As = total_As + current_A[stop] * times_s
         charging_A = (1.0 - share) * current_A[stop]
         after_As = tilt_As[:, None] * remaining[:, stop] + charging_A * integral_s[:, stop]
-        tilt_As = np.stack(
-            [
-                after_As[0, long],
-                after_As[1, 1 - long],
-                after_As[2].min(axis=0),
-                after_As[3].max(axis=0),
-            ]
-        )
+        corners = after_As[0, long], after_As[1, 1 - long]
+        tilt_As = np.stack([*corners, after_As[2].min(axis=0), after_As[3].max(axis=0)])
         weakest_A[stop] = charging_A - rate * tilt_As[3]
         strongest_A[stop] = charging_A - rate * tilt_As[2]
         least[:stop] *= remaining[1, stop]

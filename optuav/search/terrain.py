@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import NamedTuple
 
@@ -121,15 +121,10 @@ class Boxes:
         widest = np.argmax(np.where(self.pulled, width_s, 0.0), axis=0)
         column = np.arange(len(self))
         middle_s = self.low_s[widest, column] + 0.5 * width_s[widest, column]
-        low_s, high_s = self.low_s.copy(), self.high_s.copy()
-        high_s[widest, column] = middle_s
-        low_s[widest, column] = middle_s
         twice = self.take(np.tile(column, 2))
-        return replace(
-            twice,
-            low_s=np.concatenate([self.low_s, low_s], axis=1),
-            high_s=np.concatenate([high_s, self.high_s], axis=1),
-        )
+        twice.high_s[widest, column] = middle_s
+        twice.low_s[widest, len(self) + column] = middle_s
+        return twice
 
 
 def patterns(rests: int, hovers: int) -> Iterator[Pattern]:
@@ -164,13 +159,8 @@ def sequences(terrain: Terrain, pattern: Pattern) -> Iterator[Boxes]:
             places[stop] = FIRST_BUILDING + building
         time_left_s = terrain.deadline_s - terrain.duration_s[places[:-1], places[1:]].sum(axis=0)
         kept = time_left_s >= 0.0
-        high_s = np.broadcast_to(time_left_s[kept], (len(pattern), int(kept.sum()))).copy()
-        yield Boxes(
-            pattern,
-            places[:, kept],
-            (len(pattern) << STOPS_FROM_BIT) + (number[kept] << len(pattern)) + late,
-            np.zeros_like(high_s),
-            high_s,
-            np.full(high_s.shape[1], np.inf),
-            np.ones(high_s.shape, bool),
-        )
+        rank = (len(pattern) << STOPS_FROM_BIT) + (number[kept] << len(pattern)) + late
+        high_s = np.tile(time_left_s[kept], (len(pattern), 1))
+        low_s, pulled = np.zeros_like(high_s), np.ones_like(high_s, dtype=bool)
+        promise = np.full(len(rank), np.inf)
+        yield Boxes(pattern, places[:, kept], rank, low_s, high_s, promise, pulled)

@@ -13,6 +13,7 @@ from optuav.network import vehicle
 from optuav.network.network import NO_LEG, Network
 from optuav.network.places import FIRST_BUILDING, HOVER, as_points
 from optuav.network.variants import Variants
+from optuav.physics.flight import Loads
 from optuav.physics.kibam import Stage
 from optuav.physics.quantity import Quantity
 
@@ -30,8 +31,8 @@ class _Single:
         self.hover_load = vehicle.hover_load(network.mission)
         totals = routes.flight_time_s, routes.flight_charge_As, routes.flight_energy_J
         self.flight = [each[None] for each in totals]
-        pairs = zip(legs.durations_s, legs.currents_A, strict=True)
-        self.stages: list[tuple[Quantity, Quantity]] = [(t[None], i[None]) for t, i in pairs]
+        drawn = legs.durations_s, legs.currents_A, legs.powers_W
+        self.loads = Loads(*(tuple(table[:, None]) for table in drawn))
 
 
 def quantities(
@@ -91,7 +92,7 @@ def quantities(
         if hover_open and HOVER in ends:
             on_the_way.append(TO_HOVER if ends[1] == HOVER else FROM_HOVER)
         else:
-            for durations_s, currents_A in tables.stages:
+            for durations_s, currents_A in zip(*tables.loads[:2], strict=True):
                 duration_s = np.zeros(len(legs)) + take(durations_s, legs)
                 if duration_s.any():
                     net = np.zeros(len(legs)) - take(currents_A, legs), duration_s
