@@ -62,15 +62,14 @@ def installed(
 ) -> tuple[str, dict[str, Operand]]:
     """A solver, perhaps for `whole` numbers, as CVXPY calls it, and its options; None is HiGHS."""
     try:
-        import cvxpy
-        from cvxpy.reductions.solvers.defines import INSTALLED_MI_SOLVERS
+        # CVXPY's own function would look for every solver again, longer than a small solve takes.
+        from cvxpy.reductions.solvers.defines import INSTALLED_MI_SOLVERS, INSTALLED_SOLVERS
     except ImportError as error:
         raise SolverError(f"engine cvxpy needs the package cvxpy: {error}") from error
-
-    there = cvxpy.installed_solvers()  # type: ignore[no-untyped-call]
     wanted, name = name, "HIGHS" if name is None else str(name).upper()
-    if name not in there:
-        raise InputError(f"CVXPY has no solver {wanted!r}; installed: {', '.join(there)}")
+    if name not in INSTALLED_SOLVERS:
+        able = ", ".join(INSTALLED_SOLVERS)
+        raise InputError(f"CVXPY has no solver {wanted!r}; installed: {able}")
     if whole and name not in INSTALLED_MI_SOLVERS:
         able = ", ".join(INSTALLED_MI_SOLVERS)
         raise InputError(f"the solver {name} takes no whole numbers; these do: {able}")

@@ -57,7 +57,8 @@ def compare_methods(
     """
     methods = [*_methods(slots_s, perspective, engines)]
     on_roofs = [P4(each.name, order=order) for each in mission.buildings for order in ORDERS]
-    problems: list[Formulation] = [P3(), *on_roofs, P1()]
+    # From the last row to the first: (P1) takes longest, so that it begins first.
+    problems: list[Formulation] = [P1(), *reversed(on_roofs), P3()]
     rows: list[Row] = []
     reasons: dict[str, tuple[str, ...]] = {}
     tasks = [(mission, each, perspective, methods, time_limit_s, times) for each in problems]
@@ -67,7 +68,7 @@ def compare_methods(
         if progress is not None:
             progress(number, len(problems), name)
         some, reasons[name] = next(answers)
-        rows += some
+        rows = some + rows
     remarks: dict[bool | None, list[str]] = {True: [], False: [], None: []}
     for each in rows:
         remarks[each["agrees"]].append(f"{_name(each)}, {each['method']}: {each['words']}")
@@ -76,7 +77,7 @@ def compare_methods(
         "agrees": not remarks[False],
         "disagreements": tuple(remarks[False]),
         "failures": tuple(remarks[None]),
-        "reasons": reasons,
+        "reasons": dict(reversed(reasons.items())),
     }
     units = UNITS | ({"time_s": "s"} if times else {})
     return Results("optuav comparison", mission, facts, units, tuple(rows), _tables, _figures)

@@ -425,8 +425,11 @@ def test_a_length_twice_is_refused() -> None:
 
 
 def test_progress_counts_every_problem() -> None:
+    """(P1), which takes longest, begins first; its rows are the last."""
     calls: list[tuple[int, int, str]] = []
-    optuav.compare(
+    found = optuav.compare(
         p3_alone(), slots_s=(10.0,), engines=("grid",), progress=lambda *news: calls.append(news)
     )
-    assert calls == [(0, 2, "P3"), (1, 2, "P1")]
+    assert calls == [(0, 2, "P1"), (1, 2, "P3")]
+    assert [row["problem"] for row in found.rows] == ["P3", "P3", "P1", "P1"]
+    assert [*found.facts["reasons"]] == ["P3", "P1"]
