@@ -204,12 +204,9 @@ class Estimate(NamedTuple):
 
     def stated(self, origin: str) -> tuple[Value, ...]:
         """The values for a mission."""
-        return tuple(
-            Value(key, value, origin, interval, key not in self.undetermined)
-            for key, value, interval in zip(
-                self.keys, self.values.tolist(), self.intervals, strict=True
-            )
-        )
+        every = zip(self.keys, self.values.tolist(), self.intervals, strict=True)
+        blind = self.undetermined
+        return tuple(Value(key, x, origin, ends, key not in blind) for key, x, ends in every)
 
     @property
     def warnings(self) -> tuple[str, ...]:

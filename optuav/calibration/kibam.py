@@ -30,7 +30,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats, Integers
+from optuav.arrays import Booleans, Floats
 from optuav.calibration import csv, fit
 from optuav.calibration.fit import ConfidenceInterval, Estimate, Fit, Panel, finished, quantile
 from optuav.errors import Fault, InputError, refuse
@@ -196,6 +196,7 @@ class SumOfSquares:
         self._drawn_As, self._end_A = self._sums(self._before_end_s), self._sums(1.0)
         slowest, fastest = SLOWEST / self._lifetimes_s.max(), FASTEST / self._lifetimes_s.min()
         self._rates = np.linspace(math.log(slowest), math.log(fastest), ROWS)
+        self._step, self._ends = self._rates[1] - self._rates[0], self._rates[[0, -1]]
         self._least = self.valley(self._rates)[1]
 
     def _sums(self, weights: Floats | float) -> Floats:
@@ -234,7 +235,7 @@ class SumOfSquares:
         lower = np.minimum(beside[:-2], beside[2:]) * (1.0 - fit.TIE) > self._least + ROUNDED
         # Where all is flat, rounding is not to choose.
         minima = self._rates[lower] if np.any(lower) else self._rates[ROWS // 2 :][:1]
-        ends = (self._beside(minima, by) for by in (-1, 1))
+        ends = (np.clip(minima + by * self._step, *self._ends) for by in (-1, 1))
         rates, _ = _least(lambda x: self.valley(x.ravel())[1].reshape(x.shape), *ends)
         logits, _, rows = self.valley(rates)
         capacities, usual = self.implied(rows, logits[:, None])
@@ -243,12 +244,6 @@ class SumOfSquares:
             values = np.array([np.exp(mean), share, np.exp(rates[place]) * share * (1.0 - share)])
             yield rates[place], values, (capacities[place, 0] - mean) / usual[place]
 
-    def _beside(self, rates: Floats, by: Integers | int) -> Floats:
-        """Rates one row further."""
-        step = self._rates[1] - self._rates[0]
-        moved: Floats = np.clip(rates + by * step, self._rates[0], self._rates[-1])
-        return moved
-
     def region(self, rate: float, limit: float) -> tuple[Floats, Floats]:
         """Ends of log B, logit ω and log k_F over all batteries up to a sum of squares.
 
@@ -256,7 +251,7 @@ class SumOfSquares:
         """
         inside = np.array([rate, *self._rates[self._least <= limit]])
         inner = np.array([inside.min(), inside.max()])
-        outer = self._beside(inner, np.array([-1, 1]))
+        outer = np.clip(inner + np.array([-1, 1]) * self._step, *self._ends)  # one row further
         ends = _end(lambda rates: self.valley(rates)[1] <= limit, inner, outer)
         rates = ends[0] + (ends[1] - ends[0]) * DENSE_AT_ENDS
         inner, _, rows = self.valley(rates)

@@ -305,18 +305,6 @@ def read_table(path: Path) -> ResultsTable:
         faults += [Fault(f"tied.{key}", shown(each), words) for each in unknown]
     if not stated.rows:
         faults.append(Fault("rows", "", "tables [[rows]] with name, given, fit, check"))
-    numbers = tuple(
-        TableNumber(
-            row.name or f"rows[{place}]",
-            quantity,
-            observed,
-            {**stated.resolution, **row.resolution}.get(quantity, math.nan),
-            fits,
-        )
-        for place, row in enumerate(stated.rows)
-        for cells, fits in ((row.fit, True), (row.check, False))
-        for quantity, observed in cells.items()
-    )
     base = stated.mission if stated.mission in shipped() else str(path.parent / stated.mission)
     mission = None
     try:
@@ -324,8 +312,14 @@ def read_table(path: Path) -> ResultsTable:
         mission = tie(load(base).replace(known), tied)
     except InputError as error:
         faults += error.faults
+    numbers = list[TableNumber]()
     for place, row in enumerate(stated.rows):
         faults += _faults_of_row(f"rows[{place}].given", row.given, mission)
+        name, steps = row.name or f"rows[{place}]", {**stated.resolution, **row.resolution}
+        for cells, fits in ((row.fit, True), (row.check, False)):
+            for cell, observed in cells.items():
+                step = steps.get(cell, math.nan)
+                numbers.append(TableNumber(name, cell, observed, step, fits))
     if (count := sum(each.fits for each in numbers)) < len(free):
         words = f"as many numbers to fit as free keys: {len(free)}; there are {count}"
         faults.append(Fault("rows", "", words))
@@ -335,7 +329,7 @@ def read_table(path: Path) -> ResultsTable:
         faults.append(Fault(f"resolution.{quantity}", "", words))
     if faults or mission is None:
         raise InputError(replace(each, source=each.source or source) for each in faults)
-    return ResultsTable(stated, mission, base, numbers)
+    return ResultsTable(stated, mission, base, tuple(numbers))
 
 
 def _valid(document: dict[str, Any]) -> tuple[ResultsFile, list[Fault]]:

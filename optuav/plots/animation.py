@@ -135,18 +135,14 @@ def _still(replayed: Replay) -> Figure:
     way = Way(names, view.positions(names), stops, look)
     draw_from_above(left, view, [way])
     style.group_thousands(left, right)
-    entries = [
-        style.entry("power from the laser", ORANGE, 1.6),
-        *bands,
-        *style.swatches(trace.kind),
-    ]
+    beam = style.entry("power from the laser", ORANGE, 1.6)
+    entries = [beam, *bands, *style.swatches(trace.kind)]
     figure.legend(handles=entries, loc="outside lower center", ncols=7)
     style.settle(left)
-    short = (
-        replace(label, text=label.text.partition(" $")[0])  # a small map has no room for symbols
-        for label in plan_labels(view, [way], times=False)
-    )
-    place(left, list(short), [way.points[:, :2]], view.sight_lines[0])
+    labels = plan_labels(view, [way], times=False)
+    # A small map has no room for symbols.
+    short = [replace(label, text=label.text.partition(" $")[0]) for label in labels]
+    place(left, short, [way.points[:, :2]], view.sight_lines[0])
     style.draw_bands([right], style.phase_bands(replayed))
     figure.set_layout_engine("none")
     return figure

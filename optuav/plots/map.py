@@ -301,15 +301,9 @@ def _draw_from_side(ax: Axes, shown: Scene, ways: Sequence[Way]) -> Artist:
     along = f"distance over ground along the way [m]{aside}"
     ax.set(xlim=style.margins([0.0, farthest_m]), xlabel=along)
     ax.set(ylim=(lowest_m, lowest_m + 1.35 * (highest_m - lowest_m)), ylabel="height z [m]")
-    return ax.axhspan(
-        limits.min_altitude_m,
-        limits.max_altitude_m,
-        facecolor=f"{GREEN}1F",
-        hatch="....",
-        edgecolor=f"{GREEN}40",
-        linewidth=0.0,
-        label="altitudes for hovering",
-    )
+    span: Look = {"facecolor": f"{GREEN}1F", "hatch": "....", "edgecolor": f"{GREEN}40"}
+    span |= {"linewidth": 0.0, "label": "altitudes for hovering"}
+    return ax.axhspan(limits.min_altitude_m, limits.max_altitude_m, **span)
 
 
 def _buildings_along(shown: Scene, way: Way) -> Iterator[tuple[float, float, float]]:
@@ -362,10 +356,8 @@ class Scene:
         low, high = np.min(seen, axis=0), np.max(seen, axis=0)
         if math.isfinite(radius_m := self.disc_radius_m):
             room = COVERAGE_SHARE * float((high - low).max()) or radius_m
-            low, high = (
-                np.minimum(low, np.maximum(device - radius_m, low - room)),
-                np.maximum(high, np.minimum(device + radius_m, high + room)),
-            )
+            low = np.minimum(low, np.maximum(device - radius_m, low - room))
+            high = np.maximum(high, np.minimum(device + radius_m, high + room))
         return np.stack([low, high])
 
     @property

@@ -99,10 +99,8 @@ def plane(
     ax.set_title("\n".join([model.title, *[" → ".join(map(printed, route))] * bool(route)]))
     ax.set(xlabel=_axis_label(across), ylabel=_axis_label(upward))
     style.group_thousands(ax)
-    handles = [
-        *_draw_constraints(ax, model, parameters, route),
-        *_draw_grid(ax, model, parameters, counted, slot_s),
-    ]
+    handles = list(_draw_constraints(ax, model, parameters, route))
+    handles += _draw_grid(ax, model, parameters, counted, slot_s)
     for plan, point in marked:
         kind = ("*", 11.0, style.YELLOW, "optimum")
         if plan.slot_s is not None:

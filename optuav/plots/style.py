@@ -70,6 +70,8 @@ MOST_COVERED = 2  # Most dots that a label covers which is not needed
 LEADER = {"arrowstyle": "-", "linewidth": 0.4, "color": GREY, "shrinkA": 0.0, "shrinkB": 2.0}
 
 Look: TypeAlias = dict[str, Any]  # Properties of a line or marker, by matplotlib's names
+LABEL: Look = {"ha": "left", "va": "bottom", "linespacing": 1.1, "annotation_clip": False}
+LABEL |= {"path_effects": [withStroke(linewidth=2.0, foreground="white")], "zorder": 10}
 _ONE_AT_A_TIME = RLock()
 
 
@@ -243,12 +245,12 @@ def place(
     pixels = root(ax).dpi / POINTS_PER_INCH
     points = [[label.at] for label in labels]
     spaced = ((lines, STRONG * pixels), ([*faint, *points], FAINT * pixels))
-    dots = np.concatenate(
-        [np.empty((0, 2)), *(_dots(ax, line, gap) for found, gap in spaced for line in found)]
-    )
+    dotted = (_dots(ax, line, gap) for found, gap in spaced for line in found)
+    dots = np.concatenate([np.empty((0, 2)), *dotted])
     taken: list[Bbox] = []
     for label in sorted(labels, key=lambda each: not each.needed):
-        text = _write(ax, label, (0.0, 0.0), far=False)
+        look: Look = {**LABEL, "color": label.colour, "fontsize": label.size}
+        text = beside(ax, label.text, label.at, (0.0, 0.0), **look)
         size = text.get_window_extent()
         text.remove()
         spots = []
@@ -261,7 +263,8 @@ def place(
         if spots:
             _, far, box = min(spots, key=lambda each: each[0])
             offset_pt = ((box.x0 - size.x0) / pixels, (box.y0 - size.y0) / pixels)
-            _write(ax, label, offset_pt, far=far)
+            look["arrowprops"] = LEADER if far else None
+            beside(ax, label.text, label.at, offset_pt, **look)
             taken.append(box)
 
 
@@ -276,14 +279,6 @@ def mark(
     for label in labels:
         ax.plot(*label.at, "o", color=VERMILLION, markersize=4.5, clip_on=False, zorder=5)
     place(ax, labels, lines, faint)
-
-
-def _write(ax: Axes, label: Label, offset_pt: tuple[float, float], *, far: bool) -> Annotation:
-    """Write a label at an offset, with a line to its point if it is far."""
-    look: Look = {"ha": "left", "va": "bottom", "color": label.colour, "fontsize": label.size}
-    look |= {"path_effects": [withStroke(linewidth=2.0, foreground="white")], "zorder": 10}
-    look |= {"arrowprops": LEADER if far else None, "annotation_clip": False, "linespacing": 1.1}
-    return beside(ax, label.text, label.at, offset_pt, **look)
 
 
 def _spots(ax: Axes, label: Label, size: Bbox, pixels: float) -> Iterator[tuple[float, bool, Bbox]]:
