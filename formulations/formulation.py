@@ -13,6 +13,7 @@ import numpy as np
 
 from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import AVAILABLE, LABELS, PERSPECTIVES, STAYS, tapered, well_limits
+from optuav.arrays import Values
 from optuav.errors import InputError
 from optuav.modelling import Expression, Model, Parameter, Variable
 from optuav.modelling.expression import Operand
@@ -151,8 +152,17 @@ class Formulation(ABC):
     def model(self, quantities: Quantities, perspective: Perspective = "battery") -> Model:
         """The declared model, with the quantities of some itineraries for its parameters.
 
-        Its title is the first line of the class's docstring. Stays that nothing else decides are
-        to be as short as possible, last of all, so that answers of routes can be compared.
+        See `declared` for its title, its preferences and the errors.
+        """
+        model, values = self.declared(quantities, perspective)
+        return model.with_values(values) if values else model
+
+    def declared(self, quantities: Quantities, perspective: Perspective) -> tuple[Model, Values]:
+        """The declared model, and the values of its parameters where they are not its own.
+
+        A problem of the package is declared once for all itineraries of a kind, over NaN. The
+        title is the first line of the class's docstring. Stays that nothing else decides are to be
+        as short as possible, last of all, so that answers of routes can be compared.
 
         Raises
         ------
@@ -162,15 +172,19 @@ class Formulation(ABC):
         """
         if type(self).__module__.partition(".")[0] != __package__:
             # A problem of a user may look at numbers, so that it is declared each time.
-            return _declared(self, Given.of(quantities, perspective))
+            return _declared(self, Given.of(quantities, perspective)), {}
         values = {each.name: getattr(quantities, each.name) for each in QUANTITIES}
         stated = tuple(name for name, value in values.items() if value is not None)
         steps = tuple(step if isinstance(step, str) else FLOWN for step in quantities.steps)
-        model = _pattern(self, perspective, quantities.tapers, quantities.rests, stated, steps)
         for n, step in enumerate(quantities.steps, start=1):
             if not isinstance(step, str):
                 values |= {f"step_{n}_{name}": each for name, each in step._asdict().items()}
-        return model.with_values(values)
+        kind = perspective, quantities.tapers, quantities.rests, stated, steps
+        pattern = _pattern(self, *kind)
+        if quantities.tapers:
+            # Which of its terms cancel is known of numbers alone.
+            return pattern.with_values(values), {}
+        return pattern, values
 
 
 FLOWN = Stage(math.nan, math.nan)
@@ -186,7 +200,7 @@ def _pattern(
     stated: tuple[str, ...],
     steps: tuple[Stage | str, ...],
 ) -> Model:
-    """A formulation of the package over NaN, from which all its models of a kind are copied."""
+    """A formulation of the package over NaN, of which all its models of a kind are copies."""
     numbers = {each.name: math.nan if each.name in stated else None for each in QUANTITIES}
     quantities = Quantities(**numbers, steps=steps, tapers=tapers, rests=rests)
     return _declared(formulation, Given.of(quantities, perspective))

@@ -63,7 +63,7 @@ class Quantities:
     tapers: bool = False  # Whether the charging current falls once y1 = ωB, or drives y1 past it
     rests: bool = True  # Whether the route goes by way of a building, so that there is a rest time
     # Wells after every step, by Δ and T', as `formulations.soc.levels` has found them.
-    known_levels: list[tuple[Operand, Operand, list[Wells]]] = field(
+    known_levels: list[tuple[Operand, Operand, Sequence[Wells]]] = field(
         default_factory=list, init=False, repr=False, compare=False
     )
 

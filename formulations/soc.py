@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from itertools import groupby
 from typing import NamedTuple, TypeAlias
 
 from formulations.parameters import Quantities
@@ -19,7 +18,7 @@ from optuav.modelling import Expression, Let, Relation
 from optuav.modelling.expression import Bounded, Call, Indexed, Operand
 from optuav.options import Perspective
 from optuav.physics import kibam
-from optuav.physics.kibam import Battery, Stage, Wells
+from optuav.physics.kibam import Battery, Stage, Tilted, Wells
 
 StateOfCharge: TypeAlias = Callable[[Quantities, Operand, Operand], Operand]
 
@@ -103,37 +102,42 @@ class _Pool(Battery):
 def levels(given: Quantities, hover: Operand, rest: Operand) -> Sequence[Wells]:
     """The wells after every step of the itinerary, from a full battery.
 
-    The same times give the same trees, so that several constraints share them. The wells have names
-    in a tree, else each step would multiply the printed problem.
+    The same times give the same trees, so that several constraints share them. The steps have names
+    in a tree, else each would multiply the printed problem.
     """
     for h, r, known in given.known_levels:
         if h is hover and r is rest:
             return known
     whole = _Pool(given.battery_As, given.available_fraction, given.flow_rate_per_s)
-    found: list[Wells] = []
+    charge, found = Tilted(whole.capacity_As, 0.0), list[Wells]()
     stays = {
         "hover": Stage(-given.hover_current_A, hover),
         "rest": Stage(given.rest_current_A, rest),
     }
-    for stay, run in groupby(given.steps, lambda step: step if isinstance(step, str) else ""):
-        wells, stages = found[-1] if found else whole.full, [stays[stay]] if stay else [*run]
-        if stay and given.tapers:
-            ends = [_tapered(whole, wells, stages[0], stay)]
+    for n, step in enumerate(given.steps, start=1):
+        stay, stage = (step, stays[step]) if isinstance(step, str) else ("", step)
+        if tapers := stay and given.tapers:
             words = f"after the {stay}, whose current tapers once y1 = ωB"
+            available, bound = _tapered(whole, charge.wells(whole), stage, stay)
         else:
-            ends = kibam.steps(whole, wells, stages)
             words = "" if stay else "by eqs (15)-(16), a stage of flight"
-        if isinstance(ends[0].available_As, Expression):
-            ends = [
-                Wells(
-                    Let(f"available after step {n}", Indexed("y1", n), "A s", y1, words),
-                    Let(f"bound after step {n}", Indexed("y2", n), "A s", y2, words),
-                )
-                for n, (y1, y2) in enumerate(ends, start=len(found) + 1)
-            ]
-        found += ends
+            total, tilt = kibam.tilted_after(whole, charge, stage)
+            tilt = _named("tilt", "z", tilt, n, words)
+            charge = Tilted(_named("charge", "y", total, n, words), tilt)
+            available, bound = charge.wells(whole)
+        available = _named("available", "y1", available, n, words)
+        found.append(Wells(available, _named("bound", "y2", bound, n, words)))
+        if tapers:
+            charge = Tilted.of(whole, found[-1])
     given.known_levels.append((hover, rest, found))
     return found
+
+
+def _named(what: str, symbol: str, tree: Operand, step: int, words: str) -> Operand:
+    """A quantity after a step under a name; a number stays one."""
+    if not isinstance(tree, Expression):
+        return tree
+    return Let(f"{what} after step {step}", Indexed(symbol, step), "A s", tree, words)
 
 
 def _tapered(whole: Battery, level: Wells, stage: Stage, stay: str) -> Wells:

@@ -166,7 +166,8 @@ class OneByOne(Engine):
         self, model: Model, programmes: int, values: Values | None = None, **limits: float | None
     ) -> Solution:
         """Solve a model for every entry of its parameters; see `Engine`."""
-        return self.compile(model, programmes, **limits)(values or {})
+        known = model.with_values(values) if values else model
+        return self.compile(known, programmes, **limits)({})
 
 
 ENGINES = tuple(each.name for each in CAPABILITIES)  # Names of the engines of the package

@@ -33,7 +33,7 @@ class Solution:
 
     engine: str  # Its name
     proof: str  # How it knows, in a word or two
-    model: Model  # The declaration that was solved
+    model: Model  # The declaration that was solved, with the values of its parameters in `given`
     statuses: Sequence[Status]
     objective: Floats  # NaN without an answer
     values: Mapping[str, Floats]  # Of the variables, by name; NaN without an answer

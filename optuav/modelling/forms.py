@@ -121,7 +121,7 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
     if left.rates_per_s and left.rates_per_s is not rates:
         for name in left.rates_per_s.keys() & rates.keys():
             pair = left.rates_per_s[name], rates[name]
-            if pair[0] is not pair[1] and not np.array_equal(*pair):
+            if pair[0] is not pair[1] and not np.array_equal(*pair, equal_nan=True):
                 raise NotExponentialError(f"{name} levels out at two rates")
         rates = {**left.rates_per_s, **rates}
     return Exponential(terms, rates)

@@ -32,7 +32,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -80,6 +80,24 @@ class Wells(NamedTuple):
         return self.available_As + self.bound_As
 
 
+class Tilted(NamedTuple):
+    """The charge as total y and tilt z = y1 − ωy [A s], which move apart from one another."""
+
+    total_As: Quantity
+    tilt_As: Quantity
+
+    @classmethod
+    def of(cls, battery: Battery, wells: Wells) -> Self:
+        """That of two wells."""
+        total_As = wells.total_As
+        return cls(total_As, wells.available_As - battery.available_fraction * total_As)
+
+    def wells(self, battery: Battery) -> Wells:
+        """The two wells."""
+        share, (total_As, tilt_As) = battery.available_fraction, self
+        return Wells(share * total_As + tilt_As, (1.0 - share) * total_As - tilt_As)
+
+
 class Stage(NamedTuple):
     """A stage of constant current: I [A], > 0 while charging, for a duration [s], ≥ 0."""
 
@@ -105,19 +123,24 @@ def step(battery: Battery, wells: Wells, stage: Stage) -> Wells:
     >>> print(f"{available_As:.3f} A s available, {bound_As:.3f} A s bound")
     5696.064 A s available, 13557.936 A s bound
     """
-    return steps(battery, wells, [stage])[0]
+    return tilted_after(battery, Tilted.of(battery, wells), stage).wells(battery)
 
 
 def steps(battery: Battery, wells: Wells, stages: Iterable[Stage]) -> list[Wells]:
-    """Wells [A s] after each of several stages; total y and tilt z go on from one to the next."""
-    share, total_As, found = battery.available_fraction, wells.total_As, list[Wells]()
-    tilt_As = wells.available_As - share * total_As
-    for current_A, duration_s in stages:
-        remaining, integral_s = levelling(battery, duration_s)
-        tilt_As = tilt_As * remaining + (1.0 - share) * current_A * integral_s
-        total_As = total_As + current_A * duration_s
-        found.append(Wells(share * total_As + tilt_As, (1.0 - share) * total_As - tilt_As))
+    """Wells [A s] after each of several stages."""
+    charge, found = Tilted.of(battery, wells), list[Wells]()
+    for stage in stages:
+        charge = tilted_after(battery, charge, stage)
+        found.append(charge.wells(battery))
     return found
+
+
+def tilted_after(battery: Battery, charge: Tilted, stage: Stage) -> Tilted:
+    """Total charge and tilt [A s] after a stage of constant current."""
+    (total_As, tilt_As), (current_A, duration_s) = charge, stage
+    remaining, integral_s = levelling(battery, duration_s)
+    gained_As = (1.0 - battery.available_fraction) * current_A * integral_s
+    return Tilted(total_As + current_A * duration_s, tilt_As * remaining + gained_As)
 
 
 def falls_throughout(battery: Battery, current_A: Quantity) -> Quantity:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -66,13 +67,20 @@ PROVED = {
 class Part:
     """One declaration that serves several itineraries."""
 
-    model: Model  # Its parameters are arrays with one entry an itinerary
+    declared: Model
     routes: Integers  # Numbers of the itineraries
+    # Of parameters where they are not those of the declaration; arrays with one entry an itinerary
+    given: Values = field(default_factory=dict)
+
+    @cached_property
+    def model(self) -> Model:
+        """The declaration with the values of its parameters."""
+        return self.declared.with_values(self.given) if self.given else self.declared
 
     @property
     def rests(self) -> bool:
         """Whether the declaration has a rest time."""
-        return any(each.name == "rest_time_s" for each in self.model.variables)
+        return any(each.name == "rest_time_s" for each in self.declared.variables)
 
 
 def best(
@@ -177,7 +185,7 @@ def plan_of(
 
 def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
     """By label of a constraint that has one, the moment at which it holds on a route, by places."""
-    steps = {each.label: each.step for each in part.model.constraints if each.step is not None}
+    steps = {each.label: each.step for each in part.declared.constraints if each.step is not None}
     if not steps:
         return {}
     table, names, ends = network.legs, network.places.names, list[str]()
@@ -194,7 +202,7 @@ def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
 def words(network: Network, part: Part, entry: int, labels: Sequence[str]) -> list[str]:
     """Labels of constraints with their moments by the places of the route."""
     known = moments(network, part, entry)
-    names = {each.label: each.name for each in part.model.constraints}
+    names = {each.label: each.name for each in part.declared.constraints}
     return [f"{names[each]} {known[each]}" if each in known else each for each in labels]
 
 

@@ -105,7 +105,7 @@ def _proof_of_none(parts: Sequence[Part]) -> str:
     for part in parts:
         model = copy(part.model)
         model.constraints = [each for each in model.constraints if each.kind != "past full"]
-        pooled.append(replace(part, model=model))
+        pooled.append(Part(model, part.routes))
     proof = proof_of_none(pooled)
     return f"{proof}, even if the packs were pooled" if proof else ""
 

@@ -48,11 +48,13 @@ def declared_program(question: Question, network: Network) -> Program:
     for which, rests in () if reasons else groups(question, network):
         through_wells = question.perspective not in PAPER
         given = quantities(network, which, rests=rests, steps=through_wells)
-        part = Part(question.problem.model(given, question.perspective), which)
+        model, values = question.problem.declared(given, question.perspective)
+        part = Part(model, which, values)
         if part.rests == rests:  # else the problem has no use for the rests of these routes
-            refuse_misfits(part.model, len(which))
+            if not values:
+                refuse_misfits(model, len(which))
             if question.engine != AUTO:
-                refuse_unfit(part.model, question)
+                refuse_unfit(model, question)
             parts.append(part)
     if not parts and not reasons:
         reasons = _no_route(question, network)
@@ -129,7 +131,7 @@ class Program:
     def engines(self) -> tuple[str, ...]:
         """Names of the engines that take every declared model, in slots if they were asked for."""
         slots = self.question.slot_s is not None
-        able = [takers(traits(part.model), slots) for part in self.parts]
+        able = [takers(traits(part.declared), slots) for part in self.parts]
         return tuple(name for name in capabilities if able and all(name in each for each in able))
 
     def to_latex(self) -> str:
@@ -266,7 +268,7 @@ class Program:
 
     def answers(self) -> list[Solution]:
         """The engine's answers to all programmes, one `Solution` a part."""
-        return [answer(part.model, len(part.routes), self.question) for part in self.parts]
+        return [answer(p.declared, len(p.routes), self.question, p.given) for p in self.parts]
 
     def plan(self, solutions: Sequence[Solution]) -> Plan:
         """The best plan by known answers to all parts, evaluated again outside the engine."""
@@ -325,7 +327,7 @@ class Program:
             entries = np.arange(len(part.routes))
             stays_s = sum(solution.values.get(name, np.zeros(1)) for name in outcome.TIMES)
             mission_s = routes.flight_time_s[part.routes] + stays_s
-            score = solution.objective * part.model.towards
+            score = solution.objective * part.declared.towards
             found.append((part.routes, np.full_like(entries, number), entries, score, mission_s))
         route, numbers, entry, score, mission_s = map(np.concatenate, zip(*found, strict=True))
         # Ties are broken by the number of stops, then in the order of the routes.

@@ -10,6 +10,7 @@ from formulations.p2 import P2
 from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
+from optuav.arrays import Values
 from optuav.engines.registry import Engine, capabilities, conforming, engine, need
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError
@@ -202,8 +203,16 @@ def refuse_unfit(model: Model, question: Question) -> None:
     need(question.engine, traits(model), question.slot_s is not None, linear)
 
 
-def answer(model: Model, programmes: int, question: Question) -> Solution:
-    """Answers to all programmes of a model, by the engine that a question names or leaves open."""
-    return chosen_engine(model, question).solve(
-        model, programmes, slot_s=question.slot_s, time_limit_s=question.time_limit_s
+def answer(
+    model: Model, programmes: int, question: Question, values: Values | None = None
+) -> Solution:
+    """Answers to all programmes of a model, by the engine that a question names or leaves open.
+
+    Values of parameters that differ from the model's, by name.
+    """
+    chosen = chosen_engine(model, question)
+    if values and not type(chosen).__module__.startswith("optuav."):
+        model, values = model.with_values(values), None  # an engine of a user may print the model
+    return chosen.solve(
+        model, programmes, values, slot_s=question.slot_s, time_limit_s=question.time_limit_s
     )
