@@ -9,7 +9,6 @@ optimal candidate is unbounded.
 
 from __future__ import annotations
 
-import functools
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -90,14 +89,9 @@ def _best_vertices(
     a, b = normals / size[:, None], limits / size
     c = directions / _sizes(directions)[:, None]
     candidates, multipliers = _intersections(a, b, c[0], bases)
-    feasible = np.ones((len(bases), a.shape[2]), bool)
-    for row, limit in zip(a, b, strict=True):
-        if not row.any():
-            feasible &= limit >= -TOLERANCE
-            continue
-        first, *others = terms = [each * candidates[:, k] for k, each in enumerate(row)]
-        allowance = TOLERANCE * functools.reduce(np.maximum, map(np.abs, terms), 1.0)
-        feasible &= sum(others, first) - limit <= allowance
+    terms = a[:, None] * candidates
+    allowance = TOLERANCE * np.maximum(1.0, np.abs(terms).max(axis=2))
+    feasible = (terms.sum(axis=2) - b[:, None] <= allowance).all(axis=0)
     best = feasible.copy()
     for goal, direction in enumerate(c):
         reached = np.where(best, (direction * candidates).sum(axis=1), -np.inf)

@@ -2,6 +2,7 @@
 
 import json
 import os
+from functools import cache
 from pathlib import Path
 
 from optuav.errors import Fault, InputError, safe_name
@@ -50,8 +51,16 @@ def load(source: str | Path) -> Mission:
     """
     if not isinstance(source, str | Path):
         raise InputError([Fault("", shown(source), "a shipped mission's name or a file's path")])
+    return (_shipped if source in SHIPPED else _loaded)(source)
+
+
+def _loaded(source: str | Path) -> Mission:
+    """The mission of a file."""
     stated, faults, whole = _read(source, Path(), {})
     return validate(Mission, stated, faults, whole=whole)
+
+
+_shipped = cache(_loaded)  # Nothing changes a mission, nor a file of the package
 
 
 def shipped() -> tuple[str, ...]:

@@ -68,20 +68,21 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
     Where coefficients cancel but for rounding, their term goes: else the wells, which level out
     from a difference, would hold a time times a levelling.
     """
-    moving = [isinstance(each, Exponential) for each in operands]
-    if True not in moving:
+    left, right = operands[0], operands[-1]
+    first, last = isinstance(left, Exponential), isinstance(right, Exponential)
+    if not (first or last):
         return ufunc(*operands)
     if ufunc is np.negative:
-        ufunc, operands, moving = np.multiply, (operands[0], -1.0), [True, False]
-    elif ufunc is np.divide and not moving[1]:
-        zero = isinstance(operands[1], float | int) and operands[1] == 0.0
+        ufunc, right, last = np.multiply, -1.0, False
+    elif ufunc is np.divide and not last:
+        zero = isinstance(right, float | int) and right == 0.0
         # Infinite as in NumPy, so that an engine can say which constraint has it.
-        ufunc, operands = np.multiply, (operands[0], math.inf if zero else 1.0 / operands[1])
-    if ufunc is np.multiply and False in moving:
-        form, factor = operands if moving[0] else operands[::-1]
+        ufunc, right = np.multiply, math.inf if zero else 1.0 / right
+    if ufunc is np.multiply and not (first and last):
+        form, factor = (left, right) if first else (right, left)
         return Exponential({e: c * factor for e, c in form.terms.items()}, form.rates_per_s)
-    forms = [e if isinstance(e, Exponential) else Exponential({CONSTANT: e}) for e in operands]
-    left, right = forms[0], forms[-1]
+    left = left if first else Exponential({CONSTANT: left})
+    right = right if last else Exponential({CONSTANT: right})
     if ufunc is np.positive:
         return left
     terms: dict[Monomial, Operand] = {}

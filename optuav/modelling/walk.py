@@ -89,8 +89,9 @@ class Walk:
             elif not moves:
                 table[k] = ufunc(*operands)
             else:
+                # What has more than two operands has no form at all.
+                nowhere = operands[0] is NOWHERE or operands[-1] is NOWHERE
                 try:
-                    nowhere = any(each is NOWHERE for each in operands)
                     table[k] = NOWHERE if nowhere else applied(ufunc, tuple(operands))
                 except NotExponentialError:
                     table[k] = NOWHERE

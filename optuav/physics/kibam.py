@@ -29,7 +29,6 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, Self
@@ -126,15 +125,6 @@ def step(battery: Battery, wells: Wells, stage: Stage) -> Wells:
     return tilted_after(battery, Tilted.of(battery, wells), stage).wells(battery)
 
 
-def steps(battery: Battery, wells: Wells, stages: Iterable[Stage]) -> list[Wells]:
-    """Wells [A s] after each of several stages."""
-    charge, found = Tilted.of(battery, wells), list[Wells]()
-    for stage in stages:
-        charge = tilted_after(battery, charge, stage)
-        found.append(charge.wells(battery))
-    return found
-
-
 def tilted_after(battery: Battery, charge: Tilted, stage: Stage) -> Tilted:
     """Total charge and tilt [A s] after a stage of constant current."""
     (total_As, tilt_As), (current_A, duration_s) = charge, stage
@@ -176,14 +166,14 @@ def _crossing(
     the bound is convex, that is c > 0 seen in the direction of the bound, else from the start.
     """
     current = np.asarray(current_A, dtype=float)[()]
-    latest_s = np.maximum((bound.total_As - wells.total_As) / current, 0.0)
-    share, rate = battery.available_fraction, battery.rate_per_s
-    tilt = wells.available_As - share * wells.total_As - (1.0 - share) * current / rate
-    moment_s = np.where(direction * tilt > 0.0, latest_s, 0.0)[()]
+    share, rate, charge = battery.available_fraction, battery.rate_per_s, Tilted.of(battery, wells)
+    latest_s = np.maximum((bound.total_As - charge.total_As) / current, 0.0)
+    bend = (1.0 - share) * current - rate * charge.tilt_As  # dy1/dt = ωI + bend exp(−k't)
+    moment_s = np.where(direction * bend < 0.0, latest_s, 0.0)[()]
     settled: Booleans = np.zeros_like(moment_s, dtype=bool)
     for _ in range(MOST_STEPS):
-        end = step(battery, wells, Stage(current, moment_s))
-        slope = current - holding_current(battery, end)
+        end = tilted_after(battery, charge, Stage(current, moment_s)).wells(battery)
+        slope = share * current + bend * np.exp(-rate * moment_s)
         nearer_s = moment_s - (end.available_As - bound.available_As) / slope
         # A settled moment stays, so that no result depends on the other elements of the array.
         moves, before_s = ~settled & np.isfinite(nearer_s), moment_s

@@ -19,9 +19,10 @@ from formulations.parameters import Quantities
 from optuav.engines import grid
 from optuav.errors import InputError, SolverError
 from optuav.modelling import Model, Parameter
-from optuav.physics.kibam import Battery, Stage, steps
+from optuav.physics.kibam import Battery, Stage
 from optuav.status import Status
 from tests.formulations.given import TABLE_II, quantities
+from tests.wells import after
 
 SocEnd = Callable[[float, float], float]
 
@@ -33,7 +34,7 @@ def through_phases(given: Quantities) -> SocEnd:
 
     def soc_end(hover_s: float, rest_s: float) -> float:
         hover, rest = Stage(-given.hover_current_A, hover_s), Stage(given.rest_current_A, rest_s)
-        wells = steps(battery, battery.full, [leg, hover, leg, rest, leg])[-1]
+        wells = after(battery, battery.full, [leg, hover, leg, rest, leg])
         return float(wells.total_As / battery.capacity_As)
 
     return soc_end

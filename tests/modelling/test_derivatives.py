@@ -17,6 +17,7 @@ from optuav.modelling import Model, Parameter, Variable, evaluate
 from optuav.modelling.traversal import KINKED, PARTIALS, slope
 from optuav.physics import flight, kibam, laser, rotor
 from tests.physics.reference import AIRFRAME, BATTERY, MOTOR
+from tests.wells import after
 
 UNARY = [np.negative, np.positive, np.sqrt, np.exp, np.exp2, np.expm1, np.log, np.log1p, np.log2,
          np.log10, np.sin, np.cos, np.tan, np.sinh, np.cosh, np.tanh, np.arcsin, np.arccos,
@@ -204,7 +205,7 @@ def wells(**numbers: Any) -> Any:
         kibam.Stage(numbers["rest_A"], numbers["rest_s"]),
         kibam.Stage(-numbers["flight_A"], 40.0),
     ]
-    end = kibam.steps(pool, pool.full, phases)[-1]
+    end = after(pool, pool.full, phases)
     return end.available_As / pool.capacity_As + end.total_As / pool.capacity_As
 
 

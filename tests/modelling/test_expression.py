@@ -16,7 +16,8 @@ from optuav.errors import InputError
 from optuav.modelling import Expression, Let, Parameter, Relation, Variable, evaluate
 from optuav.modelling.expression import Call
 from optuav.modelling.traversal import leaves
-from optuav.physics.kibam import Battery, Stage, steps
+from optuav.physics.kibam import Battery, Stage
+from tests.wells import after
 
 UNARY = (
     np.negative,
@@ -261,13 +262,13 @@ def test_physics_takes_symbols() -> None:
     def soc(share: Any, hover_s: Any) -> Any:
         battery = Battery(1000.0, share, 2e-3)
         return (
-            steps(battery, start, [Stage(-3.0, hover_s), Stage(1.0, 60.0)])[-1].total_As
+            after(battery, start, [Stage(-3.0, hover_s), Stage(1.0, 60.0)]).total_As
             / battery.capacity_As
         )
 
     def available(share: Any, hover_s: Any) -> Any:
         battery = Battery(1000.0, share, 2e-3)
-        return steps(battery, start, [Stage(-3.0, hover_s), Stage(1.0, 60.0)])[-1].available_As
+        return after(battery, start, [Stage(-3.0, hover_s), Stage(1.0, 60.0)]).available_As
 
     tree = soc(fraction, hover)
     assert isinstance(tree, Expression)

@@ -11,6 +11,7 @@ from optuav.network import vehicle
 from optuav.network.timeline import Kind, Phase, PhaseStage, carry
 from optuav.physics import kibam
 from optuav.physics.kibam import Battery, Stage
+from tests.wells import after
 
 PAPER = load("paper")
 DRAWN_A, CHARGE_A = float(vehicle.hover_load(PAPER).current_A), 10.0
@@ -80,7 +81,7 @@ def test_one_pack_flies_while_the_laser_charges_the_other() -> None:
         PAPER.replace({"battery.schedule": "round-robin"}), [flight((100, 40)), hover(60)]
     )
     first, second = (
-        kibam.steps(PACK, PACK.full, phases)[-1]
+        after(PACK, PACK.full, phases)
         for phases in (
             [Stage(-100.0, 40.0), Stage(CHARGE_A, 60.0)],
             [Stage(0.0, 40.0), Stage(-DRAWN_A, 60.0)],
@@ -105,7 +106,7 @@ def test_the_other_takes_over_in_the_middle_of_a_job() -> None:
     """At the moment the first is seen empty, which is then neither flown nor charged."""
     empty_s = float(kibam.time_to_empty(PACK, PACK.full, -DRAWN_A))
     flown = carry(SEQUENTIAL, [hover(empty_s + 50.0), rest(200.0)])
-    second = kibam.steps(PACK, PACK.full, [Stage(-DRAWN_A, 50.0), Stage(CHARGE_A, 200.0)])[-1]
+    second = after(PACK, PACK.full, [Stage(-DRAWN_A, 50.0), Stage(CHARGE_A, 200.0)])
     assert flown.wells[-1].available_As[1] == pytest.approx(second.available_As, rel=1e-9)
     emptied = [
         float(each.start_s[0] + each.duration_s[0])
@@ -159,6 +160,6 @@ def test_one_pack_is_pooled_whatever_the_schedule(schedule: str) -> None:
     alone = PAPER.replace({"battery.packs": 1, "battery.schedule": schedule})
     flown = carry(alone, [flight((100.0, 40.0)), hover(100.0), flight((100.0, 40.0))])
     phases = [Stage(-100.0, 40.0), Stage(CHARGE_A - DRAWN_A, 100.0), Stage(-100.0, 40.0)]
-    expected = kibam.steps(PACK, PACK.full, phases)[-1]
+    expected = after(PACK, PACK.full, phases)
     assert flown.wells[-1].available_As[0] == pytest.approx(expected.available_As, rel=1e-12)
     assert flown.wells[-1].bound_As[0] == pytest.approx(expected.bound_As, rel=1e-12)

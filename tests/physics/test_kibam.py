@@ -31,6 +31,7 @@ from tests.physics.reference import (
     WEIGHT_N,
     printed,
 )
+from tests.wells import after
 
 MINUTE_S = 60.0
 
@@ -157,13 +158,13 @@ def test_charge_is_counted(case: Case) -> None:
 
 @given(cases(), st.floats(0.0, 1.0))
 def test_a_step_may_be_split(case: Case, share: float) -> None:
-    """Two phases of the same current are one; `steps` takes them in order."""
+    """Two phases of the same current are one."""
     once = kibam.step(case.pool, case.wells, case.phase)
     parts = [
         Stage(case.current_A, share * case.duration_s),
         Stage(case.current_A, (1 - share) * case.duration_s),
     ]
-    twice = kibam.steps(case.pool, case.wells, parts)[-1]
+    twice = after(case.pool, case.wells, parts)
     np.testing.assert_allclose(once, twice, rtol=0, atol=1e-14 * case.scale_As)
 
 
@@ -432,7 +433,7 @@ def test_direct_route_of_the_paper() -> None:
 
     def at_end(hover_s: float) -> Wells:
         phases = [*out, Stage(HOVERING_A, hover_s), *back]
-        return kibam.steps(BATTERY, BATTERY.full, phases)[-1]
+        return after(BATTERY, BATTERY.full, phases)
 
     by_charge_s = brentq(
         lambda hover_s: at_end(hover_s).total_As / BATTERY.capacity_As - 0.05, 1.0, 900.0
@@ -445,8 +446,8 @@ def test_direct_route_of_the_paper() -> None:
 def test_optimum_of_the_paper_cannot_be_flown() -> None:
     """Resting on b1 first: 5 % charge at the end, y1 at −13 % of B, and at 104 % before."""
     out, on, back = mission([ORIGIN_M, B1_M, HOVER_M, DESTINATION_M])
-    rested = kibam.steps(BATTERY, BATTERY.full, [*out, Stage(RESTING_A, 392.1438)])[-1]
-    end = kibam.steps(BATTERY, rested, [*on, Stage(HOVERING_A, 719.5399), *back])[-1]
+    rested = after(BATTERY, BATTERY.full, [*out, Stage(RESTING_A, 392.1438)])
+    end = after(BATTERY, rested, [*on, Stage(HOVERING_A, 719.5399), *back])
     assert end.total_As / BATTERY.capacity_As == pytest.approx(0.05, abs=1e-6)
     assert end.available_As / 72_000 == printed("-0.13")
     assert rested.available_As / 57_600 == printed("1.04")
@@ -457,13 +458,13 @@ def test_longest_hover_that_reaches_b9() -> None:
     out, on, back = mission([ORIGIN_M, HOVER_M, B9_M, DESTINATION_M])
 
     def on_roof(hover_s: float) -> Wells:
-        return kibam.steps(BATTERY, BATTERY.full, [*out, Stage(HOVERING_A, hover_s), *on])[-1]
+        return after(BATTERY, BATTERY.full, [*out, Stage(HOVERING_A, hover_s), *on])
 
     hover_s = brentq(lambda hover_s: on_roof(hover_s).available_As, 1.0, 900.0)
     assert hover_s == printed("597.270")
     flight_s = sum(phase.duration_s for leg in (out, on, back) for phase in leg)
     rest = Stage(RESTING_A, 1200.0 - flight_s - hover_s)
-    assert kibam.steps(BATTERY, on_roof(hover_s), [rest, *back])[-1].available_As > 0.0
+    assert after(BATTERY, on_roof(hover_s), [rest, *back]).available_As > 0.0
 
 
 # Arrays and symbols
@@ -494,11 +495,11 @@ def test_symbols_give_what_floats_give() -> None:
         Parameter("available_fraction", "ω", "1", 0.8),
         Parameter("flow_rate_per_s", "k_F", "1/s", 4.5e-5),
     )
-    tree = kibam.steps(pool, pool.full, [Stage(-80.0, hover), Stage(10.0, 300.0)])[-1]
+    tree = after(pool, pool.full, [Stage(-80.0, hover), Stage(10.0, 300.0)])
     for changed in ({}, {"flow_rate_per_s": 0.0}, {"available_fraction": 0.6}):
         constants = {"flow_rate_per_s": 4.5e-5, "available_fraction": 0.8, **changed}
         number = Battery(72_000.0, constants["available_fraction"], constants["flow_rate_per_s"])
-        expected = kibam.steps(number, number.full, [Stage(-80.0, 500.0), Stage(10.0, 300.0)])[-1]
+        expected = after(number, number.full, [Stage(-80.0, 500.0), Stage(10.0, 300.0)])
         values = {"hover_time_s": 500.0, **changed}
         assert tuple(evaluate(each, values) for each in tree) == expected
         soc = evaluate(tree.total_As / pool.capacity_As, values)
