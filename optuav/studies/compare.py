@@ -130,33 +130,24 @@ def compare(
     slots = (slots_s,) if isinstance(slots_s, int | float) else slots_s
     given: dict[str, Any] = {"slots_s": slots, "periods_s": periods_s, "engines": engines}
     given["time_limit_s"] = None if time_limit_s is None else (time_limit_s,)
-    given["times"] = times or None
-    given["workers"] = None if workers == 1 else (workers,)
+    given |= {"times": times or None, "workers": None if workers == 1 else workers}
     refuse([*_faults(names, perspective, given), *worker_faults(workers)])
     studied = mission if isinstance(mission, Mission) else load(mission)
     if names == ("method",):
+        lengths_s = SLOTS_S if slots is None else slots
+        some, counted = COMPARED if engines is None else engines, perspective or "battery"
         return compare_methods(
-            studied,
-            perspective or "battery",
-            SLOTS_S if slots is None else slots,
-            COMPARED if engines is None else engines,
-            time_limit_s,
-            progress,
-            workers,
-            times=times,
+            studied, counted, lengths_s, some, time_limit_s, progress, workers, times=times
         )
     by_schedule, slot_s = names == ("schedule",), slots[0] if slots else None
     settings = _settings(studied, names, perspective or AVAILABLE, periods_s or PERIODS_S)
-    rows, plans = list[Row](), list[Plan]()
+    rows, plans, tell = list[Row](), list[Plan](), progress or (lambda *_: None)
     for number, setting in enumerate(settings):
-        if progress is not None:
-            progress(number, len(settings), " ".join(_label(setting)))
-        if by_schedule:
-            changes = {f"battery.{name}": value for name, value in setting.items() if value}
-            plan = solve(studied.replace(changes), perspective=AVAILABLE, slot_s=slot_s)
-        else:
-            problem = P1(trajectory=setting["trajectory"])
-            plan = solve(studied, problem, perspective=setting["perspective"], slot_s=slot_s)
+        tell(number, len(settings), " ".join(_label(setting)))
+        packs = {f"battery.{n}": setting[n] for n in ("schedule", "period_s") if setting.get(n)}
+        problem = P1(trajectory=setting.get("trajectory", "optimal"))
+        counted = setting.get("perspective", AVAILABLE)
+        plan = solve(studied.replace(packs), problem, perspective=counted, slot_s=slot_s)
         plans.append(plan)
         row = {
             **setting,

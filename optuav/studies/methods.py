@@ -59,14 +59,13 @@ def compare_methods(
     on_roofs = [P4(each.name, order=order) for each in mission.buildings for order in ORDERS]
     # From the last row to the first: (P1) takes longest, so that it begins first.
     problems: list[Formulation] = [P1(), *reversed(on_roofs), P3()]
-    rows: list[Row] = []
+    rows, tell = list[Row](), progress or (lambda *_: None)
     reasons: dict[str, tuple[str, ...]] = {}
     tasks = [(mission, each, perspective, methods, time_limit_s, times) for each in problems]
     answers = run_tasks(_answers, tasks, workers)
     for number, problem in enumerate(problems):
         name = " ".join(filter(None, (problem.name, problem.building, problem.order)))
-        if progress is not None:
-            progress(number, len(problems), name)
+        tell(number, len(problems), name)
         some, reasons[name] = next(answers)
         rows = some + rows
     remarks: dict[bool | None, list[str]] = {True: [], False: [], None: []}
@@ -117,15 +116,14 @@ def _methods(
     slots_s: Sequence[float], perspective: Perspective, engines: Sequence[str]
 ) -> Iterator[Row]:
     """Yield the methods: name, engine, and the length of slots [s] if times are in slots."""
+    wells = perspective == "battery"  # CasADi goes through both
     found: list[tuple[str, str, float | None]] = [(REFERENCE, "closed-form", None)]
-    through = "wells" if perspective == "battery" else perspective  # in CasADi
-    name = "CasADi wells" if perspective == "battery" else "CasADi"
-    found += [("LP", "cvxpy", None), (name, "casadi", None)]
+    found += [("LP", "cvxpy", None), ("CasADi wells" if wells else "CasADi", "casadi", None)]
     for slot_s in map(float, slots_s):
         found += [(f"grid {slot_s:g} s", "grid", slot_s), (f"MILP {slot_s:g} s", "cvxpy", slot_s)]
     for name, engine, length_s in found:
         if engine in (*engines, "closed-form"):
-            counted = through if engine == "casadi" else perspective
+            counted = "wells" if wells and engine == "casadi" else perspective
             yield {"method": name, "engine": engine, "slot_s": length_s, "perspective": counted}
 
 

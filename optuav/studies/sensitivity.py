@@ -20,15 +20,7 @@ from optuav.plan.summary import tabulated
 from optuav.solving import solve
 from optuav.solving.batch import hover_times_s
 from optuav.studies.results import Pictures, Results, Row, fixed
-from optuav.studies.uncertainty import (
-    Chances,
-    FixedPlan,
-    Spread,
-    around,
-    chances,
-    spreadable,
-    spreads,
-)
+from optuav.studies.uncertainty import Chances, FixedPlan, Spread, chances, spreads, unstated
 
 SAMPLES = Number("-", ge=1, le=1e8, whole=True)
 SEED = Number("-", ge=0, le=2**63, whole=True)
@@ -122,8 +114,7 @@ def sensitivity(
     refuse(faults)
     studied = mission if isinstance(mission, Mission) else load(mission)
     stated = None if uncertainty is None else spreads(studied, uncertainty)
-    default = [each for key in spreadable(studied).values() if (each := around(key)) is not None]
-    varied = {each.key.name: each for each in (*default, *(stated or ()))}
+    varied = {each.key.name: each for each in (*unstated(studied), *(stated or ()))}
     taken = {other.name for each in stated or () for other in each.along}
     alone = [each for name, each in varied.items() if name not in taken]
     uncertain = stated

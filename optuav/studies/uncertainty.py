@@ -99,11 +99,13 @@ def drawn(spreads: Sequence[Spread], seed: int, first: int, count: int) -> dict[
     return found
 
 
-def around(key: Key) -> Spread | None:
-    """Return a key within 10 %; None if it is known or that is no range, as for a whole number."""
-    ends = sorted(float(f"{key.now * share:.12g}") for share in (1.0 - SHARE, 1.0 + SHARE))
-    low, high = (min(max(end, key.low), key.high) for end in ends)
-    return None if key.whole or low == high or key.name == KNOWN else Spread(key, low, high)
+def unstated(mission: Mission) -> Iterator[Spread]:
+    """Yield every key within 10 %, but what is known and what has no range, as whole numbers."""
+    for key in spreadable(mission).values():
+        ends = sorted(float(f"{key.now * share:.12g}") for share in (1.0 - SHARE, 1.0 + SHARE))
+        low, high = (min(max(end, key.low), key.high) for end in ends)
+        if not key.whole and low < high and key.name != KNOWN:
+            yield Spread(key, low, high)
 
 
 def spreadable(mission: Mission) -> dict[str, Key]:
@@ -178,11 +180,10 @@ def _key(known: Mapping[str, Key], name: str) -> Key:
     """Return a key that may vary, or refuse its name."""
     if name in known:
         return known[name]
-    words = "a number that the mission states, or a component such as wind.force_N[0]"
     alike = [each for each in known if each.startswith(f"{name.partition('.')[0]}.")]
-    raise InputError(
-        [Fault(name, "", f"{words}; buildings stay where they are{nearest(name, alike)}")]
-    )
+    words = "a number that the mission states, or a component such as wind.force_N[0]; "
+    words += f"buildings stay where they are{nearest(name, alike)}"
+    raise InputError([Fault(name, "", words)])
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,11 @@ def test_a_number_of_processes_is_a_whole_number(workers: object, tmp_path: Path
     assert not (tmp_path / "out").exists()
 
 
+def test_processes_where_they_do_not_share_the_work_are_refused_with_their_number() -> None:
+    with pytest.raises(InputError, match="workers = 2: goes with by = 'method' only"):
+        optuav.compare("paper", by="schedule", workers=2)
+
+
 @pytest.mark.soak
 def test_two_processes_make_the_files_and_tables_of_one(tmp_path: Path) -> None:
     """The whole report byte by byte, and the comparison of all engines."""
