@@ -28,12 +28,8 @@ def integer(text: str | int) -> int:
 
 def printable(text: str, kept: str = "") -> str:
     """Text from anywhere without control characters but those kept, safe to print."""
-    if text.isprintable():
-        return text
-    safe = (
-        each if each.isprintable() or each in kept else "\N{REPLACEMENT CHARACTER}" for each in text
-    )
-    return "".join(safe)
+    unsafe = (ord(each) for each in {*text} - {*kept} if not each.isprintable())
+    return text.translate(dict.fromkeys(unsafe, "\N{REPLACEMENT CHARACTER}"))
 
 
 def safe_name(part: object, longest: int = LONGEST_NAME) -> str:
@@ -135,9 +131,8 @@ class InputError(OptuavError, ValueError):
     """
 
     def __init__(self, faults: Iterable[Fault] | str) -> None:
-        self.faults: tuple[Fault, ...] = (
-            (Fault("", "", faults),) if isinstance(faults, str) else tuple(faults)
-        )
+        stated = [Fault("", "", faults)] if isinstance(faults, str) else faults
+        self.faults = tuple[Fault, ...](stated)
         super().__init__(self.faults)
 
     def __str__(self) -> str:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 import optuav
-from optuav.cli.options import is_plan, mission_of, refuse_beside
+from optuav.cli.options import is_plan, mission_of
 from optuav.cli.output import NO, check_places, deliver, say
 from optuav.errors import Fault, decimal, line_width, refuse
 
@@ -49,8 +49,7 @@ def show(
     check_places(None, plot)
     shown: Plan | Mission
     contradictions = ""
-    if is_plan(mission):
-        refuse_beside(["set"] if settings else [])
+    if is_plan(mission, ["set"] if settings else []):
         shown = optuav.load_plan(mission)
         if shown:
             found = optuav.audit(shown)
@@ -215,29 +214,20 @@ def _sheet(stated: dict[str, Any]) -> Datasheet:
     """The datasheet; a person at a terminal is asked for what it needs."""
     from optuav.mission.template import INSTEAD, Datasheet
 
-    fields = Datasheet.model_fields.items()
-    missing = {name for name, each in fields if each.is_required()} | {"hover_min"}
-    missing -= {INSTEAD.get(name, name) for name, value in stated.items() if value is not None}
-    return Datasheet.of(_prompted(stated) if missing and sys.stdin.isatty() else stated)
-
-
-def _prompted(stated: dict[str, Any]) -> dict[str, Any]:
-    """The stated numbers; a person at the terminal gives the others."""
-    from optuav.mission.template import INSTEAD, Datasheet
-
-    answers = dict(stated)
-    unasked = {*INSTEAD, *(INSTEAD[name] for name in INSTEAD if stated[name] is not None)}
+    answers, fields = {**stated}, Datasheet.model_fields.items()
+    known = {INSTEAD.get(name, name) for name, value in stated.items() if value is not None}
     if stated["hover_power_W"] is not None:
-        unasked.add("cruise_min")  # Without it that of hovering, of which no time is stated
-    for name, field in Datasheet.model_fields.items():
-        if answers[name] is None and name not in unasked:
+        known.add("cruise_min")  # Without it that of hovering, of which no time is stated
+    needed = {name for name, each in fields if each.is_required()} | {"hover_min"}
+    for name, field in fields if needed - known and sys.stdin.isatty() else ():
+        if name not in known | INSTEAD.keys():
             default = answers["hover_min"] if name == "cruise_min" else field.get_default()
             answers[name] = typer.prompt(
                 Datasheet.descriptions()[name].rstrip("."),
                 default=None if field.is_required() else default,
                 value_proc=partial(_answer, name),
             )
-    return answers
+    return Datasheet.of(answers)
 
 
 def _answer(name: str, text: Any) -> float:

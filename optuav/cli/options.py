@@ -7,6 +7,7 @@ import io
 import sys
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextvars import copy_context
 from dataclasses import dataclass, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -93,16 +94,12 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
     def run(force: bool | None = None, **given: Any) -> None:
         for key, record in records.items():
             given[key] = record(**{field: given.pop(field) for field in fields[key]})
-        if force is None:  # nothing is written
-            function(**given)
-            return
-        from optuav.mission.files import only_ours
+        context = copy_context()
+        if force is not None:  # else nothing is written
+            from optuav.mission.files import only_ours
 
-        before = only_ours.set(not force)
-        try:
-            function(**given)
-        finally:
-            only_ours.reset(before)
+            context.run(only_ours.set, not force)
+        context.run(function, **given)
 
     words = tomllib.loads(Path(__file__).with_name("words.toml").read_text("utf-8"))
     known: dict[str, Any] = words["all"] | words.get(name, {})
@@ -170,15 +167,16 @@ def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
     return mission
 
 
-def is_plan(source: str) -> bool:
-    """Whether an argument is a saved plan: a .json file, or JSON from the standard input."""
-    if source != "-" or sys.stdin is None:
-        return Path(source).suffix == ".json"
-    stream = sys.stdin.buffer
-    return isinstance(stream, io.BufferedReader) and stream.peek(1).lstrip()[:1] == b"{"
+def is_plan(source: str, stated: Iterable[str]) -> bool:
+    """Whether an argument is a saved plan: a .json file, or JSON from the standard input.
 
-
-def refuse_beside(stated: Iterable[str]) -> None:
-    """Refuse options that change the question, where the answer is a saved plan."""
+    Stated options, which change the question, are refused beside one.
+    """
+    found = Path(source).suffix == ".json"
+    if source == "-" and sys.stdin is not None:
+        stream = sys.stdin.buffer
+        found = isinstance(stream, io.BufferedReader) and stream.peek(1).lstrip()[:1] == b"{"
     words = "goes with a mission, not with a saved plan"
-    refuse(Fault(f"--{name.replace('_', '-')}", "", words) for name in sorted(stated))
+    options = sorted(stated) if found else []
+    refuse(Fault(f"--{name.replace('_', '-')}", "", words) for name in options)
+    return found

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 import optuav
-from optuav.cli.options import ProblemOptions, SolveOptions, is_plan, mission_of, refuse_beside
+from optuav.cli.options import ProblemOptions, SolveOptions, is_plan, mission_of
 from optuav.cli.output import FAILED, NO, check_places, command, deliver, progress, say
 from optuav.errors import Fault, InputError
 from optuav.options import Perspective
@@ -120,9 +120,8 @@ def explain(
     from optuav.solving.question import problem_of
 
     more: dict[str, Any] = {"stops": asked.stops, "hovers": asked.hovers}
-    if is_plan(mission):
-        changed = vars(asked).items() - vars(SolveOptions()).items() - more.items()
-        refuse_beside([*(name for name, _ in changed), *(["set"] if settings else [])])
+    changed = vars(asked).items() - vars(SolveOptions()).items() - more.items()
+    if is_plan(mission, [*(name for name, _ in changed), *(["set"] if settings else [])]):
         plan = optuav.load_plan(mission)
         if plan and optuav.audit(plan).contradicted:
             from optuav.mission.files import refusal

@@ -6,8 +6,6 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from formulations.formulation import Formulation
 from formulations.soc import AVAILABLE, StepEnd
 from optuav.diagnosis.infeasibility import bound, conflicts
@@ -20,8 +18,7 @@ from optuav.engines.solution import Solution
 from optuav.errors import SolverError
 from optuav.modelling import Model, NotAffineError, Variable
 from optuav.modelling.check import evaluated, relations
-from optuav.modelling.expression import Operand
-from optuav.modelling.traversal import fold, has_unknowns, leaves
+from optuav.modelling.traversal import has_unknowns, leaves
 from optuav.modelling.writer import Text
 from optuav.network.graph import Graph
 from optuav.network.places import charging_cap
@@ -40,7 +37,7 @@ WITHOUT_STOPS = (
     "constraints and prices are known for one rest and one hover: explain the mission without "
     "--stops and --hovers"
 )
-LONGEST = 60  # Terms of a constraint that is written out
+LONGEST = 500  # Characters of a constraint that is written out
 SEARCH_S = 60.0  # Time limit of a search for more stops where none is stated [s]
 
 
@@ -236,16 +233,14 @@ def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -
     labels = words(program.network, part, entry, [each.label for each in relations(part.model)])
     for label, row in zip(labels, evaluated(part.model, values), strict=True):
         constraint, slack, right = row.constraint, float(row.slack), float(row.right)
-        sides = constraint.relation.sides
-        if not has_unknowns(*sides):
+        if not has_unknowns(*constraint.relation.sides):
             continue
         notation = Text()
-        terms = (fold(side, lambda leaf: 1, _terms, lambda let, inner: 1) for side in sides)
-        statement = notation.write(constraint.relation) if sum(terms) <= LONGEST else ""
+        statement = notation.write(constraint.relation).replace(notation.after, " ")
         yield Side(
             label=label,
             unit=row.unit,
-            statement=statement.replace(notation.after, " "),
+            statement=statement if len(statement) <= LONGEST else "",
             left=float(row.left),
             sense=Text.senses[row.sense],
             right=right,
@@ -255,8 +250,3 @@ def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -
             step=constraint.step,
             in_flight=isinstance(constraint.moment, StepEnd) and not constraint.moment.stay,
         )
-
-
-def _terms(ufunc: np.ufunc, arguments: Sequence[Operand]) -> int:
-    """How many terms a function has; a sum that is written by its name counts as one."""
-    return sum(each if isinstance(each, int) else 1 for each in arguments)

@@ -348,7 +348,7 @@ def _of_part(program: Program, part: Part) -> Iterator[Conflict]:
         for proof in proofs[first]:
             labels = words(network, part, first, [row.label for row in proof.rows])
             rows = map(lambda row, label: replace(row, label=label), proof.rows, labels)
-            named.append(replace(proof, rows=tuple(rows)))
+            named.append(Certificate(tuple(rows)))
         yield Conflict(_names(program, part, first), 1 + len(others), tuple(named))
     if unproved and traits(part.model).linear:
         yield Conflict(_names(program, part, unproved[0]), len(unproved))

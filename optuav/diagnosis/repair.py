@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal, TypeAlias
 
-from optuav.diagnosis.subject import MissionQuestion, feasible
+from optuav.diagnosis.subject import Case, MissionQuestion, feasible
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
 from optuav.mission.messages import number, shown
@@ -173,19 +174,16 @@ Search: TypeAlias = Generator[list[float], list[bool], Repair | None]
 
 def _repaired(question: MissionQuestion, trials: Sequence[Trial]) -> list[bool]:
     """Which values make the question feasible; one that breaks a rule of missions does not."""
-    repaired, cases, wind = [False] * len(trials), {}, question.mission.wind.force_N
+    cases, wind = dict[int, Case](), question.mission.wind.force_N
     for place, (key, value) in enumerate(trials):
         name, _, axis = key.name.removesuffix("]").partition("[")
         new: float | list[float] = int(value) if key.whole else value
         if axis:
             new = [value if str(k) == axis else each for k, each in enumerate(wind)]
-        try:
+        with suppress(InputError, SolverError):
             cases[place] = question.case(question.mission.replace({name: new}))
-        except (InputError, SolverError):
-            continue
-    for place, answer in zip(cases, feasible([*cases.values()]), strict=True):
-        repaired[place] = answer
-    return repaired
+    answers = dict(zip(cases, feasible([*cases.values()]), strict=True))
+    return [answers.get(place, False) for place in range(len(trials))]
 
 
 def searched(

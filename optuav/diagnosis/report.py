@@ -115,16 +115,13 @@ class Explanation:
 
     def to_dict(self) -> dict[str, object]:
         """As plain data: strings, numbers, lists, dicts and None."""
-        plan, either = self.plan, ["conflicts", "repairs"]
-        names = ["problem", "trajectory", "building", "order", "perspective", "slot_s"]
-        names += ["proof", "hover_time_s", "rest_time_s", "route"] if plan else ["proof", "reasons"]
-        if plan:
-            either = ["objective", "constraints", "bound", "prices"]
+        plan = self.plan
+        names = ["problem", "trajectory", "building", "order", "perspective", "slot_s", "proof"]
+        names += ["hover_time_s", "rest_time_s", "route"] if plan else ["reasons"]
+        own = ["objective", "constraints", "bound", "prices"] if plan else ["conflicts", "repairs"]
+        own += ["more_stops_open", "gain_s", "notes"]
         stated = {name: getattr(plan, name) for name in names}
-        stated |= {
-            name: getattr(self, name) for name in (*either, "more_stops_open", "gain_s", "notes")
-        }
-        found: dict[str, object] = plain(stated)
+        found: dict[str, object] = plain(stated | {name: getattr(self, name) for name in own})
         return {"mission": plan.mission.name, "status": plan.status.value, **found}
 
 

@@ -31,6 +31,7 @@ from optuav.physics.kibam import Stage
 from optuav.plan import Plan
 from optuav.solving import Program, formulate
 from optuav.solving.assemble import quantities
+from optuav.solving.batch import AT_ONCE
 from optuav.solving.outcome import Part
 from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
 from optuav.solving.program import groups
@@ -44,8 +45,6 @@ STOPS = (
     "several stops are searched for, and no single programme declares them: constraints, prices "
     "and repairs are known for one rest and one hover only, if the mission is explained"
 )
-AT_ONCE = 1 << 13
-"""Routes that are examined together: few enough to stay in the cache, and in bounded memory."""
 MOST_SLOTS, MOST_FAR = 2500, 500
 """Slots of an unknown that are tried one by one, and others, ever further apart, beyond them."""
 
@@ -85,22 +84,18 @@ def question_of(subject: Subject, graph: Graph | None = None, **options: Any) ->
         words = f"a {type(subject).__name__.lower()} brings its own options"
         raise InputError(f"{given}: {words}; name the mission to change them")
     if isinstance(subject, Program):
-        return MissionQuestion(subject.network.mission, subject.question, _graph(subject.network))
+        used = subject.network
+        computed = build_network(used.mission)
+        edited = used.legs.edited.any() or used.places.edited.any()
+        if edited or not np.array_equal(computed.legs.flyable, used.legs.flyable):
+            graph = as_graph(used)
+        return MissionQuestion(used.mission, subject.question, graph)
     if isinstance(subject, Plan):
         mission, stated = subject.mission, _of_plan(subject)
     else:
         mission = subject if isinstance(subject, Mission) else load(subject)
     checked = checked_question(mission, **stated)
     return MissionQuestion(mission, replace(checked, slot_s=stated.get("slot_s")), graph)
-
-
-def _graph(used: Network) -> Graph | None:
-    """The graph of a network that is not as its mission computes it."""
-    computed = build_network(used.mission)
-    same = not (used.legs.edited.any() or used.places.edited.any())
-    if same and np.array_equal(computed.legs.flyable, used.legs.flyable):
-        return None
-    return as_graph(used)
 
 
 def of_several_stops(plan: Plan) -> bool:
@@ -146,7 +141,7 @@ def feasible(cases: Sequence[Case]) -> list[bool]:
     too. With more slots some are tried, so that a yes is certain and a no is not. For other
     programmes the engine is asked.
     """
-    found = np.zeros(len(cases), dtype=bool)
+    found = [False] * len(cases)
     for stack in _stacks(cases):
         question, slot_s = stack.question, stack.question.slot_s
         model = question.problem.model(stack.given, question.perspective)
@@ -159,7 +154,7 @@ def feasible(cases: Sequence[Case]) -> list[bool]:
             case = stack.cases[entry]
             if not found[case]:
                 found[case] = slot_s is None or _in_slots(model, model.row(entry), slot_s)
-    return [bool(each) for each in found]
+    return found
 
 
 def _stacks(cases: Sequence[Case]) -> Iterator[Stack]:
@@ -170,12 +165,9 @@ def _stacks(cases: Sequence[Case]) -> Iterator[Stack]:
     alike: dict[Hashable, list[Stack]] = {}
     for number, (question, network) in enumerate(cases):
         for which, rests in [] if impossibilities(network) else groups(question, network):
-            given = quantities(network, which, rests=rests)
-            if question.perspective in PAPER:
-                given = replace(given, steps=())
-            stated = tuple(
-                each.name for each in QUANTITIES if getattr(given, each.name) is not None
-            )
+            through_wells = question.perspective not in PAPER
+            given = quantities(network, which, rests=rests, steps=through_wells)
+            stated = tuple(e.name for e in QUANTITIES if getattr(given, e.name) is not None)
             stays = tuple(step if isinstance(step, str) else "" for step in given.steps)
             kind = alike.setdefault((question, given.rests, stated, stays), [])
             kind.append(Stack(question, given, np.full(len(which), number)))
@@ -211,12 +203,10 @@ def _continuous(stack: Stack, model: Model) -> Booleans:
     """Which routes have feasible times, whole slots or not; evaluated outside the engine."""
     count = len(stack.cases)
     if len(model.variables) <= MOST_UNKNOWNS and not traits(model).integer:
-        try:
+        with suppress(NotExponentialError, InputError):
             rows = evaluated(model, bracket.some_point(model, count)[0])
             holds = np.broadcast_arrays(*(row.satisfied for row in rows))
             return np.asarray(np.logical_and.reduce(holds))
-        except (NotExponentialError, InputError):
-            pass
     try:
         statuses = answer(model, count, stack.question).statuses
     except SolverError:

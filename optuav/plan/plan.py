@@ -354,12 +354,11 @@ def load_plan(path: str | Path) -> Plan:
     source = label(Path(path))
     plan, data = parse_plan(read_text(Path(path), LARGEST_BYTES), source)
     follows = plan.to_dict()
-    faults = [
+    refuse(
         Fault(name, shown(data[name]), f"{shown(follows[name])} is what the phases say", source)
         for name in DERIVED
         if name in data and data[name] != follows[name]
-    ]
-    refuse(faults)
+    )
     return plan
 
 
@@ -390,11 +389,11 @@ def parse_plan(text: str, source: str) -> tuple[Plan, dict[str, Any]]:
                 Fault(f"mission.{each.key}".rstrip("."), each.value, each.allowed, source)
                 for each in error.faults
             ]
-    known = {"mission"} if faults else set()
     try:
         plan = Plan.model_validate(fields)
     except ValidationError as error:
-        faults += [each for each in _record_faults(error, source) if each.key not in known]
+        found = _record_faults(error, source)
+        faults += [each for each in found if not faults or each.key != "mission"]
     refuse(faults)
     return plan, data
 
