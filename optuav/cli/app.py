@@ -33,14 +33,10 @@ COMMANDS = {
 USAGE_ERROR: Any = typer.BadParameter.__base__  # of any wrong command line; it has no public name
 
 
-def _options(
+def _listed(
     version: Annotated[bool, typer.Option("--version", help="Show the version.")] = False,
 ) -> None:
-    """Take the options before the command, which `main` has answered."""
-
-
-def _listed() -> None:
-    """Stand for a command in the list of all, which does not run it."""
+    """Stand for a command in the list of all, and for the options before it; neither is run."""
 
 
 @cache
@@ -58,7 +54,7 @@ def program(name: str | None = None) -> Any:
         context_settings={"help_option_names": ["-h", "--help"], "default_map": {"help": False}},
     )
     if name is None:
-        app.callback()(_options)
+        app.callback()(_listed)
     for each in COMMANDS if name is None else [name]:
         module = import_module(f"optuav.cli.{COMMANDS[each]}")
         function = getattr(module, each)

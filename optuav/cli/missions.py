@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import re
 import sys
 import tomllib
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -236,12 +236,10 @@ def _answer(name: str, text: Any) -> float:
     from optuav.mission.schema import Number
     from optuav.mission.template import Datasheet
 
-    try:
-        number = decimal(str(text))
-    except ValueError:
-        number = math.nan
-    value = int(number) if number.is_integer() else number
     known = next(described(Datasheet, name))
-    if not (isinstance(known, Number) and known.accepts(value)):
-        raise typer.BadParameter(known.words)
-    return value
+    with suppress(ValueError):
+        number = decimal(str(text))
+        value = int(number) if number.is_integer() else number
+        if isinstance(known, Number) and known.accepts(value):
+            return value
+    raise typer.BadParameter(known.words)

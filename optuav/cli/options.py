@@ -60,8 +60,7 @@ class ProblemOptions:
             return question.problem_of(self.problem, **problem, **stops), options
         except InputError as error:
             try:
-                others = {"engine": "auto", "time_limit_s": None, **options}
-                question.checked_question(mission, "P1", **others)
+                question.checked_question(mission, "P1", **options)
             except InputError as more:
                 raise InputError([*error.faults, *more.faults]) from None
             raise

@@ -71,14 +71,10 @@ def say(text: str, style: str = "", *, error: bool = False, most: int | None = 8
     width = line_width(sys.maxsize if error else most) if most else sys.maxsize
     for line in folded(printable(text, "\n"), width).split("\n"):
         word = line.partition(" ")[0]
-        look = style or STYLES.get(word, "")
-        weight, _, colour = look.partition(" ")
-        start = word if word.endswith(":") else line
-        if not look or plain:
-            write(line, file=stream)
-        else:
-            styled = typer.style(start, fg=colour or None, **{weight: True})
-            write(styled + line[len(start) :], file=stream)
+        weight, _, colour = (style or STYLES.get(word, "")).partition(" ")
+        start = (word if word.endswith(":") else line) if weight and not plain else ""
+        styled = typer.style(start, fg=colour or None, **{weight: True}) if start else ""
+        write(styled + line[len(start) :], file=stream)
 
 
 def command(*parts: Sequence[str]) -> str:

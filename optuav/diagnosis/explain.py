@@ -12,7 +12,7 @@ from optuav.diagnosis.infeasibility import bound, conflicts
 from optuav.diagnosis.parameter_prices import prices
 from optuav.diagnosis.repair import repairs
 from optuav.diagnosis.report import Explanation, Side
-from optuav.diagnosis.subject import STOPS, MissionQuestion, Subject, of_several_stops, question_of
+from optuav.diagnosis.subject import STOPS, MissionQuestion, Subject, question_of
 from optuav.engines.registry import Engine
 from optuav.engines.solution import Solution
 from optuav.errors import SolverError
@@ -26,7 +26,6 @@ from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.solving import Program, solve
 from optuav.solving.outcome import MORE_STOPS, SAME_S, Part, more_stops_may_help, words
-from optuav.solving.question import answer
 from optuav.status import Status
 
 TURNS = (
@@ -87,7 +86,7 @@ def explain(
     >>> {price.key: round(price.gain, 3) for price in explained.prices[1:4]}
     {'battery.packs': 389.033, 'battery.capacity_As': 0.022, 'limits.min_soc': -8.19}
     """
-    if isinstance(subject, Plan) and of_several_stops(subject):
+    if isinstance(subject, Plan) and subject.has_several_stops:
         return Explanation(subject, notes=(STOPS,), more_stops_open=True)
     options = {"slot_s": slot_s, "engine": engine, "time_limit_s": time_limit_s}
     question = question_of(subject, graph, problem=problem, perspective=perspective, **options)
@@ -183,7 +182,7 @@ def _optimum(program: Program, plan: Plan, solutions: Sequence[Solution] | None)
     """Why a plan is the best one, by the programme with continuous times that it answers."""
     if solutions is None:
         continuous = replace(program.question, slot_s=None, engine="auto")
-        solutions = [answer(part.model, len(part.routes), continuous) for part in program.parts]
+        solutions = replace(program, question=continuous).answers()
     tied = program.tied(solutions)
     if not tied:
         return Explanation(plan, notes=("the question, asked again, has no answer",))

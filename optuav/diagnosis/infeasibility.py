@@ -337,34 +337,30 @@ def _of_part(program: Program, part: Part) -> Iterator[Conflict]:
     """Conflicts on the routes of a declaration, those with the shortest flights first."""
     network = program.network
     flight_s = network.routes.flight_time_s[part.routes]
-    alike: dict[tuple[tuple[str, ...], ...], list[int]] = {}
-    proofs: dict[int, list[Certificate]] = {}
+    alike: dict[tuple[tuple[str, ...], ...], list[tuple[int, list[Certificate]]]] = {}
     for entry in np.argsort(flight_s, kind="stable")[:MOST_ROUTES].tolist():
-        proofs[entry] = [*certificates(part.model, part.model.row(entry), program.question.slot_s)]
-        alike.setdefault(tuple(each.labels for each in proofs[entry]), []).append(entry)
-    unproved = alike.pop((), [])
-    for first, *others in alike.values():
+        proofs = [*certificates(part.model, part.model.row(entry), program.question.slot_s)]
+        alike.setdefault(tuple(each.labels for each in proofs), []).append((entry, proofs))
+    unproved = [entry for entry, _ in alike.pop((), [])]
+    for (first, proofs), *others in alike.values():
         named = []
-        for proof in proofs[first]:
+        for proof in proofs:
             labels = words(network, part, first, [row.label for row in proof.rows])
             rows = map(lambda row, label: replace(row, label=label), proof.rows, labels)
             named.append(Certificate(tuple(rows)))
-        yield Conflict(_names(program, part, first), 1 + len(others), tuple(named))
+        names = network.route_names(part.routes[first])
+        yield Conflict(names, 1 + len(others), tuple(named))
     if unproved and traits(part.model).linear:
-        yield Conflict(_names(program, part, unproved[0]), len(unproved))
+        yield Conflict(network.route_names(part.routes[unproved[0]]), len(unproved))
     elif unproved:
         yield from _clashes(program, part, unproved)
-
-
-def _names(program: Program, part: Part, entry: int) -> tuple[str, ...]:
-    return program.network.route_names(int(part.routes[entry]))
 
 
 def _clashes(program: Program, part: Part, entries: Sequence[int]) -> Iterator[Conflict]:
     """Conflicts of constraints that are not linear: of one route, and of all that share it."""
     model, left = part.model, [*entries]
     while left:
-        first, names = left[0], _names(program, part, left[0])
+        first, names = left[0], program.network.route_names(part.routes[left[0]])
         try:
             meeting = _irreducible(model, model.row(first))
             shared = bracket.some_point(subset(model, meeting, FAR_S), len(part.routes))[1]

@@ -113,8 +113,7 @@ class Repair:
         """The change as a share of the larger of the two values; 1 for a switch."""
         if not isinstance(self.value, int | float) or not isinstance(self.now, int | float):
             return 1.0
-        size = abs(self.value - self.now) / max(abs(self.value), abs(self.now))
-        return 1.0 if self.comparison == "==" else float(size)
+        return abs(self.value - self.now) / max(abs(self.value), abs(self.now))
 
     def __str__(self) -> str:
         if self.value is None:

@@ -176,9 +176,8 @@ def _no_plan(explained: Explanation) -> Iterator[list[str]]:
 
 def conflict_text(conflict: Conflict, slot_s: float | None) -> Iterator[list[str]]:
     """A conflict with its proofs, one block of lines each."""
-    places, clash = " → ".join(conflict.route), conflict.clash
-    where = f"on {conflict.routes} routes, such as {places}"
-    where = where if conflict.routes > 1 else f"on {places}"
+    such_as = f"{conflict.routes} routes, such as " if conflict.routes > 1 else ""
+    where = f"on {such_as}{' → '.join(conflict.route)}"
     for each in conflict.proofs:
         together = " together" if len(each.labels) > 1 else ""
         keys = f" ({', '.join(each.keys)})" if each.keys else ""
@@ -195,7 +194,7 @@ def conflict_text(conflict: Conflict, slot_s: float | None) -> Iterator[list[str
         if together:
             proof += " all, though they do if any one of them is left out"
         yield [*lines, *wrapped("  proof", proof)]
-    if not (conflict.certificates or clash):
+    if not conflict.proofs:
         why = "the constraints are not linear" if slot_s is None else "only whole slots do not fit"
         yield wrapped("Conflict", f"{where}: no certificate, {why}")
 

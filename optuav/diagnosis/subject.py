@@ -35,8 +35,7 @@ from optuav.solving.batch import AT_ONCE
 from optuav.solving.outcome import Part
 from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
 from optuav.solving.program import groups
-from optuav.solving.question import PROBLEMS, Question, answer, checked_question, problem_of
-from optuav.solving.several_stops import ENGINE as SEARCH
+from optuav.solving.question import PROBLEM_NAMES, Question, answer, checked_question, problem_of
 from optuav.status import Status
 
 Subject: TypeAlias = Program | Plan | Mission | str | Path
@@ -98,19 +97,13 @@ def question_of(subject: Subject, graph: Graph | None = None, **options: Any) ->
     return MissionQuestion(mission, replace(checked, slot_s=stated.get("slot_s")), graph)
 
 
-def of_several_stops(plan: Plan) -> bool:
-    """Whether a plan answers a question of several stops, which no single programme declares."""
-    kinds = [phase.kind for phase in plan.phases]
-    return plan.engine == SEARCH or kinds.count("rest") > 1 or kinds.count("hover") > 1
-
-
 def _of_plan(plan: Plan) -> dict[str, Any]:
     """Problem, perspective, slots and engine of a plan."""
-    if of_several_stops(plan):
+    if plan.has_several_stops:
         raise InputError(f"the plan's question cannot be asked again: {STOPS}")
     if any(phase.edited for phase in plan.phases):
         raise InputError("the plan is over an edited graph: explain its mission with graph=")
-    if plan.problem not in (*PROBLEMS, "P4"):
+    if plan.problem not in PROBLEM_NAMES:
         raise InputError(
             f"the plan's problem {plan.problem} is a formulation of one's own, which its file does "
             "not hold: explain the mission with it"

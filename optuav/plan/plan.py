@@ -242,6 +242,12 @@ class Plan(BaseModel):
             found.append(f"{what}: the battery would take less than the plan counts on")
         return tuple(found)
 
+    @property
+    def has_several_stops(self) -> bool:
+        """Whether it has, or was asked for with, several rests or several hovers."""
+        kinds = [phase.kind for phase in self.phases]
+        return self.engine == "search" or kinds.count("rest") > 1 or kinds.count("hover") > 1
+
     def _existing(self) -> tuple[Phase, ...]:
         if not self.phases:
             why = "; ".join(self.reasons) or self.proof

@@ -42,10 +42,8 @@ def summary(plan: Plan) -> str:
     lines = wrapped("Mission", plan.mission.name)
     lines += wrapped("Problem", ", ".join(each for each in question if each))
     if plan:
-        kinds = [phase.kind for phase in plan.phases]
-        few = kinds.count("rest") <= 1 and kinds.count("hover") <= 1 and plan.engine != "search"
-        # Plans with more stops may be longer.
-        among = few and plan.problem == "P1" and plan.trajectory == "optimal"
+        longest = plan.problem == "P1" and plan.trajectory == "optimal"
+        among = longest and not plan.has_several_stops  # Plans with more stops may be longer.
         which = " with at most one rest and one hover in one piece" if among else ""
         lines += wrapped("Answer", f"{plan.status.value}{which} ({plan.proof})")
         if plan.flyable is not None:
