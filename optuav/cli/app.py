@@ -1,8 +1,4 @@
-"""The application: its commands, and how errors become exit codes.
-
-Exit codes: 0 yes; 1 no (there is no feasible plan, or an audited plan cannot be flown); 2 bad
-input; 3 an engine failed or did not prove its answer in time.
-"""
+"""The application: its commands, and how errors become exit codes."""
 
 import atexit
 import gc

@@ -49,7 +49,7 @@ def calibrate(
     if found.changes:
         pairs = (("--set", f"{key}={value}") for key, value in found.changes.items())
         notes += ["", command(["optuav", "solve", "MISSION"], *pairs)]
-    deliver(found.to_dict, _found(found), as_json=as_json, notes=notes, written=written)
+    deliver(found.to_dict, (*_found(found), *notes), as_json=as_json, written=written)
 
 
 def _found(found: Fit) -> Iterator[str]:

@@ -146,12 +146,10 @@ def validate(mission: str, settings: list[str] | None = None, as_json: bool = Fa
     if not (plan := optuav.solve(checked)):
         found = [reason for reason in plan.reasons if reason not in warnings]
         warnings += [f"no plan can be flown: {'; '.join(found)}"] if found else []
-    deliver(
-        lambda: {"mission": checked.name, "valid": True, "warnings": warnings},
-        f"{checked.name}: every key of the mission is in order",
-        as_json=as_json,
-        notes=(f"warning: {each}" for each in warnings),
-    )
+    lines = [f"{checked.name}: every key of the mission is in order"]
+    lines += [f"warning: {each}" for each in warnings]
+    data = {"mission": checked.name, "valid": True, "warnings": warnings}
+    deliver(lambda: data, lines, as_json=as_json)
 
 
 def missions(as_json: bool = False) -> None:

@@ -7,6 +7,7 @@ import io
 import sys
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from contextvars import copy_context
 from dataclasses import dataclass, is_dataclass
 from pathlib import Path
@@ -153,11 +154,10 @@ def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
         if not (equals and key):
             faults.append(Fault("--set", repr(setting), "KEY=VALUE"))
             continue
-        try:
-            found = parse_toml(f"value = {text}") if text else {"value": None}
-        except InputError:
-            found = {}
-        values[key] = found["value"] if found.keys() == {"value"} else text
+        values[key] = text or None
+        with suppress(InputError):
+            if (found := parse_toml(f"value = {text}")).keys() == {"value"}:
+                values[key] = found["value"]
     try:
         mission = mission.replace(values)
     except InputError as error:

@@ -89,11 +89,10 @@ def deliver(
     shown: str | Iterable[str],
     *,
     as_json: bool,
-    notes: Iterable[str] = (),
     hint: str = "",
     written: Iterable[Path] = (),
 ) -> None:
-    """Print an answer as JSON; or as text, with notes, a command to copy, and the files written.
+    """Print an answer as JSON; or as text, with a command to copy, and the files written.
 
     Where JSON is asked for, nothing is taken from `shown`; where a file was written to the standard
     output, nothing else goes there.
@@ -105,8 +104,6 @@ def deliver(
         say(json.dumps(data(), indent=2), most=None)
         return
     say((shown if isinstance(shown, str) else "\n".join(shown)).rstrip("\n"))
-    for note in notes:
-        say(note)
     if hint:
         say(hint, most=None)
     for path in written:

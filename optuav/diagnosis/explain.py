@@ -5,29 +5,41 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
 
 from formulations.formulation import Formulation
 from formulations.soc import AVAILABLE, StepEnd
 from optuav.diagnosis.infeasibility import bound, conflicts
 from optuav.diagnosis.parameter_prices import prices
-from optuav.diagnosis.repair import repairs
+from optuav.diagnosis.repair import MissionQuestion, repairs
 from optuav.diagnosis.report import Explanation, Side
-from optuav.diagnosis.subject import STOPS, MissionQuestion, Subject, question_of
 from optuav.engines.registry import Engine
 from optuav.engines.solution import Solution
-from optuav.errors import SolverError
+from optuav.errors import InputError, SolverError
+from optuav.mission import Mission, load
 from optuav.modelling import Model, NotAffineError, Variable
 from optuav.modelling.check import evaluated, relations
 from optuav.modelling.traversal import has_unknowns, leaves
 from optuav.modelling.writer import Text
-from optuav.network.graph import Graph
+from optuav.network.graph import Graph, as_graph
+from optuav.network.network import build_network
 from optuav.network.places import charging_cap
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.solving import Program, solve
 from optuav.solving.outcome import MORE_STOPS, SAME_S, Part, more_stops_may_help, words
+from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
+from optuav.solving.question import PROBLEM_NAMES, checked_question, problem_of
 from optuav.status import Status
 
+Subject: TypeAlias = Program | Plan | Mission | str | Path
+STOPS = (
+    "several stops are searched for, and no single programme declares them: constraints, prices "
+    "and repairs are known for one rest and one hover only, if the mission is explained"
+)
 TURNS = (
     "packs take turns, which is simulated and not declared: constraints, prices and repairs are "
     "known with battery.schedule=pooled only"
@@ -36,6 +48,8 @@ WITHOUT_STOPS = (
     "constraints and prices are known for one rest and one hover: explain the mission without "
     "--stops and --hovers"
 )
+HELD = "with the hover point held where it is: it has no price of its own"
+NOWHERE = "this is for hovering at w_U; elsewhere within reach no plan was found either"
 LONGEST = 500  # Characters of a constraint that is written out
 SEARCH_S = 60.0  # Time limit of a search for more stops where none is stated [s]
 
@@ -98,13 +112,64 @@ def explain(
     return explained
 
 
+def question_of(subject: Subject, graph: Graph | None = None, **options: Any) -> MissionQuestion:
+    """The question behind a program, a plan, or a mission with options of `optuav.formulate`.
+
+    Options that are None have their defaults. Raises `InputError` if any are given for anything but
+    a mission, or a plan does not record its question, or has several stops.
+    """
+    stated = {name: value for name, value in options.items() if value is not None}
+    if isinstance(subject, Program | Plan) and (stated or graph is not None):
+        given = ", ".join([*stated, *(["graph"] if graph is not None else [])])
+        words = f"a {type(subject).__name__.lower()} brings its own options"
+        raise InputError(f"{given}: {words}; name the mission to change them")
+    if isinstance(subject, Program):
+        used = subject.network
+        computed = build_network(used.mission)
+        edited = used.legs.edited.any() or used.places.edited.any()
+        if edited or not np.array_equal(computed.legs.flyable, used.legs.flyable):
+            graph = as_graph(used)
+        return MissionQuestion(used.mission, subject.question, graph)
+    if isinstance(subject, Plan):
+        mission, stated = subject.mission, _of_plan(subject)
+    else:
+        mission = subject if isinstance(subject, Mission) else load(subject)
+    checked = checked_question(mission, **stated)
+    return MissionQuestion(mission, replace(checked, slot_s=stated.get("slot_s")), graph)
+
+
+def _of_plan(plan: Plan) -> dict[str, Any]:
+    """Problem, perspective, slots and engine of a plan."""
+    if plan.has_several_stops:
+        raise InputError(f"the plan's question cannot be asked again: {STOPS}")
+    if any(phase.edited for phase in plan.phases):
+        raise InputError("the plan is over an edited graph: explain its mission with graph=")
+    if plan.problem not in PROBLEM_NAMES:
+        raise InputError(
+            f"the plan's problem {plan.problem} is a formulation of one's own, which its file does "
+            "not hold: explain the mission with it"
+        )
+    fields = {name: getattr(plan, name) for name in ("trajectory", "building", "order")}
+    return {
+        "problem": problem_of(plan.problem, **fields),
+        "perspective": plan.perspective,
+        "slot_s": plan.slot_s,
+        # Packs that take turns are simulated, by no engine that can be named.
+        "engine": "auto" if plan.engine in ("", SIMULATION) else plan.engine,
+    }
+
+
 def _explained(question: MissionQuestion, plan: Plan | None = None) -> Explanation:
     """The explanation of a question with one rest and one hover, and of its plan if it is known."""
     program, solutions = question.program(), None
     if question.stated.perspective == AVAILABLE and question.mission.battery.takes_turns:
         return Explanation(plan or program.solve(), notes=(TURNS,))
     if question.stated.p1.hover_point == "free":
-        return _at_its_point(question, plan or program.solve())
+        plan = plan or program.solve()
+        at_w_u = question.about(replace(question.stated.p1, hover_point="w_U"))
+        explained = _explained(question_of(plan) if plan else at_w_u, plan or None)
+        note = HELD if plan else NOWHERE
+        return replace(explained, plan=plan, notes=(note, *explained.notes))
     if program.parts and program.question.slot_s is None:
         solutions = program.answers()
         plan = plan or program.plan(solutions)
@@ -165,17 +230,6 @@ def _with_more_stops(question: MissionQuestion) -> Explanation:
     if plan.status is Status.OPTIMAL:
         nothing = f"at most {asked_for} bring nothing: no hover is longer than with {compared}"
     return replace(explained, plan=plan, notes=(nothing, *explained.notes), gain_s=0.0)
-
-
-def _at_its_point(question: MissionQuestion, plan: Plan) -> Explanation:
-    """The explanation of an answer with the hover point free: that with the point held."""
-    if plan:
-        explained = _explained(question_of(plan), plan)
-        note = "with the hover point held where it is: it has no price of its own"
-    else:
-        explained = _explained(question.about(replace(question.stated.p1, hover_point="w_U")))
-        note = "this is for hovering at w_U; elsewhere within reach no plan was found either"
-    return replace(explained, plan=plan, notes=(note, *explained.notes))
 
 
 def _optimum(program: Program, plan: Plan, solutions: Sequence[Solution] | None) -> Explanation:

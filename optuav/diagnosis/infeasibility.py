@@ -247,10 +247,9 @@ def _rows(model: Model, parameters: Values, slot_s: float | None = None) -> list
             named = parameters_in(constraint)
             names, keys = tuple(each.name for each in named), tuple(e.key for e in named if e.key)
             found.append(Row(constraint.label, names, keys, factors, Fraction(limit)))
-    for each in model.variables if slot_s is not None else ():
-        if each.first_slot > 0:
-            least_s = Fraction(each.first_slot * (slot_s or 0.0))
-            label = f"first slot of {each.symbol}"
+    for each in model.variables:
+        if slot_s is not None and each.first_slot > 0:
+            label, least_s = f"first slot of {each.symbol}", Fraction(each.first_slot * slot_s)
             found.append(Row(label, (), (), {each.symbol: Fraction(-1)}, -least_s))
     return found
 

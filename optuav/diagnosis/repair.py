@@ -1,17 +1,43 @@
 """The smallest single changes of a mission that make an infeasible question feasible."""
 
+from __future__ import annotations
+
+import itertools
 import math
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Hashable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
-from optuav.diagnosis.subject import Case, MissionQuestion, feasible
+import numpy as np
+
+from formulations.formulation import Formulation
+from formulations.parameters import QUANTITIES, Quantities
+from formulations.soc import PAPER
+from optuav.arrays import Booleans, Floats, Integers, Values
+from optuav.engines import bracket, grid
+from optuav.engines.linear_form import slot_ranges
+from optuav.engines.registry import MOST_UNKNOWNS
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
 from optuav.mission.messages import number, shown
 from optuav.mission.schema import FORCE, Number
+from optuav.modelling import Model, NotAffineError
+from optuav.modelling.check import evaluated, holding
+from optuav.modelling.classify import traits
+from optuav.modelling.forms import NotExponentialError, excess
+from optuav.network.feasibility import impossibilities
+from optuav.network.graph import Graph, edited_network
+from optuav.network.network import Network, build_network
+from optuav.physics.kibam import Stage
+from optuav.solving import Program, formulate
+from optuav.solving.assemble import quantities
+from optuav.solving.batch import AT_ONCE
+from optuav.solving.outcome import Part
+from optuav.solving.program import groups
+from optuav.solving.question import Question, answer, checked_question
+from optuav.status import Status
 
 TABLES = ("limits", "battery", "body", "rotor", "laser", "link", "flight")
 PLANNED = ["limits.deadline_s", "limits.min_soc", "battery.packs", "battery.capacity_As"]
@@ -27,7 +53,34 @@ MOST_DIGITS = 8  # Digits that a small change may have; engines tell no smaller 
 TINY = 1e-300  # Replaces what is nearer to 0, so that its digits are numbers
 FINER = 6  # Digits that are added where the rounded value is not feasible
 
+MOST_SLOTS, MOST_FAR = 2500, 500
+"""Slots of an unknown that are tried one by one, and others, ever further apart, beyond them."""
+
 Value: TypeAlias = float | bool | tuple[float, ...] | None
+Case: TypeAlias = tuple[Question, Network]  # A question about the network of a mission
+
+
+@dataclass(frozen=True)
+class MissionQuestion:
+    """A question that can be put to other missions as well."""
+
+    mission: Mission
+    stated: Question  # The slots of the mission are left out where it does not state its own
+    graph: Graph | None = None  # A graph that was edited
+
+    def program(self) -> Program:
+        """The question declared."""
+        return formulate(self.mission, graph=self.graph, **vars(self.stated))
+
+    def case(self, mission: Mission) -> Case:
+        """The question about another mission and its network, without declarations."""
+        graph = self.graph
+        network = build_network(mission) if graph is None else edited_network(mission, graph)
+        return checked_question(mission, **vars(self.stated)), network
+
+    def about(self, problem: Formulation) -> MissionQuestion:
+        """The question with another problem."""
+        return replace(self, stated=replace(self.stated, problem=problem))
 
 
 @dataclass(frozen=True)
@@ -140,11 +193,10 @@ class Repair:
 def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
     """Single changes that make an infeasible question feasible, what is `PLANNED` first.
 
-    Among alike the smallest comes first. Each numeric key of limits, battery, body, rotor, laser,
-    link and flight, and each component of the wind that is not 0, is moved up and down within its
-    range, at most a thousandfold, everything else held; flight through buildings is allowed, and a
-    stated hover point is left out.
-    Places are not moved. Changes that no value achieves, and those that break another rule of
+    Among alike the smallest comes first. Each numeric key of `TABLES`, and each component of the
+    wind that is not 0, is moved up and down within its range, at most a thousandfold, everything
+    else held; flight through buildings is allowed, and a stated hover point is left out. Places are
+    not moved. Changes that no value achieves, and those that break another rule of
     missions, are left out. Every change was verified by solving again: with the value that is
     offered there is an answer, with one digit less there is none.
     """
@@ -286,3 +338,119 @@ def _digits(key: Key, bad: float, good: float) -> range:
         leading = math.floor(math.log10(max(min(abs(good), abs(bad) or math.inf), TINY)))
         first = min(max(first, leading - MOST_DIGITS + 1), leading - 2)
     return range(first, first - FINER, -1)
+
+
+class Stack(NamedTuple):
+    """Routes of several cases as the quantities of one declaration."""
+
+    question: Question  # The same about all of them
+    given: Quantities  # Arrays with one entry a route
+    cases: Integers  # Number of the case that each route belongs to
+
+
+def feasible(cases: Sequence[Case]) -> list[bool]:
+    """Whether some route of each case has feasible times.
+
+    Exact for programmes in one or two unknowns that are linear, or state what phases of constant
+    current do to the wells of a battery, as those of the package do; up to two thousand slots
+    too. With more slots some are tried, so that a yes is certain and a no is not. For other
+    programmes the engine is asked.
+    """
+    found = [False] * len(cases)
+    for stack in _stacks(cases):
+        question, slot_s = stack.question, stack.question.slot_s
+        model = question.problem.model(stack.given, question.perspective)
+        if Part(model, stack.cases).rests != stack.given.rests:
+            continue
+        possible = _continuous(stack, model)
+        if slot_s is not None:
+            possible &= _meetable(model, slot_s)
+        for entry in np.flatnonzero(possible).tolist():
+            case = stack.cases[entry]
+            if not found[case]:
+                found[case] = slot_s is None or _in_slots(model, model.row(entry), slot_s)
+    return found
+
+
+def _stacks(cases: Sequence[Case]) -> Iterator[Stack]:
+    """All routes that can be flown, those together that a single declaration can serve.
+
+    Declared one by one, the routes of an infeasible mission would take six times as long.
+    """
+    alike: dict[Hashable, list[Stack]] = {}
+    for place, (question, network) in enumerate(cases):
+        for which, rests in [] if impossibilities(network) else groups(question, network):
+            through_wells = question.perspective not in PAPER
+            given = quantities(network, which, rests=rests, steps=through_wells)
+            stated = tuple(e.name for e in QUANTITIES if getattr(given, e.name) is not None)
+            stays = tuple(step if isinstance(step, str) else "" for step in given.steps)
+            kind = alike.setdefault((question, given.rests, stated, stays), [])
+            kind.append(Stack(question, given, np.full(len(which), place)))
+            if sum(len(each.cases) for each in kind) > AT_ONCE:
+                yield _joined(kind)
+                kind.clear()
+    yield from (_joined(kind) for kind in alike.values() if kind)
+
+
+def _joined(stacks: Sequence[Stack]) -> Stack:
+    """Stacks of the same kind one after the other."""
+    question, first, _ = stacks[0]
+    every = [each.given for each in stacks]
+    counts = [len(each.cases) for each in stacks]
+
+    def join(*values: Floats | float) -> Floats:
+        return np.concatenate([np.broadcast_to(*pair) for pair in zip(values, counts, strict=True)])
+
+    figures: Values = {
+        each.name: join(*(getattr(given, each.name) for given in every))
+        for each in QUANTITIES
+        if getattr(first, each.name) is not None
+    }
+    steps = tuple(
+        same[0] if isinstance(same[0], str) else Stage(*map(join, *same))
+        for same in zip(*(given.steps for given in every), strict=True)
+    )
+    cases = np.concatenate([each.cases for each in stacks])
+    return Stack(question, replace(first, **figures, steps=steps), cases)
+
+
+def _continuous(stack: Stack, model: Model) -> Booleans:
+    """Which routes have feasible times, whole slots or not; evaluated outside the engine."""
+    count = len(stack.cases)
+    if len(model.variables) <= MOST_UNKNOWNS and not traits(model).integer:
+        with suppress(NotExponentialError, InputError):
+            rows = evaluated(model, bracket.some_point(model, count)[0])
+            holds = np.broadcast_arrays(*(row.satisfied for row in rows))
+            return np.asarray(np.logical_and.reduce(holds))
+    try:
+        statuses = answer(model, count, stack.question).statuses
+    except SolverError:
+        return np.zeros(count, bool)
+    return np.array([each.has_answer or each is Status.UNBOUNDED for each in statuses])
+
+
+def _meetable(model: Model, slot_s: float) -> Booleans:
+    """Whether whole slots can add up to what sums of unknowns have to equal, by programme.
+
+    Nearly no mission has such slots, and trying all of them takes a second a route.
+    """
+    possible = np.array(True)
+    for relation in (each.relation for each in model.constraints if each.relation.sense == "=="):
+        with suppress(NotAffineError):
+            form, _ = excess(relation, {})
+            if all(np.all(each == 1.0) for each in form.coefficients.values()):
+                nearest_s = slot_s * np.round(form.constant / slot_s)
+                possible = possible & holding("==", nearest_s, form.constant)
+    return possible
+
+
+def _in_slots(model: Model, parameters: Values, slot_s: float) -> bool:
+    """Whether some whole slots are feasible, by the tests of the grid engine."""
+    axes, ranges = [], slot_ranges(model, parameters, slot_s)
+    for first, last in ranges.values():
+        count = last - first + 1.0
+        far = np.floor(np.geomspace(1.0, max(count, 1.0), MOST_FAR)) - 1.0
+        slots = np.union1d(np.arange(min(count, MOST_SLOTS)), far[far < count])
+        axes.append(slot_s * (first + slots))
+    points = dict(zip(ranges, np.ix_(*axes), strict=True))
+    return bool(grid.cells(itertools.chain(*grid.tests(model, parameters)), points).any())

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.diagnosis import Repair
+from optuav.diagnosis.explain import Subject, question_of
 from optuav.diagnosis.repair import repairs as repairs_of
-from optuav.diagnosis.subject import Subject, question_of
 from optuav.mission import Mission
 
 PAPER = optuav.load("paper")

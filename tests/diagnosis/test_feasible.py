@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 import optuav
 from formulations.formulation import Formulation, Given
-from optuav.diagnosis.subject import feasible, question_of
+from optuav.diagnosis.explain import question_of
+from optuav.diagnosis.repair import feasible
 from optuav.mission import Mission
 from optuav.modelling import Model
 from tests.diagnosis.missions import CHANGES, OPTIONS, PAPER, SMALL
@@ -94,5 +95,5 @@ def test_an_exact_duration_is_met_by_whole_slots_or_at_once_refused(
     options = {"slot_s": 1.0, "perspective": "battery"}
     problem = optuav.P2(tight=True, trajectory="direct")
     if not expected:
-        monkeypatch.setattr("optuav.diagnosis.subject.grid.cells", None)
+        monkeypatch.setattr("optuav.diagnosis.repair.grid.cells", None)
     assert is_feasible(mission, problem=problem, **options) is expected
