@@ -12,7 +12,7 @@ import numpy as np
 
 from formulations.formulation import Formulation
 from formulations.soc import AVAILABLE, StepEnd
-from optuav.diagnosis.infeasibility import bound, conflicts
+from optuav.diagnosis.infeasibility import bound, conflicts, is_own, parameters_in
 from optuav.diagnosis.parameter_prices import prices
 from optuav.diagnosis.repair import MissionQuestion, repairs
 from optuav.diagnosis.report import Explanation, Side
@@ -282,11 +282,12 @@ def _objective(model: Model) -> str:
 
 
 def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -> Iterator[Side]:
-    """The constraints with unknowns; others compare figures that the mission fixes."""
+    """The constraints with unknowns or own parameters; others compare figures of the mission."""
     labels = words(program.network, part, entry, [each.label for each in relations(part.model)])
     for label, row in zip(labels, evaluated(part.model, values), strict=True):
         constraint, slack, right = row.constraint, float(row.slack), float(row.right)
-        if not has_unknowns(*constraint.relation.sides):
+        own = any(map(is_own, parameters_in(constraint)))
+        if not (own or has_unknowns(*constraint.relation.sides)):
             continue
         notation = Text()
         statement = notation.write(constraint.relation).replace(notation.after, " ")

@@ -23,6 +23,7 @@ from typing import Any
 
 import numpy as np
 
+from formulations.parameters import QUANTITIES
 from optuav.arrays import Values
 from optuav.engines import bracket
 from optuav.engines.linear_form import linear_form
@@ -229,6 +230,11 @@ def linear_part(model: Model) -> Model:
 def parameters_in(constraint: Constraint) -> tuple[Parameter, ...]:
     """The parameters in a constraint."""
     return tuple(each for each in leaves(*constraint.relation.sides) if isinstance(each, Parameter))
+
+
+def is_own(parameter: Parameter) -> bool:
+    """Whether a formulation of one's own brings a parameter, which no quantity of a mission is."""
+    return parameter.varies and all(parameter.name != each.name for each in QUANTITIES)
 
 
 def _rows(model: Model, parameters: Values, slot_s: float | None = None) -> list[Row]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from optuav.arrays import Floats
+from optuav.diagnosis.infeasibility import is_own
 from optuav.diagnosis.repair import Key, keys
 from optuav.engines import bracket, closed_form
 from optuav.engines.prices import ShadowPrice
@@ -93,13 +94,13 @@ def prices(
 
 
 def _moving(model: Model) -> list[Parameter]:
-    """The parameters in the objective, in bounds, and in constraints with unknowns."""
+    """The parameters in the objective, in bounds, in constraints with unknowns, and one's own."""
     trees = [model.objective, *model.preferences]
     trees += [bound for each in model.variables for bound in (each.lower, each.upper)]
     sides = [each.relation.sides for each in model.constraints]
     trees += [side for both in sides if has_unknowns(*both) for side in both]
     names = {leaf.name for leaf in leaves(*trees)}
-    return [each for each in model.parameters.values() if each.name in names]
+    return [each for each in model.parameters.values() if each.name in names or is_own(each)]
 
 
 def _step(parameter: Parameter, key: Key | None, value: float) -> float:

@@ -6,9 +6,9 @@ import itertools
 import math
 from collections.abc import Callable, Generator, Hashable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -36,13 +36,14 @@ from optuav.solving.assemble import quantities
 from optuav.solving.batch import AT_ONCE
 from optuav.solving.outcome import Part
 from optuav.solving.program import groups
-from optuav.solving.question import Question, answer, checked_question
+from optuav.solving.question import PROBLEM_NAMES, Question, answer, checked_question
 from optuav.status import Status
 
 TABLES = ("limits", "battery", "body", "rotor", "laser", "link", "flight")
 PLANNED = ["limits.deadline_s", "limits.min_soc", "battery.packs", "battery.capacity_As"]
 PLANNED += ["battery.charge_", "laser.power_W", "route.", "flight.through_buildings", "limits."]
-"""What a planner can change, the easiest first; repairs of loads and physics come after these."""
+PLANNED += ["link.transmit_power_W", "link.snr_threshold_dB", "link.noise_power_W", "body.mass_kg"]
+"""What a planner can change, the easiest first; repairs of other loads and physics come after."""
 MOST = 1e3  # Largest change that is tried, as a factor
 INSIDE = 1e-9  # Distance of the outermost value from a bound that is excluded
 WRITTEN = ".15g"  # Every digit of a rounded value: a shorter one may not repair
@@ -136,7 +137,8 @@ class Repair:
     Parameters
     ----------
     key
-        Dotted key of the mission; of a component as ``wind.force_N[2]``.
+        Dotted key of the mission; of a component as ``wind.force_N[2]``; or the field of a
+        formulation of one's own.
     now
         Its value.
     comparison, value
@@ -191,14 +193,14 @@ class Repair:
 
 
 def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
-    """Single changes that make an infeasible question feasible, what is `PLANNED` first.
+    """Single changes that make an infeasible question feasible, own numbers and `PLANNED` first.
 
-    Among alike the smallest comes first. Each numeric key of `TABLES`, and each component of the
-    wind that is not 0, is moved up and down within its range, at most a thousandfold, everything
-    else held; flight through buildings is allowed, and a stated hover point is left out. Places are
-    not moved. Changes that no value achieves, and those that break another rule of
-    missions, are left out. Every change was verified by solving again: with the value that is
-    offered there is an answer, with one digit less there is none.
+    Among alike the smallest comes first. Each number of a formulation of one's own, each numeric
+    key of `TABLES`, and each component of the wind that is not 0, is moved up and down within its
+    range, at most a thousandfold, everything else held; flight through buildings is allowed, and a
+    stated hover point is left out. Places are not moved. Changes that no value achieves, and those
+    that break another rule of missions, are left out. Every change was verified by solving again:
+    with the value that is offered there is an answer, with one digit less there is none.
     """
     mission = question.mission
     if feasible([question.case(mission)])[0]:
@@ -209,12 +211,23 @@ def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
         now = getattr(getattr(mission, table), field)
         if now != value and feasible([question.case(mission.replace({name: value}))])[0]:
             found.append(Repair(name, now, "==", value, None, 0.0))
-    wind = enumerate(mission.wind.force_N)
-    moved = (*keys(mission), *(_key(f"wind.force_N[{k}]", now, FORCE) for k, now in wind if now))
+    wind = ((f"wind.force_N[{axis}]", now) for axis, now in enumerate(mission.wind.force_N) if now)
+    moved = (*_own(question), *keys(mission), *(_key(*each, FORCE) for each in wind))
     ways = [(key, sign) for key in moved for sign in (1, -1)]
     found += searched(ways, partial(_repaired, question)).values()
     places = {each: [not each.key.startswith(name) for name in PLANNED] for each in found}
-    return tuple(sorted(found, key=lambda each: (places[each], each.size, each.key)))
+    return tuple(sorted(found, key=lambda e: ("." in e.key, places[e], e.size, e.key)))
+
+
+def _own(question: MissionQuestion) -> Iterator[Key]:
+    """The numbers of a formulation of one's own, whose ranges are not known."""
+    problem = question.stated.problem
+    for each in fields(problem) if problem.name not in PROBLEM_NAMES else ():
+        now = getattr(problem, each.name)
+        if isinstance(now, int | float) and not isinstance(now, bool):
+            far = MOST * abs(now) or MOST
+            low = 0.0 if now >= 0 else -far
+            yield Key(each.name, now, low, far, each.type in (int, "int"), "")
 
 
 Trial: TypeAlias = tuple[Key, float]
@@ -224,17 +237,22 @@ Search: TypeAlias = Generator[list[float], list[bool], Repair | None]
 
 
 def _repaired(question: MissionQuestion, trials: Sequence[Trial]) -> list[bool]:
-    """Which values make the question feasible; one that breaks a rule of missions does not."""
-    cases, wind = dict[int, Case](), question.mission.wind.force_N
+    """Which values make the question feasible; one that is refused does not."""
+    repaired, cases, wind = [False] * len(trials), {}, question.mission.wind.force_N
     for place, (key, value) in enumerate(trials):
         name, _, axis = key.name.removesuffix("]").partition("[")
-        new: float | list[float] = int(value) if key.whole else value
+        new: Any = int(value) if key.whole else value
         if axis:
             new = [value if str(k) == axis else each for k, each in enumerate(wind)]
-        with suppress(InputError, SolverError):
-            cases[place] = question.case(question.mission.replace({name: new}))
-    answers = dict(zip(cases, feasible([*cases.values()]), strict=True))
-    return [answers.get(place, False) for place in range(len(trials))]
+        with suppress(ValueError, SolverError):  # as a formulation of one's own may raise it
+            if "." in name:
+                cases[place] = question.case(question.mission.replace({name: new}))
+            else:
+                changed = question.about(replace(question.stated.problem, **{name: new}))
+                repaired[place] = feasible([changed.case(question.mission)])[0]
+    for place, answered in zip(cases, feasible([*cases.values()]), strict=True):
+        repaired[place] = answered
+    return repaired
 
 
 def searched(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import pytest
@@ -9,14 +10,35 @@ from hypothesis import assume
 from hypothesis import strategies as st
 
 import optuav
+from formulations.formulation import Formulation, Given
 from optuav.diagnosis import Repair
 from optuav.diagnosis.explain import Subject, question_of
 from optuav.diagnosis.repair import repairs as repairs_of
 from optuav.mission import Mission
+from optuav.modelling import Model, Parameter
 
 PAPER = optuav.load("paper")
 SMALL = PAPER.replace({"buildings": PAPER.to_dict()["buildings"][:1]})
 """The paper's mission with b1 alone."""
+
+
+@dataclass(frozen=True)
+class InTime(Formulation):
+    """Longest hover on the direct route of a mission that leaves time to spare."""
+
+    spare_s: float
+
+    def __post_init__(self) -> None:
+        if self.spare_s > 1e5:
+            raise ValueError("more than a day")
+
+    def declare(self, model: Model, given: Given) -> None:
+        hover = model.variable("hover_time_s", "Δ", unit="s")
+        spare = Parameter("spare_s", "s", "s", self.spare_s)
+        model.maximise(hover)
+        model.subject_to("to spare", given.time_left >= spare, unit="s")
+        model.subject_to("charge", given.soc_end(hover) >= given.min_soc)
+
 
 CHANGES = {
     "limits.deadline_s": st.integers(15, 70),

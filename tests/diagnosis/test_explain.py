@@ -19,7 +19,7 @@ from optuav.diagnosis.parameter_prices import Price
 from optuav.errors import InputError
 from optuav.modelling import Model
 from optuav.status import Status
-from tests.diagnosis.missions import PAPER, SMALL, only, repairs
+from tests.diagnosis.missions import PAPER, SMALL, InTime, only, repairs
 
 P3_TEXT = """\
 Optimum      hover 688.85 s at hover
@@ -104,13 +104,13 @@ Conflict     on 20 routes, such as origin → b1 → hover → destination: P1.d
 Exact        rounded here; --json gives exact fractions
 
 Feasible if  limits.deadline_s >= 75.8                     now 60
+  or         link.transmit_power_W >= 109                  now 5
+  or         link.snr_threshold_dB <= -22                  now -11
+  or         link.noise_power_W <= 8.08e-06                now 0.0001
+  or         body.mass_kg <= 0.931                         now 1.3
   or         1240 <= rotor.max_speed_rad_s <= 110000       now 1060
   or         link.path_loss_exponent <= 1.66               now 2
   or         rotor.lift_coefficient_N_s2_rad2 >= 5.19e-06  now 3.8305e-06
-  or         body.mass_kg <= 0.931                         now 1.3
-  or         link.snr_threshold_dB <= -22                  now -11
-  or         link.noise_power_W <= 8.08e-06                now 0.0001
-  or         link.transmit_power_W >= 109                  now 5
              each is one change alone; places were not moved"""
 
 
@@ -327,15 +327,6 @@ def test_at_the_end_of_a_range_a_price_has_one_side() -> None:
     assert "flow_rate_per_s" not in text.partition("No effect")[2]
     (row,) = (e for e in explained.to_dict()["prices"] if e["name"] == "flow_rate_per_s")
     assert (row["less"], row["loss"]) == (None, None)
-
-
-def test_what_a_planner_can_change_is_offered_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The deadline before the physics of the radio, of which a smaller change would do."""
-    only(monkeypatch, "limits", "link")
-    explained = explain(SMALL.replace({"limits.deadline_s": 50}))
-    first, *others = [str(each) for each in explained.repairs]
-    assert first == "limits.deadline_s >= 75.8"
-    assert others[0].startswith("link.path_loss_exponent")
 
 
 def test_the_dual_values_of_the_paper() -> None:
@@ -597,3 +588,13 @@ def test_what_caps_the_charging_current_is_named(perspective: str) -> None:
 
 def test_without_a_rest_no_cap_is_named() -> None:
     assert explain(PAPER, "P3", perspective="battery").notes == ()
+
+
+def test_own_parameters_of_a_row_without_unknowns_are_shown() -> None:
+    """Of the 1124.2078 s that the flight leaves, 500 s are to be to spare: 624.2078 s are."""
+    explained = explain(SMALL, InTime(500), perspective="battery")
+    (side,) = (each for each in explained.constraints if each.label == "to spare")
+    assert (side.slack, side.binds) == (pytest.approx(624.2078, abs=1e-4), False)
+    (price,) = (each for each in explained.prices if each.name == "spare_s")
+    assert (price.value, price.gain, price.matters) == (500.0, 0.0, False)
+    assert "spare_s" in str(explained).partition("No effect")[2]

@@ -14,7 +14,7 @@ from optuav.diagnosis import Repair
 from optuav.diagnosis.repair import TABLES, Key, keys, searched
 from optuav.errors import InputError
 from optuav.mission import Mission
-from tests.diagnosis.missions import PAPER, SMALL, infeasible, only, repairs
+from tests.diagnosis.missions import PAPER, SMALL, InTime, infeasible, only, repairs
 
 
 def by_key(mission: Mission, **options: Any) -> dict[tuple[str, str], Repair]:
@@ -165,11 +165,36 @@ def test_a_feasible_question_needs_no_repair() -> None:
 
 
 def test_order_is_by_relative_size_and_repeatable(monkeypatch: pytest.MonkeyPatch) -> None:
-    only(monkeypatch, "body", "rotor")
+    only(monkeypatch, "rotor")
     mission = SMALL.replace({"body.mass_kg": 2.5})
     first, second = (repairs(mission, problem="P3", perspective="battery") for _ in range(2))
     assert first == second
     assert [each.size for each in first] == sorted(each.size for each in first)
+
+
+def test_what_a_planner_can_change_comes_before_mass_and_nature(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The path-loss exponent is 17 % off and the noise 92 %, and yet nature comes last."""
+    only(monkeypatch, "limits", "body", "link")
+    found = repairs(SMALL.replace({"limits.deadline_s": 60}), perspective="battery")
+    assert [each.key for each in found] == [
+        "limits.deadline_s",
+        "link.transmit_power_W",
+        "link.snr_threshold_dB",
+        "link.noise_power_W",
+        "body.mass_kg",
+        "link.path_loss_exponent",
+    ]
+
+
+def test_a_number_of_ones_own_is_offered_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The flight takes 75.7922 of 1200 s: 1124.2078 s can be spared, 1e6 are refused."""
+    only(monkeypatch, "limits")
+    found = repairs(SMALL, problem=InTime(2000), perspective="battery")
+    assert [str(each) for each in found] == ["spare_s <= 1120", "limits.deadline_s >= 2080"]
+    assert optuav.solve(SMALL, InTime(1120), perspective="battery")
+    assert not optuav.solve(SMALL, InTime(1130), perspective="battery")
 
 
 def test_edited_legs_stay_as_they_are_edited(monkeypatch: pytest.MonkeyPatch) -> None:
