@@ -60,16 +60,12 @@ class StatedMission:
         first: dict[Key, str] = {}
         for key, words in breaches:
             first.setdefault(key, words)
-        source = self.sources.get
-        return [
-            Fault(
-                self._dotted(key),
-                "" if (value := self.value(key)) is UNKNOWN else shown(value),
-                words,
-                source(key[:2]) or source(key[:1]) or source((), ""),
-            )
-            for key, words in first.items()
-        ]
+        found, source = list[Fault](), self.sources.get
+        for key, words in first.items():
+            value = "" if self.value(key) is UNKNOWN else shown(self.value(key))
+            file = source(key[:2]) or source(key[:1]) or source((), "")
+            found.append(Fault(self._dotted(key), value, words, file))
+        return found
 
     def value(self, key: Key) -> object:
         """What is stated for a key, or UNKNOWN."""

@@ -174,14 +174,9 @@ def building_figures(mission: Mission) -> tuple[BuildingFigures, ...]:
         float(time_s) if flies else None
         for time_s, flies in zip(routes.flight_time_s[1:], routes.flyable[1:], strict=True)
     ]
-    return tuple(
-        BuildingFigures(
-            building.name,
-            building.position_m,
-            building.footprint_m,
-            bool(places.laser_sight[place]),
-            float(places.received_power_W[place]),
-            *times_s[2 * k : 2 * k + 2],
-        )
-        for k, (building, place) in enumerate(zip(mission.buildings, places.buildings, strict=True))
-    )
+    found = list[BuildingFigures]()
+    for k, (building, place) in enumerate(zip(mission.buildings, places.buildings, strict=True)):
+        stated = building.name, building.position_m, building.footprint_m
+        light = bool(places.laser_sight[place]), float(places.received_power_W[place])
+        found.append(BuildingFigures(*stated, *light, *times_s[2 * k : 2 * k + 2]))
+    return tuple(found)

@@ -227,9 +227,8 @@ def edited_legs(
         if legs.flyable[leg] and (figures[leg] == stated).all():
             continue
         table["edited"][leg] = True
-        duration_s, charge_As, energy_J, table["distance_m"][leg], table["peak_speed_m_s"][leg] = (
-            stated
-        )
+        duration_s, charge_As, energy_J, *way = stated
+        table["distance_m"][leg], table["peak_speed_m_s"][leg] = way
         table["durations_s"][:, leg] = 0.0
         table["durations_s"][0, leg] = duration_s
         for name, drawn in (("currents_A", charge_As), ("powers_W", energy_J)):

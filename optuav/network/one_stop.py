@@ -10,7 +10,6 @@ buildings in the way of a leg, may not.
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
@@ -44,11 +43,10 @@ class Shortcut(NamedTuple):
     def __str__(self) -> str:
         first, _, last = self.places
         way, unit = " → ".join(self.places), UNITS[FIGURES.index(self.figure)]
-        if math.isinf(self.direct):
-            return f"{way} can be flown, {first} → {last} cannot"
-        return (
-            f"{way} takes {self.by_way:.6g} {unit}, {first} → {last} takes {self.direct:.6g} {unit}"
-        )
+        straight = f"{first} → {last}"
+        if np.isinf(self.direct):
+            return f"{way} can be flown, {straight} cannot"
+        return f"{way} takes {self.by_way:.6g} {unit}, {straight} takes {self.direct:.6g} {unit}"
 
 
 def all_legs(network: Network, graph: Graph | None = None) -> Legs:

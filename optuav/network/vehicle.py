@@ -55,14 +55,11 @@ def hover_point_m(mission: Mission, radius_m: Quantity | None = None) -> Vector:
     route = mission.route
     if route.hover_m is not None:
         return route.hover_m
-    return link.hover_point(
-        route.origin_m,
-        route.destination_m,
-        mission.link.device_m,
-        coverage_radius_m(mission) if radius_m is None else radius_m,
-        mission.limits.min_altitude_m,
-        mission.laser.position_m if mission.laser else route.origin_m,
-    )
+    if radius_m is None:
+        radius_m = coverage_radius_m(mission)
+    laser_m = mission.laser.position_m if mission.laser else route.origin_m
+    places_m = route.origin_m, route.destination_m, mission.link.device_m
+    return link.hover_point(*places_m, radius_m, mission.limits.min_altitude_m, laser_m)
 
 
 def impossible(mission: Mission) -> str | None:
@@ -98,13 +95,9 @@ def leg_loads(mission: Mission, displacement_m: Vector) -> tuple[Loads, Quantity
     """What a leg draws by the mission's flight model, and its peak speed [m/s]."""
     given = mission.flight
     if given.model == "regimes":
-        return regime_leg(
-            norm(displacement_m),
-            given.acceleration_m_s2,
-            given.flight_current_A,
-            given.flight_power_W,
-            np.inf if given.max_speed_m_s is None else given.max_speed_m_s,
-        )
+        cap_m_s = np.inf if given.max_speed_m_s is None else given.max_speed_m_s
+        drawn = given.flight_current_A, given.flight_power_W
+        return regime_leg(norm(displacement_m), given.acceleration_m_s2, *drawn, cap_m_s)
     leg = flight.leg(airframe(mission), motor(mission), displacement_m, mission.wind.force_N)
     return leg.loads, leg.peak_speed_m_s
 
@@ -130,11 +123,7 @@ def charging(mission: Mission, distance_m: Quantity, *, capped: bool = True) -> 
     if stated.model == "regimes" and stated.charge_current_A is not None:
         return Flow(stated.charge_current_A, stated.charge_power_W)
     voltage_V = mission.battery.nominal_voltage_V
-    power_W = laser.received_power(
-        conversion(mission),
-        given.power_W,
-        attenuation_per_km(mission),
-        distance_m,
-        mission.battery.charge_current_A * voltage_V if capped else np.inf,
-    )
+    limit_W = mission.battery.charge_current_A * voltage_V if capped else np.inf
+    light = conversion(mission), given.power_W, attenuation_per_km(mission)
+    power_W = laser.received_power(*light, distance_m, limit_W)
     return Flow(power_W / voltage_V, power_W)

@@ -62,7 +62,7 @@ class Airframe(NamedTuple):
     def external_force_N(self, wind_N: Vector) -> Vector:
         """F_e [N]: gravity and a wind force, components (x, y, z)."""
         x, y, z = wind_N
-        return x, y, z - self.weight_N
+        return x, y, z - self.mass_kg * self.gravity_m_s2
 
 
 class Loads(NamedTuple):

@@ -39,7 +39,6 @@ from optuav.arrays import Booleans
 from optuav.physics.quantity import TINY, Quantity
 
 MOST_STEPS = 100  # Largest number of Newton's steps towards a moment; a dozen are the rule
-
 CLOSE = 1e-9  # Relative step after which the next, its square, is below rounding
 
 

@@ -22,11 +22,8 @@ from optuav.arrays import Booleans
 from optuav.physics.quantity import TINY, Quantity, Vector, kept, one_where_not_negative
 
 REACH = 7.0  # So far above the direct part an amplitude is reached but for exp(−49), rounding
-
 ROUNDING_RAD = 1e-15  # Step of an angle that is rounding [rad]
-
-MOST_STEPS = 100
-"""Largest number of steps; bisection alone needs some fifty for an angle of at most π."""
+MOST_STEPS = 100  # Bisection alone needs some fifty for an angle of at most π
 
 
 class Channel(NamedTuple):

@@ -30,11 +30,8 @@ from optuav.physics.kibam import Battery, Stage, Wells, held, step, time_to_empt
 from optuav.physics.quantity import TINY, Quantity
 
 ROUNDING = 1e-12  # Share of the capacity by which rounding may carry a well past its limit [-]
-
-NOBODY = -1
-
-MOST_STRETCHES = 50_000
-"""Largest number of stretches that `lifetime` follows one by one; some ten seconds."""
+NOBODY = -1  # In place of the number of a pack
+MOST_STRETCHES = 50_000  # That `lifetime` follows one by one; some ten seconds
 
 
 class JobStage(NamedTuple):
