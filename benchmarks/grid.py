@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from functools import partial, reduce
 
 import numpy as np
 
@@ -34,7 +35,8 @@ def run() -> list[Row]:
             for phase in route_phases(program.network, route, hover_s, rest_s)
             for stage in phase.net
         ]
-        return float(kibam.steps(pool, pool.full, stages)[-1].total_As / pool.capacity_As)
+        wells = reduce(partial(kibam.step, pool), stages, pool.full)
+        return float(wells.total_As / pool.capacity_As)
 
     flight_As, hover_A = given["flight_charge_As"], given["hover_current_A"]
     rest_A, battery_As = given["rest_current_A"], given["packs"] * given["capacity_As"]
