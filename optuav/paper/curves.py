@@ -84,6 +84,12 @@ def without_laser(mission: Mission) -> Mission:
     return mission.replace(dict.fromkeys(("laser", *stated)))
 
 
+def table2_row(mission: Mission, deadline_s: float, perspective: Perspective) -> Plan:
+    """(P3) in the mission's own slots, as a row of Table II has it."""
+    changed = with_deadline(mission, deadline_s)
+    return solve(changed, P3(), perspective=perspective, slot_s=mission.limits.slot_s)
+
+
 def direct(mission: Mission, pack_As: float, perspective: Perspective) -> Plan:
     """(P3) with packs of another capacity [A s]."""
     return solve(mission.replace({"battery.capacity_As": pack_As}), P3(), perspective=perspective)

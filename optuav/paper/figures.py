@@ -21,7 +21,7 @@ from optuav.judge import replay
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.options import Perspective
-from optuav.paper import curves, table2
+from optuav.paper import curves
 from optuav.paper.curves import BEST, DATA, solve, with_deadline
 from optuav.paper.ledger import FAR_M, NEAR_M, Verdict, agrees, ledger
 from optuav.plan import Plan
@@ -253,7 +253,7 @@ def _course(plan: Plan, file: str, words: Mapping[str, object], **others: Any) -
 def direct_path(mission: Mission) -> Exhibits:
     """Table II: the direct path in every perspective, in whole slots as in the paper."""
     plans = {
-        f"{deadline_s:g} s, {perspective}": table2.direct(mission, deadline_s, perspective)
+        f"{deadline_s:g} s, {perspective}": curves.table2_row(mission, deadline_s, perspective)
         for deadline_s in deadlines_s(mission)
         for perspective in (*PAPER, AVAILABLE)
     }

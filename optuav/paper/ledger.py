@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from formulations.p4 import P4
-from formulations.soc import PAPER
+from formulations.soc import PAPER, PERSPECTIVES
 from optuav.arrays import Floats
 from optuav.errors import Fault, refuse
 from optuav.mission import Mission
@@ -27,6 +27,7 @@ from optuav.paper.curves import DATA, PAPERS, solve, with_deadline
 from optuav.paper.table2 import Interval, last_digit, printed_interval
 from optuav.physics import laser, rotor
 from optuav.plan import Plan
+from optuav.solving.assemble import quantities
 from optuav.studies.results import as_csv
 
 Value: TypeAlias = float | str | None
@@ -328,7 +329,7 @@ def c9_over_c6(mission: Mission) -> Value:
 
 def eta3_signs(mission: Mission) -> Value:
     """Signs of E_fl, E_hv, E_harv by which the row Δ = 697 s comes out within a percent."""
-    start, end = (table2.charge_left(mission, 3, hover_s) / 100.0 for hover_s in (0.0, 697.0))
+    start, end = (charge_left(mission, 3, hover_s) / 100.0 for hover_s in (0.0, 697.0))
     hover = float(vehicle.hover_load(mission).power_W) * 697.0 / table2.HOVER_J
     shares = (1.0 - start, hover, end - start + hover)
     found = (
@@ -337,6 +338,12 @@ def eta3_signs(mission: Mission) -> Value:
         if abs(1.0 + float(np.dot(signs, shares)) - 0.2830) < 0.01
     )
     return " or ".join(found)
+
+
+def charge_left(mission: Mission, eta: int, hover_s: float) -> float:
+    """η1, η2 or η3 at the end of the direct path [%] after a hover time [s]."""
+    direct = quantities(build_network(mission), np.array([0]), rests=False)
+    return 100.0 * float(np.squeeze(PERSPECTIVES[PAPER[eta - 1]](direct, hover_s, 0.0)))
 
 
 def rotor_voltage(mission: Mission, regime: str) -> Value:
@@ -356,7 +363,7 @@ def longest_perspectives(mission: Mission) -> Value:
     """The perspectives with the longest hover on the direct path, at either deadline."""
     longest: set[str] = set()
     for deadline_s in curves.DEADLINES_S:
-        hovers = {name: table2.direct(mission, deadline_s, name).hover_time_s for name in PAPER}
+        hovers = {name: curves.table2_row(mission, deadline_s, name).hover_time_s for name in PAPER}
         longest |= {name for name in hovers if hovers[name] >= max(hovers.values()) - curves.SAME_S}
     return ", ".join(name for name in PAPER if name in longest)
 
@@ -430,10 +437,9 @@ FORMULAS: dict[str, Callable[..., Any]] = {
     "drag_coefficient": lambda m: 2.3515e-4 * 1.225 * math.pi * 0.12**5,
     # The visibility at which Zhang et al. (2018) take the attenuation of clear air
     "attenuation_per_km": lambda m: float(laser.attenuation(m.laser.wavelength_nm, 10.0)),
-    "charge_left": table2.charge_left,
     "admitted": lambda m, eta, hover_s: table2.admitted(eta, hover_s),
-    "hover_time_s": lambda m, *row: table2.direct(m, *row).hover_time_s,
-    "mission_time_s": lambda m, *row: table2.direct(m, *row).mission_time_s,
+    "hover_time_s": lambda m, *row: curves.table2_row(m, *row).hover_time_s,
+    "mission_time_s": lambda m, *row: curves.table2_row(m, *row).mission_time_s,
     "optimum_in_slots": lambda m: solve(m, perspective="battery", slot_s=1.0).hover_time_s,
     "same_in_slots": lambda m: (
         "yes" if len({solve(m, perspective=p, slot_s=1).hover_time_s for p in SAME}) == 1 else "no"

@@ -8,15 +8,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from formulations.p3 import P3
-from formulations.soc import PAPER, PERSPECTIVES
 from optuav.arrays import Floats
-from optuav.mission import Mission
-from optuav.network.network import build_network
-from optuav.options import Perspective
-from optuav.paper.curves import DATA, solve, with_deadline
-from optuav.plan import Plan
-from optuav.solving.assemble import quantities
+from optuav.paper.curves import DATA
 
 Interval: TypeAlias = tuple[float, float]
 Charge: TypeAlias = tuple[int, float, str]  # Number of η, hover time [s], percent as printed
@@ -110,16 +103,3 @@ def admitted(eta: int, hover_s: float) -> Interval:
 def loads_exist(charges: Sequence[Charge]) -> bool:
     """Whether one set of loads shows all these charges, both voltages and the crossing."""
     return math.isfinite(_least(np.zeros(5), charges))
-
-
-def direct(mission: Mission, deadline_s: float, perspective: Perspective) -> Plan:
-    """(P3) in the mission's own slots, as a row of the table has it."""
-    changed = with_deadline(mission, deadline_s)
-    return solve(changed, P3(), perspective=perspective, slot_s=mission.limits.slot_s)
-
-
-@cache
-def charge_left(mission: Mission, eta: int, hover_s: float) -> float:
-    """η1, η2 or η3 at the end of the direct path [%] after a hover time [s]."""
-    direct = quantities(build_network(mission), np.array([0]), rests=False)
-    return 100.0 * float(np.squeeze(PERSPECTIVES[PAPER[eta - 1]](direct, hover_s, 0.0)))
