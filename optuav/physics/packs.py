@@ -17,6 +17,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass
+from functools import partial
 from itertools import accumulate
 from numbers import Integral, Real
 from typing import NamedTuple
@@ -26,7 +27,8 @@ import numpy as np
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.errors import Fault, SolverError, refuse
 from optuav.options import SCHEDULES, Schedule
-from optuav.physics.kibam import Battery, Stage, Wells, held, step, time_to_empty, time_to_full
+from optuav.physics import kibam
+from optuav.physics.kibam import Battery, Stage, Tilted, Wells, held, step
 from optuav.physics.quantity import TINY, Quantity
 
 ROUNDING = 1e-12  # Share of the capacity by which rounding may carry a well past its limit [-]
@@ -193,9 +195,9 @@ class Packs:
         before, length_s, slack_As = self.wells, longest_s, ROUNDING * self.pack.capacity_As
         end = self._after(currents_A, length_s, full)
         emptied = (carries & (end.available_As < -slack_As)).any(axis=1)
-        length_s = self._until(time_to_empty, emptied, carrier, currents_A, length_s)
+        length_s = self._until(kibam.time_to_empty, emptied, carrier, currents_A, length_s)
         over = (is_served & (end.available_As > self._top.available_As + slack_As)).any(axis=1)
-        full_s = self._until(time_to_full, over, served, currents_A, longest_s)
+        full_s = self._until(kibam.time_to_full, over, served, currents_A, longest_s)
         over &= full_s < np.where(emptied, length_s, np.inf)
         emptied, length_s = emptied & ~over, np.where(over, full_s, length_s)
         if emptied.any() or over.any():
@@ -388,29 +390,25 @@ def _skip(packs: Packs, jobs: Sequence[JobStage]) -> None:
             carrier = packs.next_carrier(carrier)
         stages.append(Stage(-job.draw_A * (np.arange(packs.count) == carrier), job.duration_s))
     pack, share = packs.pack, packs.pack.available_fraction
-    nothing = Wells(np.zeros(packs.count), np.zeros(packs.count))
-    ends = list(accumulate(stages, lambda wells, each: step(pack, wells, each), initial=nothing))
-    total_As = np.array([each.total_As for each in ends[1:]])
-    tilt_As = np.array([each.available_As for each in ends[1:]]) - share * total_As
+    start, nothing = Tilted.of(pack, packs.wells), Tilted(*np.zeros((2, packs.count)))
+    _, *ends = accumulate(stages, partial(kibam.tilted_after, pack), initial=nothing)
+    total_As, tilt_As = map(np.array, zip(*ends, strict=True))
     ends_s = np.cumsum([stage.duration_s for stage in stages])
     remaining = np.exp(-pack.rate_per_s * ends_s)
     exponent = max(float(pack.rate_per_s * ends_s[-1]), TINY)
-    start_As = packs.wells.total_As[0]
-    tilted_As = packs.wells.available_As[0] - share * start_As
 
-    def after(rounds: int) -> tuple[Floats, Floats]:
-        """y and z [A s] of every pack after some rounds."""
+    def after(rounds: int) -> Tilted:
+        """Charge of every pack (1, pack) after some rounds."""
         tilts = math.expm1(-exponent * rounds) / math.expm1(-exponent)
-        tilt = tilted_As * math.exp(-exponent * rounds) + tilt_As[-1] * tilts
-        return start_As + rounds * total_As[-1], tilt
+        tilt = start.tilt_As * math.exp(-exponent * rounds) + tilt_As[-1] * tilts
+        return Tilted(start.total_As + rounds * total_As[-1], tilt)
 
-    passed, failed = 0, 1 + int(start_As.sum() / -total_As[-1].sum())
+    passed, failed = 0, 1 + int(start.total_As.sum() / -total_As[-1].sum())
     while failed - passed > 1:
         middle = (passed + failed) // 2
         total, tilt = after(middle - 1)
-        available_As = share * (total + total_As) + np.multiply.outer(remaining, tilt) + tilt_As
+        available_As = share * (total + total_As) + remaining[:, None] * tilt + tilt_As
         empty = (available_As[:, packs.in_service[0]] < 0.0).any()
         passed, failed = (passed, middle) if empty else (middle, failed)
-    total, tilt = after(passed)
-    packs.wells = Wells((share * total + tilt)[None], ((1.0 - share) * total - tilt)[None])
+    packs.wells = after(passed).wells(pack)
     packs.clock_s = packs.clock_s + passed * ends_s[-1]

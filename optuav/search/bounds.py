@@ -37,7 +37,7 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
-from optuav.physics.kibam import Battery, levelling
+from optuav.physics.kibam import Battery, Stage, Tilted, levelling, tilted_after
 from optuav.physics.quantity import TINY
 from optuav.search.terrain import ROUNDING, Boxes, Flown, Terrain
 
@@ -166,9 +166,8 @@ def _farthest(
 
     def available(time_s: Floats) -> Floats:
         """y1 after a duration."""
-        remaining, integral_s = levelling(battery, time_s)
-        tilted_As = tilt * remaining + (1.0 - share) * current_A * integral_s
-        return np.asarray(share * (total + current_A * time_s) + tilted_As)
+        total_As, tilt_As = tilted_after(battery, Tilted(total, tilt), Stage(current_A, time_s))
+        return np.asarray(share * total_As + tilt_As)
 
     # dy1/dt = I − k'z vanishes where e^(−k't) = ω I / (k'z − (1−ω) I).
     rate = battery.rate_per_s

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.physics.kibam import Stage, Wells, levelling, tapered
+from optuav.physics.kibam import Stage, Tilted, Wells, tapered, tilted_after
 from optuav.physics.quantity import TINY
 from optuav.search.bounds import possible
 from optuav.search.terrain import HOVER, Boxes, Pattern, Terrain, patterns, sequences
@@ -226,31 +226,25 @@ def slack(terrain: Terrain, places: Integers, stays_s: Floats) -> Floats:
         total, tilt = totals[-1], tilts[-1]
         if stop == len(stays_s):
             break
-        total, tilt = _after_stay(terrain, total, tilt, Stage(current_A[stop + 1], stays_s[stop]))
+        stay = Stage(current_A[stop + 1], stays_s[stop])
+        total, tilt = _after_stay(terrain, Tilted(total, tilt), stay)
         available = share * total + tilt
         room_As = np.inf if terrain.tapers else full_As - available
         least = np.minimum(least, np.minimum(available, room_As))
     return np.asarray(np.minimum(least, total - terrain.least_charge_As))
 
 
-def _after_stay(
-    terrain: Terrain, total: Floats, tilt: Floats, phase: Stage
-) -> tuple[Floats, Floats]:
-    """Total charge and tilt (plan,) [A s] after a stay."""
+def _after_stay(terrain: Terrain, before: Tilted, stay: Stage) -> Tilted:
+    """Charge (plan,) after a stay."""
     battery = terrain.battery
-    share, (current_A, time_s) = battery.available_fraction, phase
-    remaining, integral_s = levelling(battery, time_s)
-    total_after = total + current_A * time_s
-    tilt_after = tilt * remaining + (1.0 - share) * current_A * integral_s
+    after = tilted_after(battery, before, stay)
     if terrain.tapers:
-        over = share * total_after + tilt_after > battery.full.available_As
+        over = after.wells(battery).available_As > battery.full.available_As
         if over.any():
-            before = Wells(share * total + tilt, (1.0 - share) * total - tilt)
-            at_start = Wells(*(well[over] for well in before))
-            available, bound = tapered(battery, at_start, Stage(*(f[over] for f in phase)))
-            total_after[over] = available + bound
-            tilt_after[over] = (1.0 - share) * available - share * bound
-    return total_after, tilt_after
+            start = Wells(*(well[over] for well in before.wells(battery)))
+            end = tapered(battery, start, Stage(*(each[over] for each in stay)))
+            after.total_As[over], after.tilt_As[over] = Tilted.of(battery, end)
+    return after
 
 
 def longest(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> tuple[Booleans, Floats]:

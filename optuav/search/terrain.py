@@ -67,13 +67,12 @@ class Terrain:
     @cached_property
     def leg_maps(self) -> Flown:
         """All legs up to the end of each stage; only whole legs where y1 is least at their ends."""
-        wells, elapsed_s = kibam.Wells(0.0, 0.0), np.zeros_like(self.duration_s)
-        found, share = [], self.battery.available_fraction
+        charge, elapsed_s, found = kibam.Tilted(0.0, 0.0), np.zeros_like(self.duration_s), []
         for current_A, time_s in zip(self.stage_currents_A, self.stage_durations_s, strict=True):
-            wells = kibam.step(self.battery, wells, kibam.Stage(-current_A, time_s))
+            charge = kibam.tilted_after(self.battery, charge, kibam.Stage(-current_A, time_s))
             elapsed_s = elapsed_s + time_s
-            tilt_As = wells.available_As - share * wells.total_As
-            found.append((-wells.total_As, kibam.levelling(self.battery, elapsed_s)[0], tilt_As))
+            remaining, _ = kibam.levelling(self.battery, elapsed_s)
+            found.append((-charge.total_As, remaining, charge.tilt_As))
         drawn_A = self.stage_currents_A[self.stage_durations_s > 0.0]
         kept = found[-1:] if np.all(kibam.falls_throughout(self.battery, -drawn_A)) else found
         return Flown(self.duration_s[None], *(np.array(table) for table in zip(*kept, strict=True)))
