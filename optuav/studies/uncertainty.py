@@ -164,12 +164,10 @@ def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
     if along and key.now == 0.0:
         raise InputError([Fault(f"{name}.along", shown(along), "nothing goes along with 0")])
     likely, deviation = numbers.get("likely"), numbers.get("deviation")
+    reach = abs(key.now) * numbers.get("percent", 0.0) / 100.0 + DEVIATIONS * (deviation or 0.0)
+    low, high = numbers.get("low", key.now - reach), numbers.get("high", key.now + reach)
     if deviation is not None:
-        reach = DEVIATIONS * deviation
-        low, high = max(key.now - reach, key.low), min(key.now + reach, key.high)
-    else:
-        reach = abs(key.now) * numbers.get("percent", 0.0) / 100.0
-        low, high = numbers.get("low", key.now - reach), numbers.get("high", key.now + reach)
+        low, high = max(low, key.low), min(high, key.high)
     if not (key.low <= low < high <= key.high and low <= numbers.get("likely", low) <= high):
         within = f"within {key.low:g} to {key.high:g} [{key.unit}]"
         raise InputError([Fault(name, written, f"low < high, likely between, {within}")])
