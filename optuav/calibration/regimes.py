@@ -184,25 +184,22 @@ def correlation_of_neighbours(values: Floats) -> float:
 def _read_log(table: csv.Measurements) -> tuple[Samples, tuple[str, ...]]:
     """The samples of a log, its time from 0, and doubts about its units."""
     numbers, phases = table.numbers, table.texts.get("phase", ())
-    current_A, speed_m_s = numbers["current"], numbers.get("speed")
+    current_A, unknown = numbers["current"], np.full(len(table.lines), math.nan)
+    voltage_V, speed_m_s = (numbers.get(column, unknown) for column in ("voltage", "speed"))
     faults = [*csv.record_faults(table), *csv.gaps(table)]
     if ("voltage" in numbers) == ("power" in numbers):
         words = "one of the columns voltage and power, with their units"
         faults.append(Fault("", "", words, table.source))
-    if speed_m_s is None and not phases:
+    if "speed" not in numbers and not phases:
         words = "a column phase, or one of speed with its unit, to tell flight from hover"
         faults.append(Fault("", "", words, table.source))
     for name in sorted(set(phases) - set(PHASES)):
         words = f"{', '.join(PHASES)}{nearest(name, PHASES)}"
         faults += table.faults(np.array(phases) == name, "phase", words)
-    if speed_m_s is not None:
-        faults += table.faults(speed_m_s < 0.0, "speed", "0 or above")
-    if "voltage" in numbers:
-        faults += table.faults(numbers["voltage"] <= 0.0, "voltage", "above 0")
+    faults += table.faults(speed_m_s < 0.0, "speed", "0 or above")
+    faults += table.faults(voltage_V <= 0.0, "voltage", "above 0")
     refuse(faults)
-    power_W = numbers["power"] if "power" in numbers else current_A * numbers["voltage"]
-    none = np.full(len(current_A), math.nan)
-    speed_m_s = none if speed_m_s is None else speed_m_s
+    power_W = numbers.get("power", current_A * voltage_V)
     phase = np.array(phases)
     if not phases:
         idle = current_A < IDLE * np.median(current_A[current_A > 0.0])

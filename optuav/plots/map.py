@@ -391,7 +391,18 @@ def draw_plan_view(ax: Axes, shown: Scene) -> list[Artist]:
         disc.set_label("coverage at the hover altitude")
         ax.add_artist(disc)  # unlike a patch, it leaves the limits alone
         entries.append(disc)
-    entries += _draw_sight_lines(ax, shown)
+    lines, sight = shown.sight_lines
+    strength = 1.0 if len(lines) <= FEW else 0.5
+    looks: tuple[tuple[bool, str, LineStyleType, str], ...] = (
+        (False, VERMILLION, (0.0, (2.0, 2.0)), "blocked sight line"),
+        (True, PURPLE, "-", "clear sight line of the laser"),
+    )
+    for clear, colour, dashes, words in looks:
+        if (sight == clear).any():
+            look: Look = {"colors": colour, "linestyles": [dashes], "linewidths": 0.6 * strength}
+            look |= {"alpha": 0.5 + 0.3 * strength, "zorder": 1.5}
+            ax.add_collection(LineCollection([*lines[sight == clear]], **look), autolim=False)
+            entries.append(style.entry(words, colour, 0.9, dashes))
     rings = [ring for building in mission.buildings if (ring := outline_m(building)) is not None]
     walls: Look = {"facecolor": style.PALE, "edgecolor": GREY, "linewidth": 0.6, "zorder": 2}
     footprints = PolyCollection(rings, label="building", **walls)
@@ -405,22 +416,6 @@ def draw_plan_view(ax: Axes, shown: Scene) -> list[Artist]:
         entries += ax.plot(*source, "*", color=PURPLE, markersize=9, zorder=4, label="laser")
     ax.set(xlabel="x [m]", ylabel="y [m]")
     return entries
-
-
-def _draw_sight_lines(ax: Axes, shown: Scene) -> Iterator[Artist]:
-    """Draw the sight lines of the laser; entries of the legend."""
-    lines, sight = shown.sight_lines
-    strength = 1.0 if len(lines) <= FEW else 0.5
-    looks: tuple[tuple[bool, str, LineStyleType, str], ...] = (
-        (False, VERMILLION, (0.0, (2.0, 2.0)), "blocked sight line"),
-        (True, PURPLE, "-", "clear sight line of the laser"),
-    )
-    for clear, colour, dashes, words in looks:
-        if (sight == clear).any():
-            look: Look = {"colors": colour, "linestyles": [dashes], "linewidths": 0.6 * strength}
-            look |= {"alpha": 0.5 + 0.3 * strength, "zorder": 1.5}
-            ax.add_collection(LineCollection([*lines[sight == clear]], **look), autolim=False)
-            yield style.entry(words, colour, 0.9, dashes)
 
 
 def stop_look(kind: str, stays: bool) -> Look:
