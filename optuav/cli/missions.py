@@ -160,9 +160,9 @@ def missions(as_json: bool = False) -> None:
         for path in sorted(SHIPPED.iterdir(), key=lambda path: path.stem)
     ]
     margin = 2 + max(len(row["name"]) for row in rows)
-    lines = [f"{row['name']:{margin}}{row['description']}" for row in rows]
-    table = "\n".join([f"{'mission':{margin}}what it is", *lines])
-    deliver(lambda: rows, table, as_json=as_json)
+    table = [{"name": "mission", "description": "what it is"}, *rows]
+    lines = [f"{row['name']:{margin}}{row['description']}" for row in table]
+    deliver(lambda: rows, lines, as_json=as_json)
 
 
 @dataclass(frozen=True)

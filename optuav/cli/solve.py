@@ -56,11 +56,8 @@ def solve(
             words = "pairs of slots of a route"
             options["engine"] = Grid(lambda tried, most: bar(tried, most, f"{most:.3g} {words}"))
         elif bar is not None and not one_stop:
-            options["progress"] = lambda best_s, examined, left: bar(
-                examined,
-                None,
-                f"hover {best_s:.3f} s so far, {examined} boxes examined, {left} open",
-            )
+            words = "hover {:.3f} s so far, {} boxes examined, {} open"
+            options["progress"] = lambda *found: bar(found[1], None, words.format(*found))
         plan = optuav.solve(stated, problem, **options)
     written, hint = [], ""
     if save is not None:

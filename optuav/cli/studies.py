@@ -11,6 +11,9 @@ from optuav.cli.output import FAILED, NO, check_places, deliver, deliver_results
 from optuav.errors import Fault, InputError, decimal
 from optuav.options import Perspective
 
+WORKERS = min(os.cpu_count() or 1, 4)
+"""Processes that share work: each takes a second to start."""
+
 
 def compare(
     mission: str,
@@ -45,7 +48,7 @@ def compare(
             time_limit_s=time_limit_s,
             times=times,
             progress=bar,
-            workers=1 if by else _workers(),
+            workers=1 if by else WORKERS,
         )
     deliver_results(found, save, plot, as_json=as_json)
     if found.facts.get("failures"):
@@ -53,11 +56,6 @@ def compare(
     has_plan = any(row["hover_time_s"] is not None for row in found.rows)
     if not has_plan or found.facts.get("disagreements"):
         raise typer.Exit(NO)
-
-
-def _workers() -> int:
-    """How many processes to share work with: each takes a second to start."""
-    return min(os.cpu_count() or 1, 4)
 
 
 def _names(text: str | None) -> list[str] | None:
@@ -107,9 +105,7 @@ def reproduce(
     check_places(None, out)
     own = None if mission is None else optuav.load(mission)
     with progress() as bar:
-        written = optuav.reproduce(
-            out, only=only or (), mission=own, progress=bar, workers=_workers()
-        )
+        written = optuav.reproduce(out, only=only or (), mission=own, progress=bar, workers=WORKERS)
     say(f"wrote {len(written)} files, among them {out / 'report.html'}")
     if own is not None and not (plan := solve(own)):
         say(f"{own.name} has no plan: {why(plan)}")

@@ -20,7 +20,7 @@ from optuav.engines.registry import Engine
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission, load
-from optuav.modelling import Model, NotAffineError, Variable
+from optuav.modelling import Model, Variable
 from optuav.modelling.check import evaluated, relations
 from optuav.modelling.traversal import has_unknowns, leaves
 from optuav.modelling.writer import Text
@@ -119,10 +119,10 @@ def question_of(subject: Subject, graph: Graph | None = None, **options: Any) ->
     a mission, or a plan does not record its question, or has several stops.
     """
     stated = {name: value for name, value in options.items() if value is not None}
-    if isinstance(subject, Program | Plan) and (stated or graph is not None):
-        given = ", ".join([*stated, *(["graph"] if graph is not None else [])])
+    given = [*stated, *["graph"] * (graph is not None)]
+    if isinstance(subject, Program | Plan) and given:
         words = f"a {type(subject).__name__.lower()} brings its own options"
-        raise InputError(f"{given}: {words}; name the mission to change them")
+        raise InputError(f"{', '.join(given)}: {words}; name the mission to change them")
     if isinstance(subject, Program):
         used = subject.network
         computed = build_network(used.mission)
@@ -255,16 +255,12 @@ def _optimum(program: Program, plan: Plan, solutions: Sequence[Solution] | None)
         routes = [program.network.route_names(program.parts[k].routes[e])[1:-1] for k, e in tied]
         ways = ", ".join(" → ".join(each) for each in routes[:4])
         notes.append(f"{len(tied)} routes tie ({ways}): a price is that of the best on either side")
-    try:
-        proof = bound(part.model, row, solution.binding_labels(entry))
-    except NotAffineError:
-        proof = None
     return Explanation(
         plan,
         objective=_objective(part.model),
         sense=part.model.sense,
         constraints=tuple(_sides(program, part, entry, {**row, **point})),
-        bound=proof,
+        bound=bound(part.model, row, solution.binding_labels(entry)),
         prices=prices(program, solutions, tied[0]),
         notes=tuple(notes),
     )

@@ -205,8 +205,10 @@ def certificates(
 def bound(model: Model, parameters: Values, binding: Collection[str]) -> Certificate | None:
     """Rows among the binding ones that add up to the objective: no point is better.
 
-    What is minimised counts negated. None if no rows do, or none are needed.
+    What is minimised counts negated. None if no rows do, or none are needed, or some is not linear.
     """
+    if not traits(model).linear:
+        return None
     symbols = [each.symbol for each in model.variables]
     goal = [Fraction(float(x)) for x in linear_form(model, parameters).directions[0, :, 0]]
     rows = [row for row in _rows(model, parameters) if row.label in binding]
@@ -401,13 +403,10 @@ def _clash(program: Program, part: Part, entry: int, meeting: Sequence[Constrain
     broken = []
     for label, side in zip(labels, sides, strict=True):
         moment, kind = known.get(side.label), BROKEN.get(side.constraint.kind)
-        if side.satisfied:
-            continue
-        if moment and kind:
-            broken.append(f"the available well would be {kind} {moment}")
-        else:
-            compared = f"{side.left:.6g} {side.sense} {side.right:.6g}"
-            broken.append(f"{label}: {compared} would be false")
+        of_well = f"the available well would be {kind} {moment}"
+        compared = f"{label}: {side.left:.6g} {side.sense} {side.right:.6g} would be false"
+        if not side.satisfied:
+            broken.append(of_well if moment and kind else compared)
     keys = dict.fromkeys(each.key for one in meeting for each in parameters_in(one) if each.key)
     far_s = FAR_S
     with suppress(InputError):  # the times are not bounded

@@ -15,15 +15,15 @@ from optuav.engines.solution import Solution
 from optuav.modelling import Model, Parameter
 from optuav.modelling.traversal import has_unknowns, leaves
 from optuav.solving import Program
+from optuav.solving.batch import AT_ONCE
 from optuav.status import Status
 
 NEGLIGIBLE = 1e-7  # Change by as much of a parameter as there is, below which it is rounding
 RATIO_STEP = 0.01  # One more unit of a ratio is one more percent
 AGAIN = {closed_form.NAME: closed_form.solve, bracket.NAME: bracket.solve}
 """The engines that prove every answer, and quickly enough to answer once for every step."""
-ROUNDING = {closed_form.NAME: 1e-12, bracket.NAME: 1e-7}
+ROUNDED, BRACKETED = 1e-12, 1e-7
 """Change of the objective that is rounding: as a share in closed form, in all when bracketed."""
-AT_ONCE = 1 << 14  # Programmes that are solved together: few enough for bounded memory
 
 Step = tuple[Parameter, float]  # A parameter and by how much it changes
 
@@ -154,7 +154,6 @@ def _effects(
     before = float(solutions[chosen[0]].objective[chosen[1]])
     change = program.parts[chosen[0]].model.towards * best - before
     exact = all(each.engine == closed_form.NAME for each in solutions)
-    rounding = ROUNDING[closed_form.NAME] * abs(before) if exact else ROUNDING[bracket.NAME]
-    change[np.abs(change) <= rounding] = 0.0
+    change[np.abs(change) <= (ROUNDED * abs(before) if exact else BRACKETED)] = 0.0
     change[is_open] = np.nan
     return change

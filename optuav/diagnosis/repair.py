@@ -8,7 +8,7 @@ from collections.abc import Callable, Generator, Hashable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import partial
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -59,6 +59,8 @@ MOST_SLOTS, MOST_FAR = 2500, 500
 
 Value: TypeAlias = float | bool | tuple[float, ...] | None
 Case: TypeAlias = tuple[Question, Network]  # A question about the network of a mission
+Stack: TypeAlias = tuple[Question, Quantities, Integers]
+"""Routes as the quantities of one declaration: arrays with one entry a route, as its case has."""
 
 
 @dataclass(frozen=True)
@@ -225,9 +227,8 @@ def _own(question: MissionQuestion) -> Iterator[Key]:
     for each in fields(problem) if problem.name not in PROBLEM_NAMES else ():
         now = getattr(problem, each.name)
         if isinstance(now, int | float) and not isinstance(now, bool):
-            far = MOST * abs(now) or MOST
-            low = 0.0 if now >= 0 else -far
-            yield Key(each.name, now, low, far, each.type in (int, "int"), "")
+            far, whole = MOST * abs(now) or MOST, each.type in (int, "int")
+            yield Key(each.name, now, 0.0 if now >= 0 else -far, far, whole, "")
 
 
 Trial: TypeAlias = tuple[Key, float]
@@ -358,14 +359,6 @@ def _digits(key: Key, bad: float, good: float) -> range:
     return range(first, first - FINER, -1)
 
 
-class Stack(NamedTuple):
-    """Routes of several cases as the quantities of one declaration."""
-
-    question: Question  # The same about all of them
-    given: Quantities  # Arrays with one entry a route
-    cases: Integers  # Number of the case that each route belongs to
-
-
 def feasible(cases: Sequence[Case]) -> list[bool]:
     """Whether some route of each case has feasible times.
 
@@ -375,16 +368,15 @@ def feasible(cases: Sequence[Case]) -> list[bool]:
     programmes the engine is asked.
     """
     found = [False] * len(cases)
-    for stack in _stacks(cases):
-        question, slot_s = stack.question, stack.question.slot_s
-        model = question.problem.model(stack.given, question.perspective)
-        if Part(model, stack.cases).rests != stack.given.rests:
+    for question, given, numbers in _stacks(cases):
+        model, slot_s = question.problem.model(given, question.perspective), question.slot_s
+        if Part(model, numbers).rests != given.rests:
             continue
-        possible = _continuous(stack, model)
+        possible = _continuous(question, model, len(numbers))
         if slot_s is not None:
             possible &= _meetable(model, slot_s)
         for entry in np.flatnonzero(possible).tolist():
-            case = stack.cases[entry]
+            case = numbers[entry]
             if not found[case]:
                 found[case] = slot_s is None or _in_slots(model, model.row(entry), slot_s)
     return found
@@ -403,8 +395,8 @@ def _stacks(cases: Sequence[Case]) -> Iterator[Stack]:
             stated = tuple(e.name for e in QUANTITIES if getattr(given, e.name) is not None)
             stays = tuple(step if isinstance(step, str) else "" for step in given.steps)
             kind = alike.setdefault((question, given.rests, stated, stays), [])
-            kind.append(Stack(question, given, np.full(len(which), place)))
-            if sum(len(each.cases) for each in kind) > AT_ONCE:
+            kind.append((question, given, np.full(len(which), place)))
+            if sum(len(numbers) for *_, numbers in kind) > AT_ONCE:
                 yield _joined(kind)
                 kind.clear()
     yield from (_joined(kind) for kind in alike.values() if kind)
@@ -413,8 +405,8 @@ def _stacks(cases: Sequence[Case]) -> Iterator[Stack]:
 def _joined(stacks: Sequence[Stack]) -> Stack:
     """Stacks of the same kind one after the other."""
     question, first, _ = stacks[0]
-    every = [each.given for each in stacks]
-    counts = [len(each.cases) for each in stacks]
+    _, every, cases = zip(*stacks, strict=True)
+    counts = [*map(len, cases)]
 
     def join(*values: Floats | float) -> Floats:
         return np.concatenate([np.broadcast_to(*pair) for pair in zip(values, counts, strict=True)])
@@ -428,20 +420,18 @@ def _joined(stacks: Sequence[Stack]) -> Stack:
         same[0] if isinstance(same[0], str) else Stage(*map(join, *same))
         for same in zip(*(given.steps for given in every), strict=True)
     )
-    cases = np.concatenate([each.cases for each in stacks])
-    return Stack(question, replace(first, **figures, steps=steps), cases)
+    return question, replace(first, **figures, steps=steps), np.concatenate(cases)
 
 
-def _continuous(stack: Stack, model: Model) -> Booleans:
+def _continuous(question: Question, model: Model, count: int) -> Booleans:
     """Which routes have feasible times, whole slots or not; evaluated outside the engine."""
-    count = len(stack.cases)
     if len(model.variables) <= MOST_UNKNOWNS and not traits(model).integer:
         with suppress(NotExponentialError, InputError):
             rows = evaluated(model, bracket.some_point(model, count)[0])
             holds = np.broadcast_arrays(*(row.satisfied for row in rows))
             return np.asarray(np.logical_and.reduce(holds))
     try:
-        statuses = answer(model, count, stack.question).statuses
+        statuses = answer(model, count, question).statuses
     except SolverError:
         return np.zeros(count, bool)
     return np.array([each.has_answer or each is Status.UNBOUNDED for each in statuses])

@@ -209,11 +209,8 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
     stated = ((each.label, each.statement or each.figures) for each in others if each.binds)
     names = [each.label for each in wells if each.binds] if sides else plan.binding
     yield _labelled("Binding", _columns(stated) + _columns((name,) for name in names))
-    rows = [
-        (_with_unit(each.slack, each.unit), f"{each.label}: {each.figures}")
-        for each in others
-        if not each.binds
-    ]
+    loose = [each for each in others if not each.binds]
+    rows = [(_with_unit(e.slack, e.unit), f"{e.label}: {e.figures}") for e in loose]
     free = [each for each in wells if not each.binds]
     rows += [(f"{number_text(e.slack)} of B", e.label) for e in free if not e.in_flight]
     if flown := [each for each in free if each.in_flight]:  # the least stands for all

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
 
@@ -319,15 +319,10 @@ class Plan(BaseModel):
         require("pandas", "data frames")
         import pandas
 
-        rows = [
-            {
-                **{column: getattr(phase, column) for column in COLUMNS},
-                "available_As": sum(phase.available_As),
-                "bound_As": sum(phase.bound_As),
-            }
-            for phase in self.phases
-        ]
-        return pandas.DataFrame(rows, columns=[*COLUMNS, "available_As", "bound_As"])
+        table = {name: [getattr(each, name) for each in self.phases] for name in COLUMNS}
+        for name in ("available_As", "bound_As"):
+            table[name] = [sum(getattr(each, name)) for each in self.phases]
+        return pandas.DataFrame(table)
 
 
 def load_plan(path: str | Path) -> Plan:
@@ -391,10 +386,8 @@ def parse_plan(text: str, source: str) -> tuple[Plan, dict[str, Any]]:
             fields["mission"] = Mission.from_dict(data["mission"])
         except InputError as error:
             fields["mission"] = None
-            faults += [
-                Fault(f"mission.{each.key}".rstrip("."), each.value, each.allowed, source)
-                for each in error.faults
-            ]
+            for each in error.faults:
+                faults.append(replace(each, key=f"mission.{each.key}".rstrip("."), source=source))
     try:
         plan = Plan.model_validate(fields)
     except ValidationError as error:
