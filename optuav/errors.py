@@ -49,19 +49,15 @@ def line_width(most: int = 80) -> int:
 def folded(text: str, width: int) -> str:
     """Break long lines between words; continuations are indented below the text after the label."""
     lines = list[str]()
+    wrapper = textwrap.TextWrapper(width, break_long_words=False, break_on_hyphens=False)
     for line in text.split("\n"):
         if len(line) <= width:
             lines.append(line)
             continue
         label = LABEL.match(line)
         start = label.end() if label else len(line) - len(line.lstrip()) + 2
-        lines += textwrap.wrap(
-            line,
-            width,
-            subsequent_indent=" " * start,
-            break_long_words=False,
-            break_on_hyphens=False,
-        )
+        wrapper.subsequent_indent = " " * start
+        lines += wrapper.wrap(line)
     return "\n".join(lines)
 
 

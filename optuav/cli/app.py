@@ -17,7 +17,7 @@ import typer
 
 from optuav.cli.options import command_of
 from optuav.cli.output import BAD_INPUT, FAILED, NO, say
-from optuav.errors import InputError, SolverError
+from optuav.errors import Fault, InputError, SolverError
 
 COMMANDS = {
     **dict.fromkeys(("solve", "explain", "audit"), "solve"),
@@ -116,12 +116,9 @@ def _by_options(error: InputError, command: Any) -> InputError:
     """The error with names of options in place of the library's names of them."""
     flags = {each.name: each.opts[0] for each in command.params if each.opts[0].startswith("-")}
 
-    def named(words: str) -> str:
-        return re.sub(r"\w+_\w+", lambda found: flags.get(found[0], found[0]), words)
+    def named(fault: Fault) -> Fault:
+        words = re.sub(r"\w+_\w+", lambda found: flags.get(found[0], found[0]), fault.allowed)
+        known = replace(fault, key=flags.get(fault.key, fault.key), allowed=words)
+        return fault if fault.source else known
 
-    return InputError(
-        each
-        if each.source
-        else replace(each, key=flags.get(each.key, each.key), allowed=named(each.allowed))
-        for each in error.faults
-    )
+    return InputError(map(named, error.faults))

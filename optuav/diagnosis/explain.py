@@ -213,17 +213,15 @@ def _with_more_stops(question: MissionQuestion) -> Explanation:
         return replace(explained, plan=answered, notes=(note, *explained.notes))
     if not plan:
         return replace(_explained(one), plan=plan)
-    alone = one.program().solve()
-    if not alone:
-        found = "make a plan possible: with one rest and one hover there is none"
-        notes = (f"at most {asked_for} {found}", WITHOUT_STOPS)
-        return Explanation(plan, notes=notes, more_stops_open=True)
-    gain_s = plan.hover_time_s - alone.hover_time_s
-    compared = f"one rest and one hover in one piece, {alone.hover_time_s:.2f} s"
-    if abs(gain_s) > SAME_S:
-        word = "longer" if gain_s > 0.0 else "shorter"
-        found = f"{plan.hover_time_s:.2f} s of hover, {abs(gain_s):.2f} s {word} than with"
-        notes = (f"at most {asked_for}: {found} {compared}", WITHOUT_STOPS)
+    alone, gain_s = one.program().solve(), None
+    found = " make a plan possible: with one rest and one hover there is none"
+    if alone:
+        gain_s = plan.hover_time_s - alone.hover_time_s
+        compared = f"one rest and one hover in one piece, {alone.hover_time_s:.2f} s"
+        change = f"{abs(gain_s):.2f} s {'longer' if gain_s > 0.0 else 'shorter'}"
+        found = f": {plan.hover_time_s:.2f} s of hover, {change} than with {compared}"
+    if gain_s is None or abs(gain_s) > SAME_S:
+        notes = (f"at most {asked_for}{found}", WITHOUT_STOPS)
         return Explanation(plan, notes=notes, more_stops_open=True, gain_s=gain_s)
     explained = _explained(one, alone)
     nothing = f"at most {asked_for}: no longer hover was found than with {compared}"
@@ -271,10 +269,9 @@ def _objective(model: Model) -> str:
     goal = model.objective
     units = {each.unit for each in leaves(goal)}
     unit = f"{units.pop()} " if len(units) == 1 and units != {"1"} else ""
-    if not isinstance(goal, Variable):
-        return f"{unit}of {Text().write(goal)}"
     names = {"hover_time_s": "hover", "rest_time_s": "rest"}
-    return f"{unit}of {names.get(goal.name, goal.symbol)}"
+    known = names.get(goal.name) if isinstance(goal, Variable) else None
+    return f"{unit}of {known or Text().write(goal)}"
 
 
 def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -> Iterator[Side]:

@@ -78,14 +78,8 @@ def wrapped(label: str, text: str, start: str = "", indent: int = LABEL) -> list
     """A paragraph beside its label, or beside a start; a number keeps its unit on its line."""
     known = NO_BREAK.join(map(_as_wide, text.split(NO_BREAK)))
     wide, start = NUMBER_AND_UNIT.sub(NO_BREAK, known), start or f"{label:<{LABEL}}"
-    lines = textwrap.wrap(
-        wide,
-        # A break may part a letter from its filler.
-        line_width() - (FILLER in wide),
-        initial_indent=start,
-        subsequent_indent=" " * indent,
-        break_on_hyphens=False,
-    )
+    width = line_width() - (FILLER in wide)  # A break may part a letter from its filler.
+    lines = textwrap.TextWrapper(width, start, " " * indent, break_on_hyphens=False).wrap(wide)
     return [line.replace(NO_BREAK, " ").replace(FILLER, "") for line in lines or [start.rstrip()]]
 
 
@@ -100,9 +94,8 @@ def _times(plan: Plan) -> Iterator[str]:
     rows: list[tuple[str, float, str]] = []
     for kind, time_s in (("hover", plan.hover_time_s), ("rest", plan.rest_time_s)):
         stops = [phase for phase in plan.phases if phase.kind == kind]
-        served = [
-            f"{each.duration_s:.2f} s at {each.end_place}" for each in stops if each.duration_s
-        ]
+        lasting = [each for each in stops if each.duration_s]
+        served = [f"{each.duration_s:.2f} s at {each.end_place}" for each in lasting]
         if len(served) < 2:
             served = [
                 f"at {each.end_place}, from {each.start_s:.2f} s"
