@@ -75,8 +75,9 @@ def installed(
         raise InputError(f"the solver {name} takes no whole numbers; these do: {able}")
     options: dict[str, Operand] = dict(SETTINGS.get(name, {}))
     if whole and name == "HIGHS":
-        # Its presolve may cut off the best whole numbers (ERGO-Code/HiGHS issue 3073).
-        options["presolve"] = "off"
+        # Its presolve may cut off the best whole numbers (ERGO-Code/HiGHS issue 3073), and the
+        # heuristic takes two thirds of the time of a small programme.
+        options |= {"presolve": "off", "mip_heuristic_run_feasibility_jump": False}
     if time_limit_s is not None:
         if name not in TIME_LIMITS:
             raise InputError(f"the solver {name} takes no time limit")
