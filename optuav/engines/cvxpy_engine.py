@@ -62,17 +62,17 @@ def installed(
 ) -> tuple[str, dict[str, Operand]]:
     """A solver, perhaps for `whole` numbers, as CVXPY calls it, and its options; None is HiGHS."""
     try:
-        # CVXPY's own function would look for every solver again, longer than a small solve takes.
-        from cvxpy.reductions.solvers.defines import INSTALLED_MI_SOLVERS, INSTALLED_SOLVERS
+        import cvxpy
     except ImportError as error:
         raise SolverError(f"engine cvxpy needs the package cvxpy: {error}") from error
+    # CVXPY's own function would look for every solver again, longer than a small solve takes.
+    defines = cvxpy.reductions.solvers.defines
+    there, able = defines.INSTALLED_SOLVERS, defines.INSTALLED_MI_SOLVERS
     wanted, name = name, "HIGHS" if name is None else str(name).upper()
-    if name not in INSTALLED_SOLVERS:
-        able = ", ".join(INSTALLED_SOLVERS)
-        raise InputError(f"CVXPY has no solver {wanted!r}; installed: {able}")
-    if whole and name not in INSTALLED_MI_SOLVERS:
-        able = ", ".join(INSTALLED_MI_SOLVERS)
-        raise InputError(f"the solver {name} takes no whole numbers; these do: {able}")
+    if name not in there:
+        raise InputError(f"CVXPY has no solver {wanted!r}; installed: {', '.join(there)}")
+    if whole and name not in able:
+        raise InputError(f"the solver {name} takes no whole numbers; these do: {', '.join(able)}")
     options: dict[str, Operand] = dict(SETTINGS.get(name, {}))
     if whole and name == "HIGHS":
         # Its presolve may cut off the best whole numbers (ERGO-Code/HiGHS issue 3073), and the

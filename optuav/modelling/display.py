@@ -58,8 +58,7 @@ def text(model: Model) -> str:
         bracketed = [(maths, name and f"({name})") for maths, name in rows]
         first, *others = _columns(bracketed, " " * MARGIN)
         lines += [f"{head:<{MARGIN}}{first[MARGIN:]}", *others]
-    given = _parameters(model, writer)
-    if given:
+    if given := _parameters(model, writer):
         listed = _columns(given, GAP)
         if len(listed) > len(given):  # long symbols have a line of their own
             listed = _columns(given, GAP, longest=LONGEST_SYMBOL)
