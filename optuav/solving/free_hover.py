@@ -56,8 +56,10 @@ MOST_ROUTES, STARTS = 6, 2  # routes refined, and starts of each
 APART = 0.1  # distance between such starts, as a share of the coverage radius
 AROUND, ALONG = 120, 20
 """Points a round of refinement: all around, and along the way to each place before and after."""
-FIRST_M, LAST_M, SHRINK = 20.0, 1e-7, 0.6
-"""First and last length of steps [m], factor after a round without a better point."""
+FIRST_M, ROUGH_M, LAST_M, SHRINK = 20.0, 1.0, 1e-7, 0.6
+"""First and last length of steps [m], factor after a round without a better point; at the one in
+between, only the best start of each route is followed further."""
+ROUGH_S = 0.1  # and that of no route which is worse than the best by more than this [s]
 AGAIN, AGAIN_M, SAME_S = 8, 1.0, 1e-6
 """Further refinements from near the best point, how near [m], and by how much two that agree may
 differ [s], which ends them: small steps may be caught by a ridge that leads to no top."""
@@ -272,14 +274,18 @@ class _PointSearch:
 
     def best_m(self, routes: Integers) -> list[tuple[float, ...]]:
         """The best point found [m] over some routes; empty where none has a plan."""
-        found = [self._refined(each, 0, FIRST_M) for each in self._starts(routes)]
-        if not found:
+        rough = [self._refined(each, 0, FIRST_M, ROUGH_M) for each in self._starts(routes)]
+        if not rough:
             return []
+        rough.sort(key=lambda each: each.hover_s)
+        least_s = rough[-1].hover_s - ROUGH_S
+        near = {each.route: each for each in rough if each.hover_s >= least_s}
+        found = [self._refined(each, 0, ROUGH_M, LAST_M) for each in near.values()]
         top = max(found, key=lambda each: each.hover_s)
         for seed in range(1, AGAIN + 1):
             step_m = AGAIN_M * np.random.default_rng(seed).normal(size=3)
             near_m = self.region.inside(top.point_m + step_m)
-            again = self._refined(_Spot(-math.inf, top.route, near_m), seed, AGAIN_M)
+            again = self._refined(_Spot(-math.inf, top.route, near_m), seed, AGAIN_M, LAST_M)
             agrees = abs(again.hover_s - top.hover_s) <= SAME_S
             top = max(top, again, key=lambda each: each.hover_s)
             if agrees:
@@ -316,8 +322,8 @@ class _PointSearch:
                 left_s[close] = -np.inf
         return found
 
-    def _refined(self, spot: _Spot, seed: int, reach_m: float) -> _Spot:
-        """The best point that ever smaller random steps lead to, from a first length [m] on."""
+    def _refined(self, spot: _Spot, seed: int, reach_m: float, last_m: float) -> _Spot:
+        """The best point that ever smaller random steps lead to, from one length to another [m]."""
         # Hover times have ridges where a turn of a leg vanishes: lines through the place before or
         # after, in the plane of its x or its y without wind. A step that leaves a ridge loses, so
         # some steps keep to such lines and planes.
@@ -325,7 +331,7 @@ class _PointSearch:
         hover_legs = (network.legs.start == HOVER) | (network.legs.end == HOVER)
         ends = network.legs.start[hover_legs] + network.legs.end[hover_legs] - HOVER
         around_m = network.places.position_m[ends]
-        while reach_m > LAST_M:
+        while reach_m > last_m:
             ways_m = spot.point_m - around_m
             apart_m = np.linalg.norm(ways_m, axis=1)[:, None]
             steps_m = reach_m * random.normal(size=(AROUND, 3))
