@@ -50,7 +50,11 @@ class Exponential(NDArrayOperatorsMixin):
     @property
     def linear(self) -> bool:
         """Whether each term is a number times one time at most."""
-        return all(len(each) == 1 and kind == "time" for each in self.terms for _, kind in each)
+        for monomial in self.terms:
+            for _, kind in monomial:
+                if kind != "time" or len(monomial) > 1:
+                    return False
+        return True
 
     def __array_ufunc__(
         self, ufunc: np.ufunc, method: str, *inputs: Operand, **options: Operand
@@ -218,9 +222,14 @@ def affine(
     >>> float(form.constant), form.coefficients
     (0.5, {'x': 3.0, 'y': -0.25})
     """
-    form, done = NOWHERE, {} if done is None else done
-    with suppress(NotExponentialError):
-        form = exponential(expression, values, done)
+    done = {} if done is None else done
+    form = done.get(id(expression), expression)
+    if isinstance(form, Expression):
+        form = NOWHERE
+        with suppress(NotExponentialError):
+            form = exponential(expression, values, done)
+    if not isinstance(form, Exponential):
+        return Affine(form, {})
     if not form.linear:
         raise NotAffineError(not_linear(nodes(expression), done))
     coefficients = {name: c for each, c in form.terms.items() for name, _ in each}

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import lru_cache
+from dataclasses import replace
+from functools import cached_property, lru_cache, partial
+from typing import Any
 
 import numpy as np
 
-from formulations.parameters import FROM_HOVER, TO_HOVER, Quantities
+from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER, Quantities
 from optuav.arrays import Integers
 from optuav.network import vehicle
 from optuav.network.network import NO_LEG, Network
@@ -18,7 +20,6 @@ from optuav.physics.kibam import Stage
 from optuav.physics.quantity import Quantity
 
 
-@lru_cache(maxsize=1)
 class _Single:
     """A mission as tables over a single variant, see `Variants`."""
 
@@ -33,6 +34,14 @@ class _Single:
         self.flight = [each[None] for each in totals]
         drawn = legs.durations_s, legs.currents_A, legs.powers_W
         self.loads = Loads(*(tuple(table[:, None]) for table in drawn))
+
+    @cached_property
+    def figures(self) -> Quantities:
+        """The quantities of all itineraries, without the steps on the way."""
+        return _figures(self, np.arange(len(self.network.routes)))
+
+
+_single = lru_cache(maxsize=1)(_Single)
 
 
 def quantities(
@@ -50,23 +59,69 @@ def quantities(
     way are among them where all stay in the same order; legs to and from an open hover point are
     named.
     """
-    tables = _Single(source) if isinstance(source, Network) else source
-    network, battery, limits = tables.network, tables.mission.battery, tables.mission.limits
-    routes = network.routes
+    tables = _single(source) if isinstance(source, Network) else source
+    first = tables.network.routes.rest_first[which]
+    alike = steps and (first.all() or not first.any())
+    way = tuple(_steps(tables, which, variant, rests, hover_open)) if alike else ()
+    if isinstance(tables, _Single):
+        return entries(tables.figures, which, steps=way, rests=rests)
+    return replace(_figures(tables, which, variant), steps=way, rests=rests)
 
-    def take(values: Quantity, columns: Integers | None = None) -> Quantity:
-        """Entries of a table of its variants and its places, legs or routes."""
-        if isinstance(values, float):
-            return float(values)
-        table = np.atleast_2d(values)
-        if table.shape == (1, 1):
-            return float(table[0, 0])
-        several = columns is not None and table.shape[1] > 1
-        return table[variant if len(table) > 1 else 0, columns if several else 0]
 
+def entries(given: Quantities, which: Integers | slice, **changes: Any) -> Quantities:
+    """Quantities of some of the itineraries, some of them changed."""
+
+    def taken(values: Any) -> Any:
+        return values[which] if np.ndim(values) else values
+
+    figures = {each.name: taken(getattr(given, each.name)) for each in QUANTITIES}
+    steps = tuple(s if isinstance(s, str) else Stage(*map(taken, s)) for s in given.steps)
+    return replace(given, **{**figures, "steps": steps, **changes})
+
+
+def _taken(values: Quantity, variant: Integers | None, columns: Integers | None = None) -> Quantity:
+    """Entries of a table of variants and their places, legs or routes."""
+    if isinstance(values, float):
+        return float(values)
+    table = np.atleast_2d(values)
+    if table.shape == (1, 1):
+        return float(table[0, 0])
+    several = columns is not None and table.shape[1] > 1
+    return table[variant if len(table) > 1 else 0, columns if several else 0]
+
+
+def _steps(
+    tables: _Single | Variants,
+    which: Integers,
+    variant: Integers | None,
+    rests: bool,
+    hover_open: bool,
+) -> Iterator[Stage | str]:
+    """The stages of flight and the stays of itineraries that stay in the same order."""
+    network, none = tables.network, np.zeros(len(which))
+    for legs, stay in legs_and_stays(network, which, rests):
+        ends = network.legs.start[legs[0]], network.legs.end[legs[0]]
+        if hover_open and HOVER in ends:
+            yield TO_HOVER if ends[1] == HOVER else FROM_HOVER
+        else:
+            for durations_s, currents_A in zip(*tables.loads[:2], strict=True):
+                duration_s = none + _taken(durations_s, variant, legs)
+                if duration_s.any():
+                    net = none - _taken(currents_A, variant, legs), duration_s
+                    yield Stage(*(each.item() if len(legs) == 1 else each for each in net))
+        if stay:
+            yield stay
+
+
+def _figures(
+    tables: _Single | Variants, which: Integers, variant: Integers | None = None
+) -> Quantities:
+    """Quantities of some itineraries without the steps on the way."""
+    battery, limits, routes = tables.mission.battery, tables.mission.limits, tables.network.routes
+    take = partial(_taken, variant=variant)
     building, packs, capacity_As = routes.building[which], battery.packs, battery.capacity_As
     packs, capacity_As, nominal_V = map(take, (packs, capacity_As, battery.nominal_voltage_V))
-    flight_s, flight_As, flight_J = (take(each, which) for each in tables.flight)
+    flight_s, flight_As, flight_J = (take(each, columns=which) for each in tables.flight)
     hover_A, hover_W = map(take, tables.hover_load)
     voltages: dict[str, Quantity] = {}
     for load, drawn, given in ("flight", flight_As, flight_J), ("hover", hover_A, hover_W):
@@ -74,33 +129,17 @@ def quantities(
         mean_V = np.where(draws, given / np.where(draws, drawn, 1.0), nominal_V)[()]
         # What the full battery holds where that is stated; computed where its size varies.
         key, full_J = f"{load}_energy_J", None
-        if getattr(network.mission.battery, key) is not None:
+        if getattr(tables.network.mission.battery, key) is not None:
             stated_J = getattr(battery, key)
             full_J = packs * capacity_As * mean_V if stated_J is None else take(stated_J)
         voltages |= {f"{load}_voltage_V": mean_V, f"{load}_battery_J": full_J}
     received_A, received_W = (take(each[:, [HOVER]]) for each in tables.received)
     rest_A, rest_W = (
-        np.where(building >= 0, take(table, FIRST_BUILDING + building) - take(drawn), 0.0)
+        np.where(building >= 0, take(table, columns=FIRST_BUILDING + building) - take(drawn), 0.0)
         for table, drawn in zip(tables.received, vehicle.rest_load(tables.mission), strict=True)
     )
     hover_m = tables.position_m[:, [HOVER]]
     apart_m = hover_m - as_points(tables.mission.link.device_m)
-    on_the_way, first = list[Stage | str](), routes.rest_first[which]
-    alike = steps and (first.all() or not first.any())
-    for legs, stay in legs_and_stays(network, which, rests) if alike else ():
-        ends = network.legs.start[legs[0]], network.legs.end[legs[0]]
-        if hover_open and HOVER in ends:
-            on_the_way.append(TO_HOVER if ends[1] == HOVER else FROM_HOVER)
-        else:
-            for durations_s, currents_A in zip(*tables.loads[:2], strict=True):
-                duration_s = np.zeros(len(legs)) + take(durations_s, legs)
-                if duration_s.any():
-                    net = np.zeros(len(legs)) - take(currents_A, legs), duration_s
-                    on_the_way.append(
-                        Stage(*(each.item() if len(legs) == 1 else each for each in net))
-                    )
-        if stay:
-            on_the_way.append(stay)
     return Quantities(
         deadline_s=take(limits.deadline_s),
         min_soc=take(limits.min_soc),
@@ -124,9 +163,7 @@ def quantities(
         min_altitude_m=take(limits.min_altitude_m),
         max_altitude_m=take(limits.max_altitude_m),
         end_gap_m=np.zeros(len(which)),
-        steps=tuple(on_the_way),
         tapers=battery.charging == "taper",
-        rests=rests,
     )
 
 

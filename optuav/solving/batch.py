@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -21,7 +20,7 @@ from optuav.modelling.forms import CONSTANT, Exponential
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.physics.kibam import Battery, Stage, falls_throughout
-from optuav.solving.assemble import quantities
+from optuav.solving.assemble import entries, quantities
 
 AT_ONCE = 1 << 13
 """Itineraries solved together: few enough to stay in the cache, and in bounded memory."""
@@ -160,7 +159,7 @@ def longest(given: Quantities, count: int, *, shortest_rest: bool = False) -> Ho
         found = []
         for first in range(0, count, AT_ONCE):
             some = slice(first, min(first + AT_ONCE, count))
-            own = _entries(given, some)
+            own = entries(given, some)
             found.append(longest(own, some.stop - first, shortest_rest=shortest_rest))
         return Hovers(*map(np.concatenate, zip(*found, strict=True)))
     names = ("hover", "rest") if given.rests else ("hover",)
@@ -218,14 +217,3 @@ def _needed(given: Quantities, limit: WellLimit) -> Booleans:
     needed = np.asarray(own_A <= 0.0)
     pool = Battery(given.battery_As, given.available_fraction, given.flow_rate_per_s)
     return needed & ~falls_throughout(pool, next_A[0]) if next_A else needed
-
-
-def _entries(given: Quantities, which: slice) -> Quantities:
-    """Quantities of some of the itineraries."""
-
-    def taken(values: Any) -> Any:
-        return values[which] if np.ndim(values) else values
-
-    figures = {each.name: taken(getattr(given, each.name)) for each in QUANTITIES}
-    steps = (s if isinstance(s, str) else Stage(*map(taken, s)) for s in given.steps)
-    return replace(given, **figures, steps=tuple(steps))
