@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, field, fields
+from functools import cached_property
 from typing import Any
 
 from optuav.modelling.expression import Operand
@@ -67,7 +68,7 @@ class Quantities:
         default_factory=list, init=False, repr=False, compare=False
     )
 
-    @property
+    @cached_property
     def battery_As(self) -> Operand:
         """B, capacity of all packs [A s]."""
         return self.packs * self.capacity_As

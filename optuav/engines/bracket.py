@@ -46,6 +46,13 @@ NAME = "bracket"
 PROOF = "bracketed: a feasible time, and proof that none is longer"
 PROOF_OF_NONE = "bracketed: proof that no times satisfy all constraints"
 WIDTH_S = 1e-8  # Largest distance between a point that holds and one beyond which none does [s]
+FOUND_OUT = (
+    Status.ERROR,
+    Status.INFEASIBLE,
+    Status.UNKNOWN,
+    Status.FEASIBLE,
+    Status.OPTIMAL,
+)
 MOST_BOXES = 1000  # That a sweep tries before it gives up
 SMALLEST_BOX_S = 1e-10
 
@@ -231,8 +238,7 @@ def solve(
         found = found._replace(y=shortest(rows, found, tops[1]))
     none, unknown = np.isneginf(found.beyond), np.isnan(found.x)
     open_ = found.beyond - found.x > 10.0 * WIDTH_S
-    ends = [Status.ERROR, Status.INFEASIBLE, Status.UNKNOWN, Status.FEASIBLE]
-    found_out = np.select([~usable, none, unknown, open_], ends, Status.OPTIMAL)
+    found_out = np.where(none, 1, np.where(unknown, 2, np.where(open_, 3, 4))) * usable
     answered = usable & ~none & ~unknown
     points = {
         name: np.where(answered, each, np.nan)
@@ -241,7 +247,7 @@ def solve(
     return Solution(
         engine=NAME,
         proof=PROOF if answered.any() else PROOF_OF_NONE,
-        statuses=[Status(each) for each in found_out.tolist()],
+        statuses=[FOUND_OUT[each] for each in found_out.tolist()],
         objective=points[names[0]] + 0.0,
         values={each.name: points[each.name] for each in model.variables},
         duals=() if tapers else None,

@@ -214,7 +214,7 @@ def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats)
         for rate in (rates.get(name, 0.0) for name in (x, y))
     )
     V, W = levelled(kx, reach_s), levelled(ky, reach_s)
-    most = np.stack(np.broadcast_arrays(1.0, reach_s, V, reach_s, W, V * W))
+    most = np.array([np.ones_like(V), reach_s, V, reach_s, W, V * W])
     own: list[Monomial] = [CONSTANT, frozenset({(x, "time")}), frozenset({(x, "levelling")})]
     if y:
         own += [frozenset({(y, "time")}), frozenset({(y, "levelling")})]
@@ -223,8 +223,8 @@ def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats)
     weights = np.zeros((6, *sides.shape))
     for row, (form, side, *_) in enumerate(stated):
         sides[row] = side
-        for place, monomial in enumerate(own):
-            weights[place, row] = form.terms.get(monomial, 0.0)
+        for monomial, coefficient in form.terms.items():
+            weights[own.index(monomial), row] = coefficient
     highest = weights * most[:, None]
     shares = np.abs(highest)
     size = shares.sum(axis=0)

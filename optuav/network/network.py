@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -12,7 +12,16 @@ from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, Prisms, crossed, prisms
-from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN, Places, build_places
+from optuav.network.places import (
+    DESTINATION,
+    FIRST_BUILDING,
+    HOVER,
+    ORIGIN,
+    ChargingCap,
+    Places,
+    build_places,
+    charging_cap,
+)
 from optuav.options import Order, Trajectory
 from optuav.physics.quantity import norm
 
@@ -102,6 +111,11 @@ class Network:
         flown = [int(leg) for leg in self.routes.legs[route] if leg != NO_LEG]
         names = self.places.names
         return (names[self.legs.start[flown[0]]], *(names[self.legs.end[leg]] for leg in flown))
+
+    @cached_property
+    def charging_cap(self) -> ChargingCap | None:
+        """Which key caps the charging current, and where; see `places.charging_cap`."""
+        return charging_cap(self.mission, self.places)
 
     def only(self, route: int) -> Network:
         """The same network with a single route, number 0, and the legs that it uses."""

@@ -52,17 +52,22 @@ class Battery:
     flow_rate_per_s: Quantity  # k_F between the wells [1/s], ≥ 0; at 0 the bound charge stays bound
 
     @cached_property
+    def bound_fraction(self) -> Quantity:
+        """1 − ω, share of the charge that is bound when full [-]."""
+        return 1.0 - self.available_fraction
+
+    @cached_property
     def rate_per_s(self) -> Quantity:
         """k' = k_F/(ω(1−ω)) [1/s], the rate at which the wells level out; `TINY` for 0."""
         share = self.available_fraction
-        return np.maximum(self.flow_rate_per_s / (share * (1.0 - share)), TINY)
+        return np.maximum(self.flow_rate_per_s / (share * self.bound_fraction), TINY)
 
     @cached_property
     def full(self) -> Wells:
         """Both wells of the full battery [A s]."""
         return Wells(
             self.available_fraction * self.capacity_As,
-            (1.0 - self.available_fraction) * self.capacity_As,
+            self.bound_fraction * self.capacity_As,
         )
 
 
@@ -93,7 +98,7 @@ class Tilted(NamedTuple):
     def wells(self, battery: Battery) -> Wells:
         """The two wells."""
         share, (total_As, tilt_As) = battery.available_fraction, self
-        return Wells(share * total_As + tilt_As, (1.0 - share) * total_As - tilt_As)
+        return Wells(share * total_As + tilt_As, battery.bound_fraction * total_As - tilt_As)
 
 
 class Stage(NamedTuple):
@@ -128,7 +133,7 @@ def tilted_after(battery: Battery, charge: Tilted, stage: Stage) -> Tilted:
     """Total charge and tilt [A s] after a stage of constant current."""
     (total_As, tilt_As), (current_A, duration_s) = charge, stage
     remaining, integral_s = levelling(battery, duration_s)
-    gained_As = (1.0 - battery.available_fraction) * current_A * integral_s
+    gained_As = battery.bound_fraction * current_A * integral_s
     return Tilted(total_As + current_A * duration_s, tilt_As * remaining + gained_As)
 
 
@@ -167,7 +172,7 @@ def _crossing(
     current = np.asarray(current_A, dtype=float)[()]
     share, rate, charge = battery.available_fraction, battery.rate_per_s, Tilted.of(battery, wells)
     latest_s = np.maximum((bound.total_As - charge.total_As) / current, 0.0)
-    bend = (1.0 - share) * current - rate * charge.tilt_As  # dy1/dt = ωI + bend exp(−k't)
+    bend = battery.bound_fraction * current - rate * charge.tilt_As  # dy1/dt = ωI + bend exp(−k't)
     moment_s = np.where(direction * bend < 0.0, latest_s, 0.0)[()]
     settled: Booleans = np.zeros_like(moment_s, dtype=bool)
     for _ in range(MOST_STEPS):
@@ -187,15 +192,14 @@ def _crossing(
 
 def holding_current(battery: Battery, wells: Wells) -> Quantity:
     """Current that keeps y1 where it is [A]: what seeps into the bound well."""
-    share = battery.available_fraction
-    return battery.flow_rate_per_s * (wells.available_As / share - wells.bound_As / (1.0 - share))
+    filled = wells.available_As / battery.available_fraction
+    return battery.flow_rate_per_s * (filled - wells.bound_As / battery.bound_fraction)
 
 
 def held(battery: Battery, wells: Wells, duration_s: Quantity) -> Wells:
     """Wells [A s] after a duration [s], ≥ 0, in which y1 is held where it is."""
-    share = battery.available_fraction
-    gained = -np.expm1(-battery.flow_rate_per_s / (1.0 - share) * duration_s)
-    level = (1.0 - share) / share * wells.available_As
+    gained = -np.expm1(-battery.flow_rate_per_s / battery.bound_fraction * duration_s)
+    level = battery.bound_fraction / battery.available_fraction * wells.available_As
     return Wells(wells.available_As, wells.bound_As + (level - wells.bound_As) * gained)
 
 

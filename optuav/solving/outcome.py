@@ -31,7 +31,7 @@ from optuav.modelling.traversal import has_unknowns
 from optuav.network.feasibility import impossibilities
 from optuav.network.network import Network
 from optuav.network.one_stop import one_stop_is_enough
-from optuav.network.places import FIRST_BUILDING, HOVER, charging_cap
+from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.timeline import route_phases, simulated, stay_net
 from optuav.physics.flight import STAGES, speed_warning
 from optuav.plan import Phase, Plan
@@ -117,7 +117,7 @@ def plan_for(
             )
         if too_fast := speed_warning(max(each.peak_speed_m_s for each in flown)):
             notes.append(too_fast)
-        cap = charging_cap(mission, network.places)
+        cap = network.charging_cap
         if cap and any(each.end_place in cap.places for each in flown):
             notes.append(cap.words)
         soc = {p: float(np.squeeze(PERSPECTIVES[p](given, *times_s))) for p in PAPER}
