@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 
 from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER, Quantities
-from optuav.arrays import Integers
+from optuav.arrays import Floats, Integers
 from optuav.network import vehicle
 from optuav.network.network import NO_LEG, Network
 from optuav.network.places import FIRST_BUILDING, HOVER, as_points
 from optuav.network.variants import Variants
-from optuav.physics.flight import Loads
 from optuav.physics.kibam import Stage
 from optuav.physics.quantity import Quantity
 
@@ -24,7 +23,7 @@ class _Single:
     """A mission as tables over a single variant, see `Variants`."""
 
     def __init__(self, network: Network) -> None:
-        places, routes, legs = network.places, network.routes, network.legs
+        places, routes = network.places, network.routes
         self.network, self.mission = network, network.mission
         self.position_m = places.position_m[None]
         self.coverage_radius_m = vehicle.coverage_radius_m(network.mission)
@@ -32,8 +31,6 @@ class _Single:
         self.hover_load = vehicle.hover_load(network.mission)
         totals = routes.flight_time_s, routes.flight_charge_As, routes.flight_energy_J
         self.flight = [each[None] for each in totals]
-        drawn = legs.durations_s, legs.currents_A, legs.powers_W
-        self.loads = Loads(*(tuple(table[:, None]) for table in drawn))
 
     @cached_property
     def figures(self) -> Quantities:
@@ -98,19 +95,30 @@ def _steps(
     hover_open: bool,
 ) -> Iterator[Stage | str]:
     """The stages of flight and the stays of itineraries that stay in the same order."""
-    network, none = tables.network, np.zeros(len(which))
+    network = tables.network
     for legs, stay in legs_and_stays(network, which, rests):
         ends = network.legs.start[legs[0]], network.legs.end[legs[0]]
         if hover_open and HOVER in ends:
             yield TO_HOVER if ends[1] == HOVER else FROM_HOVER
         else:
-            for durations_s, currents_A in zip(*tables.loads[:2], strict=True):
-                duration_s = none + _taken(durations_s, variant, legs)
+            for duration_s, current_A in _stages(tables, legs, variant):
                 if duration_s.any():
-                    net = none - _taken(currents_A, variant, legs), duration_s
+                    net = 0.0 - current_A, duration_s
                     yield Stage(*(each.item() if len(legs) == 1 else each for each in net))
         if stay:
             yield stay
+
+
+def _stages(
+    tables: _Single | Variants, legs: Integers, variant: Integers | None
+) -> Iterator[tuple[Floats, Floats]]:
+    """Duration [s] and current [A] of each stage of legs, one of each itinerary."""
+    if isinstance(tables, _Single):
+        table = tables.network.legs
+        return zip(table.durations_s[:, legs], table.currents_A[:, legs], strict=True)
+    none = np.zeros(len(legs))
+    pairs = zip(*tables.loads[:2], strict=True)
+    return ((none + _taken(t, variant, legs), none + _taken(i, variant, legs)) for t, i in pairs)
 
 
 def _figures(
