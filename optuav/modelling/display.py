@@ -153,7 +153,9 @@ def _merged(rows: Sequence[Line], writer: Text, *, all_names: bool = False) -> l
     for place, (maths, name) in enumerate(rows):
         found = {*re.findall(f"[{MARKED}]+", maths)}
         number = int(found.pop()) if len(found) == 1 else -1
-        pattern: object = re.sub(f"[{MARKED}]+", INDEX, maths) if number >= 0 else place
+        # LaTeX has braces around two digits, and none around one.
+        index = re.sub(rf"\{{[{MARKED}]+\}}|[{MARKED}]+", INDEX, maths)
+        pattern: object = index if number >= 0 else place
         while any(number == known for known, _ in alike.get(pattern, ())):
             pattern = (pattern, place)  # what is stated twice is written twice
         alike.setdefault(pattern, []).append((number, (maths.translate(UNMARKED), name)))

@@ -371,6 +371,12 @@ def test_lines_of_latex_are_merged_alike() -> None:
     assert rf"2\,y_j \geq 0,\quad j = 1, \ldots, 4, 6 {name}" in page
 
 
+def test_lines_of_latex_are_merged_across_the_number_of_digits() -> None:
+    """LaTeX writes y_9, but y_{10}."""
+    page = latex(steps((9, 10)))
+    assert r"2\,y_j \geq 0,\quad j = 9, 10 \tag*" in page
+
+
 def test_equal_lines_are_told_apart() -> None:
     model = Model("Twice")
     x = model.variable("x", "x", unit="1")
