@@ -67,19 +67,20 @@ class Given(Quantities):
         model.prefer_small(rest)
         return hover, rest
 
-    def keep_deadline(self, model: Model, label: str, hover: Variable, rest: Operand = 0.0) -> None:
+    def keep_deadline(self, model: Model, label: str, hover: Operand, rest: Operand = 0.0) -> None:
         """State Δ + T' ≤ T_max − T_fl.
 
-        Without a rest the time left becomes the upper bound of Δ itself, so that the last slot of
-        Δ may be cut short.
+        Without a rest the time left becomes the upper bound of Δ itself, if that is an unknown, so
+        that its last slot may be cut short.
         """
         lasts, left = isinstance(rest, Expression) or bool(np.any(rest)), self.time_left
-        open_above = isinstance(hover.upper, float) and math.isinf(hover.upper)
-        if lasts or not open_above or has_unknowns(left):
+        upper = hover.upper if isinstance(hover, Variable) else 0.0
+        open_above = isinstance(upper, float) and math.isinf(upper)
+        if isinstance(hover, Variable) and open_above and not lasts and not has_unknowns(left):
+            hover.upper, hover.label, hover.kind = left, label, "deadline"
+        else:
             stay = hover + rest if lasts else hover
             model.subject_to(label, stay <= left, unit="s", kind="deadline")
-        else:
-            hover.upper, hover.label, hover.kind = left, label, "deadline"
 
     def soc_end(self, hover: Operand, rest: Operand = 0.0) -> Operand:
         """State of charge at the end [-] after hovering and resting [s], by the perspective.

@@ -116,7 +116,8 @@ def levels(given: Quantities, hover: Operand, rest: Operand) -> Sequence[Wells]:
     }
     for n, step in enumerate(given.steps, start=1):
         stay, stage = (step, stays[step]) if isinstance(step, str) else ("", step)
-        if tapers := stay and given.tapers:
+        tapers = given.tapers and stay != ""
+        if tapers:
             words = f"after the {stay}, whose current tapers once y1 = ωB"
             available, bound = _tapered(whole, charge.wells(whole), stage, stay)
         else:
@@ -147,7 +148,9 @@ def _tapered(whole: Battery, level: Wells, stage: Stage, stay: str) -> Wells:
     both would hold the same if y1 stayed below ωB. That, and what they hold when full, bounds what
     a stay leaves in a form that engines take.
     """
-    if not isinstance(stage.duration_s, Expression):
+    if isinstance(stage.duration_s, float) and stage.duration_s == 0.0:
+        return level
+    if not any(isinstance(each, Expression) for each in (*level, *stage)):
         return kibam.tapered(whole, level, stage)
     constant, full = kibam.step(whole, level, stage), whole.full
     battery = whole.capacity_As, whole.available_fraction, whole.flow_rate_per_s

@@ -16,7 +16,7 @@ from typing import Annotated, Any
 import typer
 
 from optuav.cli.options import command_of
-from optuav.cli.output import BAD_INPUT, FAILED, NO, say
+from optuav.cli.output import BAD_INPUT, FAILED, say
 from optuav.errors import Fault, InputError, SolverError
 
 COMMANDS = {
@@ -97,8 +97,8 @@ def run(arguments: Sequence[str] | None = None) -> None:
         say(written.getvalue().removesuffix("\n").expandtabs(2), error=True)
         sys.exit(BAD_INPUT)
     except typer.Abort:
-        say("Aborted!", error=True)
-        sys.exit(NO)
+        say("\nerror: the input ended before all questions were answered", error=True)
+        sys.exit(BAD_INPUT)
     except (InputError, SolverError) as error:
         if isinstance(error, InputError) and given and given[0] in COMMANDS:
             error = _by_options(error, program(given[0]))

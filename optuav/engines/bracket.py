@@ -46,13 +46,7 @@ NAME = "bracket"
 PROOF = "bracketed: a feasible time, and proof that none is longer"
 PROOF_OF_NONE = "bracketed: proof that no times satisfy all constraints"
 WIDTH_S = 1e-8  # Largest distance between a point that holds and one beyond which none does [s]
-FOUND_OUT = (
-    Status.ERROR,
-    Status.INFEASIBLE,
-    Status.UNKNOWN,
-    Status.FEASIBLE,
-    Status.OPTIMAL,
-)
+FOUND_OUT = [Status(each) for each in ("error", "infeasible", "unknown", "feasible", "optimal")]
 MOST_BOXES = 1000  # That a sweep tries before it gives up
 SMALLEST_BOX_S = 1e-10
 
@@ -238,7 +232,9 @@ def solve(
         found = found._replace(y=shortest(rows, found, tops[1]))
     none, unknown = np.isneginf(found.beyond), np.isnan(found.x)
     open_ = found.beyond - found.x > 10.0 * WIDTH_S
-    found_out = np.where(none, 1, np.where(unknown, 2, np.where(open_, 3, 4))) * usable
+    # Numbers in `FOUND_OUT`, that of the first that holds.
+    found_out = np.where(none, 1, np.where(unknown, 2, np.where(open_, 3, 4)))
+    found_out = np.where(usable, found_out, 0)
     answered = usable & ~none & ~unknown
     points = {
         name: np.where(answered, each, np.nan)
@@ -252,7 +248,7 @@ def solve(
         values={each.name: points[each.name] for each in model.variables},
         duals=() if tapers else None,
         beyond=np.where(usable, found.beyond, np.nan),
-        model=model,
+        declared=model,
         given=given,
     )
 

@@ -72,7 +72,7 @@ def solve(
         objective=form.towards * reached + 0.0,
         values=dict(zip(form.names, points, strict=True)),
         duals=None,
-        model=model,
+        declared=model,
         given=given,
     )
 

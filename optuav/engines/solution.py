@@ -33,7 +33,7 @@ class Solution:
 
     engine: str  # Its name
     proof: str  # How it knows, in a word or two
-    model: Model  # The declaration that was solved, with the values of its parameters in `given`
+    declared: Model  # What was solved; programmes of a kind may share it
     statuses: Sequence[Status]
     objective: Floats  # NaN without an answer
     values: Mapping[str, Floats]  # Of the variables, by name; NaN without an answer
@@ -45,7 +45,13 @@ class Solution:
     duals: Sequence[Mapping[str, float]] | None = ()
     beyond: Floats | None = None  # What the objective is known not to exceed
     words: Sequence[str] = ()  # What the engine itself said
-    given: Values = field(default_factory=dict)  # Values of parameters unlike the model's
+    given: Values = field(default_factory=dict)  # Values of parameters unlike the declared ones
+
+    @cached_property
+    def model(self) -> Model:
+        """The declaration with the values of its parameters."""
+        given = self.parameters_at(0) if len(self.statuses) == 1 else self.given
+        return self.declared.with_values(given) if self.given else self.declared
 
     def __repr__(self) -> str:
         counts = Counter(status.value for status in self.statuses)
@@ -59,7 +65,7 @@ class Solution:
             return repr(self)
         values = ", ".join(
             f"{each.symbol} = {self.values[each.name][0]:.6g} {each.unit}".removesuffix(" 1")
-            for each in self.model.variables
+            for each in self.declared.variables
         )
         lacks = self.residuals()._asdict().items()
         rows, weights = [("constraint", "slack", "multiplier", "")], self.multipliers_at(0)
@@ -69,7 +75,7 @@ class Solution:
             rows.append((label, f"{slack[0]:.6g}", weight, binds))
         return (
             f"{self.status.value} by {self.engine} ({self.proof})\n"
-            f"{self.model.sense} {self.objective[0]:.6g} at {values}\n{table(rows)}\n"
+            f"{self.declared.sense} {self.objective[0]:.6g} at {values}\n{table(rows)}\n"
             + ", ".join(f"{name} {amount:.1g}" for name, amount in lacks)
         )
 
@@ -82,7 +88,7 @@ class Solution:
 
     def refusal(self, index: int) -> str:
         """Message for a programme without an answer because of numbers that cannot be used."""
-        where = unusable(self.model, self.parameters_at(index))
+        where = unusable(self.declared, self.parameters_at(index))
         return f"{self.engine} met numbers that it cannot use" + (f": {where}" if where else "")
 
     @property
@@ -93,7 +99,7 @@ class Solution:
 
     def parameters_at(self, index: int) -> dict[str, Operand]:
         """Values of all parameters in a programme, by name."""
-        stated = {name: each.value for name, each in self.model.walked.given.items()}
+        stated = {name: each.value for name, each in self.declared.walked.given.items()}
         every = {**stated, **self.given}.items()
         return {name: value[index] if np.ndim(value) else value for name, value in every}
 
@@ -106,9 +112,9 @@ class Solution:
         """
         if not self.statuses[index].has_answer or self.duals is not None:
             return dict(*(self.duals or ())[index : index + 1])
-        zeros = dict.fromkeys((each.label for each in relations(self.model)), 0.0)
+        zeros = dict.fromkeys((each.label for each in relations(self.declared)), 0.0)
         at = {**self.parameters_at(index), **self.point(index)}
-        return zeros | prices.local_multipliers(self.model, at)
+        return zeros | prices.local_multipliers(self.declared, at)
 
     def binding_labels(self, index: int, rows: Checks | None = None) -> tuple[str, ...]:
         """Labels of the constraints that bind in an answer, see `tight`; rows as of `verify`."""
@@ -117,7 +123,7 @@ class Solution:
         if not self.statuses[index].has_answer:
             return ()
         if rows is None:
-            rows = evaluated(self.model, {**self.parameters_at(index), **self.point(index)})
+            rows = evaluated(self.declared, {**self.parameters_at(index), **self.point(index)})
         found = (
             row.constraint.label
             for row in rows
@@ -131,7 +137,7 @@ class Solution:
 
         `SolverError` if it violates a constraint, or there is none.
         """
-        rows = evaluated(self.model, {**self.parameters_at(index), **self.point(index)})
+        rows = evaluated(self.declared, {**self.parameters_at(index), **self.point(index)})
         broken = [f"{row.label} by {-row.slack:.3g}" for row in rows if not row.satisfied]
         if broken:
             raise SolverError(f"{self.engine} returned a point that violates {', '.join(broken)}")
@@ -147,7 +153,7 @@ class Solution:
         answered = np.array([status.has_answer for status in self.statuses])
         found: dict[str, Floats] = {}
         with np.errstate(invalid="ignore", over="ignore"):  # where there is no answer
-            rows = evaluated(self.model, {**self.given, **self.values})
+            rows = evaluated(self.declared, {**self.given, **self.values})
         for row in rows:
             least = np.minimum(row.slack, found.get(row.label, np.inf))
             found[row.label] = np.where(answered, least, np.nan)
@@ -156,7 +162,7 @@ class Solution:
     def residuals(self, index: int = 0) -> Residuals:
         """What the answer to a programme lacks of feasibility and optimality; see `Residuals`."""
         at = {**self.parameters_at(index), **self.point(index)}
-        return prices.residuals(self.model, at, self.multipliers_at(index))
+        return prices.residuals(self.declared, at, self.multipliers_at(index))
 
     def shadow_prices(self, index: int = 0) -> dict[str, ShadowPrice]:
         """Shadow price of every parameter in a programme, by name; see `ShadowPrice`.
@@ -169,7 +175,7 @@ class Solution:
             return {}
         # Where the optimum is flat, exact times too meet a row by less than all their digits.
         shares = (prices.MET, prices.NEARLY_MET) if self.duals is None else (prices.NEARLY_MET,)
-        at = self.model, self.parameters_at(index), self.point(index)
+        at = self.declared, self.parameters_at(index), self.point(index)
         return prices.shadow_prices(*at, shares)
 
     def only(self, index: int) -> Solution:

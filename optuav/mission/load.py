@@ -18,16 +18,16 @@ SHIPPED = dict(sorted((path.stem, path) for path in (_HERE / "shipped").iterdir(
 """The missions that come with the package, by name."""
 
 
-def load(source: str | Path) -> Mission:
+def load(source: Mission | str | Path) -> Mission:
     """Read a mission.
 
     Parameters
     ----------
     source
-        Name of a shipped mission, as `shipped` lists them, or path of a TOML file. A file that
-        ``extends`` another (a shipped name or a path relative to the file) takes from it all that
-        it does not state itself, except name and description; `Mission.replace` lists what a
-        stated value displaces.
+        Name of a shipped mission, as `shipped` lists them, or path of a TOML file; a mission stays
+        what it is. A file that ``extends`` another (a shipped name or a path relative to the file)
+        takes from it all that it does not state itself, except name and description;
+        `Mission.replace` lists what a stated value displaces.
 
     Returns
     -------
@@ -49,6 +49,8 @@ def load(source: str | Path) -> Mission:
     Traceback (most recent call last):
     optuav.errors.InputError: papr: there is no such file; did you mean 'paper'?
     """
+    if isinstance(source, Mission):
+        return source
     if not isinstance(source, str | Path):
         raise InputError([Fault("", shown(source), "a shipped mission's name or a file's path")])
     return (_shipped if source in SHIPPED else _loaded)(source)

@@ -6,13 +6,14 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import fields, replace
 from numbers import Real
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from optuav.arrays import Booleans
 from optuav.errors import Fault, InputError
-from optuav.mission import Mission
+from optuav.mission import Mission, load
 from optuav.mission.messages import shown
 from optuav.mission.schema import LARGEST
 from optuav.network.network import Legs, Network, build_network, build_routes
@@ -29,7 +30,7 @@ ROUNDING = 1e-9  # Relative; a received power may exceed what the battery takes 
 SAME_PLACE_M = 1e-6  # A position that is off by no more than this [m] is the mission's
 
 
-def graph(mission: Mission) -> Graph:
+def graph(mission: Mission | str | Path) -> Graph:
     """The network of a mission as a graph that may be edited.
 
     Nodes are ``"origin"``, ``"hover"``, ``"destination"`` and the names of the buildings, with
@@ -48,7 +49,7 @@ def graph(mission: Mission) -> Graph:
     Parameters
     ----------
     mission
-        Any valid mission.
+        A mission, the name of a shipped one, or the path of a mission file.
 
     Returns
     -------
@@ -58,14 +59,14 @@ def graph(mission: Mission) -> Graph:
     Examples
     --------
     >>> import optuav
-    >>> graph = optuav.graph(optuav.load("paper"))
+    >>> graph = optuav.graph("paper")
     >>> len(graph), graph.number_of_edges()
     (13, 42)
     >>> round(graph.edges["origin", "hover"]["duration_s"], 2)
     37.9
     >>> graph.remove_edge("origin", "hover")
     """
-    return as_graph(build_network(mission))
+    return as_graph(build_network(load(mission)))
 
 
 def as_graph(network: Network) -> Graph:
@@ -106,7 +107,7 @@ def validate_graph(view: Graph) -> tuple[Fault, ...]:
     Examples
     --------
     >>> import optuav
-    >>> graph = optuav.graph(optuav.load("paper"))
+    >>> graph = optuav.graph("paper")
     >>> optuav.validate_graph(graph)
     ()
     >>> graph.nodes["b3"]["received_power_W"] = -1.0

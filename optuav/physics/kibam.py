@@ -84,19 +84,19 @@ class Wells(NamedTuple):
 
 
 class Tilted(NamedTuple):
-    """The charge as total y and tilt z = y1 − ωy [A s], which move apart from one another."""
+    """The charge as total y and tilt z = y1 − ωy [A s], which change independently."""
 
     total_As: Quantity
     tilt_As: Quantity
 
     @classmethod
     def of(cls, battery: Battery, wells: Wells) -> Self:
-        """That of two wells."""
+        """The total and the tilt of two wells."""
         total_As = wells.total_As
         return cls(total_As, wells.available_As - battery.available_fraction * total_As)
 
     def wells(self, battery: Battery) -> Wells:
-        """The two wells."""
+        """The two wells of this total and tilt."""
         share, (total_As, tilt_As) = battery.available_fraction, self
         return Wells(share * total_As + tilt_As, battery.bound_fraction * total_As - tilt_As)
 

@@ -80,7 +80,7 @@ def modelled_leg(plan: Plan) -> Phase | None:
     return next((each for each in legs if each.duration_s > 0.0 and not each.edited), None)
 
 
-def save(drawn: Axes | tuple[Axes | None, ...], path: str | Path) -> Path:
+def save(drawn: Axes | Sequence[Axes | None], path: str | Path) -> Path:
     """Write the figure of axes as a file; the same figure gives the same bytes.
 
     Parameters
@@ -104,7 +104,7 @@ def save(drawn: Axes | tuple[Axes | None, ...], path: str | Path) -> Path:
     ...     optuav.plots.save(drawn, pathlib.Path(folder, "map.png")).name
     'map.png'
     """
-    ax = drawn[0] if isinstance(drawn, tuple) else drawn
+    ax = drawn if isinstance(drawn, Axes) else drawn[0]
     assert ax is not None
     write_files({Path(path): image(ax, Path(path))})
     return Path(path)

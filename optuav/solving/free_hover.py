@@ -170,10 +170,10 @@ def _declared(network: Network, which: Integers, rests: bool, perspective: Persp
         for name, leg in ((TO_HOVER, arriving), (FROM_HOVER, leaving))
     }
     steps = [stages.get(s, [s]) if isinstance(s, str) else [s] for s in given.steps]
-    charge_As = given.flight_charge_As + (arriving.charge_As + leaving.charge_As)
-    energy_J = given.flight_energy_J + (arriving.energy_J + leaving.energy_J)
+    charge_As = known.flight_charge_As + (arriving.charge_As + leaving.charge_As)
+    energy_J = known.flight_energy_J + (arriving.energy_J + leaving.energy_J)
     at_w: dict[str, Quantity] = {
-        "flight_time_s": given.flight_time_s + (arriving.duration_s + leaving.duration_s),
+        "flight_time_s": known.flight_time_s + (arriving.duration_s + leaving.duration_s),
         "flight_charge_As": charge_As,
         "flight_energy_J": energy_J,
         "flight_voltage_V": energy_J / charge_As,
@@ -182,7 +182,7 @@ def _declared(network: Network, which: Integers, rests: bool, perspective: Persp
     }
     if mission.laser is not None:
         lit = vehicle.charging(mission, norm(_way(mission.laser.position_m, w)))
-        at_w["hover_current_A"] = given.hover_current_A - lit.current_A
+        at_w["hover_current_A"] = known.hover_current_A - lit.current_A
         at_w["hover_received_W"] = lit.power_W
     named: dict[str, Quantity] = {
         each.name: model.let(

@@ -54,6 +54,7 @@ ENDS = {
     "rest": "after the rest at {1}",
 }
 """The end of a phase in words, by its kind, with the places where it starts and ends."""
+BOUNDED = "bracketed: a feasible time, and a longer one that none exceeds"
 MORE_STOPS = "more stops are not excluded: --stops 2 --hovers 2, or P1(stops=2, hovers=2)"
 PROVED = {
     "P2": "bounded: no flight and rest is shorter than the shortest flight",
@@ -67,15 +68,21 @@ PROVED = {
 class Part:
     """One declaration that serves several itineraries."""
 
-    declared: Model
+    declared: Model  # Parts of a kind share it
     routes: Integers  # Numbers of the itineraries
-    # Of parameters where they are not those of the declaration; arrays with one entry an itinerary
+    # Values of parameters unlike the declared ones; arrays with one entry an itinerary
     given: Values = field(default_factory=dict)
 
     @cached_property
     def model(self) -> Model:
-        """The declaration with the values of its parameters."""
+        """The declaration with the values of its parameters; what is stated on it is solved."""
         return self.declared.with_values(self.given) if self.given else self.declared
+
+    def answer(self, question: Question) -> Solution:
+        """The answers to the programmes of all itineraries."""
+        if "model" in vars(self):
+            return answer(self.model, len(self.routes), question)
+        return answer(self.declared, len(self.routes), question, self.given)
 
     @property
     def rests(self) -> bool:
@@ -252,7 +259,7 @@ def shortest_flight(network: Network, parts: Sequence[Part]) -> tuple[int, int]:
 
 
 def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> tuple[str, ...]:
-    """Why no times are feasible: what holds at none on the shortest flight, told of the least.
+    """Why no times are feasible: what holds at none on the shortest flight, at the least times.
 
     Where each constraint alone can be met, that they cannot be met together.
     """

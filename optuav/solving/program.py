@@ -33,7 +33,6 @@ from optuav.solving.question import (
     AUTO,
     LONGEST_HOVER,
     Question,
-    answer,
     chosen_engine,
     refuse_unfit,
 )
@@ -268,7 +267,7 @@ class Program:
 
     def answers(self) -> list[Solution]:
         """The engine's answers to all programmes, one `Solution` a part."""
-        return [answer(p.declared, len(p.routes), self.question, p.given) for p in self.parts]
+        return [part.answer(self.question) for part in self.parts]
 
     def plan(self, solutions: Sequence[Solution]) -> Plan:
         """The best plan by known answers to all parts, evaluated again outside the engine."""
@@ -305,7 +304,8 @@ class Program:
         notes = list(plan.notes)
         if (open_s := max(beyond_s, default=best_s) - best_s) > SAME_S:
             notes.append(f"not proved: up to {open_s:.6g} s more has not been ruled out")
-            plan = plan.model_copy(update={"status": Status.FEASIBLE})
+            known = {"status": Status.FEASIBLE, "proof": outcome.BOUNDED}
+            plan = plan.model_copy(update=known)
         elif solution.statuses[entry] is Status.OPTIMAL and any(
             each.beyond is None and Status.UNKNOWN in each.statuses for each in solutions
         ):

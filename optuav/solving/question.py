@@ -29,6 +29,7 @@ PROBLEMS: Mapping[str, Formulation] = {
 }
 """Names that stand for problems with their defaults."""
 PROBLEM_NAMES = (*PROBLEMS, "P4")  # Names of all problems of the paper; P4 needs a building too
+OF_THE_PAPER: tuple[type[Formulation], ...] = (P1, P2, P3, P4)
 LONGEST_HOVER = ("P1", "P3", "P4")  # Those that ask for the longest hover
 AUTO = "auto"
 LIMIT = Number("s", gt=0.0, le=1e9)
@@ -69,8 +70,7 @@ def problem_of(name: str, **stated: Any) -> Formulation:
     if name not in PROBLEM_NAMES:
         raise InputError([unknown("problem", name, PROBLEM_NAMES)])
     options = {field: value for field, value in stated.items() if value is not None}
-    kinds: tuple[type[Formulation], ...] = (*map(type, PROBLEMS.values()), P4)
-    taken = {kind: {each.name for each in fields(kind) if each.init} for kind in kinds}
+    taken = {kind: {each.name for each in fields(kind) if each.init} for kind in OF_THE_PAPER}
     kind = P4 if name == "P4" else type(PROBLEMS[name])
     faults = []
     for field, value in options.items():
@@ -117,6 +117,12 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
             listed = ", ".join(buildings[:MOST_NAMES]) + ", …" * (len(buildings) > MOST_NAMES)
             words = f"the mission's buildings are: {listed or 'none'}"
             yield Fault("building", repr(problem.building), words)
+        if type(problem) not in OF_THE_PAPER:
+            if isinstance(problem, OF_THE_PAPER):
+                words = "a subclass of Formulation itself, whose declare may call that of P1 to P4"
+                yield Fault("problem", type(problem).__name__, words)
+            elif problem.name in PROBLEM_NAMES:
+                yield Fault("problem", problem.name, "a name of its own, none of the paper's")
     elif isinstance(problem, type) and issubclass(problem, Formulation):
         name = problem.__name__
         yield Fault("problem", name, f"an instance, as {name}(…), not the class")

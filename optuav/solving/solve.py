@@ -140,7 +140,7 @@ def solve(
 
 def _program(mission: Mission | str | Path, graph: Graph | None, *stated: Any) -> Program:
     """The problem declared, with one rest and one hover where it admits several."""
-    known = mission if isinstance(mission, Mission) else load(mission)
+    known = load(mission)
     question = checked_question(known, *stated)
     if question.p1.hover_point == "w_U":
         network = build_network(known) if graph is None else edited_network(known, graph)

@@ -132,7 +132,7 @@ def compare(
     given["time_limit_s"] = None if time_limit_s is None else (time_limit_s,)
     given |= {"times": times or None, "workers": None if workers == 1 else workers}
     refuse([*_faults(names, perspective, given), *worker_faults(workers)])
-    studied = mission if isinstance(mission, Mission) else load(mission)
+    studied = load(mission)
     if names == ("method",):
         lengths_s = SLOTS_S if slots is None else slots
         some, counted = COMPARED if engines is None else engines, perspective or "battery"

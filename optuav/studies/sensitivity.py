@@ -112,7 +112,7 @@ def sensitivity(
     if plan is not None and not plan:
         faults.append(Fault("plan", plan.status.value, "a plan that can be flown on a route"))
     refuse(faults)
-    studied = mission if isinstance(mission, Mission) else load(mission)
+    studied = load(mission)
     stated = None if uncertainty is None else spreads(studied, uncertainty)
     varied = {each.key.name: each for each in (*unstated(studied), *(stated or ()))}
     taken = {other.name for each in stated or () for other in each.along}

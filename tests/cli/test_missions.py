@@ -289,6 +289,15 @@ def test_a_terminal_asks_for_no_time_where_power_is_stated(monkeypatch: pytest.M
     assert flight.flight_current_A == flight.hover_current_A == pytest.approx(900 / 22.2, abs=1e-4)
 
 
+def test_an_input_that_ends_is_bad_input(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-D at a question: exit code 2 and a sentence of its own, and nothing is written."""
+    types(monkeypatch, "6")
+    made = run("new", "mine.toml", "--from", "regimes")
+    assert made.code == 2
+    assert made.err.endswith("\nerror: the input ended before all questions were answered\n")
+    assert not Path("mine.toml").exists()
+
+
 def test_power_in_watts_stands_for_a_time_and_what_is_assumed_is_said() -> None:
     """Six cells of 3.7 V with 22 Ah hold 488.4 Wh: 32.56 min at 900 W."""
     sheet = ("--mass-kg", "6", "--cells", "6", "--capacity-mAh", "22000", "--cruise-speed-m-s", "9")

@@ -28,7 +28,7 @@ def two_answers(x: float) -> Solution:
     return Solution(
         engine="test",
         proof="none",
-        model=limited(),
+        declared=limited(),
         statuses=[Status.OPTIMAL, Status.INFEASIBLE],
         objective=np.array([x, np.nan]),
         values={"x": np.array([x, np.nan])},

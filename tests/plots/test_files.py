@@ -213,3 +213,9 @@ def test_pictures_of_one_panel_are_drawn_where_one_wants_them() -> None:
     problem = optuav.P4("b1", order="rest-first")
     part = optuav.formulate("paper", problem, perspective="battery").parts[0]
     assert plots.plane(part.model, part.model.row(0), ax=right) is right
+
+
+def test_what_a_function_of_several_axes_returns_is_saved(tmp_path: Path) -> None:
+    """`wells` and `packs` return lists, the others axes or tuples of them."""
+    drawn = optuav.plots.wells([optuav.solve("paper", "P3")])
+    assert optuav.plots.save(drawn, tmp_path / "wells.svg").stat().st_size > 1000
