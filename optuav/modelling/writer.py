@@ -259,6 +259,11 @@ IN_WORDS: Mapping[str, str] = {
     "&": r"\text{\&}",
 }
 """Marks among words that are mathematics in LaTeX: MathJax knows none of them in ``\\text``."""
+IN_UNITS: Mapping[str, str] = {
+    **{" ": r"\,", "²": "^2", "³": "^3", "⁻¹": "^{-1}", "⁻²": "^{-2}"},
+    **{"°": r"^\circ ", "µ": r"\mu ", "μ": r"\mu ", "Ω": r"\Omega "},
+}
+"""Signs of units in LaTeX."""
 LINE = 46  # About how many characters of mathematics fit on a line of an article
 
 
@@ -288,7 +293,7 @@ class Latex(Text):
 
     def unit(self, unit: str) -> str:
         """A unit in upright letters; nothing for ``"1"``."""
-        upright = _upright(unit).replace(" ", r"\,").replace("²", "^2").replace("³", "^3")
+        upright = re.sub("|".join(IN_UNITS), lambda sign: IN_UNITS[sign[0]], _upright(unit))
         return "" if unit == "1" else rf"\,\mathrm{{{upright}}}"
 
     def words(self, words: str) -> str:

@@ -468,6 +468,15 @@ def test_latex_fits_in_an_article(problem: str, perspective: str, tmp_path: Path
     assert "Overfull" not in found.stdout
 
 
+@pytest.mark.parametrize(
+    ("unit", "expected"),
+    [("m/s²", "m/s^2"), ("s⁻¹", "s^{-1}"), ("°C", r"^\circ C"), ("µs", r"\mu s"), ("A s", r"A\,s")],
+)
+def test_signs_of_units_are_known_to_every_tex(unit: str, expected: str) -> None:
+    """Where TeX has no such character it stops, or leaves it out."""
+    assert Latex().unit(unit) == rf"\,\mathrm{{{expected}}}"
+
+
 def test_marks_among_words_are_mathematics() -> None:
     """MathJax shows a backslash before what is escaped inside of a text."""
     expected = r"\text{limits.deadline}\_\text{s of 5 }\%\text{ }\to\text{ }\ldots"
