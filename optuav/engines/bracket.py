@@ -107,10 +107,11 @@ def _monotone(rows: Rows, x_top: Floats, y_top: Floats) -> tuple[Floats, Floats,
     a, b, c, d, e, f = rows.weights[:, some]
     straight = harmed[some] & (c == 0.0) & (e == 0.0) & (f == 0.0) & (d < 0.0)
     fixed = harmed[some] & (b == 0.0) & (c == 0.0) & (f == 0.0) & ~straight
-    # One at a time; those that are not fixed admit any y.
-    single = np.where(fixed, (a, d, e), 0.0).reshape(3, 1, -1)
-    rate_per_s, top = (np.tile(each, len(a)) for each in (rows.rate_y_per_s, y_top))
-    ceilings = np.nan_to_num(Section(single, rate_per_s).end(top), nan=-1.0).reshape(a.shape)
+    ceilings = np.tile(y_top, (len(a), 1))  # Those that are not fixed admit any y.
+    row, number = np.nonzero(fixed)
+    if len(row):
+        alone = Section(np.array([a, d, e])[:, None, row, number], rows.rate_y_per_s[number])
+        ceilings[row, number] = np.nan_to_num(alone.end(y_top[number]), nan=-1.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         starts = np.vstack([y_top, np.where(straight, a / -d, ceilings)])
         slopes = np.vstack([0.0 * y_top, np.where(straight, b / d, 0.0)])
@@ -262,16 +263,19 @@ def _read(
     where there is but one.
     """
     tops = np.zeros((2, programmes))
+    shortening = [
+        form.terms
+        for form, *_ in forms
+        if not form.rates_per_s
+        and all(np.all(c <= 0.0) for each, c in form.terms.items() if each != CONSTANT)
+    ]
     for k, name in enumerate(names):
         tops[k] = np.inf
         own: Monomial = frozenset({(name, "time")})
-        for form, *_ in forms:
-            if form.rates_per_s or own not in form.terms:
+        for terms in shortening:
+            if own not in terms:
                 continue
-            slopes = {each: c for each, c in form.terms.items() if each != CONSTANT}
-            if not all(np.all(c <= 0.0) for c in slopes.values()):
-                continue
-            least, slope = np.maximum(form.terms.get(CONSTANT, 0.0), 0.0), slopes[own]
+            least, slope = np.maximum(terms.get(CONSTANT, 0.0), 0.0), terms[own]
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 tops[k] = np.minimum(tops[k], np.where(slope < 0.0, least / -slope, np.inf))
         if np.isinf(tops[k]).any():

@@ -131,7 +131,7 @@ def _intersections(
     x, y = e * p - step * q, e * q + step * p
     u, v = direction
     λ, μ = (u * s - v * r) / determinant, (v * p - u * q) / determinant
-    return np.stack([x, y], axis=1), np.stack([λ, μ], axis=1)
+    return np.array([x, y]).swapaxes(0, 1), np.array([λ, μ]).swapaxes(0, 1)
 
 
 @dataclass(frozen=True)

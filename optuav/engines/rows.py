@@ -43,15 +43,22 @@ WIDTH_S = 1e-11  # To which the ends of what rows admit are found [s]
 
 
 @np.errstate(divide="ignore", invalid="ignore")
-def close_in(margin: Margin, start: Floats, goal: Floats, width: float) -> tuple[Floats, Floats]:
+def close_in(
+    margin: Margin,
+    start: Floats,
+    goal: Floats,
+    width: float,
+    known: tuple[Floats, Floats] | None = None,
+) -> tuple[Floats, Floats]:
     """The last points that hold (margin ≥ 0) on the way from a start that does to a goal.
 
     With neighbours at most a width apart that do not hold; the goal twice where it holds, NaN and
     the goal where neither end does. Inverse quadratic interpolation where three points allow it,
-    else halving: [1]_. What is found of an interval does not depend on the others.
+    else halving: [1]_. What is found of an interval does not depend on the others. Margins at start
+    and goal may be known.
     """
     which = np.arange(len(start))
-    f1, f2 = margin(start, which), margin(goal, which)
+    f1, f2 = known or (margin(start, which), margin(goal, which))
     held, failed = np.where(f2 >= 0.0, goal, np.where(f1 >= 0.0, start, np.nan)), goal.copy()
     which = np.flatnonzero((f1 >= 0.0) & (f2 < 0.0))
     x1, x2, f1, f2 = (each[which] for each in (start, goal, f1, f2))
@@ -110,7 +117,8 @@ class Section(NamedTuple):
         _, d, e = self.weights
         turns = -np.log(-d / e) / self.rate_per_s  # NaN or infinite if nowhere
         turns = np.where((turns > 0.0) & (turns < top), turns, top)
-        ends = np.stack([np.zeros_like(turns), turns, np.broadcast_to(top, turns.shape)])
+        ends = np.zeros((3, *turns.shape))
+        ends[1], ends[2] = turns, top
         values = self.at(ends)
         pair = (1, 0) if smallest else (0, 1)
         (start, at_start), (goal, at_goal) = ((ends[k : k + 2], values[k : k + 2]) for k in pair)
@@ -121,6 +129,7 @@ class Section(NamedTuple):
             start[here],
             goal[here],
             WIDTH_S,
+            (at_start[here], at_goal[here]),
         )
         number = np.concatenate([np.arange(len(top)), number])
         y = np.concatenate([0.0 * top if smallest else top, edges])
@@ -153,7 +162,7 @@ class Rows(NamedTuple):
         """The rows at one x of each programme."""
         a, b, c, d, e, f = self.weights
         V = levelled(self.rate_x_per_s, x)
-        return Section(np.stack([a + b * x + c * V, d, e + f * V]), self.rate_y_per_s)
+        return Section(np.array([a + b * x + c * V, d, e + f * V]), self.rate_y_per_s)
 
     @np.errstate(divide="ignore", invalid="ignore", over="ignore")
     def over_x(self, low: Floats, high: Floats) -> Section:
@@ -169,7 +178,7 @@ class Rows(NamedTuple):
         turns = np.clip(-np.log(-b / c) / rate, low, high)
         level = np.fmax(level, b * turns + c * levelled(rate, turns))
         weight = e + np.maximum(f * V_low, f * V_high)
-        return Section(np.stack([a + level, d, weight]), self.rate_y_per_s)
+        return Section(np.array([a + level, d, weight]), self.rate_y_per_s)
 
     def trends(self, x_top: Floats, y_top: Floats) -> tuple[Booleans, Booleans, Booleans]:
         """Which rows never rise with x, never fall with y, never rise with y, up to the tops.
