@@ -364,8 +364,8 @@ def feasible(cases: Sequence[Case]) -> list[bool]:
 
     Exact for programmes in one or two unknowns that are linear, or state what phases of constant
     current do to the wells of a battery, as those of the package do; up to two thousand slots
-    too. With more slots some are tried, so that a yes is certain and a no is not. For other
-    programmes the engine is asked.
+    too. Of more slots those near some feasible times are tried, so that a yes is certain and a no
+    is not. For other programmes the engine is asked.
     """
     found = [False] * len(cases)
     for question, given, numbers in _stacks(cases):
@@ -454,11 +454,17 @@ def _meetable(model: Model, slot_s: float) -> Booleans:
 
 def _in_slots(model: Model, parameters: Values, slot_s: float) -> bool:
     """Whether some whole slots are feasible, by the tests of the grid engine."""
-    axes, ranges = [], slot_ranges(model, parameters, slot_s)
-    for first, last in ranges.values():
+    axes, ranges, times_s = [], slot_ranges(model, parameters, slot_s), dict[str, Floats]()
+    if any(last - first >= MOST_SLOTS for first, last in ranges.values()):
+        with suppress(NotExponentialError, InputError):
+            times_s = bracket.some_point(model, 1, parameters)[0]
+    for name, (first, last) in ranges.items():
         count = last - first + 1.0
         far = np.floor(np.geomspace(1.0, max(count, 1.0), MOST_FAR)) - 1.0
-        slots = np.union1d(np.arange(min(count, MOST_SLOTS)), far[far < count])
+        # Those around times that are feasible, whole slots or not.
+        here = np.round(np.nan_to_num(times_s.get(name, 0.0)) / slot_s) - first - MOST_SLOTS // 2
+        near = np.clip(here, 0.0, max(count - MOST_SLOTS, 0.0)) + np.arange(MOST_SLOTS)
+        slots = np.union1d(near[near < count], far[far < count])
         axes.append(slot_s * (first + slots))
     points = dict(zip(ranges, np.ix_(*axes), strict=True))
     return bool(grid.cells(itertools.chain(*grid.tests(model, parameters)), points).any())

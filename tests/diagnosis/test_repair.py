@@ -224,6 +224,19 @@ def test_every_repair_repairs(question: tuple[Mission, dict[str, Any]], tables: 
         check(mission, options, repair)
 
 
+def test_whole_slots_are_found_far_from_the_first() -> None:
+    """A thin strip of times after 3 200 slots of rest, between which others were tried."""
+    changes = {"limits.min_soc": 0.9, "body.mass_kg": 1.755}
+    mission = optuav.load("paper").replace(changes)
+    mission = mission.replace({"buildings": mission.buildings[:1]})
+    with pytest.MonkeyPatch.context() as patch:
+        only(patch, "limits")
+        asked = optuav.P4("b1"), {"engine": "grid", "perspective": "battery"}
+        found = {each.key: each for each in repairs(mission, problem=asked[0], **asked[1])}
+    deadline = found["limits.deadline_s"]
+    assert (deadline.value, deadline.resolution) == (3590.0, 10.0)
+
+
 @pytest.mark.soak
 @given(infeasible())
 @settings(max_examples=500)
