@@ -222,11 +222,12 @@ def clear_lines(
         boxes = obstacles.low_m - wider_m, obstacles.high_m + wider_m, obstacles.roof_m + reach_m[2]
         enter, leave = _stretch(start_m[:, None], (end_m - start_m)[:, None], *boxes)
         moves[k] = ((enter <= leave) & ~np.isin(obstacles.building, exempt[k])).any()
-    every = np.arange(len(position_m))[:, None]
-    # A line that is the same in all variants is tried once, and so is one that is always clear.
-    variant, line = np.nonzero(free & (moves | (every == 0)))
+    every, first = np.arange(len(position_m))[:, None], free.argmax(axis=0)
+    # A line that is the same in all variants is tried once, and so is one that is always clear: in
+    # the first variant that has both ends.
+    variant, line = np.nonzero(free & (moves | (every == first)))
     start_m, end_m = np.moveaxis(position_m[variant[:, None], lines[line]], 1, 0)
     blocked = np.zeros_like(free)
     blocked[variant, line] = crossed(obstacles, start_m, end_m, exempt[line]) != CLEAR
-    free &= ~np.where(moves, blocked, blocked[:1])
+    free &= ~np.where(moves, blocked, blocked[first, np.arange(len(lines))])
     return free

@@ -430,3 +430,14 @@ def test_lines_of_variants_are_judged_as_single_lines(seed: int) -> None:
     assert min(judged) == 0.0
     assert max(judged) == 1.0
     assert any(0.0 < share < 1.0 for share in judged)
+
+
+def test_a_line_that_the_first_variant_lacks_is_judged_in_the_next() -> None:
+    """One and the same blocked line in all variants but the first, where an end is not known."""
+    mission = optuav.load("matrice350")
+    wall = [{"name": "wall", "position_m": (50.0, 0.0, 30.0), "footprint_m": (4.0, 40.0)}]
+    obstacles = prisms(mission.replace({"buildings": wall}).buildings)
+    place_m = np.tile([[[0.0, 0.0, 10.0], [100.0, 0.0, 10.0]]], (3, 1, 1))
+    place_m[0, 1] = np.nan
+    free = clear_lines(obstacles, place_m, np.array([[0, 1]]), np.array([[-1]]))
+    assert not free.any()
