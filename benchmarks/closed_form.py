@@ -94,5 +94,5 @@ def _copies(model: Model, count: int) -> Model:
         for name, value in values.items()
     }
     return P4("b1").model(
-        Quantities(**{each.name: tiled.get(each.name, 1.0) for each in QUANTITIES})
+        Quantities(**{each.name: tiled.get(each.name, 1.0) for each in QUANTITIES}), "battery"
     )

@@ -26,7 +26,7 @@ from optuav.physics.kibam import Stage
 class Given(Quantities):
     """The quantities of an itinerary as named parameters, for use in `Formulation.declare`."""
 
-    perspective: Perspective = "battery"  # How the state of charge is written
+    perspective: Perspective  # How the state of charge is written
 
     @classmethod
     def of(cls, quantities: Quantities, perspective: Perspective) -> Self:
@@ -150,7 +150,7 @@ class Formulation(ABC):
     def declare(self, model: Model, given: Given) -> None:
         """State unknowns, objective and constraints on the model."""
 
-    def model(self, quantities: Quantities, perspective: Perspective = "battery") -> Model:
+    def model(self, quantities: Quantities, perspective: Perspective) -> Model:
         """The declared model, with the quantities of some itineraries for its parameters.
 
         See `declared` for its title, its preferences and the errors.

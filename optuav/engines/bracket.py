@@ -233,9 +233,8 @@ def solve(
         found = found._replace(y=shortest(rows, found, tops[1]))
     none, unknown = np.isneginf(found.beyond), np.isnan(found.x)
     open_ = found.beyond - found.x > 10.0 * WIDTH_S
-    # Numbers in `FOUND_OUT`, that of the first that holds.
-    found_out = np.where(none, 1, np.where(unknown, 2, np.where(open_, 3, 4)))
-    found_out = np.where(usable, found_out, 0)
+    # Numbers in `FOUND_OUT`: the first that holds, 0 where a number is NaN.
+    found_out = np.where(none, 1, np.where(unknown, 2, np.where(open_, 3, 4))) * usable
     answered = usable & ~none & ~unknown
     points = {
         name: np.where(answered, each, np.nan)

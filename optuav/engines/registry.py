@@ -245,3 +245,14 @@ def need(wanted: str | Engine, model: Traits, slots: bool, linear: str = "") -> 
         raise InputError(
             f"engine {takes.name} does not take this model: {why}. Engines that do: {others}{hint}"
         )
+
+
+def preferred(model: Traits, slots: bool) -> Engine:
+    """The first engine that takes a model, in slots one for these alone; refused if none does."""
+    able = takers(model, slots)
+    slots_only = [name for name in able if capabilities[name].slots is None]
+    others = [name for name in able if name not in slots_only]
+    if names := [*slots_only, *others] if slots else others:
+        return engine(names[0])
+    more = f"; with slot_s, {slots_only[0]} does" if slots_only else ""
+    raise InputError(f"no engine takes this model: {model}{more}")

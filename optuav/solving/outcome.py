@@ -80,9 +80,9 @@ class Part:
 
     def answer(self, question: Question) -> Solution:
         """The answers to the programmes of all itineraries."""
-        if "model" in vars(self):
-            return answer(self.model, len(self.routes), question)
-        return answer(self.declared, len(self.routes), question, self.given)
+        seen = "model" in vars(self)  # and perhaps changed by who looked at it
+        model, given = (self.model, None) if seen else (self.declared, self.given)
+        return answer(model, len(self.routes), question, given)
 
     @property
     def rests(self) -> bool:

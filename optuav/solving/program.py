@@ -30,7 +30,6 @@ from optuav.solving import outcome
 from optuav.solving.assemble import quantities
 from optuav.solving.outcome import SAME_S, Part
 from optuav.solving.question import (
-    AUTO,
     LONGEST_HOVER,
     Question,
     chosen_engine,
@@ -52,8 +51,7 @@ def declared_program(question: Question, network: Network) -> Program:
         if part.rests == rests:  # else the problem has no use for the rests of these routes
             if not values:
                 refuse_misfits(model, len(which))
-            if question.engine != AUTO:
-                refuse_unfit(model, question)
+            refuse_unfit(model, question)
             parts.append(part)
     if not parts and not reasons:
         reasons = _no_route(question, network)

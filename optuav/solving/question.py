@@ -11,7 +11,7 @@ from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
 from optuav.arrays import Values
-from optuav.engines.registry import Engine, capabilities, conforming, engine, need
+from optuav.engines.registry import Engine, capabilities, conforming, engine, need, preferred
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
@@ -189,24 +189,18 @@ def unknown(option: str, value: object, allowed: Sequence[str]) -> Fault:
 
 def chosen_engine(model: Model, question: Question) -> Engine:
     """The engine that answers a question about a model; refused if none takes it."""
+    refuse_unfit(model, question)
     if question.engine != AUTO:
-        refuse_unfit(model, question)
         return engine(question.engine)
-    found, slots = traits(model), question.slot_s is not None
-    able = [each for each in capabilities.values() if not each.obstacle(found, slots)]
-    slots_only = [each.name for each in able if each.slots is None]
-    others = [each.name for each in able if each.slots is not None]
-    if not (preferred := [*slots_only, *others] if slots else others):
-        more = f"; with slot_s, {slots_only[0]} does" if slots_only else ""
-        raise InputError(f"no engine takes this model: {found}{more}")
-    return engine(preferred[0])
+    return preferred(traits(model), question.slot_s is not None)
 
 
 def refuse_unfit(model: Model, question: Question) -> None:
-    """Refuse the engine that was asked for if it does not take a model."""
-    words = ". The perspectives of the paper are linear: perspective battery, for example"
-    linear = words if question.perspective == AVAILABLE else ""
-    need(question.engine, traits(model), question.slot_s is not None, linear)
+    """Refuse an engine that was asked for if it does not take a model."""
+    linear = ". The perspectives of the paper are linear: perspective battery, for example"
+    hint = linear * (question.perspective == AVAILABLE)
+    if question.engine != AUTO:
+        need(question.engine, traits(model), question.slot_s is not None, hint)
 
 
 def answer(

@@ -145,7 +145,7 @@ def test_comparison_can_fail() -> None:
     quantities = random_quantities(np.random.default_rng(0))
     truth = exact(vars(quantities), "battery", rests=True)
     assert truth is not None
-    answer = closed_form.solve(P4("b1").model(quantities), 1)
+    answer = closed_form.solve(P4("b1").model(quantities, "battery"), 1)
     assert not list(differences(answer, truth, 1e-6))
     later = Exact(truth.hover_s + 1, truth.rest_s)
     sooner = Exact(truth.hover_s, truth.rest_s - 1)

@@ -74,7 +74,7 @@ def test_every_cell_is_that_of_algorithm_1(
     """Both tables of the printed double loop, cell for cell, and the pair chosen from them."""
     given = quantities(deadline_s=50.0 + horizon_s, capacity_As=260.0, hover_current_A=12.0)
     tables = algorithm1(soc_of(given), horizon_s, given.min_soc, slot_s)
-    model = P4("b1").model(given)
+    model = P4("b1").model(given, "battery")
     parameters = model.row(0)
     hover_s, rest_s = grid.axes(model, parameters, slot_s)
     points = {"hover_time_s": hover_s, "rest_time_s": rest_s[:, None]}
@@ -101,7 +101,7 @@ def test_tables_are_not_all_or_nothing() -> None:
 @pytest.mark.parametrize(("deadline_s", "hover_s"), [(800.0, 740.65), (1200.0, 950.0)])
 def test_direct_flight_of_table_ii(deadline_s: float, hover_s: float) -> None:
     """The paper's 740.65 s keeps the fraction of the horizon; its 950 s is whole slots."""
-    model = P3().model(quantities(TABLE_II, deadline_s=deadline_s))
+    model = P3().model(quantities(TABLE_II, deadline_s=deadline_s), "battery")
     assert grid.solve(model, 1, slot_s=1.0).values["hover_time_s"][0] == pytest.approx(
         hover_s, abs=1e-9
     )
@@ -128,7 +128,7 @@ def test_direct_flight_takes_whole_slots_of_charge(
     horizon_s: float, charge_s: float, expected_s: float
 ) -> None:
     """min(T_max − T_fl, ⌊charge limit⌋), the charge limit before, in and after the last slot."""
-    found = grid.solve(P3().model(hovering(horizon_s, charge_s)), 1, slot_s=1.0)
+    found = grid.solve(P3().model(hovering(horizon_s, charge_s), "battery"), 1, slot_s=1.0)
     assert found.values["hover_time_s"][0] == pytest.approx(expected_s, abs=1e-9)
 
 
@@ -145,7 +145,7 @@ def hovering(horizon_s: float, charge_s: float) -> Quantities:
 @pytest.mark.parametrize(("horizon_s", "charge_s"), [(-0.5, 100.0), (100.0, -0.5)])
 def test_direct_flight_without_time_or_charge(horizon_s: float, charge_s: float) -> None:
     """Half a second short of a flight without hovering is infeasible, not Δ = 0."""
-    found = grid.solve(P3().model(hovering(horizon_s, charge_s)), 1, slot_s=1.0)
+    found = grid.solve(P3().model(hovering(horizon_s, charge_s), "battery"), 1, slot_s=1.0)
     assert found.statuses == [Status.INFEASIBLE]
     assert np.isnan(found.values["hover_time_s"][0])
 
@@ -153,16 +153,16 @@ def test_direct_flight_without_time_or_charge(horizon_s: float, charge_s: float)
 def test_shortest_rest_of_the_longest_hover() -> None:
     """Of 150 s, at 10 A from 800 A s and 5 A for each second of rest, 103.3 s can be hovered;
     103 s need 46 s of rest, although 47 s are left."""
-    found = grid.solve(P4("b1").model(quantities()), 1, slot_s=1.0)
+    found = grid.solve(P4("b1").model(quantities(), "battery"), 1, slot_s=1.0)
     assert found.point(0) == {"hover_time_s": 103.0, "rest_time_s": 46.0}
 
 
 def test_binding_constraints_are_those_that_the_next_slot_would_break() -> None:
     """Another second of hover lacks charge; with charge in plenty it lacks time."""
-    labels = grid.solve(P4("b1").model(quantities()), 1, slot_s=1.0).binding_labels(0)
+    labels = grid.solve(P4("b1").model(quantities(), "battery"), 1, slot_s=1.0).binding_labels(0)
     assert labels == ("P4.a state of charge",)
     labels = grid.solve(
-        P4("b1").model(quantities(capacity_As=5000.0)), 1, slot_s=1.0
+        P4("b1").model(quantities(capacity_As=5000.0), "battery"), 1, slot_s=1.0
     ).binding_labels(0)
     assert labels == ("P4.b deadline",)
     model = Model("test")
@@ -176,9 +176,11 @@ def test_binding_constraints_are_those_that_the_next_slot_would_break() -> None:
 def test_several_programmes_are_solved_one_by_one() -> None:
     """Feasible and infeasible ones side by side, each as it would be alone."""
     deadlines = np.array([200.0, 51.5, 120.0, 10.0])
-    found = grid.solve(P4("b1").model(quantities(deadline_s=deadlines)), 4, slot_s=1.0)
+    found = grid.solve(P4("b1").model(quantities(deadline_s=deadlines), "battery"), 4, slot_s=1.0)
     for k, deadline in enumerate(deadlines):
-        alone = grid.solve(P4("b1").model(quantities(deadline_s=float(deadline))), 1, slot_s=1.0)
+        alone = grid.solve(
+            P4("b1").model(quantities(deadline_s=float(deadline)), "battery"), 1, slot_s=1.0
+        )
         assert found.statuses[k] == alone.statuses[0]
         for name, values in alone.values.items():
             np.testing.assert_array_equal(found.values[name][k], values[0])
@@ -189,7 +191,9 @@ def test_missing_number_spoils_its_own_programme_only() -> None:
     """A leg that cannot be flown has no time: an error there, not a search without deadline."""
     times = np.array([50.0, math.nan])
     for formulation in (P3(), P4("b1")):
-        found = grid.solve(formulation.model(quantities(flight_time_s=times)), 2, slot_s=1.0)
+        found = grid.solve(
+            formulation.model(quantities(flight_time_s=times), "battery"), 2, slot_s=1.0
+        )
         assert found.statuses == [Status.OPTIMAL, Status.ERROR]
         assert np.isnan(found.objective[1])
 
@@ -206,7 +210,7 @@ def test_answer_does_not_depend_on_the_size_of_blocks(
         {"rest_current_A": 0.0},
         {"capacity_As": 5000.0},
     )
-    models = [formulation.model(quantities(**each)) for each in changes]
+    models = [formulation.model(quantities(**each), "battery") for each in changes]
     whole = [grid.solve(model, 1, slot_s=1.0).point(0) for model in models]
     monkeypatch.setattr(grid, "CELLS_AT_ONCE", cells)
     assert [grid.solve(model, 1, slot_s=1.0).point(0) for model in models] == whole
@@ -214,7 +218,7 @@ def test_answer_does_not_depend_on_the_size_of_blocks(
 
 def test_no_block_is_larger_than_allowed() -> None:
     """Memory is bounded, and the blocks together hold every cell that can be feasible once."""
-    model = P4("b1").model(quantities())
+    model = P4("b1").model(quantities(), "battery")
     seen = []
     for points in grid._blocks(model, grid.axes(model, model.row(0), 1.0), 500):
         hover, rest = np.broadcast_arrays(points["hover_time_s"], points["rest_time_s"])
@@ -251,7 +255,7 @@ def test_cells_are_counted_while_they_are_tried(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(grid, "CELLS_AT_ONCE", 1000)
     seen: list[tuple[int, int]] = []
     engine = grid.Grid(lambda tried, count: seen.append((tried, count)))
-    engine.solve(P4("b1").model(quantities()), 1, slot_s=1.0)
+    engine.solve(P4("b1").model(quantities(), "battery"), 1, slot_s=1.0)
     assert len(seen) > 10
     assert seen == sorted(seen)
     assert {count for _, count in seen} == {(seen[-1][1])}
@@ -261,7 +265,7 @@ def test_cells_are_counted_while_they_are_tried(monkeypatch: pytest.MonkeyPatch)
 def test_passed_time_limit_is_an_error() -> None:
     """What was not searched to its end has no answer."""
     with pytest.raises(SolverError, match="time limit"):
-        grid.solve(P4("b1").model(quantities()), 1, slot_s=1.0, time_limit_s=1e-9)
+        grid.solve(P4("b1").model(quantities(), "battery"), 1, slot_s=1.0, time_limit_s=1e-9)
 
 
 def curved(lower: float = 0.0) -> Model:

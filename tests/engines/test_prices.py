@@ -157,7 +157,7 @@ def test_soak_prices(engine: str, prices: int) -> None:
 
 def test_comparison_can_fail() -> None:
     """A wrong side is told, and a finite price where that side is infeasible."""
-    model = P3().model(quantities(deadline_s=50.0))
+    model = P3().model(quantities(deadline_s=50.0), "battery")
     right = ShadowPrice(math.inf, 1.0)
     assert agrees(right, model, "deadline_s", 1e-6)
     for wrong in (
@@ -174,7 +174,7 @@ def test_tied_and_degenerate_entries_are_told_apart() -> None:
         capacity_As=np.array([500.0, 8000.0 / 9.0, 500.0]),
         deadline_s=np.array([200.0, 200.0, 40.0]),
     )
-    solution = closed_form.solve(P4("b1").model(given), 3)
+    solution = closed_form.solve(P4("b1").model(given, "battery"), 3)
     # By hand: 1/3 where charge and deadline meet; 1 less and 1/3 more where T' = 0 besides.
     assert solution.shadow_prices(0)["deadline_s"] == pytest.approx((1 / 3, 1 / 3))
     assert solution.shadow_prices(1)["deadline_s"] == pytest.approx((1.0, 1 / 3))
@@ -220,7 +220,7 @@ AT_THE_EDGE = {
 
 def test_p1_at_the_edge_of_the_coverage() -> None:
     """Less reach makes the mission infeasible, more of it brings nothing to a fixed point."""
-    prices = closed_form.solve(P1().model(quantities(**AT_THE_EDGE)), 1).shadow_prices()
+    prices = closed_form.solve(P1().model(quantities(**AT_THE_EDGE), "battery"), 1).shadow_prices()
     assert tuple(prices["coverage_radius_m"]) == (math.inf, 0.0)
     assert tuple(prices["hover_distance_m"]) == (0.0, -math.inf)
     assert tuple(prices["min_altitude_m"]) == (0.0, -math.inf)
@@ -229,7 +229,7 @@ def test_p1_at_the_edge_of_the_coverage() -> None:
 
 def test_objective_may_hold_parameters_itself() -> None:
     """P2 counts the flight: a second more of it costs one, and the time that is left besides."""
-    prices = closed_form.solve(P2().model(quantities(**AT_THE_EDGE)), 1).shadow_prices()
+    prices = closed_form.solve(P2().model(quantities(**AT_THE_EDGE), "battery"), 1).shadow_prices()
     assert tuple(prices["flight_time_s"]) == (1.0, 1.0)
 
 
@@ -244,10 +244,13 @@ def test_what_counts_as_a_kink(less: float, more: float, kink: bool) -> None:
 
 def test_no_prices_without_an_answer_or_multipliers() -> None:
     """An infeasible programme, an error, and an answer in whole slots have none."""
-    infeasible = closed_form.solve(P3().model(quantities(deadline_s=0.0)), 1)
+    infeasible = closed_form.solve(P3().model(quantities(deadline_s=0.0), "battery"), 1)
     assert infeasible.shadow_prices() == {}
-    assert closed_form.solve(P3().model(quantities(deadline_s=math.nan)), 1).shadow_prices() == {}
-    in_slots = grid.solve(P4("b1").model(quantities()), 1, slot_s=1.0)
+    assert (
+        closed_form.solve(P3().model(quantities(deadline_s=math.nan), "battery"), 1).shadow_prices()
+        == {}
+    )
+    in_slots = grid.solve(P4("b1").model(quantities(), "battery"), 1, slot_s=1.0)
     assert in_slots.shadow_prices() == {}
 
 

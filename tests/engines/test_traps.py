@@ -57,7 +57,9 @@ def test_highs_itself_drops_a_row_without_a_number() -> None:
 @pytest.mark.parametrize("engine", ENGINES)
 def test_missing_number_is_an_error(engine: str, name: str) -> None:
     """NaN in any place of a programme: status error, and no values to travel on."""
-    found = solved(engine, P4("b1").model(quantities(**{name: math.nan})), slot_s(engine))
+    found = solved(
+        engine, P4("b1").model(quantities(**{name: math.nan}), "battery"), slot_s(engine)
+    )
     assert found.status is Status.ERROR
     assert np.isnan([found.objective[0], *(values[0] for values in found.values.values())]).all()
     with pytest.raises(SolverError, match="error"):
@@ -68,7 +70,7 @@ def test_missing_number_is_an_error(engine: str, name: str) -> None:
 def test_missing_number_spoils_its_own_programme_only(engine: str) -> None:
     """Of three itineraries the middle one has no flight time."""
     given = quantities(flight_time_s=np.array([50.0, math.nan, 60.0]))
-    found = solved(engine, P4("b1").model(given), slot_s(engine), programmes=3)
+    found = solved(engine, P4("b1").model(given, "battery"), slot_s(engine), programmes=3)
     assert [status.has_answer for status in found.statuses] == [True, False, True]
     assert found.statuses[1] is Status.ERROR
 
@@ -385,7 +387,7 @@ def test_half_a_verdict_is_refused(
     said: str, refusal: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Words that leave it open are neither infeasible nor unbounded."""
-    compiled = CvxpyProgramme(P3().model(quantities()))
+    compiled = CvxpyProgramme(P3().model(quantities(), "battery"))
     say(monkeypatch, [said] * 9)
     with pytest.raises(SolverError, match=refusal):
         compiled.solve({})

@@ -55,11 +55,11 @@ class SmallestBattery(Formulation):
 
 def least_rest(**changes: Any) -> Model:
     """100 A s in flight, 10 Δ in hover, 5 T' back: 85 s of hover need 10 s of rest."""
-    return LeastRest().model(quantities(**changes))
+    return LeastRest().model(quantities(**changes), "battery")
 
 
 def smallest_battery(*, rests: bool) -> Model:
-    return SmallestBattery().model(quantities(rests=rests))
+    return SmallestBattery().model(quantities(rests=rests), "battery")
 
 
 def answered(model: Model, engine: str, slot_s: float = 5.0) -> Solution:

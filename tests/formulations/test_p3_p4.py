@@ -69,7 +69,7 @@ P4_LATEX = r"""\begin{align*}
 
 def test_p3_as_printed() -> None:
     """The problem, its quantities with units and keys; nothing of a rest occurs in it."""
-    page = str(P3().model(quantities(TABLE_II, deadline_s=800.0)))
+    page = str(P3().model(quantities(TABLE_II, deadline_s=800.0), "battery"))
     assert page.splitlines() == P3_PAGE.splitlines()
 
 
@@ -80,7 +80,7 @@ def test_p4_as_printed() -> None:
 
 
 def test_p4_in_latex() -> None:
-    assert P4("b1").model(quantities()).to_latex().startswith(P4_LATEX)
+    assert P4("b1").model(quantities(), "battery").to_latex().startswith(P4_LATEX)
 
 
 @pytest.mark.parametrize("perspective", LINEAR)
@@ -103,7 +103,9 @@ def test_statements_are_linear(formulation: Formulation, perspective: str) -> No
 
 def test_constraints_point_to_the_formulation() -> None:
     """Their lines are those of the statement, whoever builds the model."""
-    places = [constraint.declared_at for constraint in P4("b1").model(quantities()).constraints]
+    places = [
+        constraint.declared_at for constraint in P4("b1").model(quantities(), "battery").constraints
+    ]
     assert all(re.fullmatch(r"p4\.py:\d+", place) for place in places)
     assert len(set(places)) == 2
 
@@ -155,7 +157,7 @@ def test_what_binds_p4(
     changes: dict[str, float], hover_s: float | None, rest_s: float, binding: set[str]
 ) -> None:
     """1600/9 A s above η0 = 0.1 and the flight are what 150 s at 10 A draw."""
-    found = closed_form.solve(P4("b1").model(quantities(**changes)), 1)
+    found = closed_form.solve(P4("b1").model(quantities(**changes), "battery"), 1)
     assert set(found.binding_labels(0)) == binding
     if hover_s is None:
         assert found.statuses == [Status.ERROR]
@@ -175,14 +177,14 @@ def test_infeasible_by_time_or_by_charge(
 ) -> None:
     """A second or an ampere second too little, and no rest to make up for it."""
     given = quantities(**changes, rest_current_A=0.0)
-    found = closed_form.solve(formulation.model(given), 1)
+    found = closed_form.solve(formulation.model(given, "battery"), 1)
     assert found.statuses[0].value == status
 
 
 @pytest.mark.parametrize(("deadline_s", "hover_s"), [(800.0, 740.65), (1200.0, 950.9750)])
 def test_p3_of_table_ii(deadline_s: float, hover_s: float) -> None:
     """Bound by time at 800 s, by charge at 1200 s."""
-    found = closed_form.solve(P3().model(quantities(TABLE_II, deadline_s=deadline_s)), 1)
+    found = closed_form.solve(P3().model(quantities(TABLE_II, deadline_s=deadline_s), "battery"), 1)
     assert found.point(0)["hover_time_s"] == pytest.approx(hover_s, abs=1e-3)
 
 
@@ -201,8 +203,11 @@ def test_formulation_of_ones_own() -> None:
             """State the shortest hover."""
             model.minimise(model.variable("hover_time_s", "Δ", unit="s"))
 
-    assert Least().model(quantities()).title == "Least"
-    assert P3().model(quantities()).title == "P3: longest hover on a given route without a rest"
+    assert Least().model(quantities(), "battery").title == "Least"
+    assert (
+        P3().model(quantities(), "battery").title
+        == "P3: longest hover on a given route without a rest"
+    )
 
 
 @pytest.mark.parametrize("name", ["p1", "p2", "p3", "p4", "algorithms"])

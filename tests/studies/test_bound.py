@@ -20,7 +20,7 @@ from tests.formulations.given import quantities
 
 def p4(**changes: Any) -> tuple[Model, dict[str, Any]]:
     """A P4 with 10 A of hover, 5 A of rest, 800 A s to spend and 150 s of time."""
-    model = P4("b1").model(quantities(**changes))
+    model = P4("b1").model(quantities(**changes), "battery")
     return model, model.row(0)
 
 
@@ -37,7 +37,7 @@ def test_two_slots_where_it_is_not() -> None:
 
 
 def test_one_slot_without_a_rest() -> None:
-    model = P3().model(quantities())
+    model = P3().model(quantities(), "battery")
     assert bound(model, model.row(0), 40.0) == (1, "no rest")
 
 
@@ -50,7 +50,7 @@ def test_constraints_without_unknowns_do_not_matter() -> None:
         min_altitude_m=50.0,
         max_altitude_m=100.0,
     )
-    model = P1().model(given)
+    model = P1().model(given, "battery")
     assert bound(model, model.row(0), 1.0)[0] == 1
 
 
