@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import cached_property, lru_cache, partial
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -32,13 +32,12 @@ class _Single:
         totals = routes.flight_time_s, routes.flight_charge_As, routes.flight_energy_J
         self.flight = [each[None] for each in totals]
 
-    @cached_property
-    def figures(self) -> Quantities:
-        """The quantities of all itineraries, without the steps on the way."""
-        return _figures(self, np.arange(len(self.network.routes)))
 
-
-_single = lru_cache(maxsize=1)(_Single)
+@lru_cache(maxsize=1)
+def _single(network: Network) -> tuple[_Single, Quantities]:
+    """A mission as tables, with its figures."""
+    tables = _Single(network)
+    return tables, figures(tables)
 
 
 def quantities(
@@ -49,20 +48,33 @@ def quantities(
     rests: bool = True,
     steps: bool = True,
     hover_open: bool = False,
+    known: Quantities | None = None,
 ) -> Quantities:
     """Quantities of some itineraries, all direct or all by way of a building.
 
-    Arrays have one entry an itinerary, of a mission or of numbered variants of it. The steps on the
-    way are among them where all stay in the same order; legs to and from an open hover point are
-    named.
+    Arrays have one entry an itinerary, of a mission or of numbered variants of it, whose `figures`
+    may be known. The steps on the way are among them where all stay in the same order; legs to and
+    from an open hover point are named.
     """
-    tables = _single(source) if isinstance(source, Network) else source
+    tables: _Single | Variants
+    if isinstance(source, Network):
+        tables, table = _single(source)
+    else:
+        tables, table = source, known or figures(source)
     first = tables.network.routes.rest_first[which]
     alike = steps and (first.all() or not first.any())
     way = tuple(_steps(tables, which, variant, rests, hover_open)) if alike else ()
-    if isinstance(tables, _Single):
-        return entries(tables.figures, which, steps=way, rests=rests)
-    return replace(_figures(tables, which, variant), steps=way, rests=rests)
+    return chosen(table, which, variant, steps=way, rests=rests)
+
+
+def chosen(
+    table: Quantities, which: Integers, variant: Integers | None = None, **changes: Any
+) -> Quantities:
+    """Quantities of some itineraries of some variants, from a table of all; some changed."""
+    taken = {each.name: getattr(table, each.name) for each in QUANTITIES}
+    for name, values in taken.items():
+        taken[name] = values if values is None else _taken(values, variant, which)
+    return replace(table, **{**taken, **changes})
 
 
 def entries(given: Quantities, which: Integers | slice, **changes: Any) -> Quantities:
@@ -121,39 +133,38 @@ def _stages(
     return ((none + _taken(t, variant, legs), none + _taken(i, variant, legs)) for t, i in pairs)
 
 
-def _figures(
-    tables: _Single | Variants, which: Integers, variant: Integers | None = None
-) -> Quantities:
-    """Quantities of some itineraries without the steps on the way."""
+def figures(tables: _Single | Variants) -> Quantities:
+    """Quantities of all itineraries without the steps on the way, as tables.
+
+    Each is a number, or an array (variant or 1, route or 1).
+    """
     battery, limits, routes = tables.mission.battery, tables.mission.limits, tables.network.routes
-    take = partial(_taken, variant=variant)
-    building, packs, capacity_As = routes.building[which], battery.packs, battery.capacity_As
-    packs, capacity_As, nominal_V = map(take, (packs, capacity_As, battery.nominal_voltage_V))
-    flight_s, flight_As, flight_J = (take(each, columns=which) for each in tables.flight)
-    hover_A, hover_W = map(take, tables.hover_load)
+    building, packs, capacity_As = routes.building, battery.packs, battery.capacity_As
+    flight_s, flight_As, flight_J = tables.flight
+    hover_A, hover_W = tables.hover_load
     voltages: dict[str, Quantity] = {}
     for load, drawn, given in ("flight", flight_As, flight_J), ("hover", hover_A, hover_W):
         draws = np.asarray(drawn) > 0.0
-        mean_V = np.where(draws, given / np.where(draws, drawn, 1.0), nominal_V)[()]
+        mean_V = np.where(draws, given / np.where(draws, drawn, 1.0), battery.nominal_voltage_V)[()]
         # What the full battery holds where that is stated; computed where its size varies.
         key, full_J = f"{load}_energy_J", None
         if getattr(tables.network.mission.battery, key) is not None:
             stated_J = getattr(battery, key)
-            full_J = packs * capacity_As * mean_V if stated_J is None else take(stated_J)
+            full_J = packs * capacity_As * mean_V if stated_J is None else stated_J
         voltages |= {f"{load}_voltage_V": mean_V, f"{load}_battery_J": full_J}
-    received_A, received_W = (take(each[:, [HOVER]]) for each in tables.received)
+    received_A, received_W = (each[:, [HOVER]] for each in tables.received)
     rest_A, rest_W = (
-        np.where(building >= 0, take(table, columns=FIRST_BUILDING + building) - take(drawn), 0.0)
+        np.where(building >= 0, table[:, FIRST_BUILDING + building] - drawn, 0.0)
         for table, drawn in zip(tables.received, vehicle.rest_load(tables.mission), strict=True)
     )
     hover_m = tables.position_m[:, [HOVER]]
     apart_m = hover_m - as_points(tables.mission.link.device_m)
     return Quantities(
-        deadline_s=take(limits.deadline_s),
-        min_soc=take(limits.min_soc),
+        deadline_s=limits.deadline_s,
+        min_soc=limits.min_soc,
         packs=packs,
         capacity_As=capacity_As,
-        nominal_voltage_V=nominal_V,
+        nominal_voltage_V=battery.nominal_voltage_V,
         flight_time_s=flight_s,
         flight_charge_As=flight_As,
         flight_energy_J=flight_J,
@@ -163,14 +174,14 @@ def _figures(
         rest_current_A=rest_A,
         rest_received_W=rest_W,
         **voltages,
-        available_fraction=take(battery.available_fraction),
-        flow_rate_per_s=take(battery.flow_rate_per_s),
-        hover_distance_m=take(np.sqrt((apart_m**2).sum(axis=-1))),
-        coverage_radius_m=take(tables.coverage_radius_m),
-        hover_altitude_m=take(hover_m[..., 2]),
-        min_altitude_m=take(limits.min_altitude_m),
-        max_altitude_m=take(limits.max_altitude_m),
-        end_gap_m=np.zeros(len(which)),
+        available_fraction=battery.available_fraction,
+        flow_rate_per_s=battery.flow_rate_per_s,
+        hover_distance_m=np.sqrt((apart_m**2).sum(axis=-1)),
+        coverage_radius_m=tables.coverage_radius_m,
+        hover_altitude_m=hover_m[..., 2],
+        min_altitude_m=limits.min_altitude_m,
+        max_altitude_m=limits.max_altitude_m,
+        end_gap_m=np.zeros((1, len(routes))),
         tapers=battery.charging == "taper",
     )
 
