@@ -46,6 +46,7 @@ NAME = "bracket"
 PROOF = "bracketed: a feasible time, and proof that none is longer"
 PROOF_OF_NONE = "bracketed: proof that no times satisfy all constraints"
 WIDTH_S = 1e-8  # Largest distance between a point that holds and one beyond which none does [s]
+EDGE_S = 1e-12  # To which the last point is found along the lines that others admit [s]
 FOUND_OUT = [Status(each) for each in ("error", "infeasible", "unknown", "feasible", "optimal")]
 MOST_BOXES = 1000  # That a sweep tries before it gives up
 SMALLEST_BOX_S = 1e-10
@@ -128,7 +129,7 @@ def _monotone(rows: Rows, x_top: Floats, y_top: Floats) -> tuple[Floats, Floats,
         found: Floats = helping.take(which).at_x(x).at(y).min(axis=0, initial=np.inf)
         return found
 
-    x, beyond = close_in(margin, 0.0 * end, np.maximum(end, 0.0), WIDTH_S)
+    x, beyond = close_in(margin, 0.0 * end, np.maximum(end, 0.0), EDGE_S)
     impossible = (starts < 0.0).any(axis=0) | (end < 0.0) | np.isnan(x)
     x = np.where(impossible, np.nan, x)
     y = np.maximum((starts - slopes * x).min(axis=0), 0.0)
@@ -256,37 +257,41 @@ def solve(
 def _read(
     forms: Sequence[StatedForm], names: Sequence[str], programmes: int
 ) -> tuple[Rows, Floats, Booleans]:
-    """All rows at constant current, how far both times can go [s], and where the numbers are.
-
-    The times go as far as constraints allow that are linear and only shorten times; the second is 0
-    where there is but one.
-    """
-    tops = np.zeros((2, programmes))
-    shortening = [
-        form.terms
-        for form, *_ in forms
-        if not form.rates_per_s
-        and all(np.all(c <= 0.0) for each, c in form.terms.items() if each != CONSTANT)
-    ]
-    for k, name in enumerate(names):
-        tops[k] = np.inf
-        own: Monomial = frozenset({(name, "time")})
-        for terms in shortening:
-            if own not in terms:
-                continue
-            least, slope = np.maximum(terms.get(CONSTANT, 0.0), 0.0), terms[own]
-            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-                tops[k] = np.minimum(tops[k], np.where(slope < 0.0, least / -slope, np.inf))
-        if np.isinf(tops[k]).any():
-            raise InputError(
-                f"engine {NAME} needs a linear constraint that bounds {name}: "
-                "given.keep_deadline states the deadline"
-            )
+    """All rows at constant current, how far both times can go [s], and where the numbers are."""
+    tops = reach(forms, names, programmes)
     usable = np.asarray(~np.isnan(tops).any(axis=0))
     tops = np.where(usable, tops, 0.0)
     rows = rows_of([each for each in forms if each.constraint], names, tops.max(axis=0))
     usable &= ~np.isnan(rows.weights).any(axis=(0, 1))
     return rows, tops, usable
+
+
+def reach(forms: Sequence[StatedForm], names: Sequence[str], programmes: int) -> Floats:
+    """How far both times of programmes can go [s], the second 0 where there is but one.
+
+    As far as constraints allow that are linear and, in a programme, only shorten times.
+    """
+    tops = np.zeros((2, programmes))
+    linear = [form.terms for form, *_ in forms if not form.rates_per_s]
+    for k, name in enumerate(names):
+        tops[k] = np.inf
+        own: Monomial = frozenset({(name, "time")})
+        for terms in linear:
+            if own not in terms:
+                continue
+            least, slope = np.maximum(terms.get(CONSTANT, 0.0), 0.0), terms[own]
+            shortens = np.True_
+            for each, other in terms.items():
+                shortens = shortens & ((each == CONSTANT) | (np.asarray(other) <= 0.0))
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                most = np.where(shortens & (slope < 0.0), least / -slope, np.inf)
+            tops[k] = np.minimum(tops[k], most)
+        if np.isinf(tops[k]).any():
+            raise InputError(
+                f"engine {NAME} needs a linear constraint that bounds {name}: "
+                "given.keep_deadline states the deadline"
+            )
+    return tops
 
 
 def _tapered(

@@ -39,6 +39,7 @@ ROUNDING = 2e-13  # Share of the sum of a row's terms by which it may fall short
 DUST = 1e-25
 """Share of the sum of a row's terms below which one is left out, so that no quotient overflows."""
 TINY = 1e-200  # Stands in for a rate of 0: a quotient by it keeps its limit
+SPACING = 4.0 * np.finfo(float).eps  # Share of numbers that lie next to each other
 WIDTH_S = 1e-11  # To which the ends of what rows admit are found [s]
 
 
@@ -52,7 +53,7 @@ def close_in(
 ) -> tuple[Floats, Floats]:
     """The last points that hold (margin ≥ 0) on the way from a start that does to a goal.
 
-    With neighbours at most a width apart that do not hold; the goal twice where it holds, NaN and
+    With neighbours at most a width apart, or next to each other, that do not hold; the goal twice where it holds, NaN and
     the goal where neither end does. Inverse quadratic interpolation where three points allow it,
     else halving: [1]_. What is found of an interval does not depend on the others. Margins at start
     and goal may be known.
@@ -64,7 +65,7 @@ def close_in(
     x1, x2, f1, f2 = (each[which] for each in (start, goal, f1, f2))
     x3, f3 = x2, f2
     for step in range(MOST_STEPS):
-        wide = np.abs(x2 - x1) > width
+        wide = np.abs(x2 - x1) > width + SPACING * np.abs(x1)
         if not wide.all():
             which = which[wide]
             x1, x2, x3, f1, f2, f3 = (each[wide] for each in (x1, x2, x3, f1, f2, f3))

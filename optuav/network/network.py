@@ -211,19 +211,34 @@ def trajectory_routes(network: Network, name: Trajectory, order: Order | None = 
     ``"traj2"`` is the shortest in time by one building (several where they tie), ``"optimal"`` is
     any.
     """
-    routes = network.routes
-    usable, rests = routes.flyable, routes.building >= 0
+    away_m = network.places.position_m[FIRST_BUILDING:] - np.array(network.mission.link.device_m)
+    usable, flight_s = network.routes.flyable[None], network.routes.flight_time_s[None]
+    return np.flatnonzero(usable_routes(network.routes, name, order, usable, flight_s, away_m[None]))
+
+
+def usable_routes(
+    routes: Routes,
+    name: Trajectory,
+    order: Order | None,
+    flyable: Booleans,
+    flight_time_s: Floats,
+    away_m: Floats,
+) -> Booleans:
+    """Which flyable routes a trajectory may use in every variant (variant or 1, route).
+
+    Flight times [s] are of the same shape; `away_m` (variant or 1, building, 3) are the ways from
+    the device to the buildings [m].
+    """
+    usable, rests = flyable, routes.building >= 0
     if order is not None:
         usable = usable & (~rests | (routes.rest_first == (order == "rest-first")))
     if name == "direct":
         usable = usable & ~rests
     elif name == "traj1":
-        device_m = np.array(network.mission.link.device_m)
-        away_m = network.places.position_m[FIRST_BUILDING:] - device_m
-        nearest = np.append((away_m**2).sum(axis=1), np.inf).argmin()
-        usable = usable & rests & (routes.building == nearest)
+        distance_m2 = np.pad((away_m**2).sum(axis=2), ((0, 0), (0, 1)), constant_values=np.inf)
+        usable = usable & rests & (routes.building == distance_m2.argmin(axis=1)[:, None])
     elif name == "traj2":
         usable = usable & rests
-        if usable.any():
-            usable &= routes.flight_time_s <= routes.flight_time_s[usable].min() + SAME_S
-    return np.flatnonzero(usable)
+        times_s = np.where(usable, flight_time_s, np.inf)
+        usable = usable & (times_s <= times_s.min(axis=1, keepdims=True) + SAME_S)
+    return usable

@@ -6,9 +6,10 @@ variants has a single row. Buildings stay where they are.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -38,6 +39,18 @@ class Variants:
     def count(self) -> int:
         """Number of variants."""
         return len(next(iter(self.columns.values())))
+
+    def others(self, columns: Columns) -> Variants:
+        """Variants by other values of the same keys; tables that no key moves are kept."""
+        found = Variants(self.network, columns, self.known_radius_m)
+        if self.count > 1:
+            alike = ("position_m", "received", "able", "flight", "hover_load", "loads")
+            for name in (each for each in alike if each in vars(self)):
+                tables = getattr(self, name)
+                rows = [tables] if isinstance(tables, np.ndarray) else _flat(tables)
+                if all(np.ndim(each) < 2 or len(each) == 1 for each in rows):
+                    vars(found)[name] = tables
+        return found
 
     @cached_property
     def mission(self) -> Mission:
@@ -119,3 +132,9 @@ class Variants:
         legs, position_m = self.network.legs, self.position_m
         x, y, z = np.moveaxis(position_m[:, legs.end] - position_m[:, legs.start], -1, 0)
         return vehicle.leg_loads(self.mission, (x, y, z))[0]
+
+
+def _flat(tables: Iterable[Any]) -> Iterator[Quantity]:
+    """Tables, also those in tuples, one by one."""
+    for each in tables:
+        yield from _flat(each) if isinstance(each, tuple | list) else (each,)

@@ -73,7 +73,7 @@ def chosen(
     """Quantities of some itineraries of some variants, from a table of all; some changed."""
     taken = {each.name: getattr(table, each.name) for each in QUANTITIES}
     for name, values in taken.items():
-        taken[name] = values if values is None else _taken(values, variant, which)
+        taken[name] = values if values is None else table_entries(values, variant, which)
     return replace(table, **{**taken, **changes})
 
 
@@ -88,15 +88,17 @@ def entries(given: Quantities, which: Integers | slice, **changes: Any) -> Quant
     return replace(given, **{**figures, "steps": steps, **changes})
 
 
-def _taken(values: Quantity, variant: Integers | None, columns: Integers | None = None) -> Quantity:
-    """Entries of a table of variants and their places, legs or routes."""
+def table_entries(values: Quantity, variant: Integers | None, columns: Integers) -> Quantity:
+    """Entries of a table of variants and their places, legs or routes; a number if all are one."""
     if isinstance(values, float):
         return float(values)
     table = np.atleast_2d(values)
     if table.shape == (1, 1):
         return float(table[0, 0])
-    several = columns is not None and table.shape[1] > 1
-    return table[variant if len(table) > 1 else 0, columns if several else 0]
+    rows, across = table.shape
+    if variant is None or rows == 1:
+        return table[0, columns if across > 1 else 0]
+    return table[:, 0].take(variant) if across == 1 else table.ravel().take(variant * across + columns)
 
 
 def _steps(
@@ -130,7 +132,7 @@ def _stages(
         return zip(table.durations_s[:, legs], table.currents_A[:, legs], strict=True)
     none = np.zeros(len(legs))
     pairs = zip(*tables.loads[:2], strict=True)
-    return ((none + _taken(t, variant, legs), none + _taken(i, variant, legs)) for t, i in pairs)
+    return ((none + table_entries(t, variant, legs), none + table_entries(i, variant, legs)) for t, i in pairs)
 
 
 def figures(tables: _Single | Variants) -> Quantities:

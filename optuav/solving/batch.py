@@ -12,7 +12,7 @@ from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, well_limits
 from optuav.arrays import Booleans, Floats
 from optuav.engines import bracket, closed_form
-from optuav.engines.bracket import WIDTH_S, largest, shortest
+from optuav.engines.bracket import WIDTH_S, largest, reach, shortest
 from optuav.engines.rows import StatedForm, rows_of
 from optuav.errors import Fault, refuse
 from optuav.mission.schema import Number
@@ -165,20 +165,24 @@ def longest(given: Quantities, count: int, *, shortest_rest: bool = False) -> Ho
     names = ("hover", "rest") if given.rests else ("hover",)
     times = [Exponential({frozenset({(name, "time")}): 1.0}) for name in names]
     hover, rest = times if given.rests else (*times, None)
-    stated = [PERSPECTIVES[AVAILABLE](given, hover, 0.0 if rest is None else rest) - given.min_soc]
+    soc = PERSPECTIVES[AVAILABLE](given, hover, 0.0 if rest is None else rest)
+    # What has to be ≥ 0, with the size of the side that a model has on the right.
+    stated = [(soc - given.min_soc, given.min_soc)]
     for limit in well_limits(given, hover, rest):
         # Infinite where it is not needed, so that no answer depends on the others.
         if np.any(needed := _needed(given, limit)):
             left, right = limit.relation.sides
             margin = left - right if limit.kind == "dry" else right - left
-            stated.append(margin if np.all(needed) else margin + np.where(needed, 0.0, np.inf))
+            margin = margin if np.all(needed) else margin + np.where(needed, 0.0, np.inf)
+            stated.append((margin, right))
     left_s = given.time_left
-    stated.append(left_s - (hover if rest is None else hover + rest))
-    forms = [e if isinstance(e, Exponential) else Exponential({CONSTANT: e}) for e in stated]
-    sized = [*(StatedForm(each, 1.0) for each in forms[:-1]), StatedForm(forms[-1], left_s)]
-    x_top = np.broadcast_to(np.maximum(left_s, 0.0), count)
-    y_top = x_top if given.rests else np.zeros(count)
-    rows = rows_of(sized, names, x_top)
+    stated.append((left_s - (hover if rest is None else hover + rest), np.abs(left_s)))
+    sized = [
+        StatedForm(e if isinstance(e, Exponential) else Exponential({CONSTANT: e}), size)
+        for e, size in stated
+    ]
+    x_top, y_top = tops = reach(sized, names, count)
+    rows = rows_of(sized, names, tops.max(axis=0))
     x, y, beyond = known = largest(rows, x_top, y_top)
     return Hovers(x, shortest(rows, known, y_top) if shortest_rest else y, beyond)
 

@@ -34,6 +34,7 @@ from optuav.network.one_stop import one_stop_is_enough
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.timeline import route_phases, simulated, stay_net
 from optuav.physics.flight import STAGES, speed_warning
+from optuav.physics.quantity import Quantity
 from optuav.plan import Phase, Plan
 from optuav.solving.assemble import legs_and_stays, quantities
 from optuav.solving.question import AUTO, PROBLEM_NAMES, Question, answer
@@ -98,11 +99,32 @@ def best(
     The first of plans that tie to 1e-6 s; times [s] are NaN where there is no plan.
     """
     hover, mission = np.asarray(hover_time_s, float), np.asarray(mission_time_s, float)
-    if not np.isfinite(hover).any():
-        return None
-    tied = hover >= np.nanmax(hover) - SAME_S
-    tied &= mission <= np.min(mission, where=tied, initial=np.inf) + SAME_S
-    return int(np.argmin(np.where(tied, np.asarray(stops, float), np.inf)))
+    (plans,) = np.nonzero(hover >= np.fmax.reduce(hover, initial=-np.inf) - SAME_S)
+    plans = plans[np.argsort(np.broadcast_to(stops, hover.shape)[plans], kind="stable")]
+    (chosen,) = shortest_of_each(np.zeros_like(plans), mission[plans]) if len(plans) else (None,)
+    return None if chosen is None else int(plans[chosen])
+
+
+def shortest_of_each(group: Integers, mission_time_s: Floats) -> Integers:
+    """Numbers of the first of the shortest plans of groups that lie together, one a group."""
+    number = tied(group, mission_time_s)
+    return number[_starts(group[number])]
+
+
+def tied(group: Integers, figures: Floats) -> Integers:
+    """Numbers of those in groups that lie together whose figures are the least, to 1e-6."""
+    starts = _starts(group)
+    if len(starts) == len(group):
+        return starts
+    least = np.minimum.reduceat(figures, starts)
+    return np.flatnonzero(figures <= least.repeat(np.diff(starts, append=len(group))) + SAME_S)
+
+
+def _starts(group: Integers) -> Integers:
+    """Where groups that lie together begin."""
+    begins = np.ones(len(group), bool)
+    np.not_equal(group[1:], group[:-1], out=begins[1:])
+    return np.flatnonzero(begins)
 
 
 def plan_for(
@@ -385,16 +407,36 @@ def by_balance(network: Network, rests: Booleans | bool) -> tuple[Floats, Floats
     left_s = mission.limits.deadline_s - routes.flight_time_s
     spare_As = (1.0 - mission.limits.min_soc) * capacity_As - routes.flight_charge_As
     drawn_A = -stay_net(network, HOVER).current_A
-    charging_A = np.maximum(stay_net(network, FIRST_BUILDING + routes.building).current_A, 0.0)
+    charging_A = stay_net(network, FIRST_BUILDING + routes.building).current_A
     gained_A = np.where(rests & (routes.building >= 0), charging_A, 0.0)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        # Resting for all the time that is left: I Δ − c (t − Δ) = Q.
-        most_s = (spare_As + gained_A * left_s) / (drawn_A + gained_A)
-        charges = np.where(spare_As >= drawn_A * left_s, np.inf, -np.inf)
-        hover_s = np.minimum(left_s, np.where(drawn_A + gained_A > 0.0, most_s, charges))
-        # Where next to nothing charges, rounding asks for more rest than there is time.
-        rest_s = np.clip((drawn_A * hover_s - spare_As) / gained_A, 0.0, left_s - hover_s)
-    return np.where(hover_s >= 0.0, hover_s, -np.inf), np.where(gained_A > 0.0, rest_s, 0.0)
+    hover_s = longest_by_balance(spare_As, drawn_A, gained_A, left_s)
+    return hover_s, shortest_by_balance(hover_s, spare_As, drawn_A, gained_A, left_s)
+
+
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
+def longest_by_balance(
+    spare: Quantity, drawn: Quantity, gained: Quantity, left_s: Quantity
+) -> Floats:
+    """The longest Δ [s] with drawn · Δ ≤ spare + gained · T' and Δ + T' ≤ left; −∞ for none."""
+    # Resting for all the time that is left; a rest that takes charge is none.
+    gained = np.maximum(gained, 0.0)
+    both = drawn + gained
+    most_s = (spare + gained * left_s) / both
+    if not np.all(both > 0.0):
+        charges = np.where(spare >= drawn * left_s, np.inf, -np.inf)
+        most_s = np.where(both > 0.0, most_s, charges)
+    hover_s = np.minimum(left_s, most_s)
+    return np.where(hover_s >= 0.0, hover_s, -np.inf)
+
+
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
+def shortest_by_balance(
+    hover_s: Floats, spare: Quantity, drawn: Quantity, gained: Quantity, left_s: Quantity
+) -> Floats:
+    """The least T' [s] for the Δ that `longest_by_balance` finds."""
+    # Where next to nothing charges, rounding asks for more rest than there is time.
+    rest_s = np.clip((drawn * hover_s - spare) / gained, 0.0, left_s - hover_s)
+    return np.where(np.asarray(gained) > 0.0, rest_s, 0.0)
 
 
 def promise(network: Network, parts: Sequence[Part], plan: Plan) -> Iterator[str]:

@@ -1,0 +1,402 @@
+"""The best plan of every variant of a mission, from arrays, with the answers of `optuav.solve`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from formulations.formulation import Formulation
+from formulations.p1 import P1
+from formulations.p2 import P2
+from formulations.p3 import P3
+from formulations.p4 import P4
+from formulations.parameters import Quantities
+from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES, tapered
+from optuav.arrays import Booleans, Floats, Integers, Values
+from optuav.engines import bracket
+from optuav.errors import SolverError
+from optuav.mission import Mission
+from optuav.modelling import Model
+from optuav.modelling.check import TOLERANCE, evaluated
+from optuav.modelling.forms import CONSTANT, Exponential
+from optuav.network.feasibility import TOLERANCE as RIM
+from optuav.network.network import build_network, usable_routes
+from optuav.network.places import FIRST_BUILDING, HOVER, as_points
+from optuav.network.variants import Variants
+from optuav.options import Perspective
+from optuav.physics.quantity import Quantity
+from optuav.solving.assemble import chosen, figures, quantities, table_entries
+from optuav.solving.batch import longest
+from optuav.solving.outcome import (
+    SAME_S,
+    TIMES,
+    longest_by_balance,
+    shortest_by_balance,
+    shortest_of_each,
+    tied,
+)
+from optuav.solving.question import Question, answer
+from optuav.solving.solve import solve
+from optuav.status import Status
+
+Codes: TypeAlias = npt.NDArray[np.int8]
+
+STATUSES = tuple(Status)
+REASONS = {
+    "none": "there is a plan",
+    "contradiction": "the numbers of the mission contradict each other, as where "
+    "limits.max_altitude_m is below limits.min_altitude_m",
+    "no_lift": "the UAV cannot fly: full thrust does not carry weight and wind "
+    "(body.mass_kg, wind.force_N, rotor.max_speed_rad_s)",
+    "out_of_reach": "the device is out of reach of the hover point "
+    "(link.device_m, link.transmit_power_W, limits.outage_probability, limits.min_altitude_m)",
+    "altitude": "route.hover_m is outside limits.min_altitude_m and limits.max_altitude_m",
+    "blocked": "no route that the problem may take can be flown past the buildings "
+    "(flight.through_buildings)",
+    "late": "the shortest flight alone takes longer than limits.deadline_s",
+    "charge": "the battery does not hold the charge for any route",
+    "wells": "on every route the available well runs dry or is charged past full",
+    "together": "no times satisfy all constraints together",
+    "unbounded": "no constraint keeps the objective finite",
+    "unknown": "the engine found neither times nor proof that there are none",
+    "error": "the engine failed, or met numbers that it cannot use",
+}
+"""Why a variant has no plan: short names, whose places are the codes, and sentences."""
+DEADLINE = "limits.deadline_s"
+CODES = {name: code for code, name in enumerate(REASONS)}
+
+
+@dataclass(frozen=True)
+class Best:
+    """The best plan of every variant; arrays with one entry a variant.
+
+    Without a plan times and charges are NaN, the route −1.
+    """
+
+    hover_time_s: Floats
+    rest_time_s: Floats
+    flight_time_s: Floats
+    mission_time_s: Floats
+    # State of charge at the end by perspective of the paper [-].
+    soc_battery: Floats
+    soc_energy: Floats
+    soc_adjusted: Floats
+    route: Integers
+    status: Codes  # Number in `STATUSES`
+    reason: Codes  # Number in `REASONS`
+
+    @classmethod
+    def none(cls, count: int) -> Best:
+        """No plan anywhere, and not known why."""
+        route, *codes = (np.zeros(count, kind) for kind in (np.intp, np.int8, np.int8))
+        return cls(*(np.full(count, np.nan) for _ in range(7)), route - 1, *codes)
+
+
+class Candidates(NamedTuple):
+    """Times on routes that tie for the best, in the order of the variants and of the routes."""
+
+    variant: Integers
+    route: Integers
+    hover_time_s: Floats
+    rest_time_s: Floats
+    # By variant: the status of its best candidate, or without one.
+    status: Codes
+    otherwise: Codes
+
+
+def takes_arrays(mission: Mission, question: Question) -> bool:
+    """Whether `best_plans` answers a question; else each mission is solved by itself."""
+    problem, through_wells = question.problem, question.perspective not in PAPER
+    searched = question.several or question.p1.hover_point == "free"
+    compared = isinstance(problem, P2) and through_wells  # with (P1), for its proof
+    return not (searched or compared or mission.battery.takes_turns)
+
+
+def best_plans(variants: Variants, question: Question, table: Quantities | None = None) -> Best:
+    """The best plans with one stop by the tie rule of `optuav.solve`, one a variant.
+
+    The `figures` of the variants may be known.
+    """
+    problem, perspective = question.problem, question.perspective
+    table, early = table or figures(variants), impossible(variants)
+    able, longest_hover = allowed(variants, problem, early == 0), type(problem) in (P1, P3, P4)
+    if perspective == "wells" or not longest_hover:
+        found = _answered(variants, question, table, able)
+    elif perspective == AVAILABLE:
+        found = _never_dry(variants, table, able)
+    else:
+        found = _by_balance(variants, table, able, perspective)
+    flight_s = table_entries(table.flight_time_s, found.variant, found.route)
+    mission_s = flight_s + found.hover_time_s + found.rest_time_s
+    won = shortest_of_each(found.variant, mission_s)
+    variant, route, hover_s, rest_s = (each[won] for each in found[:4])
+    given = chosen(table, route, variant)
+    soc = {name: PERSPECTIVES[name](given, hover_s, rest_s) for name in PAPER}
+    if given.tapers:
+        soc["battery"] = _tapered(variants, table, variant, route, hover_s, rest_s)
+    if longest_hover:
+        counted = perspective if perspective in PAPER else "battery"
+        over_s, over = mission_s[won] - given.deadline_s, given.min_soc - soc[counted]
+        if np.any(over_s > TOLERANCE * given.deadline_s) or np.any(over > TOLERANCE):
+            raise SolverError("plans of a batch violate their deadline or state of charge")
+    best = Best.none(variants.count)
+    best.status[:] = found.otherwise
+    if len(variant) < variants.count:
+        best.reason[:] = _reasons(variants, table, able, early, found.otherwise, question)
+    plans = {
+        "hover_time_s": hover_s,
+        "rest_time_s": rest_s,
+        "flight_time_s": flight_s[won],
+        "mission_time_s": mission_s[won],
+        **{f"soc_{name}": values for name, values in soc.items()},
+        "route": route,
+        "status": found.status[variant],
+        "reason": CODES["none"],
+    }
+    where = slice(None) if len(variant) == variants.count else variant
+    for name, values in plans.items():
+        getattr(best, name)[where] = values
+    return best
+
+
+def impossible(variants: Variants) -> Codes:
+    """Codes of why no route can be flown, whatever its way and the battery; 0 where one may."""
+    mission, limits = variants.mission, variants.mission.limits
+    hover_m, radius_m = variants.position_m[:, [HOVER]], variants.coverage_radius_m
+    stated, altitude_m = mission.route.hover_m is not None, hover_m[..., 2]
+    away_m = np.sqrt(((hover_m - as_points(mission.link.device_m)) ** 2).sum(axis=-1))
+    outside = (altitude_m < limits.min_altitude_m) | (altitude_m > limits.max_altitude_m)
+    # Of those that apply, the last is stated.
+    cases = {
+        "altitude": stated & outside,
+        "out_of_reach": np.isnan(altitude_m) | (stated & (away_m > radius_m * (1.0 + RIM))),
+        "no_lift": ~np.isfinite(np.atleast_2d(variants.hover_load.current_A)),
+        "contradiction": np.atleast_2d(limits.min_altitude_m > limits.max_altitude_m),
+    }
+    code = np.zeros((variants.count, 1), np.int8)
+    for name, applies in cases.items():
+        if applies.any():
+            code[np.broadcast_to(applies, code.shape)] = CODES[name]
+    return code[:, 0]
+
+
+def allowed(variants: Variants, problem: Formulation, possible: Booleans) -> Booleans:
+    """Which routes a problem may take, and that can be flown (variant or 1, route)."""
+    routes, name = variants.network.routes, problem.trajectory or "optimal"
+    able, flight_s = variants.able, variants.flight[0]
+    if not possible.all():
+        able = able & possible[:, None]
+    if problem.building is not None:
+        names = [each.name for each in variants.network.mission.buildings]
+        able = able & (routes.building == names.index(problem.building))
+    if isinstance(problem, P3):
+        able = able & (routes.building < 0)
+    away_m = variants.position_m[:, FIRST_BUILDING:] - as_points(variants.mission.link.device_m)
+    return usable_routes(routes, name, problem.order, able, flight_s, away_m)
+
+
+def _reasons(
+    variants: Variants,
+    table: Quantities,
+    able: Booleans,
+    early: Codes,
+    otherwise: Codes,
+    question: Question,
+) -> Codes:
+    """Codes of why there is no plan, where there is none."""
+    flight_s = np.where(able, table.flight_time_s, np.inf).min(axis=1, keepdims=True)
+    last = "together"
+    if type(question.problem) in (P1, P3, P4):
+        last = "wells" if question.perspective == AVAILABLE else "charge"
+    code = np.full(variants.count, CODES[last], np.int8)
+    if last == "wells":
+        some_s = np.where(able, longest_by_balance(*_balance(table, "battery")), -np.inf)
+        code[np.broadcast_to((some_s < 0.0).all(axis=1), code.shape)] = CODES["charge"]
+    code[np.broadcast_to((flight_s > table.deadline_s)[:, 0], code.shape)] = CODES["late"]
+    code[np.broadcast_to(~able.any(axis=1), code.shape)] = CODES["blocked"]
+    for status in Status.UNBOUNDED, Status.UNKNOWN, Status.ERROR:
+        code[otherwise == STATUSES.index(status)] = CODES[status.value]
+    return np.where(early > 0, early, code)
+
+
+def _balance(given: Quantities, perspective: Perspective) -> tuple[Quantity, ...]:
+    """What is left at the end without stays, what hovering takes and resting brings, and the time.
+
+    Of the state of charge, which is affine in both times, above η0: [-], [1/s], [1/s], [s].
+    """
+    hover, rest = (frozenset({(name, "time")}) for name in TIMES)
+    times = (Exponential({each: 1.0}) for each in (hover, rest))
+    terms = (PERSPECTIVES[perspective](given, *times) - given.min_soc).terms
+    return terms[CONSTANT], -terms[hover], terms[rest], given.time_left
+
+
+def _longest(variants: Variants, balance: tuple[Quantity, ...], able: Booleans) -> Floats:
+    """The longest Δ by `_balance` (variant, route) [s], −∞ where none is possible."""
+    hover_s = longest_by_balance(*balance)
+    if not able.all():
+        hover_s = np.where(able, hover_s, -np.inf)
+    return np.broadcast_to(hover_s, (variants.count, hover_s.shape[1]))
+
+
+def _by_balance(
+    variants: Variants, table: Quantities, able: Booleans, perspective: Perspective
+) -> Candidates:
+    """The longest hovers that tie, by a state of charge that is affine in both times."""
+    balance = _balance(table, perspective)
+    hover_s = _longest(variants, balance, able)
+    least_s = np.maximum(hover_s.max(axis=1, keepdims=True) - SAME_S, 0.0)
+    best = np.flatnonzero(hover_s >= least_s)
+    variant = best // hover_s.shape[1]
+    route, times_s = best - hover_s.shape[1] * variant, hover_s.ravel().take(best)
+    own = (table_entries(each, variant, route) for each in balance)
+    rests_s = shortest_by_balance(times_s, *own)
+    known = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
+    return Candidates(variant, route, times_s, rests_s, *known)
+
+
+def _never_dry(variants: Variants, table: Quantities, able: Booleans) -> Candidates:
+    """The longest hovers that the available well admits."""
+    shape = variants.count, able.shape[1]
+    # Charge alone admits no less.
+    most_s = _longest(variants, _balance(table, "battery"), able)
+    hover_s, rest_s, beyond_s = (np.full(shape, each) for each in (np.nan, np.nan, -np.inf))
+    for variant, route, rests in _groups(variants, most_s >= 0.0, ordered=True):
+        given = quantities(variants, route, variant, rests=rests, known=table)
+        if given.tapers:
+            model = P1().model(given, AVAILABLE)
+            found = bracket.solve(model, len(variant))
+            nothing = np.zeros(len(variant))
+            times = found.values[TIMES[0]], found.values.get(TIMES[1], nothing), found.beyond
+        else:
+            times = longest(given, len(variant), shortest_rest=True)
+        for into, values in zip((hover_s, rest_s, beyond_s), times, strict=True):
+            into[variant, route] = values
+    top_s = np.fmax.reduce(hover_s, axis=1)
+    variant, route = np.nonzero(hover_s >= top_s[:, None] - SAME_S)
+    open_ = beyond_s.max(axis=1) > top_s + SAME_S
+    status, otherwise = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
+    status[open_] = STATUSES.index(Status.FEASIBLE)
+    otherwise[~np.isneginf(beyond_s).all(axis=1)] = STATUSES.index(Status.UNKNOWN)
+    times_s = hover_s[variant, route], rest_s[variant, route]
+    return Candidates(variant, route, *times_s, status, otherwise)
+
+
+def _answered(
+    variants: Variants, question: Question, table: Quantities, able: Booleans
+) -> Candidates:
+    """What an engine finds on every route."""
+    status, otherwise = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
+    parts = []
+    through_wells = question.perspective not in PAPER
+    able = np.broadcast_to(able, (variants.count, able.shape[1]))
+    for variant, route, rests in _groups(variants, able, ordered=through_wells):
+        given = quantities(
+            variants, route, variant, rests=rests, steps=through_wells, known=table
+        )
+        model, values = question.problem.declared(given, question.perspective)
+        if any(each.name == "rest_time_s" for each in model.variables) != rests:
+            continue
+        found = answer(model, len(variant), question, values)
+        codes = np.array([STATUSES.index(each) for each in found.statuses], np.int8)
+        answered = np.isin(codes, [k for k, each in enumerate(STATUSES) if each.has_answer])
+        _hold(model, {**found.given, **found.values}, answered)
+        for known in Status.UNKNOWN, Status.UNBOUNDED, Status.ERROR:
+            otherwise[variant[codes == STATUSES.index(known)]] = STATUSES.index(known)
+        for known in Status.UNKNOWN, Status.FEASIBLE, Status.LOCALLY_OPTIMAL:
+            short = Status.FEASIBLE if known is Status.UNKNOWN else known
+            status[variant[codes == STATUSES.index(known)]] = STATUSES.index(short)
+        times = (found.values.get(name, np.zeros(len(variant))) for name in TIMES)
+        columns = variant, route, *times, found.objective * model.towards
+        parts.append([each[answered] for each in columns])
+    if not parts:
+        none = np.zeros(0, np.intp)
+        return Candidates(none, none, *(none.astype(float),) * 2, status, otherwise)
+    columns = [np.concatenate(each) for each in zip(*parts, strict=True)]
+    # Where a programme has no bound, or no numbers, no answer to another is the best.
+    void = np.isin(otherwise, [STATUSES.index(s) for s in (Status.UNBOUNDED, Status.ERROR)])
+    order = np.lexsort((columns[1], columns[0]))
+    order = order[~void[columns[0][order]]]
+    order = order[tied(columns[0][order], -columns[-1][order])]
+    return Candidates(*(each[order] for each in columns[:-1]), status, otherwise)
+
+
+def _hold(model: Model, point: Values, answered: Booleans) -> None:
+    """Evaluate answers again, outside the engine; `SolverError` if one violates a constraint."""
+    with np.errstate(invalid="ignore", over="ignore"):  # where there is no answer
+        broken = [r.label for r in evaluated(model, point) if (~r.satisfied & answered).any()]
+    if broken:
+        raise SolverError(f"an engine returned points that violate {', '.join(broken)}")
+
+
+def _groups(
+    variants: Variants, wanted: Booleans, *, ordered: bool
+) -> Iterator[tuple[Integers, Integers, bool]]:
+    """Numbers of variants and routes that one declaration serves, and whether they may rest.
+
+    Where the order of the stays matters, all have the same.
+    """
+    routes = variants.network.routes
+    by_way, first = routes.building >= 0, routes.rest_first
+    for group in (~by_way, by_way & first, by_way & ~first) if ordered else (~by_way, by_way):
+        columns = np.flatnonzero(group)
+        variant, column = np.nonzero(wanted[:, columns])
+        if len(variant):
+            yield variant, columns[column], bool(by_way[columns[0]])
+
+
+def _tapered(
+    variants: Variants,
+    table: Quantities,
+    variant: Integers,
+    route: Integers,
+    hover_s: Floats,
+    rest_s: Floats,
+) -> Floats:
+    """State of charge at the end of plans on routes, one a variant, where charging tapers [-]."""
+    wanted = np.zeros((variants.count, len(variants.network.routes)), bool)
+    wanted[variant, route] = True
+    entry = np.empty(variants.count, np.intp)
+    entry[variant] = np.arange(len(variant))
+    soc = np.empty(len(variant))
+    for some, along, rests in _groups(variants, wanted, ordered=True):
+        given, here = quantities(variants, along, some, rests=rests, known=table), entry[some]
+        soc[here] = tapered(given, hover_s[here], rest_s[here])
+    return soc
+
+
+def _every(variants: Variants, status: Status) -> Codes:
+    """One status for all variants."""
+    return np.full(variants.count, STATUSES.index(status), np.int8)
+
+
+def best_alone(mission: Mission, question: Question) -> Best:
+    """The best plan of a single mission, by `optuav.solve`."""
+    best = Best.none(1)
+    try:
+        plan = solve(mission, **vars(question))
+    except SolverError:
+        best.status[:], best.reason[:] = STATUSES.index(Status.UNKNOWN), CODES["unknown"]
+        return best
+    best.status[:] = STATUSES.index(plan.status)
+    if not plan:
+        if plan.status in (Status.UNBOUNDED, Status.UNKNOWN, Status.ERROR):
+            best.reason[:] = CODES[plan.status.value]
+            return best
+        alike = replace(question, problem=P1(), perspective="battery")
+        same = Variants(build_network(mission), {DEADLINE: np.array([mission.limits.deadline_s])})
+        best.reason[:] = best_plans(same, alike).reason or CODES["together"]
+        return best
+    for name in (*TIMES, "flight_time_s", "mission_time_s"):
+        getattr(best, name)[:] = getattr(plan, name)
+    for name in PAPER:
+        getattr(best, f"soc_{name}")[:] = plan.soc[name] if plan.soc else np.nan
+    # Of several rests, the first.
+    numbers = {each.name: k for k, each in enumerate(mission.buildings)}
+    rest = next((k for k, place in enumerate(plan.route) if place in numbers), 0)
+    hover_first = plan.route.index("hover") < rest if "hover" in plan.route else False
+    best.route[:] = 2 * numbers[plan.route[rest]] + 1 + hover_first if rest else 0
+    return best

@@ -1,0 +1,282 @@
+"""Many missions at once: the best plans of all scenarios, as arrays and as a labelled dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from formulations.formulation import Formulation
+from formulations.soc import AVAILABLE
+from optuav.errors import Fault, InputError, refuse, require
+from optuav.mission import Mission, load
+from optuav.mission.messages import shown
+from optuav.network.network import build_network
+from optuav.network.variants import Variants
+from optuav.options import Perspective, ProblemName
+from optuav.solving.assemble import figures
+from optuav.solving.question import Question, checked_question
+from optuav.solving.scenarios import (
+    CODES,
+    REASONS,
+    STATUSES,
+    Best,
+    best_alone,
+    best_plans,
+    takes_arrays,
+)
+from optuav.status import Status
+from optuav.studies.scenarios import ROW, Scenarios, numeric_keys, scenarios
+
+if TYPE_CHECKING:
+    import xarray
+
+AT_ONCE = 1 << 15
+"""Itineraries computed together: few enough to stay in the cache. No result depends on it."""
+TIMES = {
+    "hover_time_s": "hover time",
+    "rest_time_s": "rest time",
+    "flight_time_s": "flight time",
+    "mission_time_s": "mission time",
+}
+CHARGES = {
+    "soc_battery": "state of charge at the end, perspective battery",
+    "soc_energy": "state of charge at the end, perspective energy",
+    "soc_adjusted": "state of charge at the end, perspective adjusted",
+}
+CODED = {
+    "building": ("building of the route", np.int32),
+    "order": ("order of rest and hover", np.int8),
+    "status": ("what is known of the answer", np.int8),
+    "reason": ("why there is no plan", np.int8),
+}
+"""Variables that are numbers of words: what they are, and their types."""
+ORDERS = ("none", "rest-first", "hover-first")
+PROVED = np.isin(STATUSES, [Status.OPTIMAL, Status.INFEASIBLE])
+
+
+def batch_arrays(
+    mission: Mission | str | Path,
+    ranges: Mapping[str, npt.ArrayLike],
+    problem: Formulation | ProblemName = "P1",
+    *,
+    perspective: Perspective | Sequence[Perspective] = AVAILABLE,
+    paired: bool = False,
+) -> dict[str, npt.NDArray[Any]]:
+    """Find the best plans of many scenarios of a mission, as arrays.
+
+    Parameters
+    ----------
+    mission, ranges, problem, perspective, paired
+        As for `optuav.batch`.
+
+    Returns
+    -------
+    dict
+        By name the values of every key, and what `optuav.batch` calls variables, with one axis a
+        key in their order, or one for all if they are paired; several perspectives are an axis
+        before these. The names of the numbers in `building`, `order`, `status` and `reason` are
+        under the same name with ``_words``: ``found["reason_words"][found["reason"]]``.
+
+    Raises
+    ------
+    InputError
+        With all faults of the ranges and options.
+    SolverError
+        If an engine returns points that violate a constraint.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> found = optuav.batch_arrays("paper", {"limits.deadline_s": [60, 900, 1200]})
+    >>> found["hover_time_s"].round(2).tolist()
+    [nan, 577.52, 597.27]
+    >>> found["reason_words"][found["reason"]][0]
+    'the shortest flight alone takes longer than limits.deadline_s'
+    """
+    named, shape, values = _solved(mission, ranges, problem, perspective, paired)
+    words = {f"{name}_words": np.array(each) for name, each in _words(named.mission).items()}
+    arrays = {name: each.reshape(tuple(shape.values())) for name, each in values.items()}
+    return {**named.values, **arrays, **words}
+
+
+def batch(
+    mission: Mission | str | Path,
+    ranges: Mapping[str, npt.ArrayLike],
+    problem: Formulation | ProblemName = "P1",
+    *,
+    perspective: Perspective | Sequence[Perspective] = AVAILABLE,
+    paired: bool = False,
+) -> xarray.Dataset:
+    """Find the best plans of many scenarios of a mission, as a labelled dataset.
+
+    Parameters
+    ----------
+    mission
+        A mission, the name of a shipped one, or the path of a mission file.
+    ranges
+        Values by key, each a list or an array of numbers: any numeric key of a mission, places and
+        forces by component as ``"link.device_m[0]"``. A value displaces what `Mission.replace`
+        says.
+    problem
+        As for `optuav.solve`.
+    perspective
+        As for `optuav.solve`, or several of them.
+    paired
+        Whether values with the same place belong together, rather than all combinations.
+
+    Returns
+    -------
+    xarray.Dataset
+        With one dimension a key, or ``"scenario"`` for all if they are paired, and
+        ``"perspective"`` if there are several. Its variables are ``hover_time_s``,
+        ``rest_time_s``, ``flight_time_s`` and ``mission_time_s`` [s] of the best plan,
+        ``soc_battery``, ``soc_energy`` and ``soc_adjusted``, the state of charge at its end [-],
+        and as numbers, with their names in the attributes ``flag_meanings`` and ``words``:
+        ``building`` and ``order`` of its route (−1 and 0 for none), ``status``, and ``reason``,
+        why there is none (0 where there is one). ``proved`` is true where no plan is better, or
+        that there is none is certain. Without a plan times and charges are NaN; no scenario is
+        left out. Answers are those of `optuav.solve`, its tie rule included.
+
+    Raises
+    ------
+    InputError
+        With all faults of the ranges and options, or if xarray is missing; `batch_arrays` returns
+        the same without it.
+    SolverError
+        If an engine returns points that violate a constraint.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> found = optuav.batch(
+    ...     "paper",
+    ...     {"limits.deadline_s": [600, 1200], "battery.capacity_As": [30_000, 36_000, 42_000]},
+    ...     perspective=["battery", "available"],
+    ... )  # doctest: +SKIP
+    >>> dict(found.sizes)  # doctest: +SKIP
+    {'perspective': 2, 'limits.deadline_s': 2, 'battery.capacity_As': 3}
+    """
+    require("xarray", "labelled datasets")
+    import xarray
+
+    named, shape, values = _solved(mission, ranges, problem, perspective, paired)
+    dims, words, units = tuple(shape), _words(named.mission), _units()
+    coordinates: dict[str, Any] = {
+        key: (ROW if paired else key, each, {"units": units[key]})
+        for key, each in named.values.items()
+    }
+    if "perspective" in shape:
+        coordinates["perspective"] = "perspective", [*perspective]
+    variables = {}
+    for name, flat in values.items():
+        attributes: dict[str, Any] = {}
+        if name in TIMES | CHARGES:
+            unit = "s" if name in TIMES else "1"
+            attributes = {"units": unit, "long_name": (TIMES | CHARGES)[name]}
+        elif name in CODED:
+            attributes = {"long_name": CODED[name][0], **_flags(name, words[name])}
+        variables[name] = dims, flat.reshape(tuple(shape.values())), attributes
+    facts = {"Conventions": "CF-1.11", "mission": named.mission.name}
+    if "perspective" not in shape:
+        facts["perspective"] = str(perspective)
+    return xarray.Dataset(variables, coordinates, facts)
+
+
+def _solved(
+    mission: Mission | str | Path,
+    ranges: Mapping[str, npt.ArrayLike],
+    problem: Formulation | ProblemName,
+    perspective: Perspective | Sequence[Perspective],
+    paired: bool,
+) -> tuple[Scenarios, dict[str, int], dict[str, npt.NDArray[Any]]]:
+    """The scenarios, the sizes of all dimensions, and the variables one after the other."""
+    whole = mission if isinstance(mission, Mission) else load(mission)
+    several = not isinstance(perspective, str)
+    asked = [*perspective] if several else [perspective]
+    if not asked or len({*asked}) < len(asked):
+        words = "one perspective, or a list of different ones"
+        raise InputError([Fault("perspective", shown(perspective), words)])
+    faults, questions = list[Fault](), list[Question]()
+    for each in asked:
+        try:
+            questions.append(checked_question(whole, problem, each))
+        except InputError as error:
+            faults += [fault for fault in error.faults if fault not in faults]
+    try:
+        named = scenarios(whole, ranges, paired=paired)
+    except InputError as error:
+        faults += error.faults
+    refuse(faults)
+    shape = ({"perspective": len(asked)} if several else {}) | named.sizes
+    values = _tables(len(asked) * named.count)
+    network = build_network(named.base)
+    at_once = max(1, AT_ONCE // len(network.routes))
+    variants = None
+    for first in range(0, named.count, at_once):
+        count = min(at_once, named.count - first)
+        columns = named.columns(first, count)
+        variants = variants.others(columns) if variants else Variants(network, columns)
+        table = None
+        for place, question in enumerate(questions):
+            some = slice(place * named.count + first, place * named.count + first + count)
+            if takes_arrays(named.base, question):
+                table = table or figures(variants)
+                _write(values, some, best_plans(variants, question, table))
+                continue
+            for number, one in enumerate(named.missions(first, count), start=some.start):
+                single = Best.none(1)
+                if isinstance(one, Mission):
+                    single = best_alone(one, question)
+                else:
+                    single.status[:] = STATUSES.index(Status.INFEASIBLE)
+                    single.reason[:] = CODES["contradiction"]
+                _write(values, slice(number, number + 1), single)
+    return named, shape, values
+
+
+def _tables(count: int) -> dict[str, npt.NDArray[Any]]:
+    """Room for the variables of so many scenarios."""
+    found: dict[str, npt.NDArray[Any]] = {name: np.empty(count) for name in TIMES | CHARGES}
+    found |= {name: np.empty(count, kind) for name, (_, kind) in CODED.items()}
+    return found | {"proved": np.empty(count, bool)}
+
+
+def _write(values: Mapping[str, npt.NDArray[Any]], some: slice, best: Best) -> None:
+    """Put the best plans of some scenarios into the variables."""
+    for name in (*TIMES, *CHARGES, "status", "reason"):
+        values[name][some] = getattr(best, name)
+    building, rank = np.divmod(np.arange(-1, best.route.max()), 2)  # by route; of −1 the last
+    values["building"][some] = np.append(building, -1).take(best.route)
+    values["order"][some] = np.append(np.where(building < 0, 0, 1 + rank), 0).take(best.route)
+    values["proved"][some] = PROVED.take(best.status)
+
+
+def _words(mission: Mission) -> dict[str, list[str]]:
+    """Words by variable and number; the number −1 is that of the last building."""
+    return {
+        "building": [*(each.name for each in mission.buildings), "none"],
+        "order": [*ORDERS],
+        "status": [each.value for each in STATUSES],
+        "reason": [*REASONS.values()],
+    }
+
+
+def _flags(name: str, words: Sequence[str]) -> dict[str, Any]:
+    """Attributes for numbers of words, as CF states them, and the words line by line."""
+    numbers = [*range(len(words))]
+    if name == "building":
+        numbers[-1] = -1
+    short = [*REASONS] if name == "reason" else words
+    meanings = " ".join("_".join(each.split()) for each in short)
+    flags = {"flag_values": np.array(numbers, CODED[name][1]), "flag_meanings": meanings}
+    return {**flags, "words": "\n".join(words)}
+
+
+def _units() -> dict[str, str]:
+    """Units of all keys as CF writes them."""
+    units = {key: allowed.unit for key, allowed in numeric_keys().items()}
+    return {key: "1" if unit == "-" else unit for key, unit in units.items()}
