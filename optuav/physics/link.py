@@ -85,9 +85,11 @@ def _below(level: Quantity, direct: Quantity) -> tuple[Quantity, Quantity]:
     """
     more, less, product = level * level, direct * direct, level * direct
     spread = np.maximum(more - less, 0.0) + 9.0 * np.sqrt(more + less)
+    terms = 25.0 + np.floor(spread)
     ratio = above = both = 0.0 * spread
-    for n in range(25 + int(np.max(spread)), 0, -1):
-        ratio = 1.0 / (n + product * product * ratio)  # of I_n to I_(n−1), over r a
+    for n in range(int(np.max(terms)), 0, -1):
+        # Of I_n to I_(n−1), over r a; each sum has its own terms, whatever the others need.
+        ratio = (n <= terms) / (n + product * product * ratio)
         above = more * ratio * (1.0 + above)
         both = product * ratio * (1.0 + both)
     return np.exp(-((level - direct) ** 2)) * above / (1.0 + 2.0 * both), above
