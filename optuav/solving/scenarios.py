@@ -28,6 +28,7 @@ from optuav.network.network import build_network, usable_routes
 from optuav.network.places import FIRST_BUILDING, HOVER, as_points
 from optuav.network.variants import Variants
 from optuav.options import Perspective
+from optuav.physics.kibam import Battery, Stage, Tilted, levelling, tilted_after
 from optuav.physics.quantity import Quantity
 from optuav.solving.assemble import chosen, figures, quantities, table_entries
 from optuav.solving.batch import longest
@@ -66,6 +67,10 @@ REASONS = {
     "error": "the engine failed, or met numbers that it cannot use",
 }
 """Why a variant has no plan: short names, whose places are the codes, and sentences."""
+TURNS = 3  # In which routes are bracketed: the likeliest of what is left, and then all of that
+STEPS = 4  # Newton's from a bound by charge, after which as a rule they are below rounding
+BEYOND_S = 1e-6  # So far beyond the moment that they find the well is shown to be empty
+ROUNDING = 1e-11  # Share of the capacity by which it is short there, more than brackets allow
 DEADLINE = "limits.deadline_s"
 CODES = {name: code for code, name in enumerate(REASONS)}
 
@@ -259,30 +264,88 @@ def _by_balance(
 
 
 def _never_dry(variants: Variants, table: Quantities, able: Booleans) -> Candidates:
-    """The longest hovers that the available well admits."""
-    shape = variants.count, able.shape[1]
-    # Charge alone admits no less.
+    """The longest hovers that the available well admits.
+
+    Routes that cannot be the best by a bound are left out: the likeliest is bracketed first.
+    """
     most_s = _longest(variants, _balance(table, "battery"), able)
-    hover_s, rest_s, beyond_s = (np.full(shape, each) for each in (np.nan, np.nan, -np.inf))
-    for variant, route, rests in _groups(variants, most_s >= 0.0, ordered=True):
-        given = quantities(variants, route, variant, rests=rests, known=table)
-        if given.tapers:
-            model = P1().model(given, AVAILABLE)
-            found = bracket.solve(model, len(variant))
-            nothing = np.zeros(len(variant))
-            times = found.values[TIMES[0]], found.values.get(TIMES[1], nothing), found.beyond
-        else:
-            times = longest(given, len(variant), shortest_rest=True)
-        for into, values in zip((hover_s, rest_s, beyond_s), times, strict=True):
-            into[variant, route] = values
-    top_s = np.fmax.reduce(hover_s, axis=1)
+    if not table.tapers:
+        most_s = np.minimum(most_s, _well_bound(variants, table, most_s))
+    hover_s, rest_s, beyond_s = (np.full(most_s.shape, each) for each in (np.nan, np.nan, -np.inf))
+    open_, every = most_s >= 0.0, np.arange(variants.count)
+    for turn in range(TURNS):
+        some = open_
+        if turn < TURNS - 1:
+            likeliest = np.where(open_, most_s, -np.inf).argmax(axis=1)
+            some = np.zeros_like(open_)
+            some[every, likeliest] = open_[every, likeliest]
+        for variant, route, rests in _groups(variants, some, ordered=True):
+            given = quantities(variants, route, variant, rests=rests, known=table)
+            found = _bracketed(given, len(variant))
+            for into, values in zip((hover_s, rest_s, beyond_s), found, strict=True):
+                into[variant, route] = values
+        top_s = np.fmax.reduce(hover_s, axis=1)
+        open_ = open_ & ~some & ~(most_s < top_s[:, None] - SAME_S)
+        if not open_.any():
+            break
     variant, route = np.nonzero(hover_s >= top_s[:, None] - SAME_S)
-    open_ = beyond_s.max(axis=1) > top_s + SAME_S
+    not_closed = beyond_s.max(axis=1) > top_s + SAME_S
     status, otherwise = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
-    status[open_] = STATUSES.index(Status.FEASIBLE)
+    status[not_closed] = STATUSES.index(Status.FEASIBLE)
     otherwise[~np.isneginf(beyond_s).all(axis=1)] = STATUSES.index(Status.UNKNOWN)
     times_s = hover_s[variant, route], rest_s[variant, route]
     return Candidates(variant, route, *times_s, status, otherwise)
+
+
+def _bracketed(given: Quantities, count: int) -> tuple[Floats, Floats, Floats]:
+    """Longest Δ and shortest T' of itineraries, and what no Δ exceeds [s]."""
+    if not given.tapers:
+        return longest(given, count, shortest_rest=True)
+    found = bracket.solve(P1().model(given, AVAILABLE), count)
+    assert found.beyond is not None
+    hover_s, rest_s = (found.values.get(name, np.zeros(count)) for name in TIMES)
+    return hover_s, rest_s, found.beyond
+
+
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
+def _well_bound(variants: Variants, table: Quantities, most_s: Floats) -> Floats:
+    """What no Δ exceeds (variant, route) [s]: from full wells, over one flight, to the next's end.
+
+    Wells that hold more keep holding more (`optuav.physics.kibam`): no rest leaves more than full
+    wells, and before the next stay the available well must not be empty. Newton's method finds
+    where it is; just beyond that, it is shown to be below 0 and to fall. Else the bound is infinite.
+    """
+    pool = Battery(table.battery_As, table.available_fraction, table.flow_rate_per_s)
+    routes, loads = variants.network.routes, variants.loads
+    first, second, third = routes.legs.T
+    rest_first = (routes.building >= 0) & routes.rest_first
+    change, leg_s = Tilted(0.0, 0.0), 0.0
+    for current_A, duration_s in zip(loads.currents_A, loads.durations_s, strict=True):
+        change = tilted_after(pool, change, Stage(0.0 - current_A, duration_s))
+        leg_s = leg_s + duration_s
+    decay, _ = levelling(pool, leg_s)
+    before, after = np.where(rest_first, (second, third), (first, second))
+    (gone_As, tilt_As), (later_As, later_tilt_As) = (
+        [np.atleast_2d(each)[:, legs] for each in change] for legs in (before, after)
+    )
+    hover = Exponential({frozenset({("hover", "time")}): 1.0})
+    start = Tilted(pool.capacity_As + gone_As, tilt_As)
+    held = tilted_after(pool, start, Stage(-table.hover_current_A, hover))
+    end = Tilted(held.total_As + later_As, held.tilt_As * np.atleast_2d(decay)[:, after] + later_tilt_As)
+    terms = end.wells(pool).available_As.terms
+    level, slope, bend = (
+        terms.get(each, 0.0)
+        for each in (CONSTANT, *(frozenset({("hover", kind)}) for kind in ("time", "levelling")))
+    )
+    rate_per_s, bound_s = pool.rate_per_s, most_s
+    for step in range(STEPS + 1):
+        exponent = -rate_per_s * bound_s
+        left = level + slope * bound_s + bend * (np.expm1(exponent) / -rate_per_s)
+        falls = slope + bend * np.exp(exponent)
+        if step < STEPS:
+            bound_s = bound_s - left / falls + (BEYOND_S if step == STEPS - 1 else 0.0)
+    proved = (left < -ROUNDING * pool.capacity_As) & (falls < 0.0) & (slope <= 0.0)
+    return np.where(proved & (bound_s >= 0.0), bound_s, np.inf)
 
 
 def _answered(
