@@ -213,7 +213,9 @@ def trajectory_routes(network: Network, name: Trajectory, order: Order | None = 
     """
     away_m = network.places.position_m[FIRST_BUILDING:] - np.array(network.mission.link.device_m)
     usable, flight_s = network.routes.flyable[None], network.routes.flight_time_s[None]
-    return np.flatnonzero(usable_routes(network.routes, name, order, usable, flight_s, away_m[None]))
+    return np.flatnonzero(
+        usable_routes(network.routes, name, order, usable, flight_s, away_m[None])
+    )
 
 
 def usable_routes(

@@ -98,7 +98,9 @@ def table_entries(values: Quantity, variant: Integers | None, columns: Integers)
     rows, across = table.shape
     if variant is None or rows == 1:
         return table[0, columns if across > 1 else 0]
-    return table[:, 0].take(variant) if across == 1 else table.ravel().take(variant * across + columns)
+    return (
+        table[:, 0].take(variant) if across == 1 else table.ravel().take(variant * across + columns)
+    )
 
 
 def _steps(
@@ -132,7 +134,10 @@ def _stages(
         return zip(table.durations_s[:, legs], table.currents_A[:, legs], strict=True)
     none = np.zeros(len(legs))
     pairs = zip(*tables.loads[:2], strict=True)
-    return ((none + table_entries(t, variant, legs), none + table_entries(i, variant, legs)) for t, i in pairs)
+    return (
+        (none + table_entries(t, variant, legs), none + table_entries(i, variant, legs))
+        for t, i in pairs
+    )
 
 
 def figures(tables: _Single | Variants) -> Quantities:

@@ -7,20 +7,16 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from formulations.p1 import P1
 from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, well_limits
 from optuav.arrays import Booleans, Floats
-from optuav.engines import bracket, closed_form
 from optuav.engines.bracket import WIDTH_S, largest, reach, shortest
 from optuav.engines.rows import StatedForm, rows_of
 from optuav.errors import Fault, refuse
 from optuav.mission.schema import Number
 from optuav.modelling.forms import CONSTANT, Exponential
-from optuav.network.variants import Variants
-from optuav.options import Perspective
 from optuav.physics.kibam import Battery, Stage, falls_throughout
-from optuav.solving.assemble import entries, quantities
+from optuav.solving.assemble import entries
 
 AT_ONCE = 1 << 13
 """Itineraries solved together: few enough to stay in the cache, and in bounded memory."""
@@ -185,28 +181,6 @@ def longest(given: Quantities, count: int, *, shortest_rest: bool = False) -> Ho
     rows = rows_of(sized, names, tops.max(axis=0))
     x, y, beyond = known = largest(rows, x_top, y_top)
     return Hovers(x, shortest(rows, known, y_top) if shortest_rest else y, beyond)
-
-
-def hover_times_s(variants: Variants, perspective: Perspective) -> Floats:
-    """Longest hover by variant and itinerary [s], NaN without a plan."""
-    routes = variants.network.routes
-    found = np.full((variants.count, len(routes)), np.nan)
-    able = np.broadcast_to(variants.able, found.shape)
-    by_way, steps = routes.building >= 0, perspective == AVAILABLE
-    # The steps on the way need one order of the stays for all.
-    for group in (~by_way, by_way & routes.rest_first, by_way & ~routes.rest_first):
-        number, itineraries = np.nonzero(able & group)
-        if not len(number):
-            continue
-        rests = bool(by_way[itineraries[0]])
-        given = quantities(variants, itineraries, number, rests=rests, steps=steps)
-        if steps and not given.tapers:
-            hover_s = longest(given, len(number)).hover_time_s
-        else:
-            engine = bracket if steps else closed_form
-            hover_s = engine.solve(P1().model(given, perspective), len(number)).objective
-        found[number, itineraries] = hover_s
-    return found
 
 
 def _needed(given: Quantities, limit: WellLimit) -> Booleans:

@@ -35,10 +35,10 @@ from optuav.physics.kibam import Stage
 from optuav.physics.quantity import TINY, Quantity, Vector, norm
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
-from optuav.solving.batch import hover_times_s
 from optuav.solving.outcome import Part, best
 from optuav.solving.program import Program, declared_program, groups
 from optuav.solving.question import AUTO, Question
+from optuav.solving.scenarios import hover_times_s
 from optuav.status import Status
 
 REFUSED = (
@@ -297,8 +297,7 @@ class _PointSearch:
         if time.monotonic() > self.latest:
             raise SolverError("the search for a hover point did not end within the time limit")
         columns = {f"route.hover_m[{axis}]": points_m[:, axis] for axis in range(3)}
-        found = hover_times_s(Variants(network, columns), self.perspective)
-        return np.nan_to_num(found, nan=-np.inf)
+        return hover_times_s(Variants(network, columns), self.perspective)
 
     def _starts(self, routes: Integers) -> list[_Spot]:
         """The points from which to refine: the best of every promising route, apart from others."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -24,7 +24,7 @@ from optuav.modelling import Model
 from optuav.modelling.check import TOLERANCE, evaluated
 from optuav.modelling.forms import CONSTANT, Exponential
 from optuav.network.feasibility import TOLERANCE as RIM
-from optuav.network.network import build_network, usable_routes
+from optuav.network.network import usable_routes
 from optuav.network.places import FIRST_BUILDING, HOVER, as_points
 from optuav.network.variants import Variants
 from optuav.options import Perspective
@@ -41,7 +41,6 @@ from optuav.solving.outcome import (
     tied,
 )
 from optuav.solving.question import Question, answer
-from optuav.solving.solve import solve
 from optuav.status import Status
 
 Codes: TypeAlias = npt.NDArray[np.int8]
@@ -71,7 +70,6 @@ TURNS = 3  # In which routes are bracketed: the likeliest of what is left, and t
 STEPS = 4  # Newton's from a bound by charge, after which as a rule they are below rounding
 BEYOND_S = 1e-6  # So far beyond the moment that they find the well is shown to be empty
 ROUNDING = 1e-11  # Share of the capacity by which it is short there, more than brackets allow
-DEADLINE = "limits.deadline_s"
 CODES = {name: code for code, name in enumerate(REASONS)}
 
 
@@ -135,7 +133,7 @@ def best_plans(variants: Variants, question: Question, table: Quantities | None 
         found = _never_dry(variants, table, able)
     else:
         found = _by_balance(variants, table, able, perspective)
-    flight_s = table_entries(table.flight_time_s, found.variant, found.route)
+    flight_s = table_entries(table.flight_time_s, found.variant, found.route) + 0.0 * found.route
     mission_s = flight_s + found.hover_time_s + found.rest_time_s
     won = shortest_of_each(found.variant, mission_s)
     variant, route, hover_s, rest_s = (each[won] for each in found[:4])
@@ -166,6 +164,20 @@ def best_plans(variants: Variants, question: Question, table: Quantities | None 
     for name, values in plans.items():
         getattr(best, name)[where] = values
     return best
+
+
+def hover_times_s(variants: Variants, perspective: Perspective) -> Floats:
+    """The longest hover by variant and itinerary [s], −∞ without a plan."""
+    table = figures(variants)
+    able = allowed(variants, P1(), impossible(variants) == 0)
+    counted = perspective if perspective in PAPER else "battery"
+    hover_s = _longest(variants, _balance(table, counted), able).copy()
+    if perspective == AVAILABLE:
+        for variant, route, rests in _groups(variants, hover_s >= 0.0, ordered=True):
+            given = quantities(variants, route, variant, rests=rests, known=table)
+            found, *_ = _bracketed(given, len(variant), shortest_rest=False)
+            hover_s[variant, route] = np.nan_to_num(found, nan=-np.inf)
+    return hover_s
 
 
 def impossible(variants: Variants) -> Codes:
@@ -297,10 +309,12 @@ def _never_dry(variants: Variants, table: Quantities, able: Booleans) -> Candida
     return Candidates(variant, route, *times_s, status, otherwise)
 
 
-def _bracketed(given: Quantities, count: int) -> tuple[Floats, Floats, Floats]:
-    """Longest Δ and shortest T' of itineraries, and what no Δ exceeds [s]."""
+def _bracketed(
+    given: Quantities, count: int, *, shortest_rest: bool = True
+) -> tuple[Floats, Floats, Floats]:
+    """Longest Δ and T' of itineraries, and what no Δ exceeds [s]."""
     if not given.tapers:
-        return longest(given, count, shortest_rest=True)
+        return longest(given, count, shortest_rest=shortest_rest)
     found = bracket.solve(P1().model(given, AVAILABLE), count)
     assert found.beyond is not None
     hover_s, rest_s = (found.values.get(name, np.zeros(count)) for name in TIMES)
@@ -331,7 +345,9 @@ def _well_bound(variants: Variants, table: Quantities, most_s: Floats) -> Floats
     hover = Exponential({frozenset({("hover", "time")}): 1.0})
     start = Tilted(pool.capacity_As + gone_As, tilt_As)
     held = tilted_after(pool, start, Stage(-table.hover_current_A, hover))
-    end = Tilted(held.total_As + later_As, held.tilt_As * np.atleast_2d(decay)[:, after] + later_tilt_As)
+    end = Tilted(
+        held.total_As + later_As, held.tilt_As * np.atleast_2d(decay)[:, after] + later_tilt_As
+    )
     terms = end.wells(pool).available_As.terms
     level, slope, bend = (
         terms.get(each, 0.0)
@@ -357,9 +373,7 @@ def _answered(
     through_wells = question.perspective not in PAPER
     able = np.broadcast_to(able, (variants.count, able.shape[1]))
     for variant, route, rests in _groups(variants, able, ordered=through_wells):
-        given = quantities(
-            variants, route, variant, rests=rests, steps=through_wells, known=table
-        )
+        given = quantities(variants, route, variant, rests=rests, steps=through_wells, known=table)
         model, values = question.problem.declared(given, question.perspective)
         if any(each.name == "rest_time_s" for each in model.variables) != rests:
             continue
@@ -434,32 +448,3 @@ def _tapered(
 def _every(variants: Variants, status: Status) -> Codes:
     """One status for all variants."""
     return np.full(variants.count, STATUSES.index(status), np.int8)
-
-
-def best_alone(mission: Mission, question: Question) -> Best:
-    """The best plan of a single mission, by `optuav.solve`."""
-    best = Best.none(1)
-    try:
-        plan = solve(mission, **vars(question))
-    except SolverError:
-        best.status[:], best.reason[:] = STATUSES.index(Status.UNKNOWN), CODES["unknown"]
-        return best
-    best.status[:] = STATUSES.index(plan.status)
-    if not plan:
-        if plan.status in (Status.UNBOUNDED, Status.UNKNOWN, Status.ERROR):
-            best.reason[:] = CODES[plan.status.value]
-            return best
-        alike = replace(question, problem=P1(), perspective="battery")
-        same = Variants(build_network(mission), {DEADLINE: np.array([mission.limits.deadline_s])})
-        best.reason[:] = best_plans(same, alike).reason or CODES["together"]
-        return best
-    for name in (*TIMES, "flight_time_s", "mission_time_s"):
-        getattr(best, name)[:] = getattr(plan, name)
-    for name in PAPER:
-        getattr(best, f"soc_{name}")[:] = plan.soc[name] if plan.soc else np.nan
-    # Of several rests, the first.
-    numbers = {each.name: k for k, each in enumerate(mission.buildings)}
-    rest = next((k for k, place in enumerate(plan.route) if place in numbers), 0)
-    hover_first = plan.route.index("hover") < rest if "hover" in plan.route else False
-    best.route[:] = 2 * numbers[plan.route[rest]] + 1 + hover_first if rest else 0
-    return best

@@ -19,22 +19,15 @@ from optuav.network.variants import Variants
 from optuav.options import Perspective, ProblemName
 from optuav.solving.assemble import figures
 from optuav.solving.question import Question, checked_question
-from optuav.solving.scenarios import (
-    CODES,
-    REASONS,
-    STATUSES,
-    Best,
-    best_alone,
-    best_plans,
-    takes_arrays,
-)
+from optuav.solving.scenarios import REASONS, STATUSES, Best, best_plans, takes_arrays
 from optuav.status import Status
+from optuav.studies.one_by_one import best_alone
 from optuav.studies.scenarios import ROW, Scenarios, numeric_keys, scenarios
 
 if TYPE_CHECKING:
     import xarray
 
-AT_ONCE = 1 << 15
+AT_ONCE = 1 << 17
 """Itineraries computed together: few enough to stay in the cache. No result depends on it."""
 TIMES = {
     "hover_time_s": "hover time",
@@ -228,13 +221,7 @@ def _solved(
                 _write(values, some, best_plans(variants, question, table))
                 continue
             for number, one in enumerate(named.missions(first, count), start=some.start):
-                single = Best.none(1)
-                if isinstance(one, Mission):
-                    single = best_alone(one, question)
-                else:
-                    single.status[:] = STATUSES.index(Status.INFEASIBLE)
-                    single.reason[:] = CODES["contradiction"]
-                _write(values, slice(number, number + 1), single)
+                _write(values, slice(number, number + 1), best_alone(one, question))
     return named, shape, values
 
 

@@ -18,7 +18,8 @@ from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.plan.summary import tabulated
 from optuav.solving import solve
-from optuav.solving.batch import hover_times_s
+from optuav.solving.question import checked_question
+from optuav.solving.scenarios import best_plans
 from optuav.studies.results import Pictures, Results, Row, fixed
 from optuav.studies.uncertainty import Chances, FixedPlan, Spread, chances, spreads, unstated
 
@@ -146,8 +147,9 @@ def effects(
     ends = np.array([[each.key.low, each.key.high] for each in spreads])
     allowed = (values >= ends[:, :1]) & (values <= ends[:, 1:])
     values = np.where(allowed, values, values[:, 4:5])
-    times_s = hover_times_s(_one_by_one(network, spreads, values), perspective)
-    best_s = np.fmax.reduce(times_s, axis=1).reshape(-1, 7)
+    question = checked_question(network.mission, perspective=perspective)
+    plans = best_plans(_one_by_one(network, spreads, values), question)
+    best_s = plans.hover_time_s.reshape(-1, 7)
     lows_s, highs_s, *near_s = np.where(allowed, best_s, np.nan).T
     # To one side each, of second order: at the value itself another limit or route may take over.
     below = (near_s[0] - 4.0 * near_s[1] + 3.0 * near_s[2]) / (2.0 * steps)

@@ -29,8 +29,9 @@ from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
-from optuav.solving.batch import hover_times_s
 from optuav.solving.outcome import SAME_S
+from optuav.solving.question import checked_question
+from optuav.solving.scenarios import best_plans
 
 KNOWN = "body.gravity_m_s2"  # It varies only where its spread is stated
 SHARE = 0.1  # Reach of a key to either side if nothing is stated, relative to its value
@@ -267,14 +268,14 @@ def chances(
 ) -> Chances:
     """Return what the samples say, computed `at_once` at a time."""
     routes, names = network.routes, network.places.names
+    question = checked_question(network.mission, perspective=perspective)
     hover_s, wins = np.empty(samples), np.zeros(len(routes), dtype=np.intp)
     kept, flyable = Counter[str](), 0
     for first in range(0, samples, at_once):
         some = slice(first, min(first + at_once, samples))
         variants = Variants(network, drawn(uncertain, seed, first, some.stop - first))
-        times_s = hover_times_s(variants, perspective)
-        best_s = np.fmax.reduce(times_s, axis=1)
-        best = np.argmax(times_s >= best_s[:, None] - SAME_S, axis=1)
+        plans = best_plans(variants, question)
+        best_s, best = plans.hover_time_s, plans.route
         if plan is not None:
             conditions = plan.kept(variants)
             kept.update({name: int(where.sum()) for name, where in conditions.items()})
