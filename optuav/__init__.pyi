@@ -41,7 +41,11 @@ from optuav.solving import formulate as formulate
 from optuav.solving import solve as solve
 from optuav.solving.batch import longest_hovers as longest_hovers
 from optuav.solving.route_choice import route_choice as route_choice
+from optuav.studies.batch import batch as batch
+from optuav.studies.batch import batch_arrays as batch_arrays
 from optuav.studies.compare import compare as compare
+from optuav.studies.layouts import layouts as layouts
+from optuav.studies.samples import samples as samples
 from optuav.studies.sensitivity import sensitivity as sensitivity
 
 __version__: str

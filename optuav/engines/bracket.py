@@ -280,7 +280,7 @@ def reach(forms: Sequence[StatedForm], names: Sequence[str], programmes: int) ->
             if own not in terms:
                 continue
             least, slope = np.maximum(terms.get(CONSTANT, 0.0), 0.0), terms[own]
-            shortens = np.True_
+            shortens: Booleans = np.ones(programmes, bool)
             for each, other in terms.items():
                 shortens = shortens & ((each == CONSTANT) | (np.asarray(other) <= 0.0))
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

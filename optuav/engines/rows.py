@@ -53,10 +53,10 @@ def close_in(
 ) -> tuple[Floats, Floats]:
     """The last points that hold (margin ≥ 0) on the way from a start that does to a goal.
 
-    With neighbours at most a width apart, or next to each other, that do not hold; the goal twice where it holds, NaN and
-    the goal where neither end does. Inverse quadratic interpolation where three points allow it,
-    else halving: [1]_. What is found of an interval does not depend on the others. Margins at start
-    and goal may be known.
+    With neighbours at most a width apart, or next to each other, that do not hold; the goal twice
+    where it holds, NaN and the goal where neither end does. Inverse quadratic interpolation where
+    three points allow it, else halving: [1]_. What is found of an interval does not depend on the
+    others. Margins at start and goal may be known.
     """
     which = np.arange(len(start))
     f1, f2 = known or (margin(start, which), margin(goal, which))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +22,7 @@ from optuav.errors import SolverError
 from optuav.mission import Mission
 from optuav.modelling import Model
 from optuav.modelling.check import TOLERANCE, evaluated
-from optuav.modelling.forms import CONSTANT, Exponential
+from optuav.modelling.forms import CONSTANT, Exponential, Monomial
 from optuav.network.feasibility import TOLERANCE as RIM
 from optuav.network.network import usable_routes
 from optuav.network.places import FIRST_BUILDING, HOVER, as_points
@@ -95,8 +95,9 @@ class Best:
     @classmethod
     def none(cls, count: int) -> Best:
         """No plan anywhere, and not known why."""
-        route, *codes = (np.zeros(count, kind) for kind in (np.intp, np.int8, np.int8))
-        return cls(*(np.full(count, np.nan) for _ in range(7)), route - 1, *codes)
+        a, b, c, d, e, f, g = (np.full(count, np.nan) for _ in range(7))
+        codes = (np.zeros(count, np.int8) for _ in range(2))
+        return cls(a, b, c, d, e, f, g, np.full(count, -1), *codes)
 
 
 class Candidates(NamedTuple):
@@ -136,7 +137,8 @@ def best_plans(variants: Variants, question: Question, table: Quantities | None 
     flight_s = table_entries(table.flight_time_s, found.variant, found.route) + 0.0 * found.route
     mission_s = flight_s + found.hover_time_s + found.rest_time_s
     won = shortest_of_each(found.variant, mission_s)
-    variant, route, hover_s, rest_s = (each[won] for each in found[:4])
+    variant, route = found.variant[won], found.route[won]
+    hover_s, rest_s = found.hover_time_s[won], found.rest_time_s[won]
     given = chosen(table, route, variant)
     soc = {name: PERSPECTIVES[name](given, hover_s, rest_s) for name in PAPER}
     if given.tapers:
@@ -245,7 +247,8 @@ def _balance(given: Quantities, perspective: Perspective) -> tuple[Quantity, ...
 
     Of the state of charge, which is affine in both times, above η0: [-], [1/s], [1/s], [s].
     """
-    hover, rest = (frozenset({(name, "time")}) for name in TIMES)
+    keys: list[Monomial] = [frozenset({(name, "time")}) for name in TIMES]
+    hover, rest = keys
     times = (Exponential({each: 1.0}) for each in (hover, rest))
     terms = (PERSPECTIVES[perspective](given, *times) - given.min_soc).terms
     return terms[CONSTANT], -terms[hover], terms[rest], given.time_left
@@ -327,7 +330,7 @@ def _well_bound(variants: Variants, table: Quantities, most_s: Floats) -> Floats
 
     Wells that hold more keep holding more (`optuav.physics.kibam`): no rest leaves more than full
     wells, and before the next stay the available well must not be empty. Newton's method finds
-    where it is; just beyond that, it is shown to be below 0 and to fall. Else the bound is infinite.
+    where it is; just beyond, it is shown to be below 0 and to fall. Else the bound is infinite.
     """
     pool = Battery(table.battery_As, table.available_fraction, table.flow_rate_per_s)
     routes, loads = variants.network.routes, variants.loads
@@ -369,36 +372,41 @@ def _answered(
 ) -> Candidates:
     """What an engine finds on every route."""
     status, otherwise = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
-    parts = []
-    through_wells = question.perspective not in PAPER
+    through_wells, parts = question.perspective not in PAPER, list[tuple[Any, ...]]()
+    beyond = np.full(variants.count, -np.inf)
     able = np.broadcast_to(able, (variants.count, able.shape[1]))
     for variant, route, rests in _groups(variants, able, ordered=through_wells):
         given = quantities(variants, route, variant, rests=rests, steps=through_wells, known=table)
         model, values = question.problem.declared(given, question.perspective)
         if any(each.name == "rest_time_s" for each in model.variables) != rests:
-            continue
+            continue  # the problem has no use for the rests of these routes
         found = answer(model, len(variant), question, values)
         codes = np.array([STATUSES.index(each) for each in found.statuses], np.int8)
         answered = np.isin(codes, [k for k, each in enumerate(STATUSES) if each.has_answer])
         _hold(model, {**found.given, **found.values}, answered)
         for known in Status.UNKNOWN, Status.UNBOUNDED, Status.ERROR:
             otherwise[variant[codes == STATUSES.index(known)]] = STATUSES.index(known)
-        for known in Status.UNKNOWN, Status.FEASIBLE, Status.LOCALLY_OPTIMAL:
-            short = Status.FEASIBLE if known is Status.UNKNOWN else known
-            status[variant[codes == STATUSES.index(known)]] = STATUSES.index(short)
+        # The best of some routes may be better than what was found on them.
+        if found.beyond is None:
+            for known in Status.UNKNOWN, Status.FEASIBLE, Status.LOCALLY_OPTIMAL:
+                short = Status.FEASIBLE if known is Status.UNKNOWN else known
+                status[variant[codes == STATUSES.index(known)]] = STATUSES.index(short)
+        else:
+            np.fmax.at(beyond, variant, found.beyond)
         times = (found.values.get(name, np.zeros(len(variant))) for name in TIMES)
         columns = variant, route, *times, found.objective * model.towards
-        parts.append([each[answered] for each in columns])
-    if not parts:
-        none = np.zeros(0, np.intp)
-        return Candidates(none, none, *(none.astype(float),) * 2, status, otherwise)
-    columns = [np.concatenate(each) for each in zip(*parts, strict=True)]
+        parts.append(tuple(each[answered] for each in columns))
+    none = np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0), np.zeros(0), np.zeros(0)
+    variant, route, hover_s, rest_s, score = map(np.concatenate, zip(none, *parts, strict=True))
     # Where a programme has no bound, or no numbers, no answer to another is the best.
     void = np.isin(otherwise, [STATUSES.index(s) for s in (Status.UNBOUNDED, Status.ERROR)])
-    order = np.lexsort((columns[1], columns[0]))
-    order = order[~void[columns[0][order]]]
-    order = order[tied(columns[0][order], -columns[-1][order])]
-    return Candidates(*(each[order] for each in columns[:-1]), status, otherwise)
+    order = np.lexsort((route, variant))
+    order = order[~void[variant[order]]]
+    order = order[tied(variant[order], -score[order])]
+    variant, route = variant[order], route[order]
+    open_ = beyond[variant] > score[order] + SAME_S
+    status[variant[open_]] = STATUSES.index(Status.FEASIBLE)
+    return Candidates(variant, route, hover_s[order], rest_s[order], status, otherwise)
 
 
 def _hold(model: Model, point: Values, answered: Booleans) -> None:

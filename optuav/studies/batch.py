@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from formulations.formulation import Formulation
 from formulations.soc import AVAILABLE
+from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, refuse, require
 from optuav.mission import Mission, load
 from optuav.mission.messages import shown
@@ -51,8 +52,17 @@ ORDERS = ("none", "rest-first", "hover-first")
 PROVED = np.isin(STATUSES, [Status.OPTIMAL, Status.INFEASIBLE])
 
 
+class _Solved(NamedTuple):
+    """The values by key, the sizes of all dimensions, and the variables one after the other."""
+
+    keys: Mapping[str, Floats]
+    shape: dict[str, int]
+    values: dict[str, npt.NDArray[Any]]
+    buildings: list[str]  # Names by number, and last that of none
+
+
 def batch_arrays(
-    mission: Mission | str | Path,
+    mission: Mission | str | Path | Sequence[Mission],
     ranges: Mapping[str, npt.ArrayLike],
     problem: Formulation | ProblemName = "P1",
     *,
@@ -70,9 +80,10 @@ def batch_arrays(
     -------
     dict
         By name the values of every key, and what `optuav.batch` calls variables, with one axis a
-        key in their order, or one for all if they are paired; several perspectives are an axis
-        before these. The names of the numbers in `building`, `order`, `status` and `reason` are
-        under the same name with ``_words``: ``found["reason_words"][found["reason"]]``.
+        key in their order, or one for all if they are paired; before these one for several
+        perspectives, and one for several missions. The words for the numbers in `building`,
+        `order`, `status` and `reason` are under the same names with ``_words``, as in
+        ``found["reason_words"][found["reason"]]``.
 
     Raises
     ------
@@ -86,18 +97,18 @@ def batch_arrays(
     >>> import optuav
     >>> found = optuav.batch_arrays("paper", {"limits.deadline_s": [60, 900, 1200]})
     >>> found["hover_time_s"].round(2).tolist()
-    [nan, 577.52, 597.27]
+    [nan, 591.57, 597.27]
     >>> found["reason_words"][found["reason"]][0]
     'the shortest flight alone takes longer than limits.deadline_s'
     """
-    named, shape, values = _solved(mission, ranges, problem, perspective, paired)
-    words = {f"{name}_words": np.array(each) for name, each in _words(named.mission).items()}
-    arrays = {name: each.reshape(tuple(shape.values())) for name, each in values.items()}
-    return {**named.values, **arrays, **words}
+    found = _solved(mission, ranges, problem, perspective, paired)
+    words = {f"{name}_words": np.array(each) for name, each in _words(found.buildings).items()}
+    size = tuple(found.shape.values())
+    return {**found.keys, **{n: each.reshape(size) for n, each in found.values.items()}, **words}
 
 
 def batch(
-    mission: Mission | str | Path,
+    mission: Mission | str | Path | Sequence[Mission],
     ranges: Mapping[str, npt.ArrayLike],
     problem: Formulation | ProblemName = "P1",
     *,
@@ -109,7 +120,8 @@ def batch(
     Parameters
     ----------
     mission
-        A mission, the name of a shipped one, or the path of a mission file.
+        A mission, the name of a shipped one, or the path of a mission file; or several missions,
+        as `optuav.layouts` makes them.
     ranges
         Values by key, each a list or an array of numbers: any numeric key of a mission, places and
         forces by component as ``"link.device_m[0]"``. A value displaces what `Mission.replace`
@@ -124,15 +136,15 @@ def batch(
     Returns
     -------
     xarray.Dataset
-        With one dimension a key, or ``"scenario"`` for all if they are paired, and
-        ``"perspective"`` if there are several. Its variables are ``hover_time_s``,
-        ``rest_time_s``, ``flight_time_s`` and ``mission_time_s`` [s] of the best plan,
-        ``soc_battery``, ``soc_energy`` and ``soc_adjusted``, the state of charge at its end [-],
-        and as numbers, with their names in the attributes ``flag_meanings`` and ``words``:
+        With one dimension a key, or ``"scenario"`` for all if they are paired, before them
+        ``"perspective"`` and ``"mission"`` if there are several. Its variables are
+        ``hover_time_s``, ``rest_time_s``, ``flight_time_s`` and ``mission_time_s`` [s] of the best
+        plan; ``soc_battery``, ``soc_energy`` and ``soc_adjusted``, the state of charge at its end
+        [-]; and as numbers, whose words are in the attributes ``flag_meanings`` and ``words``:
         ``building`` and ``order`` of its route (−1 and 0 for none), ``status``, and ``reason``,
-        why there is none (0 where there is one). ``proved`` is true where no plan is better, or
-        that there is none is certain. Without a plan times and charges are NaN; no scenario is
-        left out. Answers are those of `optuav.solve`, its tie rule included.
+        why there is no plan (0 where there is one). ``proved`` is true where it is certain that no
+        plan is better, or that there is none. Without a plan times and charges are NaN; no
+        scenario is left out. Answers are those of `optuav.solve`, its tie rule included.
 
     Raises
     ------
@@ -149,80 +161,93 @@ def batch(
     ...     "paper",
     ...     {"limits.deadline_s": [600, 1200], "battery.capacity_As": [30_000, 36_000, 42_000]},
     ...     perspective=["battery", "available"],
-    ... )  # doctest: +SKIP
-    >>> dict(found.sizes)  # doctest: +SKIP
+    ... )
+    >>> dict(found.sizes)
     {'perspective': 2, 'limits.deadline_s': 2, 'battery.capacity_As': 3}
     """
     require("xarray", "labelled datasets")
     import xarray
 
-    named, shape, values = _solved(mission, ranges, problem, perspective, paired)
-    dims, words, units = tuple(shape), _words(named.mission), _units()
+    found = _solved(mission, ranges, problem, perspective, paired)
+    dims, size, words = tuple(found.shape), tuple(found.shape.values()), _words(found.buildings)
+    units = _units()
     coordinates: dict[str, Any] = {
         key: (ROW if paired else key, each, {"units": units[key]})
-        for key, each in named.values.items()
+        for key, each in found.keys.items()
     }
-    if "perspective" in shape:
+    if "perspective" in dims:
         coordinates["perspective"] = "perspective", [*perspective]
     variables = {}
-    for name, flat in values.items():
+    for name, flat in found.values.items():
         attributes: dict[str, Any] = {}
         if name in TIMES | CHARGES:
             unit = "s" if name in TIMES else "1"
             attributes = {"units": unit, "long_name": (TIMES | CHARGES)[name]}
         elif name in CODED:
             attributes = {"long_name": CODED[name][0], **_flags(name, words[name])}
-        variables[name] = dims, flat.reshape(tuple(shape.values())), attributes
-    facts = {"Conventions": "CF-1.11", "mission": named.mission.name}
-    if "perspective" not in shape:
+        variables[name] = dims, flat.reshape(size), attributes
+    facts = {"Conventions": "CF-1.11"}
+    if "mission" not in dims:
+        facts["mission"] = mission.name if isinstance(mission, Mission) else str(mission)
+    if "perspective" not in dims:
         facts["perspective"] = str(perspective)
     return xarray.Dataset(variables, coordinates, facts)
 
 
 def _solved(
-    mission: Mission | str | Path,
+    mission: Mission | str | Path | Sequence[Mission],
     ranges: Mapping[str, npt.ArrayLike],
     problem: Formulation | ProblemName,
     perspective: Perspective | Sequence[Perspective],
     paired: bool,
-) -> tuple[Scenarios, dict[str, int], dict[str, npt.NDArray[Any]]]:
-    """The scenarios, the sizes of all dimensions, and the variables one after the other."""
-    whole = mission if isinstance(mission, Mission) else load(mission)
-    several = not isinstance(perspective, str)
-    asked = [*perspective] if several else [perspective]
+) -> _Solved:
+    """The best plans of all scenarios of all missions under all perspectives."""
+    missions = [mission] if isinstance(mission, Mission | str | Path) else [*mission]
+    wholes = [each if isinstance(each, Mission) else load(each) for each in missions]
+    asked: list[str] = [perspective] if isinstance(perspective, str) else [*perspective]
+    faults = list[Fault]()
+    if not wholes:
+        faults.append(Fault("mission", shown(mission), "a mission, or several of them"))
     if not asked or len({*asked}) < len(asked):
         words = "one perspective, or a list of different ones"
-        raise InputError([Fault("perspective", shown(perspective), words)])
-    faults, questions = list[Fault](), list[Question]()
-    for each in asked:
+        faults.append(Fault("perspective", shown(perspective), words))
+    every = list[tuple[Scenarios, list[Question]]]()
+    for whole in wholes:
         try:
-            questions.append(checked_question(whole, problem, each))
+            named = scenarios(whole, ranges, paired=paired)
+            every.append((named, [checked_question(whole, problem, each) for each in asked]))
         except InputError as error:
-            faults += [fault for fault in error.faults if fault not in faults]
-    try:
-        named = scenarios(whole, ranges, paired=paired)
-    except InputError as error:
-        faults += error.faults
+            faults += (fault for fault in error.faults if fault not in faults)
     refuse(faults)
-    shape = ({"perspective": len(asked)} if several else {}) | named.sizes
-    values = _tables(len(asked) * named.count)
-    network = build_network(named.base)
+    shape = {} if isinstance(perspective, str) else {"perspective": len(asked)}
+    shape |= {} if missions[0] is mission else {"mission": len(wholes)}
+    first, _ = every[0]
+    names = dict.fromkeys(each.name for whole in wholes for each in whole.buildings)
+    numbers = {name: number for number, name in enumerate(names)}
+    values = _tables(len(asked) * len(wholes) * first.count)
+    for place, (named, questions) in enumerate(every):
+        own = [numbers[each.name] for each in named.mission.buildings]
+        for number, start, best in _best(named, questions):
+            begin = (number * len(wholes) + place) * first.count + start
+            _write(values, slice(begin, begin + len(best.route)), best, own)
+    return _Solved(first.values, shape | first.sizes, values, [*names, "none"])
+
+
+def _best(named: Scenarios, questions: Sequence[Question]) -> Iterator[tuple[int, int, Best]]:
+    """The best plans of scenarios, some at a time: number of the question, of the first, plans."""
+    network, variants = build_network(named.base), None
     at_once = max(1, AT_ONCE // len(network.routes))
-    variants = None
     for first in range(0, named.count, at_once):
         count = min(at_once, named.count - first)
-        columns = named.columns(first, count)
+        columns, table = named.columns(first, count), None
         variants = variants.others(columns) if variants else Variants(network, columns)
-        table = None
         for place, question in enumerate(questions):
-            some = slice(place * named.count + first, place * named.count + first + count)
             if takes_arrays(named.base, question):
                 table = table or figures(variants)
-                _write(values, some, best_plans(variants, question, table))
-                continue
-            for number, one in enumerate(named.missions(first, count), start=some.start):
-                _write(values, slice(number, number + 1), best_alone(one, question))
-    return named, shape, values
+                yield place, first, best_plans(variants, question, table)
+            else:
+                for number, one in enumerate(named.missions(first, count), start=first):
+                    yield place, number, best_alone(one, question)
 
 
 def _tables(count: int) -> dict[str, npt.NDArray[Any]]:
@@ -232,20 +257,22 @@ def _tables(count: int) -> dict[str, npt.NDArray[Any]]:
     return found | {"proved": np.empty(count, bool)}
 
 
-def _write(values: Mapping[str, npt.NDArray[Any]], some: slice, best: Best) -> None:
-    """Put the best plans of some scenarios into the variables."""
+def _write(
+    values: Mapping[str, npt.NDArray[Any]], some: slice, best: Best, numbers: Sequence[int]
+) -> None:
+    """Put the best plans of some scenarios into the variables; buildings by their numbers there."""
     for name in (*TIMES, *CHARGES, "status", "reason"):
         values[name][some] = getattr(best, name)
-    building, rank = np.divmod(np.arange(-1, best.route.max()), 2)  # by route; of −1 the last
-    values["building"][some] = np.append(building, -1).take(best.route)
-    values["order"][some] = np.append(np.where(building < 0, 0, 1 + rank), 0).take(best.route)
+    # By route: the direct one first, and no plan, −1, last.
+    values["building"][some] = np.array([-1, *np.repeat(numbers, 2), -1]).take(best.route)
+    values["order"][some] = np.array([0, *(1, 2) * len(numbers), 0]).take(best.route)
     values["proved"][some] = PROVED.take(best.status)
 
 
-def _words(mission: Mission) -> dict[str, list[str]]:
+def _words(buildings: list[str]) -> dict[str, list[str]]:
     """Words by variable and number; the number −1 is that of the last building."""
     return {
-        "building": [*(each.name for each in mission.buildings), "none"],
+        "building": buildings,
         "order": [*ORDERS],
         "status": [each.value for each in STATUSES],
         "reason": [*REASONS.values()],

@@ -126,8 +126,8 @@ def spreadable(mission: Mission) -> dict[str, Key]:
 def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tuple[Spread, ...]:
     """Return the spreads that a TOML file or a mapping states, or refuse it with all faults.
 
-    A mapping has the form ``{"battery": {"capacity_As": {"percent": 5}}}``; other forms as in
-    `optuav.sensitivity`.
+    A mapping has the form ``{"battery": {"capacity_As": {"percent": 5}}}``, or ``{
+    "battery.capacity_As": {"percent": 5}}``; other forms as in `optuav.sensitivity`.
     """
     source = ""
     if not isinstance(stated, Mapping):
@@ -136,7 +136,9 @@ def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tupl
     known = spreadable(mission)
     found, faults = [], []
     for table, content in stated.items():
-        for name, form in content.items() if isinstance(content, dict) else ((None, content),):
+        # A dotted key has its form beside it, a table those of its keys.
+        forms = content.items() if isinstance(content, dict) and "." not in table else None
+        for name, form in ((None, content),) if forms is None else forms:
             try:
                 found.append(_spread(known, table if name is None else f"{table}.{name}", form))
             except InputError as error:

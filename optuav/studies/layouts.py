@@ -1,0 +1,203 @@
+"""Random layouts of a city around a mission."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+
+from optuav.arrays import Booleans, Floats
+from optuav.errors import Fault, refuse
+from optuav.mission import Mission, load
+from optuav.mission.messages import nearest, shown
+from optuav.mission.schema import MOST_ITEMS, Number
+
+Kind: TypeAlias = Literal["uniform", "grid", "manhattan"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+COUNT = Number("-", ge=1, le=1e6, whole=True)
+BUILDINGS = Number("-", ge=1, le=MOST_ITEMS, whole=True)
+SEED = Number("-", ge=0, le=2**63, whole=True)
+OPTIONS = {
+    "height_m": Number("m", ge=0, le=1e4),
+    "size_m": Number("m", ge=1e-3, le=1e4),
+    "built_up": Number("-", gt=0, lt=1),
+    "per_km2": Number("1/km2", gt=0, le=1e6),
+    "height_scale_m": Number("m", gt=0, le=1e3),
+}
+MOST_TRIES = 1000
+
+
+def layouts(
+    mission: Mission | str | Path,
+    count: int,
+    kind: Kind = "uniform",
+    *,
+    area_m: tuple[float, float, float, float] = (0.0, 0.0, 2000.0, 2000.0),
+    buildings: int = 10,
+    heights_m: tuple[float, float] = (60.0, 100.0),
+    size_m: float = 40.0,
+    built_up: float = 0.3,
+    per_km2: float = 500.0,
+    height_scale_m: float = 15.0,
+    seed: int = 0,
+) -> list[Mission]:
+    """Make missions with random buildings in place of all that there are.
+
+    Buildings that would stand around the origin, the destination or the laser are left out, of the
+    kind ``"uniform"`` drawn again; their names are r1, r2, … in the order in which they are drawn,
+    in rows along x from the lowest y on.
+
+    Parameters
+    ----------
+    mission
+        A mission, the name of a shipped one, or the path of a mission file.
+    count
+        Number of layouts, 1 to 1e6. The first of them are the same for any number.
+    kind
+        ``"uniform"``: square buildings anywhere in the area, which may overlap; ``"grid"``: square
+        buildings at equal distances; ``"manhattan"``: a grid with the statistics of ITU-R P.1410
+        [1]_, the crossings of its streets shifted at random.
+    area_m
+        The area (x low, y low, x high, y high) [m] in which the centres of buildings lie.
+    buildings
+        Number of buildings, 1 to 100 000; of a grid the most that a square grid has no more than.
+    heights_m
+        Lowest and highest roof [m], all heights between being equally likely; not for
+        ``"manhattan"``.
+    size_m
+        Length of the sides of a building [m], 0.001 to 1e4; not for ``"manhattan"``.
+    built_up, per_km2, height_scale_m
+        α, the share of the land that is built on, 0 to 1; β, buildings per km²; and γ, the scale of
+        the Rayleigh distribution of heights [m], of ``"manhattan"`` [1]_: sides of 1000 √(α/β) m
+        with streets of 1000/√β m less that between them. A suburb has 0.1, 750 and 8, a city 0.3,
+        500 and 15, its centre 0.5, 300 and 20, and skyscrapers 0.5, 300 and 50 [2]_.
+    seed
+        Seed of the layouts, 0 to 2**63.
+
+    Returns
+    -------
+    list of Mission
+        The missions, as `optuav.batch` takes them.
+
+    Raises
+    ------
+    InputError
+        With all faults of the options, or if no building finds room.
+
+    References
+    ----------
+    .. [1] ITU-R P.1410, "Propagation data and prediction methods required for the design of
+       terrestrial broadband radio access systems operating in a frequency range from 3 to 60 GHz".
+    .. [2] A. Al-Hourani, S. Kandeepan, S. Lardner, "Optimal LAP altitude for maximum coverage",
+       IEEE Wireless Communications Letters, 2014.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> towns = optuav.layouts("paper", 20, buildings=5, seed=1)
+    >>> found = optuav.batch_arrays(towns, {}, perspective="battery")
+    >>> found["hover_time_s"].shape
+    (20,)
+    """
+    stated = {"built_up": built_up, "per_km2": per_km2, "height_scale_m": height_scale_m}
+    checked = [(name, value, OPTIONS[name]) for name, value in stated.items()]
+    checked += [("size_m", size_m, OPTIONS["size_m"]), ("count", count, COUNT)]
+    checked += [("buildings", buildings, BUILDINGS), ("seed", seed, SEED)]
+    faults = [
+        Fault(name, shown(value), number.words)
+        for name, value, number in checked
+        if not number.accepts(value) or (number.whole and not isinstance(value, int))
+    ]
+    if kind not in KINDS:
+        words = f"one of {', '.join(KINDS)}{nearest(str(kind), KINDS)}"
+        faults.append(Fault("kind", shown(kind), words))
+    if not _ordered(heights_m, 2, OPTIONS["height_m"]):
+        words = f"two heights, the lower first, each {OPTIONS['height_m'].words}"
+        faults.append(Fault("heights_m", shown(heights_m), words))
+    if not _ordered(area_m, 4, Number("m", ge=-1e6, le=1e6)):
+        words = "(x low, y low, x high, y high), low < high, each |x| <= 1e6 [m]"
+        faults.append(Fault("area_m", shown(area_m), words))
+    refuse(faults)
+    base = mission if isinstance(mission, Mission) else load(mission)
+    low_m, high_m = np.array(area_m[:2], float), np.array(area_m[2:], float)
+    side_m = 1000.0 * math.sqrt(built_up / per_km2) if kind == "manhattan" else float(size_m)
+    step_m = np.full(2, 1000.0 / math.sqrt(per_km2))
+    if kind == "grid":
+        across = math.isqrt(buildings)
+        step_m = (high_m - low_m) / across
+    elif kind == "manhattan":
+        expected = float(np.prod((high_m - low_m) / step_m))
+        if expected > MOST_ITEMS:
+            words = f"at most {MOST_ITEMS} buildings in the area"
+            refuse([Fault("per_km2", f"{per_km2:g}", words)])
+    found = []
+    for number in range(count):
+        draw = np.random.default_rng([seed, number])
+        if kind == "uniform":
+            at_m = _anywhere(draw, base, low_m, high_m, side_m, buildings)
+        else:
+            shift = draw.random(2) if kind == "manhattan" else np.full(2, 0.5)
+            x_m, y_m = (
+                np.arange(low_m[k] + shift[k] * step_m[k], high_m[k], step_m[k]) for k in range(2)
+            )
+            at_m = np.stack(np.meshgrid(x_m, y_m), axis=-1).reshape(-1, 2)
+            at_m = at_m[_free(base, at_m, side_m)]
+        if kind == "manhattan":
+            roofs_m = draw.rayleigh(height_scale_m, len(at_m))
+        else:
+            roofs_m = draw.uniform(*heights_m, len(at_m))
+        if not len(at_m):
+            refuse([Fault("area_m", shown(area_m), "an area with room for a building")])
+        table = {"name": [f"r{k + 1}" for k in range(len(at_m))], "z_m": roofs_m.tolist()}
+        table |= {"x_m": at_m[:, 0].tolist(), "y_m": at_m[:, 1].tolist()}
+        table |= dict.fromkeys(("width_m", "depth_m"), [side_m] * len(at_m))
+        found.append(base.with_buildings(table))
+    return found
+
+
+def _ordered(values: object, count: int, number: Number) -> bool:
+    """Whether these are so many numbers, the lower half not above the upper."""
+    if not isinstance(values, tuple | list) or len(values) != count:
+        return False
+    if not all(map(number.accepts, values)):
+        return False
+    half = count // 2
+    pairs = list(zip(values[:half], values[half:], strict=True))
+    return all(low < high if count > 2 else low <= high for low, high in pairs)
+
+
+def _anywhere(
+    draw: np.random.Generator,
+    mission: Mission,
+    low_m: Floats,
+    high_m: Floats,
+    side_m: float,
+    count: int,
+) -> Floats:
+    """Centres of buildings (building, 2) [m], each drawn again until it stands around no end."""
+    found = np.zeros((0, 2))
+    for _ in range(MOST_TRIES):
+        if len(found) >= count:
+            break
+        more = draw.uniform(low_m, high_m, (count, 2))
+        found = np.concatenate([found, more[_free(mission, more, side_m)]])
+    return found[:count]
+
+
+def _free(mission: Mission, at_m: Floats, side_m: float) -> Booleans:
+    """Which centres (building, 2) [m] are those of buildings around no end of the mission."""
+    free = np.ones(len(at_m), bool)
+    for x, y, _ in _ends(mission):
+        free &= (np.abs(at_m - (x, y)) > 0.5 * side_m).any(axis=1)
+    return free
+
+
+def _ends(mission: Mission) -> Iterator[tuple[float, float, float]]:
+    """Places of a mission that stay free."""
+    yield mission.route.origin_m
+    yield mission.route.destination_m
+    if mission.laser is not None:
+        yield mission.laser.position_m

@@ -1,0 +1,98 @@
+"""Samples of uncertain keys that fill their ranges evenly, for batches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Literal, TypeAlias, get_args
+
+from optuav.arrays import Floats
+from optuav.errors import Fault, refuse
+from optuav.mission import Mission, load
+from optuav.mission.messages import nearest, shown
+from optuav.mission.schema import Number
+from optuav.studies.uncertainty import spreads
+
+Method: TypeAlias = Literal["sobol", "latin-hypercube"]
+METHODS: tuple[Method, ...] = get_args(Method)
+COUNT = Number("-", ge=1, le=1e7, whole=True)
+SEED = Number("-", ge=0, le=2**63, whole=True)
+
+
+def samples(
+    mission: Mission | str | Path,
+    uncertainty: Mapping[str, object] | str | Path,
+    count: int,
+    *,
+    method: Method = "sobol",
+    seed: int = 0,
+) -> dict[str, Floats]:
+    """Draw samples of uncertain keys that cover their distributions evenly.
+
+    Parameters
+    ----------
+    mission
+        A mission, the name of a shipped one, or the path of a mission file.
+    uncertainty
+        Distributions of keys, as for `optuav.sensitivity`: a TOML file or a dict, in which keys may
+        be dotted, as in ``{"limits.deadline_s": {"low": 600, "high": 1800}}``.
+    count
+        Number of samples, 1 to 1e7.
+    method
+        ``"sobol"``: a scrambled Sobol sequence [1]_, of which the first samples are the same for
+        any count; or ``"latin-hypercube"``: each key has one sample in every of `count` equally
+        likely parts of its range [2]_.
+    seed
+        Seed of the samples, 0 to 2**63.
+
+    Returns
+    -------
+    dict
+        Values by key, one entry a sample, as `optuav.batch` takes them with ``paired=True``.
+
+    Raises
+    ------
+    InputError
+        With all faults of the distributions and options.
+
+    References
+    ----------
+    .. [1] I. M. Sobol, "On the distribution of points in a cube and the approximate evaluation of
+       integrals", USSR Computational Mathematics and Mathematical Physics, 1967.
+    .. [2] M. D. McKay, R. J. Beckman, W. J. Conover, "A comparison of three methods for selecting
+       values of input variables in the analysis of output from a computer code", Technometrics,
+       1979.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> spread = {"battery.capacity_As": {"percent": 10}, "limits.deadline_s": {"deviation": 60}}
+    >>> drawn = optuav.samples("paper", spread, 256)
+    >>> found = optuav.batch_arrays("paper", drawn, perspective="battery", paired=True)
+    >>> f"{found['hover_time_s'].mean():.0f} s of hover on average"
+    '721 s of hover on average'
+    """
+    stated = (("count", count, COUNT), ("seed", seed, SEED))
+    faults = [
+        Fault(name, shown(value), number.words)
+        for name, value, number in stated
+        if not isinstance(value, int) or not number.accepts(value)
+    ]
+    if method not in METHODS:
+        words = f"one of {', '.join(METHODS)}{nearest(str(method), METHODS)}"
+        faults.append(Fault("method", shown(method), words))
+    refuse(faults)
+    from scipy.stats import qmc
+
+    spread = spreads(mission if isinstance(mission, Mission) else load(mission), uncertainty)
+    if not spread:
+        refuse([Fault("uncertainty", "", "at least one key with its distribution")])
+    if method == "sobol":
+        # Powers of two alone are balanced; their first points are those of any larger one.
+        shares = qmc.Sobol(len(spread), rng=seed).random_base2((count - 1).bit_length())[:count]
+    else:
+        shares = qmc.LatinHypercube(len(spread), rng=seed).random(count)
+    found: dict[str, Floats] = {}
+    for each, column in zip(spread, shares.T, strict=True):
+        found |= each.columns(each.at(column))
+    return found
