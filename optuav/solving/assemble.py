@@ -153,11 +153,14 @@ def figures(tables: _Single | Variants) -> Quantities:
     for load, drawn, given in ("flight", flight_As, flight_J), ("hover", hover_A, hover_W):
         draws = np.asarray(drawn) > 0.0
         mean_V = np.where(draws, given / np.where(draws, drawn, 1.0), battery.nominal_voltage_V)[()]
-        # What the full battery holds where that is stated; computed where its size varies.
+        # What the full battery holds where that is stated; computed where its size varies, and
+        # of variants with NaN.
         key, full_J = f"{load}_energy_J", None
         if getattr(tables.network.mission.battery, key) is not None:
             stated_J = getattr(battery, key)
             full_J = packs * capacity_As * mean_V if stated_J is None else stated_J
+            if np.isnan(full_J).any():
+                full_J = np.where(np.isnan(full_J), packs * capacity_As * mean_V, full_J)
         voltages |= {f"{load}_voltage_V": mean_V, f"{load}_battery_J": full_J}
     received_A, received_W = (each[:, [HOVER]] for each in tables.received)
     rest_A, rest_W = (

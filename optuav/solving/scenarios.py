@@ -141,12 +141,15 @@ def best_plans(variants: Variants, question: Question, table: Quantities | None 
     hover_s, rest_s = found.hover_time_s[won], found.rest_time_s[won]
     given = chosen(table, route, variant)
     soc = {name: PERSPECTIVES[name](given, hover_s, rest_s) for name in PAPER}
+    counted = soc[perspective if perspective in PAPER else "battery"]
     if given.tapers:
         soc["battery"] = _tapered(variants, table, variant, route, hover_s, rest_s)
+        counted = soc["battery"] if perspective == AVAILABLE else counted
     if longest_hover:
-        counted = perspective if perspective in PAPER else "battery"
-        over_s, over = mission_s[won] - given.deadline_s, given.min_soc - soc[counted]
-        if np.any(over_s > TOLERANCE * given.deadline_s) or np.any(over > TOLERANCE):
+        over_s = mission_s[won] - given.deadline_s
+        if np.any(over_s > TOLERANCE * given.deadline_s) or np.any(
+            counted < given.min_soc - TOLERANCE
+        ):
             raise SolverError("plans of a batch violate their deadline or state of charge")
     best = Best.none(variants.count)
     best.status[:] = found.otherwise

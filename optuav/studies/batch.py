@@ -98,8 +98,8 @@ def batch_arrays(
     >>> found = optuav.batch_arrays("paper", {"limits.deadline_s": [60, 900, 1200]})
     >>> found["hover_time_s"].round(2).tolist()
     [nan, 591.57, 597.27]
-    >>> found["reason_words"][found["reason"]][0]
-    'the shortest flight alone takes longer than limits.deadline_s'
+    >>> print(found["reason_words"][found["reason"]][0])
+    the shortest flight alone takes longer than limits.deadline_s
     """
     found = _solved(mission, ranges, problem, perspective, paired)
     words = {f"{name}_words": np.array(each) for name, each in _words(found.buildings).items()}
@@ -211,26 +211,30 @@ def _solved(
     if not asked or len({*asked}) < len(asked):
         words = "one perspective, or a list of different ones"
         faults.append(Fault("perspective", shown(perspective), words))
-    every = list[tuple[Scenarios, list[Question]]]()
+    every, questions = list[Scenarios](), list[Question]()  # One, and one a perspective, a mission
     for whole in wholes:
         try:
-            named = scenarios(whole, ranges, paired=paired)
-            every.append((named, [checked_question(whole, problem, each) for each in asked]))
+            every.append(scenarios(whole, ranges, paired=paired))
         except InputError as error:
-            faults += (fault for fault in error.faults if fault not in faults)
-    refuse(faults)
+            faults += error.faults
+        for each in asked:
+            try:
+                questions.append(checked_question(whole, problem, each))
+            except InputError as error:
+                faults += error.faults
+    refuse(dict.fromkeys(faults))
     shape = {} if isinstance(perspective, str) else {"perspective": len(asked)}
     shape |= {} if missions[0] is mission else {"mission": len(wholes)}
-    first, _ = every[0]
     names = dict.fromkeys(each.name for whole in wholes for each in whole.buildings)
     numbers = {name: number for number, name in enumerate(names)}
-    values = _tables(len(asked) * len(wholes) * first.count)
-    for place, (named, questions) in enumerate(every):
+    values = _tables(len(asked) * len(wholes) * every[0].count)
+    for place, named in enumerate(every):
         own = [numbers[each.name] for each in named.mission.buildings]
-        for number, start, best in _best(named, questions):
-            begin = (number * len(wholes) + place) * first.count + start
+        some = questions[place * len(asked) : (place + 1) * len(asked)]
+        for number, start, best in _best(named, some):
+            begin = (number * len(wholes) + place) * named.count + start
             _write(values, slice(begin, begin + len(best.route)), best, own)
-    return _Solved(first.values, shape | first.sizes, values, [*names, "none"])
+    return _Solved(every[0].values, shape | every[0].sizes, values, [*names, "none"])
 
 
 def _best(named: Scenarios, questions: Sequence[Question]) -> Iterator[tuple[int, int, Best]]:

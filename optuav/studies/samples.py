@@ -70,7 +70,7 @@ def samples(
     >>> drawn = optuav.samples("paper", spread, 256)
     >>> found = optuav.batch_arrays("paper", drawn, perspective="battery", paired=True)
     >>> f"{found['hover_time_s'].mean():.0f} s of hover on average"
-    '721 s of hover on average'
+    '720 s of hover on average'
     """
     stated = (("count", count, COUNT), ("seed", seed, SEED))
     faults = [

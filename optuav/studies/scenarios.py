@@ -167,8 +167,8 @@ def scenarios(mission: Mission, ranges: Mapping[str, object], *, paired: bool) -
     if found.count > MOST:
         refuse([Fault("ranges", f"{found.count} scenarios", f"at most {MOST}")])
     if values:
-        mission.replace(found._first())
         _refuse_wavelengths(found)
+        mission.replace(found._first())
     return found
 
 

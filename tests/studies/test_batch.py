@@ -1,0 +1,371 @@
+"""Many missions at once are solved as each of them alone."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+import optuav
+from optuav.arrays import Floats
+from optuav.errors import InputError
+from optuav.mission import Mission
+from optuav.studies import batch as machine
+
+PAPER = optuav.load("paper")
+TIMES = ("hover_time_s", "rest_time_s", "flight_time_s", "mission_time_s")
+SOC = ("battery", "energy", "adjusted")
+LINEAR = ["battery", "energy", "adjusted"]
+
+
+def drawn(mission: Mission, count: int, seed: int) -> dict[str, Floats]:
+    """Sizes, limits, wells, places, light, link and loads, from hopeless to plenty."""
+    draw, given = np.random.default_rng(seed), mission
+    found = {
+        "limits.deadline_s": draw.uniform(40.0, 3000.0, count),
+        "limits.min_soc": draw.uniform(0.0, 0.4, count),
+        "battery.capacity_As": given.battery.capacity_As * draw.uniform(0.15, 1.8, count),
+        "battery.charge_current_A": given.battery.charge_current_A * draw.uniform(0.0, 4.0, count),
+        "battery.available_fraction": draw.uniform(0.3, 0.98, count),
+        "battery.flow_rate_per_s": 10.0 ** draw.uniform(-6.0, -3.3, count),
+        "link.device_m[0]": given.link.device_m[0] + draw.uniform(-600.0, 600.0, count),
+        "link.transmit_power_W": given.link.transmit_power_W * 10.0 ** draw.uniform(-2, 0.5, count),
+    }
+    if given.laser is not None:
+        found["laser.power_W"] = given.laser.power_W * draw.uniform(0.0, 2.0, count)
+        found["laser.position_m[1]"] = draw.uniform(-400.0, 400.0, count)
+    if given.flight.model == "rotors":
+        assert given.body is not None
+        found["body.mass_kg"] = given.body.mass_kg * draw.uniform(0.7, 1.3, count)
+        found["wind.force_N[0]"] = draw.uniform(-3.0, 3.0, count)
+        found["wind.force_N[1]"] = draw.uniform(-1.0, 1.0, count)
+    else:
+        load_A = given.flight.hover_current_A
+        found["flight.hover_current_A"] = load_A * draw.uniform(0.4, 1.4, count)
+    return found
+
+
+def alone(mission: Mission, values: dict[str, Floats], number: int) -> Mission:
+    """One scenario, made by `Mission.replace`."""
+    found: dict[str, Any] = {}
+    for key, column in values.items():
+        name, _, axis = key.partition("[")
+        if not axis:
+            found[name] = float(column[number])
+            continue
+        table, field = name.split(".")
+        vector = found.setdefault(name, list(getattr(getattr(mission, table), field)))
+        vector[int(axis[0])] = float(column[number])
+    return mission.replace(found)
+
+
+def assert_same(found: dict[str, Any], number: Any, plan: optuav.Plan) -> None:
+    """One scenario of a batch against the plan of its mission."""
+    cell = {name: found[name][number] for name in (*TIMES, "building", "order", "status", "proved")}
+    reason = found["reason_words"][found["reason"][number]]
+    assert found["status_words"][cell["status"]] == plan.status.value
+    if not plan:
+        assert np.isnan([cell[name] for name in TIMES]).all()
+        assert (cell["building"], cell["order"], cell["proved"]) == (-1, 0, True)
+        assert reason != "there is a plan"
+        return
+    assert reason == "there is a plan"
+    for name in TIMES:
+        assert cell[name] == pytest.approx(getattr(plan, name), rel=0, abs=1e-9), name
+    assert plan.soc is not None
+    for name in SOC:
+        assert found[f"soc_{name}"][number] == pytest.approx(plan.soc[name], abs=1e-11)
+    rests = [place for place in plan.route if place not in ("origin", "hover", "destination")]
+    assert found["building_words"][cell["building"]] == (rests or ["none"])[0]
+    order = "none"
+    if rests:
+        first = plan.route.index(rests[0]) < plan.route.index("hover")
+        order = "rest-first" if first else "hover-first"
+    assert found["order_words"][cell["order"]] == order
+
+
+def assert_each_is_solved_alone(
+    mission: Mission, count: int, seed: int, perspective: Any, problem: Any = "P1"
+) -> int:
+    """How many of the scenarios have a plan; every one is compared."""
+    values = drawn(mission, count, seed)
+    options: dict[str, Any] = {"perspective": perspective, "paired": True}
+    found = optuav.batch_arrays(mission, values, problem, **options)
+    for number in range(count):
+        one = alone(mission, values, number)
+        assert_same(found, number, optuav.solve(one, problem, perspective=perspective))
+    return int(np.isfinite(found["hover_time_s"]).sum())
+
+
+def missions() -> list[Mission]:
+    """Both flight models, with the laser and without."""
+    found = [optuav.load(name) for name in ("paper", "paper-table2", "matrice350")]
+    off = {"flight.charge_current_A": None, "flight.charge_power_W": None}
+    dark = [{"laser": None} | (off if each.flight.model == "regimes" else {}) for each in found]
+    return found + [each.replace(gone) for each, gone in zip(found, dark, strict=True)]
+
+
+@pytest.mark.parametrize("perspective", [*LINEAR, "wells", "available"])
+@pytest.mark.parametrize("number", range(6))
+def test_scenarios_are_those_of_solve(number: int, perspective: str) -> None:
+    """To 1e-9 s with the same tie rule, both orders of the stays, some without a plan."""
+    with_plan = assert_each_is_solved_alone(missions()[number], 12, number, perspective)
+    assert 0 < with_plan < 12
+
+
+PROBLEMS = [
+    ("P3", "available"),
+    ("P3", "energy"),
+    (optuav.P4("b3"), "available"),
+    (optuav.P4("b2", order="hover-first"), "battery"),
+    (optuav.P1(trajectory="traj1"), "available"),
+    (optuav.P1(trajectory="traj2"), "adjusted"),
+    (optuav.P1(trajectory="optimal", order="rest-first"), "available"),
+    ("P2", "battery"),
+    ("P2-tight", "energy"),
+    ("P2-tight", "available"),
+]
+
+
+@pytest.mark.parametrize(("problem", "perspective"), PROBLEMS)
+def test_every_problem_is_that_of_solve(problem: Any, perspective: str) -> None:
+    """Those that engines take as arrays, and those that are solved one by one."""
+    assert_each_is_solved_alone(PAPER, 8, 11, perspective, problem)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("perspective", [*LINEAR, "available"])
+@pytest.mark.parametrize("number", range(6))
+def test_ten_thousand_scenarios_are_those_of_solve(number: int, perspective: str) -> None:
+    """24 times 420, over all perspectives and missions, each with draws of its own."""
+    seed = 100 + 10 * number + len(perspective)
+    assert 0 < assert_each_is_solved_alone(missions()[number], 420, seed, perspective) < 420
+
+
+@pytest.mark.parametrize(
+    "changes", [{"battery.charging": "taper"}, {"flight.through_buildings": True}]
+)
+def test_words_of_a_mission_count_as_well(changes: dict[str, Any]) -> None:
+    """Tapered charging, whose charge is that of the simulation, and flights through buildings."""
+    mission = PAPER.replace(changes)
+    for perspective in ("battery", "available"):
+        assert_each_is_solved_alone(mission, 6, 5, perspective)
+
+
+def test_packs_that_take_turns_are_solved_one_by_one() -> None:
+    """Two packs, one after the other."""
+    mission = PAPER.replace({"battery.schedule": "sequential"})
+    values = {"limits.deadline_s": np.array([60.0, 900.0])}
+    found = optuav.batch_arrays(mission, values, "P3")
+    for number in range(2):
+        assert_same(found, number, optuav.solve(alone(mission, values, number), "P3"))
+
+
+@dataclass(frozen=True)
+class LeastRest(optuav.Formulation):
+    """Least rest for a wanted hover time."""
+
+    wanted_hover_s: float = 650.0
+
+    def declare(self, model: Any, given: Any) -> None:
+        """State it."""
+        hover, rest = given.hover_and_rest(model)
+        model.minimise(rest)
+        model.subject_to("wanted hover", hover >= self.wanted_hover_s, unit="s")
+        model.subject_to("charge", given.soc_end(hover, rest) >= given.min_soc)
+        given.keep_wells(model, "charge", hover, rest)
+        given.keep_deadline(model, "deadline", hover, rest)
+
+
+def test_a_formulation_of_ones_own_is_answered_too() -> None:
+    """A user's problem, to be minimised, in which some scenarios have no answer."""
+    values = {"battery.capacity_As": np.array([20e3, 33e3, 35e3, 40e3])}
+    found = optuav.batch_arrays(PAPER, values, LeastRest(), perspective="battery")
+    for number in range(4):
+        one = alone(PAPER, values, number)
+        plan = optuav.solve(one, LeastRest(), perspective="battery")
+        assert_same(found, number, plan)
+    assert np.isnan(found["hover_time_s"]).any()
+
+
+@pytest.mark.parametrize("perspective", ["battery", "available", "wells"])
+@pytest.mark.parametrize("name", ["paper", "matrice350"])
+def test_no_bit_depends_on_the_chunk(
+    name: str, perspective: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One scenario at a time, seven, or all: where link and places vary, and where they do not."""
+    mission, count = optuav.load(name), 60
+    values = drawn(mission, count, 7)
+    draw = np.random.default_rng(8)
+    values["link.rice_factor"] = draw.uniform(0.0, 60.0, count)
+    values["limits.outage_probability"] = 10.0 ** draw.uniform(-6.0, -0.5, count)
+    routes = 1 + 2 * len(mission.buildings)
+    for keys in (list(values), ["limits.deadline_s"], ["link.rice_factor", "limits.min_soc"]):
+        own, found = {key: values[key] for key in keys}, []
+        for at_once in (1, 7, 1000):
+            monkeypatch.setattr(machine, "AT_ONCE", at_once * routes)
+            found.append(optuav.batch_arrays(mission, own, perspective=perspective, paired=True))
+        for column in found[0].keys() - {key for key in found[0] if key.endswith("_words")}:
+            assert len({each[column].tobytes() for each in found}) == 1, column
+
+
+def test_a_grid_has_an_axis_a_key_and_one_for_perspectives() -> None:
+    """All combinations, the last key varying fastest, each at its place."""
+    ranges = {"limits.deadline_s": [800, 1200], "battery.capacity_As": [30e3, 36e3, 42e3]}
+    found = optuav.batch_arrays(PAPER, ranges, perspective=["battery", "available"])
+    assert found["hover_time_s"].shape == (2, 2, 3)
+    for place, perspective in enumerate(("battery", "available")):
+        for i, deadline_s in enumerate(ranges["limits.deadline_s"]):
+            for k, capacity_As in enumerate(ranges["battery.capacity_As"]):
+                one = {"limits.deadline_s": deadline_s, "battery.capacity_As": capacity_As}
+                plan = optuav.solve(PAPER.replace(one), perspective=perspective)
+                assert_same(found, (place, i, k), plan)
+
+
+def test_known_values_of_the_paper() -> None:
+    """Check numbers: 719.54 s counted at the end, 597.27 s where the battery never runs dry."""
+    found = optuav.batch_arrays(PAPER, {}, perspective=["battery", "available"])
+    assert found["hover_time_s"] == pytest.approx([719.5399, 597.270], abs=5e-4)
+    assert found["rest_time_s"][0] == pytest.approx(392.1438, abs=5e-4)
+
+
+def test_values_displace_what_replace_displaces() -> None:
+    """Energies where the size changes, coefficients where the wavelength does, the visibility."""
+    table2 = optuav.load("paper-table2")
+    cases: list[tuple[Mission, dict[str, Any], str]] = [
+        (table2, {"battery.capacity_As": np.array([36e3, 36e3 + 1e-3, 40e3])}, "adjusted"),
+        (PAPER, {"laser.wavelength_nm": np.array([810.0, 1550.0])}, "energy"),
+        (PAPER, {"laser.visibility_km": np.array([0.4, 3.0])}, "battery"),
+        (PAPER, {"battery.flow_rate_per_min": np.array([1e-3, 1e-2])}, "available"),
+        (PAPER, {"battery.packs": np.array([1, 3])}, "available"),
+    ]
+    for mission, values, perspective in cases:
+        found = optuav.batch_arrays(mission, values, perspective=perspective)
+        (key,) = values
+        for number, value in enumerate(values[key].tolist()):
+            plan = optuav.solve(mission.replace({key: value}), perspective=perspective)
+            assert_same(found, number, plan)
+
+
+REASONS: list[tuple[dict[str, Any], dict[str, list[float]], str]] = [
+    ({}, {"limits.deadline_s": [20]}, "longer than limits.deadline_s"),
+    ({}, {"battery.capacity_As": [1000]}, "does not hold the charge"),
+    ({}, {"battery.available_fraction": [0.05]}, "runs dry"),
+    ({}, {"body.mass_kg": [9]}, "cannot fly"),
+    ({}, {"link.transmit_power_W": [1e-4]}, "out of reach of the hover point"),
+    ({"route.hover_m": [1000, 2600, 60]}, {"link.device_m[1]": [5000]}, "out of reach"),
+    ({"route.hover_m": [1000, 2600, 60]}, {"limits.min_altitude_m": [70]}, "outside limits.min"),
+    ({}, {"limits.min_altitude_m": [101]}, "contradict each other"),
+]
+
+
+@pytest.mark.parametrize(("changes", "values", "words"), REASONS)
+def test_why_there_is_no_plan(
+    changes: dict[str, Any], values: dict[str, list[float]], words: str
+) -> None:
+    """Each reason, at a mission that has it for sure; the rest of the row is empty."""
+    found = optuav.batch_arrays(PAPER.replace(changes), values)
+    assert words in found["reason_words"][found["reason"][0]]
+    assert np.isnan(found["hover_time_s"][0])
+    assert found["status_words"][found["status"][0]] == "infeasible"
+
+
+def test_all_faults_of_the_ranges_come_at_once() -> None:
+    """Unknown keys with the nearest one, words, ranges, whole numbers, empty and uneven ranges."""
+    ranges: dict[str, Any] = {
+        "limits.dedline_s": [1],
+        "limits.min_soc": [0.1, 2.0],
+        "battery.packs": [1.5],
+        "battery.schedule": ["pooled"],
+        "limits.deadline_s": [],
+        "battery.capacity_As": [np.nan],
+        "link.device_m": [[0, 0, 0]],
+        "laser.power_W": [[1.0], [2.0]],
+    }
+    with pytest.raises(InputError) as caught:
+        optuav.batch_arrays(PAPER, ranges, perspective=["battery", "none"], paired=True)
+    faults = {fault.key: str(fault) for fault in caught.value.faults}
+    assert faults.keys() >= {*ranges, "perspective"}
+    assert "limits.deadline_s" in faults["limits.dedline_s"]
+    assert "0 <= x < 1" in faults["limits.min_soc"]
+    assert "whole number" in faults["battery.packs"]
+
+
+@pytest.mark.parametrize(
+    ("ranges", "words"),
+    [
+        ({"laser.wavelength_nm": [900.0]}, "810 or 1550"),
+        ({"laser.visibility_km": [3.0], "laser.attenuation_per_km": [0.1]}, "not both"),
+        ({"route.hover_m[0]": [900.0]}, "states no route.hover_m"),
+        ({"flight.hover_current_A": [80.0]}, "regimes"),
+    ],
+)
+def test_what_no_mission_could_state_is_refused(ranges: dict[str, Any], words: str) -> None:
+    """Before anything is solved."""
+    with pytest.raises(InputError, match=words):
+        optuav.batch_arrays(PAPER, ranges)
+
+
+def test_rows_that_belong_together_have_one_length() -> None:
+    """Three deadlines and two sizes are no rows."""
+    ranges = {"limits.deadline_s": [1, 2, 3], "limits.min_soc": [0.1, 0.2]}
+    with pytest.raises(InputError, match="one length for all keys"):
+        optuav.batch_arrays(PAPER, ranges, paired=True)
+
+
+def test_several_missions_are_an_axis() -> None:
+    """Towns with other buildings, each of them solved alone; names are shared."""
+    towns = optuav.layouts(PAPER, 4, buildings=6, seed=3)
+    found = optuav.batch_arrays(towns, {"limits.deadline_s": [700, 1200]}, perspective="battery")
+    assert found["hover_time_s"].shape == (4, 2)
+    for number, town in enumerate(towns):
+        plan = optuav.solve(town, perspective="battery")
+        assert_same(found, (number, 1), plan)
+
+
+def test_a_dataset_is_labelled_by_conventions() -> None:
+    """Dimensions, coordinates with units, flags with their meanings; and it can be written."""
+    xarray = pytest.importorskip("xarray")
+    ranges = {"limits.deadline_s": [60, 800, 1200], "limits.min_soc": [0.05, 0.1]}
+    found = optuav.batch(PAPER, ranges, perspective=["battery", "available"])
+    assert isinstance(found, xarray.Dataset)
+    assert dict(found.sizes) == {"perspective": 2, "limits.deadline_s": 3, "limits.min_soc": 2}
+    assert found["limits.deadline_s"].attrs["units"] == found.hover_time_s.attrs["units"] == "s"
+    assert found["limits.min_soc"].attrs["units"] == "1"
+    cell = found.sel({"limits.deadline_s": 60, "limits.min_soc": 0.1, "perspective": "battery"})
+    assert cell.hover_time_s.isnull()
+    meanings = found.reason.attrs["flag_meanings"].split()
+    assert len(meanings) == len(found.reason.attrs["flag_values"])
+    assert meanings[int(cell.reason)] == "late"
+    words = found.building.attrs["words"].splitlines()
+    assert words[int(found.building[0, 2, 0])] == "b1"
+    assert found.building.attrs["flag_values"][-1] == -1
+    arrays = optuav.batch_arrays(PAPER, ranges, perspective=["battery", "available"])
+    for name in found.data_vars:
+        np.testing.assert_array_equal(found[name].values, arrays[str(name)])
+    paired = optuav.batch(PAPER, {"limits.deadline_s": [800, 1200]}, paired=True)
+    assert paired.hover_time_s.dims == ("scenario",)
+    assert paired.attrs["perspective"] == "available"
+
+
+def test_without_xarray_one_sentence_says_so() -> None:
+    """In a process in which it cannot be imported; the arrays are there without it."""
+    program = (
+        "import sys; sys.modules['xarray'] = None\n"
+        "import optuav\n"
+        "ranges = {'limits.deadline_s': [1200]}\n"
+        "print(optuav.batch_arrays('paper', ranges)['hover_time_s'].round(2))\n"
+        "try:\n    optuav.batch('paper', ranges)\n"
+        "except optuav.InputError as error:\n    print(error)\n"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert run.stdout.splitlines() == [
+        "[597.27]",
+        "labelled datasets need xarray: python -m pip install xarray",
+    ]
