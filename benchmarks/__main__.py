@@ -8,6 +8,7 @@ from collections.abc import Callable
 from rich.console import Console
 
 from benchmarks import (
+    batch,
     bracket,
     closed_form,
     compiled,
@@ -31,6 +32,7 @@ BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "roofs": roofs.run,
     "several-stops": several_stops.run,
     "samples": samples.run,
+    "batch": batch.run,
     "startup": startup.run,
 }
 

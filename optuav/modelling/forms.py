@@ -104,9 +104,11 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
     if ufunc in (np.add, np.subtract):
         terms |= left.terms
         for monomial, coefficient in right.terms.items():
-            more = coefficient if ufunc is np.add else -coefficient
             before = terms.get(monomial)
-            terms[monomial] = more if before is None else before + more
+            if before is not None:
+                terms[monomial] = ufunc(before, coefficient)
+            else:
+                terms[monomial] = coefficient if ufunc is np.add else -coefficient
             if monomial and ufunc is np.subtract and before is not None:
                 rest = np.abs(terms[monomial])
                 if np.all((rest == 0.0) | (rest < CANCELLED * np.abs(before))):

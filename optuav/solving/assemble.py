@@ -88,8 +88,16 @@ def entries(given: Quantities, which: Integers | slice, **changes: Any) -> Quant
     return replace(given, **{**figures, "steps": steps, **changes})
 
 
-def table_entries(values: Quantity, variant: Integers | None, columns: Integers) -> Quantity:
-    """Entries of a table of variants and their places, legs or routes; a number if all are one."""
+def table_entries(
+    values: Quantity,
+    variant: Integers | None,
+    columns: Integers,
+    number: Integers | None = None,
+) -> Quantity:
+    """Entries of a table of variants and their places, legs or routes; a number if all are one.
+
+    Their numbers in a table of all variants and columns, row by row, may be known.
+    """
     if isinstance(values, float):
         return float(values)
     table = np.atleast_2d(values)
@@ -97,10 +105,10 @@ def table_entries(values: Quantity, variant: Integers | None, columns: Integers)
         return float(table[0, 0])
     rows, across = table.shape
     if variant is None or rows == 1:
-        return table[0, columns if across > 1 else 0]
-    return (
-        table[:, 0].take(variant) if across == 1 else table.ravel().take(variant * across + columns)
-    )
+        return table[0].take(columns) if across > 1 else table[0, 0]
+    if across == 1:
+        return table[:, 0].take(variant)
+    return table.ravel().take(variant * across + columns if number is None else number)
 
 
 def _steps(

@@ -419,14 +419,14 @@ def longest_by_balance(
 ) -> Floats:
     """The longest Δ [s] with drawn · Δ ≤ spare + gained · T' and Δ + T' ≤ left; −∞ for none."""
     # Resting for all the time that is left; a rest that takes charge is none.
-    gained = np.maximum(gained, 0.0)
+    gained = np.maximum(gained, 0.0) if not np.min(gained) >= 0.0 else gained
     both = drawn + gained
     most_s = (spare + gained * left_s) / both
-    if not np.all(both > 0.0):
+    if not np.all(np.asarray(drawn) > 0.0):
         charges = np.where(spare >= drawn * left_s, np.inf, -np.inf)
         most_s = np.where(both > 0.0, most_s, charges)
     hover_s = np.minimum(left_s, most_s)
-    return np.where(hover_s >= 0.0, hover_s, -np.inf)
+    return hover_s if np.min(hover_s) >= 0.0 else np.where(hover_s >= 0.0, hover_s, -np.inf)
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
