@@ -134,7 +134,8 @@ def best_plans(variants: Variants, question: Question, table: Quantities | None 
         found = _never_dry(variants, table, able)
     else:
         found = _by_balance(variants, table, able, perspective)
-    flight_s = table_entries(table.flight_time_s, found.variant, found.route) + 0.0 * found.route
+    flown_s = table_entries(table.flight_time_s, found.variant, found.route)
+    flight_s = np.broadcast_to(flown_s, found.variant.shape)
     mission_s = flight_s + found.hover_time_s + found.rest_time_s
     won = shortest_of_each(found.variant, mission_s)
     variant, route = found.variant[won], found.route[won]
@@ -151,10 +152,6 @@ def best_plans(variants: Variants, question: Question, table: Quantities | None 
             counted < given.min_soc - TOLERANCE
         ):
             raise SolverError("plans of a batch violate their deadline or state of charge")
-    best = Best.none(variants.count)
-    best.status[:] = found.otherwise
-    if len(variant) < variants.count:
-        best.reason[:] = _reasons(variants, table, able, early, found.otherwise, question)
     plans = {
         "hover_time_s": hover_s,
         "rest_time_s": rest_s,
@@ -165,9 +162,13 @@ def best_plans(variants: Variants, question: Question, table: Quantities | None 
         "status": found.status[variant],
         "reason": CODES["none"],
     }
-    where = slice(None) if len(variant) == variants.count else variant
+    if len(variant) == variants.count:
+        return Best(**{name: np.broadcast_to(each, variant.shape) for name, each in plans.items()})
+    best = Best.none(variants.count)
+    best.status[:] = found.otherwise
+    best.reason[:] = _reasons(variants, table, able, early, found.otherwise, question)
     for name, values in plans.items():
-        getattr(best, name)[where] = values
+        getattr(best, name)[variant] = values
     return best
 
 
