@@ -167,6 +167,17 @@ def _sweep(
         close = (beyond[open_] - x[open_] <= WIDTH_S) | (any_point & ~np.isnan(x[open_]))
         stuck = (size[open_] < SMALLEST_BOX_S) & ~empty
         open_ = open_[~(close | stuck | np.isneginf(beyond[open_]))]
+    (found,) = np.nonzero(~np.isnan(x))
+    some, at_y = rows.take(found), y[found]
+
+    def margin(x: Floats, which: Integers) -> Floats:
+        """How far the rows hold at the y that was found."""
+        least: Floats = some.take(which).at_x(x).at(at_y[which]).min(axis=0)
+        return least
+
+    # With that y, a little farther as a rule.
+    farthest, _ = close_in(margin, x[found], beyond[found], EDGE_S)
+    x[found] = np.fmax(x[found], farthest)
     return x, y, beyond
 
 

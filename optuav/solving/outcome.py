@@ -410,7 +410,7 @@ def by_balance(network: Network, rests: Booleans | bool) -> tuple[Floats, Floats
     charging_A = stay_net(network, FIRST_BUILDING + routes.building).current_A
     gained_A = np.where(rests & (routes.building >= 0), charging_A, 0.0)
     hover_s = longest_by_balance(spare_As, drawn_A, gained_A, left_s)
-    return hover_s, shortest_by_balance(hover_s, spare_As, drawn_A, gained_A, left_s)
+    return hover_s, shortest_by_balance(hover_s, gained_A, left_s)
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
@@ -429,14 +429,10 @@ def longest_by_balance(
     return hover_s if np.min(hover_s) >= 0.0 else np.where(hover_s >= 0.0, hover_s, -np.inf)
 
 
-@np.errstate(divide="ignore", invalid="ignore", over="ignore")
-def shortest_by_balance(
-    hover_s: Floats, spare: Quantity, drawn: Quantity, gained: Quantity, left_s: Quantity
-) -> Floats:
-    """The least T' [s] for the Δ that `longest_by_balance` finds."""
-    # Where next to nothing charges, rounding asks for more rest than there is time.
-    rest_s = np.clip((drawn * hover_s - spare) / gained, 0.0, left_s - hover_s)
-    return np.where(np.asarray(gained) > 0.0, rest_s, 0.0)
+def shortest_by_balance(hover_s: Floats, gained: Quantity, left_s: Quantity) -> Floats:
+    """The least T' [s] for the Δ that `longest_by_balance` finds: none, or all that is left."""
+    rests = (np.asarray(gained) > 0.0) & (hover_s >= 0.0)
+    return np.where(rests, left_s - hover_s, 0.0)
 
 
 def promise(network: Network, parts: Sequence[Part], plan: Plan) -> Iterator[str]:

@@ -149,8 +149,8 @@ def layouts(
             roofs_m = draw.rayleigh(height_scale_m, len(at_m))
         else:
             roofs_m = draw.uniform(*heights_m, len(at_m))
-        if not len(at_m):
-            refuse([Fault("area_m", shown(area_m), "an area with room for a building")])
+        if len(at_m) < (buildings if kind == "uniform" else 1):
+            refuse([Fault("area_m", shown(area_m), "an area with room for the buildings")])
         table = {"name": [f"r{k + 1}" for k in range(len(at_m))], "z_m": roofs_m.tolist()}
         table |= {"x_m": at_m[:, 0].tolist(), "y_m": at_m[:, 1].tolist()}
         table |= dict.fromkeys(("width_m", "depth_m"), [side_m] * len(at_m))

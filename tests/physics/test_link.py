@@ -295,3 +295,20 @@ def test_many_hover_points_at_once_are_those_of_each_alone() -> None:
         )
         np.testing.assert_allclose(found[:2, k], alone[:2], atol=1e-9)
         assert np.isnan(found[0, k]) == (radius[k] < 50.0)
+
+
+def test_no_radius_depends_on_those_beside_it() -> None:
+    """To the last bit: strong and weak channels need sums of very different lengths."""
+    draw = np.random.default_rng(3)
+    keys = {
+        "noise_power_W": 10.0 ** draw.uniform(-13.0, -9.0, 60),
+        "transmit_power_W": draw.uniform(0.1, 2.0, 60),
+        "rice_factor": draw.uniform(0.0, 200.0, 60),
+        "snr_threshold_dB": draw.uniform(0.0, 20.0, 60),
+        "path_loss_exponent": draw.uniform(2.0, 3.0, 60),
+    }
+    limit = 10.0 ** draw.uniform(-9.0, -0.1, 60)
+    together = link.coverage_radius(link.Channel(**keys), limit)
+    for k in range(60):
+        one = link.Channel(**{name: each[k : k + 1] for name, each in keys.items()})
+        assert link.coverage_radius(one, limit[k : k + 1]).tobytes() == together[k].tobytes()

@@ -253,7 +253,7 @@ def test_values_displace_what_replace_displaces() -> None:
 
 REASONS: list[tuple[dict[str, Any], dict[str, list[float]], str]] = [
     ({}, {"limits.deadline_s": [20]}, "longer than limits.deadline_s"),
-    ({}, {"battery.capacity_As": [300]}, "does not hold the charge"),
+    ({"limits.deadline_s": 300}, {"battery.capacity_As": [1000]}, "does not hold the charge"),
     ({}, {"battery.available_fraction": [0.05]}, "runs dry"),
     ({}, {"body.mass_kg": [9]}, "cannot fly"),
     ({}, {"link.transmit_power_W": [1e-4]}, "out of reach of the hover point"),

@@ -1,0 +1,85 @@
+# %% [markdown]
+# # Random towns, and how sure their mean is
+#
+# A result for one town says little about the next. A study draws many towns at random, solves the
+# mission in each of them, and states the mean with its confidence.
+#
+# **Learning intentions.** After this page you can
+#
+# - draw random towns, and solve a mission in all of them at once;
+# - state a mean with its confidence interval, and say what it is a mean of;
+# - tell from paired differences what a longer deadline brings, with fewer towns;
+# - say why one cannot see from a mean that a town has no plan.
+
+# %%
+import sys
+
+import numpy as np
+
+import optuav
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without ± shows ? in its place
+
+towns = optuav.layouts("paper", 60, "uniform", buildings=4, seed=1)
+deadlines_s = [800, 1200]
+found = optuav.batch_arrays(towns, {"limits.deadline_s": deadlines_s})
+flown = np.isfinite(found["hover_time_s"]).all(axis=1)
+hover_s = found["hover_time_s"][flown]
+print(f"{flown.sum()} of {len(towns)} towns have a plan")
+
+assert found["hover_time_s"].shape == (len(towns), len(deadlines_s))
+alone = optuav.solve(towns[7].replace({"limits.deadline_s": deadlines_s[1]}))
+assert abs(alone.hover_time_s - found["hover_time_s"][7, 1]) < 1e-9
+
+# %% [markdown]
+# ## The mean, and how sure it is
+#
+# By the central limit theorem, the mean of n towns is within 1.96 standard errors of the mean of
+# all towns in 95 of 100 such studies.
+
+
+# %%
+def interval(values: np.ndarray) -> tuple[float, float]:
+    """Mean and half of its 95 % confidence interval."""
+    return float(values.mean()), 1.96 * float(values.std(ddof=1)) / np.sqrt(len(values))
+
+
+means = [interval(column) for column in hover_s.T]
+for deadline_s, (mean_s, wide_s) in zip(deadlines_s, means, strict=True):
+    print(f"deadline {deadline_s} s: hover {mean_s:.1f} ± {wide_s:.1f} s")
+
+half = interval(hover_s[:30, 1])
+assert means[1][0] >= means[0][0]
+assert half[1] > means[1][1]
+assert abs(half[0] - means[1][0]) < half[1] + means[1][1]
+
+# %% [markdown]
+# ## Differences of the same towns
+#
+# Each town is solved with both deadlines. The difference varies less than the hover time itself,
+# so that its mean is known better than the two intervals suggest.
+
+# %%
+more_s, sure_s = interval(hover_s[:, 1] - hover_s[:, 0])
+apart_s = float(np.hypot(means[0][1], means[1][1]))
+print(f"the longer deadline brings {more_s:.1f} ± {sure_s:.1f} s")
+print(f"from towns of their own for each deadline it would be ± {apart_s:.1f} s")
+
+assert more_s >= 0.0
+assert sure_s < apart_s
+
+# %% [markdown]
+# ## Towns without a plan
+#
+# In some towns a building stands in the way of every route. Their hover time is not 0 but missing,
+# and the reason says why. The mean above is one over the other towns: state both numbers.
+
+# %%
+reasons = found["reason_words"][found["reason"][~flown][:, 1]]
+for reason in np.unique(reasons):
+    print(f"{(~flown).mean():.1%} of the towns have none: {reason}")
+
+assert 0 < (~flown).sum() < len(towns)
+assert (found["reason"][flown] == 0).all()
+assert found["proved"].all()

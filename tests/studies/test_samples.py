@@ -1,0 +1,105 @@
+"""Samples that fill their ranges, and random towns with the statistics that were asked for."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import optuav
+from optuav.errors import InputError
+
+SPREAD = {
+    "battery.capacity_As": {"low": 30e3, "high": 40e3},
+    "limits.deadline_s": {"low": 600, "likely": 900, "high": 1500},
+    "wind": {"force_N[0]": {"deviation": 1.0}},
+}
+
+
+@pytest.mark.parametrize("method", ["sobol", "latin-hypercube"])
+def test_samples_fill_every_part_of_a_range_evenly(method: Any) -> None:
+    """Of 256 uniform samples exactly one in each of 256 parts; the mean of a triangle is known."""
+    found = optuav.samples("paper", SPREAD, 256, method=method, seed=4)
+    assert found.keys() == {"battery.capacity_As", "limits.deadline_s", "wind.force_N[0]"}
+    parts = np.floor((found["battery.capacity_As"] - 30e3) / 10e3 * 256)
+    assert sorted(parts.tolist()) == list(range(256))
+    assert found["limits.deadline_s"].mean() == pytest.approx(1000.0, abs=1.0)
+    assert found["wind.force_N[0]"].std() == pytest.approx(1.0, abs=0.03)
+
+
+def test_samples_depend_on_the_seed_alone() -> None:
+    """And the first points of a Sobol sequence not on how many follow."""
+    few, many = (optuav.samples("paper", SPREAD, count, seed=1) for count in (100, 1000))
+    other = optuav.samples("paper", SPREAD, 100, seed=2)
+    for key, column in few.items():
+        assert (column == many[key][:100]).all()
+        assert (column != other[key]).any()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"count": 0}, "count = 0"),
+        ({"count": 2.5}, "count = 2.5"),
+        ({"seed": -1}, "seed = -1"),
+        ({"method": "sobel"}, "did you mean 'sobol'"),
+        ({"uncertainty": {}}, "at least one key"),
+        ({"uncertainty": {"battery.capacity": {"percent": 5}}}, "battery.capacity_As"),
+    ],
+)
+def test_samples_refuse_what_they_cannot_draw(options: dict[str, Any], words: str) -> None:
+    """Each with its field and what is allowed."""
+    stated = {"uncertainty": SPREAD, "count": 10, **options}
+    with pytest.raises(InputError, match=words):
+        optuav.samples("paper", **stated)
+
+
+def test_towns_after_itu_r_p1410_have_its_statistics() -> None:
+    """α of the land is built on, β buildings stand on a km², heights are Rayleigh of scale γ."""
+    options: dict[str, Any] = {"built_up": 0.3, "per_km2": 300.0, "height_scale_m": 20.0}
+    (town,) = optuav.layouts("paper", 1, "manhattan", area_m=(-3e3, -3e3, 3e3, 3e3), **options)
+    count = len(town.buildings)
+    assert count / 36.0 == pytest.approx(300.0, rel=0.03)
+    sizes = np.array([each.footprint_m for each in town.buildings])
+    assert sizes.prod(axis=1).sum() / 36e6 == pytest.approx(0.3, rel=0.03)
+    heights_m = np.array([each.position_m[2] for each in town.buildings])
+    assert heights_m.mean() == pytest.approx(20.0 * np.sqrt(np.pi / 2.0), rel=0.02)
+    assert (heights_m**2).mean() == pytest.approx(2.0 * 20.0**2, rel=0.04)
+
+
+@pytest.mark.parametrize("kind", ["uniform", "grid", "manhattan"])
+def test_no_building_stands_around_an_end_and_none_outside(kind: Any) -> None:
+    """Origin, destination and laser stay free; the first towns do not depend on how many follow."""
+    base = optuav.load("paper")
+    options: dict[str, Any] = {"buildings": 400, "size_m": 60.0, "per_km2": 80.0, "seed": 5}
+    towns = optuav.layouts(base, 3, kind, **options)
+    assert base.laser is not None
+    ends = base.route.origin_m, base.route.destination_m, base.laser.position_m
+    for town in towns:
+        at_m = np.array([each.position_m[:2] for each in town.buildings])
+        assert ((at_m >= 0.0) & (at_m <= 2000.0)).all()
+        half_m = 0.5 * town.buildings[0].footprint_m[0]  # type: ignore[operator, index]
+        for x, y, _ in ends:
+            assert (np.abs(at_m - (x, y)).max(axis=1) >= half_m).all()
+    if kind == "uniform":
+        assert {len(town.buildings) for town in towns} == {400}
+    assert optuav.layouts(base, 1, kind, **options) == towns[:1]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"count": 0}, "count = 0"),
+        ({"kind": "manhatten"}, "did you mean 'manhattan'"),
+        ({"heights_m": (100.0, 60.0)}, "the lower first"),
+        ({"area_m": (0.0, 0.0, 0.0, 1.0)}, "low < high"),
+        ({"area_m": (0.0, 0.0, 10.0, 10.0)}, "with room for the buildings"),
+        ({"built_up": 1.0}, "built_up"),
+        ({"kind": "manhattan", "per_km2": 1e6}, "at most 100000 buildings"),
+    ],
+)
+def test_layouts_refuse_what_cannot_be_built(options: dict[str, Any], words: str) -> None:
+    """Each with its field and what is allowed."""
+    with pytest.raises(InputError, match=words):
+        optuav.layouts("paper", **{"count": 2, **options})
