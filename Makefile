@@ -46,7 +46,7 @@ soak: $(VENV)/dev.stamp
 pins:
 	$(MAKE) $(VENV)-pins/created.stamp VENV=$(VENV)-pins
 	$(VENV)-pins/bin/python -m pip install --quiet --upgrade "pip>=25.1" setuptools
-	$(VENV)-pins/bin/python -m pip install --quiet --group dev ".[all]"
+	$(VENV)-pins/bin/python -m pip install --quiet --group dev ".[all,batch]"
 	echo "# Written by 'make pins' for Python 3.11 to 3.13." > requirements-dev.txt
 	$(VENV)-pins/bin/python -m pip freeze --all --exclude pip --exclude optuav >> requirements-dev.txt
 	rm -rf $(VENV)-pins

@@ -167,8 +167,8 @@ def _sweep(
         close = (beyond[open_] - x[open_] <= WIDTH_S) | (any_point & ~np.isnan(x[open_]))
         stuck = (size[open_] < SMALLEST_BOX_S) & ~empty
         open_ = open_[~(close | stuck | np.isneginf(beyond[open_]))]
-    (found,) = np.nonzero(~np.isnan(x))
-    some, at_y = rows.take(found), y[found]
+    (known,) = np.nonzero(~np.isnan(x))
+    some, at_y = rows.take(known), y[known]
 
     def margin(x: Floats, which: Integers) -> Floats:
         """How far the rows hold at the y that was found."""
@@ -176,8 +176,8 @@ def _sweep(
         return least
 
     # With that y, a little farther as a rule.
-    farthest, _ = close_in(margin, x[found], beyond[found], EDGE_S)
-    x[found] = np.fmax(x[found], farthest)
+    farthest, _ = close_in(margin, x[known], beyond[known], EDGE_S)
+    x[known] = np.fmax(x[known], farthest)
     return x, y, beyond
 
 

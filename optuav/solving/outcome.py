@@ -46,6 +46,7 @@ if TYPE_CHECKING:
 ANY_S = 1e9  # Longer than any time of a mission [s]
 MOST_VIOLATED = 2  # violated constraints that are stated in full
 ROUNDING = 1e-9  # share of the capacity that rounding may take
+NOTHING = 1e-11  # share of a hover by which another is no longer, as in the closed form
 SAME_S = 1e-6  # times that differ by no more than this are equal [s]
 TIMES = ("hover_time_s", "rest_time_s")  # Unknowns that make a plan; a formulation may have others
 WARNED_OF = ("empty", "full")  # Events of a simulation that `Plan.warnings` states already.
@@ -410,7 +411,7 @@ def by_balance(network: Network, rests: Booleans | bool) -> tuple[Floats, Floats
     charging_A = stay_net(network, FIRST_BUILDING + routes.building).current_A
     gained_A = np.where(rests & (routes.building >= 0), charging_A, 0.0)
     hover_s = longest_by_balance(spare_As, drawn_A, gained_A, left_s)
-    return hover_s, shortest_by_balance(hover_s, gained_A, left_s)
+    return hover_s, shortest_by_balance(hover_s, spare_As, drawn_A, gained_A, left_s)
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
@@ -429,9 +430,15 @@ def longest_by_balance(
     return hover_s if np.min(hover_s) >= 0.0 else np.where(hover_s >= 0.0, hover_s, -np.inf)
 
 
-def shortest_by_balance(hover_s: Floats, gained: Quantity, left_s: Quantity) -> Floats:
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
+def shortest_by_balance(
+    hover_s: Floats, spare: Quantity, drawn: Quantity, gained: Quantity, left_s: Quantity
+) -> Floats:
     """The least T' [s] for the Δ that `longest_by_balance` finds: none, or all that is left."""
-    rests = (np.asarray(gained) > 0.0) & (hover_s >= 0.0)
+    # What a rest that next to nothing charges adds to Δ is rounding.
+    without_s = np.where(np.asarray(drawn) > 0.0, spare / drawn, np.inf)
+    gains = without_s < hover_s - NOTHING * np.maximum(hover_s, 1.0)
+    rests = gains & (np.asarray(gained) > 0.0) & (hover_s >= 0.0)
     return np.where(rests, left_s - hover_s, 0.0)
 
 

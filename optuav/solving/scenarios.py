@@ -276,8 +276,7 @@ def _by_balance(
     best = np.flatnonzero(hover_s >= least_s)
     variant = best // hover_s.shape[1]
     route, times_s = best - hover_s.shape[1] * variant, hover_s.ravel().take(best)
-    _, _, gained, left_s = balance
-    own = (table_entries(each, variant, route, best) for each in (gained, left_s))
+    own = (table_entries(each, variant, route, best) for each in balance)
     rests_s = shortest_by_balance(times_s, *own)
     known = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
     return Candidates(variant, route, times_s, rests_s, *known)

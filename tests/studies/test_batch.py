@@ -233,6 +233,18 @@ def test_known_values_of_the_paper() -> None:
     assert found["rest_time_s"][0] == pytest.approx(392.1438, abs=5e-4)
 
 
+@pytest.mark.parametrize("perspective", LINEAR)
+def test_a_rest_that_charges_next_to_nothing_is_none(perspective: Any) -> None:
+    """Light for 1e-9 A to 1e-3 A, on a given building: as long a rest as `solve` finds best."""
+    values = {"battery.charge_current_A": 10.0 ** np.arange(-12.0, -2.0)}
+    problem = optuav.P4("b1", order="rest-first")
+    found = optuav.batch_arrays(PAPER, values, problem, perspective=perspective)
+    for number in range(len(values["battery.charge_current_A"])):
+        plan = optuav.solve(alone(PAPER, values, number), problem, perspective=perspective)
+        assert found["hover_time_s"][number] == pytest.approx(plan.hover_time_s, rel=0, abs=1e-8)
+        assert found["rest_time_s"][number] == pytest.approx(plan.rest_time_s, rel=1e-6, abs=1e-6)
+
+
 def test_values_displace_what_replace_displaces() -> None:
     """Energies where the size changes, coefficients where the wavelength does, the visibility."""
     table2 = optuav.load("paper-table2")
