@@ -32,8 +32,8 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("optuav")
-    if name == "plots":
-        return import_module("optuav.plots")
+    if HOMES.get(name) == "optuav":
+        return import_module(f"optuav.{name}")
     if name not in HOMES:
         raise AttributeError(f"module 'optuav' has no attribute {name!r}")
     value = getattr(import_module(HOMES[name]), name)

@@ -118,10 +118,10 @@ def parse_toml(text: str, source: str = "") -> dict[str, Any]:
     raise InputError([Fault("", "", words, source)])
 
 
-def parse_json(text: str, source: str) -> Any:
+def parse_json(text: str, source: str, most: int = MOST_VALUES) -> Any:
     """The value that a JSON text holds; refused if it is nested too deeply or has too many."""
-    words = f"has more than {MOST_VALUES} values"
-    if sum(map(text.count, ",[{")) <= MOST_VALUES:
+    words = f"has more than {most} values"
+    if sum(map(text.count, ",[{")) <= most:
         try:
             return json.loads(text, parse_constant=_no_constant)
         except RecursionError:

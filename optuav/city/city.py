@@ -1,0 +1,140 @@
+"""A city: the buildings of a map file as columns, on a plane of metres around an origin."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeGuard
+
+import numpy as np
+import numpy.typing as npt
+import pyproj
+import shapely
+
+from optuav.arrays import Floats
+from optuav.errors import Fault, InputError
+from optuav.mission.messages import listed, shown
+from optuav.mission.schema import Number
+
+DEGREES = "EPSG:4326"
+"""Longitude and latitude, as maps and GPS receivers state them."""
+ON_EARTH = "|longitude| <= 180, |latitude| <= 90 [deg]"
+
+
+def on_earth(place: object) -> TypeGuard[tuple[float, float]]:
+    """Whether this is a longitude and a latitude [deg]."""
+    if not isinstance(place, Sequence) or len(place) != 2:
+        return False
+    limits = Number("deg", ge=-180, le=180), Number("deg", ge=-90, le=90)
+    return all(limit.accepts(each) for limit, each in zip(limits, place, strict=True))
+
+
+def plane(origin: tuple[float, float]) -> str:
+    """The plane that touches the Earth at a longitude and a latitude [deg], with x east [m].
+
+    Distances and directions from the origin are true; 30 km away, lengths across are 4e-6 too long
+    (the azimuthal equidistant projection: J. P. Snyder, "Map Projections", USGS, 1987, chapter 25).
+    """
+    longitude, latitude = origin
+    return f"+proj=aeqd +lon_0={longitude!r} +lat_0={latitude!r} +datum=WGS84 +units=m +no_defs"
+
+
+@dataclass(frozen=True, eq=False)
+class City:
+    """Buildings by number, each a prism from the ground at z = 0 up to its roof.
+
+    Parameters
+    ----------
+    names
+        Name of every building: ``b`` and the number of the feature in the file, or a name of the
+        file where it has no numbers; ``-2``, ``-3`` and so on for further parts.
+    position_m
+        Where a UAV rests (building, 3) [m]: a point on the footprint, at the height of the roof.
+    footprints
+        Polygons without holes (building) [m].
+    origin
+        Longitude and latitude of x = y = 0 [deg].
+    level_heights, assumed_heights
+        Names of buildings whose height follows from their levels, or is the one assumed for those
+        that state none.
+    mended
+        Names of buildings whose outline was invalid, as one that crosses itself.
+    filled
+        Names of buildings with courtyards, which count as built over.
+    left_out
+        Features that have no area: their numbers.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> from tempfile import TemporaryDirectory
+    >>> square = "[[13, 52], [13.0003, 52], [13.0003, 52.0002], [13, 52.0002], [13, 52]]"
+    >>> shape = f'{{"type": "Polygon", "coordinates": [{square}]}}'.replace("'", '"')
+    >>> feature = f'{{"type": "Feature", "properties": {{"height": 21}}, "geometry": {shape}}}'
+    >>> with TemporaryDirectory() as folder:
+    ...     file = f"{folder}/block.geojson"
+    ...     with open(file, "w") as text:
+    ...         _ = text.write(f'{{"type": "FeatureCollection", "features": [{feature}]}}')
+    ...     block = optuav.city.read(file, origin=(13.0, 52.0))
+    >>> block.names, [round(x, 1) for x in block.position_m[0].tolist()]
+    (('b0',), [10.3, 11.1, 21.0])
+    >>> optuav.load("paper").replace({"buildings": block.buildings()}).buildings[0].name
+    'b0'
+    """
+
+    names: tuple[str, ...]
+    position_m: Floats
+    footprints: npt.NDArray[np.object_]
+    origin: tuple[float, float]
+    level_heights: tuple[str, ...] = ()
+    assumed_heights: tuple[str, ...] = ()
+    mended: tuple[str, ...] = ()
+    filled: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+
+    @property
+    def crs(self) -> str:
+        """The plane of x and y, as pyproj and geopandas take it."""
+        return plane(self.origin)
+
+    def point_m(
+        self, longitude: float, latitude: float, height_m: float
+    ) -> tuple[float, float, float]:
+        """Return a place on the map [deg] and over ground [m] as x, y and z [m], to a millimetre.
+
+        Raises
+        ------
+        InputError
+            If there is no such place on Earth.
+        """
+        if not on_earth(place := (longitude, latitude)):
+            raise InputError([Fault("longitude, latitude", shown(place), ON_EARTH)])
+        ahead = pyproj.Transformer.from_crs(DEGREES, self.crs, always_xy=True)
+        x_m, y_m = ahead.transform(*place, errcheck=True)
+        return round(x_m, 3), round(y_m, 3), float(height_m)
+
+    def buildings(self) -> list[dict[str, Any]]:
+        """Return the tables ``[[buildings]]`` of a mission, for `Mission.replace`."""
+        corners, of = shapely.get_coordinates(self.footprints, return_index=True)
+        rings = np.split(corners, np.flatnonzero(np.diff(of)) + 1) if len(corners) else []
+        return [
+            {"name": name, "position_m": at, "footprint_m": ring[:-1].tolist()}
+            for name, at, ring in zip(self.names, self.position_m.tolist(), rings, strict=True)
+        ]
+
+    def notes(self) -> Iterator[str]:
+        """Yield sentences on how the buildings were made of the file."""
+        longitude, latitude = self.origin
+        yield (
+            f"{len(self.names)} buildings around longitude {longitude:.6f}, latitude "
+            f"{latitude:.6f}, where x = y = 0: azimuthal equidistant projection, x east, y north"
+        )
+        for names, words in (
+            (self.level_heights, "heights follow from levels"),
+            (self.assumed_heights, "heights are assumed"),
+            (self.mended, "invalid outlines were mended"),
+            (self.filled, "courtyards count as built over"),
+            (self.left_out, "features without an area were left out"),
+        ):
+            if names:
+                yield f"{len(names)} {words}: {listed(names)}"

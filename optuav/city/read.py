@@ -1,0 +1,289 @@
+"""From a map file to the buildings of a city."""
+
+from __future__ import annotations
+
+import math
+import re
+import warnings
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import geopandas
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+import pyogrio
+import pyproj
+import shapely
+
+from optuav.arrays import Booleans, Floats, Integers
+from optuav.city.city import DEGREES, ON_EARTH, City, on_earth, plane
+from optuav.city.cityjson import solids
+from optuav.errors import Fault, InputError, printable, refuse
+from optuav.mission.files import label, refusal, refusals
+from optuav.mission.messages import listed, nearest, shown
+from optuav.mission.schema import Number
+
+HEIGHT = Number("m", gt=0, le=1e6)
+FINEST_M = 1e-3  # Corners lie on a grid of this size, so that they are the same on any processor
+AREAS = ("Polygon", "MultiPolygon", "Unknown")
+TAGS = "other_tags"  # Where GDAL puts the tags of OpenStreetMap that have no column
+
+
+def read(
+    path: str | Path,
+    *,
+    layer: str | None = None,
+    crs: str | int | None = None,
+    height: str = "height",
+    levels: str = "building:levels",
+    level_height_m: float = 3.0,
+    default_height_m: float | None = None,
+    bbox: tuple[float, float, float, float] | None = None,
+    origin: tuple[float, float] | None = None,
+) -> City:
+    """Read the buildings of a map file, and project them to metres.
+
+    Every polygon is a building; one of several polygons is as many buildings of the same height.
+    Where the features have a column ``building``, as OpenStreetMap's, those count that have a
+    value other than ``no`` in it. Courtyards count as built over.
+
+    Parameters
+    ----------
+    path
+        A file that GDAL reads (GeoPackage, GeoJSON, shapefile, OpenStreetMap's .osm.pbf), or
+        CityJSON, whose solids count by their outline from above and their height.
+    layer
+        The layer with the buildings; by default the only one with polygons, or the one of them that
+        is named after buildings.
+    crs
+        Coordinate reference system of a file that states none, for example ``"EPSG:25832"``.
+    height
+        Column, or tag of OpenStreetMap, with the height of the roof over ground [m].
+    levels
+        Column or tag with the number of storeys, for buildings without a height.
+    level_height_m
+        Height of a storey, 0 < x <= 1e6 [m].
+    default_height_m
+        Height of buildings that state neither, 0 < x <= 1e6 [m]; by default they are refused.
+    bbox
+        West, south, east and north end of the part to read, longitudes and latitudes [deg]; the
+        buildings that reach into it count. By default everything.
+    origin
+        Longitude and latitude of x = y = 0 [deg]; by default the middle of the buildings.
+
+    Returns
+    -------
+    City
+        The buildings in the order of the file, in the plane of metres around the origin.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, states no reference system, or has no buildings there; with
+        every building whose height is missing.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> try:
+    ...     optuav.city.read("nowhere.gpkg", level_height_m=-1)
+    ... except optuav.InputError as error:
+    ...     print(error)
+    level_height_m = -1: a number, 0 < x <= 1e6 [m]
+    """
+    refuse(_faults(level_height_m, default_height_m, bbox, origin))
+    file = Path(path)
+    frame = _features(file, layer, crs, bbox)
+    stated, frame = frame, _with_areas(frame)
+    left_out = stated.index.difference(frame.index, sort=False)
+    frame = frame.to_crs(DEGREES)
+    if bbox is not None:
+        frame = frame[frame.intersects(shapely.box(*bbox))]
+    if not len(frame):
+        raise refusal(file, f"has no buildings{'' if bbox is None else ' within bbox'}")
+    roof_m, of_levels = _heights(frame, height, levels, level_height_m)
+    unknown = np.isnan(roof_m)
+    if default_height_m is None:
+        refuse(_unknown_heights(file, frame, unknown, height, levels))
+    else:
+        roof_m[unknown] = default_height_m
+    if origin is None:
+        west, south, east, north = frame.total_bounds.tolist()
+        origin = round((west + east) / 2, 6), round((south + north) / 2, 6)
+    shapes = frame.geometry.to_crs(plane(origin)).to_numpy()
+    if not np.isfinite(shapely.bounds(shapes)).all():
+        raise refusal(file, "reaches to where the plane around origin does not")
+    parts, of = _polygons(shapely.set_precision(shapes, FINEST_M))
+    names = _names(frame.index, of)
+
+    def of_those(chosen: npt.ArrayLike) -> tuple[str, ...]:
+        return tuple(names[k] for k in np.flatnonzero(chosen).tolist())
+
+    courtyards = shapely.get_num_interior_rings(parts) > 0
+    footprints = np.asarray(shapely.polygons(shapely.get_exterior_ring(parts)))
+    return City(
+        tuple(names),
+        np.column_stack([_points_on(footprints), roof_m[of]]),
+        footprints,
+        (float(origin[0]), float(origin[1])),
+        of_those(of_levels[of]),
+        of_those(unknown[of]),
+        of_those(frame["mended"].to_numpy()[of]),
+        of_those(courtyards),
+        tuple(map(str, [*left_out, *frame.index[np.bincount(of, minlength=len(frame)) == 0]])),
+    )
+
+
+def _faults(
+    level_height_m: object, default_height_m: object, bbox: object, origin: object
+) -> Iterator[Fault]:
+    """What is wrong with the numbers that are asked for."""
+    if not HEIGHT.accepts(level_height_m):
+        yield Fault("level_height_m", shown(level_height_m), HEIGHT.words)
+    if default_height_m is not None and not HEIGHT.accepts(default_height_m):
+        yield Fault("default_height_m", shown(default_height_m), HEIGHT.words)
+    ends = [*bbox] if isinstance(bbox, Sequence) and len(bbox) == 4 else [0] * 4
+    ordered = on_earth(ends[:2]) and on_earth(ends[2:]) and ends[0] < ends[2] and ends[1] < ends[3]
+    if bbox is not None and not ordered:
+        words = "west, south, east, north: longitudes and latitudes, west < east, south < north"
+        yield Fault("bbox", shown(bbox), f"{words} [deg]")
+    if origin is not None and not on_earth(origin):
+        yield Fault("origin", shown(origin), f"longitude, latitude: {ON_EARTH}")
+
+
+def _features(file: Path, layer: str | None, crs: str | int | None, bbox: Any) -> Any:
+    """The features of a file as a table with their outlines, in the file's reference system."""
+    with refusals(file, "read"):
+        if not file.exists():
+            raise refusal(file, "there is no such file")
+    if file.suffix == ".json" and (frame := solids(file)) is not None:
+        if layer is not None:
+            raise InputError([Fault("layer", shown(layer), "CityJSON has none")])
+    else:
+        try:
+            frame = _layer(file, layer, bbox if crs is None else None)
+        except pyogrio.errors.DataSourceError as error:
+            raise refusal(file, f"is no map that GDAL reads: {printable(str(error))}") from None
+    if crs is not None:
+        try:
+            stated = pyproj.CRS.from_user_input(crs)
+        except pyproj.exceptions.CRSError:
+            words = 'a coordinate reference system that pyproj knows, as "EPSG:25832"'
+            raise InputError([Fault("crs", shown(crs), words)]) from None
+        if frame.crs is not None and frame.crs != stated:
+            words = f"{label(file)} states {frame.crs.to_string()}"
+            raise InputError([Fault("crs", shown(crs), words)])
+        return frame.set_crs(stated)
+    if frame.crs is None:
+        raise refusal(file, "states no coordinate reference system; state it as crs")
+    return frame
+
+
+def _layer(file: Path, layer: str | None, bbox: Any) -> Any:
+    """The buildings of a layer that GDAL reads."""
+    kinds = {str(name): str(kind).partition(" ")[0] for name, kind in pyogrio.list_layers(file)}
+    areas = [name for name, kind in kinds.items() if kind in AREAS]
+    if layer is None:
+        likely = [name for name in areas if "building" in name.lower()]
+        if not (found := areas if len(areas) == 1 else likely):
+            words = f"is missing; one of {listed(areas)}" if areas else "no layer has polygons"
+            raise InputError([Fault("layer", "", words, label(file))])
+        layer = found[0]
+    elif layer not in areas:
+        words = f"a layer with polygons: {listed(areas)}" if areas else "no layer has polygons"
+        raise InputError([Fault("layer", shown(layer), words, label(file))])
+    around = None
+    if bbox is not None and (own := pyogrio.read_info(file, layer=layer)["crs"]):
+        around = pyproj.Transformer.from_crs(DEGREES, own, always_xy=True).transform_bounds(*bbox)
+    with warnings.catch_warnings():
+        # GDAL warns of rings that are not closed or too short; they are mended or listed.
+        warnings.simplefilter("ignore", RuntimeWarning)
+        options = {"layer": layer, "bbox": around, "fid_as_index": True}
+        frame = pyogrio.read_dataframe(file, on_invalid="ignore", **options)
+    if not isinstance(frame, geopandas.GeoDataFrame):
+        raise InputError([Fault("layer", shown(layer), "has no geometry", label(file))])
+    if "building" in frame:
+        frame = frame[frame["building"].notna() & (frame["building"] != "no")]
+    return frame
+
+
+def _with_areas(frame: Any) -> Any:
+    """The features that have an area, with valid outlines; the column `mended` tells which were."""
+    shapes = frame.geometry.to_numpy()
+    broken = ~shapely.is_valid(shapes) & ~shapely.is_missing(shapes)
+    shapes = shapes.copy()
+    shapes[broken] = shapely.make_valid(shapes[broken], method="structure", keep_collapsed=False)
+    frame = frame.set_geometry(geopandas.GeoSeries(shapes, frame.index, frame.crs))
+    return frame.assign(mended=broken)[shapely.area(shapes) > 0.0]
+
+
+def _polygons(shapes: npt.NDArray[np.object_]) -> tuple[npt.NDArray[np.object_], Integers]:
+    """The polygons that shapes consist of, and the number of the shape of each."""
+    parts, of = shapely.get_parts(shapes, return_index=True)
+    parts, within = shapely.get_parts(parts, return_index=True)  # What a collection collects
+    areas = np.asarray(shapely.area(parts) > 0.0)
+    return parts[areas], of[within][areas]
+
+
+def _points_on(footprints: npt.NDArray[np.object_]) -> Floats:
+    """A point on each polygon (polygon, 2) [m], rounded where it stays on it."""
+    exact = shapely.get_coordinates(shapely.point_on_surface(footprints))
+    rounded = np.round(exact, 3)
+    return np.where(shapely.intersects_xy(footprints, *rounded.T)[:, None], rounded, exact)
+
+
+def _names(index: Any, of: Integers) -> list[str]:
+    """A name for every part, of its feature and its number there."""
+    heads = [f"b{each}" if isinstance(each, int | np.integer) else str(each) for each in index]
+    part = np.arange(len(of)) - np.searchsorted(of, of)
+    both = zip(of.tolist(), part.tolist(), strict=True)
+    return [heads[k] + (f"-{number + 1}" if number else "") for k, number in both]
+
+
+def _heights(
+    frame: Any, height: str, levels: str, level_height_m: float
+) -> tuple[Floats, Booleans]:
+    """Height of every roof [m], NaN where none is stated; and whether it follows from levels."""
+    roof_m, storeys = (_numbers(frame, name) for name in (height, levels))
+    of_levels = np.isnan(roof_m) & ~np.isnan(storeys)
+    roof_m = np.where(of_levels, storeys * level_height_m, roof_m)
+    return roof_m, of_levels
+
+
+def _numbers(frame: Any, name: str) -> Floats:
+    """Numbers of a column or tag, also with their unit m; NaN for what is none or not positive."""
+    stated = _stated(frame, name)
+    text = stated.astype("str").str.strip().str.removesuffix("m").str.rstrip()
+    numbers = pd.to_numeric(text, errors="coerce").to_numpy(float)
+    return np.where((numbers > 0.0) & (numbers <= HEIGHT.le), numbers, math.nan)
+
+
+def _stated(frame: Any, name: str) -> Any:
+    """What is stated in a column, or else in a tag of that name."""
+    if name in frame:
+        return frame[name]
+    if TAGS in frame:
+        pattern = rf'"{re.escape(name)}"=>"((?:[^"\\]|\\.)*)"'
+        return frame[TAGS].astype("str").str.extract(pattern, expand=False)
+    return pd.Series(math.nan, frame.index)
+
+
+def _unknown_heights(
+    file: Path, frame: Any, unknown: Booleans, height: str, levels: str
+) -> Iterator[Fault]:
+    """That buildings are of unknown height, and a fault for each of them."""
+    if not unknown.any():
+        return
+    known = frame.columns.drop([frame.geometry.name, "mended"])
+    if TAGS not in known and not {height, levels} & {*known}:
+        hint = nearest(height, known) or f"; there are {listed([*known])}" if len(known) else ""
+        words = f"no column of this name, and none for levels{hint}; or state default_height_m"
+        yield Fault("height", shown(height), words, label(file))
+        return
+    words = f"of {len(unknown)} buildings have no height; state default_height_m"
+    yield Fault("", "", f"{unknown.sum()} {words}", label(file))
+    for number, value in _stated(frame[unknown], height).items():
+        text = "" if pd.isna(value) else shown(value)
+        yield Fault(f"feature {number}", text, HEIGHT.words if text else "no height")

@@ -1,0 +1,112 @@
+"""``optuav city``: a mission among the buildings of a map file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from optuav.cli.output import check_places, deliver, say
+from optuav.errors import Fault, InputError, decimal, refuse
+
+if TYPE_CHECKING:
+    from optuav.mission import Mission
+
+
+@dataclass(frozen=True)
+class Site:
+    """Options of ``optuav city``: places as longitude, latitude [deg] and height [m]."""
+
+    origin: str
+    destination: str
+    device: str
+    laser: str
+
+
+@dataclass(frozen=True)
+class Map:
+    """Options of ``optuav city``: what of the map file counts; None for what is not stated."""
+
+    layer: str | None = None
+    crs: str | None = None
+    bbox: str | None = None
+    default_height_m: float | None = None
+
+
+def city(
+    file: Path, site: Site, map: Map, source: str = "matrice350", save: Path | None = None
+) -> None:
+    """Make a mission among the buildings of a map file (needs geopandas)."""
+    from optuav.city import read
+    from optuav.city.city import ON_EARTH, on_earth
+    from optuav.mission import load
+    from optuav.mission.files import LARGEST_TOML, STANDARD, write_text
+    from optuav.mission.template import template
+
+    check_places(save, None)
+    base, places = load(source), {name: _numbers(text) for name, text in vars(site).items()}
+    bbox = None if map.bbox is None else _numbers(map.bbox)
+    words = f"LONGITUDE,LATITUDE,HEIGHT: {ON_EARTH}"
+    faults = [
+        Fault(name, repr(getattr(site, name)), words)
+        for name, place in places.items()
+        if len(place) != 3 or not on_earth(place[:2])
+    ]
+    if bbox is not None and len(bbox) != 4:
+        faults.append(Fault("bbox", repr(map.bbox), "WEST,SOUTH,EAST,NORTH [deg]"))
+    refuse(faults)
+    town = read(
+        file,
+        layer=map.layer,
+        crs=map.crs,
+        bbox=bbox,
+        default_height_m=map.default_height_m,
+        origin=places["origin"][:2],
+    )
+    at_m = {name: town.point_m(*place) for name, place in places.items()}
+    mission = base.replace(
+        {
+            "name": file.name.partition(".")[0],
+            "description": "",
+            "route.origin_m": at_m["origin"],
+            "route.destination_m": at_m["destination"],
+            "route.hover_m": None,
+            "link.device_m": at_m["device"],
+            "laser.position_m": at_m["laser"],
+            "buildings": town.buildings(),
+        }
+    )
+    notes, warnings = [*town.notes()], [*_warnings(mission)]
+    remarks = [*notes, *(f"warning: {each}" for each in warnings)]
+    text = template(mission, mission.name, remarks)
+    if len(text) > LARGEST_TOML:
+        words = f"make a mission of {len(text) / 1e6:.1f} MB; {LARGEST_TOML / 1e6:g} MB are read"
+        words = f"{len(mission.buildings)} buildings {words}: state a smaller part of the map"
+        raise InputError([Fault("bbox", "", words)])
+    write_text(save or STANDARD, text)
+    if save is None:
+        for each in warnings:  # The standard output may be the mission's file
+            say(f"warning: {each}", error=True)
+    else:
+        deliver(lambda: None, remarks, as_json=False, written=[save])
+
+
+def _numbers(text: str) -> tuple[Any, ...]:
+    """Numbers between commas; none where one of them is no number."""
+    with suppress(ValueError):
+        return tuple(decimal(part.strip()) for part in text.split(","))
+    return ()
+
+
+def _warnings(mission: Mission) -> Iterator[str]:
+    """What is amiss, and what stands in the way from take-off to the hover point and on."""
+    from optuav.network.feasibility import advice, blocked_legs
+    from optuav.network.network import build_network
+    from optuav.network.obstacles import CLEAR
+
+    found, network = [*advice(mission)], build_network(mission)
+    yield from found
+    if (network.legs.crosses[:2] != CLEAR).any():
+        yield from (each for each in blocked_legs(network, 0) if each not in found)

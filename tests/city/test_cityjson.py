@@ -1,0 +1,105 @@
+"""Solids of CityJSON become prisms."""
+
+from __future__ import annotations
+
+import copy
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("geopandas")
+
+import shapely
+
+import optuav
+from optuav.city import read
+
+# A house of 10 m by 20 m with walls of 6 m and a gable roof up to 9 m, on a hill of 100 m, in
+# decimetres from a corner of the grid of UTM zone 33.
+CORNERS = [
+    *((0, 0, 0), (100, 0, 0), (100, 200, 0), (0, 200, 0)),
+    *((0, 0, 60), (100, 0, 60), (100, 200, 60), (0, 200, 60)),
+    *((50, 0, 90), (50, 200, 90)),
+]
+SHELL = [
+    *([[3, 2, 1, 0]], [[0, 1, 5, 8, 4]], [[2, 3, 7, 9, 6]]),
+    *([[0, 4, 7, 3]], [[1, 2, 6, 5]], [[4, 8, 9, 7]], [[5, 6, 9, 8]]),
+]
+SOLID = {"type": "Solid", "lod": "2.0", "boundaries": [SHELL]}
+FLAT = {"type": "MultiSurface", "lod": "0", "boundaries": [[[0, 1, 2, 3]]]}
+
+
+def document(**objects: dict[str, Any]) -> dict[str, Any]:
+    return {
+        "type": "CityJSON",
+        "version": "2.0",
+        "metadata": {"referenceSystem": "https://www.opengis.net/def/crs/EPSG/0/25833"},
+        "transform": {"scale": [0.1, 0.1, 0.1], "translate": [390_000.0, 5_800_000.0, 100.0]},
+        "CityObjects": objects,
+        "vertices": [[*each] for each in CORNERS],
+    }
+
+
+def written(folder: Path, content: dict[str, Any]) -> Path:
+    file = folder / "town.city.json"
+    file.write_text(json.dumps(content))
+    return file
+
+
+def test_a_solid_counts_by_its_outline_and_height(tmp_path: Path) -> None:
+    """At the highest level of detail; what is no building does not count."""
+    house = {"type": "Building", "geometry": [FLAT, SOLID]}
+    tree = {"type": "SolitaryVegetationObject", "geometry": [SOLID]}
+    city = read(written(tmp_path, document(house=house, tree=tree)))
+    assert city.names == ("house",)
+    assert shapely.area(city.footprints) == pytest.approx([200.0], rel=2e-3)
+    assert city.position_m[0, 2] == pytest.approx(9.0)
+    optuav.load("paper").replace({"buildings": city.buildings()})
+
+
+def test_parts_count_in_place_of_the_building_that_they_make(tmp_path: Path) -> None:
+    whole = {"type": "Building", "geometry": [FLAT], "children": ["nave", "tower"]}
+    part = {"type": "BuildingPart", "parents": ["church"], "geometry": [SOLID]}
+    content = document(church=whole, nave=part, tower=copy.deepcopy(part))
+    assert read(written(tmp_path, content)).names == ("nave", "tower")
+
+
+def test_a_flat_outline_has_no_height_but_attributes_may(tmp_path: Path) -> None:
+    attributes = {"measuredHeight": 11.0, "storeysAboveGround": 3}
+    house = {"type": "Building", "geometry": [FLAT], "attributes": attributes}
+    file = written(tmp_path, document(house=house))
+    with pytest.raises(optuav.InputError, match="1 of 1 buildings have no height"):
+        read(file)
+    assert read(file, height="measuredHeight").position_m[0, 2] == 11.0
+    assert read(file, levels="storeysAboveGround").position_m[0, 2] == 9.0
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("metadata", {}, "states no coordinate reference system"),
+        ("metadata", {"referenceSystem": "local"}, "a code of EPSG"),
+        ("vertices", [[0, 0, 0]], "is no CityJSON"),
+        ("vertices", "none", "is no CityJSON"),
+        ("CityObjects", {"house": {}}, "is no CityJSON"),
+        ("CityObjects", {}, "has no buildings"),
+        ("transform", {"scale": [1, 1, 1]}, "is no CityJSON"),
+    ],
+)
+def test_what_is_wrong_is_said_once(tmp_path: Path, key: str, value: object, words: str) -> None:
+    house = {"type": "Building", "geometry": [SOLID]}
+    with pytest.raises(optuav.InputError, match=words) as caught:
+        read(written(tmp_path, {**document(house=house), key: value}))
+    assert len(caught.value.faults) == 1
+
+
+def test_other_json_is_a_map_that_gdal_reads_or_none(tmp_path: Path) -> None:
+    file = tmp_path / "map.json"
+    file.write_text('{"type": "FeatureCollection", "features": []}')
+    with pytest.raises(optuav.InputError):
+        read(file)
+    file.write_text("[1, 2]")
+    with pytest.raises(optuav.InputError, match="is no map that GDAL reads"):
+        read(file)

