@@ -17,8 +17,9 @@ from optuav.mission.messages import nearest
 from optuav.mission.schema import Number
 from optuav.mission.validation import Breach, StatedMission
 from optuav.network import vehicle
-from optuav.network.obstacles import CLEAR, crossed, prisms
+from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import ENDS
+from optuav.network.prisms import prisms
 from optuav.network.vehicle import Flow
 from optuav.physics import flight
 from optuav.plan import Phase as Planned

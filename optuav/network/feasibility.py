@@ -12,8 +12,9 @@ from optuav.mission import Mission
 from optuav.mission.messages import listed
 from optuav.network import vehicle
 from optuav.network.network import NO_LEG, Network, build_network
-from optuav.network.obstacles import CLEAR, crossed, prisms
+from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
+from optuav.network.prisms import prisms
 from optuav.network.timeline import stay_net
 from optuav.physics import flight, link, rotor
 

@@ -11,7 +11,7 @@ import numpy as np
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
 from optuav.network import vehicle
-from optuav.network.obstacles import CLEAR, Prisms, crossed, prisms
+from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import (
     DESTINATION,
     FIRST_BUILDING,
@@ -22,6 +22,7 @@ from optuav.network.places import (
     build_places,
     charging_cap,
 )
+from optuav.network.prisms import Prisms, prisms
 from optuav.options import Order, Trajectory
 from optuav.physics.quantity import norm
 

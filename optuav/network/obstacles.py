@@ -1,108 +1,19 @@
-"""Buildings as prisms from the ground up to their roofs, and the lines that cross them."""
+"""The straight lines that cross buildings, and those that are clear of them."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from typing import TypeAlias
-
 import numpy as np
-import numpy.typing as npt
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.mission.schema import Building
+from optuav.network.prisms import FEW, MARGIN_M, Prisms
+from optuav.network.sweep import around, survey
 from optuav.physics.quantity import TINY, Quantity
 
-MARGIN_M = 1e-6
-"""How far walls and roofs are moved inwards [m], so that to graze a building is not to cross it."""
 MOST_PAIRS = 1 << 15
 """Pairs of lines and footprints that are tried at once, about: as many as fit the cache."""
-FEW = 32  # So many footprints are all tried on every line
+MANY = 5_000
+"""So many lines from one place, past as many footprints, are surveyed before they are followed."""
 CLEAR = -1  # In place of the number of a building: there is none
-Outline: TypeAlias = tuple[tuple[float, float], ...]  # Corners of a footprint on the map [m]
-
-
-@dataclass(frozen=True)
-class Prisms:
-    """Footprints, each smaller by `MARGIN_M` all round, and the cells of the map that they reach.
-
-    There are as many cells across as along, numbered along y within x, and again along x within y.
-    """
-
-    corners_m: Floats  # Of all footprints as stated (corner, axis) [m]
-    sizes: Integers  # Number of corners of every footprint
-    # Ends of the box around it (axis, footprint) [m], and whether it fills that box.
-    low_m: Floats
-    high_m: Floats
-    is_box: Booleans
-    building: Integers  # Number of its building
-    roof_m: Floats  # Height of its roof over ground [m]
-    map_low_m: Floats  # Where the cells begin (axis, 1) [m]
-    cell_m: Floats  # Size of each (axis, 1) [m]
-    across: int
-    # By numbering: footprints in the order of the cells, and where those of each cell begin.
-    in_cells: Sequence[Integers]
-    begins: Sequence[Integers]
-
-    @cached_property
-    def polygons(self) -> npt.NDArray[np.object_]:
-        """The footprints as polygons of `shapely`."""
-        import shapely
-
-        ring = np.repeat(np.arange(len(self.sizes)), self.sizes)
-        outer = shapely.polygons(shapely.linearrings(self.corners_m, indices=ring))
-        inner = shapely.buffer(outer, -MARGIN_M, join_style="mitre")
-        shapely.prepare(inner)
-        return np.asarray(inner)
-
-
-def outline_m(building: Building) -> Outline | None:
-    """Corners of a footprint on the map [m]; None if the building states none."""
-    stated, (x, y, _) = building.footprint_m, building.position_m
-    if stated is None or isinstance(stated[0], tuple):
-        return stated
-    width, depth = stated
-    west, east, south, north = x - width / 2, x + width / 2, y - depth / 2, y + depth / 2
-    return ((west, south), (east, south), (east, north), (west, north))
-
-
-@lru_cache(maxsize=4)
-def prisms(buildings: tuple[Building, ...]) -> Prisms:
-    """The buildings that have a footprint; missions that are compared share theirs as a rule."""
-    outlines = {k: each for k, each in enumerate(map(outline_m, buildings)) if each is not None}
-    building, count = np.array([*outlines], dtype=np.intp), len(outlines)
-    corners = np.array([corner for each in outlines.values() for corner in each]).reshape(-1, 2)
-    sizes = np.array([*map(len, outlines.values())], dtype=np.intp)
-    first = np.cumsum(sizes) - sizes
-    low_m, high_m = (each.reduceat(corners, first).T for each in (np.minimum, np.maximum))
-    low_m, high_m = low_m + MARGIN_M, high_m - MARGIN_M
-    # Four corners, and every edge along an axis.
-    (four,) = np.nonzero((sizes == 4) & (low_m < high_m).all(axis=0))
-    ring = corners[first[four, None] + np.arange(4)]
-    is_box = np.zeros(len(sizes), bool)
-    is_box[four] = ((ring != np.roll(ring, 1, axis=1)).sum(axis=2) == 1).all(axis=1)
-    roof_m = np.array([buildings[k].position_m[2] for k in outlines], dtype=float)
-    # Cells no smaller than footprints as a rule, so that each reaches into few.
-    out_m = np.stack([low_m - MARGIN_M, high_m + MARGIN_M])
-    map_low_m = out_m[0].min(axis=1, keepdims=True, initial=np.inf)
-    reach_m = out_m[1].max(axis=1, keepdims=True, initial=-np.inf) - map_low_m
-    across = 1
-    if count > FEW:
-        typical_m = np.sqrt(((out_m[1] - out_m[0]) ** 2).mean(axis=1, keepdims=True))
-        across = max(1, int(min(float((reach_m / typical_m).min()), math.sqrt(count))))
-    cell_m = reach_m / across
-    first, last = np.clip(((out_m - map_low_m) / cell_m).astype(np.intp), 0, across - 1)
-    entries = (spans := last - first + 1).prod(axis=0)
-    footprint = np.repeat(np.arange(count), entries)
-    number = np.arange(len(footprint)) - np.repeat(np.cumsum(entries) - entries, entries)
-    x, y = first[:, footprint] + np.divmod(number, spans[1, footprint])
-    numbers = x * across + y, y * across + x
-    in_cells = [footprint[np.argsort(each, kind="stable")] for each in numbers]
-    begins = [np.cumsum(np.bincount(each + 1, minlength=across**2 + 1)) for each in numbers]
-    shapes = corners, sizes, low_m, high_m, is_box, building, roof_m
-    return Prisms(*shapes, map_low_m, cell_m, across, in_cells, begins)
 
 
 def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers) -> Integers:
@@ -112,18 +23,53 @@ def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers)
     corner or the roof is not to cross. The `exempt` buildings (line, k) do not block a line.
     """
     found = np.full(len(start_m), CLEAR, dtype=np.intp)
-    count, n = len(obstacles.building), obstacles.across
-    if not count:
+    if not len(obstacles.building):
         return found
+    left = np.ones(len(found), bool)
+    if min(len(found), len(obstacles.building)) >= MANY:
+        # Lines in a row that start in one place.
+        other = np.flatnonzero((start_m[1:] != start_m[:-1]).any(axis=1)) + 1
+        begin, end = np.append(0, other), np.append(other, len(found))
+        for row in map(slice, *(each[end - begin >= MANY].tolist() for each in (begin, end))):
+            found[row], left[row] = _surveyed(obstacles, start_m[row], end_m[row], exempt[row])
+    found[left] = _followed(obstacles, start_m[left], end_m[left], exempt[left])
+    return found
+
+
+def _surveyed(
+    obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers
+) -> tuple[Integers, Booleans]:
+    """A building that each line from one place crosses, as `crossed`; and which are undecided."""
+    found = np.full(len(start_m), CLEAR, dtype=np.intp)
+    near = around(obstacles, start_m[0])
+    if len(near) > FEW:  # Then the place lies in a heap of footprints
+        return found, np.ones(len(found), bool)
+    low_m, way_m = _upwards(start_m, end_m)
+    clear, likely = survey(obstacles, start_m[0], end_m, exempt)
+    guessed = np.flatnonzero(~clear & (likely != CLEAR))
+    met = [_met(obstacles, (low_m, way_m, exempt), guessed, likely[guessed])]
+    # What stands around the place is in the way of any line, and no part of the survey.
+    every = np.arange(len(found))
+    met += [
+        _met(obstacles, (low_m, way_m, exempt), every, np.full_like(every, each)) for each in near
+    ]
+    for line, footprint in met:
+        found[line] = obstacles.building[footprint]
+    return found, ~clear & (found == CLEAR)
+
+
+def _followed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers) -> Integers:
+    """A building that each line crosses, as `crossed`: the lines are followed over the map."""
+    found = np.full(len(start_m), CLEAR, dtype=np.intp)
+    count, n = len(obstacles.building), obstacles.across
     at_once = 1 + MOST_PAIRS * n**2 // len(obstacles.in_cells[0])
     if len(found) > at_once:
         parts = [slice(begin, begin + at_once) for begin in range(0, len(found), at_once)]
         return np.concatenate(
-            [crossed(obstacles, start_m[each], end_m[each], exempt[each]) for each in parts]
+            [_followed(obstacles, start_m[each], end_m[each], exempt[each]) for each in parts]
         )
-    swap = start_m[:, 2] > end_m[:, 2]
-    low_m, high_m = np.where(swap, end_m.T, start_m.T), np.where(swap, start_m.T, end_m.T)
-    way_m, map_low_m, cell_m = high_m - low_m, obstacles.map_low_m, obstacles.cell_m
+    low_m, way_m = _upwards(start_m, end_m)
+    map_low_m, cell_m = obstacles.map_low_m, obstacles.cell_m
     if n == 1:
         line, footprint = np.divmod(np.arange(count * len(found)), count)
         line, footprint = _met(obstacles, (low_m, way_m, exempt), line, footprint)
@@ -164,6 +110,13 @@ def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers)
     return found
 
 
+def _upwards(start_m: Floats, end_m: Floats) -> tuple[Floats, Floats]:
+    """Low ends (axis, line) and the ways from there to the high ends [m]."""
+    swap = start_m[:, 2] > end_m[:, 2]
+    low_m, high_m = np.where(swap, end_m.T, start_m.T), np.where(swap, start_m.T, end_m.T)
+    return low_m, high_m - low_m
+
+
 def _met(
     obstacles: Prisms, lines: tuple[Floats, Floats, Integers], line: Integers, footprint: Integers
 ) -> tuple[Integers, Integers]:
@@ -186,7 +139,7 @@ def _met(
         # Seen from above, an upright line is a point.
         upright = (ends_m[:, 0] == ends_m[:, 1]).all(axis=1)
         seen[upright] = shapely.points(ends_m[upright, 0])
-        blocks[other] = shapely.intersects(obstacles.polygons[footprint[other]], seen)
+        blocks[other] = shapely.intersects(obstacles.inner(footprint[other]), seen)
     return line[blocks], footprint[blocks]
 
 

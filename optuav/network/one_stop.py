@@ -18,8 +18,8 @@ import numpy as np
 
 from optuav.network.graph import edited_legs
 from optuav.network.network import Legs, Network, build_legs
-from optuav.network.obstacles import prisms
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
+from optuav.network.prisms import prisms
 
 if TYPE_CHECKING:
     from optuav.network.graph import Graph

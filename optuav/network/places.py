@@ -12,7 +12,8 @@ from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
 from optuav.mission.messages import listed
 from optuav.network import vehicle
-from optuav.network.obstacles import CLEAR, Prisms, clear_lines
+from optuav.network.obstacles import CLEAR, clear_lines
+from optuav.network.prisms import Prisms
 from optuav.physics.quantity import Quantity, Vector, norm
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3

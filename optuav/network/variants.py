@@ -18,8 +18,9 @@ from optuav.mission import Mission
 from optuav.mission.mission import DISPLACED
 from optuav.network import vehicle
 from optuav.network.network import Network, shared_lines
-from optuav.network.obstacles import clear_lines, prisms
+from optuav.network.obstacles import clear_lines
 from optuav.network.places import FIRST_BUILDING, position_table, received_table
+from optuav.network.prisms import prisms
 from optuav.physics.flight import Loads
 from optuav.physics.quantity import Quantity
 

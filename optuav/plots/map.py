@@ -24,8 +24,8 @@ from optuav.arrays import Booleans, Floats
 from optuav.errors import InputError
 from optuav.mission import Mission
 from optuav.network import vehicle
-from optuav.network.obstacles import Prisms, outline_m, prisms
 from optuav.network.places import DESTINATION, HOVER, ORIGIN, Places, build_places
+from optuav.network.prisms import Prisms, outline_m, prisms
 from optuav.plan import Plan, Stop
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, Look

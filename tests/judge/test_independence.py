@@ -14,6 +14,7 @@ ALLOWED = (
     "optuav.mission",
     "optuav.network.obstacles",
     "optuav.network.places",
+    "optuav.network.prisms",
     "optuav.network.vehicle",
     "optuav.physics",
     "optuav.plan",

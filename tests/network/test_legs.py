@@ -12,8 +12,8 @@ import optuav
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.network import Legs, build_legs, build_network
-from optuav.network.obstacles import prisms
 from optuav.network.places import DESTINATION, HOVER, ORIGIN, Places
+from optuav.network.prisms import prisms
 from optuav.physics import flight
 from tests.examples import few
 from tests.mission.strategies import missions

@@ -17,8 +17,9 @@ import optuav
 from optuav.mission import Mission
 from optuav.network import obstacles as sight
 from optuav.network.network import build_network
-from optuav.network.obstacles import CLEAR, clear_lines, crossed, outline_m, prisms
+from optuav.network.obstacles import CLEAR, clear_lines, crossed
 from optuav.network.places import HOVER
+from optuav.network.prisms import outline_m, prisms
 
 Point = tuple[float, float, float]
 Ring = Sequence[tuple[float, float]]
