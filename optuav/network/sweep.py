@@ -14,11 +14,11 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.network.prisms import MARGIN_M, Prisms
+from optuav.physics.quantity import TINY
 
 AT_ONCE = 250  # Footprints that are taken up between two looks at the horizon
 BEARINGS = 8  # Into so many bearings the average footprint reaches, about
 FEWEST, MOST = 1 << 10, 1 << 22  # Bearings
-UPRIGHT_M = 1e-3  # A line that leads no farther on the map has no bearing
 NONE = -1  # In place of the number of a footprint
 
 
@@ -61,7 +61,7 @@ def survey(
 
     way_m = ends_m - place_m
     length_m = np.hypot(way_m[:, 0], way_m[:, 1])
-    steepness = way_m[:, 2] / np.maximum(length_m, UPRIGHT_M)
+    steepness = way_m[:, 2] / np.maximum(length_m, TINY)
     bearing = (np.arctan2(way_m[:, 1], way_m[:, 0]) * per_radian // 1.0).astype(np.intp) % bearings
     # Only footprints of groups before `after` begin before the line ends.
     after = np.searchsorted(begins_m, length_m)
@@ -102,8 +102,7 @@ def survey(
         fills = ((step > 0) & (step < reach[place] - 1)) | (reach[place] < 3)
         fills &= tall >= highest[at]
         highest[at[fills]], blocker[at[fills]] = tall[fills], each[fills]
-    clear = (steepness >= needed) & (later == 0) & (length_m > UPRIGHT_M)
-    return clear, likely
+    return (steepness >= needed) & (later == 0), likely
 
 
 def _seen_from(obstacles: Prisms, place_m: Floats) -> tuple[Floats, Floats, Floats, Floats]:
@@ -123,4 +122,4 @@ def _seen_from(obstacles: Prisms, place_m: Floats) -> tuple[Floats, Floats, Floa
     far_m = np.sqrt(np.maximum.reduceat(x**2 + y**2, first))
     rise_m = obstacles.roof_m - place_m[2]
     by_m = np.where(rise_m >= 0.0, near_m, far_m)
-    return near_m, left, right, np.where(by_m > 0.0, rise_m / np.maximum(by_m, 1e-300), np.inf)
+    return near_m, left, right, np.where(by_m > 0.0, rise_m / np.maximum(by_m, TINY), np.inf)
