@@ -77,7 +77,7 @@ def _followed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integer
         return found
     town = map_low_m, map_low_m + n * cell_m, obstacles.roof_m.max()
     within = enter, leave = np.stack(_stretch(low_m, way_m, *town))
-    middle_m = 0.5 * (obstacles.low_m + obstacles.high_m)
+    middle_m = obstacles.middle_m
     reach_m = 0.5 * (obstacles.high_m - obstacles.low_m).sum(axis=0) + 4.0 * MARGIN_M
     steep = np.abs(way_m[1]) > np.abs(way_m[0])
     for axis in (0, 1):
@@ -128,13 +128,20 @@ def _met(
     line, footprint = line[met], footprint[met]
     blocks = (exempt[line] != obstacles.building[footprint, None]).all(axis=1)
     (other,) = np.nonzero(blocks & ~obstacles.is_box[footprint])
+    enter, leave = enter[met[other]], leave[met[other]]
+    if len(other):
+        # Most lines that meet a footprint pass close to its middle.
+        from_m = low_m[:2, line[other]] - obstacles.middle_m[:, footprint[other]]
+        along_m = way_m[:2, line[other]]
+        nearest = -(from_m * along_m).sum(axis=0) / np.maximum((along_m**2).sum(axis=0), TINY)
+        away_m = np.hypot(*(from_m + np.clip(nearest, enter, leave) * along_m))
+        (unsure,) = np.nonzero(away_m > obstacles.inscribed_m[footprint[other]] - 2.0 * MARGIN_M)
+        other, enter, leave = other[unsure], enter[unsure], leave[unsure]
     if len(other):
         import shapely
 
         way = low_m[:2, line[other]], way_m[:2, line[other]]
-        ends_m = np.stack(
-            [(way[0] + each[met[other]] * way[1]).T for each in (enter, leave)], axis=1
-        )
+        ends_m = np.stack([(way[0] + each * way[1]).T for each in (enter, leave)], axis=1)
         seen = np.asarray(shapely.linestrings(ends_m))
         # Seen from above, an upright line is a point.
         upright = (ends_m[:, 0] == ends_m[:, 1]).all(axis=1)

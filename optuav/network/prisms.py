@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission.schema import Building
+from optuav.physics.quantity import TINY
 
 MARGIN_M = 1e-6
 """How far walls and roofs are moved inwards [m], so that to graze a building is not to cross it."""
@@ -42,6 +43,28 @@ class Prisms:
     in_cells: Sequence[Integers]
     begins: Sequence[Integers]
     made: npt.NDArray[np.object_]  # Polygons that were asked for, see `inner`; None for others
+
+    @cached_property
+    def middle_m(self) -> Floats:
+        """Middle of every box (axis, footprint) [m]."""
+        return 0.5 * (self.low_m + self.high_m)
+
+    @cached_property
+    def inscribed_m(self) -> Floats:
+        """Radius of a disc around the middle of its box within every footprint [m], or 0."""
+        first, last = np.cumsum(self.sizes) - self.sizes, np.cumsum(self.sizes) - 1
+        after = np.arange(1, 1 + len(self.corners_m))
+        after[last] = first
+        start_m = self.corners_m.T - np.repeat(self.middle_m, self.sizes, axis=1)
+        end_m = start_m[:, after]
+        edge_m = end_m - start_m
+        share = -(start_m * edge_m).sum(axis=0) / np.maximum((edge_m**2).sum(axis=0), TINY)
+        away_m = np.hypot(*(start_m + np.clip(share, 0.0, 1.0) * edge_m))
+        # A ray from the middle along x leaves the footprint once more than it enters.
+        area = start_m[0] * end_m[1] - start_m[1] * end_m[0]
+        leaves = ((start_m[1] > 0.0) != (end_m[1] > 0.0)) & ((area > 0.0) == (edge_m[1] > 0.0))
+        within = np.bitwise_xor.reduceat(leaves, first)
+        return np.where(within, np.minimum.reduceat(away_m, first), 0.0)
 
     @property
     def polygons(self) -> npt.NDArray[np.object_]:

@@ -112,7 +112,7 @@ def _seen_from(obstacles: Prisms, place_m: Floats) -> tuple[Floats, Floats, Floa
     """
     at_m, near_m = place_m[:2], _beside(obstacles, place_m)
     first = np.cumsum(obstacles.sizes) - obstacles.sizes
-    middle_m = 0.5 * (obstacles.low_m + obstacles.high_m) - at_m[:, None]
+    middle_m = obstacles.middle_m - at_m[:, None]
     x, y = (obstacles.corners_m - at_m).T
     u, v = np.repeat(middle_m, obstacles.sizes, axis=1)
     turn = np.arctan2(u * y - v * x, u * x + v * y)
