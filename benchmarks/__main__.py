@@ -18,6 +18,7 @@ from benchmarks import (
     roofs,
     samples,
     several_stops,
+    sight,
     startup,
 )
 from benchmarks.timing import Row, table
@@ -30,6 +31,7 @@ BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "modellers": modellers.run,
     "rivals": rivals.run,
     "roofs": roofs.run,
+    "sight": sight.run,
     "several-stops": several_stops.run,
     "samples": samples.run,
     "batch": batch.run,

@@ -17,7 +17,7 @@ from optuav.network.prisms import MARGIN_M, Prisms
 from optuav.physics.quantity import TINY
 
 AT_ONCE = 250  # Footprints that are taken up between two looks at the horizon
-BEARINGS = 8  # Into so many bearings the average footprint reaches, about
+BEARINGS = 16  # Into so many bearings the average footprint reaches, about
 FEWEST, MOST = 1 << 10, 1 << 22  # Bearings
 NONE = -1  # In place of the number of a footprint
 

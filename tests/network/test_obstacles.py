@@ -359,6 +359,38 @@ def test_prisms_follow_footprints_and_roofs(key: str, value: object) -> None:
     assert not np.array_equal(*bounds_m) or not np.array_equal(before.roof_m, after.roof_m)
 
 
+def test_a_disc_within_a_footprint() -> None:
+    """Around the middle of its box: of a square half the side, of others as far as the wall."""
+    notch = ((0, 0), (30, 0), (30, 10), (14, 10), (14, 20), (30, 20), (30, 30), (0, 30))
+    rings: dict[Ring, float] = {
+        ((0, 0), (4, 0), (4, 4), (0, 4)): 2.0,
+        ((0, 0), (0, 4), (4, 4), (4, 0)): 2.0,
+        ((2, 0), (4, 2), (2, 4), (0, 2)): math.sqrt(2),
+        ((0, 0), (4, 0), (0, 4)): 0.0,
+        ((0, 0), (6, 0), (3, 9)): 1.5 * 3 / math.sqrt(10),
+        notch: 0.0,
+        tuple((30 - x, y) for x, y in notch): 0.0,
+        L_SHAPE: 0.0,
+    }
+    mission = town(*((ring, (*ring[0], 9.0)) for ring in rings))
+    found = prisms(mission.buildings).inscribed_m
+    assert found == pytest.approx([*rings.values()], abs=2e-6)
+
+
+def test_polygons_are_made_when_they_are_asked_for() -> None:
+    """And are the same, whatever was asked for before."""
+    rng = np.random.default_rng(4)
+    tops_m = rng.uniform(0, 500, (9, 3)).tolist()
+    solids = [(star(rng, top_m, False), tuple(top_m)) for top_m in tops_m]
+    buildings = town(*solids).buildings
+    whole, apart = (prisms.__wrapped__(buildings) for _ in range(2))
+    assert shapely.is_missing(apart.made).all()
+    some = np.array([7, 2, 7])
+    assert shapely.equals_exact(apart.inner(some), whole.polygons[some], 0.0).all()
+    assert (~shapely.is_missing(apart.made)).nonzero()[0].tolist() == [2, 7]
+    assert shapely.equals_exact(apart.polygons, whole.polygons, 0.0).all()
+
+
 def test_prisms_know_the_numbers_of_their_buildings() -> None:
     """Also where the same ones stand elsewhere in the list."""
     solids = [((40, 10), (100, 200, 30)), (L_SHAPE, (5, 5, 20))]
