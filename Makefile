@@ -64,9 +64,10 @@ $(VENV)/run.stamp: pyproject.toml requirements-dev.txt | $(VENV)/created.stamp
 	$(PIP) install --quiet --constraint requirements-dev.txt --editable ".[all]"
 	touch $@
 
-$(VENV)/dev.stamp: pyproject.toml requirements-dev.txt | $(VENV)/created.stamp
+$(VENV)/dev.stamp: pyproject.toml requirements-dev.txt tests/city/requirements.txt | $(VENV)/created.stamp
 	$(PIP) install --quiet --requirement requirements-dev.txt
 	$(PIP) install --quiet --no-build-isolation --no-deps --editable .
+	$(PIP) install --quiet --no-deps --only-binary :all: --requirement tests/city/requirements.txt
 	touch $@ $(VENV)/run.stamp
 
 $(VENV)-lowest/installed.stamp: pyproject.toml

@@ -130,11 +130,11 @@ class City:
             f"{latitude:.6f}, where x = y = 0: azimuthal equidistant projection, x east, y north"
         )
         for names, words in (
-            (self.level_heights, "heights follow from levels"),
-            (self.assumed_heights, "heights are assumed"),
-            (self.mended, "invalid outlines were mended"),
-            (self.filled, "courtyards count as built over"),
-            (self.left_out, "features without an area were left out"),
+            (self.level_heights, "heights that follow from levels"),
+            (self.assumed_heights, "heights that are assumed"),
+            (self.mended, "invalid outlines that were mended"),
+            (self.filled, "buildings whose courtyards count as built over"),
+            (self.left_out, "features without an area, left out"),
         ):
             if names:
-                yield f"{len(names)} {words}: {listed(names)}"
+                yield f"{words}: {len(names)} ({listed(names)})"

@@ -46,7 +46,7 @@ def _surveyed(
         return found, np.ones(len(found), bool)
     low_m, way_m = _upwards(start_m, end_m)
     clear, likely = survey(obstacles, start_m[0], end_m, exempt)
-    guessed = np.flatnonzero(~clear & (likely != CLEAR))
+    guessed = np.flatnonzero(~clear & (likely >= 0))
     met = [_met(obstacles, (low_m, way_m, exempt), guessed, likely[guessed])]
     # What stands around the place is in the way of any line, and no part of the survey.
     every = np.arange(len(found))

@@ -2,8 +2,8 @@
 
 Footprints are taken up from the nearest to the farthest, a few at a time, into a horizon: for every
 bearing the steepest slope up to which a footprint so far may hide what lies behind. A line that
-ends farther away is clear if it is at least as steep. What it may not be told apart from is left
-undecided, so that the verdict is never that of the survey's coarse bearings.
+ends farther away is clear if it is at least as steep. Bearings are coarse and footprints count as
+wider and nearer than they are, so what is called clear is clear; others are left to be decided.
 """
 
 from __future__ import annotations

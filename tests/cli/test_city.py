@@ -109,4 +109,4 @@ def test_helsinki_is_a_mission() -> None:
     options = [*words.split(), "--laser", "24.9443,60.1695,60", "--default-height-m", "12"]
     found = run("city", str(file), *options, warns=True)
     assert found.code == 0
-    assert "323 heights are assumed" in found.out
+    assert "heights that are assumed: 323 (b5606, " in found.out
