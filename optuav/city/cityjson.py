@@ -7,18 +7,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import geopandas
 import numpy as np
 import pandas as pd
+import pyproj
 import shapely
 
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, printable
 from optuav.mission.files import label, parse_json, read_text, refusal
+from optuav.mission.messages import shown
 
 LARGEST = 500_000_000  # bytes
+FARTHEST = 1e9  # Coordinates [m or deg], more than any reference system has
 MOST_VALUES = 100_000_000
 KINDS = ("Building", "BuildingPart")
 
@@ -35,21 +39,24 @@ def solids(file: Path) -> Any:
         return None
     try:
         corners_m = np.array(document["vertices"], dtype=float).reshape(-1, 3)
-        if "transform" in document:
-            grid = document["transform"]
+        if grid := document.get("transform"):
             corners_m = corners_m * grid["scale"] + grid["translate"]
+        if not (np.abs(corners_m) < FARTHEST).all():
+            raise refusal(file, f"has coordinates beyond {FARTHEST:g}")
         found = [
             (name, *_prism(each["geometry"], corners_m), each.get("attributes", {}))
             for name, each in document["CityObjects"].items()
             if each["type"] in KINDS and each.get("geometry")
             if not _in_parts(each, document["CityObjects"])
         ]
+        names, outlines, heights_m, attributes = zip(*found, strict=True) if found else ((),) * 4
+        table = pd.DataFrame([*attributes], index=[*names]).assign(height=heights_m)
+        return geopandas.GeoDataFrame(table, geometry=[*outlines], crs=_crs(document))
+    except InputError:
+        raise
     except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
-        words = f"is no CityJSON: {type(error).__name__} at {error}"
+        words = f"is no CityJSON: {type(error).__name__}: {printable(str(error))}"
         raise refusal(file, words) from None
-    names, outlines, heights_m, attributes = zip(*found, strict=True) if found else ((),) * 4
-    table = pd.DataFrame([*attributes], index=[*names]).assign(height=heights_m)
-    return geopandas.GeoDataFrame(table, geometry=[*outlines], crs=_crs(document))
 
 
 def _in_parts(building: dict[str, Any], objects: dict[str, Any]) -> bool:
@@ -82,6 +89,7 @@ def _crs(document: dict[str, Any]) -> str | None:
     stated = document.get("metadata", {}).get("referenceSystem")
     if not stated:
         return None
-    if found := re.search(r"EPSG\W+(?:[\d.]+\W+)?(\d+)$", stated):
-        return f"EPSG:{found[1]}"
-    raise InputError([Fault("metadata.referenceSystem", repr(stated), "a code of EPSG")])
+    if found := re.search(r"EPSG\W+(?:[\d.]+\W+)?(\d{4,6})$", str(stated)):
+        with suppress(pyproj.exceptions.CRSError):
+            return str(pyproj.CRS.from_epsg(found[1]))
+    raise InputError([Fault("metadata.referenceSystem", shown(stated), "a code of EPSG")])

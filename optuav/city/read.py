@@ -19,7 +19,7 @@ import shapely
 
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.city.city import DEGREES, ON_EARTH, City, on_earth, plane
-from optuav.city.cityjson import solids
+from optuav.city.cityjson import FARTHEST, solids
 from optuav.errors import Fault, InputError, printable, refuse
 from optuav.mission.files import label, refusal, refusals
 from optuav.mission.messages import listed, nearest, shown
@@ -96,8 +96,10 @@ def read(
     refuse(_faults(level_height_m, default_height_m, bbox, origin))
     file = Path(path)
     frame = _features(file, layer, crs, bbox)
-    stated, frame = frame, _with_areas(frame)
-    left_out = stated.index.difference(frame.index, sort=False)
+    if (np.abs(frame.total_bounds) > FARTHEST).any():
+        raise refusal(file, f"has coordinates beyond {FARTHEST:g}")
+    stated, frame = frame.index, _with_areas(frame)
+    left_out = stated.difference(frame.index, sort=False)
     frame = frame.to_crs(DEGREES)
     if bbox is not None:
         frame = frame[frame.intersects(shapely.box(*bbox))]
@@ -112,9 +114,12 @@ def read(
     if origin is None:
         west, south, east, north = frame.total_bounds.tolist()
         origin = round((west + east) / 2, 6), round((south + north) / 2, 6)
+        if not on_earth(origin):
+            raise refusal(file, f"has places that are not on Earth: {ON_EARTH}")
     shapes = frame.geometry.to_crs(plane(origin)).to_numpy()
     if not np.isfinite(shapely.bounds(shapes)).all():
         raise refusal(file, "reaches to where the plane around origin does not")
+    shapes, bent = _mended(shapes)  # An edge that is straight on one map is bent on another
     parts, of = _polygons(shapely.set_precision(shapes, FINEST_M))
     names = _names(frame.index, of)
 
@@ -130,7 +135,7 @@ def read(
         (float(origin[0]), float(origin[1])),
         of_those(of_levels[of]),
         of_those(unknown[of]),
-        of_those(frame["mended"].to_numpy()[of]),
+        of_those((frame["mended"].to_numpy() | bent)[of]),
         of_those(courtyards),
         tuple(map(str, [*left_out, *frame.index[np.bincount(of, minlength=len(frame)) == 0]])),
     )
@@ -164,7 +169,7 @@ def _features(file: Path, layer: str | None, crs: str | int | None, bbox: Any) -
     else:
         try:
             frame = _layer(file, layer, bbox if crs is None else None)
-        except pyogrio.errors.DataSourceError as error:
+        except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
             raise refusal(file, f"is no map that GDAL reads: {printable(str(error))}") from None
     if crs is not None:
         try:
@@ -198,8 +203,9 @@ def _layer(file: Path, layer: str | None, bbox: Any) -> Any:
     if bbox is not None and (own := pyogrio.read_info(file, layer=layer)["crs"]):
         around = pyproj.Transformer.from_crs(DEGREES, own, always_xy=True).transform_bounds(*bbox)
     with warnings.catch_warnings():
-        # GDAL warns of rings that are not closed or too short; they are mended or listed.
-        warnings.simplefilter("ignore", RuntimeWarning)
+        # GDAL warns of rings that are not closed or too short, which are mended or listed, and of
+        # columns that are none of ours.
+        warnings.simplefilter("ignore")
         options = {"layer": layer, "bbox": around, "fid_as_index": True}
         frame = pyogrio.read_dataframe(file, on_invalid="ignore", **options)
     if not isinstance(frame, geopandas.GeoDataFrame):
@@ -211,12 +217,17 @@ def _layer(file: Path, layer: str | None, bbox: Any) -> Any:
 
 def _with_areas(frame: Any) -> Any:
     """The features that have an area, with valid outlines; the column `mended` tells which were."""
-    shapes = frame.geometry.to_numpy()
-    broken = ~shapely.is_valid(shapes) & ~shapely.is_missing(shapes)
+    shapes, mended = _mended(frame.geometry.to_numpy())
+    frame = frame.set_geometry(geopandas.GeoSeries(shapes, frame.index, frame.crs))
+    return frame.assign(mended=mended)[shapely.area(shapes) > 0.0]
+
+
+def _mended(shapes: npt.NDArray[np.object_]) -> tuple[npt.NDArray[np.object_], Booleans]:
+    """Valid shapes, and which of them were not valid."""
+    broken = np.asarray(~shapely.is_valid(shapes) & ~shapely.is_missing(shapes))
     shapes = shapes.copy()
     shapes[broken] = shapely.make_valid(shapes[broken], method="structure", keep_collapsed=False)
-    frame = frame.set_geometry(geopandas.GeoSeries(shapes, frame.index, frame.crs))
-    return frame.assign(mended=broken)[shapely.area(shapes) > 0.0]
+    return shapes, broken
 
 
 def _polygons(shapes: npt.NDArray[np.object_]) -> tuple[npt.NDArray[np.object_], Integers]:
@@ -284,6 +295,7 @@ def _unknown_heights(
         return
     words = f"of {len(unknown)} buildings have no height; state default_height_m"
     yield Fault("", "", f"{unknown.sum()} {words}", label(file))
-    for number, value in _stated(frame[unknown], height).items():
-        text = "" if pd.isna(value) else shown(value)
+    stated = _stated(frame[unknown], height)
+    for (number, value), given in zip(stated.items(), stated.notna(), strict=True):
+        text = shown(value) if given else ""
         yield Fault(f"feature {number}", text, HEIGHT.words if text else "no height")
