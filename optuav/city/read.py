@@ -26,7 +26,7 @@ from optuav.mission.messages import listed, nearest, shown
 from optuav.mission.schema import Number
 
 HEIGHT = Number("m", gt=0, le=1e6)
-FINEST_M = 1e-3  # Corners lie on a grid of this size, so that they are the same on any processor
+DECIMALS = 3  # Of corners [m], so that they are the same on any processor
 AREAS = ("Polygon", "MultiPolygon", "Unknown")
 TAGS = "other_tags"  # Where GDAL puts the tags of OpenStreetMap that have no column
 
@@ -119,8 +119,9 @@ def read(
     shapes = frame.geometry.to_crs(plane(origin)).to_numpy()
     if not np.isfinite(shapely.bounds(shapes)).all():
         raise refusal(file, "reaches to where the plane around origin does not")
-    shapes, bent = _mended(shapes)  # An edge that is straight on one map is bent on another
-    parts, of = _polygons(shapely.set_precision(shapes, FINEST_M))
+    # Edges that are straight on one map are bent on another, and rounding moves corners.
+    shapes, bent = _mended(shapely.transform(shapes, lambda at_m: np.round(at_m, DECIMALS)))
+    parts, of = _polygons(shapes)
     names = _names(frame.index, of)
 
     def of_those(chosen: npt.ArrayLike) -> tuple[str, ...]:
@@ -241,7 +242,7 @@ def _polygons(shapes: npt.NDArray[np.object_]) -> tuple[npt.NDArray[np.object_],
 def _points_on(footprints: npt.NDArray[np.object_]) -> Floats:
     """A point on each polygon (polygon, 2) [m], rounded where it stays on it."""
     exact = shapely.get_coordinates(shapely.point_on_surface(footprints))
-    rounded = np.round(exact, 3)
+    rounded = np.round(exact, DECIMALS)
     return np.where(shapely.intersects_xy(footprints, *rounded.T)[:, None], rounded, exact)
 
 
