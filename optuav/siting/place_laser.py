@@ -1,0 +1,288 @@
+"""Where to put one laser or several, for one mission or many."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from formulations.soc import AVAILABLE, PAPER
+from optuav.arrays import Floats, Integers
+from optuav.errors import Fault, folded, line_width, printable, refuse
+from optuav.mission import Mission, load
+from optuav.mission.messages import nearest, shown
+from optuav.mission.schema import Number
+from optuav.options import Perspective
+from optuav.siting.choice import (
+    OBJECTIVES,
+    SAME_S,
+    Choice,
+    Objective,
+    best_sites,
+    value_of,
+    worth_of,
+)
+from optuav.siting.refine import refined
+from optuav.siting.table import hover_table
+from optuav.solving.question import LIMIT
+
+COUNT = Number("-", ge=1, le=1000, whole=True)
+ENOUGH = Number("s", gt=0.0, le=1e7)
+GAP = Number("-", ge=0.0, le=1.0)
+COORDINATE = Number("m", ge=-1e6, le=1e6)
+HEADS = {"mean": "Mean", "worst": "Shortest", "covered": "Covered"}
+POINTS = "points (x, y, z) [m], |x| <= 1e6, as an array (site, 3) with at least one"
+
+
+@dataclass(frozen=True, eq=False)
+class Siting:
+    """The answer of `optuav.place_laser`: which sites, what they give, and what none exceeds.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> found = optuav.place_laser("paper", [[1000, 0, 50], [800, 1500, 110]])
+    >>> found.choice.sites, round(found.gap, 6)
+    ((1,), 0.0)
+    """
+
+    missions: tuple[Mission, ...]
+    candidates_m: Floats  # (site, 3) [m]
+    perspective: Perspective
+    at_least_s: float | None  # Hover that counts as covered [s]
+    choice: Choice  # The sites chosen and by greedy choice, value and bound
+    candidate_hover_s: Floats = field(repr=False)  # (mission, site) [s]; NaN without a plan
+    # Where the lasers are in the end (laser, 3) [m], in the order of `choice.sites`, and the hover
+    # times there (mission, laser) [s]; NaN without a plan.
+    position_m: Floats
+    hover_s: Floats = field(repr=False)
+
+    @property
+    def value(self) -> float:
+        """Mean or smallest hover [s] or the number of missions covered, lasers where they are."""
+        return _value(self.hover_s, self.choice.objective, self.at_least_s)
+
+    @property
+    def gap(self) -> float:
+        """By how much the best choice of candidates may exceed that found, relative to it."""
+        return self.choice.gap
+
+    @property
+    def laser(self) -> Integers:
+        """By mission, the number of the laser that lets it hover longest; −1 without a plan."""
+        none = np.full((len(self.missions), 1), -1.0)
+        found = np.concatenate([none, np.nan_to_num(self.hover_s, nan=-1.0)], axis=1)
+        return np.asarray((found >= found.max(axis=1, keepdims=True) - SAME_S).argmax(axis=1) - 1)
+
+    def mission(self, number: int = 0) -> Mission:
+        """One of the missions, 0 the first, with its laser where that lets it hover longest.
+
+        Unchanged without a plan.
+        """
+        mission, laser = self.missions[number], int(self.laser[number])
+        if laser < 0:
+            return mission
+        return mission.replace({"laser.position_m": self.position_m[laser].tolist()})
+
+    def summary(self) -> str:
+        """Sites, value, bound and gap, greedy choice and refinement in a few lines."""
+        choice, every, own = self.choice, len(self.missions), self.laser
+        words = partial(_words, objective=choice.objective, at_least_s=self.at_least_s, of=every)
+        placed = f"{_counted(len(choice.sites), 'laser')} on "
+        placed += f"{_counted(len(self.candidates_m), 'candidate')} for "
+        placed += f"{_counted(every, 'mission')}, {self.perspective}"
+        lines = [("Placed", placed)]
+        for laser, (site, at_m) in enumerate(zip(choice.sites, self.position_m, strict=True)):
+            served = f"best for {_counted(int((own == laser).sum()), 'mission')}"
+            far_m = float(np.linalg.norm(at_m - self.candidates_m[site]))
+            where = _point(self.candidates_m[site])
+            where += f", moved {far_m:.0f} m to {_point(at_m)}" if far_m else ""
+            lines.append((f"Site {site}", f"{where}, {served}"))
+        proof = "no choice is better" if not self.gap else f"gap {self.gap:.2%}"
+        if choice.multiplier_bound is not None:
+            proof += f"; multipliers alone prove {words(choice.multiplier_bound)}"
+        lines += [
+            (HEADS[choice.objective], words(choice.value)),
+            ("Bound", f"{words(choice.bound)}, {proof}"),
+            ("Greedy", f"{words(choice.greedy_value)} on {_listed(choice.greedy_sites)}"),
+        ]
+        if self.value > choice.value:
+            lines.append(("Refined", f"{words(self.value)} at the places moved to, no bound"))
+        never = int(np.isnan(self.candidate_hover_s).all(axis=1).sum())
+        if never:
+            lines.append(("No plan", f"{never} with a laser on any candidate; they count as 0 s"))
+        return folded("\n".join(f"{head:11}{text}" for head, text in lines), line_width())
+
+    __str__ = summary
+
+
+def place_laser(
+    missions: Mission | str | Path | Sequence[Mission | str | Path],
+    candidates: npt.ArrayLike,
+    lasers: int = 1,
+    *,
+    objective: Objective = "mean",
+    at_least_s: float | None = None,
+    perspective: Perspective = "available",
+    refine: bool = True,
+    gap: float = 0.0,
+    time_limit_s: float = 60.0,
+) -> Siting:
+    """Choose where to put lasers, from candidates, for one mission or for many.
+
+    Every mission is flown with the one laser that lets it hover longest, by its best plan with at
+    most one rest. A mission without a plan hovers for 0 s.
+
+    Parameters
+    ----------
+    missions
+        A mission, the name of a shipped one or the path of a mission file, or several of them, such
+        as one for each device. Each has a laser; only the place of that is changed.
+    candidates
+        Places where a laser may stand (site, 3) [m], each coordinate up to 1e6.
+    lasers
+        How many to place at most, 1 to 1000. One that would add nothing is left out.
+    objective
+        What is made as large as possible: ``"mean"``, the mean hover time of the missions;
+        ``"worst"``, the shortest; ``"covered"``, how many hover for `at_least_s` or longer.
+    at_least_s
+        With ``"covered"`` and only then: the hover that is enough [s], > 0 and at most 1e7.
+    perspective
+        How charge is counted: ``"available"``, ``"battery"``, ``"energy"`` or ``"adjusted"``.
+    refine
+        Whether to move each laser afterwards in the plane, by up to half the distance from its
+        candidate to the nearest other one, while the same places stay in its sight.
+    gap
+        Relative gap that is small enough to end the search, 0 to 1.
+    time_limit_s
+        After which the choice ends [s], > 0 and at most 1e9, with the gap that is then left; it
+        does not count the hover times and the refinement. An answer that is cut off by it may
+        differ from one machine to another.
+
+    Returns
+    -------
+    Siting
+        Sites, value, bound and gap, what a greedy choice reaches, and where the lasers are moved.
+
+    Raises
+    ------
+    InputError
+        With all faults: of a mission, its missing laser, packs that take turns under
+        ``"available"``, or of an argument.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> near, far = ([1000, 0, 50], [1000, 2000, 50])
+    >>> found = optuav.place_laser("paper", [near, far], perspective="battery", refine=False)
+    >>> found.choice.sites, round(found.value, 2)
+    ((1,), 758.12)
+    """
+    listed = [missions] if isinstance(missions, Mission | str | Path) else [*missions]
+    faults = list[Fault]()
+    table_m = _points(candidates, faults)
+    faults += _faults(lasers, objective, at_least_s, perspective, gap, time_limit_s)
+    if not listed:
+        faults.append(Fault("missions", "none", "at least one"))
+    refuse(faults)
+    loaded = tuple(each if isinstance(each, Mission) else load(each) for each in listed)
+    refuse(each for mission in loaded for each in _unfit(mission, perspective))
+    times_s = hover_table(loaded, table_m, perspective)
+    choice = best_sites(
+        times_s, lasers, objective, at_least_s=at_least_s, gap=gap, time_limit_s=time_limit_s
+    )
+    chosen = [*choice.sites]
+    position_m, hover_s = table_m[chosen], times_s[:, chosen]
+    if refine and chosen:
+        value = partial(_value, objective=objective, at_least_s=at_least_s)
+        reach_m = 0.5 * _nearest_m(table_m, chosen)
+        position_m, hover_s = refined(loaded, position_m, reach_m, perspective, value)
+    return Siting(loaded, table_m, perspective, at_least_s, choice, times_s, position_m, hover_s)
+
+
+def _value(hover_s: Floats, objective: Objective, at_least_s: float | None) -> float:
+    """The objective of hover times (mission, laser) [s] if each mission takes the longest."""
+    return value_of(worth_of(hover_s, objective, at_least_s).max(axis=1, initial=0.0), objective)
+
+
+def _nearest_m(points_m: Floats, chosen: Sequence[int]) -> Floats:
+    """Distance in the plane from each of some points to the nearest that is elsewhere [m]."""
+    plane_m = points_m[:, :2]
+    apart_m = np.linalg.norm(plane_m[chosen, None] - plane_m[None], axis=2)
+    nearest_m = np.where(apart_m > 0.0, apart_m, np.inf).min(axis=1)
+    return np.where(np.isfinite(nearest_m), nearest_m, 0.0)
+
+
+def _points(candidates: npt.ArrayLike, faults: list[Fault]) -> Floats:
+    """The candidates as an array; what is wrong with them is among the faults."""
+    try:
+        table_m = np.array(candidates, dtype=float)
+    except (TypeError, ValueError):
+        faults.append(Fault("candidates", shown(candidates), POINTS))
+        return np.empty((0, 3))
+    if table_m.ndim != 2 or table_m.shape[1] != 3 or not len(table_m):
+        faults.append(Fault("candidates", f"shape {table_m.shape}", POINTS))
+        return np.empty((0, 3))
+    wrong = ~(np.abs(table_m) <= 1e6)
+    for row in np.flatnonzero(wrong.any(axis=1)).tolist():
+        faults.append(Fault(f"candidates[{row}]", shown(table_m[row].tolist()), COORDINATE.words))
+    return table_m
+
+
+def _faults(
+    lasers: Any, objective: Any, at_least_s: Any, perspective: Any, gap: Any, time_limit_s: Any
+) -> Iterator[Fault]:
+    """What is wrong with options, or contradicts another."""
+    if not isinstance(lasers, int) or not COUNT.accepts(lasers):
+        yield Fault("lasers", shown(lasers), COUNT.words)
+    for name, value, known in (
+        ("objective", objective, OBJECTIVES),
+        ("perspective", perspective, (*PAPER, AVAILABLE)),
+    ):
+        if value not in known:
+            words = f"one of {', '.join(known)}{nearest(str(value), known)}"
+            yield Fault(name, shown(value), words)
+    if objective == "covered" and not ENOUGH.accepts(at_least_s):
+        yield Fault("at_least_s", shown(at_least_s), f"{ENOUGH.words}, with objective 'covered'")
+    if objective in ("mean", "worst") and at_least_s is not None:
+        yield Fault("at_least_s", shown(at_least_s), "none but with objective 'covered'")
+    for name, value, number in (("gap", gap, GAP), ("time_limit_s", time_limit_s, LIMIT)):
+        if not number.accepts(value):
+            yield Fault(name, shown(value), number.words)
+
+
+def _unfit(mission: Mission, perspective: Perspective) -> Iterator[Fault]:
+    """Why the laser of a mission cannot be placed."""
+    name, battery = printable(mission.name), mission.battery
+    if mission.laser is None:
+        yield Fault("laser", "", "is missing, and it is to be placed", name)
+    if perspective == AVAILABLE and battery.takes_turns:
+        yield Fault("battery.schedule", shown(battery.schedule), "pooled", name)
+
+
+def _words(value: float, objective: Objective, at_least_s: float | None, of: int) -> str:
+    """A value of the objective with its unit."""
+    if objective == "covered":
+        # Only whole missions are covered.
+        return f"{np.floor(value + SAME_S):.0f} of {of} hover {at_least_s:g} s or longer"
+    return f"{value:.2f} s"
+
+
+def _listed(sites: Sequence[int]) -> str:
+    """Numbers of sites as text."""
+    return f"site{'s' * (len(sites) != 1)} {', '.join(map(str, sites))}" if sites else "no site"
+
+
+def _counted(count: int, noun: str) -> str:
+    """So many of something."""
+    return f"{count} {noun}{'s' * (count != 1)}"
+
+
+def _point(at_m: Floats) -> str:
+    """A point as text."""
+    return f"({', '.join(f'{round(each, 1):.8g}' for each in at_m)}) m"
