@@ -22,7 +22,7 @@ HOVERS = st.sampled_from([np.nan, 0.0, 100.0, 200.0, 200.0000001, 350.5, 1e-3, 1
 
 def objective_of(hover_s: Floats, sites: list[int], objective: Objective) -> float:
     """The objective by its definition, demand by demand."""
-    reached = [max([0.0, *(t for t in row[sites].tolist() if t == t)]) for row in hover_s]
+    reached = [max([0.0, *np.nan_to_num(row[sites]).tolist()]) for row in hover_s]
     if objective == "covered":
         return float(sum(t >= ENOUGH_S for t in reached))
     return min(reached) if objective == "worst" else sum(reached) / len(reached)

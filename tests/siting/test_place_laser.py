@@ -1,0 +1,195 @@
+"""Where lasers are put, against plans that are solved one by one."""
+
+from __future__ import annotations
+
+import itertools
+import subprocess
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+
+import optuav
+from optuav.arrays import Floats
+from optuav.mission import Mission
+from optuav.network.network import build_network
+from optuav.options import Perspective
+from optuav.siting.table import hover_table
+from optuav.status import Status
+
+CANDIDATES_M = np.array(
+    [[1000.0, 0.0, 50.0], [250.0, 700.0, 120.0], [1800.0, 900.0, 90.0], [900.0, 1500.0, 40.0]]
+)
+
+
+def town() -> Mission:
+    """The mission ``paper`` in haze, with a long wall that hides some roofs from some sites."""
+    wall = {"name": "wall", "position_m": [1100, 600, 140], "footprint_m": [900, 40]}
+    paper = optuav.load("paper")
+    rows = [each.model_dump(mode="json", exclude_none=True) for each in paper.buildings]
+    return paper.replace(
+        {
+            "buildings": [*rows[::3], wall],
+            "flight.through_buildings": True,
+            "laser.visibility_km": 3.0,
+            "limits.deadline_s": 1800,
+        }
+    )
+
+
+def devices() -> list[Mission]:
+    """The town with its device in four places, the last of which nothing reaches."""
+    places = [[300.0, 1200.0, 0.0], [1000.0, 2600.0, 0.0], [1900.0, 500.0, 0.0]]
+    far = town().replace({"link.device_m": [9e5, 9e5, 0.0]})
+    return [*(town().replace({"link.device_m": each}) for each in places), far]
+
+
+def solved_s(missions: list[Mission], sites_m: Floats, perspective: Perspective) -> Floats:
+    """Hover times by `optuav.solve`, mission by mission, 0 without a plan."""
+    found = np.zeros((len(missions), len(sites_m)))
+    for (i, mission), (j, site_m) in itertools.product(enumerate(missions), enumerate(sites_m)):
+        plan = optuav.solve(
+            mission.replace({"laser.position_m": site_m.tolist()}), perspective=perspective
+        )
+        if plan.status is Status.OPTIMAL:
+            found[i, j] = plan.hover_time_s
+    return found
+
+
+@pytest.mark.parametrize("perspective", ["available", "battery"])
+def test_table_is_that_of_single_solves(perspective: Perspective) -> None:
+    """The hover point that moves with the laser, and sight past the wall, included."""
+    found_s = hover_table(devices(), CANDIDATES_M, perspective)
+    assert np.isnan(found_s[3]).all()
+    expected_s = solved_s(devices(), CANDIDATES_M, perspective)
+    np.testing.assert_allclose(np.nan_to_num(found_s), expected_s, rtol=0.0, atol=2e-6)
+    assert np.ptp(expected_s[0]) > 1.0  # else the sites would not matter
+
+
+@pytest.mark.parametrize(("objective", "at_least_s"), [("mean", None), ("covered", 560.0)])
+@pytest.mark.parametrize("lasers", [1, 2])
+def test_sites_are_the_best_of_all_choices(
+    objective: Any, at_least_s: float | None, lasers: int
+) -> None:
+    """Each mission uses the one laser that lets it hover longest."""
+    found = optuav.place_laser(
+        devices(), CANDIDATES_M, lasers, objective=objective, at_least_s=at_least_s, refine=False
+    )
+    hover_s = solved_s(devices(), CANDIDATES_M, "available")
+    values = []
+    for sites in itertools.combinations(range(4), lasers):
+        reached_s = hover_s[:, sites].max(axis=1)
+        values.append(reached_s.mean() if at_least_s is None else sum(reached_s >= at_least_s))
+    assert found.value == pytest.approx(max(values), abs=2e-6)
+    assert found.gap == 0.0
+    assert found.laser[3] == -1
+    assert found.mission(3) == found.missions[3]
+
+
+def test_laser_of_each_mission_is_where_its_plan_is_best() -> None:
+    """The missions that come back are solved to the hover times that were stated."""
+    found = optuav.place_laser(devices(), CANDIDATES_M, 2)
+    for number in range(3):
+        plan = optuav.solve(found.mission(number))
+        assert plan.hover_time_s == pytest.approx(np.nanmax(found.hover_s[number]), abs=2e-6)
+
+
+def lit(mission: Mission, place_m: Floats) -> list[bool]:
+    """Which places are in sight of the laser, as the network of that mission has it."""
+    moved = mission.replace({"laser.position_m": place_m.tolist()})
+    return list(build_network(moved).places.laser_sight.tolist())
+
+
+@pytest.mark.parametrize("lasers", [1, 2])
+def test_refinement_gains_within_reach_and_sight(lasers: int) -> None:
+    """No farther than half way to the next candidate, at the same height, the same in sight."""
+    missions, sites_m = devices()[:3], CANDIDATES_M[1:3]
+    plain = optuav.place_laser(missions, sites_m, lasers, refine=False)
+    found = optuav.place_laser(missions, sites_m, lasers)
+    assert found.choice == plain.choice
+    assert found.value > plain.value + 0.1
+    start_m = sites_m[list(found.choice.sites)]
+    assert (found.position_m[:, 2] == start_m[:, 2]).all()
+    for start, end in zip(start_m, found.position_m, strict=True):
+        half_m = 0.5 * np.linalg.norm(sites_m[0, :2] - sites_m[1, :2])
+        assert np.linalg.norm(end - start) <= half_m + 1e-9
+        assert all(lit(each, start) == lit(each, end) for each in missions)
+    hover_s = solved_s(missions, found.position_m, "available")
+    assert hover_s.max(axis=1).mean() == pytest.approx(found.value, abs=2e-6)
+
+
+def test_a_single_candidate_stays_where_it_is() -> None:
+    """There is no distance to say how far it may go."""
+    found = optuav.place_laser("paper", CANDIDATES_M[:1], perspective="battery")
+    assert found.position_m.tolist() == CANDIDATES_M[:1].tolist()
+
+
+def test_summary_tells_bound_gap_and_greedy() -> None:
+    """Always printed, whatever the objective; also where nothing is gained."""
+    for objective, at_least_s in (("mean", None), ("worst", None), ("covered", 1e6)):
+        text = str(
+            optuav.place_laser(
+                devices(), CANDIDATES_M, objective=objective, at_least_s=at_least_s, refine=False
+            )
+        )
+        lines = {line.split()[0] for line in text.splitlines()}
+        assert {"Placed", "Bound", "Greedy"} <= lines
+        assert "no choice is better" in text or "gap" in text
+    assert "0 of 4 hover 1e+06 s or longer on no site" in text
+
+
+def test_every_fault_is_told_at_once() -> None:
+    wrong: dict[str, Any] = {
+        "lasers": 0,
+        "objective": "worts",
+        "perspective": "wells",
+        "gap": -1.0,
+        "time_limit_s": float("nan"),
+    }
+    with pytest.raises(optuav.InputError) as refusal:
+        optuav.place_laser([], [[0.0, float("nan"), 0.0], [1e7, 0.0, 0.0]], **wrong)
+    keys = [fault.key for fault in refusal.value.faults]
+    assert keys == ["candidates[0]", "candidates[1]", *wrong, "missions"]
+    assert "did you mean 'worst'" in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("options", "key"),
+    [
+        ({"objective": "covered"}, "at_least_s"),
+        ({"at_least_s": 600.0}, "at_least_s"),
+        ({"lasers": True}, "lasers"),
+        ({"lasers": 1.5}, "lasers"),
+    ],
+)
+def test_options_that_contradict_each_other(options: dict[str, Any], key: str) -> None:
+    with pytest.raises(optuav.InputError) as refusal:
+        optuav.place_laser("paper", CANDIDATES_M, **options)
+    assert [fault.key for fault in refusal.value.faults] == [key]
+
+
+@pytest.mark.parametrize("candidates", [[], [1.0, 2.0, 3.0], [[1.0, 2.0]], "here", [[1, 2, "x"]]])
+def test_candidates_that_are_no_points(candidates: Any) -> None:
+    with pytest.raises(optuav.InputError, match="points"):
+        optuav.place_laser("paper", candidates)
+
+
+def test_missions_whose_laser_cannot_be_placed() -> None:
+    """All are named: one without a laser, and one whose packs take turns."""
+    dark = optuav.load("paper").replace({"laser": None, "name": "dark"})
+    turns = optuav.load("paper").replace({"battery.schedule": "sequential", "name": "turns"})
+    with pytest.raises(optuav.InputError) as refusal:
+        optuav.place_laser([dark, turns], CANDIDATES_M)
+    told = [(fault.source, fault.key) for fault in refusal.value.faults]
+    assert told == [("dark", "laser"), ("turns", "battery.schedule")]
+
+
+def test_solver_is_loaded_only_where_it_is_needed() -> None:
+    """A single candidate is chosen without HiGHS; importing the function loads no solver."""
+    code = (
+        "import sys, optuav; found = optuav.place_laser('paper', [[1000, 0, 50]]);"
+        "print([each for each in ('highspy', 'scipy.sparse', 'cvxpy') if each in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
