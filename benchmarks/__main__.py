@@ -19,6 +19,7 @@ from benchmarks import (
     samples,
     several_stops,
     sight,
+    siting,
     startup,
 )
 from benchmarks.timing import Row, table
@@ -35,6 +36,7 @@ BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "several-stops": several_stops.run,
     "samples": samples.run,
     "batch": batch.run,
+    "siting": siting.run,
     "startup": startup.run,
 }
 

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.siting.heuristics import interchange, total
+from optuav.siting.heuristics import total
 
 ROUNDS = 300
 PATIENCE, SHRINK = 15, 0.6  # Rounds without a better bound, after which steps get smaller by this
@@ -39,11 +39,10 @@ def bound_by_site(worth: Floats, weights: Floats, count: int, levels: Floats) ->
 
 def multipliers(
     worth: Floats, weights: Floats, count: int, chosen: Sequence[int], gap: float = 0.0
-) -> tuple[Floats, tuple[int, ...]]:
-    """Levels (demand,) that give a low `upper_bound`, and sites found on the way.
+) -> tuple[Floats, list[tuple[int, ...]]]:
+    """Levels (demand,) that give a low `upper_bound`, and choices met on the way, the best first.
 
-    The sites are at least as good as those chosen to start with. The search ends within the
-    relative gap.
+    Those chosen to start with are among them. The search ends within the relative gap.
     """
     sites = worth.shape[1]
     # Half the accuracy is enough on the way, and twice as fast.
@@ -51,7 +50,8 @@ def multipliers(
     rank = max(1, sites // (2 * count))
     levels = -np.partition(-worth, rank - 1, axis=1)[:, rank - 1]
     lowest, best, step, waited = np.inf, levels, 1.0, 0
-    found, value = tuple(chosen), total(worth, weights, chosen)
+    met = {tuple(chosen): total(worth, weights, chosen)}
+    value = met[tuple(chosen)]
     above = np.empty_like(table)
     for _ in range(ROUNDS):
         np.subtract(table, levels.astype(np.float32)[:, None], out=above)
@@ -62,8 +62,9 @@ def multipliers(
         waited = 0 if bound < lowest * (1.0 - BETTER) else waited + 1
         if bound < lowest:
             lowest, best = bound, levels
-            if (reached := total(worth, weights, top.tolist())) > value:
-                found, value = tuple(top.tolist()), reached
+        if (sites_met := tuple(sorted(top.tolist()))) not in met:
+            met[sites_met] = total(worth, weights, sites_met)
+            value = max(value, met[sites_met])
         if waited == PATIENCE:
             step, waited, levels = step * SHRINK, 0, best
             continue
@@ -72,4 +73,4 @@ def multipliers(
         if bound <= (1.0 + gap) * value or steepness == 0.0:
             break
         levels = np.maximum(levels - step * (bound - value) / steepness * slope, 0.0)
-    return best, interchange(worth, weights, found)
+    return best, sorted(met, key=lambda each: -met[each])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
@@ -18,6 +19,7 @@ Objective: TypeAlias = Literal["mean", "worst", "covered"]
 OBJECTIVES: tuple[Objective, ...] = get_args(Objective)
 CLOSE = 1e-6  # Relative; a gap that is no larger is none
 SAME_S = 1e-6  # Hover times are rounded to this [s], so that no choice hangs on their last bits
+STARTS = 8  # Choices met by the multipliers from which sites are exchanged
 GAPS = (0.1, 0.01)
 """Gaps that are aimed at before the one that is wanted: the wider it is, the fewer sites matter."""
 
@@ -107,8 +109,11 @@ def _in_total(
     """The greedy sites, the best found, what no choice exceeds, and levels that prove a bound."""
     first = greedy(worth, weights, count)
     best = interchange(worth, weights, first)
-    levels, best = multipliers(worth, weights, count, best, gap)
+    levels, met = multipliers(worth, weights, count, best, gap)
     bound = upper_bound(worth, weights, count, levels)
+    for start in met[:STARTS]:
+        again = interchange(worth, weights, start)
+        best = max(best, again, key=partial(total, worth, weights))
     for wanted in sorted({max(gap, CLOSE), *(each for each in GAPS if each > gap)}, reverse=True):
         enough = (1.0 + wanted) * total(worth, weights, best)
         if bound <= enough or time.monotonic() >= latest:

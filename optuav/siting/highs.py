@@ -28,7 +28,6 @@ def run(solver: highspy.Highs, latest: float) -> bool:
     left_s = latest - time.monotonic()
     if left_s < LEAST_S:
         return False
-    # The limit is on all runs of a solver together.
-    solver.setOptionValue("time_limit", solver.getRunTime() + left_s)
+    solver.setOptionValue("time_limit", left_s)
     solver.run()
     return True

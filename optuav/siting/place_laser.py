@@ -46,9 +46,10 @@ class Siting:
     Examples
     --------
     >>> import optuav
-    >>> found = optuav.place_laser("paper", [[1000, 0, 50], [800, 1500, 110]])
-    >>> found.choice.sites, round(found.gap, 6)
-    ((1,), 0.0)
+    >>> hazy = optuav.load("paper").replace({"laser.visibility_km": 2.0})
+    >>> found = optuav.place_laser(hazy, [[1000, 0, 50], [1000, 2000, 50]], refine=False)
+    >>> found.choice.sites, found.gap, found.position_m.tolist()
+    ((1,), 0.0, [[1000.0, 2000.0, 50.0]])
     """
 
     missions: tuple[Mission, ...]
@@ -178,10 +179,11 @@ def place_laser(
     Examples
     --------
     >>> import optuav
-    >>> near, far = ([1000, 0, 50], [1000, 2000, 50])
-    >>> found = optuav.place_laser("paper", [near, far], perspective="battery", refine=False)
-    >>> found.choice.sites, round(found.value, 2)
-    ((1,), 758.12)
+    >>> hazy = optuav.load("paper").replace({"laser.visibility_km": 2.0})
+    >>> by_origin, by_device = [1000, 0, 50], [1000, 2000, 50]
+    >>> found = optuav.place_laser(hazy, [by_origin, by_device], perspective="battery")
+    >>> found.choice.sites, round(found.choice.value, 2)
+    ((1,), 715.05)
     """
     listed = [missions] if isinstance(missions, Mission | str | Path) else [*missions]
     faults = list[Fault]()
