@@ -19,6 +19,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from optuav.arrays import Floats, Integers
+from optuav.errors import SolverError
 from optuav.siting.heuristics import best_of, interchange, total
 from optuav.siting.highs import run, solver_with
 
@@ -39,6 +40,11 @@ def most_in_total(
 
     The search starts from sites chosen, and ends within the relative gap or at the time `latest` of
     `time.monotonic` [s].
+
+    Raises
+    ------
+    SolverError
+        If the solver states a bound that a choice exceeds.
     """
     import highspy
 
@@ -80,13 +86,10 @@ def most_in_total(
         which = np.flatnonzero(solution[sites:] > admitted + VIOLATED * np.maximum(1.0, admitted))
         return which, level[which]
 
-    bound, relaxed, several = (
-        math.inf,
-        math.inf,
-        bool(((worth > 0.0) & (worth < most[:, None])).any()),
-    )
-    while several and run(solver, latest):
-        # Rows are found on the relaxation, which is solved again from where it was.
+    # Of demands that are covered or not, all rows are there; else more of them are found on the
+    # relaxation, which is solved again from where it was.
+    more, relaxed = bool(((worth > 0.0) & (worth < most[:, None])).any()), math.inf
+    while more and run(solver, latest):
         if solver.getModelStatus() != highspy.HighsModelStatus.kOptimal:
             break
         before, relaxed = relaxed, solver.getInfo().objective_function_value
@@ -96,22 +99,24 @@ def most_in_total(
         add(which, level)
     whole = np.full(sites, highspy.HighsVarType.kInteger)
     solver.changeColsIntegrality(sites, columns[:sites], whole)
-    best, value = tuple(chosen), total(worth, weights, chosen)
+    best, value, bound = tuple(chosen), total(worth, weights, chosen), math.inf
     while bound > (1.0 + gap) * value:
         start = highspy.HighsSolution()
         start.col_value = [*np.isin(columns[:sites], best).astype(float), *best_of(worth, best)]
         solver.setSolution(start)
         if not run(solver, latest):
             break
-        bound = min(bound, solver.getInfo().mip_dual_bound)
+        bound, which = min(bound, solver.getInfo().mip_dual_bound), every[:0]
         solution = np.array(solver.getSolution().col_value)
-        if len(solution) and solver.getInfo().primal_solution_status:
+        if solver.getInfo().primal_solution_status:
             opened = np.flatnonzero(solution[:sites] > 0.5).tolist()
             again = interchange(worth, weights, opened)
             if (reached := total(worth, weights, again)) > value:
                 best, value = again, reached
             solution[:sites] = solution[:sites].round()
             which, level = violated(solution)
+        if bound < (1.0 - VIOLATED) * value:
+            raise SolverError(f"HiGHS bounds by {bound:.9g} what a choice exceeds: {value:.9g}")
         if not len(which):
             break
         add(which, level)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from formulations.soc import AVAILABLE, PAPER
-from optuav.arrays import Floats, Integers
-from optuav.errors import Fault, folded, line_width, printable, refuse
+from optuav.arrays import Booleans, Floats, Integers
+from optuav.errors import Fault, InputError, folded, line_width, printable, refuse
 from optuav.mission import Mission, load
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import Number
@@ -66,7 +66,8 @@ class Siting:
     @property
     def value(self) -> float:
         """Mean or smallest hover [s] or the number of missions covered, lasers where they are."""
-        return _value(self.hover_s, self.choice.objective, self.at_least_s)
+        counted = _counting(self.candidate_hover_s, self.choice.objective)
+        return _value(self.hover_s[counted], self.choice.objective, self.at_least_s)
 
     @property
     def gap(self) -> float:
@@ -116,7 +117,8 @@ class Siting:
             lines.append(("Refined", f"{words(self.value)} at the places moved to, no bound"))
         never = int(np.isnan(self.candidate_hover_s).all(axis=1).sum())
         if never:
-            lines.append(("No plan", f"{never} with a laser on any candidate; they count as 0 s"))
+            how = "they are left out" if choice.objective == "worst" else "they count as 0 s"
+            lines.append(("No plan", f"{never} with a laser on any candidate; {how}"))
         return folded("\n".join(f"{head:11}{text}" for head, text in lines), line_width())
 
     __str__ = summary
@@ -137,7 +139,8 @@ def place_laser(
     """Choose where to put lasers, from candidates, for one mission or for many.
 
     Every mission is flown with the one laser that lets it hover longest, by its best plan with at
-    most one rest. A mission without a plan hovers for 0 s.
+    most one rest. A mission without a plan hovers for 0 s; of ``"worst"`` it is left out if no
+    candidate gives it one.
 
     Parameters
     ----------
@@ -185,26 +188,30 @@ def place_laser(
     >>> found.choice.sites, round(found.choice.value, 2)
     ((1,), 715.05)
     """
-    listed = [missions] if isinstance(missions, Mission | str | Path) else [*missions]
     faults = list[Fault]()
-    table_m = _points(candidates, faults)
+    loaded, table_m = _loaded(missions, faults), _points(candidates, faults)
     faults += _faults(lasers, objective, at_least_s, perspective, gap, time_limit_s)
-    if not listed:
-        faults.append(Fault("missions", "none", "at least one"))
-    refuse(faults)
-    loaded = tuple(each if isinstance(each, Mission) else load(each) for each in listed)
-    refuse(each for mission in loaded for each in _unfit(mission, perspective))
+    refuse([*faults, *(each for mission in loaded for each in _unfit(mission, perspective))])
     times_s = hover_table(loaded, table_m, perspective)
-    choice = best_sites(
-        times_s, lasers, objective, at_least_s=at_least_s, gap=gap, time_limit_s=time_limit_s
-    )
+    counted = _counting(times_s, objective)
+    limits: dict[str, Any] = {"at_least_s": at_least_s, "gap": gap, "time_limit_s": time_limit_s}
+    choice = best_sites(times_s[counted], lasers, objective, **limits)
     chosen = [*choice.sites]
     position_m, hover_s = table_m[chosen], times_s[:, chosen]
     if refine and chosen:
-        value = partial(_value, objective=objective, at_least_s=at_least_s)
+
+        def value(found_s: Floats) -> float:
+            return _value(found_s[counted], objective, at_least_s)
+
         reach_m = 0.5 * _nearest_m(table_m, chosen)
         position_m, hover_s = refined(loaded, position_m, reach_m, perspective, value)
     return Siting(loaded, table_m, perspective, at_least_s, choice, times_s, position_m, hover_s)
+
+
+def _counting(hover_s: Floats, objective: Objective) -> Booleans:
+    """Which missions count: for the worst not those without a plan from any candidate."""
+    planned = np.asarray(~np.isnan(hover_s).all(axis=1))
+    return planned if objective == "worst" and planned.any() else np.ones_like(planned)
 
 
 def _value(hover_s: Floats, objective: Objective, at_least_s: float | None) -> float:
@@ -218,6 +225,20 @@ def _nearest_m(points_m: Floats, chosen: Sequence[int]) -> Floats:
     apart_m = np.linalg.norm(plane_m[chosen, None] - plane_m[None], axis=2)
     nearest_m = np.where(apart_m > 0.0, apart_m, np.inf).min(axis=1)
     return np.where(np.isfinite(nearest_m), nearest_m, 0.0)
+
+
+def _loaded(missions: Any, faults: list[Fault]) -> tuple[Mission, ...]:
+    """The missions; what is wrong with them is among the faults."""
+    single = isinstance(missions, Mission | str | Path) or not isinstance(missions, Iterable)
+    found = list[Mission]()
+    for each in [missions] if single else missions:
+        try:
+            found.append(each if isinstance(each, Mission) else load(each))
+        except InputError as error:
+            faults += error.faults
+    if not (found or faults):
+        faults.append(Fault("missions", "none", "at least one"))
+    return tuple(found)
 
 
 def _points(candidates: npt.ArrayLike, faults: list[Fault]) -> Floats:

@@ -125,6 +125,18 @@ def test_a_single_candidate_stays_where_it_is() -> None:
     assert found.position_m.tolist() == CANDIDATES_M[:1].tolist()
 
 
+def test_worst_leaves_out_what_no_candidate_serves() -> None:
+    """Else one device that is out of reach would make all choices equal."""
+    found = optuav.place_laser(devices(), CANDIDATES_M, 2, objective="worst", refine=False)
+    hover_s = solved_s(devices()[:3], CANDIDATES_M, "available")
+    pairs = itertools.combinations(range(4), 2)
+    best_s = max(hover_s[:, pair].max(axis=1).min() for pair in pairs)
+    assert found.value == pytest.approx(best_s, abs=2e-6)
+    assert "1 with a laser on any candidate; they are left out" in str(found)
+    nowhere = optuav.place_laser(devices()[3:], CANDIDATES_M, objective="worst")
+    assert (nowhere.value, nowhere.gap, nowhere.choice.sites) == (0.0, 0.0, ())
+
+
 def test_summary_tells_bound_gap_and_greedy() -> None:
     """Always printed, whatever the objective; also where nothing is gained."""
     for objective, at_least_s in (("mean", None), ("worst", None), ("covered", 1e6)):
@@ -150,7 +162,7 @@ def test_every_fault_is_told_at_once() -> None:
     with pytest.raises(optuav.InputError) as refusal:
         optuav.place_laser([], [[0.0, float("nan"), 0.0], [1e7, 0.0, 0.0]], **wrong)
     keys = [fault.key for fault in refusal.value.faults]
-    assert keys == ["candidates[0]", "candidates[1]", *wrong, "missions"]
+    assert keys == ["missions", "candidates[0]", "candidates[1]", *wrong]
     assert "did you mean 'worst'" in str(refusal.value)
 
 
@@ -193,3 +205,11 @@ def test_solver_is_loaded_only_where_it_is_needed() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("missions", [5, ["papr", "paper", "pape"]])
+def test_missions_that_are_none(missions: Any) -> None:
+    """All that cannot be read are told, and no other error comes of them."""
+    with pytest.raises(optuav.InputError) as refusal:
+        optuav.place_laser(missions, CANDIDATES_M)
+    assert len(refusal.value.faults) == (1 if missions == 5 else 2)
