@@ -94,22 +94,25 @@ class Siting:
     def summary(self) -> str:
         """Sites, value, bound and gap, greedy choice and refinement in a few lines."""
         choice, every, own = self.choice, len(self.missions), self.laser
-        words = partial(_words, objective=choice.objective, at_least_s=self.at_least_s, of=every)
+        words = partial(_words, objective=choice.objective)
         placed = f"{_counted(len(choice.sites), 'laser')} on "
         placed += f"{_counted(len(self.candidates_m), 'candidate')} for "
         placed += f"{_counted(every, 'mission')}, {self.perspective}"
         lines = [("Placed", placed)]
         for laser, (site, at_m) in enumerate(zip(choice.sites, self.position_m, strict=True)):
-            served = f"best for {_counted(int((own == laser).sum()), 'mission')}"
+            where = f"{_point(self.candidates_m[site])}, serves {int((own == laser).sum())}"
             far_m = float(np.linalg.norm(at_m - self.candidates_m[site]))
-            where = _point(self.candidates_m[site])
             where += f", moved {far_m:.0f} m to {_point(at_m)}" if far_m else ""
-            lines.append((f"Site {site}", f"{where}, {served}"))
-        proof = "no choice is better" if not self.gap else f"gap {self.gap:.2%}"
+            lines.append((f"Site {site}", where))
+        value, proof = words(choice.value), "no choice is better"
+        if choice.objective == "covered":
+            value += f" of {every} hover {self.at_least_s:g} s or longer"
+        if self.gap:
+            proof = f"gap {self.gap:.2%}"
         if choice.multiplier_bound is not None:
             proof += f"; multipliers alone prove {words(choice.multiplier_bound)}"
         lines += [
-            (HEADS[choice.objective], words(choice.value)),
+            (HEADS[choice.objective], value),
             ("Bound", f"{words(choice.bound)}, {proof}"),
             ("Greedy", f"{words(choice.greedy_value)} on {_listed(choice.greedy_sites)}"),
         ]
@@ -288,12 +291,9 @@ def _unfit(mission: Mission, perspective: Perspective) -> Iterator[Fault]:
         yield Fault("battery.schedule", shown(battery.schedule), "pooled", name)
 
 
-def _words(value: float, objective: Objective, at_least_s: float | None, of: int) -> str:
-    """A value of the objective with its unit."""
-    if objective == "covered":
-        # Only whole missions are covered.
-        return f"{np.floor(value + SAME_S):.0f} of {of} hover {at_least_s:g} s or longer"
-    return f"{value:.2f} s"
+def _words(value: float, objective: Objective) -> str:
+    """A value of the objective with its unit; only whole missions are covered."""
+    return f"{np.floor(value + SAME_S):.0f}" if objective == "covered" else f"{value:.2f} s"
 
 
 def _listed(sites: Sequence[int]) -> str:
