@@ -14,7 +14,7 @@ import numpy as np
 from optuav.arrays import Booleans, Floats
 from optuav.mission import Mission
 from optuav.options import Perspective
-from optuav.siting.table import longest_s, moved
+from optuav.siting.table import with_laser_at
 
 LAST_M = 1.0  # Shortest step [m]
 WORTHWHILE = 1e-5  # Relative; for less no laser is moved
@@ -61,10 +61,8 @@ def _tried(
     missions: Sequence[Mission], points_m: Floats, perspective: Perspective
 ) -> tuple[Floats, Booleans]:
     """Hover times at points (mission, point) [s], and what is lit there (point, place of all)."""
-    variants = [moved(each, points_m) for each in missions]
-    hover_s = np.stack([longest_s(each, perspective) for each in variants])
-    lit = [
-        np.broadcast_to(power_W > 0.0, (len(points_m), power_W.shape[1]))
-        for power_W in (each.received.power_W for each in variants)
-    ]
-    return hover_s, np.concatenate(lit, axis=1)
+    hover_s, seen = np.empty((len(missions), len(points_m))), list[Booleans]()
+    for numbers, some_s, lit in with_laser_at(missions, points_m, perspective):
+        hover_s[numbers] = some_s
+        seen += [*lit]
+    return hover_s, np.concatenate(seen, axis=1)

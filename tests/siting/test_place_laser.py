@@ -67,6 +67,18 @@ def test_table_is_that_of_single_solves(perspective: Perspective) -> None:
     assert np.ptp(expected_s[0]) > 1.0  # else the sites would not matter
 
 
+def test_table_does_not_mix_missions_up() -> None:
+    """Missions that differ in more than their device, in any order, and more than fit at once."""
+    short = [each.replace({"limits.deadline_s": 700}) for each in devices()]
+    mixed = [each for pair in zip(devices(), short, strict=True) for each in pair]
+    sites_m = np.concatenate([CANDIDATES_M] * 500) + np.arange(2000.0)[:, None] * [0.1, 0.0, 0.0]
+    together_s = hover_table(mixed, sites_m, "battery")
+    for mission, row_s in zip(mixed, together_s, strict=True):
+        (alone_s,) = hover_table([mission], sites_m[::97], "battery")
+        np.testing.assert_allclose(row_s[::97], alone_s, rtol=0.0, atol=1e-9)
+    assert (np.nan_to_num(together_s[::2]) > np.nan_to_num(together_s[1::2])).any()
+
+
 @pytest.mark.parametrize(("objective", "at_least_s"), [("mean", None), ("covered", 560.0)])
 @pytest.mark.parametrize("lasers", [1, 2])
 def test_sites_are_the_best_of_all_choices(
