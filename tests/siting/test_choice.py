@@ -72,6 +72,22 @@ def city(demands: int, sites: int, seed: int) -> Floats:
     return np.where(hidden, np.nan, 900.0 * np.exp(-3.0 * np.linalg.norm(way, axis=2)))
 
 
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", range(200))
+def test_choice_of_a_city_is_the_best_of_all(seed: int) -> None:
+    """At sizes where HiGHS is needed, with hover times that are all different and many alike."""
+    chance = np.random.default_rng(seed)
+    demands, sites, count = (int(chance.integers(*ends)) for ends in ((10, 60), (6, 14), (2, 5)))
+    hover_s = city(demands, sites, seed)
+    hover_s = hover_s if seed % 3 else np.round(hover_s, -2)
+    for objective in OBJECTIVES:
+        best = brute_force(hover_s, count, objective)
+        found = best_sites(hover_s, count, objective, **options(objective))
+        assert found.value == pytest.approx(best, rel=2e-6)
+        assert found.bound >= best * (1.0 - 1e-9) - 1e-6
+        assert found.gap == 0.0
+
+
 def assigned(hover_s: Floats, count: int) -> float:
     """The best mean hover by the textbook's programme: x_ij ≤ y_j, one site a demand at most."""
     demands, sites = hover_s.shape
