@@ -26,7 +26,7 @@ if hasattr(sys.stdout, "reconfigure"):
 haze = optuav.load("paper").replace({"laser.visibility_km": 2, "limits.deadline_s": 1800})
 devices = [(x, y) for y in (1000, 1700, 2400) for x in (200, 700, 1300, 1800)]
 missions = [haze.replace({"link.device_m": [x, y, 0]}) for x, y in devices]
-roofs = np.array([each.position_m for each in haze.buildings]) + [0.0, 0.0, 3.0]
+roofs = np.array([(x, y, z + 3) for x, y, z in (each.position_m for each in haze.buildings)])
 one = optuav.place_laser(missions, roofs, refine=False)
 print(one)
 
@@ -92,9 +92,9 @@ assert found.greedy_value < found.value == len(table_s)
 # %% [markdown]
 # ## Nearer to the best, without a proof
 #
-# Lasers may be moved away from their roofs. That is tried point by point where the same places stay in
-# sight. Nothing bounds what lies between two points once a building can come in the way: here the
-# laser moves on by a tenth of a metre, a wall hides a roof, and the hover time jumps.
+# Lasers may be moved away from their roofs. That is tried point by point where the same places stay
+# in sight. Nothing bounds what lies between two points once a building can come in the way: here
+# the laser moves on by a tenth of a metre, a wall hides a roof, and the hover time jumps.
 
 # %%
 moved = optuav.place_laser(missions, roofs, 3)

@@ -90,12 +90,14 @@ def best_sites(
     first, best, bound, levels = search(table, weights, count, gap, latest)
     chosen, greedily = (names[list(each)].tolist() for each in (best, first))
     value = value_of(best_of(worth, chosen), objective)
+    if objective == "covered":
+        bound = np.floor(bound + CLOSE)  # Only whole demands are covered
     checked = None if objective == "worst" else upper_bound(table, weights, count, levels)
     return Choice(
         objective=objective,
         sites=tuple(sorted(chosen)),
         value=value,
-        bound=max(value, bound),
+        bound=float(max(value, bound)),
         greedy_sites=tuple(greedily),
         greedy_value=value_of(best_of(worth, greedily), objective),
         levels=levels if checked is None else levels[own],
