@@ -73,4 +73,6 @@ def multipliers(
         if bound <= (1.0 + gap) * value or steepness == 0.0:
             break
         levels = np.maximum(levels - step * (bound - value) / steepness * slope, 0.0)
-    return best, sorted(met, key=lambda each: -met[each])
+    # What a demand gets from its best site bounds it as well.
+    most = worth.max(axis=1)
+    return most if weights @ most < lowest else best, sorted(met, key=lambda each: -met[each])

@@ -172,6 +172,13 @@ def test_a_gap_that_is_enough_is_kept() -> None:
     assert best_sites(hover_s, 4).value <= found.bound + 1e-6
 
 
+def test_no_bound_is_above_what_all_sites_together_reach() -> None:
+    """Also where a wide gap ends the search at once."""
+    hover_s = city(300, 150, seed=2)
+    found = best_sites(hover_s, 20, "covered", at_least_s=494.0, gap=0.1)
+    assert found.bound <= (np.nan_to_num(hover_s) >= 494.0).any(axis=1).sum()
+
+
 def test_alike_demands_weigh_as_often_as_they_come() -> None:
     """Three of one kind outweigh two of the other, merged or not."""
     hover_s = np.array([[100.0, 0.0]] * 3 + [[0.0, 120.0]] * 2)
