@@ -11,7 +11,7 @@ from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.network.variants import Variants
 from optuav.options import Perspective
-from optuav.solving.batch import hover_times_s
+from optuav.solving.scenarios import hover_times_s
 
 AT_ONCE = 4096
 """Missions times places of the laser computed together, about: as many as fit the cache."""
@@ -51,7 +51,8 @@ def with_laser_at(
                 columns[f"laser.position_m[{axis}]"] = np.tile(sites_m[:, axis], shape[0])
                 columns[f"link.device_m[{axis}]"] = np.repeat(devices_m[:, axis], shape[1])
             variants = Variants(network, columns)
-            hover_s = np.fmax.reduce(hover_times_s(variants, perspective), axis=1)
+            hover_s = hover_times_s(variants, perspective).max(axis=1)
+            hover_s[np.isneginf(hover_s)] = np.nan
             power_W = variants.received.power_W
             lit = np.broadcast_to(power_W > 0.0, (variants.count, power_W.shape[1]))
             yield numbers, hover_s.reshape(shape), lit.reshape(*shape, -1)
