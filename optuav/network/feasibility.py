@@ -11,7 +11,8 @@ import numpy as np
 from optuav.mission import Mission
 from optuav.mission.messages import listed
 from optuav.network import vehicle
-from optuav.network.network import NO_LEG, Network, build_network
+from optuav.network.legs import NO_LEG
+from optuav.network.network import Network, build_network
 from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.network.prisms import prisms

@@ -16,8 +16,10 @@ from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.messages import shown
 from optuav.mission.schema import LARGEST
-from optuav.network.network import Legs, Network, build_network, build_routes
+from optuav.network.legs import Legs
+from optuav.network.network import Network, build_network
 from optuav.network.places import DESTINATION, ENDS, HOVER, ORIGIN
+from optuav.network.routes import build_routes
 
 if TYPE_CHECKING:
     import networkx

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from optuav.network.graph import edited_legs
-from optuav.network.network import Legs, Network, build_legs
+from optuav.network.legs import Legs, build_legs
+from optuav.network.network import Network
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
 from optuav.network.prisms import prisms
 

@@ -14,7 +14,8 @@ from pydantic import ConfigDict, FailFast, Strict
 from optuav.mission import Mission
 from optuav.mission.schema import LARGEST, Number
 from optuav.network import vehicle
-from optuav.network.network import NO_LEG, Network
+from optuav.network.legs import NO_LEG
+from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.physics.kibam import STEPS, Battery, Stage, Wells
 from optuav.physics.packs import JobStage, Packs, Stretch

@@ -17,7 +17,8 @@ from optuav.arrays import Booleans, Floats
 from optuav.mission import Mission
 from optuav.mission.mission import DISPLACED
 from optuav.network import vehicle
-from optuav.network.network import Network, shared_lines
+from optuav.network.legs import shared_lines
+from optuav.network.network import Network
 from optuav.network.obstacles import clear_lines
 from optuav.network.places import FIRST_BUILDING, position_table, received_table
 from optuav.network.prisms import prisms

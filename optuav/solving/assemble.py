@@ -12,7 +12,8 @@ import numpy as np
 from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER, Quantities
 from optuav.arrays import Floats, Integers
 from optuav.network import vehicle
-from optuav.network.network import NO_LEG, Network
+from optuav.network.legs import NO_LEG
+from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER, as_points
 from optuav.network.variants import Variants
 from optuav.physics.kibam import Stage

@@ -27,7 +27,8 @@ from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
 from optuav.modelling import Model, Parameter
 from optuav.network import vehicle
-from optuav.network.network import NO_LEG, Network, build_network
+from optuav.network.legs import NO_LEG
+from optuav.network.network import Network, build_network
 from optuav.network.places import HOVER
 from optuav.network.variants import Variants
 from optuav.options import Perspective

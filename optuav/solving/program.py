@@ -438,7 +438,7 @@ class CompiledProgram:
         if faults := [Fault(n, reprlib.repr(v), words) for n, v, words in objections if words]:
             raise InputError(faults)
         numbers = {n: np.array(v, float) if np.ndim(v) else float(v) for n, v in values.items()}
-        solutions = [solve(numbers) for solve in self._solves]
+        solutions = [solve(numbers).of(numbers) for solve in self._solves]
         for solution in solutions:
             if Status.ERROR in solution.statuses:
                 raise SolverError(solution.refusal(solution.statuses.index(Status.ERROR)))

@@ -29,7 +29,7 @@ PROBLEMS: Mapping[str, Formulation] = {
 }
 """Names that stand for problems with their defaults."""
 PROBLEM_NAMES = (*PROBLEMS, "P4")  # Names of all problems of the paper; P4 needs a building too
-OF_THE_PAPER: tuple[type[Formulation], ...] = (P1, P2, P3, P4)
+OF_THE_PAPER = tuple(dict.fromkeys([*map(type, PROBLEMS.values()), P4]))
 LONGEST_HOVER = ("P1", "P3", "P4")  # Those that ask for the longest hover
 AUTO = "auto"
 LIMIT = Number("s", gt=0.0, le=1e9)
@@ -213,6 +213,5 @@ def answer(
     chosen = chosen_engine(model, question)
     if values and not type(chosen).__module__.startswith("optuav."):
         model, values = model.with_values(values), None  # an engine of a user may print the model
-    return chosen.solve(
-        model, programmes, values, slot_s=question.slot_s, time_limit_s=question.time_limit_s
-    )
+    limits = {"slot_s": question.slot_s, "time_limit_s": question.time_limit_s}
+    return chosen.solve(model, programmes, values, **limits).of(values)

@@ -24,8 +24,8 @@ from optuav.modelling import Model
 from optuav.modelling.check import TOLERANCE, evaluated
 from optuav.modelling.forms import CONSTANT, Exponential, Monomial
 from optuav.network.feasibility import TOLERANCE as RIM
-from optuav.network.network import usable_routes
 from optuav.network.places import FIRST_BUILDING, HOVER, as_points
+from optuav.network.routes import usable_routes
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.physics.kibam import Battery, Stage, Tilted, levelling, tilted_after

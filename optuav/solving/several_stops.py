@@ -16,9 +16,11 @@ from optuav.errors import SolverError
 from optuav.network import vehicle
 from optuav.network.feasibility import blocked_legs, impossibilities
 from optuav.network.graph import Graph
-from optuav.network.network import NO_LEG, Network, Routes, routes_along
+from optuav.network.legs import NO_LEG
+from optuav.network.network import Network
 from optuav.network.one_stop import all_legs, find_shortcuts
 from optuav.network.places import FIRST_BUILDING, HOVER
+from optuav.network.routes import Routes, routes_along
 from optuav.network.timeline import phases_along, simulated, stay_net
 from optuav.physics.quantity import TINY
 from optuav.plan import Plan

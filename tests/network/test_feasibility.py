@@ -12,7 +12,8 @@ import optuav
 from optuav.mission import Mission
 from optuav.network.feasibility import advice, blocked_legs, impossibilities
 from optuav.network.graph import edited_network
-from optuav.network.network import NO_LEG, build_network
+from optuav.network.legs import NO_LEG
+from optuav.network.network import build_network
 from optuav.network.places import ChargingCap, charging_cap
 from tests.examples import few
 from tests.mission.strategies import missions

@@ -11,7 +11,8 @@ from hypothesis import given
 import optuav
 from optuav.mission import Mission
 from optuav.network import vehicle
-from optuav.network.network import Legs, build_legs, build_network
+from optuav.network.legs import Legs, build_legs
+from optuav.network.network import build_network
 from optuav.network.places import DESTINATION, HOVER, ORIGIN, Places
 from optuav.network.prisms import prisms
 from optuav.physics import flight

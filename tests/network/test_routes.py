@@ -12,7 +12,8 @@ from hypothesis import given
 
 import optuav
 from optuav.mission import Mission
-from optuav.network.network import NO_LEG, Network, build_network
+from optuav.network.legs import NO_LEG
+from optuav.network.network import Network, build_network
 from optuav.options import Order
 from tests.examples import few
 from tests.mission.strategies import missions
