@@ -1,8 +1,8 @@
 """Pictures of missions and plans; they need matplotlib (``python -m pip install matplotlib``).
 
 Every function takes its data and returns the axes, of a figure of its own that belongs to no
-window: ``wells([plan])[0].figure.savefig("wells.pdf")``. `bars`, `curves` and `plane` also draw on
-axes that they are given.
+window: ``wells([plan])[0].figure.savefig("wells.pdf")``. `bars`, `curves`, `heat_map` and `plane`
+also draw on axes that they are given.
 """
 
 from optuav.errors import require
@@ -14,10 +14,21 @@ from optuav.plots.calibrations import FitAxes, fit
 from optuav.plots.charge import packs, wells
 from optuav.plots.charts import Bar, Line, Mark, bars, curves
 from optuav.plots.files import save, save_figures, save_pictures
+from optuav.plots.heat import heat_map
 from optuav.plots.map import MapAxes, mission_map, trajectories
 from optuav.plots.planes import plane
 from optuav.plots.profiles import LegAxes, ProfileAxes, leg, profile
 
 __all__ = ["Bar", "FitAxes", "LegAxes", "Line", "MapAxes", "Mark", "ProfileAxes", "bars"]
-__all__ += ["curves", "fit", "gif_file", "leg", "mission_map", "packs", "plane", "profile"]
+__all__ += [
+    "curves",
+    "fit",
+    "gif_file",
+    "heat_map",
+    "leg",
+    "mission_map",
+    "packs",
+    "plane",
+    "profile",
+]
 __all__ += ["save", "save_animation", "save_figures", "save_pictures", "trajectories", "wells"]

@@ -1,0 +1,68 @@
+"""Heat maps show every value in its place, and contours at round numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("matplotlib")
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from optuav import plots
+from optuav.plots.heat import contour_levels
+
+Overlaps = Callable[[Figure], list[tuple[str, str]]]
+X, Y = np.array([0.0, 10.0, 20.0, 30.0]), np.array([5.0, 6.0, 9.0])
+
+
+def drawn(values: np.ndarray, x: np.ndarray = X) -> Axes:
+    words = {"title": "hover", "x_label": "x [m]", "y_label": "y [m]", "label": "Δ [s]"}
+    return plots.heat_map(x, Y, values, **words)
+
+
+def contours(ax: Axes) -> list[np.ndarray]:
+    """Corners of the contours."""
+    paths = [path for each in ax.collections for path in each.get_paths()]
+    return [path.vertices for path in paths if len(path.vertices)]
+
+
+def test_contours_run_where_the_values_are(overlaps: Overlaps) -> None:
+    """Of the plane 4 x, the contour of 20 is at x = 5, that of 100 at x = 25; axes span cells."""
+    ax = drawn(np.tile(4.0 * X, (3, 1)))
+    assert contour_levels(np.array([0.0, 120.0, np.nan])) == [20.0, 40.0, 60.0, 80.0, 100.0]
+    at = sorted({round(float(x), 6) for each in contours(ax) for x in each[:, 0]})
+    assert at == [5.0, 10.0, 15.0, 20.0, 25.0]
+    assert ax.get_xlim() == (-5.0, 35.0)
+    assert ax.get_ylim() == (4.5, 10.5)
+    assert overlaps(ax.figure) == []
+
+
+@pytest.mark.parametrize("x", [X, X**2])
+def test_every_value_is_in_its_cell(x: np.ndarray) -> None:
+    """First row at the bottom, evenly spaced or not."""
+    values = np.arange(12.0).reshape(3, 4)
+    (image,) = drawn(values, x).images
+    assert np.array_equal(image.get_array(), values)
+
+
+def test_cells_without_a_value_are_hatched(overlaps: Overlaps) -> None:
+    """No contour runs through them, nor where all have one value, nor where none has any."""
+    values = np.tile(4.0 * X, (3, 1))
+    values[:, 0] = np.nan
+    ax = drawn(values)
+    assert [bool(each.get_hatch()) for each in ax.patches] == [True]
+    assert min(float(each[:, 0].min()) for each in contours(ax)) >= 10.0
+    for same in (np.full((3, 4), 7.0), np.full((3, 4), np.nan)):
+        ax = drawn(same)
+        assert not contours(ax)
+        assert overlaps(ax.figure) == []
+
+
+def test_the_same_values_are_the_same_bytes(tmp_path: Path) -> None:
+    values = np.sin(np.arange(12.0)).reshape(3, 4)
+    first, second = (plots.save(drawn(values), tmp_path / name) for name in ("a.png", "b.png"))
+    assert first.read_bytes() == second.read_bytes()
