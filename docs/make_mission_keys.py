@@ -83,7 +83,12 @@ def table(found: Iterable[Row]) -> Iterator[str]:
 
 def sections() -> Iterator[str]:
     """Lines of all tables of a mission file."""
-    yield from ("### The file itself", "", *table(rows(Mission, ("name", "description"))), "")
+    yield from (
+        "### The file itself",
+        "",
+        *table(rows(Mission, ("name", "description", "crs"))),
+        "",
+    )
     for name, model in SECTIONS.items():
         title = f"[[{name}]]" if name == "buildings" else f"[{name}]"
         yield from (f"### {title}", "", summary(model), "")

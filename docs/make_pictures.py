@@ -46,6 +46,11 @@ def pictures() -> Iterator[tuple[str, Axes]]:
         if each.name == "hover-time.paper-table2.1200s"
     )
     yield "perspectives", bars
+    haze = {"laser.visibility_km": 2, "limits.deadline_s": 1800}
+    for name, changed in (("device", {}), ("laser", haze), ("hover_point", {})):
+        mission = optuav.load("paper").replace(changed)
+        found = getattr(optuav.maps, name)(mission, 12 if name == "hover_point" else 20)
+        yield f"map-{name.replace('_', '-')}", plots.hover_map(mission, found)
 
 
 def draw(directory: Path = PICTURES) -> None:

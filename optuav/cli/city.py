@@ -70,6 +70,7 @@ def city(
         {
             "name": file.name.partition(".")[0],
             "description": "",
+            "crs": town.crs,
             "route.origin_m": at_m["origin"],
             "route.destination_m": at_m["destination"],
             "route.hover_m": None,

@@ -37,7 +37,7 @@ DISPLACED: dict[str, dict[str, frozenset[str]]] = {
 }
 """By table, the keys that a new value of a key displaces unless they are stated with it."""
 
-_KEYS = {"name", "description", *validation.KEYS, *validation.DOTTED}
+_KEYS = {"name", "description", "crs", *validation.KEYS, *validation.DOTTED}
 
 
 class Mission(MissionSection):
@@ -62,6 +62,8 @@ class Mission(MissionSection):
     """Name of the mission; by default that of its file."""
     description: schema.Description = ""
     """What the mission is about."""
+    crs: schema.ReferenceSystem | None = None
+    """Coordinate reference system of x and y, in metres; maps that are saved are in it."""
     route: schema.RouteEnds
     limits: schema.Limits
     battery: schema.BatteryPacks

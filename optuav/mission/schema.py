@@ -105,6 +105,13 @@ Name = Annotated[
     Allowed("a string of 1 to 200 printable characters"),
 ]
 Description = Annotated[str, Strict(), Len(0, 10_000), Allowed("a string, up to 10000 characters")]
+ReferenceSystem = Annotated[
+    str,
+    Strict(),
+    Len(1, 10_000),
+    Predicate(str.isprintable),
+    Allowed('a coordinate reference system that pyproj knows, as "EPSG:25832"'),
+]
 Switch = Annotated[bool, Strict(), Allowed("true or false")]
 
 # Space

@@ -42,6 +42,8 @@ def template(mission: Mission, name: str, remarks: Sequence[str] = ()) -> str:
         f"schema = {SCHEMA}",
         f"name = {_text(name)}",
         'description = ""',
+        *(f"# {line}" for line in Mission.descriptions()["crs"].splitlines()),
+        f"crs = {_text(mission.crs)}" if mission.crs else "# crs =",
     ]
     for key in Mission.model_fields:
         table = getattr(mission, key)

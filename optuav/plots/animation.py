@@ -15,10 +15,11 @@ from optuav.errors import Fault, InputError
 from optuav.judge import Replay
 from optuav.mission.files import write_files
 from optuav.mission.messages import shown
+from optuav.network.scene import scene
 from optuav.plan import Stop
 from optuav.plots import style
 from optuav.plots.charge import draw_wells
-from optuav.plots.map import Way, draw_from_above, draw_plan_view, plan_labels, scene
+from optuav.plots.map import Way, draw_from_above, draw_plan_view, plan_labels
 from optuav.plots.profiles import timed
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, place
 

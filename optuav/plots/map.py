@@ -6,7 +6,6 @@ import math
 import textwrap
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import chain, cycle, pairwise
 from operator import attrgetter
 from typing import NamedTuple
@@ -20,12 +19,12 @@ from matplotlib.patches import Circle, Rectangle
 from matplotlib.transforms import offset_copy
 from matplotlib.typing import LineStyleType
 
-from optuav.arrays import Booleans, Floats
+from optuav.arrays import Floats
 from optuav.errors import InputError
 from optuav.mission import Mission
-from optuav.network import vehicle
-from optuav.network.places import DESTINATION, HOVER, ORIGIN, Places, build_places
-from optuav.network.prisms import Prisms, outline_m, prisms
+from optuav.network.places import DESTINATION, HOVER, ORIGIN
+from optuav.network.prisms import outline_m
+from optuav.network.scene import Scene, scene
 from optuav.plan import Plan, Stop
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, Look
@@ -46,8 +45,6 @@ ARROW_AT, ARROW_STEP = 0.56, 0.05
 """Where a leg shows its direction: past the middle, so that there and back do not meet; and how
 much farther its neighbour does."""
 MARKERS = {"hover": "o", "rest": "s"}
-COVERAGE_SHARE = 0.4
-"""Most that the coverage disc adds to the map on every side, as a share of the places' span."""
 FAR = 100.0  # Sizes of a map up to which a rim is drawn: one far off has billions of pieces
 FEW = 30  # Most sight lines that are drawn strongly
 MOST_NAMED = 400  # Most buildings of which those off the route are named where there is room
@@ -322,62 +319,6 @@ def _buildings_along(shown: Scene, way: Way) -> Iterator[tuple[float, float, flo
                 yield float(min(along)), float(max(along)), float(roofs_m[number])
 
 
-@dataclass(frozen=True)
-class Scene:
-    """A mission with its places, by number, and its buildings as prisms."""
-
-    mission: Mission
-    places: Places
-    obstacles: Prisms
-
-    def positions(self, names: Sequence[str]) -> Floats:
-        """Positions of places (place, 3) [m] by their names."""
-        return self.places.position_m[[self.places.names.index(name) for name in names]]
-
-    @property
-    def disc_radius_m(self) -> float:
-        """Radius of the coverage at the altitude of hovering [m]; NaN where it does not reach."""
-        hover_z_m = float(self.places.position_m[HOVER, 2])
-        altitude_m = self.mission.limits.min_altitude_m if math.isnan(hover_z_m) else hover_z_m
-        height_m = altitude_m - self.mission.link.device_m[2]
-        squared = vehicle.coverage_radius_m(self.mission) ** 2 - height_m**2
-        return math.sqrt(squared) if squared >= 0.0 else math.nan
-
-    @property
-    def corners_m(self) -> Floats:
-        """Two corners (2, 2) of the box on the map that holds what is worth seeing [m].
-
-        It holds all places, and the coverage as far as it does not dwarf them.
-        """
-        mission, device = self.mission, np.array(self.mission.link.device_m[:2])
-        seen = [device, *self.places.position_m[self.places.exists, :2]]
-        seen += [np.array(mission.laser.position_m[:2])] if mission.laser else []
-        seen += [np.array(at) for each in mission.buildings for at in outline_m(each) or ()]
-        low, high = np.min(seen, axis=0), np.max(seen, axis=0)
-        if math.isfinite(radius_m := self.disc_radius_m):
-            room = COVERAGE_SHARE * float((high - low).max()) or radius_m
-            low = np.minimum(low, np.maximum(device - radius_m, low - room))
-            high = np.maximum(high, np.minimum(device + radius_m, high + room))
-        return np.stack([low, high])
-
-    @property
-    def sight_lines(self) -> tuple[Floats, Booleans]:
-        """Lines (line, 2, 2) on the map from the laser to where it may charge [m]; if clear."""
-        if self.mission.laser is None:
-            return np.empty((0, 2, 2)), np.empty(0, dtype=bool)
-        charging = np.concatenate([[HOVER], self.places.buildings])
-        charging = charging[self.places.exists[charging]]
-        ends_m = self.places.position_m[charging, :2]
-        source_m = np.broadcast_to(self.mission.laser.position_m[:2], ends_m.shape)
-        return np.stack([source_m, ends_m], axis=1), self.places.laser_sight[charging]
-
-
-def scene(mission: Mission) -> Scene:
-    """The places and buildings that a map of a mission shows."""
-    obstacles = prisms(mission.buildings)
-    return Scene(mission, build_places(mission, obstacles), obstacles)
-
-
 def draw_plan_view(ax: Axes, shown: Scene) -> list[Artist]:
     """Draw the scenery from above, and set the limits; entries of the legend."""
     mission, entries = shown.mission, list[Artist]()
@@ -403,18 +344,25 @@ def draw_plan_view(ax: Axes, shown: Scene) -> list[Artist]:
             look |= {"alpha": 0.5 + 0.3 * strength, "zorder": 1.5}
             ax.add_collection(LineCollection([*lines[sight == clear]], **look), autolim=False)
             entries.append(style.entry(words, colour, 0.9, dashes))
+    entries += draw_site(ax, shown, {"facecolor": style.PALE, "edgecolor": GREY})
+    ax.set(xlabel="x [m]", ylabel="y [m]")
+    return entries
+
+
+def draw_site(ax: Axes, shown: Scene, walls: Look) -> list[Artist]:
+    """Draw footprints, roofs, the device and the laser from above; entries of the legend."""
+    mission, entries = shown.mission, list[Artist]()
     rings = [ring for building in mission.buildings if (ring := outline_m(building)) is not None]
-    walls: Look = {"facecolor": style.PALE, "edgecolor": GREY, "linewidth": 0.6, "zorder": 2}
-    footprints = PolyCollection(rings, label="building", **walls)
+    footprints = PolyCollection(rings, label="building", **{"linewidth": 0.6, "zorder": 2, **walls})
     ax.add_collection(footprints, autolim=False)
     roofs = shown.places.position_m[shown.places.buildings]
-    ax.plot(*roofs[:, :2].T, ".", color=GREY, markersize=2.5, zorder=2.1)
+    ax.plot(*roofs[:, :2].T, ".", color=walls["edgecolor"], markersize=2.5, zorder=2.1)
     entries += [footprints] if mission.buildings else []
-    entries += ax.plot(*device, "^", color=GREEN, markersize=6, zorder=4, label="ground device")
+    device: Look = {"color": GREEN, "markersize": 6, "zorder": 4, "label": "ground device"}
+    entries += ax.plot(*mission.link.device_m[:2], "^", **device)
     if mission.laser is not None:
         source = mission.laser.position_m[:2]
         entries += ax.plot(*source, "*", color=PURPLE, markersize=9, zorder=4, label="laser")
-    ax.set(xlabel="x [m]", ylabel="y [m]")
     return entries
 
 

@@ -14,10 +14,10 @@ from optuav.judge import Replay
 from optuav.mission import Mission
 from optuav.mission.messages import listed
 from optuav.network import vehicle
+from optuav.network.scene import scene
 from optuav.physics import flight, rotor
 from optuav.plan.trace import Event
 from optuav.plots import style
-from optuav.plots.map import scene
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION, Band, mark
 
 MOST_MARKED = 12  # Violations that are marked one by one

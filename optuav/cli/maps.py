@@ -1,0 +1,58 @@
+"""``optuav map``: the longest hover over positions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import typer
+
+from optuav.cli.options import mission_of
+from optuav.cli.output import NO, check_places, deliver
+from optuav.errors import Fault, InputError, decimal
+from optuav.options import Perspective
+
+MAPS = {"device": "device", "laser": "laser", "hover-point": "hover_point"}
+"""What may be moved, with the function of `optuav.maps`."""
+
+
+def map(
+    mission: str,
+    over: str,
+    grid: float,
+    bounds: str | None = None,
+    height_m: float | None = None,
+    perspective: Perspective = "available",
+    settings: list[str] | None = None,
+    as_json: bool = False,
+    save: Path | None = None,
+    plot: Path | None = None,
+) -> None:
+    """Find the longest hover with the device, the laser or the hover point anywhere on a grid.
+
+    Exit code 1 if there is no plan anywhere.
+    """
+    from optuav import maps
+    from optuav.maps.files import FORMATS
+    from optuav.maps.summary import summary, to_dict
+
+    check_places(save, plot, *FORMATS)
+    stated = mission_of(mission, settings)
+    if over not in MAPS:
+        raise InputError([Fault("--over", repr(over), f"one of {', '.join(MAPS)}")])
+    try:
+        ends = None if bounds is None else tuple(decimal(each) for each in bounds.split(","))
+    except ValueError:
+        words = "four numbers of metres with commas between them, as in 0,0,500,800"
+        raise InputError([Fault("--bounds", repr(bounds), words)]) from None
+    options = {"bounds": ends, "height_m": height_m, "perspective": perspective}
+    found = getattr(maps, MAPS[over])(stated, grid, **options)
+    written = []
+    if save is not None:
+        written.append(maps.save(found, save))
+    if plot is not None:
+        from optuav.plots import hover_map, save_figures
+
+        written += save_figures([(f"{over}.png", hover_map(stated, found))], plot)
+    deliver(lambda: to_dict(found), summary(found), as_json=as_json, written=written)
+    if "best_m" not in found.attrs:
+        raise typer.Exit(NO)

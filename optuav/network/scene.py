@@ -1,0 +1,74 @@
+"""Where a mission takes place: what a map of it shows, and how far it reaches."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from optuav.arrays import Booleans, Floats
+from optuav.mission import Mission
+from optuav.network import vehicle
+from optuav.network.places import HOVER, Places, build_places
+from optuav.network.prisms import Prisms, outline_m, prisms
+
+COVERAGE_SHARE = 0.4
+"""Most that the coverage disc adds to the map on every side, as a share of the places' span."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A mission with its places, by number, and its buildings as prisms."""
+
+    mission: Mission
+    places: Places
+    obstacles: Prisms
+
+    def positions(self, names: Sequence[str]) -> Floats:
+        """Positions of places (place, 3) [m] by their names."""
+        return self.places.position_m[[self.places.names.index(name) for name in names]]
+
+    @property
+    def disc_radius_m(self) -> float:
+        """Radius of the coverage at the altitude of hovering [m]; NaN where it does not reach."""
+        hover_z_m = float(self.places.position_m[HOVER, 2])
+        altitude_m = self.mission.limits.min_altitude_m if math.isnan(hover_z_m) else hover_z_m
+        height_m = altitude_m - self.mission.link.device_m[2]
+        squared = vehicle.coverage_radius_m(self.mission) ** 2 - height_m**2
+        return math.sqrt(squared) if squared >= 0.0 else math.nan
+
+    @property
+    def corners_m(self) -> Floats:
+        """Two corners (2, 2) of the box on the map that holds what is worth seeing [m].
+
+        It holds all places, and the coverage as far as it does not dwarf them.
+        """
+        mission, device = self.mission, np.array(self.mission.link.device_m[:2])
+        seen = [device, *self.places.position_m[self.places.exists, :2]]
+        seen += [np.array(mission.laser.position_m[:2])] if mission.laser else []
+        seen += [np.array(at) for each in mission.buildings for at in outline_m(each) or ()]
+        low, high = np.min(seen, axis=0), np.max(seen, axis=0)
+        if math.isfinite(radius_m := self.disc_radius_m):
+            room = COVERAGE_SHARE * float((high - low).max()) or radius_m
+            low = np.minimum(low, np.maximum(device - radius_m, low - room))
+            high = np.maximum(high, np.minimum(device + radius_m, high + room))
+        return np.stack([low, high])
+
+    @property
+    def sight_lines(self) -> tuple[Floats, Booleans]:
+        """Lines (line, 2, 2) on the map from the laser to where it may charge [m]; if clear."""
+        if self.mission.laser is None:
+            return np.empty((0, 2, 2)), np.empty(0, dtype=bool)
+        charging = np.concatenate([[HOVER], self.places.buildings])
+        charging = charging[self.places.exists[charging]]
+        ends_m = self.places.position_m[charging, :2]
+        source_m = np.broadcast_to(self.mission.laser.position_m[:2], ends_m.shape)
+        return np.stack([source_m, ends_m], axis=1), self.places.laser_sight[charging]
+
+
+def scene(mission: Mission) -> Scene:
+    """The places and buildings that a map of a mission shows."""
+    obstacles = prisms(mission.buildings)
+    return Scene(mission, build_places(mission, obstacles), obstacles)

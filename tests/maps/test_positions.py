@@ -1,0 +1,158 @@
+"""Maps have the hover times of single solves at every point, and the reason where there is none."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, get_args
+
+import numpy as np
+import pytest
+
+pytest.importorskip("xarray")
+
+import optuav
+from optuav.mission import Mission
+from optuav.options import Perspective
+
+PAPER = optuav.load("paper")
+SMALL = PAPER.replace({"buildings": PAPER.buildings[6:8]})
+"""Two roofs near the middle, so that single solves are quick."""
+KEYS = {"device": "link.device_m", "laser": "laser.position_m", "hover_point": "route.hover_m"}
+AROUND = {"device": (200, 1500), "laser": (0, 0), "hover_point": (600, 2550)}
+
+
+def moved(mission: Mission, over: str, x: float, y: float, z: float) -> Mission:
+    return mission.replace({KEYS[over]: [x, y, z]})
+
+
+@pytest.mark.parametrize("perspective", get_args(Perspective))
+@pytest.mark.parametrize("over", KEYS)
+def test_points_are_single_solves(over: str, perspective: Any) -> None:
+    """At random points, some of them without a plan: the same hover, or none."""
+    chance = np.random.default_rng(7)
+    least = np.array(AROUND[over])
+    x, y = (np.sort(chance.uniform(low, low + 1500, 4)) for low in least)
+    height_m = {"device": 3.0, "laser": 70.0, "hover_point": 60.0}[over]
+    function = getattr(optuav.maps, over)
+    found = function(SMALL, (x, y), height_m=height_m, perspective=perspective)
+    words = found.reason.attrs["flag_meanings"].split()
+    for row, column in np.ndindex(4, 4):
+        one = moved(SMALL, over, x[column], y[row], height_m)
+        plan = optuav.solve(one, perspective=perspective)
+        hover_s = plan.hover_time_s if plan else math.nan
+        here = found[row, column]
+        assert float(here) == pytest.approx(hover_s, abs=1e-8, nan_ok=True)
+        assert (words[int(here.reason)] == "none") == bool(plan)
+    assert found.attrs["over"] == KEYS[over]
+    assert found.attrs["height_m"] == height_m
+
+
+def test_behind_a_wall_the_laser_brings_no_rest() -> None:
+    """A wall, too high to rest on, hides it from roof and hover point: as if there were none."""
+    wall = {"name": "wall", "position_m": [700, 300, 1e5], "footprint_m": [600, 20]}
+    roof = {"name": "roof", "position_m": [700, 500, 80], "footprint_m": [40, 40]}
+    mission = PAPER.replace({"buildings": [roof, wall], "flight.through_buildings": True})
+    found = optuav.maps.laser(mission, ([700, 1900], [0, 400]))
+    dark_s = optuav.solve(mission.replace({"laser": None}), "P3").hover_time_s
+    assert float(found.sel(x=700, y=0)) == pytest.approx(dark_s, abs=1e-8)
+    rested = optuav.solve(moved(mission, "laser", 1900, 400, 50))
+    assert rested.route == ("origin", "hover", "roof", "destination")
+    assert float(found.sel(x=1900, y=400)) == pytest.approx(rested.hover_time_s, abs=1e-8)
+    assert rested.hover_time_s > dark_s + 50.0
+
+
+def test_out_of_reach_there_is_no_plan_and_the_reason() -> None:
+    """The coverage at 50 m height is a disc of 499 m around the device, by d_max = 501.48 m."""
+    empty = PAPER.replace({"buildings": []})
+    found = optuav.maps.hover_point(empty, 100, bounds=(300, 2300, 1700, 3700))
+    away_m = np.hypot(found.x - 1000, found.y - 3000).transpose("y", "x").to_numpy()
+    reach_m = math.sqrt(501.4836**2 - 50**2)
+    assert np.array_equal(np.isnan(found.to_numpy()), away_m > reach_m)
+    words = found.reason.attrs["flag_meanings"].split()
+    outside = found.reason.to_numpy()[away_m > reach_m]
+    assert {words[code] for code in outside} == {"out_of_reach"}
+    assert not found.reason.to_numpy()[away_m < reach_m].any()
+
+
+def test_a_hover_point_too_high_is_said_to_be_so() -> None:
+    found = optuav.maps.hover_point(SMALL, ([900, 1000], [2700, 2800]), height_m=120.0)
+    assert np.isnan(found).all()
+    assert "best_m" not in found.attrs
+    words = found.reason.attrs["flag_meanings"].split()
+    assert {words[code] for code in found.reason.to_numpy().ravel()} == {"altitude"}
+
+
+def test_the_best_point_is_the_nearest_of_those_that_tie() -> None:
+    """Every place in sight charges as much, as the battery caps it: the laser stays where it is."""
+    for x, y in ((1000.0, 0.0), (1300.0, 1100.0)):
+        mission = moved(PAPER.replace({"buildings": PAPER.buildings[8:]}), "laser", x, y, 200)
+        found = optuav.maps.laser(mission, 100, bounds=(0, 0, 2000, 1500))
+        assert found.attrs["best_m"] == [x, y, 200.0]
+        assert found.attrs["height_m"] == 200.0
+
+
+def test_by_default_a_map_shows_all_there_is_and_whole_multiples() -> None:
+    """Origin, destination and device, with some room; for the hover point the disc in reach."""
+    found = optuav.maps.device(SMALL, 250)
+    assert (np.diff(found.x) == 250).all()
+    assert (np.mod(found.x, 250) == 0).all()
+    assert found.x[0] < 0
+    assert found.x[-1] > 2000
+    assert found.y[-1] > 3000
+    disc = optuav.maps.hover_point(SMALL, 50)
+    assert (disc.x[0], disc.x[-1], disc.y[0], disc.y[-1]) == (450, 1550, 2450, 3550)
+
+
+def test_the_reference_system_of_the_mission_goes_with_its_maps() -> None:
+    assert "crs" not in optuav.maps.laser(SMALL, 1000).attrs
+    there = SMALL.replace({"crs": "EPSG:25832"})
+    assert optuav.maps.laser(there, 1000).attrs["crs"] == "EPSG:25832"
+    assert optuav.Mission.from_dict(there.to_dict()) == there
+
+
+def test_a_map_is_a_labelled_array_with_units() -> None:
+    found = optuav.maps.laser("paper", 1000)
+    assert (found.name, found.dims, found.attrs["units"]) == ("hover_time_s", ("y", "x"), "s")
+    assert {found[name].attrs["units"] for name in ("x", "y")} == {"m"}
+    assert found.attrs["mission"] == "paper"
+    assert found.attrs["perspective"] == "available"
+
+
+@pytest.mark.parametrize(
+    ("grid", "options", "words"),
+    [
+        (0, {}, "grid = 0: the distance between two points, a number, 0.001 <= x"),
+        (-5.0, {}, "grid = -5.0: "),
+        (math.nan, {}, "grid = nan: "),
+        (True, {}, "grid = true: "),
+        ("25", {}, "grid = '25': "),
+        (10, {"bounds": (0, 0, 0, 100)}, "bounds = [0, 0, 0, 100]: least x"),
+        (10, {"bounds": (0, 100, 50, 0)}, "bounds = [0, 100, 50, 0]: least x"),
+        (10, {"bounds": (0, 0, 100)}, "bounds = [0, 0, 100]: least x"),
+        (10, {"bounds": (0, 0, math.nan, 1)}, "bounds = [0, 0, nan, 1]: least x"),
+        (10, {"bounds": (0, 0, 2e6, 1e6)}, "|x| <= 1e6"),
+        (60, {"bounds": (0, 0, 50, 500)}, "at least two points each way"),
+        (([0, 1], [1, 0]), {}, "grid, y = [1, 0]: at least two growing numbers"),
+        (([0], [1, 2]), {}, "grid, x = [0]: at least two growing numbers"),
+        ((["a", "b"], [1, 2]), {}, "grid, x = ['a', 'b']: at least two"),
+        (([0, math.nan, 1], [1, 2]), {}, "grid, x = [0, nan, 1]: at least two"),
+        (([[0, 1], [1]], [1, 2]), {}, "grid, x = [[0, 1], [1]]: at least two"),
+        (([0, 1], [1, 2]), {"bounds": (0, 0, 9, 9)}, "goes with a distance, not with arrays"),
+        (100, {"height_m": math.inf}, "height_m = inf: a number, |x| <= 1e6 [m]"),
+        (100, {"perspective": "none"}, "perspective = 'none': one of"),
+        (0.01, {}, "at most 4000000 points, which take 0.4 GB"),
+        ((np.arange(3e3), np.arange(3e3)), {}, "3000 × 3000 = 9000000 points: at most"),
+    ],
+)
+def test_faults_are_named(grid: Any, options: dict[str, Any], words: str) -> None:
+    with pytest.raises(optuav.InputError) as caught:
+        optuav.maps.laser(SMALL, grid, **options)
+    assert words in str(caught.value)
+
+
+def test_all_faults_are_named_at_once() -> None:
+    dark = SMALL.replace({"laser": None})
+    with pytest.raises(optuav.InputError) as caught:
+        optuav.maps.laser(dark, 0, bounds=(1, 1, 0, 0), height_m=1e9, perspective="x")  # type: ignore[arg-type]
+    keys = [fault.key for fault in caught.value.faults]
+    assert keys == ["grid", "bounds", "laser", "height_m", "perspective"]
