@@ -225,7 +225,7 @@ def test_tables_of_keys_are_complete() -> None:
     """Every key of the models is there, once, with words for it and a range."""
     rows = table(DOCS / "missions.md", "key", "if left out")
     fields = [key for section in SECTIONS.values() for key in section.model_fields]
-    expected = [*fields, "flow_rate_per_min", "name", "description"]
+    expected = [*fields, "flow_rate_per_min", "name", "description", "crs"]
     assert sorted(row["key"] for row in rows) == sorted(expected)
     assert all(row["what it is"] and row["what it may be"] for row in rows)
 

@@ -196,6 +196,8 @@ def documents(draw: st.DrawFn, model: str | None = None, most_buildings: int = 5
     if model == "rotors" and draw(st.booleans()):
         gust = st.floats(-0.1, 0.1).map(lambda share: share * body["mass_kg"] * 9.8)
         document["wind"] = {"force_N": draw(st.lists(gust, min_size=3, max_size=3))}
+    if draw(st.booleans()):
+        document["crs"] = draw(NAMES)
     return document
 
 
