@@ -26,9 +26,10 @@ def town(buildings: int, footprint_m: float | None = None, apart_m: float | None
     With square footprints if a side is given [m], and as dense as squares of side `apart_m` [m].
     """
     _, roofs_m = _roofs(buildings, apart_m)
-    walls = {} if footprint_m is None else {"footprint_m": [footprint_m, footprint_m]}
-    rows = [{"name": f"x{k}", "position_m": at, **walls} for k, at in enumerate(roofs_m.tolist())]
-    return load("paper").replace({"buildings": rows})
+    table = dict(zip(("x_m", "y_m", "z_m"), roofs_m.T, strict=True))
+    if footprint_m is not None:
+        table |= dict.fromkeys(("width_m", "depth_m"), np.full(buildings, footprint_m))
+    return load("paper").with_buildings({"name": [f"x{k}" for k in range(buildings)], **table})
 
 
 def slanting_town(

@@ -225,7 +225,7 @@ def fit_table(files: Iterable[str | Path]) -> Fit:
 
 def quantities(flown: Network, row: FlownAs) -> dict[Cell, float]:
     """All that a row may state."""
-    mission, names = flown.mission, [building.name for building in flown.mission.buildings]
+    mission, names = flown.mission, flown.mission.buildings.names
     itinerary = 0
     if row.building:
         itinerary = 1 + 2 * names.index(row.building) + ORDERS.index(row.order)
@@ -365,7 +365,7 @@ def _faults_of_row(place: str, row: FlownAs, mission: Mission | None) -> Iterato
         yield from (replace(each, key=f"{place}.{each.key}", source="") for each in error.faults)
         if any(key.startswith("buildings") for key in row.changes):
             return
-    names = [building.name for building in mission.buildings]
+    names = mission.buildings.names
     if row.building and row.building not in names:
         words = f"a building of the mission{nearest(row.building, names)}"
         yield Fault(f"{place}.building", shown(row.building), words)

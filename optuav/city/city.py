@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeGuard
+from typing import TypeGuard
 
 import numpy as np
 import numpy.typing as npt
@@ -13,8 +13,10 @@ import shapely
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError
+from optuav.mission.buildings import Buildings
 from optuav.mission.messages import listed, shown
 from optuav.mission.schema import Number
+from optuav.mission.tables import of_polygons
 
 DEGREES = "EPSG:4326"
 """Longitude and latitude, as maps and GPS receivers state them."""
@@ -113,14 +115,22 @@ class City:
         x_m, y_m = ahead.transform(*place, errcheck=True)
         return round(x_m, 3), round(y_m, 3), float(height_m)
 
-    def buildings(self) -> list[dict[str, Any]]:
-        """Return the tables ``[[buildings]]`` of a mission, for `Mission.replace`."""
-        corners, of = shapely.get_coordinates(self.footprints, return_index=True)
-        rings = np.split(corners, np.flatnonzero(np.diff(of)) + 1) if len(corners) else []
-        return [
-            {"name": name, "position_m": at, "footprint_m": ring[:-1].tolist()}
-            for name, at, ring in zip(self.names, self.position_m.tolist(), rings, strict=True)
-        ]
+    def buildings(self) -> Buildings:
+        """Return the buildings of a mission, for `Mission.replace`.
+
+        Raises
+        ------
+        InputError
+            With every name and place that a building may not have.
+        """
+        corners_m, of = shapely.get_coordinates(self.footprints, return_index=True)
+        corner = of == np.append(of[1:], -1)  # All but the last of a ring, which is the first again
+        return of_polygons(
+            self.names,
+            self.position_m,
+            corners_m[corner],
+            np.bincount(of[corner], minlength=len(self.names)),
+        )
 
     def notes(self) -> Iterator[str]:
         """Yield sentences on how the buildings were made of the file."""

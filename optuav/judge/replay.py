@@ -192,7 +192,7 @@ def _broken_limits(mission: Mission, flown: Sequence[Phase], soc: float) -> Iter
             yield Event("stated", phase.start_s, words, violation=False)
         if phase.crosses != CLEAR:
             way = f"{phase.start.name} → {phase.end.name}"
-            words = f"the leg {way} runs through building {mission.buildings[phase.crosses].name}"
+            words = f"the leg {way} runs through building {mission.buildings.names[phase.crosses]}"
             yield Event("building", phase.start_s, words)
         if phase.kind != "flight" and phase.duration_s > 0.0:
             yield from _stay(mission, phase)

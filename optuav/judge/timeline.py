@@ -97,7 +97,7 @@ STOP = f"a table with {', '.join(ALLOWED)}"
 
 def stop_breaches(stops: Sequence[object], mission: Mission | None) -> Iterator[Breach]:
     """What is wrong with stops as they are stated; places are judged if the mission is known."""
-    known = (*ENDS, *(each.name for each in mission.buildings)) if mission else ()
+    known = (*ENDS, *mission.buildings.names) if mission else ()
     for number, stop in enumerate(stops):
         if not isinstance(stop, dict):
             yield Breach(("stops", number), STOP)
@@ -207,8 +207,11 @@ def places(mission: Mission, planned: Sequence[Move]) -> dict[str, Place]:
     route, laser = mission.route, mission.laser
     ends_m = (route.origin_m, vehicle.hover_point_m(mission), route.destination_m)
     known = {name: (CLEAR, point_m) for name, point_m in zip(ENDS, ends_m, strict=True)}
-    known |= {each.name: (number, each.position_m) for number, each in enumerate(mission.buildings)}
     names = [*dict.fromkeys(end for move in planned for end in move[1:3])]
+    wanted = {*names}
+    for number, name in enumerate(mission.buildings.names):
+        if name in wanted:
+            known[name] = number, tuple(mission.buildings.roof_m[number])
     numbers, points_m = zip(*(known[name] for name in names), strict=True)
     sights: Sequence[bool] = [False] * len(names)
     if laser is not None:

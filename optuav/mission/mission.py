@@ -6,17 +6,15 @@ from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import Strict, model_validator
+from pydantic import Field, model_validator
 
-from optuav.errors import MOST_SHOWN, Fault, InputError, printable, refuse
+from optuav.errors import MOST_SHOWN, Fault, InputError, printable
 from optuav.mission import schema, validation
+from optuav.mission.buildings import Buildings
 from optuav.mission.files import write_text
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import MissionSection
 from optuav.mission.validation import Document, Key, StatedMission, keys_of, validate
-
-COLUMNS, SIZES = ("name", "x_m", "y_m", "z_m"), ("width_m", "depth_m")
-"""Columns of a table of buildings; those of their footprints may be left out."""
 
 _ENERGIES = frozenset({"flight_energy_J", "hover_energy_J"})
 
@@ -74,18 +72,21 @@ class Mission(MissionSection):
     wind: schema.Wind = schema.Wind()
     flight: schema.Flight = schema.RotorFlight()
     buildings: Annotated[
-        tuple[schema.Building, ...],
-        Strict(),
-        schema.Listed,
+        Buildings,
         schema.Allowed(f"up to {schema.MOST_ITEMS} tables [[buildings]] with name, position_m"),
-    ] = ()
+    ] = Field(default_factory=Buildings, json_schema_extra={"default": []})
 
     @model_validator(mode="after")
     def _rules(self) -> Self:
-        document = self.model_dump(exclude_none=True)
+        document = self._document()
         if breaches := list(islice(validation.rules(document), MOST_SHOWN)):
             raise InputError(StatedMission(document).faults(breaches))
         return self
+
+    def _document(self) -> Document:
+        """Every value as plain data, but the buildings as their table."""
+        plain = self.model_dump(mode="json", exclude_none=True, exclude={"buildings"})
+        return {**plain, "buildings": self.buildings}
 
     def replace(self, values: Mapping[str, object]) -> Self:
         """Make a mission that differs in some values.
@@ -114,7 +115,7 @@ class Mission(MissionSection):
         """
         if not isinstance(values, Mapping):
             raise InputError([Fault("", shown(values), "values by dotted key in a dict")])
-        stated, faults = _revised(self.model_dump(mode="json", exclude_none=True), values)
+        stated, faults = _revised(self._document(), values)
         return validate(type(self), stated, faults)
 
     def with_buildings(self, table: Mapping[str, Iterable[object]]) -> Self:
@@ -145,34 +146,9 @@ class Mission(MissionSection):
         >>> optuav.load("paper").with_buildings(roofs).buildings[1].position_m
         (90.0, 700.0, 40.0)
         """
-        wanted = "columns by name, as a data frame or as lists in a dict"
-        if not hasattr(table, "keys"):
-            raise InputError([Fault("", shown(table), wanted)])
-        refuse(
-            Fault(str(name), shown(table[name]), wanted)
-            for name in table
-            if isinstance(table[name], str) or not isinstance(table[name], Iterable)
-        )
-        columns = {str(name): [without_none(each) for each in table[name]] for name in table}
-        faults = [
-            Fault(name, "", f"unknown column{nearest(name, COLUMNS + SIZES)}")
-            for name in columns
-            if name not in COLUMNS + SIZES
-        ]
-        faults += [Fault(name, "", "is missing") for name in COLUMNS if name not in columns]
-        if len({len(column) for column in columns.values()}) > 1:
-            lengths = ", ".join(f"{name} {len(column)}" for name, column in columns.items())
-            faults.append(Fault("columns", printable(lengths), "of equal length"))
-        refuse(faults)
-        buildings = []
-        for cells in zip(*columns.values(), strict=True):
-            row = dict(zip(columns, cells, strict=True))
-            building = {"name": row["name"], "position_m": [row[name] for name in COLUMNS[1:]]}
-            size = [row.get(name) for name in SIZES]
-            if any(each is not None and str(each) != "nan" for each in size):
-                building["footprint_m"] = size
-            buildings.append(building)
-        return self.replace({"buildings": buildings})
+        from optuav.mission.tables import of_columns
+
+        return self.replace({"buildings": of_columns(table)})
 
     def summary(self) -> str:
         """The mission in a few lines: what it is, where, how long, and with what.
@@ -315,7 +291,8 @@ def _revised(base: Document, values: Mapping[str, object]) -> tuple[StatedMissio
     document, gone = overlay(base, stated)
     if buildings:
         listed = document.get("buildings")
-        revised = list(listed) if isinstance(listed, list | tuple) else []
+        found = listed.rows() if isinstance(listed, Buildings) else listed
+        revised = list(found) if isinstance(found, list | tuple) else []
         faults += _revise_buildings(revised, buildings)
         if revised:
             document["buildings"] = [building for building in revised if building is not None]

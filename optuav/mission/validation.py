@@ -10,6 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from optuav.errors import Fault, InputError, safe_name
 from optuav.mission import schema
+from optuav.mission.buildings import Buildings, misnamed, misshapen
 from optuav.mission.messages import allowed, nearest, shown, table
 from optuav.mission.schema import RATE_PER_MINUTE, REGIME_KEYS, SCHEMA, SECTIONS
 
@@ -24,7 +25,6 @@ KEYS = {
 }
 """The keys that a file may state, by table."""
 
-RESERVED_NAMES = ("origin", "hover", "destination")
 MOST_SUGGESTIONS = 50
 MOST_TURNS = 20_000  # Of packs by the clock, up to the deadline: each is simulated, in some 60 µs
 UNKNOWN = object()  # Stands for a value that is missing or not allowed by itself: no rule judges it
@@ -73,6 +73,8 @@ class StatedMission:
         for part in key:
             if isinstance(value, dict):
                 value = value.get(part, UNKNOWN)
+            elif isinstance(value, Buildings) and isinstance(part, int):
+                value = value.row(part)
             elif isinstance(value, list | tuple) and isinstance(part, int):
                 value = value[part]
             else:
@@ -90,7 +92,9 @@ class StatedMission:
     @cached_property
     def _names(self) -> dict[str | int, str]:
         """Names that only one building has, by its place in the list."""
-        stated = [keys_of(building).get("name") for building in self.document["buildings"]]
+        buildings = self.document["buildings"]
+        whole = isinstance(buildings, Buildings)
+        stated = buildings.names if whole else [keys_of(each).get("name") for each in buildings]
         names = [name if isinstance(name, str) else "" for name in stated]
         uses = Counter(names)
         return {n: x for n, x in enumerate(names) if x and uses[x] == 1 and x == safe_name(x)}
@@ -121,7 +125,7 @@ def validate(
     except ValidationError as error:
         breaches += breaches_of(model, error, stated)
         if whole and SECTIONS.keys() <= model.model_fields.keys():
-            breaches += rules(_without(stated.document, {key for key, _ in breaches}))
+            breaches += rules(without(stated.document, {key for key, _ in breaches}))
         elif not whole:
             breaches = [each for each in breaches if stated.value(each.key) is not UNKNOWN]
     raise InputError([*faults, *stated.faults(breaches)])
@@ -185,14 +189,14 @@ def _unknown(key: Key, known: Iterable[str], stated: StatedMission) -> str:
     return f"unknown key{nearest(name, known)}"
 
 
-def _without(value: Any, faulty: Collection[Key], place: Key = ()) -> Any:
+def without(value: Any, faulty: Collection[Key], place: Key = ()) -> Any:
     """The document with UNKNOWN in the place of what is in breach."""
     if place in faulty:
         return UNKNOWN
     if isinstance(value, dict):
-        return {key: _without(each, faulty, (*place, key)) for key, each in value.items()}
-    if place == ("buildings",):
-        return [_without(each, faulty, (*place, number)) for number, each in enumerate(value)]
+        return {key: without(each, faulty, (*place, key)) for key, each in value.items()}
+    if place == ("buildings",) and not isinstance(value, Buildings):
+        return [without(each, faulty, (*place, number)) for number, each in enumerate(value)]
     return value
 
 
@@ -236,40 +240,35 @@ def rules(document: Document) -> Iterator[Breach]:
         for name, by in needed.items():
             if name not in document:
                 yield Breach((name,), f"is missing; {table(name)}, needed by flight.{by}")
-    if buildings := document.get("buildings"):
-        yield from _buildings([] if buildings is UNKNOWN else list(map(keys_of, buildings)))
+    yield from rules_of_buildings(document)
 
 
-def _buildings(buildings: Sequence[Document]) -> Iterator[Breach]:
+def rules_of_buildings(document: Document) -> Iterator[Breach]:
     """Names that a building may not have, and polygons that are no footprints."""
-    first: dict[str, int] = {}
+    listed = document.get("buildings", ())
+    if isinstance(listed, Buildings):
+        for number, key, words in listed.breaches:
+            yield Breach(("buildings", number, key), words)
+        return
+    buildings = [] if listed is UNKNOWN else [*map(keys_of, listed)]
+    stated = [each.get("name") for each in buildings]
+    for number, words in misnamed(x if isinstance(x, str) else None for x in stated):
+        yield Breach(("buildings", number, "name"), words)
     rings: dict[int, Sequence[Sequence[float]]] = {}
-    for place, building in enumerate(buildings):
-        name, footprint = building.get("name", UNKNOWN), building.get("footprint_m")
-        if name in RESERVED_NAMES:
-            words = f"a name other than {', '.join(RESERVED_NAMES)}"
-            yield Breach(("buildings", place, "name"), words)
-        elif name is not UNKNOWN and first.setdefault(name, place) != place:
-            words = f"a name of its own; buildings[{first[name]}] has this one"
-            yield Breach(("buildings", place, "name"), words)
+    for number, building in enumerate(buildings):
+        footprint = building.get("footprint_m")
         # A size needs no judging: its centre is the position.
         if isinstance(footprint, list | tuple) and isinstance(footprint[0], list | tuple):
-            rings[place] = footprint
+            rings[number] = footprint
     if not rings:
         return
     import numpy as np
-    import shapely
 
-    corners = np.array([corner for ring in rings.values() for corner in ring], dtype=float)
-    ring_of = np.repeat(np.arange(len(rings)), [len(ring) for ring in rings.values()])
-    polygons = np.asarray(shapely.polygons(shapely.linearrings(corners, indices=ring_of)))
-    proper = np.asarray(shapely.is_valid(polygons) & (shapely.area(polygons) > 0))
-    for place, polygon, is_proper in zip(rings, polygons, proper, strict=True):
-        at = buildings[place].get("position_m", UNKNOWN)
-        if not is_proper:
-            words = "a polygon with an area, whose edges meet at its corners only"
-        elif at is not UNKNOWN and not shapely.intersects_xy(polygon, *at[:2]):
-            words = "a polygon that contains x and y of position_m"
-        else:
-            continue
-        yield Breach(("buildings", place, "footprint_m"), words)
+    corners_m = np.array([corner for ring in rings.values() for corner in ring], dtype=float)
+    count, at_m = np.array([*map(len, rings.values())]), np.full((len(rings), 2), np.nan)
+    for place, number in enumerate(rings):
+        if (at := buildings[number].get("position_m", UNKNOWN)) is not UNKNOWN:
+            at_m[place] = at[:2]
+    numbers = [*rings]
+    for ring, words in misshapen(corners_m, count, at_m):
+        yield Breach(("buildings", numbers[ring], "footprint_m"), words)

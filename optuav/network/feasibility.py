@@ -65,7 +65,7 @@ def blocked_legs(network: Network, route: int) -> list[str]:
         if leg != NO_LEG and not legs.flyable[leg]:
             why = "is not in the graph"
             if legs.crosses[leg] >= 0:
-                building = network.mission.buildings[legs.crosses[leg]].name
+                building = network.mission.buildings.names[legs.crosses[leg]]
                 why = f"crosses building {building} (flight.through_buildings = true allows it)"
             reasons.append(f"the leg {names[legs.start[leg]]} → {names[legs.end[leg]]} {why}")
     return reasons
@@ -82,7 +82,7 @@ def advice(mission: Mission) -> Iterator[str]:
     inside = crossed(prisms(mission.buildings), at_m, at_m, np.full((len(ends), 1), CLEAR))
     for place, building in zip(ends, inside, strict=True):
         if building != CLEAR:
-            yield f"{places.names[place]} lies inside building {mission.buildings[building].name}"
+            yield f"{places.names[place]} lies inside building {mission.buildings.names[building]}"
     speeds_m_s = np.where(legs.flyable & ~legs.edited, legs.peak_speed_m_s, 0.0)
     fastest = int(speeds_m_s.argmax())
     if warning := flight.speed_warning(float(speeds_m_s[fastest])):

@@ -45,10 +45,9 @@ class Places:
 
 def build_places(mission: Mission, obstacles: Prisms) -> Places:
     """The places of a mission, with the laser's sight and charging power past its obstacles."""
-    roofs_m = np.array([each.position_m for each in mission.buildings], dtype=float)
-    position_m = position_table(mission, roofs_m.reshape(-1, 3))
+    position_m = position_table(mission, mission.buildings.roof_m)
     sight, received = received_table(mission, position_m, obstacles)
-    names = (*ENDS, *(building.name for building in mission.buildings))
+    names = (*ENDS, *mission.buildings.names)
     power_W, current_A = received.power_W[0], received.current_A[0]
     return Places(names, position_m[0], sight[0], power_W, current_A, np.zeros(len(names), bool))
 

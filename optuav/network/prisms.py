@@ -6,19 +6,17 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.mission.schema import Building
+from optuav.mission.buildings import Buildings
 from optuav.physics.quantity import TINY
 
 MARGIN_M = 1e-6
 """How far walls and roofs are moved inwards [m], so that to graze a building is not to cross it."""
 FEW = 32  # So many footprints are all tried on every line
-Outline: TypeAlias = tuple[tuple[float, float], ...]  # Corners of a footprint on the map [m]
 
 
 @dataclass(frozen=True)
@@ -85,24 +83,12 @@ class Prisms:
         return self.made[footprint]
 
 
-def outline_m(building: Building) -> Outline | None:
-    """Corners of a footprint on the map [m]; None if the building states none."""
-    stated, (x, y, _) = building.footprint_m, building.position_m
-    if stated is None or isinstance(stated[0], tuple):
-        return stated
-    width, depth = stated
-    west, east, south, north = x - width / 2, x + width / 2, y - depth / 2, y + depth / 2
-    return ((west, south), (east, south), (east, north), (west, north))
-
-
 @lru_cache(maxsize=4)
-def prisms(buildings: tuple[Building, ...]) -> Prisms:
+def prisms(buildings: Buildings) -> Prisms:
     """The buildings that have a footprint; missions that are compared share theirs as a rule."""
-    outlines = {k: each for k, each in enumerate(map(outline_m, buildings)) if each is not None}
-    corners = np.array([corner for each in outlines.values() for corner in each]).reshape(-1, 2)
-    sizes = np.array([*map(len, outlines.values())], dtype=np.intp)
-    roof_m = np.array([buildings[k].position_m[2] for k in outlines], dtype=float)
-    return prisms_of(corners, sizes, np.array([*outlines], dtype=np.intp), roof_m)
+    corners_m, count = buildings.outlines()
+    (number,) = np.nonzero(count)
+    return prisms_of(corners_m, count[number], number, buildings.roof_m[number, 2])
 
 
 def prisms_of(corners: Floats, sizes: Integers, building: Integers, roof_m: Floats) -> Prisms:

@@ -12,7 +12,7 @@ from optuav.arrays import Booleans, Floats
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.places import HOVER, Places, build_places
-from optuav.network.prisms import Prisms, outline_m, prisms
+from optuav.network.prisms import Prisms, prisms
 
 COVERAGE_SHARE = 0.4
 """Most that the coverage disc adds to the map on every side, as a share of the places' span."""
@@ -48,7 +48,7 @@ class Scene:
         mission, device = self.mission, np.array(self.mission.link.device_m[:2])
         seen = [device, *self.places.position_m[self.places.exists, :2]]
         seen += [np.array(mission.laser.position_m[:2])] if mission.laser else []
-        seen += [np.array(at) for each in mission.buildings for at in outline_m(each) or ()]
+        seen += [*mission.buildings.outlines()[0]]
         low, high = np.min(seen, axis=0), np.max(seen, axis=0)
         if math.isfinite(radius_m := self.disc_radius_m):
             room = COVERAGE_SHARE * float((high - low).max()) or radius_m

@@ -429,7 +429,7 @@ def runs_dry(mission: Mission) -> Exhibits:
 
 def overcharges(mission: Mission) -> Exhibits:
     """The wells where the UAV rests first, which charges a battery that is nearly full."""
-    names = [each.name for each in mission.buildings]
+    names = mission.buildings.names
     plans = {n: solve(mission, P4(n, order="rest-first"), perspective="battery") for n in names}
     plan = max(existing(plans).values(), key=attrgetter("hover_time_s"))
     yield _course(plan, "overcharges", {"full_s": plan.overfull_s})

@@ -144,7 +144,8 @@ class Plan(BaseModel):
         if bool(self.phases) != answered or (self.soc is not None) != answered:
             with_or_without = "needs" if answered else "has no"
             faults = [f"a plan that is {self.status.value} {with_or_without} phases and soc"]
-        known, here = {*ENDS, *(building.name for building in self.mission.buildings)}, None
+        here, named = None, {end for p in self.phases for end in (p.start_place, p.end_place)}
+        known = {*ENDS, *named.intersection(self.mission.buildings.names)}
         for number, phase in enumerate(self.phases):
             ends = dict.fromkeys((phase.start_place, phase.end_place))
             wrong = [f": {name!r} is no place of the mission" for name in ends if name not in known]

@@ -23,7 +23,6 @@ from optuav.arrays import Floats
 from optuav.errors import InputError
 from optuav.mission import Mission
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
-from optuav.network.prisms import outline_m
 from optuav.network.scene import Scene, scene
 from optuav.plan import Plan, Stop
 from optuav.plots import style
@@ -352,7 +351,8 @@ def draw_plan_view(ax: Axes, shown: Scene) -> list[Artist]:
 def draw_site(ax: Axes, shown: Scene, walls: Look) -> list[Artist]:
     """Draw footprints, roofs, the device and the laser from above; entries of the legend."""
     mission, entries = shown.mission, list[Artist]()
-    rings = [ring for building in mission.buildings if (ring := outline_m(building)) is not None]
+    corners_m, count = mission.buildings.outlines()
+    rings = np.split(corners_m, np.cumsum(count[count > 0]))[:-1]
     footprints = PolyCollection(rings, label="building", **{"linewidth": 0.6, "zorder": 2, **walls})
     ax.add_collection(footprints, autolim=False)
     roofs = shown.places.position_m[shown.places.buildings]

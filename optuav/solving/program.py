@@ -63,7 +63,7 @@ def groups(question: Question, network: Network) -> list[tuple[Integers, bool]]:
     routes, problem = network.routes, question.problem
     allowed = trajectory_routes(network, problem.trajectory or "optimal", problem.order)
     if problem.building is not None:
-        number = [each.name for each in network.mission.buildings].index(problem.building)
+        number = network.mission.buildings.names.index(problem.building)
         allowed = allowed[routes.building[allowed] == number]
     direct, by_way = (allowed[(routes.building[allowed] >= 0) == rests] for rests in (False, True))
     if question.slot_s is not None and problem.trajectory in ("traj1", "traj2"):

@@ -110,7 +110,7 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
     """Everything that is wrong with the options."""
     problem: object = question.problem
     if isinstance(problem, Formulation):
-        buildings = tuple(each.name for each in mission.buildings)
+        buildings = mission.buildings.names
         if problem.order not in (None, *ORDERS):
             yield unknown("order", problem.order, ORDERS)
         if problem.building not in (None, *buildings):

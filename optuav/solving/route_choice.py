@@ -172,7 +172,7 @@ def _routes(program: Program) -> tuple[list[Route], list[Part]]:
         model = question.problem.model(given, question.perspective)
         building, name = int(network.routes.building[number]), "direct"
         if building >= 0:
-            name = f"{network.mission.buildings[building].name} {network.routes.order(number)}"
+            name = f"{network.mission.buildings.names[building]} {network.routes.order(number)}"
             name += "" if rests else ", passing by"
         whole = Route(name, given)
         slots = [whole] if question.slot_s is None else [*_in_slots(whole, model, question.slot_s)]

@@ -214,8 +214,8 @@ def allowed(variants: Variants, problem: Formulation, possible: Booleans) -> Boo
     if not possible.all():
         able = able & possible[:, None]
     if problem.building is not None:
-        names = [each.name for each in variants.network.mission.buildings]
-        able = able & (routes.building == names.index(problem.building))
+        number = variants.network.mission.buildings.names.index(problem.building)
+        able = able & (routes.building == number)
     if isinstance(problem, P3):
         able = able & (routes.building < 0)
     away_m = variants.position_m[:, FIRST_BUILDING:] - as_points(variants.mission.link.device_m)

@@ -225,11 +225,11 @@ def _solved(
     refuse(dict.fromkeys(faults))
     shape = {} if isinstance(perspective, str) else {"perspective": len(asked)}
     shape |= {} if missions[0] is mission else {"mission": len(wholes)}
-    names = dict.fromkeys(each.name for whole in wholes for each in whole.buildings)
+    names = dict.fromkeys(name for whole in wholes for name in whole.buildings.names)
     numbers = {name: number for number, name in enumerate(names)}
     values = _tables(len(asked) * len(wholes) * every[0].count)
     for place, named in enumerate(every):
-        own = [numbers[each.name] for each in named.mission.buildings]
+        own = [numbers[name] for name in named.mission.buildings.names]
         some = questions[place * len(asked) : (place + 1) * len(asked)]
         for number, start, best in _best(named, some):
             begin = (number * len(wholes) + place) * named.count + start

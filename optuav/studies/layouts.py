@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
@@ -151,9 +151,10 @@ def layouts(
             roofs_m = draw.uniform(*heights_m, len(at_m))
         if len(at_m) < (buildings if kind == "uniform" else 1):
             refuse([Fault("area_m", shown(area_m), "an area with room for the buildings")])
-        table = {"name": [f"r{k + 1}" for k in range(len(at_m))], "z_m": roofs_m.tolist()}
-        table |= {"x_m": at_m[:, 0].tolist(), "y_m": at_m[:, 1].tolist()}
-        table |= dict.fromkeys(("width_m", "depth_m"), [side_m] * len(at_m))
+        names = [f"r{k + 1}" for k in range(len(at_m))]
+        table: dict[str, Iterable[object]] = {"name": names, "z_m": roofs_m}
+        table |= {"x_m": at_m[:, 0], "y_m": at_m[:, 1]}
+        table |= dict.fromkeys(("width_m", "depth_m"), np.full(len(at_m), side_m))
         found.append(base.with_buildings(table))
     return found
 

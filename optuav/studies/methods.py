@@ -56,7 +56,7 @@ def compare_methods(
     Parameters are those of `optuav.compare`, already checked.
     """
     methods = [*_methods(slots_s, perspective, engines)]
-    on_roofs = [P4(each.name, order=order) for each in mission.buildings for order in ORDERS]
+    on_roofs = [P4(name, order=order) for name in mission.buildings.names for order in ORDERS]
     # From the last row to the first: (P1) takes longest, so that it begins first.
     problems: list[Formulation] = [P1(), *reversed(on_roofs), P3()]
     rows, tell = list[Row](), progress or (lambda *_: None)

@@ -52,7 +52,7 @@ def best_alone(mission: Mission | InputError, question: Question) -> Best:
         getattr(best, f"soc_{name}")[:] = (plan.soc or {}).get(name, np.nan)
     rests = [place for place in plan.route if place not in ENDS]
     if rests:
-        number = [each.name for each in mission.buildings].index(rests[0])
+        number = mission.buildings.names.index(rests[0])
         hover_first = plan.route.index("hover") < plan.route.index(rests[0])
         best.route[:] = 2 * number + 1 + hover_first
     else:

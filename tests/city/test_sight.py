@@ -10,9 +10,9 @@ pytest.importorskip("geopandas")
 import optuav
 from optuav.city import read
 from optuav.network.obstacles import CLEAR
-from optuav.network.prisms import outline_m, prisms
+from optuav.network.prisms import prisms
 from tests.city.maps import shipped
-from tests.network.test_obstacles import is_crossed
+from tests.network.test_obstacles import is_crossed, outline
 from tests.network.test_sweep import check, surveyed
 
 
@@ -32,7 +32,7 @@ def test_no_verdict_differs_in_a_real_town(package: str, path: str) -> None:
     places_m = [*draw.uniform((*low_m[:2], 1.0), high_m, (8, 3)), *city.position_m[:2]]
     for place_m in places_m:
         check(obstacles, place_m, ends_m, exempt)
-    solids = [(outline_m(each) or (), each.position_m[2]) for each in mission.buildings]
+    solids = [(outline(each), each.position_m[2]) for each in mission.buildings]
     some = draw.choice(2 * count, 25, replace=False)
     found, _ = surveyed(obstacles, places_m[0], ends_m[some], exempt[some])
     expected = [

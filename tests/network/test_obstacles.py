@@ -15,11 +15,12 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.mission import Mission
+from optuav.mission.schema import Building
 from optuav.network import obstacles as sight
 from optuav.network.network import build_network
 from optuav.network.obstacles import CLEAR, clear_lines, crossed
 from optuav.network.places import HOVER
-from optuav.network.prisms import outline_m, prisms
+from optuav.network.prisms import prisms
 
 Point = tuple[float, float, float]
 Ring = Sequence[tuple[float, float]]
@@ -34,6 +35,16 @@ def town(*buildings: tuple[Ring | tuple[float, float] | None, Point]) -> Mission
         for number, (footprint, place) in enumerate(buildings)
     ]
     return optuav.load("paper").replace({"buildings": stated})
+
+
+def outline(building: Building) -> Ring:
+    """Corners of a footprint, none of what has no footprint."""
+    stated, (x, y, _) = building.footprint_m or (), building.position_m
+    if not stated or isinstance(stated[0], tuple):
+        return stated
+    width, depth = stated
+    west, east, south, north = x - width / 2, x + width / 2, y - depth / 2, y + depth / 2
+    return ((west, south), (east, south), (east, north), (west, north))
 
 
 def blocker(mission: Mission, start_m: Point, end_m: Point, exempt: int = CLEAR) -> int:
@@ -210,9 +221,12 @@ def test_a_clockwise_and_a_closed_outline_are_the_same_building() -> None:
 
 
 def test_a_size_is_centred_on_the_position() -> None:
-    """Width along x, depth along y."""
-    building = town(((40, 10), (100, 200, 30))).buildings[0]
-    assert outline_m(building) == ((80, 195), (120, 195), (120, 205), (80, 205))
+    """Width along x, depth along y; polygons stay as stated, and what has neither has none."""
+    solids = (None, (0, 0, 9)), (L_SHAPE, (5, 5, 30)), ((40, 10), (100, 200, 30))
+    corners_m, count = town(*solids).buildings.outlines()
+    assert count.tolist() == [0, 6, 4]
+    box = ((80, 195), (120, 195), (120, 205), (80, 205))
+    assert corners_m.tolist() == [[*corner] for corner in (*L_SHAPE, *box)]
 
 
 def crowd(count: int, seed: int) -> Mission:
@@ -240,7 +254,7 @@ def test_legs_and_sight_of_a_crowded_town() -> None:
     mission = crowd(60, 2)
     network = build_network(mission)
     where, table = network.places, network.legs
-    solids = [(outline_m(each) or (), each.position_m[2]) for each in mission.buildings]
+    solids = [(outline(each), each.position_m[2]) for each in mission.buildings]
 
     def in_the_way(start_m: Sequence[float], end_m: Sequence[float], without: set[int]) -> set[int]:
         return {

@@ -1,0 +1,215 @@
+"""The buildings of a mission as one table of columns, which makes each `Building` when asked.
+
+The columns are plain buffers, so that a mission is read without NumPy; they are arrays to those who
+compute with them.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from itertools import accumulate, chain
+from typing import TYPE_CHECKING, Annotated, Any, overload
+
+from pydantic import GetCoreSchemaHandler, Strict
+from pydantic_core import CoreSchema, core_schema
+
+from optuav.mission.schema import Building, Listed
+
+if TYPE_CHECKING:
+    from optuav.arrays import Floats, Integers
+
+RESERVED_NAMES = ("origin", "hover", "destination")
+MOST_HASHED = 3000  # Numbers of which the hash is made
+NO_SIZE = (0.0, 0.0)
+Listing = Annotated[tuple[Building, ...], Strict(), Listed]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Buildings(Sequence[Building]):
+    """Buildings by number: a sequence that never changes, equal to others by content.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> buildings = optuav.load("paper").buildings
+    >>> len(buildings), buildings[2].name, buildings.roof_m.shape
+    (10, 'b3', (10, 3))
+    """
+
+    names: tuple[str, ...] = ()
+    # Of every building x, y and z of its roof, and the size of its footprint, 0 without one.
+    roofs: array[float] = field(default_factory=lambda: array("d"))
+    sizes: array[float] = field(default_factory=lambda: array("d"))
+    # Corners of all polygons, and how many of them come before those of every building.
+    corners: array[float] = field(default_factory=lambda: array("d"))
+    begins: array[int] = field(default_factory=lambda: array("q", [0]))
+
+    @classmethod
+    def of(cls, buildings: Iterable[Building]) -> Buildings:
+        """The table of single buildings."""
+        listed, flat = [*buildings], chain.from_iterable
+        sizes, rings = list[Sequence[float]](), list[Sequence[Sequence[float]]]()
+        for each in listed:
+            stated: Any = each.footprint_m or NO_SIZE
+            ring = isinstance(stated[0], tuple)
+            sizes.append(NO_SIZE if ring else stated)
+            rings.append(stated if ring else ())
+        return cls(
+            tuple(each.name for each in listed),
+            array("d", flat(each.position_m for each in listed)),
+            array("d", flat(sizes)),
+            array("d", flat(flat(rings))),
+            array("q", accumulate(map(len, rings), initial=0)),
+        )
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, _: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Lists of buildings are judged one by one; a table has been."""
+        written = core_schema.plain_serializer_function_ser_schema(cls.rows)
+        return core_schema.no_info_wrap_validator_function(
+            lambda stated, judge: stated if isinstance(stated, cls) else cls.of(judge(stated)),
+            handler.generate_schema(Listing),
+            serialization=written,
+        )
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    @overload
+    def __getitem__(self, number: int) -> Building: ...
+    @overload
+    def __getitem__(self, number: slice) -> Buildings: ...
+    def __getitem__(self, number: int | slice) -> Building | Buildings:
+        chosen = range(len(self))[number]
+        if isinstance(chosen, range):
+            return Buildings.of(map(self.__getitem__, chosen))
+        values = self.row(chosen)
+        values["position_m"] = tuple(values["position_m"])
+        if (stated := values.get("footprint_m")) is not None:
+            values["footprint_m"] = tuple(
+                tuple(each) if isinstance(each, list) else each for each in stated
+            )
+        return Building.model_construct(**values)
+
+    def row(self, number: int) -> dict[str, Any]:
+        """A building as a file states it."""
+        values = {
+            "name": self.names[number],
+            "position_m": self.roofs[3 * number : 3 * number + 3].tolist(),
+        }
+        begin, end = self.begins[number : number + 2]
+        if begin < end:
+            flat = self.corners[2 * begin : 2 * end].tolist()
+            values["footprint_m"] = [[*each] for each in zip(flat[::2], flat[1::2], strict=True)]
+        elif self.sizes[2 * number]:
+            values["footprint_m"] = self.sizes[2 * number : 2 * number + 2].tolist()
+        return values
+
+    def rows(self) -> list[dict[str, Any]]:
+        """All of them as a file states them."""
+        return [*map(self.row, range(len(self)))]
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Buildings):
+            return NotImplemented
+        return self is other or self._columns == other._columns
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} buildings>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Buildings, self._columns
+
+    @property
+    def _columns(self) -> tuple[Any, ...]:
+        return tuple(getattr(self, each.name) for each in fields(self))
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash((self.names, *self.roofs[:MOST_HASHED], len(self.corners)))
+
+    @cached_property
+    def roof_m(self) -> Floats:
+        """Where the UAV rests (building, 3) [m]."""
+        roof_m: Floats = _shared(self.roofs).reshape(-1, 3)
+        return roof_m
+
+    def outlines(self) -> tuple[Floats, Integers]:
+        """Corners of all footprints (corner, 2) [m]; and by building their number, 0 for none."""
+        import numpy as np
+
+        stated_m, size_m = (_shared(each).reshape(-1, 2) for each in (self.corners, self.sizes))
+        (boxes,) = np.nonzero(size_m[:, 0])
+        count = np.diff(_shared(self.begins))
+        if not len(boxes):
+            return stated_m, count
+        count[boxes] = 4
+        middle_m, half_m = self.roof_m[boxes, None, :2], size_m[boxes, None] / 2
+        corners_m = np.empty((count.sum(), 2))
+        of_box = np.repeat(size_m[:, 0] > 0, count)
+        corners_m[~of_box] = stated_m
+        corners_m[of_box] = np.where(HIGH_ENDS, middle_m + half_m, middle_m - half_m).reshape(-1, 2)
+        return corners_m, count
+
+    @cached_property
+    def breaches(self) -> tuple[tuple[int, str, str], ...]:
+        """What is wrong with buildings beside others: number, key, and what is allowed."""
+        found = [(number, "name", words) for number, words in misnamed(self.names)]
+        if self.corners:
+            import numpy as np
+
+            count = np.diff(_shared(self.begins))
+            (which,) = np.nonzero(count)
+            rings = _shared(self.corners).reshape(-1, 2), count[which], self.roof_m[which, :2]
+            for ring, words in misshapen(*rings):
+                found.append((int(which[ring]), "footprint_m", words))
+        return tuple(found)
+
+
+HIGH_ENDS = ((False, False), (True, False), (True, True), (False, True))
+"""Whether a corner of a box is at the high end along x and y, counter-clockwise."""
+
+
+def _shared(column: array[Any]) -> Any:
+    """A column as an array of the same memory."""
+    import numpy as np
+
+    values = np.asarray(column)
+    values.setflags(write=False)
+    return values
+
+
+def misnamed(names: Iterable[str | None]) -> Iterator[tuple[int, str]]:
+    """Numbers of buildings with names that they may not have, and words; None is no name."""
+    first = dict[str, int]()
+    for number, name in enumerate(names):
+        if name in RESERVED_NAMES:
+            yield number, f"a name other than {', '.join(RESERVED_NAMES)}"
+        elif name is not None and first.setdefault(name, number) != number:
+            yield number, f"a name of its own; buildings[{first[name]}] has this one"
+
+
+def misshapen(corners_m: Floats, count: Integers, at_m: Floats) -> Iterator[tuple[int, str]]:
+    """Numbers of polygons that are no footprints, and words.
+
+    Of all polygons the corners (corner, 2) [m], how many each has, and x and y of the position
+    (polygon, 2) [m], NaN where it is not known.
+    """
+    import numpy as np
+    import shapely
+
+    ring_of = np.repeat(np.arange(len(count)), count)
+    polygons = np.asarray(shapely.polygons(shapely.linearrings(corners_m, indices=ring_of)))
+    proper = shapely.is_valid(polygons) & (shapely.area(polygons) > 0)
+    around = shapely.intersects_xy(polygons, *at_m.T) | np.isnan(at_m[:, 0])
+    for ring in np.flatnonzero(~(proper & around)).tolist():
+        if not proper[ring]:
+            yield ring, "a polygon with an area, whose edges meet at its corners only"
+        else:
+            yield ring, "a polygon that contains x and y of position_m"

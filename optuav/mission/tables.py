@@ -1,0 +1,187 @@
+"""Tables of buildings: judged as columns where all is in order, and else row by row."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar, get_args
+
+from annotated_types import Len
+from pydantic import TypeAdapter, ValidationError
+
+from optuav.errors import Fault, InputError, printable, refuse
+from optuav.mission import schema
+from optuav.mission.buildings import Buildings
+from optuav.mission.messages import nearest, shown
+from optuav.mission.schema import MOST_ITEMS, MissionSection, Number
+from optuav.mission.validation import (
+    Breach,
+    Document,
+    StatedMission,
+    breaches_of,
+    rules_of_buildings,
+    without,
+)
+
+if TYPE_CHECKING:
+    from optuav.arrays import Floats, Integers
+
+COLUMNS, SIZES = ("name", "x_m", "y_m", "z_m"), ("width_m", "depth_m")
+"""Columns of a table of buildings; those of their footprints may be left out."""
+MOST_BYTES = 8  # Of a number that is a float of Python
+Kind = TypeVar("Kind")
+
+
+class Listing(MissionSection):
+    """Buildings without the rest of a mission."""
+
+    buildings: Buildings
+
+
+def of_columns(table: Mapping[str, Iterable[object]]) -> Buildings:
+    """The buildings of a table with `COLUMNS` and maybe `SIZES`, or an `InputError`."""
+    wanted = "columns by name, as a data frame or as lists in a dict"
+    if not hasattr(table, "keys"):
+        raise InputError([Fault("", shown(table), wanted)])
+    refuse(
+        Fault(str(name), shown(table[name]), wanted)
+        for name in table
+        if isinstance(table[name], str) or not isinstance(table[name], Iterable)
+    )
+    columns = {str(name): _plain(table[name]) for name in table}
+    faults = [
+        Fault(name, "", f"unknown column{nearest(name, COLUMNS + SIZES)}")
+        for name in columns
+        if name not in COLUMNS + SIZES
+    ]
+    faults += [Fault(name, "", "is missing") for name in COLUMNS if name not in columns]
+    if len({len(column) for column in columns.values()}) > 1:
+        lengths = ", ".join(f"{name} {len(column)}" for name, column in columns.items())
+        faults.append(Fault("columns", printable(lengths), "of equal length"))
+    refuse(faults)
+    return _at_once(columns) or row_by_row([*_rows(columns)])
+
+
+def _plain(column: Iterable[Any]) -> Sequence[Any]:
+    """A column as an array if it is one of numbers, or else as a list of plain values."""
+    import numpy as np
+
+    kind = getattr(column, "dtype", None)
+    if isinstance(kind, np.dtype) and kind.kind in "iuf" and kind.itemsize <= MOST_BYTES:
+        values: Any = np.asarray(column)
+        return values if values.ndim == 1 else [*values.tolist()]
+    return [each.tolist() if hasattr(each, "tolist") else each for each in column]
+
+
+def _at_once(columns: Mapping[str, Sequence[Any]]) -> Buildings | None:
+    """The buildings of columns without any fault."""
+    import numpy as np
+
+    numbers: dict[str, Floats] = {}
+    for name in {*COLUMNS[1:], *SIZES} & columns.keys():
+        column = columns[name]
+        if isinstance(column, list) and not {*map(type, column)} <= {int, float}:
+            return None
+        try:
+            numbers[name] = np.asarray(column, dtype=float)
+        except OverflowError:
+            return None
+    roof_m = np.column_stack([numbers[name] for name in COLUMNS[1:]])
+    size_m = np.zeros_like(roof_m[:, :2])
+    if numbers.keys() & {*SIZES}:
+        unknown = np.full(len(roof_m), np.nan)
+        size_m = np.column_stack([numbers.get(name, unknown) for name in SIZES])
+        if (size_m == 0.0).any():
+            return None
+        size_m[np.isnan(size_m).all(axis=1)] = 0.0
+    found = _packed(columns["name"], roof_m, size_m)
+    return found if _is_allowed(found) else None
+
+
+def of_polygons(
+    names: Sequence[str], roof_m: Floats, corners_m: Floats, count: Integers
+) -> Buildings:
+    """The buildings of arrays, or an `InputError`.
+
+    Roofs (building, 3) [m], the corners of all footprints (corner, 2) [m], and by building how many
+    they are.
+    """
+    import numpy as np
+
+    found = _packed(names, roof_m, np.zeros((len(names), 2)), corners_m, count)
+    return found if _is_allowed(found) else row_by_row(found.rows())
+
+
+def _packed(names: Sequence[Any], roof_m: Floats, size_m: Floats, *polygons: Any) -> Buildings:
+    """Columns as a table, whatever they hold."""
+    import numpy as np
+
+    corners_m, count = polygons or (np.zeros((0, 2)), np.zeros(len(names), int))
+    roofs, sizes, corners = (
+        array("d", np.asarray(each, dtype=float).tobytes()) for each in (roof_m, size_m, corners_m)
+    )
+    begins = np.append(0, np.cumsum(count)).astype(np.int64)
+    return Buildings(tuple(names), roofs, sizes, corners, array("q", begins.tobytes()))
+
+
+def _is_allowed(table: Buildings) -> bool:
+    """Whether columns have nothing that `row_by_row` refuses."""
+    import numpy as np
+
+    coordinate, altitude, length = (
+        _said(kind, Number) for kind in (schema.Coordinate, schema.Altitude, schema.Length)
+    )
+    sizes, corners = np.asarray(table.sizes), np.asarray(table.corners)
+    within: tuple[tuple[Any, Floats], ...] = (
+        (coordinate, table.roof_m[:, :2]),
+        (altitude, table.roof_m[:, 2]),
+        (length, sizes[sizes != 0.0]),
+        (coordinate, corners),
+    )
+    for limits, values in within:
+        if not ((values >= limits.ge) & (values <= limits.le)).all():
+            return False
+    ring, count = _said(schema.Polygon, Len), np.diff(table.begins)
+    most = ring.max_length or 0
+    if ((count > 0) & ((count < ring.min_length) | (count > most))).any():
+        return False
+    try:
+        TypeAdapter(tuple[schema.Name, ...]).validate_python(table.names)
+    except ValidationError:
+        return False
+    return not table.breaches
+
+
+def _said(kind: object, what: type[Kind]) -> Kind:
+    """What the type of a key says of its values."""
+    return next(each for each in get_args(kind) if isinstance(each, what))
+
+
+def _rows(columns: Mapping[str, Sequence[Any]]) -> Iterator[Document]:
+    """The rows of columns as tables [[buildings]]."""
+    lists = (getattr(each, "tolist", each.__iter__)() for each in columns.values())
+    for cells in zip(*lists, strict=True):
+        row = dict(zip(columns, cells, strict=True))
+        building = {} if row["name"] is None else {"name": row["name"]}
+        building["position_m"] = [row[name] for name in COLUMNS[1:]]
+        size = [row.get(name) for name in SIZES]
+        if any(each is not None and str(each) != "nan" for each in size):
+            building["footprint_m"] = size
+        yield building
+
+
+def row_by_row(rows: list[Document], source: str = "") -> Buildings:
+    """The buildings of any number of tables [[buildings]], or an `InputError` with their faults."""
+    stated = StatedMission({"buildings": rows}, {(): source})
+    found, breaches = list[schema.Building](), list[Breach]()
+    for begin in range(0, len(rows), MOST_ITEMS):
+        part = {"buildings": rows[begin : begin + MOST_ITEMS]}
+        try:
+            found += Listing.model_validate(part).buildings
+        except ValidationError as error:
+            for (table, number, *key), words in breaches_of(Listing, error, StatedMission(part)):
+                breaches.append(Breach((table, begin + int(number), *key), words))
+    breaches += rules_of_buildings(without(stated.document, {key for key, _ in breaches}))
+    if breaches:
+        raise InputError(stated.faults(breaches))
+    return Buildings.of(found)
