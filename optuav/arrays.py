@@ -1,6 +1,6 @@
 """Arrays by what they hold, of any shape; docstrings tell the shape and the unit."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -10,3 +10,16 @@ Floats: TypeAlias = npt.NDArray[np.float64]
 Integers: TypeAlias = npt.NDArray[np.intp]
 Booleans: TypeAlias = npt.NDArray[np.bool_]
 Values: TypeAlias = Mapping[str, Any]  # Numbers, or arrays with one entry a programme, by name
+
+
+def ragged(first: Integers, counts: Integers) -> tuple[Integers, Integers]:
+    """Rows of several numbers each, which count on from its first: row of each, and the number."""
+    row = np.repeat(np.arange(len(counts)), counts)
+    return row, np.arange(len(row)) + np.repeat(first - np.cumsum(counts) + counts, counts)
+
+
+def portions(counts: Integers, most: int) -> Iterator[slice]:
+    """Slices of rows of several entries each that hold `most` entries, or up to a row more."""
+    if len(counts):
+        begins = np.flatnonzero(np.diff(np.cumsum(counts) // most, prepend=-1))
+        yield from map(slice, begins.tolist(), [*begins[1:].tolist(), len(counts)])

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats, Integers
+from optuav.arrays import Booleans, Floats, Integers, ragged
 from optuav.network.prisms import FEW, MARGIN_M, Prisms
-from optuav.network.sweep import around, survey
+from optuav.network.sweep import NONE, candidates, lines_from, survey, view
 from optuav.physics.quantity import TINY, Quantity
 
 MOST_PAIRS = 1 << 15
@@ -31,31 +31,40 @@ def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers)
         other = np.flatnonzero((start_m[1:] != start_m[:-1]).any(axis=1)) + 1
         begin, end = np.append(0, other), np.append(other, len(found))
         for row in map(slice, *(each[end - begin >= MANY].tolist() for each in (begin, end))):
-            found[row], left[row] = _surveyed(obstacles, start_m[row], end_m[row], exempt[row])
+            found[row] = _surveyed(obstacles, start_m[row], end_m[row], exempt[row])
+            left[row] = False
     found[left] = _followed(obstacles, start_m[left], end_m[left], exempt[left])
     return found
 
 
-def _surveyed(
-    obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers
-) -> tuple[Integers, Booleans]:
-    """A building that each line from one place crosses, as `crossed`; and which are undecided."""
+def _surveyed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers) -> Integers:
+    """A building that each line crosses, as `crossed`; all lines start in one place."""
+    seen = view(obstacles, start_m[0])
+    (around,) = np.nonzero(seen.near_m == 0.0)
+    if len(around) > FEW:  # Then the place lies in a heap of footprints
+        return _followed(obstacles, start_m, end_m, exempt)
     found = np.full(len(start_m), CLEAR, dtype=np.intp)
-    near = around(obstacles, start_m[0])
-    if len(near) > FEW:  # Then the place lies in a heap of footprints
-        return found, np.ones(len(found), bool)
     low_m, way_m = _upwards(start_m, end_m)
-    clear, likely = survey(obstacles, start_m[0], end_m, exempt)
-    guessed = np.flatnonzero(~clear & (likely >= 0))
-    met = [_met(obstacles, (low_m, way_m, exempt), guessed, likely[guessed])]
+
+    def tried(line: Integers, footprint: Integers) -> None:
+        for k in range(0, len(line), MOST_PAIRS):
+            pairs = line[k : k + MOST_PAIRS], footprint[k : k + MOST_PAIRS]
+            one, other = _met(obstacles, (low_m, way_m, exempt), *pairs)
+            found[one] = obstacles.building[other]
+
+    ways = lines_from(start_m[0], end_m, seen.bearings)
+    clear, likely = survey(seen, ways, obstacles, exempt)
+    (guessed,) = np.nonzero(~clear & (likely != NONE))
+    tried(guessed, likely[guessed])
     # What stands around the place is in the way of any line, and no part of the survey.
-    every = np.arange(len(found))
-    met += [
-        _met(obstacles, (low_m, way_m, exempt), every, np.full_like(every, each)) for each in near
-    ]
-    for line, footprint in met:
-        found[line] = obstacles.building[footprint]
-    return found, ~clear & (found == CLEAR)
+    for each in around:
+        (line,) = np.nonzero(found == CLEAR)
+        tried(line, np.full_like(line, each))
+    (left,) = np.nonzero(~clear & (found == CLEAR))
+    for line, footprint in candidates(seen, ways, left):
+        still = found[line] == CLEAR
+        tried(line[still], footprint[still])
+    return found
 
 
 def _followed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers) -> Integers:
@@ -95,9 +104,8 @@ def _followed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integer
             row = column * n + np.clip((ends / cell_m[1 - axis]).astype(np.intp), 0, n - 1)
             first = obstacles.begins[axis][row.min(axis=0)]
             entries = obstacles.begins[axis][row.max(axis=0) + 1] - first
-            line = np.repeat(live, entries)
-            before = np.repeat(first - np.cumsum(entries) + entries, entries)
-            footprint = obstacles.in_cells[axis][np.arange(len(line)) + before]
+            number, entry = ragged(first, entries)
+            line, footprint = live[number], obstacles.in_cells[axis][entry]
             # Most footprints lie well beside the line.
             beside_m = middle_m[1 - axis, footprint] - slope[line] * middle_m[axis, footprint]
             (near,) = np.nonzero(np.abs(beside_m - offset_m[line]) <= reach_m[footprint])
@@ -135,7 +143,7 @@ def _met(
         along_m = way_m[:2, line[other]]
         nearest = -(from_m * along_m).sum(axis=0) / np.maximum((along_m**2).sum(axis=0), TINY)
         away_m = np.hypot(*(from_m + np.clip(nearest, enter, leave) * along_m))
-        (unsure,) = np.nonzero(away_m > obstacles.inscribed_m[footprint[other]] - 2.0 * MARGIN_M)
+        (unsure,) = np.nonzero(away_m > obstacles.inscribed_m(footprint[other]) - 2.0 * MARGIN_M)
         other, enter, leave = other[unsure], enter[unsure], leave[unsure]
     if len(other):
         import shapely

@@ -10,7 +10,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from optuav.arrays import Booleans, Floats, Integers
+from optuav.arrays import Booleans, Floats, Integers, ragged
 from optuav.mission.buildings import Buildings
 from optuav.physics.quantity import TINY
 
@@ -40,7 +40,9 @@ class Prisms:
     # By numbering: footprints in the order of the cells, and where those of each cell begin.
     in_cells: Sequence[Integers]
     begins: Sequence[Integers]
-    made: npt.NDArray[np.object_]  # Polygons that were asked for, see `inner`; None for others
+    # What was asked for, see `inner` and `inscribed_m`; None and NaN for others
+    made: npt.NDArray[np.object_]
+    radius_m: Floats
 
     @cached_property
     def middle_m(self) -> Floats:
@@ -48,21 +50,31 @@ class Prisms:
         return 0.5 * (self.low_m + self.high_m)
 
     @cached_property
-    def inscribed_m(self) -> Floats:
-        """Radius of a disc around the middle of its box within every footprint [m], or 0."""
-        first, last = np.cumsum(self.sizes) - self.sizes, np.cumsum(self.sizes) - 1
-        after = np.arange(1, 1 + len(self.corners_m))
-        after[last] = first
-        start_m = self.corners_m.T - np.repeat(self.middle_m, self.sizes, axis=1)
-        end_m = start_m[:, after]
-        edge_m = end_m - start_m
-        share = -(start_m * edge_m).sum(axis=0) / np.maximum((edge_m**2).sum(axis=0), TINY)
-        away_m = np.hypot(*(start_m + np.clip(share, 0.0, 1.0) * edge_m))
-        # A ray from the middle along x leaves the footprint once more than it enters.
-        area = start_m[0] * end_m[1] - start_m[1] * end_m[0]
-        leaves = ((start_m[1] > 0.0) != (end_m[1] > 0.0)) & ((area > 0.0) == (edge_m[1] > 0.0))
-        within = np.bitwise_xor.reduceat(leaves, first)
-        return np.where(within, np.minimum.reduceat(away_m, first), 0.0)
+    def first(self) -> Integers:
+        """Number of the first corner of every footprint."""
+        return np.cumsum(self.sizes) - self.sizes
+
+    def inscribed_m(self, footprint: Integers) -> Floats:
+        """Radius of a disc around the middle of its box within some of the footprints [m], or 0.
+
+        Each is computed when first asked for.
+        """
+        if len(new := np.unique(footprint[np.isnan(self.radius_m[footprint])])):
+            ring, corner = ragged(self.first[new], sizes := self.sizes[new])
+            first, last = np.cumsum(sizes) - sizes, np.cumsum(sizes) - 1
+            after = np.arange(1, 1 + len(corner))
+            after[last] = first
+            start_m = self.corners_m[corner].T - self.middle_m[:, new[ring]]
+            end_m = start_m[:, after]
+            edge_m = end_m - start_m
+            share = -(start_m * edge_m).sum(axis=0) / np.maximum((edge_m**2).sum(axis=0), TINY)
+            away_m = np.hypot(*(start_m + np.clip(share, 0.0, 1.0) * edge_m))
+            # A ray from the middle along x leaves the footprint once more than it enters.
+            area = start_m[0] * end_m[1] - start_m[1] * end_m[0]
+            leaves = ((start_m[1] > 0.0) != (end_m[1] > 0.0)) & ((area > 0.0) == (edge_m[1] > 0.0))
+            within = np.bitwise_xor.reduceat(leaves, first)
+            self.radius_m[new] = np.where(within, np.minimum.reduceat(away_m, first), 0.0)
+        return self.radius_m[footprint]
 
     @property
     def polygons(self) -> npt.NDArray[np.object_]:
@@ -74,9 +86,7 @@ class Prisms:
         import shapely
 
         if len(new := np.unique(footprint[shapely.is_missing(self.made[footprint])])):
-            first = (np.cumsum(self.sizes) - self.sizes)[new]
-            ring = np.repeat(np.arange(len(new)), sizes := self.sizes[new])
-            corner = np.arange(len(ring)) + np.repeat(first - np.cumsum(sizes) + sizes, sizes)
+            ring, corner = ragged(self.first[new], self.sizes[new])
             outer = shapely.polygons(shapely.linearrings(self.corners_m[corner], indices=ring))
             self.made[new] = shapely.buffer(outer, -MARGIN_M, join_style="mitre")
             shapely.prepare(self.made[new])
@@ -115,12 +125,11 @@ def prisms_of(corners: Floats, sizes: Integers, building: Integers, roof_m: Floa
     cell_m = reach_m / across
     first, last = np.clip(((out_m - map_low_m) / cell_m).astype(np.intp), 0, across - 1)
     entries = (spans := last - first + 1).prod(axis=0)
-    footprint = np.repeat(np.arange(count), entries)
-    number = np.arange(len(footprint)) - np.repeat(np.cumsum(entries) - entries, entries)
+    footprint, number = ragged(np.zeros_like(entries), entries)
     x, y = first[:, footprint] + np.divmod(number, spans[1, footprint])
     numbers = x * across + y, y * across + x
     in_cells = [footprint[np.argsort(each, kind="stable")] for each in numbers]
     begins = [np.cumsum(np.bincount(each + 1, minlength=across**2 + 1)) for each in numbers]
     shapes = corners, sizes, low_m, high_m, is_box, building, roof_m
-    made = np.full(count, None, dtype=object)
-    return Prisms(*shapes, map_low_m, cell_m, across, in_cells, begins, made)
+    asked = np.full(count, None, dtype=object), np.full(count, np.nan)
+    return Prisms(*shapes, map_low_m, cell_m, across, in_cells, begins, *asked)

@@ -3,71 +3,109 @@
 Footprints are taken up from the nearest to the farthest, a few at a time, into a horizon: for every
 bearing the steepest slope up to which a footprint so far may hide what lies behind. A line that
 ends farther away is clear if it is at least as steep. Bearings are coarse and footprints count as
-wider and nearer than they are, so what is called clear is clear; others are left to be decided.
+wider and nearer than they are, so what is called clear is clear. Others are left to be decided:
+few footprints in the bearing of a line are high enough to block it.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats, Integers
+from optuav.arrays import Booleans, Floats, Integers, portions, ragged
 from optuav.network.prisms import MARGIN_M, Prisms
 from optuav.physics.quantity import TINY
 
 AT_ONCE = 250  # Footprints that are taken up between two looks at the horizon
-BEARINGS = 16  # Into so many bearings the average footprint reaches, about
+BEARINGS = 8  # Into so many bearings the average footprint reaches, about
 FEWEST, MOST = 1 << 10, 1 << 22  # Bearings
+MOST_CORNERS = 1 << 16  # That are looked at together: as many as fit the cache
+MOST_PAIRS = 1 << 18  # Of footprints and bearings, or of lines and footprints, likewise
 NONE = -1  # In place of the number of a footprint
 
 
-def around(obstacles: Prisms, place_m: Floats) -> list[int]:
-    """Numbers of the footprints whose boxes contain a place: they have no bearing from there."""
-    return np.flatnonzero(_beside(obstacles, place_m) == 0.0).tolist()
+class View(NamedTuple):
+    """How footprints look from a place, by number; bearings are counted all round."""
+
+    near_m: Floats  # Distance on the map, no more than it is; 0 around the place [m]
+    slope: Floats  # A line from the place that is at least as steep passes over it [-]
+    first: Integers  # The first bearing into which it may reach
+    spans: Integers  # Into so many it may reach from there on; 0 around the place
+    bearings: int  # How many there are
 
 
-def _beside(obstacles: Prisms, place_m: Floats) -> Floats:
-    """Distance on the map from a place to the box of every footprint [m], no more than it is."""
-    at_m, wall_m = place_m[:2, None], 2.0 * MARGIN_M
+class Lines(NamedTuple):
+    """Straight lines from a place, by number."""
+
+    length_m: Floats  # On the map [m]
+    steepness: Floats  # [-]
+    bearing: Integers
+
+
+def view(obstacles: Prisms, place_m: Floats) -> View:
+    """How the footprints look from a place [m]."""
+    at_m, wall_m, count = place_m[:2, None], 2.0 * MARGIN_M, len(obstacles.sizes)
     out_m = np.maximum(obstacles.low_m - wall_m - at_m, at_m - obstacles.high_m - wall_m)
-    return np.asarray(np.hypot(*np.maximum(out_m, 0.0)))
-
-
-def survey(
-    obstacles: Prisms, place_m: Floats, ends_m: Floats, exempt: Integers
-) -> tuple[Booleans, Integers]:
-    """Which straight lines from a place are clear for certain, and what likely blocks each.
-
-    The lines end at `ends_m` (line, 3) [m]; the `exempt` buildings (line, k) do not block them. The
-    second array has numbers of footprints, `NONE` where there is none. Lines that are not clear may
-    still be, and what likely blocks them may not. Footprints `around` the place do not count.
-    """
-    near_m, left, right, slope = _seen_from(obstacles, place_m)
-    count, outside = len(near_m), near_m > 0.0
+    near_m = np.hypot(*np.maximum(out_m, 0.0))
+    left, right, far_m = np.empty(count), np.empty(count), np.empty(count)
+    for part in portions(obstacles.sizes, MOST_CORNERS):
+        sizes, first = obstacles.sizes[part], obstacles.first[part] - obstacles.first[part.start]
+        corner = slice(obstacles.first[part.start], obstacles.first[part.start] + sizes.sum())
+        middle_m = obstacles.middle_m[:, part] - at_m
+        u, v = np.repeat(middle_m, sizes, axis=1)
+        x, y = obstacles.corners_m[corner].T - at_m
+        turn = np.arctan2(u * y - v * x, u * x + v * y)
+        bearing = np.arctan2(middle_m[1], middle_m[0])
+        left[part] = bearing + np.minimum.reduceat(turn, first)
+        right[part] = bearing + np.maximum.reduceat(turn, first)
+        far_m[part] = np.sqrt(np.maximum.reduceat(x**2 + y**2, first))
+    rise_m, outside = obstacles.roof_m - place_m[2], near_m > 0.0
+    by_m = np.where(rise_m >= 0.0, near_m, far_m)
+    slope = np.where(by_m > 0.0, rise_m / np.maximum(by_m, TINY), np.inf)
     width = float((right - left)[outside].sum())
     bearings = int(np.clip(BEARINGS * count * 2.0 * math.pi / max(width, 1e-9), FEWEST, MOST))
     per_radian = bearings / (2.0 * math.pi)
     # A millionth of a bearing more than it has, which is more than rounding takes from it.
-    first = np.floor(left * per_radian - 1e-6).astype(np.intp)
-    spans = np.floor(right * per_radian + 1e-6).astype(np.intp) - first + 1
+    begin = np.floor(left * per_radian - 1e-6).astype(np.intp)
+    spans = np.floor(right * per_radian + 1e-6).astype(np.intp) - begin + 1
     spans = np.where(outside, np.minimum(spans, bearings), 0)
+    return View(near_m, slope, begin, spans, bearings)
+
+
+def lines_from(place_m: Floats, ends_m: Floats, bearings: int) -> Lines:
+    """The straight lines from a place to `ends_m` (line, 3) [m], by bearings all round."""
+    x, y, rise_m = (ends_m - place_m).T
+    length_m = np.hypot(x, y)
+    turns = np.arctan2(y, x) * (bearings / (2.0 * math.pi)) // 1.0
+    steepness = rise_m / np.maximum(length_m, TINY)
+    return Lines(length_m, steepness, turns.astype(np.intp) % bearings)
+
+
+def survey(
+    seen: View, ways: Lines, obstacles: Prisms, exempt: Integers
+) -> tuple[Booleans, Integers]:
+    """Which straight lines from a place are clear for certain, and what likely blocks each.
+
+    The `exempt` buildings (line, k) do not block them. The second array has numbers of footprints,
+    `NONE` where there is none. Lines that are not clear may still be, and what likely blocks them
+    may not. Footprints around the place do not count.
+    """
+    count, bearing = len(seen.near_m), ways.bearing
     # Groups of footprints from the nearest on, within each the lower slopes first.
-    by_distance = np.argsort(near_m, kind="stable")
+    by_distance = np.argsort(seen.near_m, kind="stable")
     group = np.empty(count, dtype=np.intp)
     group[by_distance] = np.arange(count) // AT_ONCE
-    begins_m = near_m[by_distance[::AT_ONCE]]
-    order = np.lexsort((slope, group))
+    begins_m = seen.near_m[by_distance[::AT_ONCE]]
+    order = np.lexsort((seen.slope, group))
 
-    way_m = ends_m - place_m
-    length_m = np.hypot(way_m[:, 0], way_m[:, 1])
-    steepness = way_m[:, 2] / np.maximum(length_m, TINY)
-    bearing = (np.arctan2(way_m[:, 1], way_m[:, 0]) * per_radian // 1.0).astype(np.intp) % bearings
     # Only footprints of groups before `after` begin before the line ends.
-    after = np.searchsorted(begins_m, length_m)
+    after = np.searchsorted(begins_m, ways.length_m)
     known = np.minimum(np.searchsorted(obstacles.building, exempt), count - 1)
     own = (obstacles.building[known] == exempt) & (group[known] < after[:, None])
-    own &= (bearing[:, None] - first[known]) % bearings < spans[known]
+    own &= (bearing[:, None] - seen.first[known]) % seen.bearings < seen.spans[known]
     for k in range(1, exempt.shape[1]):
         own[:, k] &= (exempt[:, :k] != exempt[:, k, None]).all(axis=1)
     # The horizon is looked at before the first exempt footprint is in it. Where the bearing has no
@@ -79,10 +117,10 @@ def survey(
     groups = np.arange(len(begins_m) + 2)
     look_at = np.searchsorted(before[looks], groups)
     end_at = np.searchsorted(after[ends], groups)
-    horizon = np.full(bearings, -np.inf)
-    highest, blocker = horizon.copy(), np.full(bearings, NONE)
-    standing = np.zeros(bearings, dtype=np.intp)
-    needed, likely = np.empty(len(ends_m)), np.empty(len(ends_m), dtype=np.intp)
+    horizon = np.full(seen.bearings, -np.inf)
+    highest, blocker = horizon.copy(), np.full(seen.bearings, NONE)
+    standing = np.zeros(seen.bearings, dtype=np.intp)
+    needed, likely = np.empty(len(bearing)), np.empty(len(bearing), dtype=np.intp)
     for k in range(len(begins_m) + 1):
         line = ends[end_at[k] : end_at[k + 1]]
         later[line] += standing[bearing[line]]
@@ -91,35 +129,48 @@ def survey(
         needed[line], likely[line] = horizon[at], blocker[at]
         later[line] -= standing[at]
         footprint = order[k * AT_ONCE : (k + 1) * AT_ONCE]
-        reach = spans[footprint]
-        place = np.repeat(np.arange(len(footprint)), reach)
-        step = np.arange(len(place)) - np.repeat(np.cumsum(reach) - reach, reach)
+        reach = seen.spans[footprint]
+        place, step = ragged(np.zeros_like(reach), reach)
         each = footprint[place]
-        at, tall = (first[each] + step) % bearings, slope[each]
+        at, tall = (seen.first[each] + step) % seen.bearings, seen.slope[each]
         np.maximum.at(horizon, at, tall)
         np.add.at(standing, at, 1)
         # Where it fills a bearing, it likely blocks what is lower; the last of equals stays.
         fills = ((step > 0) & (step < reach[place] - 1)) | (reach[place] < 3)
         fills &= tall >= highest[at]
         highest[at[fills]], blocker[at[fills]] = tall[fills], each[fills]
-    return (steepness >= needed) & (later == 0), likely
+    return (ways.steepness >= needed) & (later == 0), likely
 
 
-def _seen_from(obstacles: Prisms, place_m: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    """How footprints look from a place: distance [m], ends of their bearings [rad], and slopes.
+def candidates(seen: View, ways: Lines, some: Integers) -> Iterator[tuple[Integers, Integers]]:
+    """Numbers of some of the lines, each with those of the footprints that may block it.
 
-    A line from there that is at least as steep as the slope [-] passes over the footprint.
+    Footprints around the place do not count.
     """
-    at_m, near_m = place_m[:2], _beside(obstacles, place_m)
-    first = np.cumsum(obstacles.sizes) - obstacles.sizes
-    middle_m = obstacles.middle_m - at_m[:, None]
-    x, y = (obstacles.corners_m - at_m).T
-    u, v = np.repeat(middle_m, obstacles.sizes, axis=1)
-    turn = np.arctan2(u * y - v * x, u * x + v * y)
-    bearing = np.arctan2(middle_m[1], middle_m[0])
-    left = bearing + np.minimum.reduceat(turn, first)
-    right = bearing + np.maximum.reduceat(turn, first)
-    far_m = np.sqrt(np.maximum.reduceat(x**2 + y**2, first))
-    rise_m = obstacles.roof_m - place_m[2]
-    by_m = np.where(rise_m >= 0.0, near_m, far_m)
-    return near_m, left, right, np.where(by_m > 0.0, rise_m / np.maximum(by_m, TINY), np.inf)
+    line = some[np.lexsort((ways.length_m[some], ways.bearing[some]))]
+    bearing, length_m, steepness = ways.bearing[line], ways.length_m[line], ways.steepness[line]
+    # Every line by its bearing and then its length, as one number.
+    lengths_m, many = np.unique(length_m), len(line) + 1
+    key = bearing * many + np.searchsorted(lengths_m, length_m)
+    # The lowest of the lines in its bearing that are as long or longer, by its rank.
+    slopes = np.unique(steepness)
+    rank = bearing * many + np.searchsorted(slopes, steepness)
+    lowest = slopes[np.minimum.accumulate(rank[::-1])[::-1] - bearing * many]
+    last = np.searchsorted(bearing, np.arange(seen.bearings), side="right")
+    beyond = np.searchsorted(lengths_m, seen.near_m, side="right")
+    occupied = np.bincount(bearing, minlength=seen.bearings) > 0
+    for part in portions(seen.spans, MOST_PAIRS):
+        row, at = ragged(seen.first[part], seen.spans[part])
+        footprint, at = part.start + row, at % seen.bearings
+        there = occupied[at]
+        footprint, at = footprint[there], at[there]
+        first = np.searchsorted(key, at * many + beyond[footprint])
+        count = last[at] - first
+        (high,) = np.nonzero(count > 0)
+        high = high[seen.slope[footprint[high]] > lowest[first[high]]]
+        footprint, first, count = footprint[high], first[high], count[high]
+        for pairs in portions(count, MOST_PAIRS):
+            row, number = ragged(first[pairs], count[pairs])
+            other = footprint[pairs][row]
+            may = seen.slope[other] > steepness[number]
+            yield line[number[may]], other[may]

@@ -387,8 +387,12 @@ def test_a_disc_within_a_footprint() -> None:
         L_SHAPE: 0.0,
     }
     mission = town(*((ring, (*ring[0], 9.0)) for ring in rings))
-    found = prisms(mission.buildings).inscribed_m
-    assert found == pytest.approx([*rings.values()], abs=2e-6)
+    obstacles = prisms.__wrapped__(mission.buildings)
+    some = np.array([5, 2, 5])
+    radii_m = np.array([*rings.values()])
+    assert obstacles.inscribed_m(some) == pytest.approx(radii_m[some], abs=2e-6)
+    assert (~np.isnan(obstacles.radius_m)).nonzero()[0].tolist() == [2, 5]
+    assert obstacles.inscribed_m(np.arange(len(rings))) == pytest.approx(radii_m, abs=2e-6)
 
 
 def test_polygons_are_made_when_they_are_asked_for() -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from optuav.arrays import Booleans, Floats, Integers
+from optuav.arrays import Floats, Integers
 from optuav.network import obstacles as sight
 from optuav.network import sweep
 from optuav.network.obstacles import CLEAR, crossed
@@ -23,43 +23,55 @@ def prisms_around(rings: Rings, roof_m: Floats) -> Prisms:
     return prisms_of(np.concatenate(rings), sizes, np.arange(len(rings)), roof_m)
 
 
-def all_pairs(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers) -> Booleans:
-    """Whether each line is blocked, with every prism tried on it: no map, no survey."""
+def all_pairs(
+    obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers
+) -> tuple[Integers, Integers]:
+    """Every line with each footprint that blocks it, all being tried: no map, no survey."""
     line, footprint = np.divmod(
         np.arange(len(start_m) * len(obstacles.sizes)), len(obstacles.sizes)
     )
     low_m, way_m = sight._upwards(start_m, end_m)
-    line, _ = sight._met(obstacles, (low_m, way_m, exempt), line, footprint)
-    blocked = np.zeros(len(start_m), bool)
-    blocked[line] = True
-    return blocked
+    return sight._met(obstacles, (low_m, way_m, exempt), line, footprint)
 
 
 def surveyed(
     obstacles: Prisms, place_m: Floats, ends_m: Floats, exempt: Integers
-) -> tuple[Integers, Booleans]:
-    """What blocks each line from a place, and which lines had to be followed."""
+) -> tuple[Integers, list[tuple[int, int]], int]:
+    """What blocks each line from a place; candidates for all lines; and how many were followed."""
     start_m = np.broadcast_to(place_m, ends_m.shape)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sight, "MANY", 1)
         patch.setattr(sweep, "AT_ONCE", 4)
+        for most in ("MOST_CORNERS", "MOST_PAIRS"):
+            patch.setattr(sweep, most, 500)
+        followed = list[int]()
+        follow = sight._followed
+        patch.setattr(
+            sight, "_followed", lambda *each: (followed.append(len(each[1])), follow(*each))[1]
+        )
         found = crossed(obstacles, start_m, ends_m, exempt)
-        _, followed = sight._surveyed(obstacles, start_m, ends_m, exempt)
-    return found, followed
+        seen = sweep.view(obstacles, place_m)
+        ways = sweep.lines_from(place_m, ends_m, seen.bearings)
+        pairs = [*sweep.candidates(seen, ways, np.arange(len(ends_m)))]
+    likely = [pair for each in pairs for pair in zip(*map(np.ndarray.tolist, each), strict=True)]
+    return found, likely, sum(followed)
 
 
-def check(obstacles: Prisms, place_m: Floats, ends_m: Floats, exempt: Integers) -> float:
-    """The survey against all pairs; the share of lines that were left to follow."""
-    found, followed = surveyed(obstacles, place_m, ends_m, exempt)
-    start_m = np.broadcast_to(place_m, ends_m.shape)
-    blocked = all_pairs(obstacles, start_m, ends_m, exempt)
+def check(obstacles: Prisms, place_m: Floats, ends_m: Floats, exempt: Integers) -> int:
+    """The survey against all pairs; how many lines were followed over the map."""
+    found, likely, followed = surveyed(obstacles, place_m, ends_m, exempt)
+    line, footprint = all_pairs(obstacles, np.broadcast_to(place_m, ends_m.shape), ends_m, exempt)
+    blocked = np.isin(np.arange(len(ends_m)), line)
     assert np.array_equal(found != CLEAR, blocked)
     # What is named is in the way, and no other.
-    (line,) = np.nonzero(blocked)
-    low_m, way_m = sight._upwards(start_m, ends_m)
-    named, _ = sight._met(obstacles, (low_m, way_m, exempt), line, found[line])
-    assert np.array_equal(named, line)
-    return float(followed.mean())
+    met = set(zip(line.tolist(), footprint.tolist(), strict=True))
+    number = np.searchsorted(obstacles.building, found[blocked])
+    assert met >= set(zip(np.flatnonzero(blocked).tolist(), number.tolist(), strict=True))
+    # Nothing in the way is overlooked.
+    assert len(likely) == len(set(likely))
+    around = np.flatnonzero(sweep.view(obstacles, place_m).near_m == 0.0).tolist()
+    assert {pair for pair in met if pair[1] not in around} <= set(likely)
+    return followed
 
 
 def town(
@@ -118,7 +130,7 @@ def test_no_verdict_differs_from_a_search_along_each_line(seed: int) -> None:
     place_m = np.array([3.0, -reach_m / 3, 40.0])
     ends_m = draw.uniform((-reach_m, -reach_m, 0), (reach_m, reach_m, 70), (400, 3))
     exempt = np.full((400, 1), CLEAR)
-    found, _ = surveyed(prisms_around(rings, roof_m), place_m, ends_m, exempt)
+    found, *_ = surveyed(prisms_around(rings, roof_m), place_m, ends_m, exempt)
     outlines = [[(x, y) for x, y in ring.tolist()] for ring in rings]
     expected = [
         any(
@@ -168,15 +180,24 @@ def square_town(count: int, apart_m: float, side_m: float) -> tuple[Prisms, Floa
     return prisms_around([*(roofs_m[:, None, :2] + corners)], roofs_m[:, 2]), roofs_m
 
 
-@pytest.mark.parametrize(("apart_m", "height_m", "most"), [(200, 50, 0.05), (30, 50, 0.02)])
-def test_few_lines_are_left_to_follow(apart_m: float, height_m: float, most: float) -> None:
-    """Of those to 20 000 roofs; and the other verdicts are as if all had been followed."""
+@pytest.mark.parametrize(("apart_m", "height_m", "most"), [(200, 50, 0.2), (30, 50, 0.01)])
+def test_few_footprints_are_tried(apart_m: float, height_m: float, most: float) -> None:
+    """Most blocked lines of 20 000 are guessed; those that are clear have few candidates.
+
+    The verdicts are as if all lines had been followed over the map.
+    """
     obstacles, roofs_m = square_town(20_000, apart_m, 10.0)
     place_m = np.array([roofs_m[:, 0].mean(), 0.0, height_m])
     start_m, own = np.broadcast_to(place_m, roofs_m.shape), np.arange(20_000)[:, None]
     found = crossed(obstacles, start_m, roofs_m, own)
-    _, left = sight._surveyed(obstacles, start_m, roofs_m, own)
-    assert left.mean() < most
+    seen = sweep.view(obstacles, place_m)
+    ways = sweep.lines_from(place_m, roofs_m, seen.bearings)
+    _, likely = sweep.survey(seen, ways, obstacles, own)
+    (clear,) = np.nonzero(found == CLEAR)
+    tried = sum(len(line) for line, _ in sweep.candidates(seen, ways, clear))
+    assert tried < most * len(roofs_m)
+    blocked = found != CLEAR
+    assert (likely[blocked] == found[blocked]).mean() > 0.95
     followed = sight._followed(obstacles, start_m, roofs_m, own)
     assert np.array_equal(found != CLEAR, followed != CLEAR)
 
@@ -201,5 +222,4 @@ def test_a_place_in_a_heap_of_footprints_is_no_special_case() -> None:
     rings = [ring * (k + 1) for k in range(40)]
     obstacles = prisms_around(rings, np.linspace(1.0, 40.0, 40))
     ends_m = np.random.default_rng(1).uniform((-60, -60, 0), (60, 60, 200), (500, 3))
-    share = check(obstacles, np.array([0.0, 0.0, 39.5]), ends_m, np.full((500, 1), 39))
-    assert share == 1.0
+    assert check(obstacles, np.array([0.0, 0.0, 39.5]), ends_m, np.full((500, 1), 39)) == 500
