@@ -13,6 +13,7 @@ from benchmarks import (
     closed_form,
     compiled,
     grid,
+    maps,
     modellers,
     rivals,
     roofs,
@@ -37,6 +38,7 @@ BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "samples": samples.run,
     "batch": batch.run,
     "siting": siting.run,
+    "maps": maps.run,
     "startup": startup.run,
 }
 

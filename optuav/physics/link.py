@@ -135,9 +135,11 @@ def hover_point(
     entry = np.maximum(0.0, (-b - half) / divisor)
     leave = np.minimum(1.0, (-b + half) / divisor)
     covered = np.where(a > 0.0, (squared_half >= 0.0) & (entry <= leave), c <= 0.0)
-    first, stretch = low + entry * along, (leave - entry) * along
-    share = _dot(preferred - first, stretch) / np.where(stretch != 0.0, _dot(stretch, stretch), 1.0)
-    point = first + np.clip(share, 0.0, 1.0) * stretch
+    point, stretch = low + entry * along, (leave - entry) * along
+    if np.any(covered):  # else the preferred one, which may be an array, makes no difference
+        length = np.where(stretch != 0.0, _dot(stretch, stretch), 1.0)
+        share = _dot(preferred - point, stretch) / length
+        point = point + np.clip(share, 0.0, 1.0) * stretch
     if not np.all(covered):
         ends = ((start, start_height_m), (end, end_height_m))
         point = np.where(covered, point, _nearest_on_rim(ends, low, centre, disc_radius_m))

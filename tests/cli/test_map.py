@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 pytest.importorskip("xarray")
 
 import optuav
+import optuav.maps
 from tests.cli.run import refused, run, widest
 
 BOUNDS = ("--step", "500", "--bounds", "-500,2500,2500,3500")
@@ -79,6 +81,14 @@ def test_a_city_is_on_earth(folder: Path) -> None:
     features = json.loads((folder / "town.geojson").read_text("utf-8"))["features"]
     places = np.concatenate([each for f in features for each in f["geometry"]["coordinates"]])
     assert np.abs(places - [LONGITUDE, LATITUDE]).max() < 0.02
+
+
+def test_without_xarray_one_sentence_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    monkeypatch.delitem(sys.modules, "optuav.maps")
+    monkeypatch.delattr(optuav, "maps")
+    words = refused("map", "paper", "--over", "laser", "--step", "500")
+    assert words == "error: maps need xarray: python -m pip install xarray\n"
 
 
 def test_no_plan_anywhere_is_an_honest_no() -> None:
