@@ -51,5 +51,7 @@ from optuav.studies.compare import compare as compare
 from optuav.studies.layouts import layouts as layouts
 from optuav.studies.samples import samples as samples
 from optuav.studies.sensitivity import sensitivity as sensitivity
+from optuav.studies.sweep import open_sweep as open_sweep
+from optuav.studies.sweep import sweep as sweep
 
 __version__: str

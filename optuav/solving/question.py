@@ -76,8 +76,8 @@ def problem_of(name: str, **stated: Any) -> Formulation:
     for field, value in options.items():
         if field not in taken[kind]:
             able = [each.__name__ for each in taken if field in taken[each]]
-            words = f"{' and '.join(able)} {'does' if len(able) == 1 else 'do'}"
-            faults.append(Fault(field, shown(value), f"problem {name} takes none, {words}"))
+            words = f", {' and '.join(able)} {'does' if len(able) == 1 else 'do'}" if able else ""
+            faults.append(Fault(field, shown(value), f"problem {name} takes none{words}"))
     if name == "P4" and "building" not in options:
         faults.append(Fault("building", "", "problem P4 needs the name of a building"))
     if faults:

@@ -52,7 +52,7 @@ ORDERS = ("none", "rest-first", "hover-first")
 PROVED = np.isin(STATUSES, [Status.OPTIMAL, Status.INFEASIBLE])
 
 
-class _Solved(NamedTuple):
+class Solved(NamedTuple):
     """The values by key, the sizes of all dimensions, and the variables one after the other."""
 
     keys: Mapping[str, Floats]
@@ -102,7 +102,7 @@ def batch_arrays(
     the shortest flight alone takes longer than limits.deadline_s
     """
     found = _solved(mission, ranges, problem, perspective, paired)
-    words = {f"{name}_words": np.array(each) for name, each in _words(found.buildings).items()}
+    words = {f"{name}_words": np.array(each) for name, each in words_of(found.buildings).items()}
     size = tuple(found.shape.values())
     return {**found.keys, **{n: each.reshape(size) for n, each in found.values.items()}, **words}
 
@@ -166,13 +166,21 @@ def batch(
     {'perspective': 2, 'limits.deadline_s': 2, 'battery.capacity_As': 3}
     """
     require("xarray", "labelled datasets")
+    found = _solved(mission, ranges, problem, perspective, paired)
+    name = mission.name if isinstance(mission, Mission) else str(mission)
+    return labelled(found, name, perspective)
+
+
+def labelled(
+    found: Solved, mission: str, perspective: Perspective | Sequence[Perspective]
+) -> xarray.Dataset:
+    """The dataset of what was solved; the mission is named if there is but one."""
     import xarray
 
-    found = _solved(mission, ranges, problem, perspective, paired)
-    dims, size, words = tuple(found.shape), tuple(found.shape.values()), _words(found.buildings)
-    units = _units()
+    dims, size, words = tuple(found.shape), tuple(found.shape.values()), words_of(found.buildings)
+    stated = units()
     coordinates: dict[str, Any] = {
-        key: (ROW if paired else key, each, {"units": units[key]})
+        key: (key if key in dims else ROW, each, {"units": stated[key]})
         for key, each in found.keys.items()
     }
     if "perspective" in dims:
@@ -188,7 +196,7 @@ def batch(
         variables[name] = dims, flat.reshape(size), attributes
     facts = {"Conventions": "CF-1.11"}
     if "mission" not in dims:
-        facts["mission"] = mission.name if isinstance(mission, Mission) else str(mission)
+        facts["mission"] = mission
     if "perspective" not in dims:
         facts["perspective"] = str(perspective)
     return xarray.Dataset(variables, coordinates, facts)
@@ -200,7 +208,7 @@ def _solved(
     problem: Formulation | ProblemName,
     perspective: Perspective | Sequence[Perspective],
     paired: bool,
-) -> _Solved:
+) -> Solved:
     """The best plans of all scenarios of all missions under all perspectives."""
     missions = [mission] if isinstance(mission, Mission | str | Path) else [*mission]
     wholes = [each if isinstance(each, Mission) else load(each) for each in missions]
@@ -227,14 +235,14 @@ def _solved(
     shape |= {} if missions[0] is mission else {"mission": len(wholes)}
     names = dict.fromkeys(name for whole in wholes for name in whole.buildings.names)
     numbers = {name: number for number, name in enumerate(names)}
-    values = _tables(len(asked) * len(wholes) * every[0].count)
+    values = tables(len(asked) * len(wholes) * every[0].count)
     for place, named in enumerate(every):
         own = [numbers[name] for name in named.mission.buildings.names]
         some = questions[place * len(asked) : (place + 1) * len(asked)]
         for number, start, best in _best(named, some):
             begin = (number * len(wholes) + place) * named.count + start
             _write(values, slice(begin, begin + len(best.route)), best, own)
-    return _Solved(every[0].values, shape | every[0].sizes, values, [*names, "none"])
+    return Solved(every[0].values, shape | every[0].sizes, values, [*names, "none"])
 
 
 def _best(named: Scenarios, questions: Sequence[Question]) -> Iterator[tuple[int, int, Best]]:
@@ -254,7 +262,7 @@ def _best(named: Scenarios, questions: Sequence[Question]) -> Iterator[tuple[int
                     yield place, number, best_alone(one, question)
 
 
-def _tables(count: int) -> dict[str, npt.NDArray[Any]]:
+def tables(count: int) -> dict[str, npt.NDArray[Any]]:
     """Room for the variables of so many scenarios."""
     found: dict[str, npt.NDArray[Any]] = {name: np.empty(count) for name in TIMES | CHARGES}
     found |= {name: np.empty(count, kind) for name, (_, kind) in CODED.items()}
@@ -273,7 +281,7 @@ def _write(
     values["proved"][some] = PROVED.take(best.status)
 
 
-def _words(buildings: list[str]) -> dict[str, list[str]]:
+def words_of(buildings: list[str]) -> dict[str, list[str]]:
     """Words by variable and number; the number −1 is that of the last building."""
     return {
         "building": buildings,
@@ -294,7 +302,7 @@ def _flags(name: str, words: Sequence[str]) -> dict[str, Any]:
     return {**flags, "words": "\n".join(words)}
 
 
-def _units() -> dict[str, str]:
+def units() -> dict[str, str]:
     """Units of all keys as CF writes them."""
-    units = {key: allowed.unit for key, allowed in numeric_keys().items()}
-    return {key: "1" if unit == "-" else unit for key, unit in units.items()}
+    stated = {key: allowed.unit for key, allowed in numeric_keys().items()}
+    return {key: "1" if unit == "-" else unit for key, unit in stated.items()}

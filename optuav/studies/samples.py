@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
+import numpy as np
+
 from optuav.arrays import Floats
 from optuav.errors import Fault, refuse
 from optuav.mission import Mission, load
@@ -82,17 +84,28 @@ def samples(
         words = f"one of {', '.join(METHODS)}{nearest(str(method), METHODS)}"
         faults.append(Fault("method", shown(method), words))
     refuse(faults)
-    from scipy.stats import qmc
-
     spread = spreads(mission if isinstance(mission, Mission) else load(mission), uncertainty)
     if not spread:
         refuse([Fault("uncertainty", "", "at least one key with its distribution")])
     if method == "sobol":
-        # Powers of two alone are balanced; their first points are those of any larger one.
-        shares = qmc.Sobol(len(spread), rng=seed).random_base2((count - 1).bit_length())[:count]
+        shares = sobol(len(spread), seed, 0, count)
     else:
+        from scipy.stats import qmc
+
         shares = qmc.LatinHypercube(len(spread), rng=seed).random(count)
     found: dict[str, Floats] = {}
     for each, column in zip(spread, shares.T, strict=True):
         found |= each.columns(each.at(column))
     return found
+
+
+def sobol(dimensions: int, seed: int, first: int, count: int) -> Floats:
+    """Points of a scrambled Sobol sequence from number `first` on, by rows."""
+    from scipy.stats import qmc
+
+    points = qmc.Sobol(dimensions, rng=seed)
+    begin = points.random(1)  # A first draw of other than a power of two would warn
+    if first:
+        found: Floats = points.fast_forward(first - 1).random(count)
+        return found
+    return np.concatenate([begin, points.random(count - 1)])

@@ -1,0 +1,111 @@
+"""Calls of a function by this process, or by the workers of a Dask cluster."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError, ThreadPoolExecutor
+from contextlib import ExitStack
+from itertools import islice
+from typing import Any, TypeVar
+
+from optuav.errors import Fault, InputError, OptuavError, SolverError, require
+
+Result = TypeVar("Result")
+Function = Callable[[int], Result]
+PATIENCE_S = 10  # For a scheduler to answer
+AHEAD = 32  # Calls that wait for a worker, beside two for each thread
+
+
+def results(
+    function: Function[Result], numbers: Sequence[int], workers: int, scheduler: str | None
+) -> Iterator[tuple[int, Result]]:
+    """Numbers with what a function returns for them, in the order in which the calls end.
+
+    The calls are made here, by so many processes of this machine, or by the workers of a scheduler,
+    which may come and go: what a worker has not finished, another one does.
+    """
+    if workers == 1 and scheduler is None:
+        yield from ((number, function(number)) for number in numbers)
+    elif numbers:
+        require("distributed", "several workers and schedulers")
+        with ExitStack() as stack:
+            client = _client(min(workers, len(numbers)), scheduler, stack)
+            yield from _called(client, function, numbers)
+
+
+def _client(workers: int, scheduler: str | None, stack: ExitStack) -> Any:
+    """A client of a scheduler, or of a cluster of processes that ends with it."""
+    import dask
+    from distributed import Client, LocalCluster
+    from distributed.utils import silence_logging_cmgr
+
+    stack.enter_context(silence_logging_cmgr(logging.CRITICAL))  # What fails is raised
+    if scheduler is not None:
+        try:
+            with ThreadPoolExecutor(1) as alone:  # A notebook has a loop of its own
+                alone.submit(asyncio.run, _reach(scheduler)).result()
+        except (OSError, ValueError) as error:
+            words = f"the address of a Dask scheduler, as tcp://10.0.0.1:8786; {error}"
+            raise InputError([Fault("scheduler", repr(scheduler), words)]) from None
+        return stack.enter_context(Client(scheduler, set_as_default=False))
+    # With it, memory of arrays goes back to the system after each step, and is asked for again.
+    trimming = {"distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None}
+    with dask.config.set(trimming):
+        local = LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            dashboard_address=None,
+            silence_logs=logging.CRITICAL,
+        )
+    return stack.enter_context(Client(stack.enter_context(local), set_as_default=False))
+
+
+async def _reach(scheduler: str) -> None:
+    """Raise an error where nothing answers: a client would try again while it is deleted."""
+    from distributed.comm import connect
+    from distributed.security import Security
+
+    stated = Security().get_connection_args("client")
+    await (await connect(scheduler, timeout=PATIENCE_S, **stated)).close()
+
+
+def _called(
+    client: Any, function: Function[Result], numbers: Sequence[int]
+) -> Iterator[tuple[int, Result]]:
+    """The calls by a cluster, some more being submitted as others end."""
+    from distributed import KilledWorker, as_completed
+
+    left, number_of = iter(numbers), dict[str, int]()
+    ended = as_completed(loop=client.loop)
+    try:
+        shared = client.submit(_same, function, pure=False)  # Sent to each worker once
+        while True:
+            most = AHEAD + 2 * sum(client.nthreads().values())
+            for number in islice(left, most - len(number_of)):
+                future = client.submit(_call, shared, number, pure=False)
+                number_of[future.key] = number
+                ended.add(future)
+            if not number_of:
+                return
+            future = next(ended)
+            number = number_of.pop(future.key)
+            yield number, future.result()
+    except OptuavError:
+        raise
+    except KilledWorker:
+        words = "killed every worker that computed it, as one is that needs too much memory"
+        raise SolverError(f"part {number} {words}") from None
+    except (CancelledError, OSError) as error:
+        raise SolverError("the scheduler is gone, or has cancelled the work") from error
+    except Exception as error:
+        raise SolverError(f"a worker failed: {type(error).__name__}: {error}") from error
+
+
+def _same(function: Function[Result]) -> Function[Result]:
+    return function
+
+
+def _call(function: Function[Result], number: int) -> Result:
+    return function(number)

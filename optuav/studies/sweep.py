@@ -1,0 +1,247 @@
+"""Studies of many scenarios, in parts that are whole or absent and outlive what makes them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from optuav.arrays import Floats
+from optuav.errors import Fault, refuse, require
+from optuav.mission.files import (
+    TEMPORARY,
+    label,
+    make_directory,
+    parse_json,
+    read_text,
+    refusal,
+    refusals,
+    write_files,
+    write_text,
+)
+from optuav.studies.batch import Solved, labelled, tables, words_of
+from optuav.studies.cluster import results
+from optuav.studies.methods import Progress
+from optuav.studies.parts import is_whole, part_of, read_part
+from optuav.studies.processes import worker_faults
+from optuav.studies.scenarios import ROW
+from optuav.studies.study import Document, Study, read_study
+
+if TYPE_CHECKING:
+    import xarray
+
+KIND, FORMAT = "optuav sweep", 1
+MANIFEST, PART = "manifest.json", "part-{:06}.parquet"
+LARGEST_MANIFEST = 200_000_000  # bytes
+PACKAGES = ("optuav", "numpy", "scipy", "pyarrow")
+"""On whose versions the bytes of a part depend."""
+
+
+class Swept(NamedTuple):
+    """What a sweep has done, and where."""
+
+    directory: Path
+    scenarios: int
+    parts: int
+    kept: int  # Parts that were there before
+
+
+def sweep(
+    study: str | Path,
+    *,
+    workers: int = 1,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+) -> Swept:
+    """Find the best plans of all scenarios of a study, in parts of which none is computed twice.
+
+    Parameters
+    ----------
+    study
+        Path of a study file in TOML: ``mission`` (a shipped name, or a path relative to the file),
+        ``problem``, ``perspective`` (one or a list), and values of numeric keys: in ``[grid]`` with
+        all combinations, in ``[paired]`` row by row, each a list or ``{ low = 600, high = 1800,
+        count = 41 }``; in ``[samples]`` distributions as for `optuav.samples`, with ``count`` and
+        ``seed`` of a Sobol sequence. Rows and samples go with every combination of the grid.
+        ``scenarios_per_part`` is 100 000 and ``output``, the directory of the parts, the file's
+        name without its ending where they are not stated.
+    workers
+        Number of processes of this machine that share the work, 1 to 1000.
+    scheduler
+        Address of a Dask scheduler, whose workers do the work instead.
+    progress
+        Called with the number of scenarios done, that of all, and words.
+
+    Returns
+    -------
+    Swept
+        ``directory``, the number of ``scenarios`` and of ``parts``, and how many parts were
+        ``kept`` from before.
+
+    Raises
+    ------
+    InputError
+        With all faults of the study; if the directory holds another study, or parts that were made
+        by other versions of the packages; if a file cannot be written, no scheduler answers, or
+        pyarrow or distributed is missing.
+    SolverError
+        If an engine returns points that violate a constraint, or the scheduler or every worker is
+        lost. Parts that are done stay: called again, the sweep goes on from there.
+
+    Examples
+    --------
+    >>> import optuav, pathlib, tempfile
+    >>> text = '''
+    ... scenarios_per_part = 2
+    ... grid.limits.deadline_s = { low = 600, high = 1200, count = 3 }
+    ... '''
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = pathlib.Path(folder) / "deadlines.toml"
+    ...     _ = file.write_text(text)
+    ...     done = optuav.sweep(file)
+    ...     again = optuav.sweep(file)
+    ...     found = optuav.open_sweep(done.directory)
+    >>> done.parts, again.kept, found.hover_time_s.values.round(1).tolist()
+    (2, 2, [524.2, 591.6, 597.3])
+    """
+    require("pyarrow", "sweeps")
+    refuse(worker_faults(workers))
+    stated = read_study(Path(study))
+    manifest, directory = _manifest(stated), stated.output
+    _begin(directory, manifest)
+    paths = [directory / PART.format(number) for number in range(stated.parts)]
+    left = [n for n, path in enumerate(paths) if not is_whole(path, manifest["hash"], n)]
+    kept = stated.parts - len(left)
+    done = stated.scenarios - sum(stated.part(number)[1] for number in left)
+    call = partial(_part, stated, manifest["hash"], manifest["versions"])
+
+    def say(parts: int) -> None:
+        if progress is not None:
+            progress(done, stated.scenarios, f"{parts} of {stated.parts} parts")
+
+    say(kept)
+    for parts, (number, content) in enumerate(results(call, left, workers, scheduler), kept + 1):
+        write_files({paths[number]: content})
+        done += stated.part(number)[1]
+        say(parts)
+    return Swept(directory, stated.scenarios, stated.parts, kept)
+
+
+def open_sweep(path: str | Path) -> xarray.Dataset:
+    """Read a finished sweep.
+
+    Parameters
+    ----------
+    path
+        The directory of its parts.
+
+    Returns
+    -------
+    xarray.Dataset
+        With the variables, units and words of `optuav.batch`, and its dimensions: one a key of the
+        grid, before them ``"scenario"`` for rows and samples, and ``"perspective"`` if there are
+        several.
+
+    Raises
+    ------
+    InputError
+        If there is no sweep, parts of it are missing or damaged, or xarray or pyarrow is missing.
+
+    Examples
+    --------
+    See `optuav.sweep`.
+    """
+    require("pyarrow", "sweeps")
+    require("xarray", "labelled datasets")
+    directory = Path(path)
+    about = _read_manifest(directory)
+    study, grid = about["study"], about["grid"]
+    asked, at_once = study["perspective"], study["scenarios_per_part"]
+    rows = {ROW: about["rows"]} if about["rows"] else {}
+    sizes = {**rows, **{key: len(values) for key, values in grid.items()}}
+    count, per_row = math.prod(sizes.values()), math.prod(map(len, grid.values()))
+    paths = [directory / PART.format(number) for number in range(-(-count // at_once))]
+    missing = sum(not is_whole(each, about["hash"], n) for n, each in enumerate(paths))
+    if missing:
+        words = f"is not finished: {missing} of {len(paths)} parts are missing"
+        raise refusal(directory, f"{words}; optuav sweep goes on with it")
+    several = {} if isinstance(asked, str) else {"perspective": len(asked)}
+    buildings = [each["name"] for each in study["mission"].get("buildings", ())]
+    side = several.get("perspective", 1)
+    known, values = words_of(buildings), tables(side * count)
+    of_rows: dict[str, list[Floats]] = {}
+    for number, each in enumerate(paths):
+        first = number * at_once
+        some = slice(first, min(first + at_once, count))
+        for name, column in read_part(each, known).items():
+            if name in values:
+                values[name].reshape(side, count)[:, some] = column.reshape(-1, side).T
+            elif name not in grid:
+                begin = -first % per_row * side  # Where a row begins
+                of_rows.setdefault(name, []).append(column[begin :: per_row * side])
+    keys = {key: np.concatenate(parts) for key, parts in of_rows.items()}
+    keys |= {key: np.array(stated) for key, stated in grid.items()}
+    found = Solved(keys, several | sizes, values, [*buildings, "none"])
+    return labelled(found, study["mission"]["name"], asked)
+
+
+def _part(study: Study, stamp: str, versions: dict[str, str], number: int) -> bytes:
+    """A part, refused where it would be made by other versions than the sweep."""
+    _refuse_others(versions, "a worker")
+    return part_of(study, stamp, number)
+
+
+def _manifest(study: Study) -> Document:
+    """What is kept beside the parts of a study."""
+    text = json.dumps(study.document)
+    return {
+        "kind": KIND,
+        "format": FORMAT,
+        "hash": hashlib.sha256(text.encode()).hexdigest(),
+        "versions": {package: version(package) for package in PACKAGES},
+        "rows": study.rows if ROW in study.sizes else None,
+        "grid": {key: values.tolist() for key, values in study.grid.items()},
+        "study": study.document,
+    }
+
+
+def _begin(directory: Path, manifest: Document) -> None:
+    """Make the directory of a study with its manifest; refuse one that holds anything else."""
+    with refusals(directory, "read"):
+        there = {each.name for each in directory.iterdir()} if directory.is_dir() else set()
+    if MANIFEST in there:
+        found = _read_manifest(directory)
+        if found["hash"] != manifest["hash"]:
+            words = "holds the parts of another study: state another output, or delete it"
+            raise refusal(directory, words)
+        _refuse_others(found["versions"], label(directory / MANIFEST))
+    elif there - {TEMPORARY}:
+        raise refusal(directory, "is not empty, and holds no sweep: state another output")
+    else:
+        make_directory(directory)
+        write_text(directory / MANIFEST, json.dumps(manifest, indent=1) + "\n")
+
+
+def _read_manifest(directory: Path) -> Document:
+    """The manifest of a sweep."""
+    path = directory / MANIFEST
+    found = parse_json(read_text(path, LARGEST_MANIFEST), label(path))
+    if not isinstance(found, dict) or found.get("kind") != KIND or found.get("format") != FORMAT:
+        raise refusal(path, "is no manifest of a sweep of this version")
+    return found
+
+
+def _refuse_others(versions: dict[str, str], source: str) -> None:
+    """Refuse packages that are not of the stated versions."""
+    words = "with which the sweep was begun: install it, or state another output"
+    refuse(
+        Fault(package, now, f"{stated}, {words}", source)
+        for package, stated in versions.items()
+        if (now := version(package)) != stated
+    )
