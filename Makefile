@@ -73,7 +73,7 @@ $(VENV)/dev.stamp: pyproject.toml requirements-dev.txt tests/city/requirements.t
 $(VENV)-lowest/installed.stamp: pyproject.toml
 	$(MAKE) $(VENV)-lowest/created.stamp VENV=$(VENV)-lowest
 	$(VENV)-lowest/bin/python -m pip --disable-pip-version-check install --quiet pytest-xdist hypothesis editables \
-	    $$(grep -oE '"[a-z-]+>=[0-9.]+"' pyproject.toml | tr -d '"' | sed 's/>=/==/')
+	    $$(grep -oE '"[][a-z-]+>=[0-9.]+"' pyproject.toml | tr -d '"' | sed 's/>=/==/')
 	$(VENV)-lowest/bin/python -m pip install --quiet --no-build-isolation --no-deps --editable .
 	touch $@
 

@@ -125,11 +125,12 @@ def deliver_results(found: Results, save: Path | None, plot: Path | None, *, as_
 
 
 @contextmanager
-def progress() -> Iterator[Progress | None]:
+def progress(unit: str = "") -> Iterator[Progress | None]:
     """Show a bar while a command works; None where there is no terminal that can redraw a line.
 
     The function takes the number of steps done, that of all steps where it is known, and the name
-    of the next one. The bar disappears when the work is done.
+    of the next one. With the unit of the steps it shows the time left, and how many a second are
+    done. The bar disappears when the work is done.
     """
     from rich.console import Console
 
@@ -137,11 +138,29 @@ def progress() -> Iterator[Progress | None]:
     if not screen.is_terminal or screen.is_dumb_terminal:
         yield None
         return
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        ProgressColumn,
+        Task,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+    from rich.text import Text
 
-    columns = (BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
-    with Progress(*columns, console=screen, transient=True) as bar:
+    class Rate(ProgressColumn):
+        def render(self, task: Task) -> Text:
+            return Text(f"{task.speed:,.0f} {unit}/s" if task.speed else "")
+
+    columns = [BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False)]
+    columns[2:2] = [TextColumn("left"), TimeRemainingColumn(), Rate()] if unit else []
+    with Progress(*columns, console=screen, transient=True, speed_estimate_period=600.0) as bar:
         task = bar.add_task("", total=None)
-        yield lambda done, total, name: bar.update(
-            task, completed=done, total=total, description=name
-        )
+
+        def show(done: int, total: int | None, name: str) -> None:
+            if unit and bar.tasks[0].total is None:  # What was done before says nothing of the rate
+                bar.reset(task, total=total, completed=done)
+            bar.update(task, completed=done, total=total, description=name)
+
+        yield show

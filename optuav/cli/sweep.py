@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Any
 
 import optuav
+from optuav.calibration.csv import counted
 from optuav.cli.output import check_places, deliver, progress
+from optuav.errors import Fault, InputError
 
 
 def sweep(
@@ -17,10 +18,31 @@ def sweep(
     as_json: bool = False,
     plot: Path | None = None,
 ) -> None:
-    """Solve all scenarios of a study file, in parts that are kept (needs pyarrow)."""
+    """Solve all scenarios of a study, in parts that are kept (needs pyarrow)."""
     check_places(None, plot)
     if plot is not None:
-        from optuav.studies...
+        from optuav.studies.study import read_study
+
+        if not read_study(study).is_drawable:
+            raise InputError([Fault("plot", "", "goes with [grid] alone, of one or two keys")])
     began_s = time.monotonic()
-    with progress() as bar:
+    with progress("scenarios") as bar:
         done = optuav.sweep(study, workers=workers, scheduler=scheduler, progress=bar)
+    took_s = time.monotonic() - began_s
+    written = []
+    if plot is not None:
+        found = optuav.open_sweep(done.directory)
+        written = optuav.plots.save_figures(optuav.plots.swept(found), plot)
+    words = f"{counted(done.scenarios, 'scenario')} in {counted(done.parts, 'part')}"
+    words += f", {done.kept} of them from before" * bool(done.kept)
+    deliver(
+        lambda: {
+            "kind": "optuav sweep",
+            **done._asdict(),
+            "directory": str(done.directory),
+            "elapsed_s": round(took_s, 3),
+        },
+        [words, f"optuav.open_sweep({str(done.directory)!r}) reads them"],
+        as_json=as_json,
+        written=written,
+    )

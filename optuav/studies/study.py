@@ -96,6 +96,11 @@ class Study:
         drawn = (each.name for spread in self.spreads for each in (spread.key, *spread.along))
         return [*self.paired, *drawn, *self.grid]
 
+    @property
+    def is_drawable(self) -> bool:
+        """Whether the scenarios are a grid of one or two keys with several values each."""
+        return ROW not in self.sizes and len(self.grid) < 3 and min(self.sizes.values()) > 1
+
     def part(self, number: int) -> tuple[int, int]:
         """The first scenario of a part, and how many it has."""
         first = number * self.scenarios_per_part

@@ -117,6 +117,9 @@ def sweep(
     _begin(directory, manifest)
     paths = [directory / PART.format(number) for number in range(stated.parts)]
     left = [n for n, path in enumerate(paths) if not is_whole(path, manifest["hash"], n)]
+    for number in left:
+        with refusals(paths[number], "replaced"):
+            paths[number].unlink(missing_ok=True)
     kept = stated.parts - len(left)
     done = stated.scenarios - sum(stated.part(number)[1] for number in left)
     call = partial(_part, stated, manifest["hash"], manifest["versions"])

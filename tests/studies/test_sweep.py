@@ -1,0 +1,387 @@
+"""Sweeps have the answers of batches, and the same bytes whoever makes them and however often."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import optuav
+from optuav.errors import InputError
+from optuav.mission import files
+from optuav.studies import batch as machine
+from optuav.studies.study import read_study
+
+GRID = """
+perspective = ["battery", "available"]
+scenarios_per_part = 7
+[grid]
+limits.deadline_s = { low = 30, high = 1230, count = 5 }
+"battery.capacity_As" = [3_000, 36_000, 30_000]
+"""
+DEADLINES, SIZES = np.linspace(30.0, 1230.0, 5), np.array([3e3, 36e3, 30e3])
+MIXED = """
+scenarios_per_part = 10
+[grid]
+limits.deadline_s = [600, 1200]
+battery.flow_rate_per_s = [0.001, 0.002, 0.004]
+[samples]
+count = 9
+seed = 3
+battery.capacity_As = { percent = 10 }
+"wind.force_N[0]" = { deviation = 1.0 }
+"""
+SPREAD = {"battery.capacity_As": {"percent": 10}, "wind.force_N[0]": {"deviation": 1.0}}
+
+
+def study(folder: Path, text: str, name: str = "study") -> Path:
+    """A study file; its parts are in the directory of its name beside it."""
+    file = folder / f"{name}.toml"
+    file.write_text(text)
+    return file
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    """All files of a directory, hidden ones too."""
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def swept(folder: Path, text: str, name: str = "study", **options: Any) -> Any:
+    """The dataset of a study."""
+    return optuav.open_sweep(optuav.sweep(study(folder, text, name), **options).directory)
+
+
+# What is found
+
+
+def test_a_grid_is_the_batch_of_its_values(tmp_path: Path) -> None:
+    """Variables, coordinates, units, words and types, with parts that end within a row."""
+    values = {"limits.deadline_s": DEADLINES, "battery.capacity_As": SIZES}
+    expected = optuav.batch("paper", values, perspective=["battery", "available"])
+    xarray.testing.assert_identical(found := swept(tmp_path, GRID), expected)
+    assert len(content(tmp_path / "study")) == 1 + 3
+    assert found.hover_time_s.isnull().any()
+    assert {each.dtype for each in found.values()} == {each.dtype for each in expected.values()}
+    assert [repr(each.attrs) for each in found.values()] == [
+        repr(each.attrs) for each in expected.values()
+    ]
+
+
+def test_samples_are_those_of_samples(tmp_path: Path) -> None:
+    """Whatever the size of the parts; a mission file is found beside the study."""
+    optuav.load("paper").replace({"limits.deadline_s": 900}).save(tmp_path / "own.toml")
+    mission = optuav.load(tmp_path / "own.toml")
+    drawn = optuav.samples(mission, SPREAD, 21, seed=5)
+    expected = optuav.batch(mission, drawn, "P3", perspective="battery", paired=True)
+    text = 'mission = "own.toml"\nproblem = "P3"\nperspective = "battery"\nscenarios_per_part = 4\n'
+    text += "[samples]\ncount = 21\nseed = 5\nbattery.capacity_As = { percent = 10 }\n"
+    text += '"wind.force_N[0]" = { deviation = 1.0 }\n'
+    xarray.testing.assert_identical(swept(tmp_path, text), expected)
+
+
+def test_rows_go_with_every_combination_of_the_grid(tmp_path: Path) -> None:
+    """Each sample with each value of the other keys, as batches of single rows have them."""
+    found = swept(tmp_path, MIXED)
+    drawn = optuav.samples("paper", SPREAD, 9, seed=3)
+    assert [*found.sizes] == ["scenario", "limits.deadline_s", "battery.flow_rate_per_s"]
+    values = {"limits.deadline_s": [600, 1200], "battery.flow_rate_per_s": [0.001, 0.002, 0.004]}
+    for row in (0, 4, 8):
+        at = {key: column[row] for key, column in drawn.items()}
+        alone = optuav.batch_arrays("paper", {**{k: [v] for k, v in at.items()}, **values})
+        same = alone["hover_time_s"][0, 0]
+        np.testing.assert_array_equal(found.hover_time_s[row], same)
+        for key, value in at.items():
+            assert found[key][row] == value
+
+
+def test_rows_that_are_stated_and_a_problem_with_fields(tmp_path: Path) -> None:
+    text = 'problem = { name = "P4", building = "b3", order = "rest-first" }\n'
+    text += "[paired]\nlimits.deadline_s = [800, 1200]\nbody.mass_kg = [1.4, 1.5]\n"
+    values = {"limits.deadline_s": [800, 1200], "body.mass_kg": [1.4, 1.5]}
+    problem = optuav.P4("b3", order="rest-first")
+    expected = optuav.batch("paper", values, problem, paired=True)
+    xarray.testing.assert_identical(swept(tmp_path, text), expected)
+
+
+def test_the_files_speak_for_themselves(tmp_path: Path) -> None:
+    """Whoever reads them with another library finds words, not their numbers, and units."""
+    from pyarrow import parquet
+
+    done = optuav.sweep(study(tmp_path, GRID))
+    table = parquet.read_table(done.directory / "part-000000.parquet")
+    row = table.slice(0, 1).to_pylist()[0]
+    assert row["perspective"] == "battery"
+    assert row["reason"] == "the shortest flight alone takes longer than limits.deadline_s"
+    assert row["building"] is None
+    assert table.schema.field("hover_time_s").metadata == {b"units": b"s"}
+    assert table.schema.field("battery.capacity_As").metadata == {b"units": b"A s"}
+    assert table.num_rows == 14
+
+
+# Rows
+
+
+@given(
+    sizes=st.lists(st.integers(1, 4), min_size=1, max_size=3),
+    first=st.integers(0, 40),
+    count=st.integers(1, 40),
+    kind=st.sampled_from(["", "paired", "samples"]),
+)
+@settings(max_examples=60)
+def test_any_rows_are_those_of_the_whole(
+    tmp_path_factory: pytest.TempPathFactory, sizes: list[int], first: int, count: int, kind: str
+) -> None:
+    """The last key fastest and the row slowest, as nested loops would go."""
+    keys = ("limits.deadline_s", "battery.capacity_As", "laser.power_W")
+    lines = [
+        f"grid.{key} = {[1000 + n for n in range(k)]}" for key, k in zip(keys, sizes, strict=False)
+    ]
+    values = [[1000.0 + n for n in range(k)] for k in sizes]
+    if kind == "paired":
+        lines.append("paired.body.mass_kg = [1.0, 2.0, 3.0]")
+        values.insert(0, [1.0, 2.0, 3.0])
+    elif kind == "samples":
+        lines += ["samples.count = 5", "samples.body.mass_kg = { percent = 10 }"]
+        drawn = optuav.samples("paper", {"body.mass_kg": {"percent": 10}}, 5)
+        values.insert(0, drawn["body.mass_kg"].tolist())
+    file = study(tmp_path_factory.getbasetemp(), "\n".join(lines), "rows")
+    rows = [*itertools.product(*values)]
+    count = min(count, max(1, len(rows) - first))
+    first = min(first, len(rows) - count)
+    found = read_study(file).values(first, count)
+    assert [*zip(*found.values(), strict=True)] == rows[first : first + count]
+
+
+def test_no_row_needs_those_before_it(tmp_path: Path) -> None:
+    """The last of 10⁹ rows, which would fill 24 GB, at once."""
+    text = "samples.count = 10_000_000\nsamples.body.mass_kg = { percent = 10 }\n"
+    text += "grid.limits.deadline_s = { low = 600, high = 1200, count = 100 }"
+    whole = read_study(study(tmp_path, text + "\nscenarios_per_part = 1_000_000"))
+    assert whole.scenarios == 10**9
+    last = whole.values(10**9 - 2, 2)
+    assert last["limits.deadline_s"][1] == 1200.0
+    assert last["body.mass_kg"][0] == last["body.mass_kg"][1]
+
+
+# The same bytes
+
+
+def test_bytes_do_not_depend_on_the_chunk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """How many itineraries a machine computes at once is no part of the answer."""
+    alike = []
+    for chunk in (1, 100, 1 << 17):
+        monkeypatch.setattr(machine, "AT_ONCE", chunk)
+        alike.append(content(optuav.sweep(study(tmp_path, MIXED, f"chunk{chunk}")).directory))
+    assert alike[0] == alike[1] == alike[2]
+
+
+def test_what_is_there_stays_and_what_is_broken_is_made_again(tmp_path: Path) -> None:
+    """Parts that are missing, cut off, empty or another's; and what a kill leaves half-written."""
+    file = study(tmp_path, GRID)
+    directory = optuav.sweep(file).directory
+    whole = content(directory)
+    first, second, third = (directory / f"part-00000{n}.parquet" for n in range(3))
+    kept = third.stat().st_mtime_ns
+    first.write_bytes(first.read_bytes()[:-9])
+    second.write_bytes(third.read_bytes())
+    (directory / files.TEMPORARY).write_bytes(b"PAR1")
+    steps: list[tuple[int, int | None, str]] = []
+    again = optuav.sweep(file, progress=lambda *step: steps.append(step))
+    assert content(directory) == whole
+    assert third.stat().st_mtime_ns == kept
+    assert (again.parts, again.kept) == (3, 1)
+    assert [done for done, *_ in steps] == [1, 8, 15]
+    second.write_bytes(b"")
+    assert optuav.sweep(file).kept == 2
+    assert content(directory) == whole
+
+
+def kills(tmp_path: Path, count: int, parts: int, seed: int) -> None:
+    """Kill the command at random moments until it was killed so often, then compare its files."""
+    draw = random.Random(seed)
+    text = f"scenarios_per_part = 300\n[samples]\ncount = {300 * parts}\n"
+    text += "battery.capacity_As = { percent = 10 }\n"
+    expected = content(optuav.sweep(study(tmp_path, text, "whole")).directory)
+    file, directory = study(tmp_path, text, "killed"), tmp_path / "killed"
+    there = 0
+    for _ in range(count):
+        wanted = there + draw.randrange(parts // (2 * count) + 1)
+        done = subprocess.Popen([sys.executable, "-m", "optuav", "sweep", str(file)])
+        while done.poll() is None and len([*directory.glob("part-*")]) < wanted:
+            time.sleep(0.001)
+        time.sleep(draw.random() * (0.05 if wanted else 2.0))
+        done.kill()
+        assert done.wait() == -signal.SIGKILL, "it had ended before"
+        there = len([*directory.glob("part-*")])
+        for name, part in content(directory).items() if directory.exists() else ():
+            assert name == files.TEMPORARY or part == expected[name], "a part is not whole"
+    assert 0 < there < parts
+    assert optuav.sweep(file).kept == there
+    assert content(directory) == expected
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs SIGKILL")
+def test_three_kills_leave_the_same_bytes(tmp_path: Path) -> None:
+    kills(tmp_path, 3, 40, seed=1)
+
+
+@pytest.mark.soak
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs SIGKILL")
+def test_twenty_kills_leave_the_same_bytes(tmp_path: Path) -> None:
+    kills(tmp_path, 20, 1000, seed=random.SystemRandom().randrange(10**6))
+
+
+def test_a_full_disk_is_one_error_and_breaks_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the middle of the second part; with room again the command ends with the same bytes."""
+    expected = content(optuav.sweep(study(tmp_path, GRID, "whole")).directory)
+    file, directory = study(tmp_path, GRID, "full"), tmp_path / "full"
+    write, room = os.write, [len(expected["manifest.json"]) + len(expected["part-000000.parquet"])]
+
+    def filling(number: int, data: Any) -> int:
+        if not room[0]:
+            raise OSError(28, "No space left on device")
+        written = write(number, data[: room[0]])
+        room[0] -= written
+        return written
+
+    room[0] += 1000
+    monkeypatch.setattr(files.os, "write", filling)
+    with pytest.raises(InputError, match=r"part-000001\.parquet: cannot be written: No space left"):
+        optuav.sweep(file)
+    monkeypatch.undo()
+    assert content(directory).items() < expected.items()
+    assert optuav.sweep(file).kept == 1
+    assert content(directory) == expected
+
+
+# What is refused
+
+
+def test_all_faults_of_a_study_are_said_at_once(tmp_path: Path) -> None:
+    """Before anything is computed or written."""
+    text = """
+    perspective = ["battery", "avail"]
+    problem = { name = "P1", trajectory = "x" }
+    scenarios_per_part = 0
+    colour = 3
+    [grid]
+    limits.deadline_s = { low = 600, high = 18, count = 7 }
+    limits.min_soc = [2.0]
+    battery.nonsense = [1]
+    battery.capacity_As = []
+    [paired]
+    body.mass_kg = [1.0, 2.0]
+    "link.device_m[0]" = [1.0]
+    [samples]
+    cuont = 30
+    seed = -1
+    battery.packs = { percent = 10 }
+    """
+    with pytest.raises(InputError) as refused:
+        optuav.sweep(study(tmp_path, text))
+    keys = [fault.key for fault in refused.value.faults]
+    assert sorted(keys) == sorted(
+        [
+            *("perspective", "trajectory", "scenarios_per_part", "colour", "paired", "samples"),
+            *("grid.limits.deadline_s", "grid.limits.min_soc", "grid.battery.nonsense"),
+            *("grid.battery.capacity_As", "samples.count", "samples.cuont", "samples.seed"),
+            "samples.battery.packs",
+        ]
+    )
+    assert {Path(fault.source).name for fault in refused.value.faults} == {"study.toml"}
+    assert not (tmp_path / "study").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "keys with values here"),
+        ('mission = "papr"\ngrid.limits.deadline_s = [9]', "no such file; did you mean 'paper'"),
+        ("mission = 3\ngrid.limits.deadline_s = [9]", "mission = 3: a shipped mission's name"),
+        ("perspective = []\ngrid.limits.deadline_s = [9]", "one perspective, or a list"),
+        ("grid = 3", "grid = 3: a table"),
+        ('problem = "P4"\ngrid.limits.deadline_s = [9]', "needs the name of a building"),
+        ("problem.colour = 3\ngrid.limits.deadline_s = [9]", "colour = 3: problem P1 takes none"),
+        (
+            "grid.limits.deadline_s = [9]\npaired.limits.deadline_s = [9]",
+            "in one of the tables only",
+        ),
+        ("samples.count = 3", "at least one key"),
+        ("samples.battery.capacity_As = { percent = 3 }", "samples.count: a whole number"),
+        ("grid.laser.wavelength_nm = [900]", "810 or 1550 nm"),
+        (
+            "grid.laser.wavelength_nm = [810]\npaired.laser.emitter_slope = [0.3]",
+            "with all of emitter_slope",
+        ),
+        (
+            "samples = { count = 10_000_000, body.mass_kg = { percent = 1 } }\n"
+            "grid.limits.deadline_s = { low = 1, high = 2, count = 101 }",
+            "1010000000 scenarios: at most 1000000000",
+        ),
+        (
+            "scenarios_per_part = 9\n"
+            "grid.limits.deadline_s = { low = 1, high = 2, count = 1_000_000 }",
+            "scenarios_per_part = 9: at least 10",
+        ),
+    ],
+)
+def test_faults_of_studies(text: str, words: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=words):
+        optuav.sweep(study(tmp_path, text))
+    assert not (tmp_path / "study").exists()
+
+
+def test_a_directory_of_anything_else_is_left_alone(tmp_path: Path) -> None:
+    """Another study, other versions, other files, or a file of its name."""
+    file = study(tmp_path, GRID)
+    directory = optuav.sweep(file).directory
+    before = content(directory)
+    file.write_text(GRID.replace("1230", "1231"))
+    with pytest.raises(InputError, match="holds the parts of another study: state another output"):
+        optuav.sweep(file)
+    file.write_text(GRID)
+    manifest = directory / "manifest.json"
+    manifest.write_text(manifest.read_text().replace('"numpy": "', '"numpy": "0.'))
+    with pytest.raises(InputError, match=r"numpy = .*: 0\.\S+, with which the sweep was begun"):
+        optuav.sweep(file)
+    manifest.write_bytes(b"{}")
+    with pytest.raises(InputError, match="is no manifest of a sweep"):
+        optuav.sweep(file)
+    manifest.unlink()
+    with pytest.raises(InputError, match="is not empty, and holds no sweep"):
+        optuav.sweep(file)
+    before.pop("manifest.json")
+    assert content(directory) == before
+    with pytest.raises(InputError, match="is not a directory"):
+        optuav.sweep(study(tmp_path, f'output = "study.toml"\n{GRID}', "other"))
+
+
+def test_what_cannot_be_opened_is_refused(tmp_path: Path) -> None:
+    """No sweep, one that is not finished, and one with a byte that has changed."""
+    with pytest.raises(InputError, match="no such file"):
+        optuav.open_sweep(tmp_path)
+    directory = optuav.sweep(study(tmp_path, GRID)).directory
+    part = directory / "part-000001.parquet"
+    good = bytearray(part.read_bytes())
+    part.unlink()
+    with pytest.raises(InputError, match="not finished: 1 of 3 parts are missing"):
+        optuav.open_sweep(directory)
+    good[200] ^= 1
+    part.write_bytes(good)
+    with pytest.raises(InputError, match=r"part-000001\.parquet: is damaged"):
+        optuav.open_sweep(directory)
