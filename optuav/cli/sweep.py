@@ -6,7 +6,6 @@ import time
 from pathlib import Path
 
 import optuav
-from optuav.calibration.csv import counted
 from optuav.cli.output import check_places, deliver, progress
 from optuav.errors import Fault, InputError
 
@@ -33,8 +32,11 @@ def sweep(
     if plot is not None:
         found = optuav.open_sweep(done.directory)
         written = optuav.plots.save_figures(optuav.plots.swept(found), plot)
-    words = f"{counted(done.scenarios, 'scenario')} in {counted(done.parts, 'part')}"
-    words += f", {done.kept} of them from before" * bool(done.kept)
+    shown = [
+        f"Scenarios  {done.scenarios}",
+        f"Parts      {done.parts}" + f", {done.kept} of them from before" * bool(done.kept),
+        f"Directory  {done.directory}",
+    ]
     deliver(
         lambda: {
             "kind": "optuav sweep",
@@ -42,7 +44,7 @@ def sweep(
             "directory": str(done.directory),
             "elapsed_s": round(took_s, 3),
         },
-        [words, f"optuav.open_sweep({str(done.directory)!r}) reads them"],
+        shown,
         as_json=as_json,
         written=written,
     )

@@ -97,18 +97,12 @@ def sweep(
     Examples
     --------
     >>> import optuav, pathlib, tempfile
-    >>> text = '''
-    ... scenarios_per_part = 2
-    ... grid.limits.deadline_s = { low = 600, high = 1200, count = 3 }
-    ... '''
+    >>> text = "scenarios_per_part = 2\\ngrid.limits.deadline_s = [600, 900, 1200]"
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = pathlib.Path(folder) / "deadlines.toml"
     ...     _ = file.write_text(text)
-    ...     done = optuav.sweep(file)
-    ...     again = optuav.sweep(file)
-    ...     found = optuav.open_sweep(done.directory)
-    >>> done.parts, again.kept, found.hover_time_s.values.round(1).tolist()
-    (2, 2, [524.2, 591.6, 597.3])
+    ...     optuav.sweep(file).parts, optuav.sweep(file).kept
+    (2, 2)
     """
     require("pyarrow", "sweeps")
     refuse(worker_faults(workers))
@@ -158,7 +152,13 @@ def open_sweep(path: str | Path) -> xarray.Dataset:
 
     Examples
     --------
-    See `optuav.sweep`.
+    >>> import optuav, pathlib, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = pathlib.Path(folder) / "deadlines.toml"
+    ...     _ = file.write_text("grid.limits.deadline_s = [600, 900, 1200]")
+    ...     found = optuav.open_sweep(optuav.sweep(file).directory)
+    >>> found.hover_time_s.values.round(1).tolist()
+    [524.2, 591.6, 597.3]
     """
     require("pyarrow", "sweeps")
     require("xarray", "labelled datasets")
