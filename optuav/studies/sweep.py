@@ -59,7 +59,7 @@ def sweep(
     scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> Swept:
-    """Find the best plans of all scenarios of a study, in parts of which none is computed twice.
+    r"""Find the best plans of all scenarios of a study, in parts of which none is computed twice.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def sweep(
     Examples
     --------
     >>> import optuav, pathlib, tempfile
-    >>> text = "scenarios_per_part = 2\\ngrid.limits.deadline_s = [600, 900, 1200]"
+    >>> text = "scenarios_per_part = 2\ngrid.limits.deadline_s = [600, 900, 1200]"
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = pathlib.Path(folder) / "deadlines.toml"
     ...     _ = file.write_text(text)
