@@ -104,8 +104,10 @@ def _geojson(found: xarray.DataArray) -> bytes:
     lines: Any = contourpy.contour_generator(found.x.to_numpy(), found.y.to_numpy(), values)
     features = []
     for level in contour_levels(values):
-        parts = [np.column_stack(back.transform(*each.T)) for each in lines.lines(level)]
+        parts = (np.column_stack(back.transform(*each.T)) for each in lines.lines(level))
         corners = [np.round(each, DECIMALS).tolist() for each in parts]
+        if not corners:  # as where points without a plan lie between
+            continue
         shape = {"type": "MultiLineString", "coordinates": corners}
         facts = {"hover_time_s": level}
         features.append({"type": "Feature", "properties": facts, "geometry": shape})

@@ -75,7 +75,7 @@ def axes(grid: Grid, bounds: Bounds | None, around_m: Floats) -> tuple[Floats, F
     most = np.floor((high_m - low_m) / grid + ROUNDING).astype(int) + 1
     _refuse_many(*most.tolist())
     x, y = (
-        np.round(first_m + grid * np.arange(count), DECIMALS)
+        np.round(first_m + grid * np.arange(count), DECIMALS) + 0.0  # no -0.0
         for first_m, count in zip(low_m, most, strict=True)
     )
     return x, y
