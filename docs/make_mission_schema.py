@@ -68,6 +68,11 @@ def json_schema() -> dict[str, Any]:
                 "changes; [[buildings]] replace the list.",
                 "type": "string",
             },
+            "buildings_file": {
+                "description": "Table of buildings in place of [[buildings]], by its path relative "
+                "to this file: .csv, .parquet, .gpkg or .geojson, in metres.",
+                "type": "string",
+            },
             **properties,
         },
         "if": {"not": {"required": ["extends"]}},

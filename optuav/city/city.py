@@ -9,14 +9,13 @@ from typing import TypeGuard
 import numpy as np
 import numpy.typing as npt
 import pyproj
-import shapely
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError
 from optuav.mission.buildings import Buildings
 from optuav.mission.messages import listed, shown
 from optuav.mission.schema import Number
-from optuav.mission.tables import of_polygons
+from optuav.mission.tables import corners_of, of_polygons
 
 DEGREES = "EPSG:4326"
 """Longitude and latitude, as maps and GPS receivers state them."""
@@ -123,14 +122,7 @@ class City:
         InputError
             With every name and place that a building may not have.
         """
-        corners_m, of = shapely.get_coordinates(self.footprints, return_index=True)
-        corner = of == np.append(of[1:], -1)  # All but the last of a ring, which is the first again
-        return of_polygons(
-            self.names,
-            self.position_m,
-            corners_m[corner],
-            np.bincount(of[corner], minlength=len(self.names)),
-        )
+        return of_polygons(self.names, self.position_m, *corners_of(self.footprints))
 
     def notes(self) -> Iterator[str]:
         """Yield sentences on how the buildings were made of the file."""

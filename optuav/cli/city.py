@@ -14,6 +14,8 @@ from optuav.errors import Fault, InputError, decimal, refuse
 if TYPE_CHECKING:
     from optuav.mission import Mission
 
+LEAST_BYTES = 50  # Of a building in a mission file
+
 
 @dataclass(frozen=True)
 class Site:
@@ -42,7 +44,8 @@ def city(
     from optuav.city import read
     from optuav.city.city import ON_EARTH, on_earth
     from optuav.mission import load
-    from optuav.mission.files import LARGEST_TOML, STANDARD, write_text
+    from optuav.mission.files import LARGEST_TOML, STANDARD, write_files
+    from optuav.mission.table_files import geoparquet
     from optuav.mission.template import template
 
     check_places(save, None)
@@ -81,17 +84,25 @@ def city(
     )
     notes, warnings = [*town.notes()], [*_warnings(mission)]
     remarks = [*notes, *(f"warning: {each}" for each in warnings)]
-    text = template(mission, mission.name, remarks)
-    if len(text) > LARGEST_TOML:
-        words = f"make a mission of {len(text) / 1e6:.1f} MB; {LARGEST_TOML / 1e6:g} MB are read"
-        words = f"{len(mission.buildings)} buildings {words}: state a smaller part of the map"
-        raise InputError([Fault("bbox", "", words)])
-    write_text(save or STANDARD, text)
+    few = len(mission.buildings) * LEAST_BYTES <= LARGEST_TOML
+    text = template(mission, mission.name, remarks) if few else ""
+    files = {save or STANDARD: text.encode("utf-8")}
+    if not text or len(text) > LARGEST_TOML:
+        if save is None:
+            words = f"{len(mission.buildings)} buildings make a mission of more than the "
+            words += f"{LARGEST_TOML / 1e6:g} MB that are read: state a smaller part of the map, "
+            raise InputError([Fault("bbox", "", f"{words}or --save, which writes them apart")])
+        table = save.with_suffix(".parquet")
+        content, named = geoparquet(mission.buildings, town.crs, table)
+        mission = mission.replace({"buildings": named})
+        text = template(mission, mission.name, remarks, save)
+        files = {table: content, save: text.encode("utf-8")}
+    write_files(files)
     if save is None:
         for each in warnings:  # The standard output may be the mission's file
             say(f"warning: {each}", error=True)
     else:
-        deliver(lambda: None, remarks, as_json=False, written=[save])
+        deliver(lambda: None, remarks, as_json=False, written=[*files])
 
 
 def _numbers(text: str) -> tuple[Any, ...]:

@@ -203,7 +203,7 @@ def new(file: Path, asked: Numbers, source: str = "paper") -> None:
         )
         mission, remarks = load(source), ()
     name = "mission" if file == STANDARD else file.stem
-    write_text(file, template(mission, name, remarks))
+    write_text(file, template(mission, name, remarks, file))
     if file != STANDARD:
         say(f"wrote {file}; next: optuav validate {file}")
 

@@ -19,7 +19,7 @@ from optuav.mission.validation import Breach, Document, StatedMission, format_br
 from optuav.network import vehicle
 from optuav.plan import Plan
 from optuav.plan.plan import DERIVED, LARGEST_BYTES, parse_plan
-from optuav.plan.summary import wrapped
+from optuav.plan.summary import unknown_buildings, wrapped
 from optuav.plan.trace import Event
 
 MOST_SHOWN = 20  # Largest number of events that are printed one by one
@@ -128,7 +128,7 @@ def audit(plan: Plan | Itinerary | str | Path) -> Audit:
     known = "; it is a shipped mission, optuav solve takes it" if str(plan) in shipped() else ""
     text = read_text(file, LARGEST_BYTES, hint=known)
     if file.suffix == ".json" or text.lstrip().startswith("{"):
-        return _judged(source, *parse_plan(text, source))
+        return _judged(source, *parse_plan(text, source, file.parent))
     return _judged(source, _itinerary(parse_toml(text, source), file), {})
 
 
@@ -139,6 +139,8 @@ def _judged(source: str, subject: Plan | Itinerary, data: Mapping[str, object]) 
         return Audit(source, subject, None, (Event("no plan", 0.0, words),))
     replayed = replay(subject)
     events = list(replayed.events)
+    if words := unknown_buildings(subject.mission):
+        events.insert(0, Event("unknown", 0.0, words, violation=False))
     if isinstance(subject, Plan):
         follows = subject.to_dict()
         # Warnings repeat figures in sentences, which another version may put otherwise.

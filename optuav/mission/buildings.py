@@ -27,9 +27,18 @@ NO_SIZE = (0.0, 0.0)
 Listing = Annotated[tuple[Building, ...], Strict(), Listed]
 
 
+@dataclass(frozen=True)
+class TableFile:
+    """A file with a table of buildings: its path, the hash of its content, and how many it has."""
+
+    path: str
+    blake2b: str
+    buildings: int
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Buildings(Sequence[Building]):
-    """Buildings by number: a sequence that never changes, equal to others by content.
+    """Buildings by number: a sequence that never changes, equal by content and source.
 
     Examples
     --------
@@ -46,6 +55,7 @@ class Buildings(Sequence[Building]):
     # Corners of all polygons, and how many of them come before those of every building.
     corners: array[float] = field(default_factory=lambda: array("d"))
     begins: array[int] = field(default_factory=lambda: array("q", [0]))
+    source: TableFile | None = None  # The file that they were read from
 
     @classmethod
     def of(cls, buildings: Iterable[Building]) -> Buildings:
@@ -115,7 +125,7 @@ class Buildings(Sequence[Building]):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Buildings):
             return NotImplemented
-        return self is other or self._columns == other._columns
+        return self is other or self._values == other._values
 
     def __hash__(self) -> int:
         return self._hash
@@ -124,11 +134,22 @@ class Buildings(Sequence[Building]):
         return f"<{len(self)} buildings>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Buildings, self._columns
+        return Buildings, self._values
 
     @property
-    def _columns(self) -> tuple[Any, ...]:
+    def _values(self) -> tuple[Any, ...]:
         return tuple(getattr(self, each.name) for each in fields(self))
+
+    @property
+    def lacking(self) -> int:
+        """How many buildings of their table are not here, as in a plan without it."""
+        return self.source.buildings - len(self) if self.source else 0
+
+    def read_from(self, source: TableFile | None) -> Buildings:
+        """The same buildings, and all that is known of them, as read from a file."""
+        found = object.__new__(Buildings)
+        vars(found).update(vars(self), source=source)
+        return found
 
     @cached_property
     def _hash(self) -> int:

@@ -133,6 +133,18 @@ def _read(
     extends, whole = document.pop("extends", None), True
     for key in ("name", "description") if above else ():  # which are a file's own
         document.pop(key, None)
+    if (named := document.pop("buildings_file", None)) is not None:
+        from optuav.mission.table_files import read_buildings
+
+        try:
+            if not isinstance(named, str) or "buildings" in document:
+                raise InputError("a path relative to this file, and no [[buildings]] beside it")
+            document["buildings"] = read_buildings(path.parent / named)
+        except InputError as error:
+            faults += [
+                each if each.key else Fault("buildings_file", shown(named), str(each), name)
+                for each in error.faults
+            ]
     sources: dict[Key, str] = {(): name}
     for table, keys in document.items():
         inside = keys if isinstance(keys, dict) else ()

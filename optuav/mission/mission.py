@@ -220,6 +220,8 @@ class Mission(MissionSection):
     def save(self, path: str | Path) -> None:
         """Write the mission as a complete TOML file, whole or not at all.
 
+        Buildings that were read from a table stay there: the file names it.
+
         Parameters
         ----------
         path
@@ -228,11 +230,19 @@ class Mission(MissionSection):
         Raises
         ------
         InputError
-            If the directory is missing or cannot be written to.
+            If the directory is missing or cannot be written to, or the table of its buildings is
+            missing or has changed.
         """
         import tomli_w
 
-        text = tomli_w.dumps(self.to_dict())
+        if source := self.buildings.source:
+            from optuav.mission.table_files import named_from
+
+            document = {"schema": schema.SCHEMA, "buildings_file": named_from(source, Path(path))}
+            document |= {k: v for k, v in self._document().items() if k != "buildings"}
+        else:
+            document = self.to_dict()
+        text = tomli_w.dumps(document)
         # Each array on one line; strings are safe, as their line breaks are written escaped.
         for pattern, joint in ((r"\[\n +", "["), (r",\n *\]", "]"), (r",\n +", ", ")):
             text = re.sub(pattern, joint, text)

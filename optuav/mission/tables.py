@@ -24,6 +24,9 @@ from optuav.mission.validation import (
 )
 
 if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
     from optuav.arrays import Floats, Integers
 
 COLUMNS, SIZES = ("name", "x_m", "y_m", "z_m"), ("width_m", "depth_m")
@@ -96,6 +99,16 @@ def _at_once(columns: Mapping[str, Sequence[Any]]) -> Buildings | None:
         size_m[np.isnan(size_m).all(axis=1)] = 0.0
     found = _packed(columns["name"], roof_m, size_m)
     return found if _is_allowed(found) else None
+
+
+def corners_of(footprints: npt.NDArray[np.object_]) -> tuple[Floats, Integers]:
+    """Corners of polygons (corner, 2), and their number by polygon, 0 for None."""
+    import numpy as np
+    import shapely
+
+    corners, of = shapely.get_coordinates(footprints, return_index=True)
+    corner = of == np.append(of[1:], -1)  # All but the last of a ring, which is the first again
+    return corners[corner], np.bincount(of[corner], minlength=len(footprints))
 
 
 def of_polygons(

@@ -3,16 +3,20 @@
 import math
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Annotated, Any, Self
 
 import tomli_w
 from pydantic import model_validator
 
 from optuav.errors import Fault
+from optuav.mission.buildings import Buildings
+from optuav.mission.files import STANDARD
 from optuav.mission.load import load
 from optuav.mission.messages import allowed, shown
 from optuav.mission.mission import Mission, without_none
 from optuav.mission.schema import SCHEMA, MissionSection, Number
+from optuav.mission.table_files import seen_from
 from optuav.mission.validation import StatedMission, validate
 
 SCENE = "matrice350"
@@ -29,11 +33,15 @@ INSTEAD = {"hover_power_W": "hover_min", "cruise_power_W": "cruise_min"}
 """Powers that may be stated in place of times."""
 
 
-def template(mission: Mission, name: str, remarks: Sequence[str] = ()) -> str:
+def template(
+    mission: Mission, name: str, remarks: Sequence[str] = (), file: Path = STANDARD
+) -> str:
     """The text of a TOML file with a mission's values, in which every key is explained.
 
-    Keys that are not set stand there as comments; the remarks are lines for the head of the file.
+    Keys that are not set stand there as comments; the remarks are lines for the head of the file. A
+    table of buildings is named by its path from the folder of the file.
     """
+    source, listed = mission.buildings.source, mission.buildings
     lines = [
         "# A mission for optuav. Change what differs in yours; `optuav validate` checks the file.",
         "# Lengths in metres, ground at z = 0; every key carries its unit as a suffix.",
@@ -45,11 +53,14 @@ def template(mission: Mission, name: str, remarks: Sequence[str] = ()) -> str:
         *(f"# {line}" for line in Mission.descriptions()["crs"].splitlines()),
         f"crs = {_text(mission.crs)}" if mission.crs else "# crs =",
     ]
+    if source:
+        lines.append(f"buildings_file = {_text(seen_from(file, source.path))}")
+        listed = Buildings()
     for key in Mission.model_fields:
         table = getattr(mission, key)
         if isinstance(table, MissionSection):
             lines += ["", f"[{key}]", *_entries(table, explained=True)]
-    for number, building in enumerate(mission.buildings):
+    for number, building in enumerate(listed):
         lines += ["", "[[buildings]]", *_entries(building, explained=number == 0)]
     return "\n".join(lines) + "\n"
 

@@ -152,7 +152,11 @@ def breaches_of(
         name = str(key[0])
         if detail["type"] in ("extra_forbidden", "invalid_key"):
             suggestions += 1
-            known = {*model.model_fields, "schema", "extends"} if len(key) == 1 else KEYS[name]
+            known = (
+                {*model.model_fields, "schema", "extends", "buildings_file"}
+                if len(key) == 1
+                else KEYS[name]
+            )
             likely = known if suggestions <= MOST_SUGGESTIONS else ()
             yield Breach(key, _unknown(key, likely, stated))
             continue
@@ -180,7 +184,7 @@ def _unknown(key: Key, known: Iterable[str], stated: StatedMission) -> str:
     if key == _RATE_PER_MINUTE:
         both = stated.value(_RATE) is not UNKNOWN
         return "either flow_rate_per_s or flow_rate_per_min" if both else RATE_PER_MINUTE.words
-    if key == ("extends",):
+    if key in (("extends",), ("buildings_file",)):
         return "only in a mission file"
     if key[0] == "flight" and name in REGIME_KEYS:
         return 'only with flight.model = "regimes"'

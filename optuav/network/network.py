@@ -8,6 +8,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from optuav.arrays import Integers
+from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.network.legs import NO_LEG, Legs, build_legs
 from optuav.network.places import (
@@ -63,6 +64,9 @@ def build_network(mission: Mission) -> Network:
     Legs 0 and 1 are origin → hover and hover → destination; legs 2 + 4 b to 5 + 4 b belong to
     building b: origin → b, b → hover, hover → b, b → destination. The last network is kept.
     """
+    if mission.buildings.lacking:
+        words = "the table itself is needed; the plan has only the buildings that it uses"
+        raise InputError([Fault("buildings_file", "", words)])
     obstacles = prisms(mission.buildings)
     places = build_places(mission, obstacles)
     roof = np.arange(FIRST_BUILDING, len(places.names))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
 
@@ -20,7 +20,7 @@ from optuav.network import vehicle
 from optuav.network.places import ENDS
 from optuav.network.timeline import Figure, Phase, Words, carry
 from optuav.physics.kibam import STEPS, time_to_empty, time_to_full
-from optuav.plan.summary import summary
+from optuav.plan.summary import TABLE, summary
 from optuav.status import Status
 
 if TYPE_CHECKING:
@@ -279,13 +279,25 @@ class Plan(BaseModel):
         -------
         dict
             The fields of the plan with its mission inside; times and route repeated for the reader,
-            null where there is no plan.
+            null where there is no plan. Where the mission's buildings are those of a table, only
+            what the plan uses of it is inside, beside its path and hash.
         """
+        return self._data(Path())
+
+    def _data(self, file: Path) -> dict[str, Any]:
+        """The plan as plain data, which names a table by its path from the folder of a file."""
         data = self.model_dump(mode="json", exclude={"mission"})
-        phases = data.pop("phases")
+        phases, mission = data.pop("phases"), self.mission
         derived = {name: getattr(self, name) if self else None for name in DERIVED}
-        head = {"schema": SCHEMA, "kind": KIND, **data, **to_jsonable_python(derived)}
-        return {**head, "phases": phases, "mission": self.mission.to_dict()}
+        data = {"schema": SCHEMA, "kind": KIND, **data, **to_jsonable_python(derived)}
+        data["phases"] = phases
+        if source := mission.buildings.source:
+            from optuav.mission.table_files import seen_from
+            from optuav.plan.used import used_buildings
+
+            data[TABLE] = {**asdict(source), "path": seen_from(file, source.path)}
+            mission = mission.model_copy(update={"buildings": used_buildings(self)})
+        return {**data, "mission": mission.to_dict()}
 
     def save(self, path: str | Path) -> None:
         """Write the plan as JSON, whole or not at all; `optuav.load_plan` reads it back.
@@ -300,7 +312,7 @@ class Plan(BaseModel):
         InputError
             If the directory is missing or cannot be written to.
         """
-        text = json.dumps(self.to_dict(), indent=2, ensure_ascii=False, allow_nan=False)
+        text = json.dumps(self._data(Path(path)), indent=2, ensure_ascii=False, allow_nan=False)
         write_text(Path(path), text + "\n")
 
     def to_frame(self) -> pandas.DataFrame:
@@ -338,11 +350,13 @@ def load_plan(path: str | Path) -> Plan:
     -------
     Plan
         The plan, its mission inside. `flyable` is what the file says: `optuav.replay` simulates it.
+        A table of buildings that the file names is read where it is there; or else the plan's
+        mission has only the buildings that the plan uses.
 
     Raises
     ------
     InputError
-        With everything that is wrong with the file.
+        With everything that is wrong with the file, or if its table of buildings is another one.
 
     Examples
     --------
@@ -354,7 +368,7 @@ def load_plan(path: str | Path) -> Plan:
     True
     """
     source = label(Path(path))
-    plan, data = parse_plan(read_text(Path(path), LARGEST_BYTES), source)
+    plan, data = parse_plan(read_text(Path(path), LARGEST_BYTES), source, Path(path).parent)
     follows = plan.to_dict()
     refuse(
         Fault(name, shown(data[name]), f"{shown(follows[name])} is what the phases say", source)
@@ -364,8 +378,10 @@ def load_plan(path: str | Path) -> Plan:
     return plan
 
 
-def parse_plan(text: str, source: str) -> tuple[Plan, dict[str, Any]]:
+def parse_plan(text: str, source: str, folder: Path) -> tuple[Plan, dict[str, Any]]:
     """A plan and the data of its file, whose repeated figures may contradict the plan.
+
+    A table of buildings is looked for from a folder.
 
     Raises `InputError` with everything that keeps the text from being a plan.
     """
@@ -380,7 +396,7 @@ def parse_plan(text: str, source: str) -> tuple[Plan, dict[str, Any]]:
         raise InputError([Fault("schema", value, words, source)])
     if isinstance(phases := data.get("phases"), list) and len(phases) > MOST_PHASES:
         raise InputError([Fault("phases", "", f"a list of at most {MOST_PHASES}", source)])
-    fields = {k: v for k, v in data.items() if k not in ("schema", "kind", *DERIVED)}
+    fields = {k: v for k, v in data.items() if k not in ("schema", "kind", TABLE, *DERIVED)}
     faults: list[Fault] = []
     if "mission" in data:
         try:
@@ -389,6 +405,16 @@ def parse_plan(text: str, source: str) -> tuple[Plan, dict[str, Any]]:
             fields["mission"] = None
             for each in error.faults:
                 faults.append(replace(each, key=f"mission.{each.key}".rstrip("."), source=source))
+    if TABLE in data and isinstance(mission := fields.get("mission"), Mission):
+        from optuav.plan.used import with_table
+
+        try:
+            table = with_table(mission.buildings, data[TABLE], folder)
+            fields["mission"] = mission.replace({"buildings": table})
+        except InputError as error:
+            for each in error.faults:
+                known = each if each.key else Fault(TABLE, "", str(each))
+                faults.append(replace(known, source=source))
     try:
         plan = Plan.model_validate(fields)
     except ValidationError as error:

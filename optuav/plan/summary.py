@@ -7,15 +7,19 @@ import textwrap
 import unicodedata
 from collections.abc import Iterator, Sequence
 from itertools import accumulate
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from optuav.errors import folded, line_width, printable
+from optuav.mission.files import label
 from optuav.mission.messages import written_out
 from optuav.network import vehicle
 
 if TYPE_CHECKING:
+    from optuav.mission import Mission
     from optuav.plan.plan import Plan
 
+TABLE = "buildings_file"  # The key under which a plan names the table of its buildings
 LABEL = 13
 LEAST_ROOM = 15  # Columns for the place of a phase
 GAP = "  "
@@ -54,11 +58,22 @@ def summary(plan: Plan) -> str:
         lines += wrapped("Answer", f"{plan.status.value.upper()} ({plan.proof})")
         for reason in plan.reasons:
             lines += wrapped("Because", reason)
-    for mark, remarks in (("Warning", plan.warnings if plan else ()), ("Note", plan.notes)):
+    unknown = [*filter(None, [unknown_buildings(plan.mission)])]
+    warnings = [*(plan.warnings if plan else ()), *unknown]
+    for mark, remarks in (("Warning", warnings), ("Note", plan.notes)):
         lines += [""] if remarks else []
         for remark in remarks:
             lines += wrapped(mark, remark)
     return "\n".join(lines)
+
+
+def unknown_buildings(mission: Mission) -> str:
+    """That the table of a mission is not here, as a sentence; empty where nothing is missing."""
+    source, lacking = mission.buildings.source, mission.buildings.lacking
+    if source is None or not lacking:
+        return ""
+    known = f"{lacking} of its {source.buildings} buildings are unknown and in the way of nothing"
+    return f"the table {label(Path(source.path))} is not here: {known}"
 
 
 def counted_in(slot_s: float | None) -> str:
@@ -114,8 +129,8 @@ def _times(plan: Plan) -> Iterator[str]:
         ("Flight", plan.flight_time_s, flown),
         ("Mission", mission_s, "exactly at the deadline" if abs(left_s) < 0.005 else ends),
     ]
-    for label, time_s, remark in rows:
-        yield from wrapped(label, f"{time_s:10.2f} s   {remark}")
+    for name, time_s, remark in rows:
+        yield from wrapped(name, f"{time_s:10.2f} s   {remark}")
     yield from wrapped("Route", " → ".join(plan.route))
     levels = ", ".join(
         f"{name} {_number(100 * level, 2)} %" for name, level in (plan.soc or {}).items()

@@ -27,7 +27,8 @@ class Event:
     # ``"empty"``, ``"full"``, ``"deadline"``, ``"state of charge"``, ``"altitude"``,
     # ``"coverage"``, ``"building"``, ``"ends"``, ``"no roof"``, ``"impossible"``, ``"mismatch"`` or
     # ``"no plan"``, which no plan to be flown may have; ``"no sight"``, ``"peak speed"``,
-    # ``"no drag"``, ``"stated"``, ``"pack empty"`` or ``"pack full"`` to be known.
+    # ``"no drag"``, ``"stated"``, ``"unknown"`` (buildings of a table that is not here), ``"pack
+    # empty"`` or ``"pack full"`` to be known.
     kind: str
     time_s: float  # Moment, counted from take-off [s]
     words: str  # What happens, for a person

@@ -92,14 +92,26 @@ def test_the_options_of_reading_are_passed_on(town: Path, tmp_path: Path) -> Non
     assert "--crs = 'x'" in refused("city", str(town), *SITE, "--crs", "x")
 
 
-def test_a_mission_that_could_not_be_read_is_not_written(
+def test_a_large_town_is_saved_with_its_table(
     town: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("optuav.mission.files.LARGEST_TOML", 2_000)
-    file = tmp_path / "town.toml"
-    words = refused("city", str(town), *SITE, "--save", str(file))
-    assert "state a smaller part of the map" in words
-    assert not file.exists()
+    """The same mission as one file that could not be read; on the standard output it is refused."""
+    pytest.importorskip("pyarrow")
+    whole, file = tmp_path / "whole.toml", tmp_path / "town.toml"
+    assert run("city", str(town), *SITE, "--save", str(whole)).code == 0
+    size = len(whole.read_text("utf-8"))
+    monkeypatch.setattr("optuav.mission.files.LARGEST_TOML", size - 1)
+    assert "state a smaller part of the map" in refused("city", str(town), *SITE)
+    found = run("city", str(town), *SITE, "--save", str(file))
+    assert found.code == 0
+    assert [line for line in found.out.splitlines() if line.startswith("wrote")]
+    assert 'buildings_file = "town.parquet"' in file.read_text("utf-8")
+    table = file.with_suffix(".parquet").read_bytes()
+    assert run("city", str(town), *SITE, "--save", str(file)).code == 0
+    assert file.with_suffix(".parquet").read_bytes() == table
+    monkeypatch.undo()
+    saved = optuav.load(file)
+    assert {**saved.to_dict(), "name": "whole"} == {**optuav.load(whole).to_dict(), "name": "whole"}
 
 
 def test_helsinki_is_a_mission() -> None:

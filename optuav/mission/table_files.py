@@ -1,0 +1,192 @@
+"""Files that hold a table of buildings: CSV, or a map format whose x and y are metres."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import os
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from optuav.errors import Fault, InputError, decimal, printable, refuse, require
+from optuav.mission.buildings import Buildings, TableFile
+from optuav.mission.files import label, read_text, refusal, refusals
+from optuav.mission.messages import listed
+from optuav.mission.tables import COLUMNS, corners_of, of_columns, of_polygons
+
+if TYPE_CHECKING:
+    from optuav.arrays import Floats
+
+PARQUET, OF_GDAL = (".parquet", ".geoparquet"), (".gpkg", ".geojson")
+OUTLINE = "one polygon without courtyards, or a point; optuav city reads other maps"
+HASH_BYTES, SHOWN_DIGITS = 32, 12
+
+
+def read_buildings(path: Path) -> Buildings:
+    """The buildings of a file, or an `InputError`."""
+    found, ending = fingerprint(path), path.suffix.lower()
+    if ending not in (".csv", *PARQUET, *OF_GDAL):
+        raise refusal(path, f"is none of .csv, {', '.join((*PARQUET, *OF_GDAL))}")
+    try:
+        table = _of_csv(path) if ending == ".csv" else _of_map(path, ending)
+    except InputError as error:
+        faults = (replace(each, source=each.source or label(path)) for each in error.faults)
+        raise InputError(faults) from None
+    return table.read_from(TableFile(os.path.abspath(path), found, len(table)))
+
+
+def named_from(source: TableFile, file: Path) -> str:
+    """The path of a table as a file names it; refused where the table is not what it was."""
+    check(Path(source.path), source.blake2b)
+    return seen_from(file, source.path)
+
+
+def seen_from(file: Path, path: str) -> str:
+    """A path from the folder of a file; the whole path where no other leads there."""
+    with suppress(ValueError):
+        path = os.path.relpath(path, os.path.dirname(os.path.abspath(file)))
+    return Path(path).as_posix()
+
+
+def check(path: Path, expected: str) -> None:
+    """Refuse a table whose hash is not the one expected."""
+    if (found := fingerprint(path)) != expected:
+        here, there = (f"{each[:SHOWN_DIGITS]}…" for each in (found, expected))
+        raise refusal(path, f"is another table: its BLAKE2b hash is {here}, not {there}")
+
+
+def fingerprint(path: Path) -> str:
+    """The BLAKE2b hash of the content of a file, in hexadecimal digits."""
+    with refusals(path, "read"):
+        if not path.is_file():
+            raise refusal(path, "is no regular file" if path.exists() else "there is no such file")
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, _blake2b).hexdigest()
+
+
+def _blake2b(content: bytes = b"") -> hashlib.blake2b:
+    return hashlib.blake2b(content, digest_size=HASH_BYTES)
+
+
+def _of_csv(path: Path) -> Buildings:
+    """The buildings of a CSV file; lines that are blank or begin with ``#`` do not count."""
+    with refusals(path, "read"):
+        text = read_text(path, path.stat().st_size)
+    lines = (x for x in io.StringIO(text, newline=None) if x.strip(" ,\t\n") and x[0] != "#")
+    try:
+        header, *rows = csv.reader(lines)
+    except csv.Error as error:
+        raise refusal(path, f"is not CSV: {error}") from None
+    except ValueError:
+        raise refusal(path, f"has no header; its columns are {', '.join(COLUMNS)}") from None
+    names = [each.strip() for each in header]
+    faults = [Fault(name, "", "is there twice") for name in {*names} if names.count(name) > 1]
+    for number, row in enumerate(rows, start=1):
+        if len(row) != len(names):
+            faults.append(Fault(f"row {number}", "", f"{len(row)} cells, not {len(names)}"))
+    refuse(faults)
+    cells = zip(*rows, strict=True) if rows else ((),) * len(names)
+    return of_columns({n: _cells(n, each) for n, each in zip(names, cells, strict=True)})
+
+
+def _cells(name: str, cells: Sequence[str]) -> Any:
+    """A column of CSV as numbers where all cells are; what is no number stays a text."""
+    import numpy as np
+
+    if name == COLUMNS[0]:
+        return [each.strip() for each in cells]
+    text = "".join(cells)
+    if text.isascii() and "_" not in text:
+        try:
+            return np.fromiter(map(float, cells), float, len(cells))
+        except ValueError:
+            pass
+    return [_number(each.strip()) for each in cells]
+
+
+def _number(cell: str) -> float | str | None:
+    """The number in a cell, or its text; None if it is empty."""
+    try:
+        return decimal(cell) if cell else None
+    except ValueError:
+        return cell
+
+
+def _of_map(path: Path, ending: str) -> Buildings:
+    """The buildings of a map in metres: outlines or points, with columns `name` and `z_m`."""
+    require("geopandas", "tables of buildings in map formats")
+    if ending in PARQUET:
+        require("pyarrow", "GeoParquet files")
+    import geopandas
+    import numpy as np
+    import pyogrio
+    import shapely
+
+    try:
+        if ending in PARQUET:
+            frame = geopandas.read_parquet(path)
+        else:
+            if len(layers := pyogrio.list_layers(path)) != 1:
+                raise refusal(path, f"has {len(layers)} layers, not one")
+            frame = geopandas.read_file(path)
+        shapes, crs = frame.geometry.to_numpy(), frame.crs
+    except InputError:
+        raise
+    except (ValueError, RuntimeError, OSError, AttributeError, LookupError, TypeError) as error:
+        words = printable(str(error).partition("\n")[0])
+        raise refusal(path, f"is no table that geopandas reads: {words}") from None
+    units = [] if crs is None else [axis.unit_name for axis in crs.axis_info[:2]]
+    if strange := {*units} - {"metre"}:
+        words = f"has x and y in {', '.join(sorted(strange))}, not in metres"
+        raise refusal(path, f"{words}; optuav city makes a mission of a map")
+    known = [each for each in frame.columns if each != frame.geometry.name]
+    wanted = (COLUMNS[0], COLUMNS[3])
+    refuse(Fault(x, "", f"is missing; there are {listed(known)}") for x in wanted if x not in known)
+    names = frame["name"].tolist()
+    single = shapely.get_num_geometries(shapes) == 1
+    shapes = np.where(single, shapely.get_geometry(shapes, 0), shapes)  # Also of a multipolygon
+    kind, empty = shapely.get_type_id(shapes), shapely.is_missing(shapes) | shapely.is_empty(shapes)
+    outlined = ~empty & (kind == 3) & (shapely.get_num_interior_rings(shapes) == 0)
+    refuse(
+        Fault(f"buildings[{number}].footprint_m", shapes[number].geom_type, OUTLINE)
+        for number in np.flatnonzero(~(empty | outlined | (kind == 0))).tolist()
+    )
+    at_m = np.full((len(shapes), 2), np.nan)
+    at_m[~empty] = shapely.get_coordinates(shapely.point_on_surface(shapes[~empty]))
+    columns = [_column(frame, x) if x in known else at_m[:, k] for k, x in enumerate(COLUMNS[1:])]
+    shapes[~outlined] = None
+    return of_polygons(names, np.column_stack(columns), *corners_of(shapes))
+
+
+def _column(frame: Any, name: str) -> Floats:
+    """A column of numbers, or an `InputError`."""
+    import numpy as np
+
+    try:
+        return np.asarray(frame[name], dtype=float)
+    except (TypeError, ValueError):
+        raise InputError([Fault(name, "", "a column of numbers")]) from None
+
+
+def geoparquet(buildings: Buildings, crs: str, path: Path) -> tuple[bytes, Buildings]:
+    """The content of a file for a table of buildings, and the buildings as if read from there."""
+    require("geopandas", "tables of buildings in map formats")
+    require("pyarrow", "GeoParquet files")
+    import geopandas
+    import numpy as np
+    import shapely
+
+    corners_m, count = buildings.outlines()
+    drawn = np.repeat(np.arange(np.count_nonzero(count)), count[count > 0])
+    outlines = np.full(len(buildings), None, dtype=object)
+    outlines[count > 0] = shapely.polygons(shapely.linearrings(corners_m, indices=drawn))
+    columns = dict(zip(COLUMNS, (buildings.names, *buildings.roof_m.T), strict=True))
+    content = io.BytesIO()
+    geopandas.GeoDataFrame(columns, geometry=outlines, crs=crs).to_parquet(content, index=False)
+    found = _blake2b(content.getvalue()).hexdigest()
+    source = TableFile(os.path.abspath(path), found, len(buildings))
+    return content.getvalue(), buildings.read_from(source)

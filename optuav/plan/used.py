@@ -1,0 +1,67 @@
+"""The buildings that a plan uses, which its file holds in place of a whole table."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from optuav.errors import Fault, InputError, refuse, safe_name
+from optuav.mission.buildings import Buildings, TableFile
+from optuav.mission.files import label
+from optuav.mission.messages import shown
+from optuav.mission.table_files import check, read_buildings
+from optuav.network import vehicle
+from optuav.network.obstacles import CLEAR, crossed
+from optuav.network.places import ENDS
+from optuav.network.prisms import prisms
+from optuav.plan.summary import TABLE
+
+if TYPE_CHECKING:
+    from optuav.plan.plan import Plan
+
+
+def used_buildings(plan: Plan) -> Buildings:
+    """Those that it goes by or asks for, and what is in the way of its legs and of the laser."""
+    mission, buildings, route = plan.mission, plan.mission.buildings, plan.mission.route
+    names = {end for phase in plan.phases for end in (phase.start_place, phase.end_place)}
+    numbers = {k: name for k, name in enumerate(buildings.names) if name in {*names, plan.building}}
+    ends_m = (route.origin_m, vehicle.hover_point_m(mission), route.destination_m)
+    at_m = {name: (CLEAR, end) for name, end in zip(ENDS, ends_m, strict=True)}
+    at_m |= {name: (k, tuple(buildings.roof_m[k])) for k, name in numbers.items()}
+    lines = [(at_m[p.start_place], at_m[p.end_place]) for p in plan.phases if p.kind == "flight"]
+    if mission.laser is not None:
+        lines += [((CLEAR, mission.laser.position_m), at_m[name]) for name in names]
+    known = [(a, b) for a, b in lines if np.isfinite([a[1], b[1]]).all()]
+    if known:
+        start_m, end_m = (np.array([line[k][1] for line in known], dtype=float) for k in (0, 1))
+        own = np.array([(a[0], b[0]) for a, b in known])
+        blockers = crossed(prisms(buildings), start_m, end_m, own)
+        numbers |= dict.fromkeys(blockers[blockers != CLEAR].tolist(), "")
+    return Buildings.of(buildings[k] for k in sorted(numbers))
+
+
+def with_table(embedded: Buildings, stated: object, folder: Path) -> Buildings:
+    """All buildings of the table that a plan names where that is there, or else those embedded.
+
+    Raises `InputError` if it is another table, or if the plan's buildings are not in it.
+    """
+    kinds = {"path": str, "blake2b": str, "buildings": int}
+    known: dict[str, Any] = stated if isinstance(stated, dict) else {}
+    if {key: type(each) for key, each in known.items()} != kinds or "\0" in known["path"]:
+        raise InputError([Fault(TABLE, shown(stated), "path, blake2b and buildings of a table")])
+    path, blake2b, count = (known[key] for key in kinds)
+    source = TableFile(os.path.abspath(folder / path), blake2b, max(count, len(embedded)))
+    if not os.path.exists(source.path):
+        return embedded.read_from(source)
+    check(Path(source.path), blake2b)
+    table = read_buildings(Path(source.path))
+    numbers = {name: number for number, name in enumerate(table.names)}
+    refuse(
+        Fault(f"buildings.{safe_name(each.name)}", "", f"is not as in {label(Path(path))}")
+        for each in embedded
+        if each.name not in numbers or table[numbers[each.name]] != each
+    )
+    return table
