@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -58,18 +58,21 @@ def _growing(stated: object) -> bool:
     return bool((np.diff(at_m) > 0).all()) and all(map(COORDINATE.accepts, ends))
 
 
-def axes(grid: Grid, bounds: Bounds | None, around_m: Floats) -> tuple[Floats, Floats]:
+def axes(
+    grid: Grid, bounds: Bounds | None, around_m: Callable[[], Floats]
+) -> tuple[Floats, Floats]:
     """Coordinates x and y of the points [m]; without bounds, multiples of the distance around.
 
-    What they go around are two corners (2, 2) of a box [m].
+    What they then go around are two corners (2, 2) of a box [m].
     """
     if not isinstance(grid, int | float):
         x, y = (np.asarray(each, dtype=float) for each in grid)
         _refuse_many(len(x), len(y))
         return x, y
     if bounds is None:
-        low_m = np.floor(around_m[0] / grid) * grid
-        high_m = np.maximum(np.ceil(around_m[1] / grid), np.floor(around_m[0] / grid) + 1) * grid
+        low, high = around_m() / grid
+        low_m = np.floor(low) * grid
+        high_m = np.maximum(np.ceil(high), np.floor(low) + 1.0) * grid
     else:
         low_m, high_m = np.reshape(bounds, (2, 2))
     most = np.floor((high_m - low_m) / grid + ROUNDING).astype(int) + 1

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import math
+from functools import partial
+from math import isfinite, isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,8 +15,8 @@ from optuav.errors import Fault, InputError, refuse
 from optuav.maps.grid import COORDINATE, Bounds, Grid, axes, faults
 from optuav.mission import Mission, load
 from optuav.mission.messages import shown
-from optuav.network.places import HOVER
 from optuav.network.scene import scene
+from optuav.network.vehicle import hover_point_m
 from optuav.options import Perspective
 from optuav.solving.outcome import SAME_S
 from optuav.solving.question import checked_question
@@ -181,7 +182,7 @@ def _hovers(
     assert own_m is not None
     x_m, y_m, z_m = own_m if height_m is None else (*own_m[:2], float(height_m))
     base = mission.replace({over: (x_m, y_m, z_m)})
-    x, y = axes(grid, bounds, _around_m(over, base))
+    x, y = axes(grid, bounds, partial(_around_m, over, base))
     keys = {f"{over}[1]": "y", f"{over}[0]": "x"}
     values = batch(base, dict(zip(keys, (y, x), strict=True)), perspective=perspective)
     hover_s = values.set_coords("reason")["hover_time_s"].rename(keys)
@@ -201,17 +202,15 @@ def _own_m(over: str, mission: Mission) -> tuple[float, float, float] | None:
         return mission.link.device_m
     if over == LASER:
         return mission.laser.position_m if mission.laser else None
-    x, y, z = scene(mission).places.position_m[HOVER].tolist()
-    if math.isnan(z):
-        x, y, z = *mission.link.device_m[:2], mission.limits.min_altitude_m
-    return x, y, z
+    x, y, z = map(float, hover_point_m(mission))
+    return (*mission.link.device_m[:2], mission.limits.min_altitude_m) if isnan(z) else (x, y, z)
 
 
 def _around_m(over: str, mission: Mission) -> Floats:
     """Two corners (2, 2) of what a map shows by default [m]."""
     shown = scene(mission)
     low_m, high_m = shown.corners_m
-    if over == HOVER_POINT and math.isfinite(reach_m := shown.disc_radius_m):
+    if over == HOVER_POINT and isfinite(reach_m := shown.disc_radius_m):
         device_m = np.array(mission.link.device_m[:2])
         low_m, high_m = device_m - reach_m, device_m + reach_m
     room_m = ROOM * (high_m - low_m).max()
