@@ -78,6 +78,12 @@ def chosen(
     return replace(table, **{**taken, **changes})
 
 
+def turned(table: Quantities) -> Quantities:
+    """The same tables with one row a route and one column a variant."""
+    named = {each.name: getattr(table, each.name) for each in QUANTITIES}
+    return replace(table, **{name: v.T if np.ndim(v) else v for name, v in named.items()})
+
+
 def entries(given: Quantities, which: Integers | slice, **changes: Any) -> Quantities:
     """Quantities of some of the itineraries, some of them changed."""
 

@@ -30,7 +30,7 @@ from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.physics.kibam import Battery, Stage, Tilted, levelling, tilted_after
 from optuav.physics.quantity import Quantity
-from optuav.solving.assemble import chosen, figures, quantities, table_entries
+from optuav.solving.assemble import chosen, figures, quantities, table_entries, turned
 from optuav.solving.batch import longest
 from optuav.solving.outcome import (
     SAME_S,
@@ -182,8 +182,8 @@ def hover_times_s(variants: Variants, perspective: Perspective) -> Floats:
         for variant, route, rests in _groups(variants, hover_s >= 0.0, ordered=True):
             given = quantities(variants, route, variant, rests=rests, known=table)
             found, *_ = _bracketed(given, len(variant), shortest_rest=False)
-            hover_s[variant, route] = np.nan_to_num(found, nan=-np.inf)
-    return hover_s
+            hover_s[route, variant] = np.nan_to_num(found, nan=-np.inf)
+    return hover_s.T
 
 
 def impossible(variants: Variants) -> Codes:
@@ -237,8 +237,8 @@ def _reasons(
         last = "wells" if question.perspective == AVAILABLE else "charge"
     code = np.full(variants.count, CODES[last], np.int8)
     if last == "wells":
-        some_s = np.where(able, longest_by_balance(*_balance(table, "battery")), -np.inf)
-        code[np.broadcast_to((some_s < 0.0).all(axis=1), code.shape)] = CODES["charge"]
+        some_s = _longest(variants, _balance(table, "battery"), able)
+        code[(some_s < 0.0).all(axis=0)] = CODES["charge"]
     code[np.broadcast_to((flight_s > table.deadline_s)[:, 0], code.shape)] = CODES["late"]
     code[np.broadcast_to(~able.any(axis=1), code.shape)] = CODES["blocked"]
     for status in Status.UNBOUNDED, Status.UNKNOWN, Status.ERROR:
@@ -246,11 +246,13 @@ def _reasons(
     return np.where(early > 0, early, code)
 
 
-def _balance(given: Quantities, perspective: Perspective) -> tuple[Quantity, ...]:
+def _balance(table: Quantities, perspective: Perspective) -> tuple[Quantity, ...]:
     """What is left at the end without stays, what hovering takes and resting brings, and the time.
 
-    Of the state of charge, which is affine in both times, above η0: [-], [1/s], [1/s], [s].
+    Of the state of charge, which is affine in both times, above η0: [-], [1/s], [1/s], [s]; each a
+    number or (route or 1, variant or 1), as NumPy is fastest along many variants.
     """
+    given = turned(table)
     keys: list[Monomial] = [frozenset({(name, "time")}) for name in TIMES]
     hover, rest = keys
     times = (Exponential({each: 1.0}) for each in (hover, rest))
@@ -259,11 +261,11 @@ def _balance(given: Quantities, perspective: Perspective) -> tuple[Quantity, ...
 
 
 def _longest(variants: Variants, balance: tuple[Quantity, ...], able: Booleans) -> Floats:
-    """The longest Δ by `_balance` (variant, route) [s], −∞ where none is possible."""
+    """The longest Δ by `_balance` (route, variant) [s], −∞ where none is possible."""
     hover_s = longest_by_balance(*balance)
     if not able.all():
-        hover_s = np.where(able, hover_s, -np.inf)
-    return np.broadcast_to(hover_s, (variants.count, hover_s.shape[1]))
+        hover_s = np.where(able.T, hover_s, -np.inf)
+    return np.broadcast_to(hover_s, (len(variants.network.routes), variants.count))
 
 
 def _by_balance(
@@ -272,11 +274,13 @@ def _by_balance(
     """The longest hovers that tie, by a state of charge that is affine in both times."""
     balance = _balance(table, perspective)
     hover_s = _longest(variants, balance, able)
-    least_s = np.maximum(hover_s.max(axis=1, keepdims=True) - SAME_S, 0.0)
-    best = np.flatnonzero(hover_s >= least_s)
-    variant = best // hover_s.shape[1]
-    route, times_s = best - hover_s.shape[1] * variant, hover_s.ravel().take(best)
-    own = (table_entries(each, variant, route, best) for each in balance)
+    least_s = np.maximum(hover_s.max(axis=0) - SAME_S, 0.0)
+    best = np.flatnonzero((hover_s >= least_s).T)
+    variant = best // len(hover_s)
+    route = best - len(hover_s) * variant
+    number = variants.count * route + variant
+    times_s = hover_s.ravel().take(number)
+    own = (table_entries(each, route, variant, number) for each in balance)
     rests_s = shortest_by_balance(times_s, *own)
     known = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
     return Candidates(variant, route, times_s, rests_s, *known)
@@ -295,24 +299,24 @@ def _never_dry(variants: Variants, table: Quantities, able: Booleans) -> Candida
     for turn in range(TURNS):
         some = open_
         if turn < TURNS - 1:
-            likeliest = np.where(open_, most_s, -np.inf).argmax(axis=1)
+            likeliest = np.where(open_, most_s, -np.inf).argmax(axis=0)
             some = np.zeros_like(open_)
-            some[every, likeliest] = open_[every, likeliest]
+            some[likeliest, every] = open_[likeliest, every]
         for variant, route, rests in _groups(variants, some, ordered=True):
             given = quantities(variants, route, variant, rests=rests, known=table)
             found = _bracketed(given, len(variant))
             for into, values in zip((hover_s, rest_s, beyond_s), found, strict=True):
-                into[variant, route] = values
-        top_s = np.fmax.reduce(hover_s, axis=1)
-        open_ = open_ & ~some & ~(most_s < top_s[:, None] - SAME_S)
+                into[route, variant] = values
+        top_s = np.fmax.reduce(hover_s, axis=0)
+        open_ = open_ & ~some & ~(most_s < top_s - SAME_S)
         if not open_.any():
             break
-    variant, route = np.nonzero(hover_s >= top_s[:, None] - SAME_S)
-    not_closed = beyond_s.max(axis=1) > top_s + SAME_S
+    variant, route = np.nonzero((hover_s >= top_s - SAME_S).T)
+    not_closed = beyond_s.max(axis=0) > top_s + SAME_S
     status, otherwise = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
     status[not_closed] = STATUSES.index(Status.FEASIBLE)
-    otherwise[~np.isneginf(beyond_s).all(axis=1)] = STATUSES.index(Status.UNKNOWN)
-    times_s = hover_s[variant, route], rest_s[variant, route]
+    otherwise[~np.isneginf(beyond_s).all(axis=0)] = STATUSES.index(Status.UNKNOWN)
+    times_s = hover_s[route, variant], rest_s[route, variant]
     return Candidates(variant, route, *times_s, status, otherwise)
 
 
@@ -330,31 +334,27 @@ def _bracketed(
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def _well_bound(variants: Variants, table: Quantities, most_s: Floats) -> Floats:
-    """What no Δ exceeds (variant, route) [s]: from full wells, over one flight, to the next's end.
+    """What no Δ exceeds (route, variant) [s]: from full wells, over one flight, to the next's end.
 
     Wells that hold more keep holding more (`optuav.physics.kibam`): no rest leaves more than full
     wells, and before the next stay the available well must not be empty. Newton's method finds
     where it is; just beyond, it is shown to be below 0 and to fall. Else the bound is infinite.
     """
-    pool = Battery(table.battery_As, table.available_fraction, table.flow_rate_per_s)
-    routes, loads = variants.network.routes, variants.loads
+    given, routes, loads = turned(table), variants.network.routes, variants.loads
+    pool = Battery(given.battery_As, given.available_fraction, given.flow_rate_per_s)
     first, second, third = routes.legs.T
     rest_first = (routes.building >= 0) & routes.rest_first
     change, leg_s = Tilted(0.0, 0.0), 0.0
     for current_A, duration_s in zip(loads.currents_A, loads.durations_s, strict=True):
-        change = tilted_after(pool, change, Stage(0.0 - current_A, duration_s))
-        leg_s = leg_s + duration_s
+        stage = Stage(*(np.atleast_2d(each).T for each in (0.0 - current_A, duration_s)))
+        change, leg_s = tilted_after(pool, change, stage), leg_s + stage.duration_s
     decay, _ = levelling(pool, leg_s)
     before, after = np.where(rest_first, (second, third), (first, second))
-    (gone_As, tilt_As), (later_As, later_tilt_As) = (
-        [np.atleast_2d(each)[:, legs] for each in change] for legs in (before, after)
-    )
+    (gone_As, tilt_As), later = ([each[legs] for each in change] for legs in (before, after))
     hover = Exponential({frozenset({("hover", "time")}): 1.0})
     start = Tilted(pool.capacity_As + gone_As, tilt_As)
-    held = tilted_after(pool, start, Stage(-table.hover_current_A, hover))
-    end = Tilted(
-        held.total_As + later_As, held.tilt_As * np.atleast_2d(decay)[:, after] + later_tilt_As
-    )
+    held = tilted_after(pool, start, Stage(-given.hover_current_A, hover))
+    end = Tilted(held.total_As + later[0], held.tilt_As * decay[after] + later[1])
     terms = end.wells(pool).available_As.terms
     level, slope, bend = (
         terms.get(each, 0.0)
@@ -362,9 +362,9 @@ def _well_bound(variants: Variants, table: Quantities, most_s: Floats) -> Floats
     )
     rate_per_s, bound_s = pool.rate_per_s, most_s
     for step in range(STEPS + 1):
-        exponent = -rate_per_s * bound_s
-        left = level + slope * bound_s + bend * (np.expm1(exponent) / -rate_per_s)
-        falls = slope + bend * np.exp(exponent)
+        levelled_s = np.expm1(-rate_per_s * bound_s) / -rate_per_s
+        left = level + slope * bound_s + bend * levelled_s
+        falls = slope + bend * (1.0 - rate_per_s * levelled_s)
         if step < STEPS:
             bound_s = bound_s - left / falls + (BEYOND_S if step == STEPS - 1 else 0.0)
     proved = (left < -ROUNDING * pool.capacity_As) & (falls < 0.0) & (slope <= 0.0)
@@ -378,7 +378,7 @@ def _answered(
     status, otherwise = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
     through_wells, parts = question.perspective not in PAPER, list[tuple[Any, ...]]()
     beyond = np.full(variants.count, -np.inf)
-    able = np.broadcast_to(able, (variants.count, able.shape[1]))
+    able = np.broadcast_to(able.T, (able.shape[1], variants.count))
     for variant, route, rests in _groups(variants, able, ordered=through_wells):
         given = quantities(variants, route, variant, rests=rests, steps=through_wells, known=table)
         model, values = question.problem.declared(given, question.perspective)
@@ -426,15 +426,16 @@ def _groups(
 ) -> Iterator[tuple[Integers, Integers, bool]]:
     """Numbers of variants and routes that one declaration serves, and whether they may rest.
 
+    Of those wanted (route, variant).
     Where the order of the stays matters, all have the same.
     """
     routes = variants.network.routes
     by_way, first = routes.building >= 0, routes.rest_first
     for group in (~by_way, by_way & first, by_way & ~first) if ordered else (~by_way, by_way):
-        columns = np.flatnonzero(group)
-        variant, column = np.nonzero(wanted[:, columns])
+        rows = np.flatnonzero(group)
+        row, variant = np.nonzero(wanted[rows])
         if len(variant):
-            yield variant, columns[column], bool(by_way[columns[0]])
+            yield variant, rows[row], bool(by_way[rows[0]])
 
 
 def _tapered(
@@ -446,8 +447,8 @@ def _tapered(
     rest_s: Floats,
 ) -> Floats:
     """State of charge at the end of plans on routes, one a variant, where charging tapers [-]."""
-    wanted = np.zeros((variants.count, len(variants.network.routes)), bool)
-    wanted[variant, route] = True
+    wanted = np.zeros((len(variants.network.routes), variants.count), bool)
+    wanted[route, variant] = True
     entry = np.empty(variants.count, np.intp)
     entry[variant] = np.arange(len(variant))
     soc = np.empty(len(variant))
