@@ -58,8 +58,9 @@ class Quantities:
     min_altitude_m: Operand = _quantity("z_min", "m", "limits.min_altitude_m", default=math.nan)
     max_altitude_m: Operand = _quantity("z_max", "m", "limits.max_altitude_m", default=math.nan)
     end_gap_m: Operand = _quantity("|w_1 − w_0| + |w_T − w_F|", "m", default=math.nan)
-    # What happens on the way: a `kibam.Stage` for every stage of a leg, "hover" and "rest" for the
-    # stays. For the perspectives `wells` and `available` alone.
+    # What happens on the way: a `kibam.Stage` for every stage of a leg, or a list of `kibam.Shift`
+    # for all of a leg, and "hover" and "rest" for the stays. For the perspectives `wells` and
+    # `available` alone.
     steps: Sequence[Any] = ()
     tapers: bool = False  # Whether the charging current falls once y1 = ωB, or drives y1 past it
     rests: bool = True  # Whether the route goes by way of a building, so that there is a rest time

@@ -31,7 +31,16 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.engines.registry import Engine, capabilities
-from optuav.engines.rows import Rows, Section, StatedForm, close_in, levelled, rows_of, stated_forms
+from optuav.engines.rows import (
+    Rows,
+    Section,
+    StatedForm,
+    close_in,
+    levelled,
+    rows_of,
+    some,
+    stated_forms,
+)
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
 from optuav.modelling.check import evaluated
@@ -60,19 +69,27 @@ class Interval(NamedTuple):
     beyond: Floats  # No point has a larger x than this [s]; −inf where there is none
 
 
-def largest(rows: Rows, x_top: Floats, y_top: Floats, *, any_point: bool = False) -> Interval:
+def largest(
+    rows: Rows,
+    x_top: Floats,
+    y_top: Floats,
+    *,
+    any_point: bool = False,
+    least: Floats | None = None,
+) -> Interval:
     """Bracket the largest x of every programme.
 
     Beyond the tops [s], one a programme, the rows do not hold. Where y is 0, the points where a row
     ceases to hold are all found, and tried from the largest. With `any_point`, any point will do
-    where looking for the largest x takes long.
+    where looking for the largest x takes long. Of programmes that can be shown without much ado to
+    have no point from a `least` x on, none is sought.
     """
     if not y_top.any():
         x = Section(rows.weights[:3], rows.rate_x_per_s).end(x_top)
         beyond = np.where(np.isnan(x), -np.inf, np.minimum(x + WIDTH_S, x_top))
         return Interval(x, 0.0 * x, beyond)
-    x, y, beyond = _monotone(rows, x_top, y_top)
-    lost = np.flatnonzero(~((rows.at_x(x).at(y) >= 0.0).all(axis=0) | np.isneginf(beyond)))
+    x, y, beyond = _monotone(rows, x_top, y_top, np.zeros_like(x_top) if least is None else least)
+    lost = np.flatnonzero(~((rows.at(x, y) >= 0.0).all(axis=0) | np.isnan(x)))
     if len(lost):
         y[lost] = rows.take(lost).at_x(x[lost]).end(y_top[lost], smallest=True)
         lost = lost[np.isnan(y[lost])]
@@ -95,19 +112,21 @@ def shortest(rows: Rows, found: Interval, y_top: Floats) -> Floats:
     return y
 
 
-def _monotone(rows: Rows, x_top: Floats, y_top: Floats) -> tuple[Floats, Floats, Floats]:
+def _monotone(
+    rows: Rows, x_top: Floats, y_top: Floats, least: Floats
+) -> tuple[Floats, Floats, Floats]:
     """Largest x under the rows that fall with x, and that either rise or fall with y.
 
     Those that fall with y and are constant in x or linear admit y up to lines start − slope · x.
-    Returns a point (x, y) and what no point is beyond, one a programme; NaN and −inf where no x
-    holds.
+    Returns a point (x, y) and what no point is beyond, one a programme; NaN where no x from the
+    least on holds, with −inf if that is 0.
     """
     falls, rising, sinking = rows.trends(x_top, y_top)
     helped, harmed = falls & rising, falls & sinking & ~rising
-    some = harmed.any(axis=1)
-    a, b, c, d, e, f = rows.weights[:, some]
-    straight = harmed[some] & (c == 0.0) & (e == 0.0) & (f == 0.0) & (d < 0.0)
-    fixed = harmed[some] & (b == 0.0) & (c == 0.0) & (f == 0.0) & ~straight
+    harming = harmed.any(axis=1)
+    a, b, c, d, e, f = rows.weights[:, harming]
+    straight = harmed[harming] & (c == 0.0) & (e == 0.0) & (f == 0.0) & (d < 0.0)
+    fixed = harmed[harming] & (b == 0.0) & (c == 0.0) & (f == 0.0) & ~straight
     ceilings = np.tile(y_top, (len(a), 1))  # Those that are not fixed admit any y.
     row, number = np.nonzero(fixed)
     if len(row):
@@ -117,23 +136,26 @@ def _monotone(rows: Rows, x_top: Floats, y_top: Floats) -> tuple[Floats, Floats,
         starts = np.vstack([y_top, np.where(straight, a / -d, ceilings)])
         slopes = np.vstack([0.0 * y_top, np.where(straight, b / d, 0.0)])
         ends = np.where(slopes > 0.0, starts / slopes, np.inf)
-    end = np.minimum(x_top, ends.min(axis=0))
-    some = helped.any(axis=1)
-    weights = rows.weights[:, some]
-    weights[0] = np.where(helped[some], weights[0], np.inf)
-    helping = rows._replace(weights=weights)
+    end: Floats = np.minimum(x_top, ends.min(axis=0))
+    helping = helped.any(axis=1)
+    weights = rows.weights[:, helping]
+    weights[0] = np.where(helped[helping], weights[0], np.inf)
 
-    def margin(x: Floats, which: Integers) -> Floats:
+    def margin(x: Floats, starts: Floats, slopes: Floats, *own: Floats) -> Floats:
         """How far the rows hold at the largest y under the lines, not below 0."""
-        y = np.maximum((starts[:, which] - slopes[:, which] * x).min(axis=0), 0.0)
-        found: Floats = helping.take(which).at_x(x).at(y).min(axis=0, initial=np.inf)
+        y = np.maximum((starts - slopes * x).min(axis=0), 0.0)
+        found: Floats = Rows(*own).at(x, y).min(axis=0, initial=np.inf)
         return found
 
-    x, beyond = close_in(margin, 0.0 * end, np.maximum(end, 0.0), EDGE_S)
-    impossible = (starts < 0.0).any(axis=0) | (end < 0.0) | np.isnan(x)
-    x = np.where(impossible, np.nan, x)
+    own = starts, slopes, weights, rows.rate_x_per_s, rows.rate_y_per_s
+    x, beyond = np.full_like(end, np.nan), np.full_like(end, np.nan)
+    open_ = np.flatnonzero((starts >= 0.0).all(axis=0) & (end >= least))
+    if least.any():
+        open_ = open_[margin(least[open_], *some(own, open_)) >= 0.0]
+    start = np.zeros(len(open_))
+    x[open_], beyond[open_] = close_in(margin, start, end[open_], EDGE_S, *some(own, open_))
     y = np.maximum((starts - slopes * x).min(axis=0), 0.0)
-    return x, y, np.where(impossible, -np.inf, beyond)
+    return x, y, np.where(np.isnan(x), np.where(least > 0.0, least, -np.inf), beyond)
 
 
 def _sweep(
@@ -168,15 +190,14 @@ def _sweep(
         stuck = (size[open_] < SMALLEST_BOX_S) & ~empty
         open_ = open_[~(close | stuck | np.isneginf(beyond[open_]))]
     (known,) = np.nonzero(~np.isnan(x))
-    some, at_y = rows.take(known), y[known]
 
-    def margin(x: Floats, which: Integers) -> Floats:
+    def margin(x: Floats, y: Floats, *own: Floats) -> Floats:
         """How far the rows hold at the y that was found."""
-        least: Floats = some.take(which).at_x(x).at(at_y[which]).min(axis=0)
+        least: Floats = Rows(*own).at(x, y).min(axis=0)
         return least
 
     # With that y, a little farther as a rule.
-    farthest, _ = close_in(margin, x[known], beyond[known], EDGE_S)
+    farthest, _ = close_in(margin, x[known], beyond[known], EDGE_S, y[known], *rows.take(known))
     x[known] = np.fmax(x[known], farthest)
     return x, y, beyond
 
@@ -220,7 +241,7 @@ def _most(
     bend_x = kx * -np.minimum(0.0, np.minimum(c, c + f * levelled(ky, y_top)))
     bend_y = ky * -np.minimum(0.0, np.minimum(e + f * V_low, e + f * V_high))
     bent = 0.5 * bend_x * reach_x**2 + np.abs(f) * reach_x * reach_y + 0.5 * bend_y * reach_y**2
-    here = Rows(both[:, None], kx, ky).at_x(x).at(y)[0]
+    here = Rows(both[:, None], kx, ky).at(x, y)[0]
     found: Floats = here + np.abs(slope) * reach_x + bent
     return found
 
@@ -338,18 +359,19 @@ def _tapered(
         """Largest y that the other rows admit."""
         return others.take(which).at_x(x).end(tops[1][which])
 
-    along, _ = close_in(
-        lambda x, which: margin(x, most(x, which), which), 0.0 * bound.x, bound.x, WIDTH_S
-    )
-    x, y, every = np.full_like(along, np.nan), np.full_like(along, np.nan), np.arange(len(along))
+    def along_most(x: Floats, which: Integers) -> Floats:
+        return margin(x, most(x, which), which)
+
+    every = np.arange(len(bound.x))
+    along, _ = close_in(along_most, 0.0 * bound.x, bound.x, WIDTH_S, every)
+    x, y = np.full_like(along, np.nan), np.full_like(along, np.nan)
     never_full = largest(rows_of(forms, names, tops.max(axis=0)), *tops)
     for tried in ((bound.x, bound.y), (along, most(along, every)), (never_full.x, never_full.y)):
         better = (margin(*tried, every) >= 0.0) & ~(tried[0] <= x)
         x, y = np.where(better, tried, (x, y))
     found = Interval(x, y, bound.beyond)
-    y, _ = close_in(
-        lambda y, which: margin(x[which], y, which), y, shortest(relaxed, found, tops[1]), WIDTH_S
-    )
+    least = shortest(relaxed, found, tops[1])
+    y, _ = close_in(lambda y, which: margin(x[which], y, which), y, least, WIDTH_S, every)
     return found._replace(y=y)
 
 

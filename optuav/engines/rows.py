@@ -12,8 +12,8 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple, TypeAlias
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -31,8 +31,8 @@ from optuav.modelling.forms import (
 )
 from optuav.modelling.model import Constraint, Model
 
-Margin: TypeAlias = Callable[[Floats, Integers], Floats]
-"""Values at one point of each of some intervals, and the numbers of those intervals."""
+Margin: TypeAlias = Callable[..., Floats]
+"""Values at one point of each of some intervals, from what belongs to them."""
 
 MOST_STEPS = 200
 ROUNDING = 2e-13  # Share of the sum of a row's terms by which it may fall short of 0, for rounding
@@ -49,6 +49,7 @@ def close_in(
     start: Floats,
     goal: Floats,
     width: float,
+    *own: Floats | Integers,
     known: tuple[Floats, Floats] | None = None,
 ) -> tuple[Floats, Floats]:
     """The last points that hold (margin ≥ 0) on the way from a start that does to a goal.
@@ -56,19 +57,19 @@ def close_in(
     With neighbours at most a width apart, or next to each other, that do not hold; the goal twice
     where it holds, NaN and the goal where neither end does. Inverse quadratic interpolation where
     three points allow it, else halving: [1]_. What is found of an interval does not depend on the
-    others. Margins at start and goal may be known.
+    others. What belongs to them has them along its last axis. Margins at start and goal may be
+    known.
     """
-    which = np.arange(len(start))
-    f1, f2 = known or (margin(start, which), margin(goal, which))
+    f1, f2 = known or (margin(start, *own), margin(goal, *own))
     held, failed = np.where(f2 >= 0.0, goal, np.where(f1 >= 0.0, start, np.nan)), goal.copy()
     which = np.flatnonzero((f1 >= 0.0) & (f2 < 0.0))
-    x1, x2, f1, f2 = (each[which] for each in (start, goal, f1, f2))
+    x1, x2, f1, f2, *left = some((start, goal, f1, f2, *own), which)
     x3, f3 = x2, f2
     for step in range(MOST_STEPS):
         wide = np.abs(x2 - x1) > width + SPACING * np.abs(x1)
         if not wide.all():
-            which = which[wide]
-            x1, x2, x3, f1, f2, f3 = (each[wide] for each in (x1, x2, x3, f1, f2, f3))
+            tables = which, x1, x2, x3, f1, f2, f3, *left
+            which, x1, x2, x3, f1, f2, f3, *left = some(tables, np.flatnonzero(wide))
         if not len(which):
             break
         x21, f21 = x2 - x1, f2 - f1
@@ -81,13 +82,18 @@ def close_in(
             share = np.where(quadratic, share, 0.5)
         least = np.minimum(0.5 * width / np.abs(x21), 0.5)
         x = x1 + np.minimum(np.maximum(share, least), 1.0 - least) * x21
-        f = margin(x, which)
+        f = margin(x, *left)
         same = (f >= 0.0) == (f1 >= 0.0)
         x3, f3 = np.where(same, x1, x2), np.where(same, f1, f2)
         x2, f2 = np.where(same, x2, x1), np.where(same, f2, f1)
         x1, f1 = x, f
         held[which], failed[which] = np.where(f1 >= 0.0, (x1, x2), (x2, x1))
     return held, failed
+
+
+def some(tables: Iterable[Any], which: Integers) -> list[Any]:
+    """Those entries along the last axis of tables whose numbers, ascending, are given."""
+    return [t if len(which) == t.shape[-1] else t.take(which, axis=-1) for t in tables]
 
 
 def levelled(rate_per_s: Floats, time_s: Floats) -> Floats:
@@ -124,13 +130,14 @@ class Section(NamedTuple):
         pair = (1, 0) if smallest else (0, 1)
         (start, at_start), (goal, at_goal) = ((ends[k : k + 2], values[k : k + 2]) for k in pair)
         _, row, number = here = np.nonzero((at_start >= 0.0) & (at_goal < 0.0))
-        weights, rates = self.weights[:, row, number], self.rate_per_s[number]
         edges, _ = close_in(
-            lambda y, which: Section(weights[:, which], rates[which]).at(y),
+            lambda y, *own: Section(*own).at(y),
             start[here],
             goal[here],
             WIDTH_S,
-            (at_start[here], at_goal[here]),
+            self.weights[:, row, number],
+            self.rate_per_s[number],
+            known=(at_start[here], at_goal[here]),
         )
         number = np.concatenate([np.arange(len(top)), number])
         y = np.concatenate([0.0 * top if smallest else top, edges])
@@ -153,11 +160,14 @@ class Rows(NamedTuple):
 
     def take(self, which: Integers) -> Rows:
         """The rows of some programmes, by their numbers in ascending order."""
-        if len(which) == len(self.rate_x_per_s):
-            return self
-        return Rows(
-            self.weights.take(which, axis=-1), self.rate_x_per_s[which], self.rate_y_per_s[which]
-        )
+        return Rows(*some(self, which))
+
+    def at(self, x: Floats, y: Floats) -> Floats:
+        """Values at one point of each programme."""
+        a, b, c, d, e, f = self.weights
+        V, W = levelled(self.rate_x_per_s, x), levelled(self.rate_y_per_s, y)
+        found: Floats = a + b * x + c * V + d * y + (e + f * V) * W
+        return found
 
     def at_x(self, x: Floats) -> Section:
         """The rows at one x of each programme."""

@@ -23,8 +23,10 @@ from optuav.network.obstacles import clear_lines
 from optuav.network.places import FIRST_BUILDING, position_table, received_table
 from optuav.network.prisms import prisms
 from optuav.physics.flight import Loads
+from optuav.physics.kibam import Battery, Shift, Stage, falls_throughout, shift
 from optuav.physics.quantity import Quantity
 
+KEPT = ("position_m", "received", "able", "flight", "hover_load", "loads", "stages", "shifts")
 Columns = Mapping[str, Floats]
 """Values by key, ``"link.device_m[0]"`` for a component; one entry a variant."""
 
@@ -46,8 +48,7 @@ class Variants:
         """Variants by other values of the same keys; tables that no key moves are kept."""
         found = Variants(self.network, columns, self.known_radius_m)
         if self.count > 1:
-            alike = ("position_m", "received", "able", "flight", "hover_load", "loads")
-            for name in (each for each in alike if each in vars(self)):
+            for name in (each for each in KEPT if each in vars(self)):
                 tables = getattr(self, name)
                 rows = [tables] if isinstance(tables, np.ndarray) else _flat(tables)
                 if all(np.ndim(each) < 2 or len(each) == 1 for each in rows):
@@ -127,6 +128,30 @@ class Variants:
     def hover_load(self) -> vehicle.Flow:
         """Drawn while hovering, radio included (variant or 1, 1)."""
         return vehicle.Flow(*map(np.atleast_2d, vehicle.hover_load(self.mission)))
+
+    @cached_property
+    def stages(self) -> list[Stage]:
+        """The stages of the legs, each (variant or 1, leg)."""
+        table = zip(self.loads.currents_A, self.loads.durations_s, strict=True)
+        return [Stage(*np.atleast_2d(0.0 - i, t)) for i, t in table]
+
+    @cached_property
+    def shifts(self) -> list[Shift]:
+        """What the stages of the legs do to the charge of all packs, each (variant or 1, leg)."""
+        return [shift(self._pool, each) for each in self.stages]
+
+    @cached_property
+    def falls_in_flight(self) -> Booleans:
+        """Whether the available well falls all along every leg (variant or 1, 1)."""
+        falls = [falls_throughout(self._pool, i) | ~(t > 0.0) for i, t in self.stages]
+        return np.asarray(np.logical_and.reduce(falls).all(axis=1, keepdims=True))
+
+    @property
+    def _pool(self) -> Battery:
+        given = self.mission.battery
+        return Battery(
+            given.packs * given.capacity_As, given.available_fraction, given.flow_rate_per_s
+        )
 
     @cached_property
     def loads(self) -> Loads:

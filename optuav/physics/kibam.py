@@ -29,6 +29,7 @@ References
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, Self
@@ -108,6 +109,14 @@ class Stage(NamedTuple):
     duration_s: Quantity
 
 
+class Shift(NamedTuple):
+    """What a stage does to any charge."""
+
+    gained_As: Quantity  # By the total
+    remaining: Quantity  # Share of the tilt that remains [-]
+    tilted_As: Quantity  # What is added to that
+
+
 def levelling(battery: Battery, duration_s: Quantity) -> tuple[Quantity, Quantity]:
     """exp(−k't) [-] and its integral (1 − exp(−k't))/k' [s], accurate for small and large k't."""
     exponent = -battery.rate_per_s * duration_s
@@ -131,10 +140,23 @@ def step(battery: Battery, wells: Wells, stage: Stage) -> Wells:
 
 def tilted_after(battery: Battery, charge: Tilted, stage: Stage) -> Tilted:
     """Total charge and tilt [A s] after a stage of constant current."""
-    (total_As, tilt_As), (current_A, duration_s) = charge, stage
+    return shifted(charge, [shift(battery, stage)])
+
+
+def shift(battery: Battery, stage: Stage) -> Shift:
+    """What a stage of constant current does to any charge."""
+    current_A, duration_s = stage
     remaining, integral_s = levelling(battery, duration_s)
-    gained_As = battery.bound_fraction * current_A * integral_s
-    return Tilted(total_As + current_A * duration_s, tilt_As * remaining + gained_As)
+    return Shift(current_A * duration_s, remaining, battery.bound_fraction * current_A * integral_s)
+
+
+def shifted(charge: Tilted, stages: Iterable[Shift]) -> Tilted:
+    """Total charge and tilt [A s] after what stages do, one after the other."""
+    total_As, tilt_As = charge
+    for each in stages:
+        total_As = total_As + each.gained_As
+        tilt_As = tilt_As * each.remaining + each.tilted_As
+    return Tilted(total_As, tilt_As)
 
 
 def falls_throughout(battery: Battery, current_A: Quantity) -> Quantity:

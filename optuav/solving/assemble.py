@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -16,7 +16,7 @@ from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER, as_points
 from optuav.network.variants import Variants
-from optuav.physics.kibam import Stage
+from optuav.physics.kibam import Shift, Stage
 from optuav.physics.quantity import Quantity
 
 
@@ -50,12 +50,14 @@ def quantities(
     steps: bool = True,
     hover_open: bool = False,
     known: Quantities | None = None,
+    shifts: Sequence[Shift] = (),
 ) -> Quantities:
     """Quantities of some itineraries, all direct or all by way of a building.
 
     Arrays have one entry an itinerary, of a mission or of numbered variants of it, whose `figures`
-    may be known. The steps on the way are among them where all stay in the same order; legs to and
-    from an open hover point are named.
+    may be known. The steps on the way are among them where all stay in the same order: the stages
+    of flight, or legs as a whole if what their stages do is given; legs to and from an open
+    hover point are named.
     """
     tables: _Single | Variants
     if isinstance(source, Network):
@@ -64,7 +66,7 @@ def quantities(
         tables, table = source, known or figures(source)
     first = tables.network.routes.rest_first[which]
     alike = steps and (first.all() or not first.any())
-    way = tuple(_steps(tables, which, variant, rests, hover_open)) if alike else ()
+    way = tuple(_steps(tables, which, variant, rests, hover_open, shifts)) if alike else ()
     return chosen(table, which, variant, steps=way, rests=rests)
 
 
@@ -88,11 +90,14 @@ def entries(given: Quantities, which: Integers | slice, **changes: Any) -> Quant
     """Quantities of some of the itineraries, some of them changed."""
 
     def taken(values: Any) -> Any:
+        if isinstance(values, Stage | Shift):
+            return type(values)(*map(taken, values))
+        if isinstance(values, list | tuple):
+            return [*map(taken, values)]
         return values[which] if np.ndim(values) else values
 
     figures = {each.name: taken(getattr(given, each.name)) for each in QUANTITIES}
-    steps = tuple(s if isinstance(s, str) else Stage(*map(taken, s)) for s in given.steps)
-    return replace(given, **{**figures, "steps": steps, **changes})
+    return replace(given, **{**figures, "steps": taken(given.steps), **changes})
 
 
 def table_entries(
@@ -124,13 +129,16 @@ def _steps(
     variant: Integers | None,
     rests: bool,
     hover_open: bool,
-) -> Iterator[Stage | str]:
-    """The stages of flight and the stays of itineraries that stay in the same order."""
+    shifts: Sequence[Shift],
+) -> Iterator[Stage | list[Shift] | str]:
+    """The flights and the stays of itineraries that stay in the same order."""
     network = tables.network
     for legs, stay in legs_and_stays(network, which, rests):
         ends = network.legs.start[legs[0]], network.legs.end[legs[0]]
         if hover_open and HOVER in ends:
             yield TO_HOVER if ends[1] == HOVER else FROM_HOVER
+        elif shifts:
+            yield [Shift(*(table_entries(t, variant, legs) for t in each)) for each in shifts]
         else:
             for duration_s, current_A in _stages(tables, legs, variant):
                 if duration_s.any():

@@ -147,16 +147,22 @@ def longest_hovers(
     return Hovers(*(each.reshape(shape) for each in found))
 
 
-def longest(given: Quantities, count: int, *, shortest_rest: bool = False) -> Hovers:
-    """Longest hovers of itineraries that stay in one order, at constant current."""
+def longest(
+    given: Quantities, count: int, *, shortest_rest: bool = False, least_s: Floats | None = None
+) -> Hovers:
+    """Longest hovers of itineraries that stay in one order, at constant current.
+
+    Those that can be shown without much ado to be shorter than the least of interest are left out.
+    """
     # The limits are those of (P1), handed to the physics as forms rather than declared as a model,
     # which takes four times as long for a few itineraries.
     if count > AT_ONCE:
         found = []
         for first in range(0, count, AT_ONCE):
             some = slice(first, min(first + AT_ONCE, count))
-            own = entries(given, some)
-            found.append(longest(own, some.stop - first, shortest_rest=shortest_rest))
+            own, least = entries(given, some), None if least_s is None else least_s[some]
+            size = some.stop - first
+            found.append(longest(own, size, shortest_rest=shortest_rest, least_s=least))
         return Hovers(*map(np.concatenate, zip(*found, strict=True)))
     names = ("hover", "rest") if given.rests else ("hover",)
     times = [Exponential({frozenset({(name, "time")}): 1.0}) for name in names]
@@ -179,7 +185,7 @@ def longest(given: Quantities, count: int, *, shortest_rest: bool = False) -> Ho
     ]
     x_top, y_top = tops = reach(sized, names, count)
     rows = rows_of(sized, names, tops.max(axis=0))
-    x, y, beyond = known = largest(rows, x_top, y_top)
+    x, y, beyond = known = largest(rows, x_top, y_top, least=least_s)
     return Hovers(x, shortest(rows, known, y_top) if shortest_rest else y, beyond)
 
 
@@ -189,7 +195,9 @@ def _needed(given: Quantities, limit: WellLimit) -> Booleans:
     # it falls all along the next step, the end of that tells more.
     stays_A = {"hover": -given.hover_current_A, "rest": given.rest_current_A}
     after = given.steps[limit.step : limit.step + 2]
-    own_A, *next_A = (stays_A[e] if isinstance(e, str) else e.current_A for e in after)
+    own_A, *next_A = (
+        stays_A[e] if isinstance(e, str) else getattr(e, "current_A", -np.inf) for e in after
+    )
     if limit.kind == "past full":
         return np.asarray(own_A > 0.0)
     needed = np.asarray(own_A <= 0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
@@ -28,7 +29,7 @@ from optuav.network.places import FIRST_BUILDING, HOVER, as_points
 from optuav.network.routes import usable_routes
 from optuav.network.variants import Variants
 from optuav.options import Perspective
-from optuav.physics.kibam import Battery, Stage, Tilted, levelling, tilted_after
+from optuav.physics.kibam import Battery, Shift, Stage, Tilted, shifted, tilted_after
 from optuav.physics.quantity import Quantity
 from optuav.solving.assemble import chosen, figures, quantities, table_entries, turned
 from optuav.solving.batch import longest
@@ -179,8 +180,7 @@ def hover_times_s(variants: Variants, perspective: Perspective) -> Floats:
     counted = perspective if perspective in PAPER else "battery"
     hover_s = _longest(variants, _balance(table, counted), able).copy()
     if perspective == AVAILABLE:
-        for variant, route, rests in _groups(variants, hover_s >= 0.0, ordered=True):
-            given = quantities(variants, route, variant, rests=rests, known=table)
+        for variant, route, given in _in_steps(variants, table, hover_s >= 0.0):
             found, *_ = _bracketed(given, len(variant), shortest_rest=False)
             hover_s[route, variant] = np.nan_to_num(found, nan=-np.inf)
     return hover_s.T
@@ -295,23 +295,23 @@ def _never_dry(variants: Variants, table: Quantities, able: Booleans) -> Candida
     if not table.tapers:
         most_s = np.minimum(most_s, _well_bound(variants, table, most_s))
     hover_s, rest_s, beyond_s = (np.full(most_s.shape, each) for each in (np.nan, np.nan, -np.inf))
-    open_, every = most_s >= 0.0, np.arange(variants.count)
+    open_, every, least_s = most_s >= 0.0, np.arange(variants.count), np.zeros(variants.count)
     for turn in range(TURNS):
         some = open_
         if turn < TURNS - 1:
             likeliest = np.where(open_, most_s, -np.inf).argmax(axis=0)
             some = np.zeros_like(open_)
             some[likeliest, every] = open_[likeliest, every]
-        for variant, route, rests in _groups(variants, some, ordered=True):
-            given = quantities(variants, route, variant, rests=rests, known=table)
-            found = _bracketed(given, len(variant))
+        for variant, route, given in _in_steps(variants, table, some):
+            found = _bracketed(given, len(variant), least_s=least_s[variant])
             for into, values in zip((hover_s, rest_s, beyond_s), found, strict=True):
                 into[route, variant] = values
         top_s = np.fmax.reduce(hover_s, axis=0)
-        open_ = open_ & ~some & ~(most_s < top_s - SAME_S)
+        least_s = np.fmax(top_s - SAME_S, 0.0)
+        open_ = open_ & ~some & ~(most_s < least_s)
         if not open_.any():
             break
-    variant, route = np.nonzero((hover_s >= top_s - SAME_S).T)
+    variant, route = np.nonzero((hover_s >= least_s).T)
     not_closed = beyond_s.max(axis=0) > top_s + SAME_S
     status, otherwise = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
     status[not_closed] = STATUSES.index(Status.FEASIBLE)
@@ -320,12 +320,29 @@ def _never_dry(variants: Variants, table: Quantities, able: Booleans) -> Candida
     return Candidates(variant, route, *times_s, status, otherwise)
 
 
+def _in_steps(
+    variants: Variants, table: Quantities, wanted: Booleans
+) -> Iterator[tuple[Integers, Integers, Quantities]]:
+    """Numbers of variants and routes wanted (route, variant), and their quantities with the steps.
+
+    Where the available well falls all along a flight, its stages are one step.
+    """
+    whole = variants.falls_in_flight.T & (not table.tapers)
+    for shifts, some in (variants.shifts, whole), ((), ~whole):
+        if some.any():
+            for variant, route, rests in _groups(variants, wanted & some, ordered=True):
+                given = quantities(
+                    variants, route, variant, rests=rests, known=table, shifts=shifts
+                )
+                yield variant, route, given
+
+
 def _bracketed(
-    given: Quantities, count: int, *, shortest_rest: bool = True
+    given: Quantities, count: int, *, shortest_rest: bool = True, least_s: Floats | None = None
 ) -> tuple[Floats, Floats, Floats]:
     """Longest Δ and T' of itineraries, and what no Δ exceeds [s]."""
     if not given.tapers:
-        return longest(given, count, shortest_rest=shortest_rest)
+        return longest(given, count, shortest_rest=shortest_rest, least_s=least_s)
     found = bracket.solve(P1().model(given, AVAILABLE), count)
     assert found.beyond is not None
     hover_s, rest_s = (found.values.get(name, np.zeros(count)) for name in TIMES)
@@ -340,22 +357,20 @@ def _well_bound(variants: Variants, table: Quantities, most_s: Floats) -> Floats
     wells, and before the next stay the available well must not be empty. Newton's method finds
     where it is; just beyond, it is shown to be below 0 and to fall. Else the bound is infinite.
     """
-    given, routes, loads = turned(table), variants.network.routes, variants.loads
+    given, routes = turned(table), variants.network.routes
     pool = Battery(given.battery_As, given.available_fraction, given.flow_rate_per_s)
     first, second, third = routes.legs.T
     rest_first = (routes.building >= 0) & routes.rest_first
-    change, leg_s = Tilted(0.0, 0.0), 0.0
-    for current_A, duration_s in zip(loads.currents_A, loads.durations_s, strict=True):
-        stage = Stage(*(np.atleast_2d(each).T for each in (0.0 - current_A, duration_s)))
-        change, leg_s = tilted_after(pool, change, stage), leg_s + stage.duration_s
-    decay, _ = levelling(pool, leg_s)
-    before, after = np.where(rest_first, (second, third), (first, second))
-    (gone_As, tilt_As), later = ([each[legs] for each in change] for legs in (before, after))
+    gained, tilted = shifted(Tilted(0.0, 0.0), variants.shifts)
+    whole = gained, math.prod(each.remaining for each in variants.shifts), tilted
+    before, after = (
+        [Shift(*(each.T[legs] for each in whole))]
+        for legs in np.where(rest_first, (second, third), (first, second))
+    )
     hover = Exponential({frozenset({("hover", "time")}): 1.0})
-    start = Tilted(pool.capacity_As + gone_As, tilt_As)
+    start = shifted(Tilted(pool.capacity_As, 0.0), before)
     held = tilted_after(pool, start, Stage(-given.hover_current_A, hover))
-    end = Tilted(held.total_As + later[0], held.tilt_As * decay[after] + later[1])
-    terms = end.wells(pool).available_As.terms
+    terms = shifted(held, after).wells(pool).available_As.terms
     level, slope, bend = (
         terms.get(each, 0.0)
         for each in (CONSTANT, *(frozenset({("hover", kind)}) for kind in ("time", "levelling")))
