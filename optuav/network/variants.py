@@ -23,7 +23,7 @@ from optuav.network.obstacles import clear_lines
 from optuav.network.places import FIRST_BUILDING, position_table, received_table
 from optuav.network.prisms import prisms
 from optuav.physics.flight import Loads
-from optuav.physics.kibam import Battery, Shift, Stage, falls_throughout, shift
+from optuav.physics.kibam import Shift, Stage, falls_throughout, shift
 from optuav.physics.quantity import Quantity
 
 KEPT = ("position_m", "received", "able", "flight", "hover_load", "loads", "stages", "shifts")
@@ -138,20 +138,14 @@ class Variants:
     @cached_property
     def shifts(self) -> list[Shift]:
         """What the stages of the legs do to the charge of all packs, each (variant or 1, leg)."""
-        return [shift(self._pool, each) for each in self.stages]
+        return [shift(vehicle.pool(self.mission), each) for each in self.stages]
 
     @cached_property
     def falls_in_flight(self) -> Booleans:
         """Whether the available well falls all along every leg (variant or 1, 1)."""
-        falls = [falls_throughout(self._pool, i) | ~(t > 0.0) for i, t in self.stages]
+        pool = vehicle.pool(self.mission)
+        falls = [falls_throughout(pool, i) | ~(t > 0.0) for i, t in self.stages]
         return np.asarray(np.logical_and.reduce(falls).all(axis=1, keepdims=True))
-
-    @property
-    def _pool(self) -> Battery:
-        given = self.mission.battery
-        return Battery(
-            given.packs * given.capacity_As, given.available_fraction, given.flow_rate_per_s
-        )
 
     @cached_property
     def loads(self) -> Loads:

@@ -120,6 +120,8 @@ def table_entries(
         return table[0].take(columns) if across > 1 else table[0, 0]
     if across == 1:
         return table[:, 0].take(variant)
+    if not table.flags.c_contiguous:
+        return table[variant, columns]
     return table.ravel().take(variant * across + columns if number is None else number)
 
 
