@@ -22,6 +22,7 @@ from benchmarks import (
     sight,
     siting,
     startup,
+    sweep,
 )
 from benchmarks.timing import Row, table
 
@@ -39,6 +40,7 @@ BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "batch": batch.run,
     "siting": siting.run,
     "maps": maps.run,
+    "sweep": sweep.run,
     "startup": startup.run,
 }
 

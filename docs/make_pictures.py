@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 from matplotlib.axes import Axes
 
 import optuav
@@ -46,6 +47,12 @@ def pictures() -> Iterator[tuple[str, Axes]]:
         if each.name == "hover-time.paper-table2.1200s"
     )
     yield "perspectives", bars
+    deadlines, sizes = np.arange(300, 1801, 25), np.arange(20_000, 42_001, 500)
+    every = ["battery", "energy", "available"]
+    lines = optuav.batch("paper", {"limits.deadline_s": deadlines}, perspective=every)
+    grid = optuav.batch("paper", {"limits.deadline_s": deadlines, "battery.capacity_As": sizes})
+    for name, found in (("lines", lines), ("grid", grid)):
+        yield f"sweep-{name}", next(plots.swept(found))[1]
     haze = {"laser.visibility_km": 2, "limits.deadline_s": 1800}
     for name, changed in (("device", {}), ("laser", haze), ("hover_point", {})):
         mission = optuav.load("paper").replace(changed)

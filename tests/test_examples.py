@@ -19,8 +19,8 @@ ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?![\w.])")
 
-LONG = ("14_two_packs", "20_what_matters_most")
-"""Examples that take long, over packs and samples that have tests of their own."""
+LONG = ("14_two_packs", "20_what_matters_most", "25_on_a_cluster")
+"""Examples that take long, over packs, samples and clusters that have tests of their own."""
 
 pytestmark = pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
 

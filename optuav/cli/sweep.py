@@ -23,7 +23,9 @@ def sweep(
         from optuav.studies.study import read_study
 
         if not read_study(study).is_drawable:
-            raise InputError([Fault("plot", "", "goes with [grid] alone, of one or two keys")])
+            raise InputError(
+                [Fault("plot", "", "goes with [grid] alone, of one or two keys with values")]
+            )
     began_s = time.monotonic()
     with progress("scenarios") as bar:
         done = optuav.sweep(study, workers=workers, scheduler=scheduler, progress=bar)

@@ -37,8 +37,7 @@ def results(
 
 def _client(workers: int, scheduler: str | None, stack: ExitStack) -> Any:
     """A client of a scheduler, or of a cluster of processes that ends with it."""
-    import dask
-    from distributed import Client, LocalCluster
+    from distributed import Client
     from distributed.utils import silence_logging_cmgr
 
     stack.enter_context(silence_logging_cmgr(logging.CRITICAL))  # What fails is raised
@@ -50,16 +49,23 @@ def _client(workers: int, scheduler: str | None, stack: ExitStack) -> Any:
             words = f"the address of a Dask scheduler, as tcp://10.0.0.1:8786; {error}"
             raise InputError([Fault("scheduler", repr(scheduler), words)]) from None
         return stack.enter_context(Client(scheduler, set_as_default=False))
+    local = stack.enter_context(local_cluster(workers))
+    return stack.enter_context(Client(local, set_as_default=False))
+
+
+def local_cluster(workers: int) -> Any:
+    """Processes of this machine with a scheduler."""
+    import dask
+    from distributed import LocalCluster
+
     # With it, memory of arrays goes back to the system after each step, and is asked for again.
-    trimming = {"distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None}
-    with dask.config.set(trimming):
-        local = LocalCluster(
+    with dask.config.set({"distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None}):
+        return LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
             dashboard_address=None,
             silence_logs=logging.CRITICAL,
         )
-    return stack.enter_context(Client(stack.enter_context(local), set_as_default=False))
 
 
 async def _reach(scheduler: str) -> None:

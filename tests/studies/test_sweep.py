@@ -241,7 +241,7 @@ def test_three_kills_leave_the_same_bytes(tmp_path: Path) -> None:
 @pytest.mark.soak
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs SIGKILL")
 def test_twenty_kills_leave_the_same_bytes(tmp_path: Path) -> None:
-    kills(tmp_path, 20, 1000, seed=random.SystemRandom().randrange(10**6))
+    kills(tmp_path, 20, 400, seed=random.SystemRandom().randrange(10**6))
 
 
 def test_a_full_disk_is_one_error_and_breaks_nothing(

@@ -1,0 +1,127 @@
+# %% [markdown]
+# # A sweep over ten parameters
+#
+# A grid of ten parameters with ten values each has 10¹⁰ points. A sequence that fills the space
+# evenly says what matters with some thousand. A study in a file is computed in parts that are kept:
+# it survives whatever ends it.
+#
+# **Learning intentions.** After this page you can
+#
+# - state a study of many parameters in a file, and run it from Python or the command line;
+# - go on with a study that was ended, and say why its files are the same as without the end;
+# - find out which parameters matter from one sample of all of them;
+# - say from the same sample whether it is large enough.
+
+# %%
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+import optuav
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
+
+STUDY = """
+mission = "paper"
+scenarios_per_part = 512
+
+[samples]
+count = 4096
+seed = 1
+limits.deadline_s = { low = 600, high = 1800 }
+limits.min_soc = { low = 0.0, high = 0.2 }
+battery.capacity_As = { percent = 15 }
+battery.available_fraction = { percent = 10 }
+battery.flow_rate_per_s = { percent = 50 }
+body.mass_kg = { percent = 5 }
+laser.power_W = { percent = 30 }
+laser.attenuation_per_km = { percent = 50 }
+link.transmit_power_W = { percent = 30 }
+"wind.force_N[0]" = { deviation = 1.0 }
+"""
+folder = tempfile.TemporaryDirectory()
+file = Path(folder.name, "ten.toml")
+file.write_text(STUDY)
+done = optuav.sweep(file)
+print(f"{done.scenarios} scenarios in {done.parts} parts")
+
+assert done.kept == 0
+assert done.directory.name == file.stem
+
+# %% [markdown]
+# ## Ended, and gone on with
+#
+# On the command line this is `optuav sweep ten.toml`. A part is a file that is whole or absent. Had
+# the power failed before the last two were written, the same call would compute these two alone.
+
+# %%
+whole = {path.name: path.read_bytes() for path in done.directory.iterdir()}
+for path in sorted(done.directory.glob("part-*"))[-2:]:
+    path.unlink()
+again = optuav.sweep(file)
+print(f"{again.kept} of {again.parts} parts were there")
+
+assert again.kept == again.parts - 2
+assert {path.name: path.read_bytes() for path in done.directory.iterdir()} == whole
+
+# %% [markdown]
+# ## What matters
+#
+# The parameters are independent: the share of the variance that one explains by itself is the
+# variance of the means over slices of its range.
+
+# %%
+found = optuav.open_sweep(done.directory)
+folder.cleanup()
+hover_s = found.hover_time_s.fillna(0.0).values
+keys = list(found.coords)
+SLICES = 16
+
+
+def profile(key: str) -> np.ndarray:
+    """Mean hover time over slices of a parameter's range, with equally many samples each."""
+    return hover_s[np.argsort(found[key].values)].reshape(SLICES, -1).mean(axis=1)
+
+
+share = {key: float(profile(key).var() / hover_s.var()) for key in keys}
+most = sorted(share, key=share.__getitem__, reverse=True)
+for key in most:
+    print(f"{key:28} explains {share[key]:6.1%}")
+
+assert len(keys) == len(most) == len(found.coords)
+assert most[0] == "battery.capacity_As"
+assert 0.5 < sum(share.values()) < 1.1
+
+# %% [markdown]
+# Means of slices scatter, those of independent samples by chance, those of this sequence by less:
+# a share below what chance would show says nothing.
+
+# %%
+chance = (SLICES - 1) / len(hover_s)
+silent = [key for key in keys if share[key] < chance]
+print(f"by chance some {chance:.1%}: no effect is shown for {', '.join(silent) or 'none'}")
+pictured = most[:3]
+places = 100.0 * (np.arange(SLICES) + 0.5) / SLICES
+lines = [optuav.plots.Line(key, places, profile(key)) for key in pictured]
+words = {"x_label": "place within the range [%]", "y_label": "longest hover Δ [s]"}
+axes = optuav.plots.curves(lines, title="Mean hover over the others", **words)
+# To look at it: optuav.plots.save(axes, "ten.png")
+
+assert len(axes.get_lines()) == len(pictured)
+assert most[-1] in silent
+
+# %% [markdown]
+# ## Is it enough?
+#
+# The first half of the sequence is a sample of its own. Where it says the same, more would not
+# change much.
+
+# %%
+half = hover_s[: len(hover_s) // 2]
+print(f"mean {hover_s.mean():.1f} s, by the first half {half.mean():.1f} s")
+print(f"spread {hover_s.std():.1f} s, by the first half {half.std():.1f} s")
+
+assert abs(hover_s.mean() - half.mean()) < 0.1 * hover_s.std()

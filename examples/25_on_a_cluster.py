@@ -1,0 +1,127 @@
+# %% [markdown]
+# # On a cluster
+#
+# A study of days on one computer is one of an hour on a hundred. Dask hands its parts to workers,
+# which may join, leave and fail while it runs. Here the cluster is a scheduler and two workers on
+# this computer, each a process of its own, as they would be on computers of their own.
+#
+# **Learning intentions.** After this page you can
+#
+# - start a scheduler and workers, and have them compute a study;
+# - say what a worker has to have, and what it need not have;
+# - say what is lost when a worker fails, and when the scheduler does;
+# - check that a cluster computes what one process computes.
+
+# %%
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import optuav
+
+folder = tempfile.TemporaryDirectory()
+here = Path(folder.name)
+address_file = here / "cluster.json"
+STUDY = """
+output = "{output}"
+perspective = ["battery", "available"]
+scenarios_per_part = 1000
+grid.limits.deadline_s = {{ low = 600, high = 1800, count = 121 }}
+grid.battery.capacity_As = {{ low = 30_000, high = 42_000, count = 121 }}
+"""
+
+
+def study(output: str) -> Path:
+    """The study with a directory for its parts."""
+    file = here / f"{output}.toml"
+    file.write_text(STUDY.format(output=output))
+    return file
+
+
+def dask(*words: str) -> subprocess.Popen[bytes]:
+    """A process of Dask: on a shell, `dask scheduler …` or `dask worker …`."""
+    start = [sys.executable, "-m", f"distributed.cli.dask_{words[0]}", *words[1:]]
+    start += ["--scheduler-file", str(address_file), "--no-dashboard"]
+    return subprocess.Popen(start, cwd=here, stderr=subprocess.DEVNULL)
+
+
+# %% [markdown]
+# ## A scheduler and two workers
+#
+# The scheduler writes its address into a file. On a network the workers are told the address, as
+# in `dask worker tcp://10.0.0.1:8786`.
+
+# %%
+scheduler = dask("scheduler", "--host", "127.0.0.1", "--port", "0")
+workers = [dask("worker", "--no-nanny", "--nthreads", "1") for _ in range(2)]
+while not (address_file.exists() and address_file.stat().st_size):
+    time.sleep(0.05)
+address = json.loads(address_file.read_text())["address"]
+print("a scheduler with", len(workers), "workers, by", address.partition(":")[0])
+
+assert address.startswith("tcp://")
+
+# %% [markdown]
+# ## A worker fails
+#
+# After the third part one worker is killed. What it had not finished, the other one computes. Parts
+# come back as bytes, and the process that asked writes them: workers need no common file system,
+# only the same versions of the packages.
+
+# %%
+seen = []
+
+
+def look(done: int, total: int | None, words: str) -> None:
+    """See a part come in; kill a worker after the third."""
+    seen.append(done)
+    if len(seen) == 4:
+        workers[0].kill()
+
+
+shared = optuav.sweep(study("shared"), scheduler=address, progress=look)
+print(f"{shared.parts} parts, {workers[0].wait() != 0 and 'one worker killed'}")
+
+assert len(seen) == shared.parts + 1
+assert seen == sorted(seen)
+assert seen[-1] == shared.scenarios
+assert workers[1].poll() is None
+
+# %% [markdown]
+# ## The same bytes
+#
+# One process computes the study once more: on processors of one type no byte of any file differs.
+
+# %%
+alone = optuav.sweep(study("alone"))
+files = [
+    {path.name: path.read_bytes() for path in each.directory.iterdir()} for each in (shared, alone)
+]
+print(f"{len(files[0])} files, alike: {files[0] == files[1]}")
+
+assert files[0] == files[1]
+assert len(files[0]) == alone.parts + 1
+
+# %% [markdown]
+# ## The scheduler fails
+#
+# Without it there is one error, within seconds, and what is finished stays. Nothing is left to do
+# in this study, so that the same call needs no scheduler any more.
+
+# %%
+for process in (scheduler, *workers):
+    process.kill()
+    process.wait()
+again = optuav.sweep(study("shared"), scheduler=address)
+print(f"{again.kept} of {again.parts} parts were there")
+found = optuav.open_sweep(again.directory)
+folder.cleanup()
+longest = found.hover_time_s.max(["limits.deadline_s", "battery.capacity_As"])
+for perspective in found.perspective.values:
+    print(f"{perspective:10} {longest.sel(perspective=perspective).item():.1f} s at most")
+
+assert again.kept == again.parts
+assert longest.sel(perspective="available") < longest.sel(perspective="battery")

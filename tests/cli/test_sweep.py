@@ -1,0 +1,95 @@
+"""``optuav sweep``: what it says, draws and refuses."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from optuav.cli import output as bar
+from tests.cli.run import refused, run, words
+
+STUDY = """
+perspective = ["battery", "available"]
+scenarios_per_part = 4
+grid.limits.deadline_s = [600, 900]
+grid.battery.capacity_As = [30_000, 36_000, 42_000]
+"""
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> Path:
+    """Six scenarios in two parts."""
+    file = tmp_path / "sizes.toml"
+    file.write_text(STUDY)
+    return file
+
+
+def test_it_says_what_is_done_and_what_was_there(study: Path) -> None:
+    first = run("sweep", str(study))
+    assert first.code == 0
+    directory = study.with_suffix("")
+    assert words(first.out) == words(f"Scenarios 6 Parts 2 Directory {directory}")
+    (directory / "part-000001.parquet").unlink()
+    assert "Parts      2, 1 of them from before" in run("sweep", str(study)).out
+    again = json.loads(run("sweep", str(study), "--json").out)
+    assert again.pop("elapsed_s") >= 0.0
+    assert again == {
+        **{"kind": "optuav sweep", "directory": str(directory)},
+        **{"scenarios": 6, "parts": 2, "kept": 2},
+    }
+
+
+def test_two_keys_are_a_map_for_each_perspective(study: Path, tmp_path: Path) -> None:
+    said = run("sweep", str(study), "--plot", str(tmp_path / "pictures"))
+    names = sorted(path.name for path in (tmp_path / "pictures").iterdir())
+    assert names == ["hover-available.png", "hover-battery.png"]
+    assert all(f"wrote {tmp_path / 'pictures' / name}" in said.out for name in names)
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        "grid.link.transmit_power_W = [0.1, 0.2]",
+        "samples = { count = 4, body.mass_kg = { percent = 5 } }",
+        "grid.laser.power_W = [1000]",
+    ],
+)
+def test_what_cannot_be_drawn_is_refused_before_it_is_computed(more: str, study: Path) -> None:
+    """Three keys, samples, and a key with a single value."""
+    study.write_text(STUDY.replace("grid.battery", f"{more}\ngrid.battery"))
+    said = refused("sweep", str(study), "--plot", "pictures")
+    assert words(said) == "error: --plot: goes with [grid] alone, of one or two keys with values"
+    assert not study.with_suffix("").exists()
+
+
+def test_faults_are_said_at_once_by_the_names_of_the_options(study: Path) -> None:
+    study.write_text(f"colour = 3\nproblem = 'P9'\n{STUDY}")
+    said = refused("sweep", str(study))
+    assert "colour = 3: unknown key" in said
+    assert "problem = 'P9': one of" in said
+    assert "--workers = 0: a whole number" in refused("sweep", str(study), "--workers", "0")
+    study.write_text(STUDY)
+    said = refused("sweep", str(study), "--scheduler", "nonsense")
+    assert "--scheduler = 'nonsense': the address of a Dask scheduler" in said
+
+
+def test_a_bar_with_a_unit_shows_the_rate_and_the_time_left(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What was done before counts as done, and not for the rate."""
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "120")
+    monkeypatch.setattr(Console, "is_terminal", True)
+    now_s = [100.0]
+    monkeypatch.setattr("rich.console.monotonic", lambda: now_s[0])
+    with bar.progress("scenarios") as progress:
+        assert progress is not None
+        for done in (5000, 5200, 5400):
+            progress(done, 10_000, "parts")
+            now_s[0] += 2.0
+    said = capsys.readouterr().err
+    assert "100 scenarios/s" in said
+    assert "0:00:46" in said

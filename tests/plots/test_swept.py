@@ -1,0 +1,43 @@
+"""Pictures of sweeps: each value where its keys are."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import optuav
+from optuav import plots
+
+
+def test_lines_go_over_the_key_in_its_order() -> None:
+    """One for each perspective, with gaps where there is no plan; a value counts once."""
+    deadlines_s = [1200.0, 600.0, 60.0, 600.0]
+    names = ["battery", "available"]
+    found = optuav.batch("paper", {"limits.deadline_s": deadlines_s}, perspective=names)
+    ((name, ax),) = plots.swept(found)
+    assert name == "hover.png"
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("limits.deadline_s [s]", "longest hover Δ [s]")
+    for line, perspective in zip(ax.get_lines(), names, strict=True):
+        assert line.get_label() == perspective
+        hover_s = found.hover_time_s.sel(perspective=perspective).values
+        np.testing.assert_array_equal(line.get_xdata(), [60.0, 600.0, 1200.0])
+        np.testing.assert_array_equal(line.get_ydata(), hover_s[[2, 1, 0]])
+
+
+def test_maps_have_the_first_key_across_and_the_second_upwards() -> None:
+    keys = {"battery.available_fraction": [0.6, 0.4, 0.5], "limits.deadline_s": [600, 700]}
+    found = optuav.batch("paper", keys)
+    ((name, ax),) = plots.swept(found)
+    assert name == "hover-available.png"
+    assert ax.get_xlabel() == "battery.available_fraction [-]"
+    assert ax.get_ylabel() == "limits.deadline_s [s]"
+    shown = np.asarray(ax.images[0].get_array() if ax.images else ax.collections[0].get_array())
+    expected = found.hover_time_s.values[[1, 2, 0]].T
+    np.testing.assert_array_equal(shown.reshape(expected.shape), expected)
+
+
+def test_nothing_to_draw_is_drawn_without_an_error() -> None:
+    found = optuav.batch("paper", {"limits.deadline_s": [10, 20]})
+    ((_, ax),) = plots.swept(found)
+    assert np.isnan(np.asarray(ax.get_lines()[0].get_ydata(), dtype=float)).all()
+    grid = {"limits.deadline_s": [10, 20], "battery.capacity_As": [30_000, 40_000]}
+    assert len([*plots.swept(optuav.batch("paper", grid))]) == 1
