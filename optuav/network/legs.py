@@ -15,6 +15,7 @@ from optuav.network.prisms import Prisms
 from optuav.physics.quantity import norm
 
 NO_LEG = -1
+AT_ONCE = 1 << 14  # Legs that are computed together: as many as fit the cache
 
 
 @dataclass(frozen=True)
@@ -56,10 +57,18 @@ def build_legs(
     mission: Mission, places: Places, obstacles: Prisms, start: Integers, end: Integers
 ) -> Legs:
     """A table of the legs between places, from `start` to `end` (leg,), different in every leg."""
-    x, y, z = (places.position_m[end] - places.position_m[start]).T
-    loads, peak_m_s = vehicle.leg_loads(mission, (x, y, z))
-    durations_s, currents_A, powers_W = (
-        np.stack([np.broadcast_to(each, start.shape) for each in by_stage]) for by_stage in loads
+    count, at_m = len(start), places.position_m
+    rows = list[Floats]()
+    for part in (slice(k, k + AT_ONCE) for k in range(0, max(count, 1), AT_ONCE)):
+        way_m = tuple((at_m[end[part]] - at_m[start[part]]).T)
+        loads, peak_m_s = vehicle.leg_loads(mission, way_m)
+        rows.append(np.stack(np.broadcast_arrays(norm(way_m), peak_m_s, *loads.durations_s)))
+    distance_m, top_m_s, *stages_s = figures = np.concatenate(rows, axis=1)
+    durations_s = figures[-len(stages_s) :]
+    # Currents and powers are the same on all legs.
+    currents_A, powers_W = (
+        np.broadcast_to(np.array(each, dtype=float)[:, None], durations_s.shape)
+        for each in (loads.currents_A, loads.powers_W)
     )
     crosses = np.full(len(start), CLEAR, dtype=np.intp)
     if not mission.flight.through_buildings:
@@ -70,10 +79,10 @@ def build_legs(
         blockers = np.full(len(lines), CLEAR, dtype=np.intp)
         blockers[known] = crossed(obstacles, low_m, high_m, lines[known] - FIRST_BUILDING)
         crosses = blockers[line]
-    way = norm((x, y, z)), np.asarray(peak_m_s, dtype=float)
-    drawn = durations_s, currents_A, powers_W
     flyable = np.isfinite(durations_s).all(axis=0) & (crosses == CLEAR)
-    return Legs(start, end, *way, *drawn, crosses, flyable, np.zeros(len(start), bool))
+    drawn = durations_s, currents_A, powers_W
+    edited = np.zeros(count, bool)
+    return Legs(start, end, distance_m, top_m_s, *drawn, crosses, flyable, edited)
 
 
 def shared_lines(start: Integers, end: Integers) -> tuple[Integers, Integers]:
@@ -82,6 +91,10 @@ def shared_lines(start: Integers, end: Integers) -> tuple[Integers, Integers]:
     One line serves both directions, so that rounding cannot tell them apart.
     """
     low, high = np.minimum(start, end), np.maximum(start, end)
-    count = 1 + int(high.max(initial=0))
-    numbers, line = np.unique(low * count + high, return_inverse=True)
-    return np.stack(np.divmod(numbers, count), axis=1), line
+    # Legs lie by place as a rule, which a stable sort makes use of.
+    order = np.lexsort((high, low))
+    both = np.stack([low, high], axis=1)[order]
+    first = np.append(True, (both[1:] != both[:-1]).any(axis=1))[: len(both)]
+    line = np.empty_like(order)
+    line[order] = np.cumsum(first) - 1
+    return both[first], line

@@ -60,9 +60,10 @@ def build_routes(legs: Legs) -> Routes:
 def routes_along(legs: Legs, numbers: Integers, building: Integers, rest_first: Booleans) -> Routes:
     """Routes by the numbers of the legs that each flies, with their totals; see `Routes`."""
     flown = numbers != NO_LEG
-    stages_s = legs.durations_s
-    figures = np.stack([stages_s, stages_s * legs.currents_A, stages_s * legs.powers_W]).sum(axis=1)
-    flight_s, charge_As, energy_J = np.where(flown, figures[:, numbers], 0.0).sum(axis=2)
+    flight_s, charge_As, energy_J = (
+        np.asarray(sum(np.where(k >= 0, of_leg[k], 0.0) for k in numbers.T))
+        for of_leg in (legs.duration_s, legs.charge_As, legs.energy_J)
+    )
     flyable = np.asarray((legs.flyable[numbers] | ~flown).all(axis=1))
     return Routes(numbers, building, rest_first, flyable, flight_s, charge_As, energy_J)
 

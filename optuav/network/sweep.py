@@ -31,6 +31,7 @@ class View(NamedTuple):
     """How footprints look from a place, by number; bearings are counted all round."""
 
     near_m: Floats  # Distance on the map, no more than it is; 0 around the place [m]
+    by_distance: Integers  # Numbers from the nearest to the farthest
     slope: Floats  # A line from the place that is at least as steep passes over it [-]
     first: Integers  # The first bearing into which it may reach
     spans: Integers  # Into so many it may reach from there on; 0 around the place
@@ -72,7 +73,7 @@ def view(obstacles: Prisms, place_m: Floats) -> View:
     begin = np.floor(left * per_radian - 1e-6).astype(np.intp)
     spans = np.floor(right * per_radian + 1e-6).astype(np.intp) - begin + 1
     spans = np.where(outside, np.minimum(spans, bearings), 0)
-    return View(near_m, slope, begin, spans, bearings)
+    return View(near_m, np.argsort(near_m, kind="stable"), slope, begin, spans, bearings)
 
 
 def lines_from(place_m: Floats, ends_m: Floats, bearings: int) -> Lines:
@@ -94,12 +95,10 @@ def survey(
     may not. Footprints around the place do not count.
     """
     count, bearing = len(seen.near_m), ways.bearing
-    # Groups of footprints from the nearest on, within each the lower slopes first.
-    by_distance = np.argsort(seen.near_m, kind="stable")
+    # Groups of footprints from the nearest on.
     group = np.empty(count, dtype=np.intp)
-    group[by_distance] = np.arange(count) // AT_ONCE
-    begins_m = seen.near_m[by_distance[::AT_ONCE]]
-    order = np.lexsort((seen.slope, group))
+    group[seen.by_distance] = np.arange(count) // AT_ONCE
+    begins_m = seen.near_m[seen.by_distance[::AT_ONCE]]
 
     # Only footprints of groups before `after` begin before the line ends.
     after = np.searchsorted(begins_m, ways.length_m)
@@ -113,8 +112,9 @@ def survey(
     before = np.minimum(np.where(own, group[known], count).min(axis=1, initial=count), after)
     later = -own.sum(axis=1)
 
-    looks, ends = (np.argsort(each, kind="stable") for each in (before, after))
     groups = np.arange(len(begins_m) + 2)
+    narrow = np.min_scalar_type(len(groups))  # What is sorted fast
+    looks, ends = (np.argsort(each.astype(narrow), kind="stable") for each in (before, after))
     look_at = np.searchsorted(before[looks], groups)
     end_at = np.searchsorted(after[ends], groups)
     horizon = np.full(seen.bearings, -np.inf)
@@ -128,7 +128,8 @@ def survey(
         at = bearing[line]
         needed[line], likely[line] = horizon[at], blocker[at]
         later[line] -= standing[at]
-        footprint = order[k * AT_ONCE : (k + 1) * AT_ONCE]
+        footprint = seen.by_distance[k * AT_ONCE : (k + 1) * AT_ONCE]
+        footprint = footprint[np.argsort(seen.slope[footprint], kind="stable")]
         reach = seen.spans[footprint]
         place, step = ragged(np.zeros_like(reach), reach)
         each = footprint[place]
@@ -157,7 +158,9 @@ def candidates(seen: View, ways: Lines, some: Integers) -> Iterator[tuple[Intege
     rank = bearing * many + np.searchsorted(slopes, steepness)
     lowest = slopes[np.minimum.accumulate(rank[::-1])[::-1] - bearing * many]
     last = np.searchsorted(bearing, np.arange(seen.bearings), side="right")
-    beyond = np.searchsorted(lengths_m, seen.near_m, side="right")
+    beyond = np.empty_like(seen.by_distance)
+    near_m = seen.near_m[seen.by_distance]
+    beyond[seen.by_distance] = np.searchsorted(lengths_m, near_m, side="right")
     occupied = np.bincount(bearing, minlength=seen.bearings) > 0
     for part in portions(seen.spans, MOST_PAIRS):
         row, at = ragged(seen.first[part], seen.spans[part])
