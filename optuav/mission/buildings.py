@@ -181,7 +181,9 @@ class Buildings(Sequence[Building]):
     @cached_property
     def breaches(self) -> tuple[tuple[int, str, str], ...]:
         """What is wrong with buildings beside others: number, key, and what is allowed."""
-        found = [(number, "name", words) for number, words in misnamed(self.names)]
+        found, every = list[tuple[int, str, str]](), {*self.names}
+        if len(every) < len(self.names) or not every.isdisjoint(RESERVED_NAMES):
+            found += ((number, "name", words) for number, words in misnamed(self.names))
         if self.corners:
             import numpy as np
 

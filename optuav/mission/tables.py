@@ -6,8 +6,8 @@ from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
-from annotated_types import Len
-from pydantic import TypeAdapter, ValidationError
+from annotated_types import Len, Predicate
+from pydantic import ValidationError
 
 from optuav.errors import Fault, InputError, printable, refuse
 from optuav.mission import schema
@@ -73,7 +73,10 @@ def _plain(column: Iterable[Any]) -> Sequence[Any]:
     if isinstance(kind, np.dtype) and kind.kind in "iuf" and kind.itemsize <= MOST_BYTES:
         values: Any = np.asarray(column)
         return values if values.ndim == 1 else [*values.tolist()]
-    return [each.tolist() if hasattr(each, "tolist") else each for each in column]
+    listed: list[Any] = column if isinstance(column, list) else [*column]
+    if {*map(type, listed)} <= {str, int, float}:
+        return listed
+    return [each.tolist() if hasattr(each, "tolist") else each for each in listed]
 
 
 def _at_once(columns: Mapping[str, Sequence[Any]]) -> Buildings | None:
@@ -158,11 +161,13 @@ def _is_allowed(table: Buildings) -> bool:
     most = ring.max_length or 0
     if ((count > 0) & ((count < ring.min_length) | (count > most))).any():
         return False
-    try:
-        TypeAdapter(tuple[schema.Name, ...]).validate_python(table.names)
-    except ValidationError:
+    if not {*map(type, table.names)} <= {str}:
         return False
-    return not table.breaches
+    letters, passes = _said(schema.Name, Len), _said(schema.Name, Predicate).func
+    shortest, longest = (f(map(len, table.names), default=1) for f in (min, max))
+    if shortest < letters.min_length or longest > (letters.max_length or 0):
+        return False
+    return all(map(passes, table.names)) and not table.breaches
 
 
 def _said(kind: object, what: type[Kind]) -> Kind:

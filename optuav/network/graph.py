@@ -204,7 +204,7 @@ def edited_network(mission: Mission, view: Graph) -> Network:
         edited=(sight != places.laser_sight) | changed,
     )
     legs = edited_legs(computed.legs, places.names, view)
-    return Network(mission, places, legs, build_routes(legs))
+    return Network(mission, places, legs, build_routes(legs, computed.routes.building[1::2]))
 
 
 def edited_legs(

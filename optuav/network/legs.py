@@ -71,7 +71,7 @@ def build_legs(
         for each in (loads.currents_A, loads.powers_W)
     )
     crosses = np.full(len(start), CLEAR, dtype=np.intp)
-    if not mission.flight.through_buildings:
+    if not mission.flight.through_buildings and len(obstacles.building):
         # A building in the way is the same there and back, and none where an end is not known.
         lines, line = shared_lines(start, end)
         known = np.isfinite(places.position_m)[lines].all(axis=(1, 2))

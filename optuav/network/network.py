@@ -64,17 +64,21 @@ def build_network(mission: Mission) -> Network:
     Legs 0 and 1 are origin → hover and hover → destination; legs 2 + 4 b to 5 + 4 b belong to
     building b: origin → b, b → hover, hover → b, b → destination. The last network is kept.
     """
-    if mission.buildings.lacking:
+    if mission.buildings.source and mission.buildings.lacking:
         words = "the table itself is needed; the plan has only the buildings that it uses"
         raise InputError([Fault("buildings_file", "", words)])
-    obstacles = prisms(mission.buildings)
-    places = build_places(mission, obstacles)
-    roof = np.arange(FIRST_BUILDING, len(places.names))
+    places = build_places(mission, prisms(mission.buildings))
+    return network_by(mission, places, np.arange(len(mission.buildings)))
+
+
+def network_by(mission: Mission, places: Places, buildings: Integers) -> Network:
+    """The network of a mission with the routes by way of some buildings alone, by their numbers."""
+    roof = FIRST_BUILDING + buildings
     ways = np.array([(ORIGIN, -1), (-1, HOVER), (HOVER, -1), (-1, DESTINATION)])  # −1 for its roof
     by_roof = np.where(ways < 0, roof[:, None, None], ways).reshape(-1, 2)
     start, end = np.concatenate([[(ORIGIN, HOVER), (HOVER, DESTINATION)], by_roof]).T
-    legs = build_legs(mission, places, obstacles, start, end)
-    routes = build_routes(legs)
+    legs = build_legs(mission, places, prisms(mission.buildings), start, end)
+    routes = build_routes(legs, buildings)
     for array in (each for table in (places, legs, routes) for each in vars(table).values()):
         if isinstance(array, np.ndarray):
             array.setflags(write=False)  # All who ask for an equal mission share it

@@ -180,6 +180,8 @@ def clear_lines(
     """
     known = np.asarray(np.isfinite(position_m).all(axis=2))
     free = np.asarray(known[:, lines].all(axis=2))
+    if not len(obstacles.building):
+        return free
     low_m, high_m = (each.reduce(position_m, axis=0)[lines] for each in (np.fmin, np.fmax))
     moves = (low_m != high_m).any(axis=(1, 2))
     for k in np.flatnonzero(moves).tolist():

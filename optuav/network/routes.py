@@ -46,15 +46,15 @@ class Routes:
         return "rest-first" if self.rest_first[index] else "hover-first"
 
 
-def build_routes(legs: Legs) -> Routes:
-    """All routes with at most one building, over the legs of `build_network`."""
+def build_routes(legs: Legs, buildings: Integers) -> Routes:
+    """All routes with at most one of some buildings, over the legs of `network_by`."""
     first = np.arange(2, len(legs.start), 4)
     numbers = np.empty((1 + 2 * len(first), 3), dtype=np.intp)
     numbers[0] = 0, 1, NO_LEG
     numbers[1::2] = np.stack([first, first + 1, np.ones_like(first)], axis=1)
     numbers[2::2] = np.stack([np.zeros_like(first), first + 2, first + 3], axis=1)
     count = np.arange(len(numbers))
-    return routes_along(legs, numbers, (count - 1) // 2, count % 2 == 1)
+    return routes_along(legs, numbers, np.append(-1, buildings.repeat(2)), count % 2 == 1)
 
 
 def routes_along(legs: Legs, numbers: Integers, building: Integers, rest_first: Booleans) -> Routes:

@@ -58,8 +58,9 @@ def summary(plan: Plan) -> str:
         lines += wrapped("Answer", f"{plan.status.value.upper()} ({plan.proof})")
         for reason in plan.reasons:
             lines += wrapped("Because", reason)
-    unknown = [*filter(None, [unknown_buildings(plan.mission)])]
-    warnings = [*(plan.warnings if plan else ()), *unknown]
+    warnings = plan.warnings if plan else ()
+    if plan.mission.buildings.source:
+        warnings += tuple(filter(None, [unknown_buildings(plan.mission)]))
     for mark, remarks in (("Warning", warnings), ("Note", plan.notes)):
         lines += [""] if remarks else []
         for remark in remarks:

@@ -16,11 +16,11 @@ from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER, as_points
 from optuav.network.variants import Variants
-from optuav.physics.kibam import Shift, Stage
+from optuav.physics.kibam import Shift, Stage, shift
 from optuav.physics.quantity import Quantity
 
 
-class _Single:
+class Single:
     """A mission as tables over a single variant, see `Variants`."""
 
     def __init__(self, network: Network) -> None:
@@ -33,11 +33,18 @@ class _Single:
         totals = routes.flight_time_s, routes.flight_charge_As, routes.flight_energy_J
         self.flight = [each[None] for each in totals]
 
+    @property
+    def shifts(self) -> list[Shift]:
+        """What the stages of the legs do to the charge of all packs, each (1, leg)."""
+        legs, pool = self.network.legs, vehicle.pool(self.mission)
+        stages = zip(legs.currents_A, legs.durations_s, strict=True)
+        return [shift(pool, Stage(0.0 - i[None], t[None])) for i, t in stages]
+
 
 @lru_cache(maxsize=1)
-def _single(network: Network) -> tuple[_Single, Quantities]:
+def _single(network: Network) -> tuple[Single, Quantities]:
     """A mission as tables, with its figures."""
-    tables = _Single(network)
+    tables = Single(network)
     return tables, figures(tables)
 
 
@@ -59,7 +66,7 @@ def quantities(
     of flight, or legs as a whole if what their stages do is given; legs to and from an open
     hover point are named.
     """
-    tables: _Single | Variants
+    tables: Single | Variants
     if isinstance(source, Network):
         tables, table = _single(source)
     else:
@@ -126,7 +133,7 @@ def table_entries(
 
 
 def _steps(
-    tables: _Single | Variants,
+    tables: Single | Variants,
     which: Integers,
     variant: Integers | None,
     rests: bool,
@@ -151,10 +158,10 @@ def _steps(
 
 
 def _stages(
-    tables: _Single | Variants, legs: Integers, variant: Integers | None
+    tables: Single | Variants, legs: Integers, variant: Integers | None
 ) -> Iterator[tuple[Floats, Floats]]:
     """Duration [s] and current [A] of each stage of legs, one of each itinerary."""
-    if isinstance(tables, _Single):
+    if isinstance(tables, Single):
         table = tables.network.legs
         return zip(table.durations_s[:, legs], table.currents_A[:, legs], strict=True)
     none = np.zeros(len(legs))
@@ -165,7 +172,7 @@ def _stages(
     )
 
 
-def figures(tables: _Single | Variants) -> Quantities:
+def figures(tables: Single | Variants) -> Quantities:
     """Quantities of all itineraries without the steps on the way, as tables.
 
     Each is a number, or an array (variant or 1, route or 1).

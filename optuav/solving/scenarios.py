@@ -25,13 +25,14 @@ from optuav.modelling import Model
 from optuav.modelling.check import TOLERANCE, evaluated
 from optuav.modelling.forms import CONSTANT, Exponential, Monomial
 from optuav.network.feasibility import TOLERANCE as RIM
+from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER, as_points
 from optuav.network.routes import usable_routes
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.physics.kibam import Battery, Shift, Stage, Tilted, shifted, tilted_after
 from optuav.physics.quantity import Quantity
-from optuav.solving.assemble import chosen, figures, quantities, table_entries, turned
+from optuav.solving.assemble import Single, chosen, figures, quantities, table_entries, turned
 from optuav.solving.batch import longest
 from optuav.solving.outcome import (
     SAME_S,
@@ -184,6 +185,17 @@ def hover_times_s(variants: Variants, perspective: Perspective) -> Floats:
             found, *_ = _bracketed(given, len(variant), shortest_rest=False)
             hover_s[route, variant] = np.nan_to_num(found, nan=-np.inf)
     return hover_s.T
+
+
+def hover_bounds_s(network: Network, perspective: str) -> Floats:
+    """What no Δ exceeds by route [s], −∞ where none can be flown; see `_well_bound`."""
+    tables = Single(network)
+    table = figures(tables)
+    balance = _balance(table, perspective if perspective in PAPER else "battery")
+    most_s = np.where(network.routes.flyable[:, None], longest_by_balance(*balance), -np.inf)
+    if perspective == AVAILABLE and not table.tapers:
+        most_s = np.minimum(most_s, _well_bound(tables, table, most_s))
+    return np.asarray(most_s[:, 0])
 
 
 def impossible(variants: Variants) -> Codes:
@@ -350,7 +362,7 @@ def _bracketed(
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
-def _well_bound(variants: Variants, table: Quantities, most_s: Floats) -> Floats:
+def _well_bound(variants: Variants | Single, table: Quantities, most_s: Floats) -> Floats:
     """What no Δ exceeds (route, variant) [s]: from full wells, over one flight, to the next's end.
 
     Wells that hold more keep holding more (`optuav.physics.kibam`): no rest leaves more than full

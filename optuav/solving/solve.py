@@ -18,6 +18,8 @@ from optuav.solving.outcome import MORE_STOPS, more_stops_may_help
 from optuav.solving.program import Program, declared_program
 from optuav.solving.question import checked_question
 
+MANY = 2_000  # Buildings of a mission whose routes are compared by bounds first
+
 if TYPE_CHECKING:
     from optuav.search.branch import Progress
 
@@ -126,13 +128,21 @@ def solve(
     >>> print(f"{plan.hover_time_s:.2f} s, flyable: {plan.flyable}")
     597.27 s, flyable: True
     """
-    program = _program(mission, graph, problem, perspective, slot_s, engine, time_limit_s)
-    question, network = program.question, program.network
-    if question.several:
-        from optuav.solving.several_stops import several_stops
+    known, stated = load(mission), (problem, perspective, slot_s, engine, time_limit_s)
+    plan = program = None
+    if graph is None and len(known.buildings) >= MANY:
+        from optuav.solving.promising import narrowed
 
-        return several_stops(program, graph, progress)
-    plan = program.solve()
+        if program := narrowed(known, checked_question(known, *stated)):
+            plan = program.solve()
+    if not (plan and program):
+        program = _program(known, graph, *stated)
+        if program.question.several:
+            from optuav.solving.several_stops import several_stops
+
+            return several_stops(program, graph, progress)
+        plan = program.solve()
+    question, network = program.question, program.network
     if more_stops_may_help(question, network, plan, graph):
         return plan.model_copy(update={"notes": (*plan.notes, MORE_STOPS)})
     return plan
