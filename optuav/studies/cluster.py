@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import ExitStack
 from itertools import islice
+from operator import call
 from typing import Any, TypeVar
 
 from optuav.errors import Fault, InputError, OptuavError, SolverError, require
@@ -86,11 +87,11 @@ def _called(
     left, number_of = iter(numbers), dict[str, int]()
     ended = as_completed(loop=client.loop)
     try:
-        shared = client.submit(_same, function, pure=False)  # Sent to each worker once
+        shared = client.submit(lambda: function, pure=False)  # Sent to each worker once
         while True:
             most = AHEAD + 2 * sum(client.nthreads().values())
             for number in islice(left, most - len(number_of)):
-                future = client.submit(_call, shared, number, pure=False)
+                future = client.submit(call, shared, number, pure=False)
                 number_of[future.key] = number
                 ended.add(future)
             if not number_of:
@@ -107,11 +108,3 @@ def _called(
         raise SolverError("the scheduler is gone, or has cancelled the work") from error
     except Exception as error:
         raise SolverError(f"a worker failed: {type(error).__name__}: {error}") from error
-
-
-def _same(function: Function[Result]) -> Function[Result]:
-    return function
-
-
-def _call(function: Function[Result], number: int) -> Result:
-    return function(number)

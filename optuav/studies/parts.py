@@ -30,7 +30,7 @@ def part_of(study: Study, stamp: str, number: int) -> bytes:
     first, count = study.part(number)
     keys, asked = study.values(first, count), study.perspectives
     found = batch_arrays(study.mission, keys, study.problem, perspective=asked, paired=True)
-    words, unit_of = {"perspective": asked}, {**units(), **dict.fromkeys(TIMES, "s")}
+    words: dict[str, list[str]] = {"perspective": [*asked]}
     columns: dict[str, Any] = {key: np.repeat(each, len(asked)) for key, each in keys.items()}
     columns["perspective"] = np.tile(np.arange(len(asked), dtype=np.int8), count)
     for name in VARIABLES:
@@ -41,21 +41,23 @@ def part_of(study: Study, stamp: str, number: int) -> bytes:
     for name, each in words.items():
         numbers = pa.array(columns[name], mask=columns[name] < 0)
         columns[name] = pa.DictionaryArray.from_arrays(numbers, pa.array(each, pa.string()))
-    table = pa.table(columns)
+    table, unit_of = pa.table(columns), {**units(), **dict.fromkeys(TIMES, "s")}
     fields = [
         field.with_metadata({"units": unit_of[field.name]}) if field.name in unit_of else field
         for field in table.schema
     ]
-    metadata = {STAMP: f"{stamp} {number}"}
-    content = io.BytesIO()
+    metadata, content = {STAMP: f"{stamp} {number}"}, io.BytesIO()
     # What the library might choose otherwise in time is stated.
     parquet.write_table(
         table.cast(pa.schema(fields, metadata)),
         content,
         version="2.6",
         compression="zstd",
-        compression_level=3,
-        use_dictionary=[*keys, *words],
+        compression_level=1,
+        use_dictionary=[*study.grid, *words],
+        use_byte_stream_split=[
+            name for name in (*keys, *TIMES, *CHARGES) if name not in study.grid
+        ],
         row_group_size=table.num_rows,
         data_page_size=1 << 20,
         write_page_checksum=True,

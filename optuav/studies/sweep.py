@@ -14,17 +14,7 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, refuse, require
-from optuav.mission.files import (
-    TEMPORARY,
-    label,
-    make_directory,
-    parse_json,
-    read_text,
-    refusal,
-    refusals,
-    write_files,
-    write_text,
-)
+from optuav.mission import files
 from optuav.studies.batch import Solved, labelled, tables, words_of
 from optuav.studies.cluster import results
 from optuav.studies.methods import Progress
@@ -112,7 +102,7 @@ def sweep(
     paths = [directory / PART.format(number) for number in range(stated.parts)]
     left = [n for n, path in enumerate(paths) if not is_whole(path, manifest["hash"], n)]
     for number in left:
-        with refusals(paths[number], "replaced"):
+        with files.refusals(paths[number], "replaced"):
             paths[number].unlink(missing_ok=True)
     kept = stated.parts - len(left)
     done = stated.scenarios - sum(stated.part(number)[1] for number in left)
@@ -124,7 +114,7 @@ def sweep(
 
     say(kept)
     for parts, (number, content) in enumerate(results(call, left, workers, scheduler), kept + 1):
-        write_files({paths[number]: content})
+        files.write_files({paths[number]: content})
         done += stated.part(number)[1]
         say(parts)
     return Swept(directory, stated.scenarios, stated.parts, kept)
@@ -173,10 +163,10 @@ def open_sweep(path: str | Path) -> xarray.Dataset:
     missing = sum(not is_whole(each, about["hash"], n) for n, each in enumerate(paths))
     if missing:
         words = f"is not finished: {missing} of {len(paths)} parts are missing"
-        raise refusal(directory, f"{words}; optuav sweep goes on with it")
+        raise files.refusal(directory, f"{words}; optuav sweep goes on with it")
     several = {} if isinstance(asked, str) else {"perspective": len(asked)}
     buildings = [each["name"] for each in study["mission"].get("buildings", ())]
-    side = several.get("perspective", 1)
+    side = several.get("perspective", 1)  # Rows of a part for each scenario
     known, values = words_of(buildings), tables(side * count)
     of_rows: dict[str, list[Floats]] = {}
     for number, each in enumerate(paths):
@@ -216,28 +206,30 @@ def _manifest(study: Study) -> Document:
 
 def _begin(directory: Path, manifest: Document) -> None:
     """Make the directory of a study with its manifest; refuse one that holds anything else."""
-    with refusals(directory, "read"):
+    with files.refusals(directory, "read"):
         there = {each.name for each in directory.iterdir()} if directory.is_dir() else set()
     if MANIFEST in there:
         found = _read_manifest(directory)
         if found["hash"] != manifest["hash"]:
             words = "holds the parts of another study: state another output, or delete it"
-            raise refusal(directory, words)
-        _refuse_others(found["versions"], label(directory / MANIFEST))
-    elif there - {TEMPORARY}:
-        raise refusal(directory, "is not empty, and holds no sweep: state another output")
+            raise files.refusal(directory, words)
+        _refuse_others(found["versions"], files.label(directory / MANIFEST))
+    elif there - {files.TEMPORARY}:
+        raise files.refusal(directory, "is not empty, and holds no sweep: state another output")
     else:
-        make_directory(directory)
-        write_text(directory / MANIFEST, json.dumps(manifest, indent=1) + "\n")
+        files.make_directory(directory)
+        files.write_text(directory / MANIFEST, json.dumps(manifest, indent=1) + "\n")
 
 
 def _read_manifest(directory: Path) -> Document:
     """The manifest of a sweep."""
     path = directory / MANIFEST
-    found = parse_json(read_text(path, LARGEST_MANIFEST), label(path))
-    if not isinstance(found, dict) or found.get("kind") != KIND or found.get("format") != FORMAT:
-        raise refusal(path, "is no manifest of a sweep of this version")
-    return found
+    found = files.parse_json(files.read_text(path, LARGEST_MANIFEST), files.label(path))
+    needed = {"hash", "versions", "rows", "grid", "study"}
+    if isinstance(found, dict) and (found.get("kind"), found.get("format")) == (KIND, FORMAT):
+        if needed <= found.keys():
+            return found
+    raise files.refusal(path, "is no manifest of a sweep of this version")
 
 
 def _refuse_others(versions: dict[str, str], source: str) -> None:
