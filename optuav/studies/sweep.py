@@ -225,11 +225,10 @@ def _read_manifest(directory: Path) -> Document:
     """The manifest of a sweep."""
     path = directory / MANIFEST
     found = files.parse_json(files.read_text(path, LARGEST_MANIFEST), files.label(path))
-    needed = {"hash", "versions", "rows", "grid", "study"}
-    if isinstance(found, dict) and (found.get("kind"), found.get("format")) == (KIND, FORMAT):
-        if needed <= found.keys():
-            return found
-    raise files.refusal(path, "is no manifest of a sweep of this version")
+    known = isinstance(found, dict) and (found.get("kind"), found.get("format")) == (KIND, FORMAT)
+    if not known or not {"hash", "versions", "rows", "grid", "study"} <= found.keys():
+        raise files.refusal(path, "is no manifest of a sweep of this version")
+    return found
 
 
 def _refuse_others(versions: dict[str, str], source: str) -> None:
