@@ -224,7 +224,7 @@ def _begin(directory: Path, manifest: Document) -> None:
 def _read_manifest(directory: Path) -> Document:
     """The manifest of a sweep."""
     path = directory / MANIFEST
-    found = files.parse_json(files.read_text(path, LARGEST_MANIFEST), files.label(path))
+    found: Document = files.parse_json(files.read_text(path, LARGEST_MANIFEST), files.label(path))
     known = isinstance(found, dict) and (found.get("kind"), found.get("format")) == (KIND, FORMAT)
     if not known or not {"hash", "versions", "rows", "grid", "study"} <= found.keys():
         raise files.refusal(path, "is no manifest of a sweep of this version")
