@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 RESERVED_NAMES = ("origin", "hover", "destination")
 MOST_HASHED = 3000  # Numbers of which the hash is made
 NO_SIZE = (0.0, 0.0)
+AT_ONCE = 1 << 16  # Polygons that are judged together
 Listing = Annotated[tuple[Building, ...], Strict(), Listed]
 
 
@@ -227,12 +228,16 @@ def misshapen(corners_m: Floats, count: Integers, at_m: Floats) -> Iterator[tupl
     import numpy as np
     import shapely
 
-    ring_of = np.repeat(np.arange(len(count)), count)
-    polygons = np.asarray(shapely.polygons(shapely.linearrings(corners_m, indices=ring_of)))
-    proper = shapely.is_valid(polygons) & (shapely.area(polygons) > 0)
-    around = shapely.intersects_xy(polygons, *at_m.T) | np.isnan(at_m[:, 0])
-    for ring in np.flatnonzero(~(proper & around)).tolist():
-        if not proper[ring]:
-            yield ring, "a polygon with an area, whose edges meet at its corners only"
-        else:
-            yield ring, "a polygon that contains x and y of position_m"
+    ends = np.cumsum(count)
+    for begin in range(0, len(count), AT_ONCE):
+        some, place_m = count[begin : begin + AT_ONCE], at_m[begin : begin + AT_ONCE]
+        corners = corners_m[ends[begin] - some[0] : ends[begin] - some[0] + some.sum()]
+        ring_of = np.repeat(np.arange(len(some)), some)
+        polygons = np.asarray(shapely.polygons(shapely.linearrings(corners, indices=ring_of)))
+        proper = shapely.is_valid(polygons) & (shapely.area(polygons) > 0)
+        around = shapely.intersects_xy(polygons, *place_m.T) | np.isnan(place_m[:, 0])
+        for ring in np.flatnonzero(~(proper & around)).tolist():
+            if not proper[ring]:
+                yield begin + ring, "a polygon with an area, whose edges meet at its corners only"
+            else:
+                yield begin + ring, "a polygon that contains x and y of position_m"

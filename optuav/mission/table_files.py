@@ -6,7 +6,7 @@ import csv
 import hashlib
 import io
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -16,23 +16,26 @@ from optuav.errors import Fault, InputError, decimal, printable, refuse, require
 from optuav.mission.buildings import Buildings, TableFile
 from optuav.mission.files import label, read_text, refusal, refusals
 from optuav.mission.messages import listed
-from optuav.mission.tables import COLUMNS, corners_of, of_columns, of_polygons
+from optuav.mission.tables import COLUMNS, SIZES, corners_of, of_columns, of_polygons
 
 if TYPE_CHECKING:
-    from optuav.arrays import Floats
+    from optuav.arrays import Floats, Integers
 
 PARQUET, OF_GDAL = (".parquet", ".geoparquet"), (".gpkg", ".geojson")
 OUTLINE = "one polygon without courtyards, or a point; optuav city reads other maps"
+UNREADABLE = (ValueError, RuntimeError, OSError, AttributeError, LookupError, TypeError)
 HASH_BYTES, SHOWN_DIGITS = 32, 12
 
 
 def read_buildings(path: Path) -> Buildings:
     """The buildings of a file, or an `InputError`."""
     found, ending = fingerprint(path), path.suffix.lower()
-    if ending not in (".csv", *PARQUET, *OF_GDAL):
-        raise refusal(path, f"is none of .csv, {', '.join((*PARQUET, *OF_GDAL))}")
+    readers = {".csv": _of_csv, **dict.fromkeys(PARQUET, _of_parquet)}
+    readers |= dict.fromkeys(OF_GDAL, _of_map)
+    if ending not in readers:
+        raise refusal(path, f"is none of {', '.join(readers)}")
     try:
-        table = _of_csv(path) if ending == ".csv" else _of_map(path, ending)
+        table = readers[ending](path)
     except InputError as error:
         faults = (replace(each, source=each.source or label(path)) for each in error.faults)
         raise InputError(faults) from None
@@ -76,21 +79,25 @@ def _of_csv(path: Path) -> Buildings:
     """The buildings of a CSV file; lines that are blank or begin with ``#`` do not count."""
     with refusals(path, "read"):
         text = read_text(path, path.stat().st_size)
-    lines = (x for x in io.StringIO(text, newline=None) if x.strip(" ,\t\n") and x[0] != "#")
+    lines: Iterable[str] = io.StringIO(text, newline=None)
+    if "#" in text:
+        lines = (line for line in lines if not line.startswith("#"))
+    rows, cells = csv.reader(lines), list[str]()
     try:
-        header, *rows = csv.reader(lines)
+        names = [each.strip() for each in next(filter(any, rows), ())]
+        if not names:
+            raise refusal(path, f"has no header; its columns are {', '.join(COLUMNS)}")
+        faults = [Fault(name, "", "is there twice") for name in {*names} if names.count(name) > 1]
+        # One list of all cells: as many small ones as rows take their time.
+        for number, row in enumerate(filter(any, rows), start=1):
+            if len(row) == len(names):
+                cells += row
+            else:
+                faults.append(Fault(f"row {number}", "", f"{len(row)} cells, not {len(names)}"))
     except csv.Error as error:
         raise refusal(path, f"is not CSV: {error}") from None
-    except ValueError:
-        raise refusal(path, f"has no header; its columns are {', '.join(COLUMNS)}") from None
-    names = [each.strip() for each in header]
-    faults = [Fault(name, "", "is there twice") for name in {*names} if names.count(name) > 1]
-    for number, row in enumerate(rows, start=1):
-        if len(row) != len(names):
-            faults.append(Fault(f"row {number}", "", f"{len(row)} cells, not {len(names)}"))
     refuse(faults)
-    cells = zip(*rows, strict=True) if rows else ((),) * len(names)
-    return of_columns({n: _cells(n, each) for n, each in zip(names, cells, strict=True)})
+    return of_columns({name: _cells(name, cells[k :: len(names)]) for k, name in enumerate(names)})
 
 
 def _cells(name: str, cells: Sequence[str]) -> Any:
@@ -99,6 +106,8 @@ def _cells(name: str, cells: Sequence[str]) -> Any:
 
     if name == COLUMNS[0]:
         return [each.strip() for each in cells]
+    if name in SIZES:
+        cells = [each or "nan" for each in cells]
     text = "".join(cells)
     if text.isascii() and "_" not in text:
         try:
@@ -116,18 +125,40 @@ def _number(cell: str) -> float | str | None:
         return cell
 
 
-def _of_map(path: Path, ending: str) -> Buildings:
+def _of_parquet(path: Path) -> Buildings:
+    """The buildings of a Parquet file: a map, or without geometry the columns of CSV."""
+    require("pyarrow", "Parquet files")
+    from pyarrow import parquet
+
+    try:
+        is_map = b"geo" in (parquet.read_schema(path).metadata or {})
+        table = parquet.read_table(path, columns=[] if is_map else None)
+        columns = {name: table[name].to_numpy() for name in table.column_names}
+    except UNREADABLE as error:
+        raise _unreadable(path, "pyarrow", error) from None
+    return _of_map(path) if is_map else of_columns(columns)
+
+
+def _unreadable(path: Path, reader: str, error: Exception) -> InputError:
+    words = printable(str(error).partition("\n")[0])
+    return refusal(path, f"is no table that {reader} reads: {words}")
+
+
+def _of_map(path: Path) -> Buildings:
     """The buildings of a map in metres: outlines or points, with columns `name` and `z_m`."""
+    return of_polygons(*_columns_of_map(path))
+
+
+def _columns_of_map(path: Path) -> tuple[list[str], Floats, Floats, Integers]:
+    """Names, roofs, corners of all outlines, and their number by building."""
     require("geopandas", "tables of buildings in map formats")
-    if ending in PARQUET:
-        require("pyarrow", "GeoParquet files")
     import geopandas
     import numpy as np
     import pyogrio
     import shapely
 
     try:
-        if ending in PARQUET:
+        if path.suffix.lower() in PARQUET:
             frame = geopandas.read_parquet(path)
         else:
             if len(layers := pyogrio.list_layers(path)) != 1:
@@ -136,9 +167,8 @@ def _of_map(path: Path, ending: str) -> Buildings:
         shapes, crs = frame.geometry.to_numpy(), frame.crs
     except InputError:
         raise
-    except (ValueError, RuntimeError, OSError, AttributeError, LookupError, TypeError) as error:
-        words = printable(str(error).partition("\n")[0])
-        raise refusal(path, f"is no table that geopandas reads: {words}") from None
+    except UNREADABLE as error:
+        raise _unreadable(path, "geopandas", error) from None
     units = [] if crs is None else [axis.unit_name for axis in crs.axis_info[:2]]
     if strange := {*units} - {"metre"}:
         words = f"has x and y in {', '.join(sorted(strange))}, not in metres"
@@ -147,8 +177,10 @@ def _of_map(path: Path, ending: str) -> Buildings:
     wanted = (COLUMNS[0], COLUMNS[3])
     refuse(Fault(x, "", f"is missing; there are {listed(known)}") for x in wanted if x not in known)
     names = frame["name"].tolist()
-    single = shapely.get_num_geometries(shapes) == 1
-    shapes = np.where(single, shapely.get_geometry(shapes, 0), shapes)  # Also of a multipolygon
+    (single,) = np.nonzero(
+        (shapely.get_type_id(shapes) > 3) & (shapely.get_num_geometries(shapes) == 1)
+    )
+    shapes[single] = shapely.get_geometry(shapes[single], 0)
     kind, empty = shapely.get_type_id(shapes), shapely.is_missing(shapes) | shapely.is_empty(shapes)
     outlined = ~empty & (kind == 3) & (shapely.get_num_interior_rings(shapes) == 0)
     refuse(
@@ -156,10 +188,11 @@ def _of_map(path: Path, ending: str) -> Buildings:
         for number in np.flatnonzero(~(empty | outlined | (kind == 0))).tolist()
     )
     at_m = np.full((len(shapes), 2), np.nan)
-    at_m[~empty] = shapely.get_coordinates(shapely.point_on_surface(shapes[~empty]))
+    if not {*COLUMNS[1:3]} <= {*known}:
+        at_m[~empty] = shapely.get_coordinates(shapely.point_on_surface(shapes[~empty]))
     columns = [_column(frame, x) if x in known else at_m[:, k] for k, x in enumerate(COLUMNS[1:])]
     shapes[~outlined] = None
-    return of_polygons(names, np.column_stack(columns), *corners_of(shapes))
+    return names, np.column_stack(columns), *corners_of(shapes)
 
 
 def _column(frame: Any, name: str) -> Floats:

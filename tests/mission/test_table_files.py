@@ -18,6 +18,7 @@ ROOFS = """# Roofs of a block
 name,x_m,y_m,z_m,width_m,depth_m
 "b, east",300, 900 ,60,20,30
 
+,,,,,
 c,7e2,1200,40,,
 """
 SQUARE = [[0.0, 0.0], [30.0, 0.0], [30.0, 20.0], [0.0, 20.0]]
@@ -241,7 +242,26 @@ def test_a_map_that_does_not_fit_is_refused(geopandas: Any, tmp_path: Path) -> N
         assert all("roofs.parquet: " in each for each in found)
     for name in ("roofs.parquet", "roofs.gpkg", "roofs.geojson"):
         (told,) = refusal(written(tmp_path / "no map", name, b"no map"))
-        assert "is no table that geopandas reads" in told
+        assert "is no table that" in told
+
+
+def test_a_parquet_file_without_geometry_has_the_columns_of_csv(tmp_path: Path) -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    table = {"name": ["b, east", "c"], "x_m": [300, 700], "y_m": [900.0, 1200.0], "z_m": [60, 40]}
+    table |= {"width_m": [20.0, None], "depth_m": [30.0, None]}
+    file = written(tmp_path, "roofs.parquet", b"")
+    parquet.write_table(pyarrow.table(table), tmp_path / "roofs.parquet")
+    expected = optuav.load(written(tmp_path / "csv")).buildings.rows()
+    assert optuav.load(file).buildings.rows() == expected
+    parquet.write_table(pyarrow.table({**table, "z_m": [-1, None]}), tmp_path / "roofs.parquet")
+    first, second = refusal(file)
+    assert "roofs.parquet: buildings['b, east'].position_m" in first.replace(
+        "buildings.b, east", "buildings['b, east']"
+    )
+    assert "buildings.c.position_m = [700, 1200.0, nan]" in second
+    parquet.write_table(pyarrow.table({"name": [], "x_m": []}), tmp_path / "roofs.parquet")
+    assert [each.rpartition(": ")[2] for each in refusal(file)] == ["is missing", "is missing"]
 
 
 def test_a_geopackage_with_two_layers_is_refused(geopandas: Any, tmp_path: Path) -> None:
