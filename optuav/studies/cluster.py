@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import ExitStack
 from itertools import islice
@@ -21,7 +21,7 @@ AHEAD = 32  # Calls that wait for a worker, beside two for each thread
 
 def results(
     function: Function[Result], numbers: Sequence[int], workers: int, scheduler: str | None
-) -> Iterator[tuple[int, Result]]:
+) -> Generator[tuple[int, Result]]:
     """Numbers with what a function returns for them, in the order in which the calls end.
 
     The calls are made here, by so many processes of this machine, or by the workers of a scheduler,
@@ -80,7 +80,7 @@ async def _reach(scheduler: str) -> None:
 
 def _called(
     client: Any, function: Function[Result], numbers: Sequence[int]
-) -> Iterator[tuple[int, Result]]:
+) -> Generator[tuple[int, Result]]:
     """The calls by a cluster, some more being submitted as others end."""
     from distributed import KilledWorker, as_completed
 
@@ -89,8 +89,8 @@ def _called(
     try:
         shared = client.submit(lambda: function, pure=False)  # Sent to each worker once
         while True:
-            most = AHEAD + 2 * sum(client.nthreads().values())
-            for number in islice(left, most - len(number_of)):
+            most = AHEAD + 2 * sum(client.nthreads().values())  # Fewer where workers have left
+            for number in islice(left, max(0, most - len(number_of))):
                 future = client.submit(call, shared, number, pure=False)
                 number_of[future.key] = number
                 ended.add(future)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from contextlib import closing
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -113,10 +114,11 @@ def sweep(
             progress(done, stated.scenarios, f"{parts} of {stated.parts} parts")
 
     say(kept)
-    for parts, (number, content) in enumerate(results(call, left, workers, scheduler), kept + 1):
-        files.write_files({paths[number]: content})
-        done += stated.part(number)[1]
-        say(parts)
+    with closing(results(call, left, workers, scheduler)) as found:
+        for parts, (number, content) in enumerate(found, kept + 1):
+            files.write_files({paths[number]: content})
+            done += stated.part(number)[1]
+            say(parts)
     return Swept(directory, stated.scenarios, stated.parts, kept)
 
 
@@ -224,7 +226,8 @@ def _begin(directory: Path, manifest: Document) -> None:
 def _read_manifest(directory: Path) -> Document:
     """The manifest of a sweep."""
     path = directory / MANIFEST
-    found: Document = files.parse_json(files.read_text(path, LARGEST_MANIFEST), files.label(path))
+    text = files.read_text(path, LARGEST_MANIFEST)
+    found: Document = files.parse_json(text, files.label(path), LARGEST_MANIFEST)
     known = isinstance(found, dict) and (found.get("kind"), found.get("format")) == (KIND, FORMAT)
     if not known or not {"hash", "versions", "rows", "grid", "study"} <= found.keys():
         raise files.refusal(path, "is no manifest of a sweep of this version")

@@ -105,18 +105,26 @@ def test_a_call_that_kills_its_workers_and_one_that_fails_are_named() -> None:
 
 @pytest.mark.soak
 def test_a_worker_that_is_killed_loses_nothing(tmp_path: Path) -> None:
-    """With parts in hand; the other one, and one that comes late, end with the same bytes."""
-    text = STUDY.format(each=2000, count=80_000)
+    """Two of three with parts in hand; the third, and one that comes late, end with the same bytes.
+
+    More parts wait than any number of workers is given at once.
+    """
+    text = STUDY.format(each=500, count=100_000)
     expected = content(optuav.sweep(study(tmp_path, text, "whole")).directory)
     file, directory = study(tmp_path, text, "shared"), tmp_path / "shared"
     with (
         scheduler() as (address, _),
         process(*worker(address)) as first,
+        process(*worker(address)) as second,
+        process(*worker(address)) as third,
         process("optuav", "sweep", str(file), "--scheduler", address) as asking,
     ):
         parts(directory, 3)
         first.kill()
-        with process(*worker(address)), process(*worker(address)):
+        second.kill()
+        parts(directory, len([*directory.glob("part-*")]) + 10)
+        third.kill()
+        with process(*worker(address)):
             assert asking.wait(120) == 0
     assert content(directory) == expected
 
