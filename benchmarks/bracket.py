@@ -17,7 +17,7 @@ from optuav.network.network import build_network
 from optuav.physics.kibam import Battery, Stage
 from optuav.solving import solve
 from optuav.solving.assemble import quantities
-from optuav.solving.batch import Hovers, longest_hovers
+from optuav.solving.longest import Hovers, longest_hovers
 
 PAIRS = 1_000_000
 """Of a building's two orders, each pair with a battery and a deadline of its own."""

@@ -43,7 +43,7 @@ from optuav.siting.place_laser import place_laser as place_laser
 from optuav.solving import Program as Program
 from optuav.solving import formulate as formulate
 from optuav.solving import solve as solve
-from optuav.solving.batch import longest_hovers as longest_hovers
+from optuav.solving.longest import longest_hovers as longest_hovers
 from optuav.solving.route_choice import route_choice as route_choice
 from optuav.studies.batch import batch as batch
 from optuav.studies.batch import batch_arrays as batch_arrays

@@ -15,7 +15,7 @@ from optuav.engines.solution import Solution
 from optuav.modelling import Model, Parameter
 from optuav.modelling.traversal import has_unknowns, leaves
 from optuav.solving import Program
-from optuav.solving.batch import AT_ONCE
+from optuav.solving.longest import AT_ONCE
 from optuav.status import Status
 
 NEGLIGIBLE = 1e-7  # Change by as much of a parameter as there is, below which it is rounding

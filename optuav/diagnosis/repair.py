@@ -33,7 +33,7 @@ from optuav.network.network import Network, build_network
 from optuav.physics.kibam import Stage
 from optuav.solving import Program, formulate
 from optuav.solving.assemble import quantities
-from optuav.solving.batch import AT_ONCE
+from optuav.solving.longest import AT_ONCE
 from optuav.solving.outcome import Part
 from optuav.solving.program import groups
 from optuav.solving.question import PROBLEM_NAMES, Question, answer, checked_question

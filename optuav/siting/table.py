@@ -11,7 +11,7 @@ from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.network.variants import Variants
 from optuav.options import Perspective
-from optuav.solving.scenarios import hover_times_s
+from optuav.solving.best_plans import hover_times_s
 
 AT_ONCE = 4096
 """Missions times places of the laser computed together, about: as many as fit the cache."""

@@ -36,10 +36,10 @@ from optuav.physics.kibam import Stage
 from optuav.physics.quantity import TINY, Quantity, Vector, norm
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
+from optuav.solving.best_plans import hover_times_s
 from optuav.solving.outcome import Part, best
 from optuav.solving.program import Program, declared_program, groups
 from optuav.solving.question import AUTO, Question
-from optuav.solving.scenarios import hover_times_s
 from optuav.status import Status
 
 REFUSED = (

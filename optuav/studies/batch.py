@@ -19,9 +19,10 @@ from optuav.network.network import build_network
 from optuav.network.variants import Variants
 from optuav.options import Perspective, ProblemName
 from optuav.solving.assemble import figures
+from optuav.solving.best_plans import REASONS, STATUSES, Best, best_plans, takes_arrays
 from optuav.solving.question import Question, checked_question
-from optuav.solving.scenarios import REASONS, STATUSES, Best, best_plans, takes_arrays
 from optuav.status import Status
+from optuav.studies.layouts import ROOFS, relocated
 from optuav.studies.one_by_one import best_alone
 from optuav.studies.scenarios import ROW, Scenarios, numeric_keys, scenarios
 
@@ -84,8 +85,8 @@ def batch_arrays(
     dict
         By name the values of every key, and what `optuav.batch` calls variables, with one axis a
         key in their order, or one for all if they are paired; before these one for several
-        perspectives, and one for several missions. The words for the numbers in `building`,
-        `order`, `status` and `reason` are under the same names with ``_words``, as in
+        perspectives, and one for several missions or layouts. The words for the numbers in
+        `building`, `order`, `status` and `reason` are under the same names with ``_words``, as in
         ``found["reason_words"][found["reason"]]``.
 
     Raises
@@ -128,7 +129,9 @@ def batch(
     ranges
         Values by key, each a list or an array of numbers: any numeric key of a mission, places and
         forces by component as ``"link.device_m[0]"``. A value displaces what `Mission.replace`
-        says.
+        says. Of one mission also ``"buildings"``, whole layouts: an array (layout, building, 3) of
+        the positions [m] of all its buildings, which keep their names and take their footprints
+        along.
     problem
         As for `optuav.solve`.
     perspective
@@ -140,7 +143,7 @@ def batch(
     -------
     xarray.Dataset
         With one dimension a key, or ``"scenario"`` for all if they are paired, before them
-        ``"perspective"`` and ``"mission"`` if there are several. Its variables are
+        ``"perspective"`` and ``"mission"`` if there are several, or ``"layout"``. Its variables are
         ``hover_time_s``, ``rest_time_s``, ``flight_time_s`` and ``mission_time_s`` [s] of the best
         plan; ``soc_battery``, ``soc_energy`` and ``soc_adjusted``, the state of charge at its end
         [-]; and as numbers, whose words are in the attributes ``flag_meanings`` and ``words``:
@@ -185,7 +188,10 @@ def labelled(
     coordinates: dict[str, Any] = {
         key: (key if key in dims else ROW, each, {"units": stated[key]})
         for key, each in found.keys.items()
+        if key != ROOFS
     }
+    if ROOFS in found.keys:
+        coordinates[ROOFS] = ("layout", "roof", "axis"), found.keys[ROOFS], {"units": "m"}
     if "perspective" in dims:
         coordinates["perspective"] = "perspective", [*perspective]
     variables = {}
@@ -216,7 +222,15 @@ def _solved(
     missions = [mission] if isinstance(mission, Mission | str | Path) else [*mission]
     wholes = [each if isinstance(each, Mission) else load(each) for each in missions]
     asked: list[str] = [perspective] if isinstance(perspective, str) else [*perspective]
-    faults = list[Fault]()
+    faults, keys = list[Fault](), dict[str, Floats]()
+    several = "" if missions and missions[0] is mission else "mission"
+    if isinstance(ranges, Mapping) and ROOFS in ranges and not several:
+        try:
+            wholes, several = relocated(wholes[0], ranges[ROOFS]), "layout"
+            keys[ROOFS] = np.array(ranges[ROOFS], dtype=float)
+        except InputError as error:
+            faults += error.faults
+        ranges = {key: each for key, each in ranges.items() if key != ROOFS}
     if not wholes:
         faults.append(Fault("mission", shown(mission), "a mission, or several of them"))
     if not asked or len({*asked}) < len(asked):
@@ -235,7 +249,7 @@ def _solved(
                 faults += error.faults
     refuse(dict.fromkeys(faults))
     shape = {} if isinstance(perspective, str) else {"perspective": len(asked)}
-    shape |= {} if missions[0] is mission else {"mission": len(wholes)}
+    shape |= {several: len(wholes)} if several else {}
     names = dict.fromkeys(name for whole in wholes for name in whole.buildings.names)
     numbers = {name: number for number, name in enumerate(names)}
     values = tables(len(asked) * len(wholes) * every[0].count)
@@ -245,7 +259,7 @@ def _solved(
         for number, start, best in _best(named, some):
             begin = (number * len(wholes) + place) * named.count + start
             _write(values, slice(begin, begin + len(best.route)), best, own)
-    return Solved(every[0].values, shape | every[0].sizes, values, [*names, "none"])
+    return Solved({**keys, **every[0].values}, shape | every[0].sizes, values, [*names, "none"])
 
 
 def _best(named: Scenarios, questions: Sequence[Question]) -> Iterator[tuple[int, int, Best]]:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
-from optuav.errors import Fault, refuse
+from optuav.errors import Fault, InputError, refuse
 from optuav.mission import Mission, load
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import MOST_ITEMS, Number
@@ -28,6 +29,7 @@ OPTIONS = {
     "height_scale_m": Number("m", gt=0, le=1e3),
 }
 MOST_TRIES = 1000
+ROOFS = "buildings"  # The key of whole layouts in ranges
 
 
 def layouts(
@@ -156,6 +158,35 @@ def layouts(
         table |= {"x_m": at_m[:, 0], "y_m": at_m[:, 1]}
         table |= dict.fromkeys(("width_m", "depth_m"), np.full(len(at_m), side_m))
         found.append(base.with_buildings(table))
+    return found
+
+
+def relocated(mission: Mission, roofs_m: object) -> list[Mission]:
+    """A mission with its buildings, footprints included, at other places: one for each layout.
+
+    Where they are is an array (layout, building, 3) [m]: the positions of all of its buildings in
+    their order.
+    """
+    own = mission.buildings.rows()
+    try:
+        places_m = np.asarray(roofs_m, dtype=float)
+    except (TypeError, ValueError):
+        places_m = np.zeros(0)
+    if not places_m.size or places_m.shape[1:] != (len(own), 3):
+        words = f"an array (layout, {len(own)}, 3) [m]: places of all buildings of the mission"
+        refuse([Fault(ROOFS, shown(roofs_m), words)])
+    found, faults = list[Mission](), list[Fault]()
+    for number, layout_m in enumerate(places_m):
+        rows = [{**row, "position_m": m.tolist()} for row, m in zip(own, layout_m, strict=True)]
+        for row, before, place_m in zip(rows, own, layout_m, strict=True):
+            if len(outline := row.get("footprint_m", ())) > 2:
+                by_m = (place_m - before["position_m"])[:2]
+                row["footprint_m"] = (np.array(outline) + by_m).tolist()
+        try:
+            found.append(mission.replace({"buildings": rows}))
+        except InputError as error:
+            faults += [replace(each, key=f"layout {number}: {each.key}") for each in error.faults]
+    refuse(faults)
     return found
 
 

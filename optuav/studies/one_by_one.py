@@ -13,9 +13,9 @@ from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.network.places import ENDS
 from optuav.network.variants import Variants
+from optuav.solving.best_plans import CODES, STATUSES, Best, best_plans
 from optuav.solving.outcome import TIMES
 from optuav.solving.question import Question
-from optuav.solving.scenarios import CODES, STATUSES, Best, best_plans
 from optuav.solving.solve import solve
 from optuav.status import Status
 

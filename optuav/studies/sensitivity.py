@@ -18,8 +18,8 @@ from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.plan.summary import tabulated
 from optuav.solving import solve
+from optuav.solving.best_plans import best_plans
 from optuav.solving.question import checked_question
-from optuav.solving.scenarios import best_plans
 from optuav.studies.results import Pictures, Results, Row, fixed
 from optuav.studies.uncertainty import Chances, FixedPlan, Spread, chances, spreads, unstated
 

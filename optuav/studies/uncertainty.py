@@ -29,9 +29,9 @@ from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
+from optuav.solving.best_plans import best_plans
 from optuav.solving.outcome import SAME_S
 from optuav.solving.question import checked_question
-from optuav.solving.scenarios import best_plans
 
 KNOWN = "body.gravity_m_s2"  # It varies only where its spread is stated
 SHARE = 0.1  # Reach of a key to either side if nothing is stated, relative to its value

@@ -18,7 +18,7 @@ from optuav.engines import bracket
 from optuav.engines.bracket import WIDTH_S
 from optuav.modelling import check
 from optuav.physics.kibam import Battery, Stage
-from optuav.solving.batch import Hovers, longest_hovers
+from optuav.solving.longest import Hovers, longest_hovers
 from tests.examples import few
 from tests.formulations.given import quantities
 from tests.kibam import Floats, Kibam
@@ -244,7 +244,7 @@ def test_many_at_once_are_each_alone(monkeypatch: pytest.MonkeyPatch) -> None:
 
     Some are charged and some drained while they rest, and while they hover.
     """
-    monkeypatch.setattr("optuav.solving.batch.AT_ONCE", 100)
+    monkeypatch.setattr("optuav.solving.longest.AT_ONCE", 100)
     case = figures(np.random.default_rng(7)) | {"stays": "hover-first", "min_soc": 0.1}
     rng = np.random.default_rng(1)
     case["legs"] = [[Stage(-30.0, 20.0 * rng.random(150))] for _ in range(3)]

@@ -339,6 +339,39 @@ def test_several_missions_are_an_axis() -> None:
         assert_same(found, (number, 1), plan)
 
 
+def test_layouts_are_positions_of_the_buildings() -> None:
+    """Each is solved as the mission whose buildings stand there with their footprints."""
+    yard = [[-30.0, -30.0], [30.0, -30.0], [0.0, 40.0]]
+    rows = [{"name": "b1", "position_m": [50.0, 300.0, 60.0], "footprint_m": [40.0, 40.0]}]
+    corners = [[x + 1000.0, y + 1500.0] for x, y in yard]
+    rows += [{"name": "b2", "position_m": [1000.0, 1500.0, 90.0], "footprint_m": corners}]
+    mission = PAPER.replace({"buildings": rows})
+    by_m = np.random.default_rng(4).uniform(-90.0, 90.0, (3, 2, 3)) * [1.0, 1.0, 0.1]
+    roofs_m = mission.buildings.roof_m + by_m
+    ranges = {"limits.deadline_s": [700, 1200], "buildings": roofs_m}
+    found = optuav.batch_arrays(mission, ranges, perspective="battery")
+    assert found["hover_time_s"].shape == (3, 2)
+    np.testing.assert_array_equal(found["buildings"], roofs_m)
+    for number, layout_m in enumerate(roofs_m.tolist()):
+        moved = [{**row, "position_m": place} for row, place in zip(rows, layout_m, strict=True)]
+        x, y = by_m[number, 1, :2]
+        moved[1]["footprint_m"] = [[a + x, b + y] for a, b in corners]
+        plan = optuav.solve(mission.replace({"buildings": moved}), perspective="battery")
+        assert_same(found, (number, 1), plan)
+    pytest.importorskip("xarray")
+    assert optuav.batch(mission, ranges).hover_time_s.dims == ("layout", "limits.deadline_s")
+
+
+@pytest.mark.parametrize("roofs_m", [1.0, [[1, 2, 3]], np.zeros((0, 10, 3)), np.zeros((1, 9, 3))])
+def test_layouts_of_other_shapes_are_refused(roofs_m: Any) -> None:
+    """With what else is wrong; a building where none may stand is named with its layout."""
+    with pytest.raises(InputError) as caught:
+        optuav.batch_arrays(PAPER, {"buildings": roofs_m, "limits.dedline_s": [1]})
+    assert [fault.key for fault in caught.value.faults] == ["buildings", "limits.dedline_s"]
+    with pytest.raises(InputError, match=r"layout 0: buildings\.b1"):
+        optuav.batch_arrays(PAPER, {"buildings": [np.full((10, 3), 1e7)]})
+
+
 def test_a_dataset_is_labelled_by_conventions() -> None:
     """Dimensions, coordinates with units, flags with their meanings; and it can be written."""
     xarray = pytest.importorskip("xarray")

@@ -14,7 +14,7 @@ from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.network.variants import Columns, Variants
 from optuav.solving.assemble import quantities
-from optuav.solving.scenarios import hover_times_s
+from optuav.solving.best_plans import hover_times_s
 
 COUNT = 60
 

@@ -33,7 +33,7 @@ from optuav.options import Perspective
 from optuav.physics.kibam import Battery, Shift, Stage, Tilted, shifted, tilted_after
 from optuav.physics.quantity import Quantity
 from optuav.solving.assemble import Single, chosen, figures, quantities, table_entries, turned
-from optuav.solving.batch import longest
+from optuav.solving.longest import longest
 from optuav.solving.outcome import (
     SAME_S,
     TIMES,
