@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER, Quantities
-from optuav.arrays import Floats, Integers
+from optuav.arrays import Integers
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
@@ -32,13 +32,13 @@ class Single:
         self.hover_load = vehicle.hover_load(network.mission)
         totals = routes.flight_time_s, routes.flight_charge_As, routes.flight_energy_J
         self.flight = [each[None] for each in totals]
+        self.loads = network.legs.durations_s[:, None], network.legs.currents_A[:, None]
 
     @property
     def shifts(self) -> list[Shift]:
         """What the stages of the legs do to the charge of all packs, each (1, leg)."""
-        legs, pool = self.network.legs, vehicle.pool(self.mission)
-        stages = zip(legs.currents_A, legs.durations_s, strict=True)
-        return [shift(pool, Stage(0.0 - i[None], t[None])) for i, t in stages]
+        pool = vehicle.pool(self.mission)
+        return [shift(pool, Stage(0.0 - i, t)) for t, i in zip(*self.loads, strict=True)]
 
 
 @lru_cache(maxsize=1)
@@ -149,27 +149,16 @@ def _steps(
         elif shifts:
             yield [Shift(*(table_entries(t, variant, legs) for t in each)) for each in shifts]
         else:
-            for duration_s, current_A in _stages(tables, legs, variant):
+            none = np.zeros(len(legs))
+            for tables_of_stage in zip(*tables.loads[:2], strict=True):
+                duration_s, current_A = (
+                    none + table_entries(each, variant, legs) for each in tables_of_stage
+                )
                 if duration_s.any():
                     net = 0.0 - current_A, duration_s
                     yield Stage(*(each.item() if len(legs) == 1 else each for each in net))
         if stay:
             yield stay
-
-
-def _stages(
-    tables: Single | Variants, legs: Integers, variant: Integers | None
-) -> Iterator[tuple[Floats, Floats]]:
-    """Duration [s] and current [A] of each stage of legs, one of each itinerary."""
-    if isinstance(tables, Single):
-        table = tables.network.legs
-        return zip(table.durations_s[:, legs], table.currents_A[:, legs], strict=True)
-    none = np.zeros(len(legs))
-    pairs = zip(*tables.loads[:2], strict=True)
-    return (
-        (none + table_entries(t, variant, legs), none + table_entries(i, variant, legs))
-        for t, i in pairs
-    )
 
 
 def figures(tables: Single | Variants) -> Quantities:

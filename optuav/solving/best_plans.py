@@ -146,7 +146,9 @@ def best_plans(variants: Variants, question: Question, table: Quantities | None 
     soc = {name: PERSPECTIVES[name](given, hover_s, rest_s) for name in PAPER}
     counted = soc[perspective if perspective in PAPER else "battery"]
     if given.tapers:
-        soc["battery"] = _tapered(variants, table, variant, route, hover_s, rest_s)
+        soc["battery"] = np.empty(len(variant))
+        for some, steps in _in_steps(variants, table, variant, route):
+            soc["battery"][some] = tapered(steps, hover_s[some], rest_s[some])
         counted = soc["battery"] if perspective == AVAILABLE else counted
     if longest_hover:
         over_s = mission_s[won] - given.deadline_s
@@ -181,9 +183,10 @@ def hover_times_s(variants: Variants, perspective: Perspective) -> Floats:
     counted = perspective if perspective in PAPER else "battery"
     hover_s = _longest(variants, _balance(table, counted), able).copy()
     if perspective == AVAILABLE:
-        for variant, route, given in _in_steps(variants, table, hover_s >= 0.0):
-            found, *_ = _bracketed(given, len(variant), shortest_rest=False)
-            hover_s[route, variant] = np.nan_to_num(found, nan=-np.inf)
+        route, variant = np.nonzero(hover_s >= 0.0)
+        for some, given in _in_steps(variants, table, variant, route):
+            found, *_ = _bracketed(given, len(some), shortest_rest=False)
+            hover_s[route[some], variant[some]] = np.nan_to_num(found, nan=-np.inf)
     return hover_s.T
 
 
@@ -309,20 +312,21 @@ def _never_dry(variants: Variants, table: Quantities, able: Booleans) -> Candida
     hover_s, rest_s, beyond_s = (np.full(most_s.shape, each) for each in (np.nan, np.nan, -np.inf))
     open_, every, least_s = most_s >= 0.0, np.arange(variants.count), np.zeros(variants.count)
     for turn in range(TURNS):
-        some = open_
         if turn < TURNS - 1:
-            likeliest = np.where(open_, most_s, -np.inf).argmax(axis=0)
-            some = np.zeros_like(open_)
-            some[likeliest, every] = open_[likeliest, every]
-        for variant, route, given in _in_steps(variants, table, some):
-            found = _bracketed(given, len(variant), least_s=least_s[variant])
+            route = np.where(open_, most_s, -np.inf).argmax(axis=0)
+            (variant,) = np.nonzero(open_[route, every])
+            route = route[variant]
+        else:
+            route, variant = np.nonzero(open_)
+        for some, given in _in_steps(variants, table, variant, route):
+            at = route[some], variant[some]
+            found = _bracketed(given, len(some), least_s=least_s[at[1]])
             for into, values in zip((hover_s, rest_s, beyond_s), found, strict=True):
-                into[route, variant] = values
+                into[at] = values
         top_s = np.fmax.reduce(hover_s, axis=0)
         least_s = np.fmax(top_s - SAME_S, 0.0)
-        open_ = open_ & ~some & ~(most_s < least_s)
-        if not open_.any():
-            break
+        open_[route, variant] = False
+        open_ &= ~(most_s < least_s)
     variant, route = np.nonzero((hover_s >= least_s).T)
     not_closed = beyond_s.max(axis=0) > top_s + SAME_S
     status, otherwise = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
@@ -333,20 +337,23 @@ def _never_dry(variants: Variants, table: Quantities, able: Booleans) -> Candida
 
 
 def _in_steps(
-    variants: Variants, table: Quantities, wanted: Booleans
-) -> Iterator[tuple[Integers, Integers, Quantities]]:
-    """Numbers of variants and routes wanted (route, variant), and their quantities with the steps.
+    variants: Variants, table: Quantities, variant: Integers, route: Integers
+) -> Iterator[tuple[Integers, Quantities]]:
+    """Numbers of itineraries that one declaration serves, and their quantities with the steps.
 
     Where the available well falls all along a flight, its stages are one step.
     """
-    whole = variants.falls_in_flight.T & (not table.tapers)
-    for shifts, some in (variants.shifts, whole), ((), ~whole):
-        if some.any():
-            for variant, route, rests in _groups(variants, wanted & some, ordered=True):
-                given = quantities(
-                    variants, route, variant, rests=rests, known=table, shifts=shifts
-                )
-                yield variant, route, given
+    falls = np.broadcast_to(variants.falls_in_flight[:, 0], variants.count)[variant]
+    for shifts, alike in (variants.shifts, falls & (not table.tapers)), ((), ~falls | table.tapers):
+        own = np.flatnonzero(alike)
+        for which, rests in _groups(variants, route[own], ordered=True):
+            here = own[which]
+            yield (
+                here,
+                quantities(
+                    variants, route[here], variant[here], rests=rests, known=table, shifts=shifts
+                ),
+            )
 
 
 def _bracketed(
@@ -405,8 +412,9 @@ def _answered(
     status, otherwise = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
     through_wells, parts = question.perspective not in PAPER, list[tuple[Any, ...]]()
     beyond = np.full(variants.count, -np.inf)
-    able = np.broadcast_to(able.T, (able.shape[1], variants.count))
-    for variant, route, rests in _groups(variants, able, ordered=through_wells):
+    every = np.nonzero(np.broadcast_to(able, (variants.count, able.shape[1])))
+    for own, rests in _groups(variants, every[1], ordered=through_wells):
+        variant, route = every[0][own], every[1][own]
         given = quantities(variants, route, variant, rests=rests, steps=through_wells, known=table)
         model, values = question.problem.declared(given, question.perspective)
         if any(each.name == "rest_time_s" for each in model.variables) != rests:
@@ -449,40 +457,17 @@ def _hold(model: Model, point: Values, answered: Booleans) -> None:
 
 
 def _groups(
-    variants: Variants, wanted: Booleans, *, ordered: bool
-) -> Iterator[tuple[Integers, Integers, bool]]:
-    """Numbers of variants and routes that one declaration serves, and whether they may rest.
+    variants: Variants, route: Integers, *, ordered: bool
+) -> Iterator[tuple[Integers, bool]]:
+    """Numbers of itineraries that one declaration serves, and whether they may rest.
 
-    Of those wanted (route, variant).
     Where the order of the stays matters, all have the same.
     """
     routes = variants.network.routes
-    by_way, first = routes.building >= 0, routes.rest_first
+    by_way, first = routes.building[route] >= 0, routes.rest_first[route]
     for group in (~by_way, by_way & first, by_way & ~first) if ordered else (~by_way, by_way):
-        rows = np.flatnonzero(group)
-        row, variant = np.nonzero(wanted[rows])
-        if len(variant):
-            yield variant, rows[row], bool(by_way[rows[0]])
-
-
-def _tapered(
-    variants: Variants,
-    table: Quantities,
-    variant: Integers,
-    route: Integers,
-    hover_s: Floats,
-    rest_s: Floats,
-) -> Floats:
-    """State of charge at the end of plans on routes, one a variant, where charging tapers [-]."""
-    wanted = np.zeros((len(variants.network.routes), variants.count), bool)
-    wanted[route, variant] = True
-    entry = np.empty(variants.count, np.intp)
-    entry[variant] = np.arange(len(variant))
-    soc = np.empty(len(variant))
-    for some, along, rests in _groups(variants, wanted, ordered=True):
-        given, here = quantities(variants, along, some, rests=rests, known=table), entry[some]
-        soc[here] = tapered(given, hover_s[here], rest_s[here])
-    return soc
+        if len(which := np.flatnonzero(group)):
+            yield which, bool(by_way[which[0]])
 
 
 def _every(variants: Variants, status: Status) -> Codes:
