@@ -107,16 +107,8 @@ def entries(given: Quantities, which: Integers | slice, **changes: Any) -> Quant
     return replace(given, **{**figures, "steps": taken(given.steps), **changes})
 
 
-def table_entries(
-    values: Quantity,
-    variant: Integers | None,
-    columns: Integers,
-    number: Integers | None = None,
-) -> Quantity:
-    """Entries of a table of variants and their places, legs or routes; a number if all are one.
-
-    Their numbers in a table of all variants and columns, row by row, may be known.
-    """
+def table_entries(values: Quantity, variant: Integers | None, columns: Integers) -> Quantity:
+    """Entries of a table of variants and their places, legs or routes; a number if all are one."""
     if isinstance(values, float):
         return float(values)
     table = np.atleast_2d(values)
@@ -129,7 +121,7 @@ def table_entries(
         return table[:, 0].take(variant)
     if not table.flags.c_contiguous:
         return table[variant, columns]
-    return table.ravel().take(variant * across + columns if number is None else number)
+    return table.ravel().take(variant * across + columns)
 
 
 def _steps(

@@ -293,9 +293,8 @@ def _by_balance(
     best = np.flatnonzero((hover_s >= least_s).T)
     variant = best // len(hover_s)
     route = best - len(hover_s) * variant
-    number = variants.count * route + variant
-    times_s = hover_s.ravel().take(number)
-    own = (table_entries(each, route, variant, number) for each in balance)
+    times_s = hover_s[route, variant]
+    own = (table_entries(each, route, variant) for each in balance)
     rests_s = shortest_by_balance(times_s, *own)
     known = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
     return Candidates(variant, route, times_s, rests_s, *known)
