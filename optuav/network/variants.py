@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
@@ -143,9 +143,8 @@ class Variants:
     @cached_property
     def falls_in_flight(self) -> Booleans:
         """Whether the available well falls all along every leg (variant or 1, 1)."""
-        pool = vehicle.pool(self.mission)
-        falls = [falls_throughout(pool, i) | ~(t > 0.0) for i, t in self.stages]
-        return np.asarray(np.logical_and.reduce(falls).all(axis=1, keepdims=True))
+        most_A = [np.where(t > 0.0, i, -np.inf).max(axis=1, keepdims=True) for i, t in self.stages]
+        return np.asarray(falls_throughout(vehicle.pool(self.mission), reduce(np.maximum, most_A)))
 
     @cached_property
     def loads(self) -> Loads:
