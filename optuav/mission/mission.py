@@ -306,6 +306,10 @@ def _revised(base: Document, values: Mapping[str, object]) -> tuple[StatedMissio
         faults += _revise_buildings(revised, buildings)
         if revised:
             document["buildings"] = [building for building in revised if building is not None]
+        if isinstance(listed, Buildings) and len(revised) > schema.MOST_ITEMS:
+            from optuav.mission.tables import row_by_row
+
+            document["buildings"] = row_by_row(document["buildings"])
     return StatedMission(without_none(document), displaced=gone), faults
 
 

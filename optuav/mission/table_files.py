@@ -6,6 +6,7 @@ import csv
 import hashlib
 import io
 import os
+import warnings
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -157,17 +158,14 @@ def _columns_of_map(path: Path) -> tuple[list[str], Floats, Floats, Integers]:
     import pyogrio
     import shapely
 
+    of_gdal = path.suffix.lower() in OF_GDAL
     try:
-        if path.suffix.lower() in PARQUET:
-            frame = geopandas.read_parquet(path)
-        else:
-            if len(layers := pyogrio.list_layers(path)) != 1:
-                raise refusal(path, f"has {len(layers)} layers, not one")
-            frame = geopandas.read_file(path)
+        if of_gdal and len(layers := pyogrio.list_layers(path)) != 1:
+            raise ValueError(f"it has {len(layers)} layers, not one")
+        with warnings.catch_warnings(action="ignore"):  # What is amiss is refused below
+            frame = geopandas.read_file(path) if of_gdal else geopandas.read_parquet(path)
         shapes, crs = frame.geometry.to_numpy(), frame.crs
-    except InputError:
-        raise
-    except UNREADABLE as error:
+    except (*UNREADABLE, shapely.errors.ShapelyError) as error:
         raise _unreadable(path, "geopandas", error) from None
     units = [] if crs is None else [axis.unit_name for axis in crs.axis_info[:2]]
     if strange := {*units} - {"metre"}:

@@ -14,7 +14,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 import optuav
-from optuav.mission import Mission, tables
+from optuav.mission import Mission, schema, tables
 from optuav.mission.buildings import Buildings
 from optuav.mission.schema import MOST_ITEMS
 from optuav.mission.tables import of_polygons
@@ -157,6 +157,18 @@ def test_columns_may_be_longer_than_lists() -> None:
     mission = PAPER.with_buildings(columns)
     assert len(mission.buildings) == count
     assert mission.replace({"limits.deadline_s": 900}).buildings is mission.buildings
+
+
+def test_single_buildings_of_a_long_table_are_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
+    columns = {"name": [*"abcdefgh"], "x_m": range(8), "y_m": [0.0] * 8, "z_m": [1.0] * 8}
+    mission = PAPER.with_buildings(columns)
+    for module in (tables, schema):
+        monkeypatch.setattr(module, "MOST_ITEMS", 3)
+    lower = mission.replace({"buildings.d.position_m": [0, 0, 5], "buildings.e": None})
+    assert lower.buildings.names == tuple("abcdfgh")
+    assert lower.buildings[3].position_m == (0.0, 0.0, 5.0)
+    with pytest.raises(optuav.InputError, match=r"buildings\.d\.position_m = 3"):
+        mission.replace({"buildings.d.position_m": 3})
 
 
 def test_a_fault_in_a_long_table_is_found_by_its_number(monkeypatch: pytest.MonkeyPatch) -> None:

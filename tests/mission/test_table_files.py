@@ -240,9 +240,12 @@ def test_a_map_that_does_not_fit_is_refused(geopandas: Any, tmp_path: Path) -> N
         found = refusal(on_disk(frame, tmp_path / str(number), "roofs.parquet"))
         assert all(each in "\n".join(found) for each in words), found
         assert all("roofs.parquet: " in each for each in found)
+    open_ring = '{"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9, 9], [0, 9]]]}'
+    broken = f'{{"type": "Feature", "properties": {{"name": "a"}}, "geometry": {open_ring}}}'
     for name in ("roofs.parquet", "roofs.gpkg", "roofs.geojson"):
-        (told,) = refusal(written(tmp_path / "no map", name, b"no map"))
-        assert "is no table that" in told
+        for content in ("no map", f'{{"type": "FeatureCollection", "features": [{broken}]}}'):
+            (told,) = refusal(written(tmp_path / "no map", name, content))
+            assert "is no table that" in told
 
 
 def test_a_parquet_file_without_geometry_has_the_columns_of_csv(tmp_path: Path) -> None:
@@ -268,7 +271,7 @@ def test_a_geopackage_with_two_layers_is_refused(geopandas: Any, tmp_path: Path)
     file = on_disk(frame_of(geopandas), tmp_path, "roofs.gpkg")
     frame_of(geopandas).to_file(tmp_path / "roofs.gpkg", layer="more")
     (told,) = refusal(file)
-    assert "has 2 layers, not one" in told
+    assert "it has 2 layers, not one" in told
 
 
 def test_what_is_written_as_geoparquet_comes_back(geopandas: Any, tmp_path: Path) -> None:
