@@ -19,7 +19,7 @@ from formulations.soc import AVAILABLE
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, refuse
 from optuav.mission import Mission, load, shipped
-from optuav.mission.files import label, read_toml
+from optuav.mission.files import STANDARD, label, read_toml
 from optuav.mission.messages import allowed, nearest, shown
 from optuav.mission.schema import Allowed, Number
 from optuav.options import Perspective
@@ -155,6 +155,8 @@ def _study(stated: StudyFile, path: Path, faults: list[Fault]) -> Study:
         faults.append(Fault("grid", "", "keys with values here, in [paired] or in [samples]"))
     if stated.paired and stated.samples:
         faults.append(Fault("samples", "", "either [samples] or [paired]"))
+    if path == STANDARD and not stated.output:
+        faults.append(Fault("output", "", "is missing; the path of a directory"))
     with _collected(faults):
         problem = _problem(stated.problem)
     ranges = {name: _ranges(name, getattr(stated, name), faults) for name in ("grid", "paired")}

@@ -6,6 +6,7 @@ import hashlib
 import json
 import math
 from contextlib import closing
+from contextvars import copy_context
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -102,12 +103,11 @@ def sweep(
     _begin(directory, manifest)
     paths = [directory / PART.format(number) for number in range(stated.parts)]
     left = [n for n, path in enumerate(paths) if not is_whole(path, manifest["hash"], n)]
-    for number in left:
-        with files.refusals(paths[number], "replaced"):
-            paths[number].unlink(missing_ok=True)
     kept = stated.parts - len(left)
     done = stated.scenarios - sum(stated.part(number)[1] for number in left)
     call = partial(_part, stated, manifest["hash"], manifest["versions"])
+    context = copy_context()
+    context.run(files.only_ours.set, False)  # Broken parts, and those of another run, are replaced
 
     def say(parts: int) -> None:
         if progress is not None:
@@ -116,7 +116,7 @@ def sweep(
     say(kept)
     with closing(results(call, left, workers, scheduler)) as found:
         for parts, (number, content) in enumerate(found, kept + 1):
-            files.write_files({paths[number]: content})
+            context.run(files.write_files, {paths[number]: content})
             done += stated.part(number)[1]
             say(parts)
     return Swept(directory, stated.scenarios, stated.parts, kept)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import json
+import sys
 from pathlib import Path
 
 import pytest
@@ -40,6 +42,27 @@ def test_it_says_what_is_done_and_what_was_there(study: Path) -> None:
         **{"kind": "optuav sweep", "directory": str(directory)},
         **{"scenarios": 6, "parts": 2, "kept": 2},
     }
+
+
+def test_what_is_broken_is_replaced_unasked(study: Path) -> None:
+    """The files are the sweep's own: no --force is needed for a part that a disk has spoilt."""
+    run("sweep", str(study))
+    part = study.with_suffix("") / "part-000001.parquet"
+    whole = part.read_bytes()
+    part.write_bytes(b"x" * len(whole))
+    assert "2, 1 of them from before" in run("sweep", str(study)).out
+    assert part.read_bytes() == whole
+
+
+def test_a_study_without_a_name_states_its_directory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the standard input."""
+    monkeypatch.chdir(tmp_path)
+    for text, code in ((STUDY, 2), (f'output = "found"\n{STUDY}', 0)):
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
+        assert run("sweep", "-").code == code
+    assert [path.name for path in tmp_path.iterdir()] == ["found"]
 
 
 def test_two_keys_are_a_map_for_each_perspective(study: Path, tmp_path: Path) -> None:
