@@ -24,9 +24,9 @@ SLACK_S = 2.0 * SAME_S  # By which a bound may fall short for rounding and ties 
 
 
 def narrowed(mission: Mission, question: Question) -> Program | None:
-    """The program over all routes that may be the best, or worth a note; None where any may.
+    """The program over all routes that may be the best, or that its words speak of.
 
-    It has the plan of the program over all routes, if it has one.
+    It has the plan, or the reasons for none, of the program over all routes; None where any may.
     """
     problem, every = question.problem, mission.buildings.names
     if question.several or question.p1.hover_point != "w_U":
@@ -40,10 +40,11 @@ def narrowed(mission: Mission, question: Question) -> Program | None:
     alike = question.engine == AUTO and question.slot_s is None
     if problem != P1() or question.perspective not in (*PAPER, AVAILABLE) or turns or not alike:
         return None
-    bound_s, noted_s = _bounds_s(mission, question, places)
+    bound_s, noted_s, flight_s = _bounds_s(mission, question, places)
     first = np.argpartition(-bound_s, min(FIRST, len(bound_s) - 1))[:FIRST]
-    noted = np.flatnonzero(noted_s >= noted_s.max() - SLACK_S)
-    chosen = np.unique(np.concatenate([first, noted]) // 2)
+    noted = np.flatnonzero(noted_s >= max(noted_s.max(), 0.0) - SLACK_S)
+    shortest = 2 * flight_s[0::2].argmin(), 2 * flight_s[1::2].argmin()
+    chosen = np.unique(np.concatenate([first, noted, shortest]) // 2)
     while len(chosen) <= MOST:
         program = _over(mission, question, places, chosen)
         scores = [
@@ -62,14 +63,16 @@ def _over(mission: Mission, question: Question, places: Places, buildings: Integ
     return declared_program(question, network_by(mission, places, buildings))
 
 
-def _bounds_s(mission: Mission, question: Question, places: Places) -> tuple[Floats, Floats]:
-    """By route with a rest: what no Δ exceeds [s], and what charge alone promises [s]."""
-    count, found = len(mission.buildings), list[tuple[Floats, Floats]]()
+def _bounds_s(mission: Mission, question: Question, places: Places) -> Floats:
+    """By route with a rest: what no Δ exceeds, what charge promises, and the flight time [s]."""
+    count, found = len(mission.buildings), list[Floats]()
     at_once = count if len(prisms(mission.buildings).building) else AT_ONCE
     for begin in range(0, count, at_once):
         some = np.arange(begin, min(begin + at_once, count))
         network = network_by(mission, places, some)
-        promised_s = np.where(network.routes.flyable, by_balance(network, rests=True)[0], -np.inf)
-        found.append((hover_bounds_s(network, question.perspective)[1:], promised_s[1:]))
-    bound_s, noted_s = map(np.concatenate, zip(*found, strict=True))
-    return bound_s, noted_s
+        routes = network.routes
+        promised_s = np.where(routes.flyable, by_balance(network, rests=True)[0], -np.inf)
+        flight_s = np.where(routes.flyable, routes.flight_time_s, np.inf)
+        bound_s = hover_bounds_s(network, question.perspective)
+        found.append(np.stack([bound_s, promised_s, flight_s])[:, 1:])
+    return np.concatenate(found, axis=1)

@@ -10,6 +10,7 @@ from optuav.engines.registry import Engine
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.messages import shown
+from optuav.network.feasibility import impossibilities
 from optuav.network.graph import Graph, edited_network
 from optuav.network.network import build_network
 from optuav.options import Perspective, ProblemName
@@ -133,9 +134,10 @@ def solve(
     if graph is None and len(known.buildings) >= MANY:
         from optuav.solving.promising import narrowed
 
-        if program := narrowed(known, checked_question(known, *stated)):
+        program = narrowed(known, checked_question(known, *stated))
+        if program and (program.parts or impossibilities(program.network, one_stop=False)):
             plan = program.solve()
-    if not (plan and program):
+    if plan is None or program is None:
         program = _program(known, graph, *stated)
         if program.question.several:
             from optuav.solving.several_stops import several_stops

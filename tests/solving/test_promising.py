@@ -38,6 +38,8 @@ def town(seed: int) -> Mission:
                 "battery.charging": "taper" if seed % 5 == 4 else "constant",
                 "battery.schedule": "sequential" if turns else "pooled",
                 "flight.through_buildings": seed % 2 == 0,
+                "link.transmit_power_W": 1e-6 if seed == 3 else 5.0,  # Out of reach
+                "body.mass_kg": 100.0 if seed == 5 else 1.3,  # Too heavy
             }
         )
         .with_buildings(table)
@@ -67,7 +69,7 @@ def test_most_routes_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(program.network.routes) < 21
     assert program.solve().phases == optuav.solve(mission).phases
     shared = np.zeros(20)
-    monkeypatch.setattr(promising, "_bounds_s", lambda *_: (shared + np.inf, shared))
+    monkeypatch.setattr(promising, "_bounds_s", lambda *_: (shared + np.inf, shared, shared))
     everything = promising.narrowed(mission, question)
     assert everything is not None
     assert len(everything.network.routes) == 21

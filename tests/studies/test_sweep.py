@@ -346,6 +346,22 @@ def test_faults_of_studies(text: str, words: str, tmp_path: Path) -> None:
     assert not (tmp_path / "study").exists()
 
 
+def test_a_sweep_goes_on_with_the_same_table_of_buildings_alone(tmp_path: Path) -> None:
+    roofs = tmp_path / "roofs.csv"
+    roofs.write_text("name,x_m,y_m,z_m\na,900,1500,60\n")
+    mission = 'schema = 1\nextends = "paper"\nbuildings_file = "roofs.csv"\n'
+    (tmp_path / "block.toml").write_text(mission)
+    file = study(tmp_path, f'mission = "block.toml"\n{GRID}')
+    directory = optuav.sweep(file).directory
+    before = content(directory)
+    optuav.sweep(file)
+    assert content(directory) == before
+    roofs.write_text("name,x_m,y_m,z_m\na,900,1500,61\n")
+    with pytest.raises(InputError, match="holds the parts of another study"):
+        optuav.sweep(file)
+    assert content(directory) == before
+
+
 def test_a_directory_of_anything_else_is_left_alone(tmp_path: Path) -> None:
     """Another study, other versions, other files, or a file of its name."""
     file = study(tmp_path, GRID)
