@@ -27,12 +27,12 @@ def part_of(study: Study, stamp: str, number: int) -> bytes:
     import pyarrow as pa
     from pyarrow import parquet
 
-    first, count = study.part(number)
-    keys, asked = study.values(first, count), study.perspectives
+    scenarios, asked = study.part(number), study.perspectives
+    keys = study.values(scenarios)
     found = batch_arrays(study.mission, keys, study.problem, perspective=asked, paired=True)
     words: dict[str, list[str]] = {"perspective": [*asked]}
     columns: dict[str, Any] = {key: np.repeat(each, len(asked)) for key, each in keys.items()}
-    columns["perspective"] = np.tile(np.arange(len(asked), dtype=np.int8), count)
+    columns["perspective"] = np.tile(np.arange(len(asked), dtype=np.int8), len(scenarios))
     for name in VARIABLES:
         columns[name] = found[name].T.ravel()
         if name in CODED:

@@ -91,25 +91,18 @@ class Study:
         return -(-self.scenarios // self.scenarios_per_part)
 
     @property
-    def keys(self) -> list[str]:
-        """All keys, one that is stated twice also twice."""
-        drawn = (each.name for spread in self.spreads for each in (spread.key, *spread.along))
-        return [*self.paired, *drawn, *self.grid]
-
-    @property
     def is_drawable(self) -> bool:
         """Whether the scenarios are a grid of one or two keys with several values each."""
         return ROW not in self.sizes and len(self.grid) < 3 and min(self.sizes.values()) > 1
 
-    def part(self, number: int) -> tuple[int, int]:
-        """The first scenario of a part, and how many it has."""
-        first = number * self.scenarios_per_part
-        return first, min(self.scenarios_per_part, self.scenarios - first)
+    def part(self, number: int) -> range:
+        """The scenarios of a part by number."""
+        return range(self.scenarios)[number * self.scenarios_per_part :][: self.scenarios_per_part]
 
-    def values(self, first: int, count: int) -> dict[str, Floats]:
-        """The values by key of some scenarios."""
+    def values(self, scenarios: range) -> dict[str, Floats]:
+        """The values by key of consecutive scenarios."""
         sizes = self.rows, *map(len, self.grid.values())
-        row, *places = np.unravel_index(np.arange(first, first + count), sizes)
+        row, *places = np.unravel_index(np.arange(scenarios.start, scenarios.stop), sizes)
         found = {key: values[row] for key, values in self.paired.items()}
         if self.spreads:
             start, stop = int(row[0]), int(row[-1]) + 1
@@ -147,7 +140,7 @@ def _stated(document: Document, faults: list[Fault]) -> StudyFile:
 def _study(stated: StudyFile, path: Path, faults: list[Fault]) -> Study:
     """The study that a file states; what is wrong with it is added to the faults."""
     perspective: Any = stated.perspective  # Whether there is such a one is judged below
-    problem: Formulation | None = None
+    problem: Formulation = P1()
     asked = [perspective] if isinstance(perspective, str) else perspective
     if not asked or len({*asked}) < len(asked):
         faults.append(Fault("perspective", shown(perspective), ASKED))
@@ -157,15 +150,16 @@ def _study(stated: StudyFile, path: Path, faults: list[Fault]) -> Study:
         faults.append(Fault("samples", "", "either [samples] or [paired]"))
     if path == STANDARD and not stated.output:
         faults.append(Fault("output", "", "is missing; the path of a directory"))
+    fields = {"name": stated.problem} if isinstance(stated.problem, str) else {**stated.problem}
     with _collected(faults):
-        problem = _problem(stated.problem)
+        problem = problem_of(fields.pop("name", "P1"), **fields)
     ranges = {name: _ranges(name, getattr(stated, name), faults) for name in ("grid", "paired")}
     named = stated.mission in shipped()
     mission = load(stated.mission if named else path.parent / stated.mission)
     values: dict[str, Mapping[str, Floats]] = {"grid": {}, "paired": {}}
     for each in asked:
         with _collected(faults):
-            checked_question(mission, problem or "P1", each)
+            checked_question(mission, problem, each)
     for name in values:
         with _collected(faults, name):
             values[name] = scenarios(mission, ranges[name], paired=name == "paired").values
@@ -175,7 +169,7 @@ def _study(stated: StudyFile, path: Path, faults: list[Fault]) -> Study:
             rows, seed, drawn = _samples(mission, stated.samples)
     study = Study(
         mission=mission,
-        problem=problem or P1(),
+        problem=problem,
         perspective=perspective,
         **values,
         spreads=drawn,
@@ -185,7 +179,8 @@ def _study(stated: StudyFile, path: Path, faults: list[Fault]) -> Study:
         output=path.parent / (stated.output or path.stem),
         document={**stated.model_dump(exclude={"output"}), "mission": mission.to_dict()},
     )
-    keys = Counter(study.keys)
+    keys = Counter(each.name for spread in drawn for each in (spread.key, *spread.along))
+    keys.update([*study.paired, *study.grid])
     faults += [Fault(key, "", "in one of the tables only") for key in keys if keys[key] > 1]
     if study.scenarios > MOST:
         faults.append(Fault("grid", f"{study.scenarios} scenarios", f"at most {MOST}"))
@@ -194,14 +189,8 @@ def _study(stated: StudyFile, path: Path, faults: list[Fault]) -> Study:
         words = f"at least {least}, which makes {MOST_PARTS} parts"
         faults.append(Fault("scenarios_per_part", shown(stated.scenarios_per_part), words))
     elif not faults:
-        scenarios(mission, study.values(0, 1), paired=True)  # What goes together
+        scenarios(mission, study.values(range(1)), paired=True)  # What goes together
     return study
-
-
-def _problem(stated: str | Document) -> Formulation:
-    """The problem of a name, or of a table with its name and fields."""
-    fields = {"name": stated} if isinstance(stated, str) else {"name": "P1", **stated}
-    return problem_of(fields.pop("name"), **fields)
 
 
 def _ranges(table: str, stated: Document, faults: list[Fault]) -> dict[str, Any]:

@@ -104,7 +104,7 @@ def sweep(
     paths = [directory / PART.format(number) for number in range(stated.parts)]
     left = [n for n, path in enumerate(paths) if not is_whole(path, manifest["hash"], n)]
     kept = stated.parts - len(left)
-    done = stated.scenarios - sum(stated.part(number)[1] for number in left)
+    done = stated.scenarios - sum(len(stated.part(number)) for number in left)
     call = partial(_part, stated, manifest["hash"], manifest["versions"])
     context = copy_context()
     context.run(files.only_ours.set, False)  # Broken parts, and those of another run, are replaced
@@ -117,7 +117,7 @@ def sweep(
     with closing(results(call, left, workers, scheduler)) as found:
         for parts, (number, content) in enumerate(found, kept + 1):
             context.run(files.write_files, {paths[number]: content})
-            done += stated.part(number)[1]
+            done += len(stated.part(number))
             say(parts)
     return Swept(directory, stated.scenarios, stated.parts, kept)
 
