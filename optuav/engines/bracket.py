@@ -31,22 +31,14 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.engines.registry import Engine, capabilities
-from optuav.engines.rows import (
-    Rows,
-    Section,
-    StatedForm,
-    close_in,
-    levelled,
-    rows_of,
-    some,
-    stated_forms,
-)
+from optuav.engines.rows import Rows, Section, StatedForm, close_in, levelled, rows_of, stated_forms
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
 from optuav.modelling.check import evaluated
 from optuav.modelling.forms import CONSTANT, Monomial
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate
+from optuav.physics.quantity import Quantity
 from optuav.status import Status
 
 ROUNDING = 1e-11
@@ -70,12 +62,7 @@ class Interval(NamedTuple):
 
 
 def largest(
-    rows: Rows,
-    x_top: Floats,
-    y_top: Floats,
-    *,
-    any_point: bool = False,
-    least: Floats | None = None,
+    rows: Rows, x_top: Floats, y_top: Floats, *, any_point: bool = False, least: Quantity = 0.0
 ) -> Interval:
     """Bracket the largest x of every programme.
 
@@ -88,7 +75,7 @@ def largest(
         x = Section(rows.weights[:3], rows.rate_x_per_s).end(x_top)
         beyond = np.where(np.isnan(x), -np.inf, np.minimum(x + WIDTH_S, x_top))
         return Interval(x, 0.0 * x, beyond)
-    x, y, beyond = _monotone(rows, x_top, y_top, np.zeros_like(x_top) if least is None else least)
+    x, y, beyond = _monotone(rows, x_top, y_top, least)
     lost = np.flatnonzero(~((rows.at(x, y) >= 0.0).all(axis=0) | np.isnan(x)))
     if len(lost):
         y[lost] = rows.take(lost).at_x(x[lost]).end(y_top[lost], smallest=True)
@@ -113,7 +100,7 @@ def shortest(rows: Rows, found: Interval, y_top: Floats) -> Floats:
 
 
 def _monotone(
-    rows: Rows, x_top: Floats, y_top: Floats, least: Floats
+    rows: Rows, x_top: Floats, y_top: Floats, least: Quantity
 ) -> tuple[Floats, Floats, Floats]:
     """Largest x under the rows that fall with x, and that either rise or fall with y.
 
@@ -148,12 +135,11 @@ def _monotone(
         return found
 
     own = starts, slopes, weights, rows.rate_x_per_s, rows.rate_y_per_s
-    x, beyond = np.full_like(end, np.nan), np.full_like(end, np.nan)
-    open_ = np.flatnonzero((starts >= 0.0).all(axis=0) & (end >= least))
-    if least.any():
-        open_ = open_[margin(least[open_], *some(own, open_)) >= 0.0]
-    start = np.zeros(len(open_))
-    x[open_], beyond[open_] = close_in(margin, start, end[open_], EDGE_S, *some(own, open_))
+    hopeless = (starts < 0.0).any(axis=0) | ~(end >= least)
+    if np.any(least):
+        hopeless |= margin(least, *own) < 0.0
+    first, last = (np.where(hopeless, -1.0, margin(at, *own)) for at in (0.0 * end, end))
+    x, beyond = close_in(margin, 0.0 * end, end, EDGE_S, *own, known=(first, last))
     y = np.maximum((starts - slopes * x).min(axis=0), 0.0)
     return x, y, np.where(np.isnan(x), np.where(least > 0.0, least, -np.inf), beyond)
 

@@ -151,10 +151,8 @@ def best_plans(variants: Variants, question: Question, table: Quantities | None 
             soc["battery"][some] = tapered(steps, hover_s[some], rest_s[some])
         counted = soc["battery"] if perspective == AVAILABLE else counted
     if longest_hover:
-        over_s = mission_s[won] - given.deadline_s
-        if np.any(over_s > TOLERANCE * given.deadline_s) or np.any(
-            counted < given.min_soc - TOLERANCE
-        ):
+        late = mission_s[won] > (1.0 + TOLERANCE) * given.deadline_s
+        if np.any(late | (counted < given.min_soc - TOLERANCE)):
             raise SolverError("plans of a batch violate their deadline or state of charge")
     plans = {
         "hover_time_s": hover_s,
@@ -170,7 +168,8 @@ def best_plans(variants: Variants, question: Question, table: Quantities | None 
         return Best(**{name: np.broadcast_to(each, variant.shape) for name, each in plans.items()})
     best = Best.none(variants.count)
     best.status[:] = found.otherwise
-    best.reason[:] = _reasons(variants, table, able, early, found.otherwise, question)
+    why = _reasons(variants, table, able, found.otherwise, question)
+    best.reason[:] = np.where(early > 0, early, why)
     for name, values in plans.items():
         getattr(best, name)[variant] = values
     return best
@@ -238,14 +237,9 @@ def allowed(variants: Variants, problem: Formulation, possible: Booleans) -> Boo
 
 
 def _reasons(
-    variants: Variants,
-    table: Quantities,
-    able: Booleans,
-    early: Codes,
-    otherwise: Codes,
-    question: Question,
+    variants: Variants, table: Quantities, able: Booleans, otherwise: Codes, question: Question
 ) -> Codes:
-    """Codes of why there is no plan, where there is none."""
+    """Codes of why there is no plan, where there is none and it is not `impossible`."""
     flight_s = np.where(able, table.flight_time_s, np.inf).min(axis=1, keepdims=True)
     last = "together"
     if type(question.problem) in (P1, P3, P4):
@@ -258,7 +252,7 @@ def _reasons(
     code[np.broadcast_to(~able.any(axis=1), code.shape)] = CODES["blocked"]
     for status in Status.UNBOUNDED, Status.UNKNOWN, Status.ERROR:
         code[otherwise == STATUSES.index(status)] = CODES[status.value]
-    return np.where(early > 0, early, code)
+    return code
 
 
 def _balance(table: Quantities, perspective: Perspective) -> tuple[Quantity, ...]:
@@ -356,7 +350,7 @@ def _in_steps(
 
 
 def _bracketed(
-    given: Quantities, count: int, *, shortest_rest: bool = True, least_s: Floats | None = None
+    given: Quantities, count: int, *, shortest_rest: bool = True, least_s: Quantity = 0.0
 ) -> tuple[Floats, Floats, Floats]:
     """Longest Δ and T' of itineraries, and what no Δ exceeds [s]."""
     if not given.tapers:

@@ -16,6 +16,7 @@ from optuav.errors import Fault, refuse
 from optuav.mission.schema import Number
 from optuav.modelling.forms import CONSTANT, Exponential
 from optuav.physics.kibam import Battery, Stage, falls_throughout
+from optuav.physics.quantity import Quantity
 from optuav.solving.assemble import entries
 
 AT_ONCE = 1 << 13
@@ -148,7 +149,7 @@ def longest_hovers(
 
 
 def longest(
-    given: Quantities, count: int, *, shortest_rest: bool = False, least_s: Floats | None = None
+    given: Quantities, count: int, *, shortest_rest: bool = False, least_s: Quantity = 0.0
 ) -> Hovers:
     """Longest hovers of itineraries that stay in one order, at constant current.
 
@@ -157,12 +158,10 @@ def longest(
     # The limits are those of (P1), handed to the physics as forms rather than declared as a model,
     # which takes four times as long for a few itineraries.
     if count > AT_ONCE:
-        found = []
-        for first in range(0, count, AT_ONCE):
-            some = slice(first, min(first + AT_ONCE, count))
-            own, least = entries(given, some), None if least_s is None else least_s[some]
-            size = some.stop - first
-            found.append(longest(own, size, shortest_rest=shortest_rest, least_s=least))
+        found, each_s = [], np.broadcast_to(least_s, count)
+        for some in np.split(np.arange(count), range(AT_ONCE, count, AT_ONCE)):
+            own = entries(given, slice(some[0], some[-1] + 1))
+            found.append(longest(own, len(some), shortest_rest=shortest_rest, least_s=each_s[some]))
         return Hovers(*map(np.concatenate, zip(*found, strict=True)))
     names = ("hover", "rest") if given.rests else ("hover",)
     times = [Exponential({frozenset({(name, "time")}): 1.0}) for name in names]
