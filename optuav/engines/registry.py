@@ -34,16 +34,27 @@ Single: TypeAlias = Callable[[Mapping[str, float]], Solution]  # The same for on
 class Capability:
     """What an engine takes.
 
-    It may need ``"derivatives"`` everywhere; ``"lower bounds"`` on every unknown; ``"levelling"``:
-    the longest of at most two times as objective, and as constraints what phases of constant
-    current give.
+    Parameters
+    ----------
+    name
+        As `optuav.solve` takes it: that of the engine.
+    nonlinear, integer
+        Whether it takes models that are not linear, and binary unknowns.
+    slots
+        Whether it takes times in whole slots; None if it takes nothing else.
+    most_unknowns
+        None for any number.
+    needs
+        ``"derivatives"`` everywhere; ``"lower bounds"`` on every unknown; ``"levelling"``: the
+        longest of at most two times as objective, and as constraints what phases of constant
+        current give.
     """
 
-    name: str  # As `optuav.solve` takes it
-    nonlinear: bool = False  # Whether it takes models that are not linear
-    integer: bool = False  # Whether it takes binary unknowns
-    slots: bool | None = False  # Whether it takes whole slots; None if it takes nothing else
-    most_unknowns: int | None = None  # None for any number
+    name: str
+    nonlinear: bool = False
+    integer: bool = False
+    slots: bool | None = False
+    most_unknowns: int | None = None
     needs: tuple[Need, ...] = ()
 
     def obstacle(self, model: Traits, slots: bool) -> str:
@@ -136,7 +147,10 @@ CAPABILITIES = (
     Capability("casadi", nonlinear=True, needs=("derivatives",)),
     Capability("grid", True, slots=None, most_unknowns=MOST_UNKNOWNS, needs=("lower bounds",)),
 )
-"""What the engines of the package take, in the order in which "auto" prefers them."""
+"""What the engines of the package take, in the order in which "auto" prefers them.
+
+In slots it prefers one that takes nothing else.
+"""
 
 
 class OneByOne(Engine):

@@ -29,23 +29,42 @@ class Solution:
     """Answers to one or several programmes that were declared as one.
 
     Sequences and arrays have one entry a programme.
+
+    Parameters
+    ----------
+    engine, proof
+        Its name, and how it knows, in a word or two.
+    declared
+        What was solved; programmes of a kind may share it.
+    statuses
+        What is known of each programme.
+    objective, values
+        The best objective, and the variables by name, in their units; NaN without an answer.
+    tight
+        Labels of the constraints that bind (from the grid: that a slot more or less of an unknown
+        would violate). None where that follows from the answer.
+    duals
+        Multipliers that the engine found, by label of the constraint; empty from engines that have
+        none. None where they follow from the answer: see `multipliers_at`.
+    beyond
+        What the objective is known not to exceed; None if the engine knows nothing.
+    words
+        What the engine itself said.
+    given
+        Values of parameters unlike the declared ones, by name; `solve` fills in what it asked for.
     """
 
-    engine: str  # Its name
-    proof: str  # How it knows, in a word or two
-    declared: Model  # What was solved; programmes of a kind may share it
+    engine: str
+    proof: str
+    declared: Model
     statuses: Sequence[Status]
-    objective: Floats  # NaN without an answer
-    values: Mapping[str, Floats]  # Of the variables, by name; NaN without an answer
-    # Labels of the constraints that bind (from the grid: that a slot more or less of an unknown
-    # would violate). None where that follows from the answer.
+    objective: Floats
+    values: Mapping[str, Floats]
     tight: Sequence[Sequence[str]] | None = None
-    # Multipliers that the engine found by label of the constraint; empty from engines that have
-    # none. None where they follow from the answer: see `multipliers_at`.
     duals: Sequence[Mapping[str, float]] | None = ()
-    beyond: Floats | None = None  # What the objective is known not to exceed
-    words: Sequence[str] = ()  # What the engine itself said
-    given: Values = field(default_factory=dict)  # Values of parameters unlike the declared ones
+    beyond: Floats | None = None
+    words: Sequence[str] = ()
+    given: Values = field(default_factory=dict)
 
     @cached_property
     def model(self) -> Model:
