@@ -29,7 +29,7 @@ from optuav.network.network import build_network
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.solving import Program, solve
-from optuav.solving.outcome import MORE_STOPS, SAME_S, Part, more_stops_may_help, words
+from optuav.solving.outcome import SAME_S, Part, more_stops_may_help, not_excluded, words
 from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
 from optuav.solving.question import PROBLEM_NAMES, checked_question, problem_of
 from optuav.status import Status
@@ -107,7 +107,8 @@ def explain(
         return _with_more_stops(question)
     explained = _explained(question, subject if isinstance(subject, Plan) else None)
     if explained.more_stops_open and question.stated.p1.hover_point == "w_U":
-        explained = replace(explained, notes=(*explained.notes, MORE_STOPS))
+        note = not_excluded(question.stated, question.mission)
+        explained = replace(explained, notes=(*explained.notes, note))
     return explained
 
 

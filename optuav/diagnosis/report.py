@@ -24,8 +24,8 @@ IN_SLOTS = (
     "a time that whole slots have to fill exactly may do so at single values between those tried"
 )
 UNDECIDED = (
-    "with one rest and one hover in one piece the hover time stays the same; with more stops, "
-    "which are not excluded, it may change"
+    "with one rest and one hover in one piece the hover time stays the same; with more stops it "
+    "may change"
 )
 
 

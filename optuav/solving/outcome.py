@@ -21,6 +21,7 @@ from optuav.engines.registry import MOST_UNKNOWNS
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.judge.replay import replay
+from optuav.mission import Mission
 from optuav.mission.messages import written_out
 from optuav.modelling import Model, Relation, evaluate
 from optuav.modelling.check import evaluated
@@ -36,7 +37,7 @@ from optuav.network.timeline import route_phases, simulated, stay_net
 from optuav.physics.flight import STAGES, speed_warning
 from optuav.plan import Phase, Plan
 from optuav.solving.assemble import legs_and_stays, quantities
-from optuav.solving.question import AUTO, PROBLEM_NAMES, Question, answer
+from optuav.solving.question import AUTO, MOST_BUILDINGS, PROBLEM_NAMES, Question, answer
 from optuav.status import Status
 
 if TYPE_CHECKING:
@@ -55,7 +56,8 @@ ENDS = {
 }
 """The end of a phase in words, by its kind, with the places where it starts and ends."""
 BOUNDED = "bracketed: a feasible time, and a longer one that none exceeds"
-MORE_STOPS = "more stops are not excluded: --stops 2 --hovers 2, or P1(stops=2, hovers=2)"
+MORE_STOPS = "more stops are not excluded"
+SEARCHED = "--stops 2 --hovers 2, or P1(stops=2, hovers=2)"
 PROVED = {
     "P2": "bounded: no flight and rest is shorter than the shortest flight",
     "P2-tight": "bounded: no flight and rest is shorter, as the engine {} proves that no hover is "
@@ -352,21 +354,31 @@ def against_p1(question: Question, network: Network, parts: Sequence[Part], plan
     return plan.model_copy(update={"notes": tuple(notes), **changes})
 
 
+def not_excluded(question: Question, mission: Mission) -> str:
+    """A note that more stops may help, and how to search for them."""
+    if len(mission.buildings) > MOST_BUILDINGS:
+        return f"{MORE_STOPS}, nor searched for with more than {MOST_BUILDINGS} buildings"
+    stated = {"slots": question.slot_s, "a stated order": question.problem.order}
+    without = " or ".join(name for name, value in stated.items() if value is not None)
+    return f"{MORE_STOPS}: {SEARCHED}" + (f", without {without}" if without else "")
+
+
 def more_stops_may_help(
     question: Question, network: Network, plan: Plan, graph: Graph | None = None
 ) -> bool:
-    """Whether plans with more rests or hovers can be asked for and may hover longer than a plan.
+    """Whether plans with more rests or hovers may hover longer than the best plan for P1.
 
-    An edited network comes with its graph. No is certain: there is nowhere to rest, no number of
-    stops makes the mission flyable, or one rest and one hover are enough (`optuav.network.one_stop`
-    says when); under ``available`` the plan also hovers as long as charge and deadline admit on any
-    route with one rest, which bounds all.
+    No is certain of a plan over all routes: there is nowhere to rest, no number of stops makes the
+    mission flyable, or one rest and one hover are enough (`optuav.network.one_stop` says when);
+    under ``available`` the plan also hovers as long as charge and deadline admit on any route with
+    one rest, which bounds all. Other problems, a free hover point and packs that take turns admit
+    no more stops.
     """
     mission, perspective = network.mission, question.perspective
-    turns = mission.battery.takes_turns and perspective == AVAILABLE
-    if question.problem != P1() or question.slot_s is not None or turns:
+    if not isinstance(question.problem, P1) or replace(question.problem, order=None) != P1():
         return False
-    if perspective not in (*PAPER, AVAILABLE) or not mission.buildings:
+    turns = mission.battery.takes_turns and perspective == AVAILABLE
+    if turns or perspective not in (*PAPER, AVAILABLE) or not mission.buildings:
         return False
     if impossibilities(network, one_stop=False):
         return False

@@ -14,7 +14,7 @@ from optuav.network.graph import Graph, edited_network
 from optuav.network.network import build_network
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
-from optuav.solving.outcome import MORE_STOPS, more_stops_may_help
+from optuav.solving.outcome import more_stops_may_help, not_excluded
 from optuav.solving.program import Program, declared_program
 from optuav.solving.question import checked_question
 
@@ -134,7 +134,8 @@ def solve(
         return several_stops(program, graph, progress)
     plan = program.solve()
     if more_stops_may_help(question, network, plan, graph):
-        return plan.model_copy(update={"notes": (*plan.notes, MORE_STOPS)})
+        note = not_excluded(question, network.mission)
+        return plan.model_copy(update={"notes": (*plan.notes, note)})
     return plan
 
 
