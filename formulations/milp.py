@@ -28,7 +28,7 @@ from formulations.formulation import Given
 from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import STAYS
 from optuav.modelling import Expression, Model, Parameter, Variable, affine
-from optuav.modelling.expression import Indexed, Operand, Relation, Sense
+from optuav.modelling.expression import Indexed, Operand, PartedLabel, Relation, Sense
 from optuav.options import Perspective
 
 Form: TypeAlias = Literal["hull", "big-M"]
@@ -173,7 +173,8 @@ def _hull(model: Model, options: Sequence[_Option]) -> None:
             if isinstance(constant, Expression):
                 left = left - (1.0 - choice) * constant
             relation = Relation(left, row.sense, row.right * choice)
-            model.subject_to(f"{row.name}, {route.name}", relation, unit=row.unit, kind=row.kind)
+            label = PartedLabel(f"{row.name},", route.name)
+            model.subject_to(label, relation, unit=row.unit, kind=row.kind)
     for each, parts in zip(shared, own, strict=True):
         model.subject_to(f"{each.symbol} of the route", each == _total(parts), unit="s")
 
@@ -200,7 +201,7 @@ def _big_m(model: Model, options: Sequence[_Option]) -> None:
         number, route, given, choice = option
         ends = (most_hover, most_rest if given.rests else 0.0)
         for k, row in enumerate(_rows(option), start=1):
-            at_least, label = row.sense == ">=", f"{row.name}, {route.name}"
+            at_least, label = row.sense == ">=", PartedLabel(f"{row.name},", route.name)
             left, towards = row.left(hover, rest if given.rests else 0.0), -1.0 if at_least else 1.0
             slopes = affine(left, {}).coefficients
             worst = row.left(
@@ -210,12 +211,11 @@ def _big_m(model: Model, options: Sequence[_Option]) -> None:
                 )
             )
             missed, symbol = row.right - worst if at_least else worst - row.right, f"M{k}"
-            most = model.let(
-                f"{symbol} of {label}", missed, symbol=Indexed(symbol, number), unit=row.unit
-            )
+            called = PartedLabel(f"{symbol} of", label)
+            most = model.let(called, missed, symbol=Indexed(symbol, number), unit=row.unit)
             off = (1.0 - choice) * most
             right = row.right - off if at_least else row.right + off
             model.subject_to(label, Relation(left, row.sense, right), unit=row.unit, kind=row.kind)
         if not given.rests:
             none = rest <= most_rest * (1.0 - choice)
-            model.subject_to(f"no T', {route.name}", none, unit="s")
+            model.subject_to(PartedLabel("no T',", route.name), none, unit="s")

@@ -15,7 +15,7 @@ from typing import NamedTuple, TypeAlias
 
 from formulations.parameters import Quantities
 from optuav.modelling import Expression, Let, Relation
-from optuav.modelling.expression import Bounded, Call, Indexed, Operand
+from optuav.modelling.expression import Bounded, Call, Indexed, Operand, PartedLabel
 from optuav.options import Perspective
 from optuav.physics import kibam
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells
@@ -138,7 +138,7 @@ def _named(what: str, symbol: str, tree: Operand, step: int, words: str) -> Oper
     """A quantity after a step under a name; a number stays one."""
     if not isinstance(tree, Expression):
         return tree
-    return Let(f"{what} after step {step}", Indexed(symbol, step), "A s", tree, words)
+    return Let(PartedLabel(f"{what} after step", step), Indexed(symbol, step), "A s", tree, words)
 
 
 def _tapered(whole: Battery, level: Wells, stage: Stage, stay: str) -> Wells:
@@ -184,10 +184,15 @@ class StepEnd(NamedTuple):
     stay: str  # "hover" or "rest"; empty for a stage of flight
     lands: bool  # Whether a flight ends
 
-    def __str__(self) -> str:
+    @property
+    def parts(self) -> tuple[object, ...]:
+        """What it is called, see `PartedLabel`."""
         if self.stay:
-            return f"after the {self.stay}"
-        return f"after stage {self.stage} of flight {self.flight}"
+            return "after", "the", self.stay
+        return "after", "stage", self.stage, "of flight", self.flight
+
+    def __str__(self) -> str:
+        return PartedLabel(*self.parts)
 
 
 class WellLimit(NamedTuple):

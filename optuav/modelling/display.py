@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from optuav.errors import line_width
-from optuav.modelling.expression import INDEX, Indexed, Let, Parameter
+from optuav.modelling.expression import INDEX, Indexed, Let, Parameter, PartedLabel
 from optuav.modelling.forms import NotAffineError, affine
 from optuav.modelling.traversal import outermost
 from optuav.modelling.writer import MARKED, Latex, Text
@@ -107,7 +107,7 @@ def _sections(model: Model, writer: Text) -> Iterator[Section]:
     unknowns = []
     for each in model.variables:
         domain = f"{writer.named(each).text} {writer.member} {writer.interval(each)}"
-        unknowns.append((domain, "" if each.label == f"bounds of {each.symbol}" else each.label))
+        unknowns.append((domain, each.label if each.labelled else ""))
     stated = [(writer.write(each.relation), each.label) for each in model.constraints]
     defined = []
     for let in _named_quantities(model):
@@ -169,9 +169,9 @@ def _merged(rows: Sequence[Line], writer: Text, *, all_names: bool = False) -> l
         if all_names:
             name = ", ".join(filter(None, names))
         else:
-            words = zip(*(each.split() for each in names), strict=False)
-            shared = [word for word, *others in takewhile(lambda each: len({*each}) == 1, words)]
-            name = " ".join([*shared, "…"])
+            parts = zip(*(PartedLabel(each).parts for each in names), strict=False)
+            shared = (each[0] for each in takewhile(lambda each: len({*each}) == 1, parts))
+            name = PartedLabel(*shared, "…")
         merged.append((f"{pattern}{writer.running(numbers)}", name))
     return merged
 

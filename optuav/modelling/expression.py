@@ -50,6 +50,23 @@ class Indexed(str):
         return Indexed, (self.pattern[: -len(f"_{INDEX}")], self.number)
 
 
+class PartedLabel(str):
+    """A name made of parts: lines that differ in a number alone are named by those they share."""
+
+    parts: tuple[object, ...]
+
+    def __new__(cls, *parts: object) -> PartedLabel:
+        """The parts with blanks between them, those of what has parts itself among them."""
+        every: tuple[object, ...] = sum((getattr(each, "parts", (each,)) for each in parts), ())
+        found = super().__new__(cls, " ".join(map(str, every)))
+        found.parts = every
+        return found
+
+    def __reduce__(self) -> tuple[type[PartedLabel], tuple[object, ...]]:
+        """Copies and pickles are made from the parts."""
+        return PartedLabel, self.parts
+
+
 class Expression(NDArrayOperatorsMixin):
     """A node of the tree; it answers to Python's operators and to NumPy's ufuncs."""
 
@@ -122,9 +139,9 @@ class Variable(Expression):
     ----------
     name, symbol, unit
         Key of its value, how the mathematics writes it, and ``"s"`` or ``"1"`` for a ratio.
-    lower, upper, label, kind
-        Bounds: numbers, arrays or expressions of parameters; their name among the constraints, and
-        what they limit, as the kind of a constraint.
+    lower, upper, label, kind, labelled
+        Bounds: numbers, arrays or expressions of parameters; their name among the constraints, what
+        they limit, as the kind of a constraint, and whether a page shows that name.
     first_slot, binary
         Where counting starts when it is taken in whole slots; whether it is 0 or 1.
     declared_at
@@ -141,6 +158,7 @@ class Variable(Expression):
     binary: bool = False
     declared_at: str = ""
     kind: str = ""
+    labelled: bool = True
     moves = True
 
 

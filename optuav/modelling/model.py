@@ -19,6 +19,7 @@ from optuav.modelling.expression import (
     Let,
     Operand,
     Parameter,
+    PartedLabel,
     Relation,
     Variable,
 )
@@ -45,7 +46,7 @@ class Constraint:
     @cached_property
     def label(self) -> str:
         """Name and moment: no two constraints of a model have the same."""
-        return self.name if self.moment is None else f"{self.name} {self.moment}"
+        return self.name if self.moment is None else PartedLabel(self.name, self.moment)
 
 
 class Model:
@@ -115,10 +116,9 @@ class Model:
             raise ValueError(f"the model has a variable {name!r} already")
         if any(each.symbol == symbol for each in self.variables):
             raise ValueError(f"the model has a variable with the symbol {symbol!r} already")
-        label = label or f"bounds of {symbol}"
-        declared = Variable(
-            name, symbol, unit, lower, upper, label, first_slot, binary, _place_of_caller(), kind
-        )
+        bounds, place = label or f"bounds of {symbol}", _place_of_caller()
+        kinds = first_slot, binary, place, kind, bool(label)
+        declared = Variable(name, symbol, unit, lower, upper, bounds, *kinds)
         self.variables.append(declared)
         return declared
 

@@ -21,6 +21,7 @@ from optuav.engines.linear_form import last_slot, own_bounds
 from optuav.errors import SolverError, refuse
 from optuav.mission import Mission
 from optuav.modelling import Model
+from optuav.modelling.expression import PartedLabel
 from optuav.network.graph import Graph
 from optuav.network.one_stop import one_stop_in_words
 from optuav.options import Order, Perspective, Trajectory
@@ -170,10 +171,10 @@ def _routes(program: Program) -> tuple[list[Route], list[Part]]:
         which = np.array([number])
         given = quantities(network, which, rests=rests)
         model = question.problem.model(given, question.perspective)
-        building, name = int(network.routes.building[number]), "direct"
+        building, name = int(network.routes.building[number]), PartedLabel("direct")
         if building >= 0:
-            name = f"{network.mission.buildings[building].name} {network.routes.order(number)}"
-            name += "" if rests else ", passing by"
+            order = f"{network.routes.order(number)}{'' if rests else ', passing by'}"
+            name = PartedLabel(network.mission.buildings[building].name, order)
         whole = Route(name, given)
         slots = [whole] if question.slot_s is None else [*_in_slots(whole, model, question.slot_s)]
         routes += slots
@@ -198,5 +199,6 @@ def _in_slots(route: Route, model: Model, slot_s: float) -> Iterator[Route]:
     yield replace(route, hover_s=(least_s, most_s))
     if own["hover_time_s"][0] <= bound_s and bound_s > most_s:
         end_s = slot_s * last_slot(bound_s, slot_s, begun=True)
-        name = f"{route.name}, last slot cut short"
+        *begin, end = PartedLabel(route.name).parts
+        name = PartedLabel(*begin, f"{end}, last slot cut short")
         yield replace(route, name=name, hover_s=(end_s, end_s), cut_s=end_s - bound_s)
