@@ -25,6 +25,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from formulations.formulation import Given
+from formulations.p1 import state_limits
 from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import STAYS
 from optuav.modelling import Expression, Model, Parameter, Variable, affine
@@ -100,14 +101,7 @@ def route_choice(
     model.prefer_small(model.let("place in order", place, symbol="n", words="number of the route"))
     model.subject_to("P1 one route", _total([each.choice for each in options]) == 1.0)
     (_hull if form == "hull" else _big_m)(model, options)
-    shared = options[0].given
-    in_reach = shared.hover_distance_m <= shared.coverage_radius_m
-    model.subject_to("P1.a outage", in_reach, unit="m", kind="outage")
-    model.subject_to("P1.c ends", shared.end_gap_m <= 0.0, unit="m", kind="ends")
-    z = shared.hover_altitude_m
-    model.subject_to("P1.e altitude", z >= shared.min_altitude_m, unit="m", kind="altitude")
-    highest = z <= shared.max_altitude_m
-    model.subject_to("P1.e highest altitude", highest, unit="m", kind="altitude")
+    state_limits(model, options[0].given, "P1")
     return model
 
 

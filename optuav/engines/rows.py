@@ -30,6 +30,7 @@ from optuav.modelling.forms import (
     exponential,
 )
 from optuav.modelling.model import Constraint, Model
+from optuav.physics.quantity import TINY
 
 Margin: TypeAlias = Callable[[Floats, Integers], Floats]
 """Values at one point of each of some intervals, and the numbers of those intervals."""
@@ -38,7 +39,6 @@ MOST_STEPS = 200
 ROUNDING = 2e-13  # Share of the sum of a row's terms by which it may fall short of 0, for rounding
 DUST = 1e-25
 """Share of the sum of a row's terms below which one is left out, so that no quotient overflows."""
-TINY = 1e-200  # Stands in for a rate of 0: a quotient by it keeps its limit
 WIDTH_S = 1e-11  # To which the ends of what rows admit are found [s]
 
 

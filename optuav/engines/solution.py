@@ -105,10 +105,13 @@ class Solution:
             raise SolverError(f"{self.engine} has no values: the programme is {status.value}")
         return {name: float(values[index]) for name, values in self.values.items()}
 
-    def refusal(self, index: int) -> str:
-        """Message for a programme without an answer because of numbers that cannot be used."""
-        where = unusable(self.declared, self.parameters_at(index))
-        return f"{self.engine} met numbers that it cannot use" + (f": {where}" if where else "")
+    def refuse_unusable(self) -> None:
+        """Raise `SolverError` where a programme has numbers that the engine cannot use."""
+        if Status.ERROR in self.statuses:
+            at = self.parameters_at(self.statuses.index(Status.ERROR))
+            where = unusable(self.declared, at)
+            words = f"{self.engine} met numbers that it cannot use"
+            raise SolverError(words + (f": {where}" if where else ""))
 
     @property
     def status(self) -> Status:

@@ -11,7 +11,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.errors import InputError
+from optuav.errors import refuse
 from optuav.mission import Mission
 from optuav.mission.messages import nearest
 from optuav.mission.schema import Number
@@ -80,9 +80,7 @@ class Itinerary:
 
     def __post_init__(self) -> None:
         stated = [vars(stop) for stop in self.stops]
-        faults = StatedMission({"stops": stated}).faults(stop_breaches(stated, self.mission))
-        if faults:
-            raise InputError(faults)
+        refuse(StatedMission({"stops": stated}).faults(stop_breaches(stated, self.mission)))
 
 
 ALLOWED: Mapping[str, tuple[str, Callable[[object], bool]]] = {

@@ -8,7 +8,7 @@ from itertools import chain
 
 import numpy as np
 
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, refuse
 from optuav.modelling.display import table
 from optuav.modelling.expression import Call, Operand, Relation, Sense
 from optuav.modelling.model import Constraint, Model
@@ -196,8 +196,7 @@ def _numbers(point: Mapping[str, Operand], model: Model) -> dict[str, Operand]:
         stated = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
         model_has = f", also with the model's {', '.join(map(str, sorted(own)))}" if own else ""
         faults.append(Fault("point", stated, f"arrays whose shapes broadcast{model_has}"))
-    if faults:
-        raise InputError(faults)
+    refuse(faults)
     return found
 
 

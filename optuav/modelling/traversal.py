@@ -94,9 +94,7 @@ def has_unknowns(*expressions: Operand) -> bool:
 
 
 def evaluate(
-    expression: Operand,
-    values: Mapping[str, Operand],
-    done: dict[int, Operand] | None = None,
+    expression: Operand, values: Mapping[str, Operand], done: dict[int, Operand] | None = None
 ) -> Operand:
     """Value of an expression with numbers or arrays in place of its variables and parameters.
 

@@ -66,8 +66,7 @@ class Battery:
     def full(self) -> Wells:
         """Both wells of the full battery [A s]."""
         return Wells(
-            self.available_fraction * self.capacity_As,
-            self.bound_fraction * self.capacity_As,
+            self.available_fraction * self.capacity_As, self.bound_fraction * self.capacity_As
         )
 
 

@@ -29,12 +29,7 @@ from optuav.plan import Plan
 from optuav.solving import outcome
 from optuav.solving.assemble import quantities
 from optuav.solving.outcome import SAME_S, Part
-from optuav.solving.question import (
-    LONGEST_HOVER,
-    Question,
-    chosen_engine,
-    refuse_unfit,
-)
+from optuav.solving.question import LONGEST_HOVER, Question, chosen_engine, refuse_unfit
 from optuav.status import Status
 
 MOST_REASONS = 10  # blocked legs that are named one by one
@@ -272,10 +267,9 @@ class Program:
         question, network = self.question, self.network
         engine, proof = solutions[0].engine, solutions[0].proof
         asked = replace(question, engine=engine)
-        for solution in solutions:
-            if Status.ERROR in solution.statuses:
-                raise SolverError(solution.refusal(solution.statuses.index(Status.ERROR)))
         statuses = {status for solution in solutions for status in solution.statuses}
+        for solution in solutions if Status.ERROR in statuses else ():
+            solution.refuse_unusable()
         if Status.UNBOUNDED in statuses:
             endless = (
                 "no constraint keeps the objective finite: "
@@ -440,8 +434,7 @@ class CompiledProgram:
         numbers = {n: np.array(v, float) if np.ndim(v) else float(v) for n, v in values.items()}
         solutions = [solve(numbers).of(numbers) for solve in self._solves]
         for solution in solutions:
-            if Status.ERROR in solution.statuses:
-                raise SolverError(solution.refusal(solution.statuses.index(Status.ERROR)))
+            solution.refuse_unusable()
             if Status.UNBOUNDED in solution.statuses:
                 return solution.only(solution.statuses.index(Status.UNBOUNDED))
         (first, *_), only = solutions, sum(len(each.statuses) for each in solutions) == 1
