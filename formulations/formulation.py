@@ -1,7 +1,5 @@
 """What a formulation is, and what it is given: quantities of an itinerary as symbols."""
 
-from __future__ import annotations
-
 import math
 import operator
 from abc import ABC, abstractmethod

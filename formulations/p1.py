@@ -1,7 +1,5 @@
 """(P1) of the paper: hover as long as possible, on one route at a time."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from formulations.formulation import Formulation, Given

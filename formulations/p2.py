@@ -1,7 +1,5 @@
 """(P2) of the paper: shortest flight and rest, as printed and with the deadline tight."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from formulations.formulation import Formulation, Given

@@ -3,8 +3,6 @@
 The nomenclature in ``docs/`` says what each stands for.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, field, fields

@@ -6,8 +6,6 @@ while it charges, y1 stays above 0 and is largest at an end. Legs never charge. 
 tapers, y1 never passes ωB.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial

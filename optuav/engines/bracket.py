@@ -21,8 +21,6 @@ with the taper: the longest time under that bound, the longest along the largest
 longest for which the available well is never past full.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple

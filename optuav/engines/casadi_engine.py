@@ -8,8 +8,6 @@ References
    algorithm for large-scale nonlinear programming", Mathematical Programming, 2006.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 import time

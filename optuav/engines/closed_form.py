@@ -7,8 +7,6 @@ bound, a programme without a feasible candidate is infeasible, and one with a fe
 optimal candidate is unbounded.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass

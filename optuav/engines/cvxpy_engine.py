@@ -11,8 +11,6 @@ References
    Programming Computation, 2018 (HiGHS).
 """
 
-from __future__ import annotations
-
 import warnings
 from collections import defaultdict
 from collections.abc import Mapping

@@ -4,8 +4,6 @@ Names and labels become names that both formats take; remarks at the top list bo
 numbers to 15 digits.
 """
 
-from __future__ import annotations
-
 import itertools
 import re
 import tempfile

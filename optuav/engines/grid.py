@@ -10,8 +10,6 @@ References
    IEEE Internet of Things Journal, 2020, algorithm 1.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 import time

@@ -4,8 +4,6 @@ A linear model gives rows and goals for many programmes at once; of any other mo
 constraints bound the unknowns, for whole slots and for where to look.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress

@@ -14,8 +14,6 @@ References
 .. [1] E. G. Gol'shtein, "Theory of convex programming", AMS, 1972 (marginal values).
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -4,8 +4,6 @@ An engine is added from outside the package by `register`, or handed over as an 
 package load when they are first asked for.
 """
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

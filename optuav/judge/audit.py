@@ -1,7 +1,5 @@
 """The verdict on any plan: a plan of ours, one edited by hand, or an itinerary in a file."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The charge in the packs and the energies over the phases of a plan, and its trace over time."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """The phases of a plan, computed again from its mission: places, stages, loads and motion."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

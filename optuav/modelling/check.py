@@ -1,7 +1,5 @@
 """Constraints evaluated at a point, apart from any solver, and numbers that no engine can use."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain

@@ -1,7 +1,5 @@
 """The kind of a model, found from its trees: linear, smooth, integer, and in how many unknowns."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple, TypeAlias

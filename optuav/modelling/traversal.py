@@ -1,7 +1,5 @@
 """Walks over trees of expressions: what they become, their values, slopes and leaves."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from typing import Any, NamedTuple, TypeVar
 

@@ -4,8 +4,6 @@ A form is what a tree becomes with numbers for its parameters: a sum of times an
 `optuav.modelling.forms`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property

@@ -1,7 +1,5 @@
 """What follows from a mission before any battery is simulated: figures, and what is amiss."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Buildings as prisms from the ground up to their roofs, and the lines that cross them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

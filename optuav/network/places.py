@@ -1,7 +1,5 @@
 """The places of a mission as arrays: ends, hover point and buildings, with the laser's reach."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """The phases of a route, and what they do to the battery packs."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial, reduce

@@ -4,8 +4,6 @@ A table has one row a variant and one column a leg, a place or a route; what is 
 variants has a single row. Buildings stay where they are.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property

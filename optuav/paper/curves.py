@@ -30,12 +30,10 @@ AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 DEADLINES_S = (800.0, 1200.0)
 """T_max of Table II and of Figs. 3 to 6 [s]; the later figures take the second."""
-LEAST_SOC = (0.05, 0.10, 0.15)
-"""η0 of Fig. 7."""
+LEAST_SOC = (0.05, 0.10, 0.15)  # η0 of Fig. 7.
 SPEED_SHARES = (0.95, 1.0, 1.05, 1.1)
 """Rotor speeds of Fig. 7 over the mission's v_max; the paper does not print its own."""
-HOVER_S = 100.0
-"""Hover time of Figs. 9 and 10 [s]."""
+HOVER_S = 100.0  # Hover time of Figs. 9 and 10 [s].
 
 WIND_POINTS = 401
 HALVINGS = 30

@@ -34,8 +34,7 @@ if TYPE_CHECKING:  # `optuav.plots` says what is missing
 Record: TypeAlias = Mapping[str, Any]
 Exhibits: TypeAlias = Iterator["Exhibit"]
 
-PACKS = {"battery": 61, AVAILABLE: 25}
-"""Points of the curves in Fig. 8."""
+PACKS = {"battery": 61, AVAILABLE: 25}  # Points of the curves in Fig. 8.
 SOURCES_W = (100.0, 250.0, 500.0, 1000.0)
 """Source powers in Fig. 10; the paper does not print its own."""
 NO_SPEED = "loads by regime"

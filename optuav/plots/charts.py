@@ -31,8 +31,7 @@ LONG = 1000.0  # Least number that is written without a decimal
 GROUP = 0.8  # Share of the way to the next group that the bars of one take up
 HATCH = "/////"
 LINES = (BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK)
-DASHES = (*style.DASHES, (0.0, (9.0, 2.0)), style.DOTTED)
-"""Looks of curves."""
+DASHES = (*style.DASHES, (0.0, (9.0, 2.0)), style.DOTTED)  # Looks of curves
 COLUMNS = 3
 ROOM_ABOVE = 0.14  # Share of the height that is left above the curves for the words of the marks
 MOST_KEYS, LONGEST_KEY = 20, 40

@@ -1,7 +1,5 @@
 """The quantities that formulations speak of, from the arrays of a mission or of its variants."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property, lru_cache, partial
@@ -68,12 +66,12 @@ def quantities(
 
 def entries(given: Quantities, which: Integers | slice, **changes: Any) -> Quantities:
     """Quantities of some of the itineraries, some of them changed."""
-
-    def taken(values: Any) -> Any:
-        return values[which] if np.ndim(values) else values
-
-    figures = {each.name: taken(getattr(given, each.name)) for each in QUANTITIES}
-    steps = tuple(s if isinstance(s, str) else Stage(*map(taken, s)) for s in given.steps)
+    figures = {each.name: getattr(given, each.name) for each in QUANTITIES}
+    figures = {name: value[which] if np.ndim(value) else value for name, value in figures.items()}
+    steps = tuple(
+        step if isinstance(step, str) else Stage(*(x[which] if np.ndim(x) else x for x in step))
+        for step in given.steps
+    )
     return replace(given, **{**figures, "steps": steps, **changes})
 
 

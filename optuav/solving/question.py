@@ -13,7 +13,7 @@ from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
 from optuav.arrays import Values
 from optuav.engines.registry import Engine, capabilities, conforming, engine, need, preferred
 from optuav.engines.solution import Solution
-from optuav.errors import Fault, InputError, refuse
+from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import SLOT, Number
@@ -80,7 +80,8 @@ def problem_of(name: str, **stated: Any) -> Formulation:
             faults.append(Fault(field, shown(value), f"problem {name} takes none, {words}"))
     if name == "P4" and "building" not in options:
         faults.append(Fault("building", "", "problem P4 needs the name of a building"))
-    refuse(faults)
+    if faults:
+        raise InputError(faults)
     options |= {"tight": True} if name == "P2-tight" else {}
     return kind(**options)
 

@@ -36,8 +36,7 @@ KNOWN = "body.gravity_m_s2"  # It varies only where its spread is stated
 SHARE = 0.1  # Reach of a key to either side if nothing is stated, relative to its value
 FARTHEST_M = 1e6
 DEVIATIONS = 2.0  # Half the range that a picture shows of a normal distribution
-AT_ONCE = 8192
-"""Samples computed together: as many as fit the cache. No result depends on it."""
+AT_ONCE = 8192  # Samples computed together: as many as fit the cache. No result depends on it.
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 FORMS = (
     "a table such as { percent = 5 }, { low = 1, high = 2 }, { low = 1, likely = 1.5, high = 2 } "
