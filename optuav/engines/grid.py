@@ -23,7 +23,7 @@ import numpy as np
 from optuav.arrays import Booleans, Floats, Values
 from optuav.engines.linear_form import own_bounds, slot_ranges
 from optuav.engines.registry import MOST_UNKNOWNS, OneByOne, Single, capabilities
-from optuav.engines.rows import levelled
+from optuav.engines.rows import TINY, levelled
 from optuav.engines.solution import Solution, single
 from optuav.errors import Fault, InputError, SolverError
 from optuav.modelling.check import TOLERANCE, evaluated, holding, relations
@@ -31,7 +31,6 @@ from optuav.modelling.expression import Operand, Relation
 from optuav.modelling.forms import CONSTANT, Exponential, NotExponentialError, exponential
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate
-from optuav.physics.quantity import TINY
 from optuav.status import Status
 
 NAME = "grid"

@@ -30,7 +30,6 @@ from optuav.modelling.forms import (
     exponential,
 )
 from optuav.modelling.model import Constraint, Model
-from optuav.physics.quantity import TINY
 
 Margin: TypeAlias = Callable[[Floats, Integers], Floats]
 """Values at one point of each of some intervals, and the numbers of those intervals."""
@@ -39,6 +38,7 @@ MOST_STEPS = 200
 ROUNDING = 2e-13  # Share of the sum of a row's terms by which it may fall short of 0, for rounding
 DUST = 1e-25
 """Share of the sum of a row's terms below which one is left out, so that no quotient overflows."""
+TINY = 1e-200  # In place of a rate of 0, as in the physics, of which engines know nothing
 WIDTH_S = 1e-11  # To which the ends of what rows admit are found [s]
 
 
@@ -90,7 +90,7 @@ def close_in(
 
 
 def levelled(rate_per_s: Floats, time_s: Floats) -> Floats:
-    """(1 − exp(−kt))/k [s], t itself where k is next to nothing."""
+    """(1 − exp(−kt))/k [s], t where k is next to nothing; apart from the physics, as `TINY`."""
     found: Floats = np.expm1(-rate_per_s * time_s) / -rate_per_s
     return found
 
