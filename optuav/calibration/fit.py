@@ -284,17 +284,12 @@ def finished(found: Fit, hint: str = "") -> Fit:
     The hint and the warnings, which may say why, stand beside each value out of range.
     """
     reasons = "".join(f"; {each}" for each in (hint, *found.warnings) if each)
-    faults = [
-        Fault(
-            f"{each.key}, {each.origin}",
-            f"{each.value:.4g}",
-            f"{allowed.words}{reasons}",
-            ", ".join(found.sources),
-        )
-        for each in found.values
-        if each.determined and (allowed := number(each.key)) and not allowed.accepts(each.value)
-    ]
-    refuse(faults)
+    source = ", ".join(found.sources)
+    refuse(
+        Fault(f"{e.key}, {e.origin}", f"{e.value:.4g}", f"{allowed.words}{reasons}", source)
+        for e in found.values
+        if e.determined and (allowed := number(e.key)) and not allowed.accepts(e.value)
+    )
     return found
 
 

@@ -134,8 +134,7 @@ def _columns(rows: Iterable[tuple[str, ...]]) -> list[str]:
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     lines = list[str]()
     for row in table:
-        cells = [f"{cell:<{longest}}" for cell, longest in zip(row, widths, strict=True)]
-        start = " " * LABEL + "  ".join([*cells[:-1], ""])
+        start = " " * LABEL + "".join(f"{each}  " for each in map(str.ljust, row, widths[:-1]))
         head, last = start.rstrip(), row[-1]
         if not LABEL <= width - len(last) < len(start):
             lines += wrapped("", last, start, len(start) + 2)

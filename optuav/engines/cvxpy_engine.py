@@ -227,9 +227,7 @@ class CvxpyProgramme:
             x = np.asarray(self.x.value, dtype=float)
         return x
 
-    def _in_slots(
-        self, form: LinearForm, values: Mapping[str, float], slot_s: float
-    ) -> tuple[Floats, Floats]:
+    def _in_slots(self, form: LinearForm, values: Values, slot_s: float) -> tuple[Floats, Floats]:
         """Rows in numbers of slots; bounds of unknowns become their first and last slot."""
         ranges = slot_ranges(self.model, values, slot_s)
         a = form.normals[..., 0] * np.where(self.counted, slot_s, 1.0)

@@ -89,13 +89,11 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
 
 def own_bounds(model: Model, parameters: Values) -> dict[str, tuple[float, float]]:
     """The stated lower and upper bound of every unknown."""
-    return {
-        each.name: (
-            float(evaluate(each.lower, parameters)),
-            float(evaluate(each.upper, parameters)),
-        )
-        for each in model.variables
-    }
+    found = {}
+    for each in model.variables:
+        low, high = (float(evaluate(end, parameters)) for end in (each.lower, each.upper))
+        found[each.name] = low, high
+    return found
 
 
 def implied_upper_bounds(

@@ -1,11 +1,12 @@
 """Constraints evaluated at a point, apart from any solver, and numbers that no engine can use."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
 
+from optuav.arrays import Values
 from optuav.errors import Fault, InputError, refuse
 from optuav.modelling.display import table
 from optuav.modelling.expression import Call, Operand, Relation, Sense
@@ -117,7 +118,7 @@ def holding(sense: Sense, left: Operand, right: Operand) -> Operand:
     return np.abs(left - right) <= allowance
 
 
-def check(model: Model, point: Mapping[str, Operand]) -> Checks:
+def check(model: Model, point: Values) -> Checks:
     """Evaluate every constraint of a model at a point, from wherever it comes.
 
     Parameters
@@ -148,7 +149,7 @@ def check(model: Model, point: Mapping[str, Operand]) -> Checks:
     return evaluated(model, _numbers(point, model))
 
 
-def evaluated(stated: Model | Iterable[Constraint], point: Mapping[str, Operand]) -> Checks:
+def evaluated(stated: Model | Iterable[Constraint], point: Values) -> Checks:
     """`check`, also of some constraints alone; names that they do not have are ignored.
 
     A `KeyError` names a variable without a value.
@@ -168,7 +169,7 @@ def evaluated(stated: Model | Iterable[Constraint], point: Mapping[str, Operand]
     return Checks(rows)
 
 
-def _numbers(point: Mapping[str, Operand], model: Model) -> dict[str, Operand]:
+def _numbers(point: Values, model: Model) -> dict[str, Operand]:
     """The values of a point as numbers and arrays that broadcast with those of the model."""
     names, given = [each.name for each in model.variables], model.given
     words = "a variable of the model without a value"
@@ -224,7 +225,7 @@ def refuse_misfits(model: Model, programmes: int) -> None:
 
 
 @np.errstate(all="ignore")
-def unusable(model: Model, values: Mapping[str, Operand]) -> str:
+def unusable(model: Model, values: Values) -> str:
     """Where the numbers of a programme are no numbers: parameters, else labels of constraints."""
     parameters = [
         f"{name} = {values[name]:g}" for name in model.given if not np.isfinite(values[name])

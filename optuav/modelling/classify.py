@@ -105,16 +105,9 @@ def traits(model: Model) -> Traits:
             # Bounds will do in place of `Bounded` functions.
             done = {**forms}
             unlevelled = _first_flaw(stated, lambda tree: exponential(tree, {}, done, relaxed))
-    found = Traits(
-        len(unknowns),
-        integer,
-        tuple(open_below),
-        next((node.ufunc.__name__ for node in rough), ""),
-        nonlinear,
-        longest,
-        unlevelled,
-    )
-    walked.traits = found
+    kind = len(unknowns), integer, tuple(open_below)
+    kink = next((node.ufunc.__name__ for node in rough), "")
+    walked.traits = found = Traits(*kind, kink, nonlinear, longest, unlevelled)
     return found
 
 

@@ -35,11 +35,7 @@ Section: TypeAlias = tuple[str, list[Line]]  # Lines under a heading
 def table(rows: Sequence[Sequence[str]]) -> str:
     """Rows of cells, lined up on the left."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    padded = (
-        GAP.join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True))
-        for row in rows
-    )
-    return "\n".join(line.rstrip() for line in padded)
+    return "\n".join(GAP.join(map(str.ljust, row, widths)).rstrip() for row in rows)
 
 
 def text(model: Model) -> str:
@@ -192,8 +188,7 @@ def _columns(rows: Sequence[Sequence[str]], indent: str, *, longest: float = mat
         if first != head:
             lines.append(f"{indent}{first}")
         row = [head, *cells]
-        padded = (f"{cell:<{width}}  " for cell, width in zip(row, widths, strict=False))
-        start = "".join([indent, *padded])
+        start = indent + "".join(f"{each}{GAP}" for each in map(str.ljust, row, widths))
         # Where little is left beside the first cells, below them.
         below = len(start) + 2 if line_width(WIDTH) - len(start) > ROOM else len(indent) + 4
         lines += textwrap.wrap(

@@ -18,6 +18,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
+from optuav.arrays import Values
 from optuav.modelling.expression import Bounded, Call, Expression, Operand, Relation, Variable
 from optuav.modelling.traversal import fold, nodes
 
@@ -45,7 +46,7 @@ class Exponential(NDArrayOperatorsMixin):
     """
 
     terms: Mapping[Monomial, Operand]
-    rates_per_s: Mapping[str, Operand] = field(default_factory=dict)
+    rates_per_s: Values = field(default_factory=dict)
 
     @property
     def linear(self) -> bool:
@@ -156,7 +157,7 @@ class Relaxation:
 
 def exponential(
     expression: Operand,
-    values: Mapping[str, Operand],
+    values: Values,
     done: dict[int, Operand] | None = None,
     call: Callable[[Operand, tuple[Operand, ...]], Operand] = applied,
 ) -> Exponential:
@@ -184,19 +185,15 @@ class Affine(NamedTuple):
     """constant + Σ coefficient · variable, each a number or an array over programmes."""
 
     constant: Operand
-    coefficients: Mapping[str, Operand]
+    coefficients: Values
 
     def times(self, factor: Operand) -> Affine:
         """This form times a number or an array."""
-        return Affine(
-            self.constant * factor,
-            {name: coefficient * factor for name, coefficient in self.coefficients.items()},
-        )
+        scaled = {name: each * factor for name, each in self.coefficients.items()}
+        return Affine(self.constant * factor, scaled)
 
 
-def affine(
-    expression: Operand, values: Mapping[str, Operand], done: dict[int, Operand] | None = None
-) -> Affine:
+def affine(expression: Operand, values: Values, done: dict[int, Operand] | None = None) -> Affine:
     """Affine form of an expression.
 
     Parameters
@@ -246,7 +243,7 @@ def not_linear(every: Iterable[Expression], forms: Mapping[int, Operand]) -> str
 
 
 def excess(
-    relation: Relation, values: Mapping[str, Operand], done: dict[int, Operand] | None = None
+    relation: Relation, values: Values, done: dict[int, Operand] | None = None
 ) -> tuple[Affine, Operand]:
     """Left side less right side as an affine form, and the constant on the right; see `affine`."""
     left, right = (affine(side, values, done) for side in relation.sides)

@@ -247,16 +247,9 @@ class Model:
         model = new(Model)
         model.__dict__ |= self.__dict__
         model.objective = twins.get(id(self.objective), self.objective)
-        lists = (
-            self.preferences,
-            self.variables,
-            self.lets,
-            self.constraints,
-            walk.state,
-            walk.trees,
-        )
-        copies: list[list[Any]] = [[twins.get(id(each), each) for each in some] for some in lists]
-        model.preferences, model.variables, model.lets, model.constraints, state, trees = copies
+        for name in ("preferences", "variables", "lets", "constraints"):
+            vars(model)[name] = [twins.get(id(each), each) for each in vars(self)[name]]
+        state, trees = ([twins.get(id(e), e) for e in some] for some in (walk.state, walk.trees))
         for variable in model.variables:
             low, high = variable.lower, variable.upper
             variable.lower, variable.upper = twins.get(id(low), low), twins.get(id(high), high)

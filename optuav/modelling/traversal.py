@@ -5,6 +5,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from optuav.arrays import Values
 from optuav.modelling.expression import Call, Expression, Leaf, Let, Operand, Parameter, Variable
 
 Result = TypeVar("Result")
@@ -92,7 +93,7 @@ def has_unknowns(*expressions: Operand) -> bool:
 
 
 def evaluate(
-    expression: Operand, values: Mapping[str, Operand], done: dict[int, Operand] | None = None
+    expression: Operand, values: Values, done: dict[int, Operand] | None = None
 ) -> Operand:
     """Value of an expression with numbers or arrays in place of its variables and parameters.
 
@@ -184,14 +185,12 @@ class Slope(NamedTuple):
     """Value of an expression and its derivatives by the names of its leaves."""
 
     value: Operand
-    by: Mapping[str, Operand]
+    by: Values
     of: tuple[np.ufunc, tuple[Operand, ...]] | None = None  # A function and its operands
 
 
 @np.errstate(divide="ignore", invalid="ignore")  # the exponent of most powers is a number
-def slope(
-    expression: Operand, values: Mapping[str, Operand], done: dict[int, Operand] | None = None
-) -> Slope:
+def slope(expression: Operand, values: Values, done: dict[int, Operand] | None = None) -> Slope:
     """Value of an expression and its derivatives with respect to every leaf in it.
 
     Every node carries both (forward differentiation). Values as of `evaluate`, `done` as of `fold`.

@@ -21,12 +21,7 @@ from optuav.modelling import Model
 from optuav.modelling.classify import traits
 from optuav.options import HOVER_POINTS, ORDERS, TRAJECTORIES, Perspective, ProblemName
 
-PROBLEMS: Mapping[str, Formulation] = {
-    "P1": P1(),
-    "P2": P2(),
-    "P2-tight": P2(tight=True),
-    "P3": P3(),
-}
+PROBLEMS: Mapping[str, Formulation] = {e.name: e for e in (P1(), P2(), P2(tight=True), P3())}
 """Names that stand for problems with their defaults."""
 PROBLEM_NAMES = (*PROBLEMS, "P4")  # Names of all problems of the paper; P4 needs a building too
 OF_THE_PAPER = tuple(dict.fromkeys([*map(type, PROBLEMS.values()), P4]))
