@@ -10,8 +10,6 @@ References
    nonlinear function without using derivatives", Advances in Engineering Software, 1997.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeAlias
 
@@ -150,7 +148,7 @@ class Rows(NamedTuple):
     rate_x_per_s: Floats
     rate_y_per_s: Floats
 
-    def take(self, which: Integers) -> Rows:
+    def take(self, which: Integers) -> "Rows":
         """The rows of some programmes, by their numbers in ascending order."""
         if len(which) == len(self.rate_x_per_s):
             return self

@@ -7,8 +7,6 @@ The integral (1 − exp(−kt))/k stands for the decay, as it keeps its digits w
 nothing.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
@@ -187,7 +185,7 @@ class Affine(NamedTuple):
     constant: Operand
     coefficients: Values
 
-    def times(self, factor: Operand) -> Affine:
+    def times(self, factor: Operand) -> "Affine":
         """This form times a number or an array."""
         scaled = {name: each * factor for name, each in self.coefficients.items()}
         return Affine(self.constant * factor, scaled)

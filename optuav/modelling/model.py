@@ -1,7 +1,5 @@
 """A model: labelled variables, parameters and constraints, and what is sought."""
 
-from __future__ import annotations
-
 import math
 import operator
 import sys
@@ -214,7 +212,7 @@ class Model:
             for name, parameter in self.walked.given.items()
         }
 
-    def with_values(self, values: Values) -> Model:
+    def with_values(self, values: Values) -> "Model":
         """The same model with other values of its parameters, by name.
 
         Every node is copied, which is much faster than to declare it again; named quantities that

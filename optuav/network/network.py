@@ -1,7 +1,5 @@
 """The network of a mission as arrays: its places, legs and routes, and the trajectories over it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, lru_cache
 
@@ -48,7 +46,7 @@ class Network:
         """Which key caps the charging current, and where; see `places.charging_cap`."""
         return charging_cap(self.mission, self.places)
 
-    def only(self, route: int) -> Network:
+    def only(self, route: int) -> "Network":
         """The same network with a single route, number 0, and the legs that it uses."""
         routes, table = self.routes.take([route]), self.legs
         flown = routes.legs != NO_LEG

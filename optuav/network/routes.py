@@ -1,7 +1,5 @@
 """Routes with at most one building, as arrays."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
@@ -32,7 +30,7 @@ class Routes:
     def __len__(self) -> int:
         return len(self.building)
 
-    def take(self, which: Sequence[int] | Integers) -> Routes:
+    def take(self, which: Sequence[int] | Integers) -> "Routes":
         """The routes with the given numbers, in that order."""
         chosen = np.asarray(which, dtype=np.intp)
         return Routes(**{each.name: getattr(self, each.name)[chosen] for each in fields(self)})

@@ -27,8 +27,6 @@ References
    IEEE Internet of Things Journal, 2020, eqs (11)-(16).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, Self
@@ -63,7 +61,7 @@ class Battery:
         return np.maximum(self.flow_rate_per_s / (share * self.bound_fraction), TINY)
 
     @cached_property
-    def full(self) -> Wells:
+    def full(self) -> "Wells":
         """Both wells of the full battery [A s]."""
         return Wells(
             self.available_fraction * self.capacity_As, self.bound_fraction * self.capacity_As

@@ -11,8 +11,6 @@ References
 .. [1] M. R. Jongerden, B. R. Haverkort, "Which battery model to use?", IET Software, 2009.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
@@ -105,7 +103,7 @@ class Packs:
         """Whether every pack was seen empty, which ends a course at its `clock_s` [s]."""
         return np.asarray(~self.in_service.any(axis=1))
 
-    def take(self, courses: Integers | Sequence[int]) -> Packs:
+    def take(self, courses: Integers | Sequence[int]) -> "Packs":
         """A copy with some courses, by number; a number may be repeated."""
         found = copy(self)
         found.wells = Wells(*(well[courses] for well in self.wells))

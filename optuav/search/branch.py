@@ -1,7 +1,5 @@
 """Branch and bound over sequences of stops and the durations of their stays."""
 
-from __future__ import annotations
-
 import itertools
 import time
 from collections import deque
@@ -37,7 +35,7 @@ Progress = Callable[[float, int, int], None]
 class SearchResult:
     """What a search found."""
 
-    stops: Stops | None
+    stops: "Stops | None"
     bound_s: float  # No plan hovers longer [s]; −inf where it is proved that there is no plan
     ended: str  # Why the search ended early; empty if it is complete
 

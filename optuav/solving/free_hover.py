@@ -6,8 +6,6 @@ evaluated at points all over the region, with the real geometry, and from the be
 ever smaller steps are tried.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Sequence
@@ -75,7 +73,7 @@ DESCRIPTIONS = {
 """Printed in place of formulas in w that would fill a page."""
 
 
-def free_program(question: Question, mission: Mission) -> FreeProgram:
+def free_program(question: Question, mission: Mission) -> "FreeProgram":
     """(P1) with the hover point free, declared for the routes that some point may make flyable."""
     stated = replace(question, problem=replace(question.p1, hover_point="w_U"), engine=AUTO)
     own = declared_program(replace(stated, time_limit_s=None), build_network(mission))

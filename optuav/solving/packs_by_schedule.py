@@ -6,8 +6,6 @@ the best pair is refined. In slots that is exhaustive, which is a proof. In cont
 none, as the feasible pairs between the steps may form any shape.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Sequence
@@ -189,7 +187,7 @@ class _Route:
             open_ &= np.isnan(found) & (hovers_s >= least_s - SLACK * step_s)
         return found
 
-    def refined(self, hover_s: float, rests_s: Floats) -> tuple[float, Floats, _Route]:
+    def refined(self, hover_s: float, rests_s: Floats) -> "tuple[float, Floats, _Route]":
         """The best Δ in finer steps [s], the rests that admit it [s], and this route."""
         before_s = self.step_s
         for share in FINER:

@@ -1,7 +1,5 @@
 """A program: the declared models of a question, to be printed, checked, solved and compiled."""
 
-from __future__ import annotations
-
 import math
 import reprlib
 from collections.abc import Callable, Mapping, Sequence
@@ -35,7 +33,7 @@ from optuav.status import Status
 MOST_REASONS = 10  # blocked legs that are named one by one
 
 
-def declared_program(question: Question, network: Network) -> Program:
+def declared_program(question: Question, network: Network) -> "Program":
     """The question as a program; without parts, and with reasons, where nothing can be flown."""
     parts, reasons = list[Part](), impossibilities(network)
     for which, rests in () if reasons else groups(question, network):
@@ -361,7 +359,7 @@ class Program:
             found[name] = ShadowPrice(*sides)
         return found
 
-    def compile(self, engine: str | Engine | None = None) -> CompiledProgram:
+    def compile(self, engine: str | Engine | None = None) -> "CompiledProgram":
         """Hand the models to an engine once, by default the question's, to be solved often.
 
         Raises

@@ -1,7 +1,5 @@
 """Uncertain keys: how they are spread, samples of them, and what follows for the hover time."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -194,7 +192,7 @@ class FixedPlan:
     rest_time_s: float
 
     @classmethod
-    def of(cls, plan: Plan, mission: Mission) -> FixedPlan:
+    def of(cls, plan: Plan, mission: Mission) -> "FixedPlan":
         """Return the plan on a mission, or refuse one for other places or another route."""
         scene, other = (
             (each.route.origin_m, each.route.destination_m, each.link.device_m, each.buildings)
