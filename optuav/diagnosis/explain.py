@@ -25,11 +25,11 @@ from optuav.modelling.check import evaluated, relations
 from optuav.modelling.traversal import has_unknowns, leaves
 from optuav.modelling.writer import Text
 from optuav.network.graph import Graph, as_graph
-from optuav.network.network import build_network
+from optuav.network.network import SAME_S, build_network
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.solving import Program, solve
-from optuav.solving.outcome import SAME_S, Part, more_stops_may_help, not_excluded, words
+from optuav.solving.outcome import Part, more_stops_may_help, not_excluded, words
 from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
 from optuav.solving.question import PROBLEM_NAMES, checked_question, problem_of
 from optuav.status import Status

@@ -234,10 +234,7 @@ def solve(
     # Numbers in `FOUND_OUT`: the first that holds, 0 where a number is NaN.
     found_out = np.where(none, 1, np.where(unknown, 2, np.where(open_, 3, 4))) * usable
     answered = usable & ~none & ~unknown
-    points = {
-        name: np.where(answered, each, np.nan)
-        for name, each in zip(names, (found.x, found.y), strict=False)
-    }
+    points = {n: np.where(answered, x, np.nan) for n, x in zip(names, found[:2], strict=False)}
     return Solution(
         engine=NAME,
         proof=PROOF if answered.any() else PROOF_OF_NONE,

@@ -53,10 +53,8 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
     programme.
     """
     names = tuple(variable.name for variable in model.variables)
-    labels: list[str] = []
-    signs: list[float] = []
-    forms: list[Affine] = []
-    bounds: list[tuple[int, int]] = []
+    labels, signs, forms = list[str](), list[float](), list[Affine]()
+    bounds = list[tuple[int, int]]()
     done = model.walked.forms(values)
     for number, constraint in enumerate(relations(model)):
         relation, own = constraint.relation, number >= len(model.constraints)

@@ -58,8 +58,7 @@ def _met(
 
     By number of the constraint among `relations` and by sign: an equality gives two.
     """
-    rows: dict[tuple[int, float], Floats] = {}
-    done: dict[int, Operand] = {}
+    rows, done = dict[tuple[int, float], Floats](), dict[int, Operand]()
     count = len(model.variables)
     sizes = np.array([max(abs(values[name]), k < count) for k, name in enumerate(names)], float)
     stated = list(relations(model))  # kept, so that no two nodes share an identity

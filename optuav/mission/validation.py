@@ -242,8 +242,7 @@ def rules(document: Document) -> Iterator[Breach]:
 
 def _buildings(buildings: Sequence[Document]) -> Iterator[Breach]:
     """Names that a building may not have, and polygons that are no footprints."""
-    first: dict[str, int] = {}
-    rings: dict[int, Sequence[Sequence[float]]] = {}
+    first, rings = dict[str, int](), dict[int, Sequence[Sequence[float]]]()
     for place, building in enumerate(buildings):
         name, footprint = building.get("name", UNKNOWN), building.get("footprint_m")
         if name in RESERVED_NAMES:

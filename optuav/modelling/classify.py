@@ -41,11 +41,6 @@ class Traits(NamedTuple):
         """Whether objective and constraints are affine in the variables."""
         return self.nonlinear is None
 
-    @property
-    def smooth(self) -> bool:
-        """Whether all functions are known to have derivatives everywhere."""
-        return not self.rough
-
     def __str__(self) -> str:
         kind = "linear" if self.linear else "not smooth" if self.rough else "smooth"
         integer = ", some unknowns binary" if self.integer else ""

@@ -106,7 +106,11 @@ def _sections(model: Model, writer: Text) -> Iterator[Section]:
         unknowns.append((domain, each.label if each.labelled else ""))
     stated = [(writer.write(each.relation), each.label) for each in model.constraints]
     defined = []
-    for let in _named_quantities(model):
+    lets = [each for each in model.walked.nodes if isinstance(each, Let)]
+    trees = [*model.walked.trees, *(each.expression for each in lets if not each.words)]
+    seen = {id(each) for each in outermost(*trees)}
+    # Of a chain of quantities that are written in words only the last is shown.
+    for let in (each for each in lets if not each.words or id(each) in seen):
         what = writer.words(let.words) if let.words else writer.write(let.expression)
         defined.append((f"{writer.named(let).text} = {what}", let.name))
     if unknowns:
@@ -130,17 +134,6 @@ def _parameters(model: Model, writer: Text) -> list[tuple[str, str, str, str, st
             value = np.concatenate([np.ravel(each.value) for each in those])
         found.append((symbol, name, writer.write(value), unit, key))
     return found
-
-
-def _named_quantities(model: Model) -> list[Let]:
-    """The named quantities that the page shows, each after those that it is made of.
-
-    Of a chain of quantities that are written in words only the last is shown.
-    """
-    lets = [each for each in model.walked.nodes if isinstance(each, Let)]
-    written = [*model.walked.trees, *(each.expression for each in lets if not each.words)]
-    seen = {id(each) for each in outermost(*written)}
-    return [each for each in lets if not each.words or id(each) in seen]
 
 
 def _merged(rows: Sequence[Line], writer: Text, *, all_names: bool = False) -> list[Line]:

@@ -22,7 +22,7 @@ from optuav.network.places import (
 from optuav.network.routes import Routes, build_routes
 from optuav.options import Order, Trajectory
 
-SAME_S = 1e-6  # Flight times that differ by no more than this are equal [s]
+SAME_S = 1e-6  # Times that differ by no more than this are equal [s]
 
 
 @dataclass(frozen=True, eq=False)

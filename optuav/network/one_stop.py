@@ -12,18 +12,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from optuav.network.graph import edited_legs
+from optuav.network.graph import Graph, edited_legs
 from optuav.network.legs import Legs, build_legs
 from optuav.network.network import Network
 from optuav.network.obstacles import prisms
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
-
-if TYPE_CHECKING:
-    from optuav.network.graph import Graph
 
 FIGURES = ("duration_s", "charge_As", "energy_J")
 UNITS = ("s", "A s", "J")

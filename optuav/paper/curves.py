@@ -15,7 +15,7 @@ from optuav import solving
 from optuav.arrays import Floats
 from optuav.mission import Mission, load
 from optuav.network import vehicle
-from optuav.network.network import build_network
+from optuav.network.network import SAME_S, build_network
 from optuav.network.variants import Variants
 from optuav.options import Perspective, Trajectory
 from optuav.physics import laser, rotor
@@ -37,7 +37,6 @@ HOVER_S = 100.0  # Hover time of Figs. 9 and 10 [s].
 
 WIND_POINTS = 401
 HALVINGS = 30
-SAME_S = 1e-6  # Hover times that differ by less are the same
 LARGEST_PACK = 4.0  # Largest pack that is tried, over the mission's own
 REMEMBERED = 512
 BEST = P1()

@@ -320,10 +320,7 @@ def _bars(
     value: Callable[[Plan], float] = attrgetter("hover_time_s"),
 ) -> list[plots.Bar]:
     """A value of plans by their group and name, None where there is no plan."""
-    return [
-        plots.Bar(*names, value(plan) if plan else None, plan.flyable)
-        for names, plan in plans.items()
-    ]
+    return [plots.Bar(*n, value(p) if p else None, p.flyable) for n, p in plans.items()]
 
 
 def least_charge(mission: Mission, perspective: Perspective) -> Exhibits:
@@ -458,10 +455,7 @@ def more_stops(mission: Mission) -> Exhibits:
         plan = solve(with_deadline(mission, deadline_s), P1(stops=stops, hovers=hovers))
         plans[f"{words}, T_max = {deadline_s:g} s"] = plan
     found = existing(plans)
-    said = [
-        f"{name}: {plan.hover_time_s:.3f} s; {', '.join(_stays(plan))}."
-        for name, plan in found.items()
-    ]
+    said = [f"{n}: {p.hover_time_s:.3f} s; {', '.join(_stays(p))}." for n, p in found.items()]
     bars = _bars({(n.replace(", T_max", ",\n$T_{max}$"), ""): plan for n, plan in found.items()})
     said += missing(plans)
     yield Exhibit(mission, "more-stops", _records(found, "most"), bars=bars, findings=said)

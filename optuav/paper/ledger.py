@@ -18,7 +18,7 @@ from optuav.errors import Fault, refuse
 from optuav.mission import Mission
 from optuav.mission.messages import nearest
 from optuav.network import vehicle
-from optuav.network.network import build_network
+from optuav.network.network import SAME_S, build_network
 from optuav.network.one_stop import one_stop_is_enough
 from optuav.network.places import HOVER
 from optuav.options import Perspective
@@ -332,10 +332,11 @@ def eta3_signs(mission: Mission) -> Value:
     start, end = (charge_left(mission, 3, hover_s) / 100.0 for hover_s in (0.0, 697.0))
     hover = float(vehicle.hover_load(mission).power_W) * 697.0 / table2.HOVER_J
     shares = (1.0 - start, hover, end - start + hover)
+    (stated,) = (each[2] for each in table2.CONSISTENT if each[:2] == (3, 697))
     found = (
         " ".join("−" if sign < 0.0 else "+" for sign in signs)
         for signs in itertools.product((-1.0, 1.0), repeat=3)
-        if abs(1.0 + float(np.dot(signs, shares)) - 0.2830) < 0.01
+        if abs(1.0 + float(np.dot(signs, shares)) - float(stated) / 100.0) < 0.01
     )
     return " or ".join(found)
 
@@ -364,7 +365,7 @@ def longest_perspectives(mission: Mission) -> Value:
     longest: set[str] = set()
     for deadline_s in curves.DEADLINES_S:
         hovers = {name: curves.table2_row(mission, deadline_s, name).hover_time_s for name in PAPER}
-        longest |= {name for name in hovers if hovers[name] >= max(hovers.values()) - curves.SAME_S}
+        longest |= {name for name in hovers if hovers[name] >= max(hovers.values()) - SAME_S}
     return ", ".join(name for name in PAPER if name in longest)
 
 

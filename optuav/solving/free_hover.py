@@ -26,7 +26,7 @@ from optuav.mission import Mission
 from optuav.modelling import Model, Parameter
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
-from optuav.network.network import Network, build_network
+from optuav.network.network import SAME_S, Network, build_network
 from optuav.network.places import HOVER
 from optuav.network.variants import Variants
 from optuav.options import Perspective
@@ -59,9 +59,9 @@ FIRST_M, ROUGH_M, LAST_M, SHRINK = 20.0, 1.0, 1e-7, 0.6
 """First and last length of steps [m], factor after a round without a better point; at the one in
 between, only the best start of each route is followed further."""
 ROUGH_S = 0.1  # and that of no route which is worse than the best by more than this [s]
-AGAIN, AGAIN_M, SAME_S = 8, 1.0, 1e-6
-"""Further refinements from near the best point, how near [m], and by how much two that agree may
-differ [s], which ends them: small steps may be caught by a ridge that leads to no top."""
+AGAIN, AGAIN_M = 8, 1.0
+"""Most further refinements from near the best point, and how near [m]; one that agrees ends them:
+small steps may be caught by a ridge that leads to no top."""
 DESCRIPTIONS = {
     "flight_time_s": "time of all legs, two of them to w and from w",
     "flight_charge_As": "charge drawn on all legs",

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -30,7 +30,8 @@ from optuav.modelling.forms import NotExponentialError
 from optuav.modelling.model import Constraint
 from optuav.modelling.traversal import has_unknowns
 from optuav.network.feasibility import impossibilities
-from optuav.network.network import Network
+from optuav.network.graph import Graph
+from optuav.network.network import SAME_S, Network
 from optuav.network.one_stop import one_stop_is_enough
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.timeline import route_phases, simulated, stay_net
@@ -40,13 +41,9 @@ from optuav.solving.assemble import legs_and_stays, quantities
 from optuav.solving.question import AUTO, MOST_BUILDINGS, PROBLEM_NAMES, Question, answer
 from optuav.status import Status
 
-if TYPE_CHECKING:
-    from optuav.network.graph import Graph
-
 ANY_S = 1e9  # Longer than any time of a mission [s]
 MOST_VIOLATED = 2  # violated constraints that are stated in full
 ROUNDING = 1e-9  # share of the capacity that rounding may take
-SAME_S = 1e-6  # times that differ by no more than this are equal [s]
 TIMES = ("hover_time_s", "rest_time_s")  # Unknowns that make a plan; a formulation may have others
 WARNED_OF = ("empty", "full")  # Events of a simulation that `Plan.warnings` states already.
 ENDS = {

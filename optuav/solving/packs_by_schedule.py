@@ -137,7 +137,7 @@ class _Route:
         self.net_A = {each.kind: float(each.stages[0].current_A) for each in phases}
         self.flight_time_s = float(network.routes.flight_time_s[number])
         self.left_s = mission.limits.deadline_s - self.flight_time_s
-        if slot_s:  # The balance of charge, as if packs were pooled, bounds what packs deliver.
+        if slot_s:  # The limits of pooled packs bound what packs in turns deliver.
             limited = math.isfinite(clock.limit_s)
             steps_s = axes(part.model, part.model.row(entry), slot_s, limited=limited)
         else:
@@ -164,7 +164,8 @@ class _Route:
     ) -> Floats:
         """Longest hovers in whole steps for some rests [s]; NaN where shorter than `least_s`."""
         # Simulated from the top down: from what the deadline leaves, the balance of charge, which
-        # knows of no refused charge, and what the packs last in the hover itself.
+        # knows of no refused charge, and what the packs last in the hover itself. That balance is
+        # for given rests, where `outcome.by_balance` seeks the best rest.
         found = np.full(len(rests_s), np.nan)
         if not len(rests_s) or self.clock.is_late():
             return found

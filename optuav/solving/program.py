@@ -22,11 +22,11 @@ from optuav.modelling import Check, Checks, Model, check
 from optuav.modelling.check import refuse_misfits
 from optuav.modelling.classify import traits
 from optuav.network.feasibility import blocked_legs, impossibilities
-from optuav.network.network import Network, trajectory_routes
+from optuav.network.network import SAME_S, Network, trajectory_routes
 from optuav.plan import Plan
 from optuav.solving import outcome
 from optuav.solving.assemble import quantities
-from optuav.solving.outcome import SAME_S, Part
+from optuav.solving.outcome import Part
 from optuav.solving.question import LONGEST_HOVER, Question, chosen_engine, refuse_unfit
 from optuav.status import Status
 

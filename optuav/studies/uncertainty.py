@@ -21,14 +21,13 @@ from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import Number
 from optuav.modelling.check import evaluated
 from optuav.network import vehicle
-from optuav.network.network import Network, build_network
+from optuav.network.network import SAME_S, Network, build_network
 from optuav.network.places import ENDS
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
 from optuav.solving.batch import hover_times_s
-from optuav.solving.outcome import SAME_S
 
 KNOWN = "body.gravity_m_s2"  # It varies only where its spread is stated
 SHARE = 0.1  # Reach of a key to either side if nothing is stated, relative to its value
