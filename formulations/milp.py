@@ -72,11 +72,11 @@ def route_choice(
 ) -> Model:
     """The longest hover time on any one of some routes, as one linear model.
 
-    Of equal plans the shortest mission is preferred, and of those the first route. The state of
-    charge is affine in the perspectives of the paper, which alone are taken. The unknowns are those
-    of (P1) and a ``choice[k]`` for every route, k from 1, relaxed 0 ≤ λ ≤ 1; as a hull also
-    ``hover_time_s[k]`` and ``rest_time_s[k]``. A quantity that differs between the routes is a
-    parameter ``name[k]``.
+    Of equal plans the shortest mission is preferred, then the first route. Only the paper's
+    perspectives are taken, in which the state of charge is affine. The unknowns are those of (P1)
+    and a ``choice[k]`` for every route, k from 1, relaxed 0 ≤ λ ≤ 1; as a hull also
+    ``hover_time_s[k]`` and ``rest_time_s[k]``. Quantities that differ between routes are parameters
+    ``name[k]``.
     """
     title = "P1: longest hover within reach of the device, with or without a rest"
     model = Model(f"{title}, on one of {len(routes)} routes")

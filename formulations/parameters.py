@@ -1,4 +1,4 @@
-"""The quantities that formulations speak of, with symbol, unit and key of the mission.
+"""The quantities that formulations use, with symbol, unit and key of the mission.
 
 The nomenclature in ``docs/`` says what each stands for.
 """

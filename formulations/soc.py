@@ -100,8 +100,7 @@ class _Pool(Battery):
 def levels(given: Quantities, hover: Operand, rest: Operand) -> Sequence[Wells]:
     """The wells after every step of the itinerary, from a full battery.
 
-    The same times give the same trees, so that several constraints share them. The steps have names
-    in a tree, else each would multiply the printed problem.
+    Constraints share the trees of the same times; steps have names, which keeps the page short.
     """
     for h, r, known in given.known_levels:
         if h is hover and r is rest:
@@ -142,9 +141,8 @@ def _named(what: str, symbol: str, tree: Operand, step: int, words: str) -> Oper
 def _tapered(whole: Battery, level: Wells, stage: Stage, stay: str) -> Wells:
     """Wells after a stay in which charging tapers, in numbers or symbols.
 
-    At constant current throughout, neither well would hold less (`optuav.physics.kibam`), and
-    both would hold the same if y1 stayed below ωB. That, and what they hold when full, bounds what
-    a stay leaves in a form that engines take.
+    At constant current neither well would hold less (`optuav.physics.kibam`), and both as much
+    while y1 < ωB. That, and the full wells, are bounds in a form that engines take.
     """
     if isinstance(stage.duration_s, float) and stage.duration_s == 0.0:
         return level

@@ -1,4 +1,4 @@
-"""The longest time that limits of battery wells admit, bracketed by a point and a proof.
+"""The longest time that limits of battery wells admit, bracketed by a feasible point and a bound.
 
 Takes models that maximise one of at most two times, with constraints of the form that phases of
 constant current give (see `rows`), linear ones among them. The answer comes with a time that no
@@ -58,11 +58,10 @@ class Interval(NamedTuple):
 
 
 def largest(rows: Rows, x_top: Floats, y_top: Floats, *, any_point: bool = False) -> Interval:
-    """Bracket the largest x of every programme.
+    """Bracket the largest x of every programme, whose rows do not hold beyond the tops [s].
 
-    Beyond the tops [s], one a programme, the rows do not hold. Where y is 0, the points where a row
-    ceases to hold are all found, and tried from the largest. With `any_point`, any point will do
-    where looking for the largest x takes long.
+    For y = 0 all points where a row ceases to hold are found, and tried from the largest. With
+    `any_point`, any point will do where looking for the largest x takes long.
     """
     if not y_top.any():
         x = Section(rows.weights[:3], rows.rate_x_per_s).end(x_top)
@@ -95,9 +94,8 @@ def shortest(rows: Rows, found: Interval, y_top: Floats) -> Floats:
 def _monotone(rows: Rows, x_top: Floats, y_top: Floats) -> tuple[Floats, Floats, Floats]:
     """Largest x under the rows that fall with x, and that either rise or fall with y.
 
-    Those that fall with y and are constant in x or linear admit y up to lines start − slope · x.
-    Returns a point (x, y) and what no point is beyond, one a programme; NaN and −inf where no x
-    holds.
+    Those that fall with y, constant or linear in x, admit y up to lines start − slope · x. Returns
+    a point (x, y) and what no point is beyond, one a programme; NaN and −inf where no x holds.
     """
     falls, rising, sinking = rows.trends(x_top, y_top)
     helped, harmed = falls & rising, falls & sinking & ~rising
@@ -186,9 +184,8 @@ def _most(
 ) -> Floats:
     """Upper bound, around x, of the sum of two rows whose slope in y is 0 where they are closest.
 
-    Of the tightest rising and the tightest other row at the smallest y at which the rising rows
-    hold, for y within two ends: its value and slope there, and what its second derivatives add. NaN
-    where there is no such pair.
+    By value, slope and second derivatives of the tightest rising and the tightest other row, at the
+    smallest y within two ends at which the rising rows hold. NaN where there is no such pair.
     """
     at_x, kx, ky = rows.at_x(x), rows.rate_x_per_s, rows.rate_y_per_s
     only = np.where(rising, at_x.weights, np.reshape([1.0, 0.0, 0.0], (3, 1, 1)))
@@ -216,9 +213,9 @@ def solve(
 ) -> Solution:
     """Bracket the longest time of every programme; arguments as of `registry.Engine.solve`.
 
-    The objective is one unknown, to be maximised; there is at most one other; both are from 0. The
-    solution's `beyond` is what no answer exceeds: the status is feasible where that is farther than
-    `WIDTH_S` from the answer, unknown where there is none, and error where a number is NaN.
+    The objective is one of at most two unknowns from 0. No answer exceeds the solution's `beyond`:
+    the status is feasible where that is farther than `WIDTH_S` from the answer, unknown where there
+    is none, and error where a number is NaN.
     """
     given = values or {}
     names = sorted((each.name for each in model.variables), key=model.objective.name.__ne__)
@@ -253,8 +250,7 @@ def _read(
 ) -> tuple[Rows, Floats, Booleans]:
     """All rows at constant current, how far both times can go [s], and where the numbers are.
 
-    The times go as far as constraints allow that are linear and only shorten times; the second is 0
-    where there is but one.
+    Linear constraints that only shorten times limit them; the second is 0 where there is but one.
     """
     tops = np.zeros((2, programmes))
     shortening = [
@@ -292,10 +288,7 @@ def _tapered(
     tops: Floats,
     relaxed: Rows,
 ) -> Interval:
-    """The best of three points with the taper, with the smallest y found, and the bound above.
-
-    The bound is that of all rows at constant current (`relaxed`).
-    """
+    """The best of three points with the taper, its smallest y, and the bound without it."""
     tapered = dict.fromkeys(each.constraint for each in forms if each.relaxed and each.constraint)
     values = {name: each.value for name, each in model.given.items()} | {**given}
 
@@ -337,8 +330,7 @@ def some_point(
 ) -> tuple[dict[str, Floats], Booleans]:
     """Times that satisfy all constraints, NaN where none are known, and where it is proved none do.
 
-    Parameters as for `solve`. What is sought does not matter, nor how the times compare. Raises
-    `InputError` if one of them may be negative.
+    The objective does not matter. `InputError` if a time may be negative.
     """
     if any(np.any(evaluate(each.lower, values or {}) < 0.0) for each in model.variables):
         raise InputError(f"engine {NAME} needs unknowns of at least 0")

@@ -179,7 +179,7 @@ class CvxpyProgramme:
         return found(status, proof, f"{self.solver}: {words}", point, duals=duals)
 
     def _run(self) -> tuple[Status | None, str]:
-        """Status of the problem as it stands, solved, and the solver's own word for it.
+        """Solve the problem; its status, and the status that the solver itself returned.
 
         None where it leaves open whether the problem is infeasible or unbounded.
         """

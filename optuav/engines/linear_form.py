@@ -1,4 +1,4 @@
-"""Linear constraints of a model as rows A x ≤ b, and how far they let the unknowns go.
+"""Linear constraints of a model as rows A x ≤ b, and the bounds that they imply on the unknowns.
 
 A linear model gives rows and goals for many programmes at once; of any other model the linear
 constraints bound the unknowns, for whole slots and for where to look.
@@ -49,8 +49,7 @@ class LinearForm:
 def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm:
     """The rows and goals of a linear model; `NotAffineError` if it is not linear.
 
-    Values of parameters that differ from the model's by name: numbers, or arrays with one entry a
-    programme.
+    Parameters may have other values by name: numbers, or arrays with one entry a programme.
     """
     names = tuple(variable.name for variable in model.variables)
     labels, signs, forms = list[str](), list[float](), list[Affine]()
@@ -137,11 +136,10 @@ def cut_short(model: Model) -> set[str]:
 
 
 def slot_ranges(model: Model, parameters: Values, slot_s: float) -> dict[str, tuple[int, int]]:
-    """First and last slot of every unknown that is not binary, counted from 0.
+    """First and last slot of every unknown that is not binary, from 0; last < first for none.
 
-    Where the last slot is cut short by the unknown's own upper bound it counts; where a constraint
-    between unknowns ends the range, or an equation holds the unknown, whole slots only. Where no
-    slot is left, the last one is the one before the first.
+    A last slot that the unknown's own upper bound cuts short counts; one that a constraint between
+    unknowns or an equation cuts short does not.
     """
     own, cut = own_bounds(model, parameters), cut_short(model)
     implied = implied_upper_bounds(model, parameters, {name: end for name, (end, _) in own.items()})

@@ -30,12 +30,12 @@ Single: TypeAlias = Callable[[Mapping[str, float]], Solution]  # The same for on
 
 @dataclass(frozen=True)
 class Capability:
-    """What an engine takes.
+    """Which models an engine takes.
 
     Parameters
     ----------
     name
-        As `optuav.solve` takes it: that of the engine.
+        Name of the engine, by which `optuav.solve` takes it.
     nonlinear, integer
         Whether it takes models that are not linear, and binary unknowns.
     slots
@@ -131,9 +131,24 @@ class Engine(Protocol):
         """
 
     def compile(self, model: Model, programmes: int = 1, **limits: float | None) -> Compiled:
-        """Hand over a model once, to be solved often; the arguments are those of `solve`.
+        """Hand over a model once, to be solved often; by default each call solves it anew.
 
-        Where there is nothing to prepare, the model is solved again.
+        Parameters
+        ----------
+        model, programmes
+            A declaration that it takes, and the number of entries of its arrays, at least 1.
+        limits
+            ``slot_s`` and ``time_limit_s`` [s], as for `solve`.
+
+        Returns
+        -------
+        Compiled
+            Call it with values of parameters by name for a `Solution`; it raises as `solve` does.
+
+        Raises
+        ------
+        InputError
+            If the model has a form that the engine cannot prepare.
         """
         return lambda values: self.solve(model, programmes, values, **limits)
 
@@ -200,7 +215,7 @@ capabilities = {each.name: each for each in CAPABILITIES}
 def register(added: Engine) -> None:
     """Add an engine, which `optuav.solve` then knows by its name.
 
-    It comes after those of the package where "auto" looks for one that takes a model.
+    It comes last where "auto" looks for one that takes a model.
 
     Raises
     ------
@@ -224,7 +239,9 @@ def conforming(given: Engine) -> Engine:
     """An engine that was given; refused if it is none, such as a class instead of its object."""
     known = isinstance(getattr(given, "takes", None), Capability) and not isinstance(given, type)
     if not known or not isinstance(given.name, str) or not callable(getattr(given, "solve", None)):
-        words = "an object with name, takes (a Capability) and solve; of a class, Engine()"
+        words = "a name, or an object with name, takes (a Capability) and solve"
+        if isinstance(given, type):
+            words = f"an instance, as {given.__name__}(), not the class"
         raise InputError([Fault("engine", f"{given!r:.60}", words)])
     return given
 
@@ -266,5 +283,5 @@ def preferred(model: Traits, slots: bool) -> Engine:
     others = [name for name in able if name not in slots_only]
     if names := [*slots_only, *others] if slots else others:
         return engine(names[0])
-    more = f"; with slot_s, {slots_only[0]} does" if slots_only else ""
-    raise InputError(f"no engine takes this model: {model}{more}")
+    more = f" in continuous times: state slot_s for engine {slots_only[0]}" if slots_only else ""
+    raise InputError(f"no engine takes this model ({model}){more}")

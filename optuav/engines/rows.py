@@ -1,4 +1,4 @@
-"""Rows g(x, y) ≥ 0 in two times and how wells level out in them, for many programmes at once.
+"""Rows g(x, y) ≥ 0 in two times x and y and the levelling of wells, for many programmes at once.
 
 With V = (1 − exp(−kx))/k and W = (1 − exp(−ky))/k a row is g = a + b x + c V + d y + e W + f V W:
 what phases of constant current do to the wells of a battery, and what a deadline does to the
@@ -51,9 +51,8 @@ def close_in(
     """The last points that hold (margin ≥ 0) on the way from a start that does to a goal.
 
     With neighbours at most a width apart that do not hold; the goal twice where it holds, NaN and
-    the goal where neither end does. Inverse quadratic interpolation where three points allow it,
-    else halving: [1]_. What is found of an interval does not depend on the others. Margins at start
-    and goal may be known.
+    the goal where neither end does. By inverse quadratic interpolation or halving [1]_, each
+    interval independent of the others. Margins at start and goal may be known.
     """
     which = np.arange(len(start))
     f1, f2 = known or (margin(start, which), margin(goal, which))
@@ -109,8 +108,7 @@ class Section(NamedTuple):
     def end(self, top: Floats, *, smallest: bool = False) -> Floats:
         """Largest or smallest y from 0 to top at which all rows hold, one a programme; NaN if none.
 
-        It is 0, the top, or a point at which some row begins or ceases to hold. All such points are
-        found, on either side of the row's turning point, and tried.
+        All points at which a row begins or ceases to hold are found and tried, with 0 and the top.
         """
         _, d, e = self.weights
         turns = -np.log(-d / e) / self.rate_per_s  # NaN or infinite if nowhere
@@ -166,8 +164,7 @@ class Rows(NamedTuple):
     def over_x(self, low: Floats, high: Floats) -> Section:
         """Rows that hold wherever the rows hold for some x from low to high.
 
-        The part without y is taken where it is largest, at an end or where its slope vanishes; the
-        weight of W, which is monotone in x, at an end.
+        Each part is taken where it is largest, at an end or where its slope vanishes.
         """
         a, b, c, d, e, f = self.weights
         rate = self.rate_x_per_s
@@ -208,9 +205,8 @@ class StatedForm(NamedTuple):
 def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats) -> Rows:
     """Rows from forms that have to be ≥ 0, in one or two unknowns.
 
-    Those that cannot fall below 0 up to a reach [s], as far as their terms tell one by one, are
-    left out; where other programmes need them, they are infinite. The sizes and the
-    reach say how much rounding there may be.
+    Those that cannot fall below 0 up to a reach [s], by the bounds of their terms, are left out, or
+    infinite where other programmes need them. Sizes and reach say how much rounding there may be.
     """
     rates: dict[str, Operand] = {}
     for each in stated:

@@ -126,9 +126,9 @@ class Solution:
     def multipliers_at(self, index: int) -> dict[str, float]:
         """Multiplier of every constraint in the answer to a programme, by label.
 
-        In units of the objective per unit of the constraint, ≥ 0; that of an equality has the sign
-        of what one more unit of its right side brings. Empty without an answer, and from engines
-        that have none. Where the engine gives none but its answers are optimal, they are computed.
+        In units of the objective per unit of the constraint, ≥ 0; of an equality with the sign of
+        what one more unit of its right side brings. Empty without an answer or multipliers of the
+        engine; computed where an engine with optimal answers gives none.
         """
         if not self.statuses[index].has_answer or self.duals is not None:
             return dict(*(self.duals or ())[index : index + 1])
@@ -153,10 +153,7 @@ class Solution:
         return tuple(dict.fromkeys(found))
 
     def verify(self, index: int = 0) -> Checks:
-        """Evaluate an answer again, outside the engine that gave it.
-
-        `SolverError` if it violates a constraint, or there is none.
-        """
+        """Evaluate an answer again, outside its engine; `SolverError` if it fails."""
         rows = evaluated(self.declared, {**self.parameters_at(index), **self.point(index)})
         broken = [f"{row.label} by {-row.slack:.3g}" for row in rows if not row.satisfied]
         if broken:
@@ -167,8 +164,8 @@ class Solution:
     def slacks(self) -> Mapping[str, Floats]:
         """By label, how much every constraint has left in its own unit, one a programme.
 
-        Negative where it is violated, NaN without an answer; of the two bounds of an unknown, which
-        share a label, the nearer one. Evaluated in NumPy on first use.
+        Negative where it is violated, NaN without an answer; of two bounds with one label the
+        nearer one.
         """
         answered = np.array([status.has_answer for status in self.statuses])
         found: dict[str, Floats] = {}
@@ -187,8 +184,7 @@ class Solution:
     def shadow_prices(self, index: int = 0) -> dict[str, ShadowPrice]:
         """Shadow price of every parameter in a programme, by name; see `ShadowPrice`.
 
-        Empty for an answer in whole slots, which small changes leave where it is, and where there
-        is no answer.
+        Empty without an answer, and in whole slots, which small changes do not move.
         """
         known = self.duals is None or any(self.duals[index : index + 1])
         if not known or not self.statuses[index].has_answer:

@@ -59,10 +59,7 @@ class Course(NamedTuple):
 
 
 def pooled(mission: Mission, phases: Sequence[Phase]) -> Course:
-    """All packs as one battery, whose wells may pass empty and full.
-
-    Where charging tapers it takes no more than keeps it full.
-    """
+    """All packs as one battery, which may pass empty and full; tapered, it is kept full at most."""
     pool, tapers = vehicle.pool(mission), mission.battery.charging == "taper"
     wells, stretches, ends = pool.full, list[Stretch](), list[tuple[Wells, ...]]()
     for place, phase in enumerate(phases):
@@ -165,9 +162,8 @@ def soc(
 ) -> dict[str, Floats]:
     """State of charge by perspective [-] at moments [s]; the share is (y1 + y2)/B [-].
 
-    Energies count as drawn in flight, drawn in hover, or gained, which is received in hover and net
-    at rest. The full battery has E_1, E_2 and E_0 [J] at the voltages of flight, of hover, and
-    nominally.
+    Energies are drawn in flight, drawn in hover, or gained: received in hover, and net at rest. The
+    full battery has E_1, E_2 and E_0 [J] at the voltages of flight, of hover, and nominally.
     """
     times_s, energies_J, flown_As = [0.0], [(0.0, 0.0, 0.0)], 0.0
     for kind, each in ((phase.kind, stage) for phase in flown for stage in phase.stages):

@@ -174,10 +174,7 @@ def replay(plan: Plan | Itinerary) -> Replay:
 
 
 def _broken_limits(mission: Mission, flown: Sequence[Phase], soc: float) -> Iterator[Event]:
-    """What breaks a limit of the mission other than those of the wells, and what to know.
-
-    The state of charge at the end is that of the packs [-].
-    """
+    """Broken limits but those of the wells, and what to know, by the packs' state of charge [-]."""
     end_s, deadline_s = flown[-1].end_s, mission.limits.deadline_s
     for place, due, time_s, verb in (
         (flown[0].start, "origin", 0.0, "begins"),

@@ -61,7 +61,8 @@ class Itinerary:
     Raises
     ------
     InputError
-        If a stop is at no place of the mission, of no kind that there is, or of no duration.
+        If a stop names no place of the mission, is no rest or hover, or its duration is
+        out of range.
 
     Examples
     --------

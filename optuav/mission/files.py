@@ -1,7 +1,4 @@
-"""The one way in for TOML, JSON and CSV, and the one way out for every file that the package makes.
-
-What is wrong with a file is raised as an `InputError`.
-"""
+"""Reads TOML, JSON and CSV files, and writes every file that the package makes."""
 
 import contextlib
 import errno

@@ -21,15 +21,26 @@ MOST_NAMED = 10  # Of the points at which a constraint is violated, how many are
 
 @dataclass(frozen=True)
 class Check:
-    """One constraint at a point, or at an array of points."""
+    """One constraint at a point, or at an array of points.
 
-    constraint: Constraint  # As declared, or a bound of a variable
-    left: Operand  # Values of the two sides
+    Parameters
+    ----------
+    constraint
+        As declared, or a bound of a variable.
+    left, right, slack, satisfied
+        Values of the two sides in the constraint's unit, by how much it holds (negative where it is
+        violated), and whether it holds within `TOLERANCE`; numbers, or arrays by point.
+    points, names
+        What the points of an array are, and the name of each; empty where nothing is known.
+    """
+
+    constraint: Constraint
+    left: Operand
     right: Operand
-    slack: Operand  # By how much it holds; negative where it is violated
-    satisfied: Operand  # Whether it holds within `TOLERANCE`
-    points: str = ""  # What an array of points is; empty for how many there are
-    names: tuple[str, ...] = ()  # Name of each of them; empty where they have none
+    slack: Operand
+    satisfied: Operand
+    points: str = ""
+    names: tuple[str, ...] = ()
 
     @property
     def label(self) -> str:
@@ -150,10 +161,7 @@ def check(model: Model, point: Values) -> Checks:
 
 
 def evaluated(stated: Model | Iterable[Constraint], point: Values) -> Checks:
-    """`check`, also of some constraints alone; names that they do not have are ignored.
-
-    A `KeyError` names a variable without a value.
-    """
+    """`check`, also of some constraints alone; ignores other names, `KeyError` if one lacks."""
     rows, whole, done = [], isinstance(stated, Model), dict[int, Operand]()
     if isinstance(stated, Model):
         done, stated = stated.walked.values(point), relations(stated)

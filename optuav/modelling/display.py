@@ -41,9 +41,9 @@ def table(rows: Sequence[Sequence[str]]) -> str:
 def text(model: Model) -> str:
     """The model in lines of at most `WIDTH` characters by default, broken between terms.
 
-    Every parameter is listed with its value, its unit and the mission's key that it comes from; an
-    array over programmes, with the number and the range of its entries. Lines that differ in the
-    number of their symbols alone are written once, see `Indexed`.
+    Every parameter is listed with value, unit and key of the mission, an array with number and
+    range of its entries. Lines that differ in the numbers of symbols alone are written once, see
+    `Indexed`.
     """
     writer = Text(marks=True)
     lines = [model.title, ""]

@@ -189,13 +189,21 @@ class Parameter(Expression):
 
 @dataclass(eq=False, repr=False)
 class Let(Expression):
-    """A named intermediate quantity."""
+    """A named intermediate quantity.
 
-    name: str  # As a reader calls it
-    symbol: str  # As the mathematics writes it
+    Parameters
+    ----------
+    name, symbol, unit
+        As a reader calls it, as the mathematics writes it, and ``"s"`` or ``"1"`` for a ratio.
+    expression, words
+        What it stands for, and what is printed instead where that would fill a page.
+    """
+
+    name: str
+    symbol: str
     unit: str
-    expression: Operand  # What it stands for
-    words: str = ""  # Printed instead of an expression that would fill a page
+    expression: Operand
+    words: str = ""
 
     def __post_init__(self) -> None:
         if isinstance(self.expression, Expression):

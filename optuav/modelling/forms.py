@@ -1,4 +1,4 @@
-"""Forms of expressions: affine ones, and those with products of what levels out with times.
+"""Forms of expressions: affine ones, and those with exponentials that level out.
 
 What phases of constant current do to the wells of a battery is a sum of 1, their durations t, and
 products of (1 − exp(−kt))/k with one factor a duration at most. It is found by walking a tree, or
@@ -68,8 +68,7 @@ NOWHERE = Exponential({frozenset({("", "levelling")}): math.nan})
 def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
     """A function of forms and numbers.
 
-    Where coefficients cancel but for rounding, their term goes: else the wells, which level out
-    from a difference, would hold a time times a levelling.
+    A term whose coefficients cancel but for rounding is dropped.
     """
     left, right = operands[0], operands[-1]
     first, last = isinstance(left, Exponential), isinstance(right, Exponential)
@@ -135,8 +134,8 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
 class Relaxation:
     """What functions of forms become, with bounds in place of `Bounded` functions.
 
-    Those named `at_ceiling` are at their ceilings, the others at their bounds. It collects their
-    names, and as limits what must be ≥ 0 for their bounds to be exact.
+    Those named `at_ceiling` are at their ceilings. It collects the others' names, and as limits
+    what must be ≥ 0 for their bounds to be exact.
     """
 
     at_ceiling: str = ""

@@ -215,8 +215,8 @@ class Model:
     def with_values(self, values: Values) -> "Model":
         """The same model with other values of its parameters, by name.
 
-        Every node is copied, which is much faster than to declare it again; named quantities that
-        occur in no constraint or objective stay those of this model.
+        Nodes are copied, which is faster than to declare them; named quantities in no constraint or
+        objective stay those of this model.
         """
         walk, new = self.walked, object.__new__
         steps, numbers = walk.tape
@@ -269,10 +269,7 @@ class Model:
 
 
 def _place_of_caller() -> str:
-    """File and line from which a method of the model was called.
-
-    Where a method called ``declare`` had others state something for it, its own line.
-    """
+    """File and line from which a method was called, or that of a ``declare`` on the way."""
     caller = sys._getframe(2)
     frame: FrameType | None = caller
     while frame is not None and frame.f_code.co_name != "declare":

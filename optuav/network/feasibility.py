@@ -1,4 +1,4 @@
-"""What follows from a mission before any battery is simulated: figures, and what is amiss."""
+"""What follows from a mission before any battery is simulated: figures and warnings."""
 
 import math
 from collections.abc import Iterator

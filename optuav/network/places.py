@@ -101,11 +101,12 @@ class ChargingCap(NamedTuple):
 def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
     """Which key caps the charging current, and where; None if none does, or nothing may charge.
 
-    Places whose power was stated in a graph are left out.
+    Of the places where a UAV stays, without those whose power was stated in a graph.
     """
     if mission.laser is None:
         return None
     lit = places.laser_sight & ~places.edited
+    lit[[ORIGIN, DESTINATION]] = False
     stated = mission.flight.charge_current_A if mission.flight.model == "regimes" else None
     key = "battery.charge_current_A" if stated is None else "flight.charge_current_A"
     current_A = mission.battery.charge_current_A if stated is None else stated

@@ -14,8 +14,8 @@ from optuav.options import Order
 class Routes:
     """Routes with at most one building; all arrays have one entry a route.
 
-    They are ordered as ties are broken: the direct route, then the buildings in the mission's
-    order, each rest first and then hover first.
+    In the order of ties: direct, then by building in the mission's order, rest first before hover
+    first.
     """
 
     legs: Integers  # (route, 3): numbers of the legs flown, −1 for none

@@ -96,9 +96,9 @@ def direct(mission: Mission, pack_As: float, perspective: Perspective) -> Plan:
 def least_pack(
     mission: Mission, perspective: Perspective = "battery", hover_s: float | None = None
 ) -> float | None:
-    """Least pack [A s] with which the direct path hovers so long [s], if any, by halving.
+    """Least pack [A s] with which the direct path hovers for `hover_s`, if any, by halving.
 
-    By default as long as the deadline admits, which then ends it.
+    By default for as long as the deadline admits.
     """
     low, high = 0.0, LARGEST_PACK * mission.battery.capacity_As
     most, deadline_s = direct(mission, high, perspective), mission.limits.deadline_s

@@ -51,9 +51,8 @@ class NotShownError(Exception):
 class Exhibit:
     """A picture, or a table whose first row has the headings, with its numbers and findings.
 
-    `file` and `part` begin and end the name of its files; `file` is also the key of its texts in
-    the statements' file. It is drawn as these say unless it is drawn; those of their findings are
-    left out whose words are missing or None.
+    `file` and `part` make the name of its files; `file` is also the key of its texts in the
+    statements' file. Findings with words that are missing or None are left out.
     """
 
     def __init__(

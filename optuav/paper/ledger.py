@@ -62,9 +62,8 @@ class Verdict(StrEnum):
 class PaperStatement:
     """A number of the paper, or a finding in words, as the file of the statements describes it.
 
-    `compute` names the function of our value and its arguments, `room` that of the values which the
-    other numbers of the paper leave for it, and `flight` the only flight model for which both are
-    defined.
+    `compute` and `room` name the functions, with arguments, of our value and of the values that the
+    paper's other numbers admit, for the `flight` model alone if it is stated.
     """
 
     name: str
@@ -101,7 +100,7 @@ class Entry:
     """A statement with our value by the printed parameters, and by the recovered loads.
 
     The missions are ``paper`` and ``paper-table2``; a value is None where it does not apply. `room`
-    is what the other numbers of the paper leave for the value, where the statement asks for it.
+    is what the other numbers of the paper admit, where the statement asks for it.
     """
 
     statement: PaperStatement

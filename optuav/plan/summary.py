@@ -44,8 +44,9 @@ def summary(plan: Plan) -> str:
     if plan:
         longest = plan.problem == "P1" and plan.trajectory == "optimal"
         among = longest and not plan.has_several_stops  # Plans with more stops may be longer.
-        which = " with at most one rest and one hover in one piece" if among else ""
-        lines += wrapped("Answer", f"{plan.status.value}{which} ({plan.proof})")
+        which = " among plans with at most one rest and one hover" if among else ""
+        status = plan.status.value.replace("_", " ")
+        lines += wrapped("Answer", f"{status}{which} ({plan.proof})")
         if plan.flyable is not None:
             words = "yes, simulated again" if plan.flyable else "NO, as its simulation shows"
             lines += wrapped("Flyable", words)

@@ -45,8 +45,8 @@ BINS = 60
 class Bar(NamedTuple):
     """A value of a plan, None without one, by its group below the axis and its name in the legend.
 
-    A name is a perspective, a trajectory, a problem, or nothing. Bars of plans that cannot be flown
-    are hatched; None is a plan of which that is not known.
+    Names are perspectives, trajectories, problems or empty. Bars of plans that cannot be flown are
+    hatched, unless that is not known (None).
     """
 
     group: str

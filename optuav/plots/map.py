@@ -345,10 +345,7 @@ class Scene:
 
     @property
     def corners_m(self) -> Floats:
-        """Two corners (2, 2) of the box on the map that holds what is worth seeing [m].
-
-        It holds all places, and the coverage as far as it does not dwarf them.
-        """
+        """Two corners (2, 2) [m] around all places, and the coverage unless it is far larger."""
         mission, device = self.mission, np.array(self.mission.link.device_m[:2])
         seen = [device, *self.places.position_m[self.places.exists, :2]]
         seen += [np.array(mission.laser.position_m[:2])] if mission.laser else []

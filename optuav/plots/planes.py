@@ -189,7 +189,7 @@ def _cuts(
 ) -> Iterator[tuple[Constraint, Floats, Booleans]]:
     """The constraints without which more would be feasible, one of those that do the same.
 
-    Each comes with by how much it holds, and where all others hold.
+    Each with its slack, and where all others hold.
     """
     kept = [(each, excess, excess >= 0.0) for each, excess in sampled]
     bounding = [each for each in kept if each[0].relation.sense != "=="]

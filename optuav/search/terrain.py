@@ -125,9 +125,9 @@ class Boxes:
 
 
 def patterns(rests: int, hovers: int) -> Iterator[Pattern]:
-    """Kinds of stops in order, at most so many of each and at least one hover, the short first.
+    """Kinds of stops in order, up to `rests` rests and 1 to `hovers` hovers, the shortest first.
 
-    Two hovers in a row are one. Among as many stops, rests come early, as ties are broken.
+    Two hovers in a row are one. Among equally many stops, rests come early, as ties are broken.
     """
     for stops in range(1, rests + hovers + 1):
         for pattern in itertools.product((False, True), repeat=stops):

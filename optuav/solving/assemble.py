@@ -1,4 +1,4 @@
-"""The quantities that formulations speak of, from the arrays of a mission or of its variants."""
+"""The quantities that formulations use, from the arrays of a mission or of its variants."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -51,9 +51,8 @@ def quantities(
 ) -> Quantities:
     """Quantities of some itineraries, all direct or all by way of a building.
 
-    Arrays have one entry an itinerary, of a mission or of numbered variants of it. The steps on the
-    way are among them where all stay in the same order; legs to and from an open hover point are
-    named.
+    Arrays have one entry an itinerary, of a mission or of numbered variants. The steps on the way
+    are included where all stay in the same order; legs to and from an open hover point are named.
     """
     tables = _single(source) if isinstance(source, Network) else source
     first = tables.network.routes.rest_first[which]

@@ -41,7 +41,7 @@ from optuav.solving.question import AUTO, Question
 from optuav.status import Status
 
 REFUSED = (
-    "{}: not with hover_point = 'free'; ask it of the mission of the plan that was found, whose "
+    "hover_point = 'free' has no {}: use the mission of the plan that was found, whose "
     "route.hover_m is the point"
 )
 PROOF = "local: points all over the region, the best of them refined by ever smaller steps"
@@ -121,7 +121,7 @@ class FreeProgram(Program):
 
     def compile(self, engine: str | Engine | None = None) -> NoReturn:
         """Refused: the models do not know which buildings are in the way."""
-        raise InputError(REFUSED.format("compile"))
+        raise InputError(REFUSED.format("compiled program"))
 
 
 def _gain(plan: Plan, own: Plan) -> str:

@@ -1,4 +1,4 @@
-"""What becomes of answers: the best plan, what is known beyond it, or why there is none."""
+"""From answers to plans: the best one, whether others can be better, or why there is none."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ ENDS = {
 }
 """The end of a phase in words, by its kind, with the places where it starts and ends."""
 BOUNDED = "bracketed: a feasible time, and a longer one that none exceeds"
-MORE_STOPS = "more stops are not excluded"
-SEARCHED = "--stops 2 --hovers 2, or P1(stops=2, hovers=2)"
+MORE_STOPS = "more stops may give a longer hover"
+SEARCHED = "search with --stops 2 --hovers 2, or P1(stops=2, hovers=2)"
 PROVED = {
     "P2": "bounded: no flight and rest is shorter than the shortest flight",
     "P2-tight": "bounded: no flight and rest is shorter, as the engine {} proves that no hover is "
@@ -135,8 +135,8 @@ def plan_for(
             refused_As = capacity_As + sum(each.charge_As for each in flown) - left_As
             if refused_As > ROUNDING * capacity_As and not packs.takes_turns:
                 refused = f"the {refused_As:.6g} A s that the full battery refused are lost"
-                only = "and only battery tells so, not energy and adjusted"
-                notes.append(f"charging tapered: {refused}, {only}")
+                only = "only the state of charge battery counts that"
+                notes.append(f"charging tapered: {refused}; {only}")
         found |= {"phases": flown, "soc": soc}
     return Plan(
         mission=mission,
@@ -168,7 +168,7 @@ def plan_of(
     point, route = solution.point(entry), int(part.routes[entry])
     hover_s, rest_s = (point.get(name, 0.0) for name in TIMES)
     if min(hover_s, rest_s) < 0.0:
-        stated = "at least 0 s, or no plan is made of it: state lower=0.0"
+        stated = "a plan needs at least 0 s: declare the variable with lower=0.0"
         times = zip(TIMES, (hover_s, rest_s), strict=True)
         raise InputError([Fault(name, f"{t:g}", stated) for name, t in times if t < 0.0])
     notes = []
@@ -258,7 +258,7 @@ def shortest_flight(network: Network, parts: Sequence[Part]) -> tuple[int, int]:
 
 
 def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> tuple[str, ...]:
-    """Why no times are feasible: what holds at none on the shortest flight, at the least times.
+    """Why no times are feasible: what cannot hold on the shortest flight, at the least times.
 
     Where each constraint alone can be met, that they cannot be met together.
     """
@@ -354,7 +354,7 @@ def against_p1(question: Question, network: Network, parts: Sequence[Part], plan
 def not_excluded(question: Question, mission: Mission) -> str:
     """A note that more stops may help, and how to search for them."""
     if len(mission.buildings) > MOST_BUILDINGS:
-        return f"{MORE_STOPS}, nor searched for with more than {MOST_BUILDINGS} buildings"
+        return f"{MORE_STOPS}, searched for among at most {MOST_BUILDINGS} buildings"
     stated = {"slots": question.slot_s, "a stated order": question.problem.order}
     without = " or ".join(name for name, value in stated.items() if value is not None)
     return f"{MORE_STOPS}: {SEARCHED}" + (f", without {without}" if without else "")

@@ -61,7 +61,7 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
     if not found and not slot_s and not clock.ended and not (proof := _proof_of_none(parts)):
         raise SolverError(
             f"the search by battery.schedule = {schedule!r} found neither a plan nor proof "
-            f"that there is none, Δ and T' in steps of {step_s:g} s; with slot_s it is a proof"
+            f"that there is none, Δ and T' in steps of {step_s:g} s; with slot_s it is exhaustive"
         )
     if not found and clock.ended:
         fewer = ", or fewer routes (trajectory, order)" if len(routes) > 1 else ""
@@ -81,8 +81,8 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
     rested = [(route.smallest_rest_s(hover_s, rest_s), route) for route, rest_s in best]
     rest_s, route = min(rested, key=lambda each: each[1].flight_time_s + each[0])
     notes = [
-        f"packs by schedule {schedule!r}: one flies while the laser charges another; what full "
-        "packs refuse is lost, which battery counts and energy and adjusted do not"
+        f"packs by schedule {schedule!r}: one flies while the laser charges another; charge that "
+        "full packs refuse is lost; only the state of charge battery counts that"
     ]
     if clock.ended:
         proof = f"simulation that {clock.ended}, not proved"

@@ -82,14 +82,28 @@ def _no_route(question: Question, network: Network) -> tuple[str, ...]:
     blocked = (k for which, _ in wanted for k in which[~routes.flyable[which]].tolist())
     found = dict.fromkeys(leg for k in blocked for leg in blocked_legs(network, k))
     if not found:
-        return (f"{question.problem.name} declares no rest_time_s by way of a building",)
+        needed = "rest_time_s, which a route by way of a building needs"
+        return (f"{question.problem.name} declares no {needed}",)
     more = ("and other legs are blocked as well",) if len(found) > MOST_REASONS else ()
     return (*tuple(found)[:MOST_REASONS], *more)
 
 
 @dataclass(frozen=True)
 class Program:
-    """Declared models over some routes each; without any, the reasons why nothing can be flown.
+    """Declared models, each over some routes; or the reasons why nothing can be flown.
+
+    `optuav.formulate` makes it. Print it, check points, solve it, or compile its models.
+
+    Parameters
+    ----------
+    question
+        Problem, perspective, slots, engine and time limit, checked.
+    network
+        Places, legs and routes of the mission, as arrays.
+    parts
+        One model and the numbers of its routes each; empty where nothing can be flown.
+    reasons
+        Why nothing can be flown; empty where there are parts.
 
     Examples
     --------
@@ -214,7 +228,7 @@ class Program:
         matching = [p for p, own in zip(self.parts, unknowns, strict=True) if own == stated]
         if not matching:
             known = " or ".join(dict.fromkeys(", ".join(sorted(each)) for each in unknowns))
-            raise InputError(f"a point of this program states {known or 'nothing'}")
+            raise InputError(f"a point of this program has values for {known or 'no unknown'}")
         given = stated.union(*(part.model.given for part in matching))
         if strange := [name for name in point if name not in given]:
             every = dict.fromkeys(name for part in matching for name in part.model.parameters)
@@ -338,9 +352,9 @@ class Program:
     def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> dict[str, ShadowPrice]:
         """What one more unit of every named parameter brings; empty where there is no answer.
 
-        A figure of a route changes on all routes alike. Where routes tie, a change for the better
-        may take any, and one for the worse has to spoil them all. A side beyond the range of a key
-        is NaN. Solutions, if they are known, are the answers to all parts.
+        Figures of routes change on all alike. Where routes tie, a change for the better may take
+        any, and one for the worse has to affect them all. A side beyond the range of a key is NaN.
+        Solutions, if they are known, are the answers to all parts.
         """
         solutions = self.answers() if solutions is None else solutions
         every = [solutions[k].shadow_prices(index) for k, index in self.tied(solutions)]
