@@ -90,12 +90,9 @@ class Datasheet(MissionSection):
         flight at cruise speed, by default as long.
     hover_power_W, cruise_power_W
         Power without payload [W], 1 to 1e6, in place of either time.
-    cruise_speed_m_s
-        Cruise speed [m/s], 0.5 to 100.
-    reserve_percent
-        Charge that shall be left after landing [%], 0 to 90, by default 20.
-    laser_power_W
-        Power that the laser draws [W], 0 to 1e6, by default 5000.
+    cruise_speed_m_s, reserve_percent, laser_power_W
+        Cruise speed [m/s], 0.5 to 100; charge that shall be left after landing [%], 0 to 90, by
+        default 20; power that the laser draws [W], 0 to 1e6, by default 5000.
 
     Examples
     --------

@@ -46,10 +46,8 @@ class Battery:
 
     Parameters
     ----------
-    capacity_As
-        B [A s], > 0.
-    available_fraction
-        ω, share of the charge that is available when full [-], in (0, 1).
+    capacity_As, available_fraction
+        B [A s], > 0; ω, share of the charge that is available when full [-], in (0, 1).
     flow_rate_per_s
         k_F between the wells [1/s], ≥ 0; at 0 the bound charge stays bound.
     """

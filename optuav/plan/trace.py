@@ -76,17 +76,15 @@ class Trace:
         (moment, 3) [m], and along the path [m/s]: the rate of change of the position.
     pitch_rad, roll_rad
         Attitude [rad]; NaN where the flight model has none.
-    kind, stage, phase
-        ``"flight"``, ``"hover"`` or ``"rest"``; the stage of a leg; number of the phase, from 0.
-    start_place, end_place
-        Names of places.
+    kind, stage, phase, start_place, end_place
+        ``"flight"``, ``"hover"`` or ``"rest"``; the stage of a leg; number of the phase, from 0;
+        names of places.
     current_A, power_W, received_power_W, voltage_V
         Net, into the battery [A], [W]; what the laser delivers [W]; the voltage at which the
         current is drawn [V], the nominal one where none is.
-    available_As, bound_As
-        (moment, pack) charge in the wells [A s]; pooled packs count as one.
-    soc
-        State of charge by perspective [-].
+    available_As, bound_As, soc
+        (moment, pack) charge in the wells [A s], pooled packs count as one; state of charge by
+        perspective [-].
     """
 
     time_s: Floats

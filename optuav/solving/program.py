@@ -96,14 +96,10 @@ class Program:
 
     Parameters
     ----------
-    question
-        Problem, perspective, slots, engine and time limit, checked.
-    network
-        Places, legs and routes of the mission, as arrays.
-    parts
-        One model and the numbers of its routes each; empty where nothing can be flown.
-    reasons
-        Why nothing can be flown; empty where there are parts.
+    question, network
+        Problem, perspective, slots, engine and time limit, checked; the mission as arrays.
+    parts, reasons
+        One model and the numbers of its routes each; or why nothing can be flown.
 
     Examples
     --------

@@ -44,14 +44,12 @@ def formulate(
     perspective
         How charge counts: ``"available"``, ``"battery"``, ``"energy"``, ``"adjusted"`` or
         ``"wells"``; `optuav.solve` explains them.
-    slot_s
-        Length of the time slots [s], 0.001 to 1e7; None for continuous times.
-    engine
-        Name of an engine, ``"auto"`` or an `Engine`, which will solve the program.
-    graph
-        A graph from `optuav.graph` that was edited; its figures replace the computed ones.
-    time_limit_s
-        Longest that the engine may take [s], > 0 and at most 1e9; None for no limit.
+    slot_s, time_limit_s
+        Length of the time slots [s], 0.001 to 1e7, and longest that the engine may take [s], > 0
+        and at most 1e9; None for continuous times and for no limit.
+    engine, graph
+        Name of an engine, ``"auto"`` or an `Engine`, which will solve the program; a graph from
+        `optuav.graph` that was edited, whose figures replace the computed ones.
 
     Returns
     -------
