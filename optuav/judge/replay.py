@@ -30,8 +30,24 @@ IN_SLOTS = ("P1", "P2", "P2-tight", "P3", "P4")
 """Problems whose stays are whole slots; a user's own may bound them otherwise."""
 
 
+class Judged:
+    """What has events, because of some of which a plan cannot be flown."""
+
+    events: tuple[Event, ...]
+
+    @property
+    def violations(self) -> tuple[Event, ...]:
+        """The events because of which the plan cannot be flown."""
+        return tuple(event for event in self.events if event.violation)
+
+    @property
+    def flyable(self) -> bool:
+        """Whether the plan keeps every limit at every moment, and its figures are right."""
+        return not self.violations
+
+
 @dataclass(frozen=True)
-class Replay:
+class Replay(Judged):
     """A simulated plan.
 
     Parameters
@@ -58,16 +74,6 @@ class Replay:
     def mission(self) -> Mission:
         """The mission in which it was simulated."""
         return self.subject.mission
-
-    @property
-    def violations(self) -> tuple[Event, ...]:
-        """The events because of which the plan cannot be flown."""
-        return tuple(event for event in self.events if event.violation)
-
-    @property
-    def flyable(self) -> bool:
-        """Whether the plan keeps every limit at every moment, and its figures are right."""
-        return not self.violations
 
     @property
     def mission_time_s(self) -> float:

@@ -1,12 +1,11 @@
 """The kind of a model, found from its trees: linear, smooth, integer, and in how many unknowns."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from optuav.modelling.expression import Call, Operand
+from optuav.modelling.expression import Call
 from optuav.modelling.forms import (
     NOWHERE,
     Exponential,
@@ -40,6 +39,11 @@ class Traits(NamedTuple):
     def linear(self) -> bool:
         """Whether objective and constraints are affine in the variables."""
         return self.nonlinear is None
+
+    @property
+    def smooth(self) -> bool:
+        """Whether all functions are known to have derivatives everywhere."""
+        return not self.rough
 
     def __str__(self) -> str:
         kind = "linear" if self.linear else "not smooth" if self.rough else "smooth"
@@ -86,7 +90,8 @@ def traits(model: Model) -> Traits:
     rough = (c for c in calls if c.ufunc not in PARTIALS and (c.moves or c.ufunc not in KINKED))
     stated = [(each.label, each.relation.sides) for each in model.constraints]
     goals = [("objective", [model.objective]), ("preference", model.preferences)]
-    unlevelled, relaxed = None, Relaxation()
+    unlevelled: Flaw | None = None
+    relaxed = Relaxation()
     with np.errstate(all="ignore"):
         forms = walked.forms({})
         nonlinear = None
@@ -99,21 +104,14 @@ def traits(model: Model) -> Traits:
         if longest and len(forms) < len(walked.nodes):
             # Bounds will do in place of `Bounded` functions.
             done = {**forms}
-            unlevelled = _first_flaw(stated, lambda tree: exponential(tree, {}, done, relaxed))
+            for label, sides in stated:
+                try:
+                    for side in sides:
+                        exponential(side, {}, done, relaxed)
+                except NotExponentialError as error:
+                    unlevelled = label, str(error)
+                    break
     kind = len(unknowns), integer, tuple(open_below)
     kink = next((node.ufunc.__name__ for node in rough), "")
     walked.traits = found = Traits(*kind, kink, nonlinear, longest, unlevelled)
     return found
-
-
-def _first_flaw(
-    stated: Iterable[tuple[str, Sequence[Operand]]], form: Callable[[Operand], object]
-) -> Flaw | None:
-    """The first label with a tree that has no such form, and why: which function is to blame."""
-    for label, trees in stated:
-        try:
-            for tree in trees:
-                form(tree)
-        except NotExponentialError as error:
-            return label, str(error)
-    return None

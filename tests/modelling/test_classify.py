@@ -58,7 +58,7 @@ def of(relation: Callable[[Any, Any], Any]) -> Model:
 def test_linear_and_smooth(relation: Callable[[Any, Any], Any], linear: bool, smooth: bool) -> None:
     """A function of parameters alone is a number, whatever it is."""
     found = traits(of(relation))
-    assert (found.linear, not found.rough) == (linear, smooth)
+    assert (found.linear, found.smooth) == (linear, smooth)
     assert (found.unknowns, found.integer, found.open_below) == (2, False, ())
     assert (found.nonlinear or ("",))[0] == ("" if linear else "row")
 
@@ -71,7 +71,7 @@ def test_linear_and_smooth(relation: Callable[[Any, Any], Any], linear: bool, sm
 def test_only_what_is_known_to_be_smooth_is(function: Callable[[Any], Any]) -> None:
     """Steps and kinks under other names, and functions of which nothing is known."""
     found = traits(of(lambda x, y: y >= function(x)))
-    assert found.rough
+    assert not found.smooth
     assert takers(found, slots=False) == ("grid",)
 
 
@@ -100,7 +100,7 @@ def test_kinks_in_a_named_quantity_count() -> None:
     model = of(lambda x, y: x <= 1.0)
     bent = model.let("bent", np.abs(model.variables[0]))
     model.subject_to("bent", bent <= 3.0)
-    assert traits(model).rough
+    assert not traits(model).smooth
 
 
 def test_integer_and_open_below() -> None:
@@ -139,7 +139,7 @@ def test_one_unknown_in_words() -> None:
 def test_problems_of_the_paper_are_linear(formulation: Formulation, perspective: str) -> None:
     """In its own perspectives; P3 in Δ alone."""
     found = traits(formulation.model(quantities(), perspective))
-    assert (found.linear, not found.rough, found.integer) == (True, True, False)
+    assert (found.linear, found.smooth, found.integer) == (True, True, False)
     assert found.unknowns == (1 if isinstance(formulation, P3) else 2)
 
 
@@ -148,5 +148,5 @@ def test_wells_are_smooth_and_not_linear(problem: str) -> None:
     """Through e^(−k'δ) of the times."""
     for part in formulate("paper", problem, perspective="wells").parts:
         found = traits(part.model)
-        assert (found.linear, not found.rough) == (False, True)
+        assert (found.linear, found.smooth) == (False, True)
         assert (found.nonlinear or ("",))[0].endswith("state of charge")

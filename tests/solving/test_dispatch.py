@@ -144,7 +144,7 @@ def test_a_program_tells_what_it_is_and_who_takes_it() -> None:
     program = formulate("paper", perspective="battery")
     found = [traits(each.model) for each in program.parts]
     assert [each.unknowns for each in found] == [1, 2]
-    assert all(each.linear and not each.rough and not each.integer for each in found)
+    assert all(each.linear and each.smooth and not each.integer for each in found)
     assert {"closed-form", "cvxpy", "casadi", "grid"} <= set(program.engines)
     assert "closed-form" not in formulate("paper", slot_s=1.0, perspective="battery").engines
     wells = formulate("paper", "P3", perspective="wells")
