@@ -127,7 +127,7 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
 
 
 def _of_a_datasheet(key: str) -> str:
-    """What the help says of a number of a drone's datasheet."""
+    """Help for a number of a drone's datasheet."""
     from optuav.mission.template import Datasheet
 
     field = Datasheet.model_fields[key]

@@ -150,8 +150,8 @@ def _of_plan(plan: Plan) -> dict[str, Any]:
         raise InputError("the plan is over an edited graph: explain its mission with graph=")
     if plan.problem not in PROBLEM_NAMES:
         raise InputError(
-            f"the plan's problem {plan.problem} is a formulation of one's own, which its file does "
-            "not hold: explain the mission with it"
+            f"the plan's problem {plan.problem} is not of the paper, and its file does not hold "
+            "the formulation: explain the mission with it"
         )
     fields = {name: getattr(plan, name) for name in ("trajectory", "building", "order")}
     return {

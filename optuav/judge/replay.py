@@ -275,10 +275,7 @@ def _figures(
 
 
 def _mismatches(plan: Plan, figures: Iterator[Figure], broken: bool) -> list[Event]:
-    """Where a plan contradicts its simulation, which breaks a limit or not.
-
-    Compared are figures, whole slots, and the verdict that the plan states.
-    """
+    """Where figures, whole slots or the verdict of a plan contradict its simulation."""
     found = list[Event]()
     for time_s, name, stated, simulated, scale, unit in figures:
         if not same(stated, simulated, abs_tol=TOLERANCE * scale):

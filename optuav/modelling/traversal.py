@@ -192,8 +192,7 @@ class Slope(NamedTuple):
 def slope(expression: Operand, values: Values, done: dict[int, Operand] | None = None) -> Slope:
     """Value of an expression and its derivatives by every leaf in it (forward differentiation).
 
-    Values as of `evaluate`, `done` as of `fold`. `NotImplementedError` if a function has no
-    derivative.
+    Values as in `evaluate`, `done` as in `fold`. `NotImplementedError` without a derivative.
     """
 
     def leaf(node: Leaf) -> Slope:

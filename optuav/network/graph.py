@@ -210,8 +210,7 @@ def edited_legs(
 ) -> Legs:
     """A table of legs with the figures of the edges of a graph that is in order.
 
-    A leg without an edge is forbidden if it is `needed` (leg,), as all are by default; the others
-    stay as computed.
+    A leg without an edge is forbidden if it is `needed` (leg,), by default all; others stay.
     """
     table = {each.name: getattr(legs, each.name).copy() for each in fields(legs)}
     table["flyable"][slice(None) if needed is None else needed] = False

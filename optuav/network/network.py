@@ -80,9 +80,8 @@ def build_network(mission: Mission) -> Network:
 def trajectory_routes(network: Network, name: Trajectory, order: Order | None = None) -> Integers:
     """Numbers of the flyable routes that a trajectory may use, in one order or in both.
 
-    The trajectory ``"direct"`` has no stop, ``"traj1"`` goes by the building nearest the device,
-    ``"traj2"`` is the shortest in time by one building (several where they tie), ``"optimal"`` is
-    any.
+    Without a stop (``"direct"``), by the building nearest the device (``"traj1"``), the shortest in
+    time by a building, or several that tie (``"traj2"``), or any (``"optimal"``).
     """
     routes = network.routes
     usable, rests = routes.flyable, routes.building >= 0

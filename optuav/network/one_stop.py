@@ -65,9 +65,8 @@ def all_legs(network: Network, graph: Graph | None = None) -> Legs:
 def find_shortcuts(network: Network) -> tuple[Shortcut, ...]:
     """Where plans with more than one rest and one hover could pay in the linear perspectives.
 
-    The network's legs lead between any two places. Of every leg that a plan with one rest and one
-    hover may fly: the best way by a third place that takes less, one a figure. A missing leg counts
-    once.
+    Of every leg that a plan with one rest and one hover may fly: the best way by a third place that
+    takes less, one a figure. Legs lead between any two places; a missing one counts once.
     """
     table, names = network.legs, network.places.names
     figures = np.full((len(FIGURES), len(names), len(names)), np.inf)

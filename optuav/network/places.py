@@ -53,9 +53,8 @@ def build_places(mission: Mission, obstacles: Prisms) -> Places:
 def position_table(mission: Mission, roofs_m: Floats, radius_m: Quantity | None = None) -> Floats:
     """Positions of all places (variant or 1, place, 3) [m]; NaN for a hover point out of reach.
 
-    The mission's numbers may be columns (variant, 1), see `optuav.network.variants`; `roofs_m`
-    (building, 3) are the positions of its buildings, `radius_m` its coverage radius where known
-    [m].
+    Figures may be columns (variant, 1), see `optuav.network.variants`; `roofs_m` (building, 3) are
+    the positions of buildings, `radius_m` the coverage radius if known [m].
     """
     route = mission.route
     hover_m = vehicle.hover_point_m(mission, radius_m)

@@ -14,8 +14,7 @@ from optuav.options import Order
 class Routes:
     """Routes with at most one building; all arrays have one entry a route.
 
-    In the order of ties: direct, then by building in the mission's order, rest first before hover
-    first.
+    In the order of ties: direct, then the buildings in order, each rest first, then hover first.
     """
 
     legs: Integers  # (route, 3): numbers of the legs flown, −1 for none

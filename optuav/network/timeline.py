@@ -142,8 +142,7 @@ def route_phases(
 def phases_along(network: Network, legs: Sequence[int], stays_s: Sequence[Quantity]) -> list[Phase]:
     """Phases of legs flown one after the other; `simulated` adds starts and wells.
 
-    Between legs the UAV hovers at the hover point and rests on buildings, for `stays_s` [s], which
-    may be arrays.
+    In between the UAV hovers or rests for `stays_s` [s], which may be arrays.
     """
     table, places, found = network.legs, network.places, list[Phase]()
     names = places.names

@@ -84,7 +84,7 @@ class Exhibit:
                 self.axes = plots.curves(lines, **texts, marks=marks, y_from_zero=from_zero)
         self.findings = list[str]()
         for sentence in stated.get("findings", ()):
-            # What speaks of a plan or a crossing that does not exist is left unsaid.
+            # Findings on a plan or a crossing that does not exist are left out.
             with contextlib.suppress(KeyError):
                 self.findings.append(sentence.format(**known))
         self.findings += findings

@@ -420,7 +420,7 @@ def _harvests(mission: Mission, distance_m: Floats) -> Floats:
 
 
 def _crossing_As(mission: Mission, hover_s: float) -> float:
-    """Pack with which the direct path without laser hovers so long [A s]."""
+    """Pack with which the direct path without laser hovers for a given time [A s]."""
     return curves.least_pack(curves.without_laser(mission), hover_s=hover_s) or math.nan
 
 

@@ -304,7 +304,7 @@ def with_short_rests(terrain: Terrain, stops: Stops) -> Stops:
 
 
 def _stays(boxes: Boxes, hover_s: Floats, left_s: Floats) -> Floats:
-    """Stays (stop, box) that hover so long in total and rest for what is left, within the boxes."""
+    """Stays (stop, box) of a given total hover, with rests for what is left, within the boxes."""
     found = np.empty_like(boxes.low_s)
     for group, sum_s in ((boxes.hovers, hover_s), (boxes.rests, left_s - hover_s)):
         low_s, width_s = boxes.low_s[group], boxes.high_s[group] - boxes.low_s[group]

@@ -176,7 +176,7 @@ def _figures(
 def legs_and_stays(
     network: Network, which: Integers, rests: bool
 ) -> Iterator[tuple[Integers, str]]:
-    """The legs that itineraries fly, one after the other, each with the stay behind it."""
+    """The legs that itineraries fly, one after the other, each with the stay after it."""
     for legs in network.routes.legs[which].T:
         if (legs != NO_LEG).any():
             end = network.legs.end[legs[0]]

@@ -218,7 +218,7 @@ def hover_times_s(variants: Variants, perspective: Perspective) -> Floats:
 def _needed(given: Quantities, limit: WellLimit) -> Booleans:
     """Where a limit of the available well excludes what no other does, which halves the time."""
     # A well that only drains does not pass full, and one that only charges does not run dry; where
-    # it falls all along the next step, the end of that tells more.
+    # it falls all along the next step, the limit at its end is tighter.
     stays_A = {"hover": -given.hover_current_A, "rest": given.rest_current_A}
     after = given.steps[limit.step : limit.step + 2]
     own_A, *next_A = (stays_A[e] if isinstance(e, str) else e.current_A for e in after)

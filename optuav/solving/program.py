@@ -152,7 +152,7 @@ class Program:
         return "\n\n".join(pages)
 
     def _routes_in_words(self, part: Part) -> str:
-        """Which routes a model speaks of."""
+        """Which routes a model is for, in words."""
         orders = {self.network.routes.order(route) for route in part.routes}
         order = orders.pop() if len(orders) == 1 else "with a rest"
         words = order.replace("-", " ") if order and part.rests else "without a rest"
