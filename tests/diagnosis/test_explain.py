@@ -416,7 +416,7 @@ def test_a_formulation_of_ones_own_is_explained() -> None:
     assert explained.bound is not None
     assert explained.bound.holds()
     assert -float(explained.bound.limit) == pytest.approx(explained.plan.rest_time_s, abs=1e-9)
-    with pytest.raises(InputError, match="formulation of one's own"):
+    with pytest.raises(InputError, match="is not of the paper"):
         explain(explained.plan)
 
 
