@@ -44,7 +44,7 @@ def summary(plan: Plan) -> str:
     if plan:
         longest = plan.problem == "P1" and plan.trajectory == "optimal"
         among = longest and not plan.has_several_stops  # Plans with more stops may be longer.
-        which = " among plans with at most one rest and one hover" if among else ""
+        which = " with at most one rest and one hover in one piece" if among else ""
         status = plan.status.value.replace("_", " ")
         lines += wrapped("Answer", f"{status}{which} ({plan.proof})")
         if plan.flyable is not None:

@@ -53,8 +53,8 @@ ENDS = {
 }
 """The end of a phase in words, by its kind, with the places where it starts and ends."""
 BOUNDED = "bracketed: a feasible time, and a longer one that none exceeds"
-MORE_STOPS = "more stops may give a longer hover"
-SEARCHED = "search with --stops 2 --hovers 2, or P1(stops=2, hovers=2)"
+MORE_STOPS = "more stops are not excluded"
+SEARCHED = "--stops 2 --hovers 2, or P1(stops=2, hovers=2)"
 PROVED = {
     "P2": "bounded: no flight and rest is shorter than the shortest flight",
     "P2-tight": "bounded: no flight and rest is shorter, as the engine {} proves that no hover is "
@@ -354,7 +354,7 @@ def against_p1(question: Question, network: Network, parts: Sequence[Part], plan
 def not_excluded(question: Question, mission: Mission) -> str:
     """A note that more stops may help, and how to search for them."""
     if len(mission.buildings) > MOST_BUILDINGS:
-        return f"{MORE_STOPS}, searched for among at most {MOST_BUILDINGS} buildings"
+        return f"{MORE_STOPS}; they are searched for among at most {MOST_BUILDINGS} buildings"
     stated = {"slots": question.slot_s, "a stated order": question.problem.order}
     without = " or ".join(name for name, value in stated.items() if value is not None)
     return f"{MORE_STOPS}: {SEARCHED}" + (f", without {without}" if without else "")

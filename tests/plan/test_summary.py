@@ -18,7 +18,7 @@ PAPER = optuav.load("paper")
 OPTIMAL = """\
 Mission      paper
 Problem      P1, trajectory optimal, perspective battery, continuous times
-Answer       optimal among plans with at most one rest and one hover (closed
+Answer       optimal with at most one rest and one hover in one piece (closed
              form: linear programming duality)
 Flyable      NO, as its simulation shows
 

@@ -71,7 +71,7 @@ def test_more_stops_among_too_many_buildings_are_not_offered() -> None:
     far = [{"name": f"f{k}", "position_m": [5e3 + 50.0 * k, 5e3, 50.0]} for k in range(1000)]
     mission = PAPER.replace({"buildings": [*PAPER.to_dict()["buildings"], *far]})
     assert may_help(mission)
-    note = "more stops may give a longer hover, searched for among at most 1000 buildings"
+    note = "more stops are not excluded; they are searched for among at most 1000 buildings"
     assert solve(mission).notes[-1] == note
 
 
