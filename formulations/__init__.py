@@ -3,5 +3,5 @@
 References
 ----------
 .. [1] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
-   IEEE Internet of Things Journal, 2020.
+   IEEE Internet of Things Journal, 2021.
 """

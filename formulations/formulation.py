@@ -1,7 +1,5 @@
 """What a formulation is, and what it is given: quantities of an itinerary as symbols."""
 
-from __future__ import annotations
-
 import math
 import operator
 from abc import ABC, abstractmethod
@@ -77,7 +75,7 @@ class Given(Quantities):
         upper = hover.upper if isinstance(hover, Variable) else 0.0
         open_above = isinstance(upper, float) and math.isinf(upper)
         if isinstance(hover, Variable) and open_above and not lasts and not has_unknowns(left):
-            hover.upper, hover.label, hover.kind = left, label, "deadline"
+            hover.upper, hover.label, hover.kind, hover.labelled = left, label, "deadline", True
         else:
             stay = hover + rest if lasts else hover
             model.subject_to(label, stay <= left, unit="s", kind="deadline")

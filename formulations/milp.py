@@ -25,10 +25,11 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from formulations.formulation import Given
+from formulations.p1 import state_limits
 from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import STAYS
 from optuav.modelling import Expression, Model, Parameter, Variable, affine
-from optuav.modelling.expression import Indexed, Operand, Relation, Sense
+from optuav.modelling.expression import Indexed, Operand, PartedLabel, Relation, Sense
 from optuav.options import Perspective
 
 Form: TypeAlias = Literal["hull", "big-M"]
@@ -71,11 +72,11 @@ def route_choice(
 ) -> Model:
     """The longest hover time on any one of some routes, as one linear model.
 
-    Of equal plans the shortest mission is preferred, and of those the first route. The state of
-    charge is affine in the perspectives of the paper, which alone are taken. The unknowns are those
-    of (P1) and a ``choice[k]`` for every route, k from 1, relaxed 0 ≤ λ ≤ 1; as a hull also
-    ``hover_time_s[k]`` and ``rest_time_s[k]``. A quantity that differs between the routes is a
-    parameter ``name[k]``.
+    Of equal plans the shortest mission is preferred, then the first route. Only the paper's
+    perspectives are taken, in which the state of charge is affine. The unknowns are those of (P1)
+    and a ``choice[k]`` for every route, k from 1, relaxed 0 ≤ λ ≤ 1; as a hull also
+    ``hover_time_s[k]`` and ``rest_time_s[k]``. Quantities that differ between routes are parameters
+    ``name[k]``.
     """
     title = "P1: longest hover within reach of the device, with or without a rest"
     model = Model(f"{title}, on one of {len(routes)} routes")
@@ -100,14 +101,7 @@ def route_choice(
     model.prefer_small(model.let("place in order", place, symbol="n", words="number of the route"))
     model.subject_to("P1 one route", _total([each.choice for each in options]) == 1.0)
     (_hull if form == "hull" else _big_m)(model, options)
-    shared = options[0].given
-    in_reach = shared.hover_distance_m <= shared.coverage_radius_m
-    model.subject_to("P1.a outage", in_reach, unit="m", kind="outage")
-    model.subject_to("P1.c ends", shared.end_gap_m <= 0.0, unit="m", kind="ends")
-    z = shared.hover_altitude_m
-    model.subject_to("P1.e altitude", z >= shared.min_altitude_m, unit="m", kind="altitude")
-    highest = z <= shared.max_altitude_m
-    model.subject_to("P1.e highest altitude", highest, unit="m", kind="altitude")
+    state_limits(model, options[0].given, "P1")
     return model
 
 
@@ -173,7 +167,8 @@ def _hull(model: Model, options: Sequence[_Option]) -> None:
             if isinstance(constant, Expression):
                 left = left - (1.0 - choice) * constant
             relation = Relation(left, row.sense, row.right * choice)
-            model.subject_to(f"{row.name}, {route.name}", relation, unit=row.unit, kind=row.kind)
+            label = PartedLabel(f"{row.name},", route.name)
+            model.subject_to(label, relation, unit=row.unit, kind=row.kind)
     for each, parts in zip(shared, own, strict=True):
         model.subject_to(f"{each.symbol} of the route", each == _total(parts), unit="s")
 
@@ -200,7 +195,7 @@ def _big_m(model: Model, options: Sequence[_Option]) -> None:
         number, route, given, choice = option
         ends = (most_hover, most_rest if given.rests else 0.0)
         for k, row in enumerate(_rows(option), start=1):
-            at_least, label = row.sense == ">=", f"{row.name}, {route.name}"
+            at_least, label = row.sense == ">=", PartedLabel(f"{row.name},", route.name)
             left, towards = row.left(hover, rest if given.rests else 0.0), -1.0 if at_least else 1.0
             slopes = affine(left, {}).coefficients
             worst = row.left(
@@ -210,12 +205,11 @@ def _big_m(model: Model, options: Sequence[_Option]) -> None:
                 )
             )
             missed, symbol = row.right - worst if at_least else worst - row.right, f"M{k}"
-            most = model.let(
-                f"{symbol} of {label}", missed, symbol=Indexed(symbol, number), unit=row.unit
-            )
+            called = PartedLabel(f"{symbol} of", label)
+            most = model.let(called, missed, symbol=Indexed(symbol, number), unit=row.unit)
             off = (1.0 - choice) * most
             right = row.right - off if at_least else row.right + off
             model.subject_to(label, Relation(left, row.sense, right), unit=row.unit, kind=row.kind)
         if not given.rests:
             none = rest <= most_rest * (1.0 - choice)
-            model.subject_to(f"no T', {route.name}", none, unit="s")
+            model.subject_to(PartedLabel("no T',", route.name), none, unit="s")

@@ -1,7 +1,5 @@
 """(P1) of the paper: hover as long as possible, on one route at a time."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from formulations.formulation import Formulation, Given
@@ -50,15 +48,19 @@ class P1(Formulation):
         state_limits(model, given, "P1", hover, rest)
 
 
-def state_limits(model: Model, given: Given, problem: str, hover: Variable, rest: Operand) -> None:
-    """State constraints a to e, which (P1) and (P2) have in common."""
+def state_limits(
+    model: Model, given: Given, problem: str, hover: Variable | None = None, rest: Operand = 0.0
+) -> None:
+    """State constraints a to e, which (P1) and (P2) have in common; without times a, c and e."""
     in_reach = given.hover_distance_m <= given.coverage_radius_m
     model.subject_to(f"{problem}.a outage", in_reach, unit="m", kind="outage")
-    charged = given.soc_end(hover, rest) >= given.min_soc
-    model.subject_to(f"{problem}.b state of charge", charged, kind="state of charge")
-    given.keep_wells(model, f"{problem}.b", hover, rest)
+    if hover is not None:
+        charged = given.soc_end(hover, rest) >= given.min_soc
+        model.subject_to(f"{problem}.b state of charge", charged, kind="state of charge")
+        given.keep_wells(model, f"{problem}.b", hover, rest)
     model.subject_to(f"{problem}.c ends", given.end_gap_m <= 0.0, unit="m")
-    given.keep_deadline(model, f"{problem}.d hover time", hover, rest)
+    if hover is not None:
+        given.keep_deadline(model, f"{problem}.d hover time", hover, rest)
     high_enough = given.hover_altitude_m >= given.min_altitude_m
     model.subject_to(f"{problem}.e altitude", high_enough, unit="m")
     low_enough = given.hover_altitude_m <= given.max_altitude_m

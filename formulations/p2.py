@@ -1,7 +1,5 @@
 """(P2) of the paper: shortest flight and rest, as printed and with the deadline tight."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from formulations.formulation import Formulation, Given
@@ -20,7 +18,8 @@ class P2(Formulation):
         Whether Δ = T_max − T_fl − T', which the paper's derivation supposes. As printed (False)
         Δ is not in the objective: any feasible Δ is optimal, and the shortest mission is taken.
     trajectory, order
-        As for `P1`.
+        Routes to choose from: ``"optimal"``, ``"direct"``, ``"traj1"`` or ``"traj2"``; and
+        ``"rest-first"``, ``"hover-first"``, or None for the better of the two. `P1` explains them.
 
     Examples
     --------

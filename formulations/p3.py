@@ -1,7 +1,5 @@
 """(P3) of the paper: hover as long as possible on a given route, without a rest."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from formulations.formulation import Formulation, Given

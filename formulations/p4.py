@@ -1,7 +1,5 @@
 """(P4) of the paper: hover as long as possible with one rest on a given building."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from formulations.formulation import Formulation, Given

@@ -1,9 +1,7 @@
-"""The quantities that formulations speak of, with symbol, unit and key of the mission.
+"""The quantities that formulations use, with symbol, unit and key of the mission.
 
 The nomenclature in ``docs/`` says what each stands for.
 """
-
-from __future__ import annotations
 
 import math
 from collections.abc import Sequence
@@ -19,7 +17,7 @@ TO_HOVER, FROM_HOVER = "to hover", "from hover"
 
 
 def _quantity(symbol: str, unit: str, key: str = "", *, default: Any = MISSING) -> Any:
-    """A field; with a default it may be left out where no constraint speaks of it."""
+    """A field; with a default it may be left out where no constraint uses it."""
     return field(default=default, metadata={"symbol": symbol, "unit": unit, "key": key})
 
 

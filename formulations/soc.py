@@ -6,8 +6,6 @@ while it charges, y1 stays above 0 and is largest at an end. Legs never charge. 
 tapers, y1 never passes ωB.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -15,7 +13,7 @@ from typing import NamedTuple, TypeAlias
 
 from formulations.parameters import Quantities
 from optuav.modelling import Expression, Let, Relation
-from optuav.modelling.expression import Bounded, Call, Indexed, Operand
+from optuav.modelling.expression import Bounded, Call, Indexed, Operand, PartedLabel
 from optuav.options import Perspective
 from optuav.physics import kibam
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells
@@ -102,8 +100,7 @@ class _Pool(Battery):
 def levels(given: Quantities, hover: Operand, rest: Operand) -> Sequence[Wells]:
     """The wells after every step of the itinerary, from a full battery.
 
-    The same times give the same trees, so that several constraints share them. The steps have names
-    in a tree, else each would multiply the printed problem.
+    Constraints share the trees of the same times; steps have names, which keeps the page short.
     """
     for h, r, known in given.known_levels:
         if h is hover and r is rest:
@@ -139,15 +136,14 @@ def _named(what: str, symbol: str, tree: Operand, step: int, words: str) -> Oper
     """A quantity after a step under a name; a number stays one."""
     if not isinstance(tree, Expression):
         return tree
-    return Let(f"{what} after step {step}", Indexed(symbol, step), "A s", tree, words)
+    return Let(PartedLabel(f"{what} after step", step), Indexed(symbol, step), "A s", tree, words)
 
 
 def _tapered(whole: Battery, level: Wells, stage: Stage, stay: str) -> Wells:
     """Wells after a stay in which charging tapers, in numbers or symbols.
 
-    At constant current throughout, neither well would hold less (`optuav.physics.kibam`), and
-    both would hold the same if y1 stayed below ωB. That, and what they hold when full, bounds what
-    a stay leaves in a form that engines take.
+    At constant current neither well would hold less (`optuav.physics.kibam`), and both as much
+    while y1 < ωB. That, and the full wells, are bounds in a form that engines take.
     """
     if isinstance(stage.duration_s, float) and stage.duration_s == 0.0:
         return level
@@ -185,10 +181,15 @@ class StepEnd(NamedTuple):
     stay: str  # "hover" or "rest"; empty for a stage of flight
     lands: bool  # Whether a flight ends
 
-    def __str__(self) -> str:
+    @property
+    def parts(self) -> tuple[object, ...]:
+        """What it is called, see `PartedLabel`."""
         if self.stay:
-            return f"after the {self.stay}"
-        return f"after stage {self.stage} of flight {self.flight}"
+            return "after", "the", self.stay
+        return "after", "stage", self.stage, "of flight", self.flight
+
+    def __str__(self) -> str:
+        return PartedLabel(*self.parts)
 
 
 class WellLimit(NamedTuple):

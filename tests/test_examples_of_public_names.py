@@ -5,11 +5,26 @@ from __future__ import annotations
 import doctest
 import importlib
 import inspect
+import re
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
+from optuav.solving.longest import Hovers
 
 import optuav
+from optuav.diagnosis.report import Explanation
+from optuav.engines.registry import Capability
+from optuav.engines.solution import Residuals, ShadowPrice, Solution
+from optuav.judge import Stop
+from optuav.modelling import Check
+from optuav.modelling.expression import Let, Parameter, Variable
+from optuav.network.timeline import Phase, PhaseStage
+from optuav.physics.kibam import Battery, Stage, Tilted, Wells
+from optuav.plan.plan import Stop as PlannedStop
+from optuav.plan.trace import Event, Trace
+from optuav.solving.route_choice import RouteChoice
 
 NAMES = [name for name in optuav.__all__ if name not in ("__version__", "city", "plots")]
 ROOT = Path(__file__).parents[1]
@@ -25,6 +40,36 @@ MODULES = [
 def test_a_public_name_has_an_example(name: str) -> None:
     """Its own docstring, not an inherited one, holds at least one line that runs."""
     assert ">>> " in inspect.cleandoc(getattr(optuav, name).__doc__ or "")
+
+
+RECORDS: list[Any] = [
+    *(Battery, Capability, Check, Event, Explanation, Hovers, Let, Parameter, Phase, PhaseStage),
+    *(PlannedStop, Residuals, RouteChoice, ShadowPrice, Solution, Stage, Stop, Tilted, Trace),
+    *(Variable, Wells, optuav.Datasheet, optuav.Fault, optuav.Itinerary, optuav.Plan),
+    optuav.Program,
+]
+
+
+@pytest.mark.parametrize("record", RECORDS, ids=lambda each: each.__qualname__)
+def test_help_explains_the_fields_of_what_users_hold(record: Any) -> None:
+    """`help` shows docstrings, not the comments behind fields."""
+    names = getattr(record, "model_fields", None) or inspect.signature(record).parameters
+    assert [name for name in names if not re.search(rf"\b{name}\b", record.__doc__)] == []
+
+
+@pytest.mark.parametrize(
+    "function",
+    [each for each in (getattr(optuav, name) for name in NAMES) if inspect.isfunction(each)],
+    ids=lambda each: each.__name__,
+)
+def test_a_public_function_explains_its_own_parameters(function: Callable[..., Any]) -> None:
+    """All by name, none by reference to another function."""
+    text = inspect.cleandoc(function.__doc__ or "").partition("Parameters\n----------\n")[2]
+    section = re.split(r"\n\n\w+\n---", text)[0]
+    headings = re.findall(r"^\w.*", section, re.MULTILINE)
+    named = {name for line in headings for name in line.split(", ")}
+    assert set(inspect.signature(function).parameters) <= named
+    assert not re.search(r"\bAs (for|from|in) `", section)
 
 
 @pytest.mark.parametrize("module", MODULES)

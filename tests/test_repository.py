@@ -104,6 +104,13 @@ def test_tracked_files_are_clean(pattern: re.Pattern[str]) -> None:
     assert found == []
 
 
+def test_the_paper_has_one_year() -> None:
+    """IEEE Internet of Things Journal 8 (13), 2021; the preprint is of 2020."""
+    cited = re.compile(r"(?is)battery\s+#? ?perspective.{,80}?journal(?: 8 \(13\))?,\s+(\d{4})")
+    years = {year for text in tracked_texts().values() for year in cited.findall(text)}
+    assert years == {"2021"}
+
+
 def test_examples_do_not_depend_on_what_is_loaded(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -4,8 +4,6 @@ A heading is a quantity and its unit, as in ``time_s,current_A``; lines that sta
 remarks. Numbers are returned in SI units.
 """
 
-from __future__ import annotations
-
 import math
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

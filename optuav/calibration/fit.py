@@ -1,4 +1,4 @@
-"""Least squares over transformed parameters, and their result: values for a mission, how sure.
+"""Least squares over transformed parameters, and the result: values with their uncertainty.
 
 Positive parameters are fitted by their logarithm, so that no bound is needed and intervals stay
 inside the range. With r(x) the residuals, independent and of one variance, and J their Jacobian of
@@ -64,10 +64,7 @@ class Value:
     determined: bool = True
 
     def written(self, between: str) -> list[str]:
-        """The value as text, and its interval if it is known, `between` its ends.
-
-        To six digits, or so many that the nearer end differs by two.
-        """
+        """The value to six digits or more, and its interval if it is known, `between` its ends."""
         ends = self.interval or ()
         size = max(map(abs, (self.value, *ends)))
         apart = [gap for end in ends if (gap := abs(end - self.value)) > FINEST * size]
@@ -279,22 +276,14 @@ def quantile(confidence: float, freedom: float | None) -> float:
 
 
 def finished(found: Fit, hint: str = "") -> Fit:
-    """The fit, or a refusal of the values that no mission may state.
-
-    The hint and the warnings, which may say why, stand beside each value out of range.
-    """
+    """The fit; refused, with the hint and the warnings, if a value is out of a mission's range."""
     reasons = "".join(f"; {each}" for each in (hint, *found.warnings) if each)
-    faults = [
-        Fault(
-            f"{each.key}, {each.origin}",
-            f"{each.value:.4g}",
-            f"{allowed.words}{reasons}",
-            ", ".join(found.sources),
-        )
-        for each in found.values
-        if each.determined and (allowed := number(each.key)) and not allowed.accepts(each.value)
-    ]
-    refuse(faults)
+    source = ", ".join(found.sources)
+    refuse(
+        Fault(f"{e.key}, {e.origin}", f"{e.value:.4g}", f"{allowed.words}{reasons}", source)
+        for e in found.values
+        if e.determined and (allowed := number(e.key)) and not allowed.accepts(e.value)
+    )
     return found
 
 

@@ -68,8 +68,7 @@ DENSE_AT_ENDS = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 65))  # places betwee
 class Discharge(NamedTuple):
     """A load, and the lifetime of a full battery under it.
 
-    Pieces are pairs of current [A], positive while discharging, and duration [s], repeated until
-    the end.
+    Pieces of current [A], positive while discharging, and duration [s], repeated until the end.
     """
 
     name: str
@@ -221,7 +220,7 @@ class SumOfSquares:
     def valley(self, rates: Floats) -> tuple[Floats, Floats, Floats]:
         """Where along each row the sum is least, that sum, and the rows.
 
-        These are q [A s] and its rate of change with the end [A]: (2, row, 1, discharge).
+        q [A s] and its rate of change with the end [A]: (2, row, 1, discharge).
         """
         batteries = [Battery(1.0, 0.5, 0.25 * rate_per_s) for rate_per_s in np.exp(rates)]
         levels = [levelling(each, self._before_end_s)[::-1] for each in batteries]

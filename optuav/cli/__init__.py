@@ -1,4 +1,4 @@
-"""The command line: says and shows, computes nothing."""
+"""The command line: it reads options and prints answers, and computes nothing itself."""
 
 import contextlib
 import os
@@ -23,8 +23,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _end_when_interrupted() -> None:
     """Let Ctrl-C end the process at once, also while it imports or a library is at work.
 
-    Python itself handles a signal between two steps of the main thread, and some libraries swallow
-    the exception. Whichever thread is first to hear of the signal leaves.
+    Python handles a signal between two steps of the main thread, and some libraries swallow the
+    exception. The first thread that is notified ends the process.
     """
     signal.signal(signal.SIGINT, _leave)
     if os.name == "posix":

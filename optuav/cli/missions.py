@@ -34,10 +34,7 @@ SHIPPED = Path(optuav.__file__).parent / "mission" / "shipped"
 
 
 def show(
-    mission: str,
-    settings: list[str] | None = None,
-    as_json: bool = False,
-    plot: Path | None = None,
+    mission: str, settings: list[str] | None = None, as_json: bool = False, plot: Path | None = None
 ) -> None:
     """Show a mission with units and derived values, or a saved plan (a .json file).
 

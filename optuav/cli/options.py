@@ -35,8 +35,7 @@ WRITTEN = {"save", "plot", "animate", "out", "file"}
 class ProblemOptions:
     """Options that state a problem and how charge and times count in it.
 
-    The library refuses what does not exist: it names every fault at once, which the parser of the
-    options does not.
+    The library, not the parser of the options, refuses what does not exist: all faults at once.
     """
 
     problem: str = "P1"
@@ -80,8 +79,7 @@ class SolveOptions(ProblemOptions):
 def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
     """A function as typer takes it: an option or an argument for each parameter.
 
-    A parameter that is a dataclass stands for an option for each of its fields. What the help says
-    of them stands in ``words.toml``.
+    A dataclass stands for an option for each of its fields. The help comes from ``words.toml``.
     """
     own = inspect.signature(function, eval_str=True).parameters
     records: dict[str, Any] = {
@@ -129,7 +127,7 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
 
 
 def _of_a_datasheet(key: str) -> str:
-    """What the help says of a number of a drone's datasheet."""
+    """Help for a number of a drone's datasheet."""
     from optuav.mission.template import Datasheet
 
     field = Datasheet.model_fields[key]

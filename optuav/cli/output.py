@@ -57,10 +57,10 @@ def check_places(
 
 
 def say(text: str, style: str = "", *, error: bool = False, most: int | None = 80) -> None:
-    """Write lines, those of some first words in a style if they go to a terminal that has some.
+    """Write lines, those with certain first words in a style if a terminal shows it.
 
-    Control characters, which a file may hold, are replaced. Lines longer than most are broken, see
-    `line_width`; none where it is None, and of an error only what a narrow terminal could not show.
+    Control characters are replaced. Lines longer than `most` are broken, see `line_width`; none if
+    it is None, and of an error only what a narrow terminal could not show.
     """
     stream = sys.stderr if error else sys.stdout
     if stream is None:
@@ -94,8 +94,8 @@ def deliver(
 ) -> None:
     """Print an answer as JSON; or as text, with a command to copy, and the files written.
 
-    Where JSON is asked for, nothing is taken from `shown`; where a file was written to the standard
-    output, nothing else goes there.
+    With JSON nothing is taken from `shown`; with a file on the standard output nothing else is
+    printed.
     """
     if Path("-") in (written := [*written]):
         return

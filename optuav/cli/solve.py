@@ -137,8 +137,8 @@ def explain(
         problem, options = asked.question(stated, **more)
         explained = optuav.explain(stated, problem, **options)
     hint = ""
-    if MORE_STOPS in explained.notes:
-        searched = replace(asked, stops=2, hovers=2, engine="auto")
+    if any(note.startswith(f"{MORE_STOPS}: ") for note in explained.notes):
+        searched = replace(asked, stops=2, hovers=2, engine="auto", slot_s=None, order=None)
         hint = f"What more stops would bring:\n{_explaining(mission, searched, settings)}"
     deliver(explained.to_dict, str(explained), as_json=as_json, hint=hint)
     _leave(explained.plan)

@@ -11,8 +11,7 @@ from optuav.cli.output import FAILED, NO, check_places, deliver, deliver_results
 from optuav.errors import Fault, InputError, decimal
 from optuav.options import Perspective
 
-WORKERS = min(os.cpu_count() or 1, 4)
-"""Processes that share work: each takes a second to start."""
+WORKERS = min(os.cpu_count() or 1, 4)  # Processes that share work: each takes a second to start
 
 
 def compare(

@@ -26,28 +26,29 @@ from optuav.modelling.traversal import has_unknowns, leaves
 from optuav.modelling.writer import Text
 from optuav.network.graph import Graph, as_graph
 from optuav.network.network import build_network
+from optuav.network.routes import SAME_S
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.solving import Program, solve
-from optuav.solving.outcome import MORE_STOPS, SAME_S, Part, more_stops_may_help, words
+from optuav.solving.outcome import Part, more_stops_may_help, not_excluded, words
 from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
 from optuav.solving.question import PROBLEM_NAMES, checked_question, problem_of
 from optuav.status import Status
 
 Subject: TypeAlias = Program | Plan | Mission | str | Path
 STOPS = (
-    "several stops are searched for, and no single programme declares them: constraints, prices "
-    "and repairs are known for one rest and one hover only, if the mission is explained"
+    "several stops have no single programme, they are searched for: explain the mission for the "
+    "constraints, prices and repairs of one rest and one hover"
 )
 TURNS = (
-    "packs take turns, which is simulated and not declared: constraints, prices and repairs are "
+    "packs that take turns are simulated, without a programme: constraints, prices and repairs are "
     "known with battery.schedule=pooled only"
 )
 WITHOUT_STOPS = (
     "constraints and prices are known for one rest and one hover: explain the mission without "
     "--stops and --hovers"
 )
-HELD = "with the hover point held where it is: it has no price of its own"
+HELD = "constraints and prices are those at the hover point found, which has no price of its own"
 NOWHERE = "this is for hovering at w_U; elsewhere within reach no plan was found either"
 LONGEST = 500  # Characters of a constraint that is written out
 SEARCH_S = 60.0  # Time limit of a search for more stops where none is stated [s]
@@ -72,12 +73,15 @@ def explain(
     ----------
     subject
         A plan, a program of `optuav.formulate`, or a mission as `optuav.solve` takes it.
-    problem, perspective, slot_s, engine, graph
-        With a mission only: as for `optuav.formulate`. None for its defaults, P1 and
-        ``"available"``.
+    problem, perspective
+        With a mission only: an instance of a `Formulation` or a name such as ``"P2"``, and the way
+        in which charge counts, as ``"battery"``. None for ``"P1"`` and ``"available"``.
+    slot_s, engine, graph
+        With a mission only: length of the time slots [s], 0.001 to 1e7, None for continuous times;
+        an `Engine` or its name, None for ``"auto"``; an edited graph from `optuav.graph`.
     time_limit_s
         With a mission only: longest that an engine may take [s], > 0 and at most 1e9. None for no
-        limit; a search for more stops ends after 60 s then.
+        limit, but 60 s for a search for more stops.
 
     Returns
     -------
@@ -87,8 +91,9 @@ def explain(
     Raises
     ------
     InputError
-        As `optuav.solve`; or if options come with anything but a mission, or a plan does not record
-        its question: one over an edited graph, or of a formulation of one's own.
+        If an option does not exist, contradicts another or comes with anything but a mission; if
+        the engine does not take the problem; or if a plan does not record its question, as one over
+        an edited graph or of a formulation of one's own.
     SolverError
         If the engine fails.
 
@@ -107,21 +112,22 @@ def explain(
         return _with_more_stops(question)
     explained = _explained(question, subject if isinstance(subject, Plan) else None)
     if explained.more_stops_open and question.stated.p1.hover_point == "w_U":
-        explained = replace(explained, notes=(*explained.notes, MORE_STOPS))
+        note = not_excluded(question.stated, question.mission)
+        explained = replace(explained, notes=(*explained.notes, note))
     return explained
 
 
 def question_of(subject: Subject, graph: Graph | None = None, **options: Any) -> MissionQuestion:
     """The question behind a program, a plan, or a mission with options of `optuav.formulate`.
 
-    Options that are None have their defaults. Raises `InputError` if any are given for anything but
-    a mission, or a plan does not record its question, or has several stops.
+    None stands for a default. `InputError` if anything but a mission has options, or a plan does
+    not record its question or has several stops.
     """
     stated = {name: value for name, value in options.items() if value is not None}
     given = [*stated, *["graph"] * (graph is not None)]
     if isinstance(subject, Program | Plan) and given:
-        words = f"a {type(subject).__name__.lower()} brings its own options"
-        raise InputError(f"{', '.join(given)}: {words}; name the mission to change them")
+        words = f"a {type(subject).__name__.lower()} has its own options"
+        raise InputError(f"{', '.join(given)}: {words}; explain its mission to change them")
     if isinstance(subject, Program):
         used = subject.network
         computed = build_network(used.mission)
@@ -145,8 +151,8 @@ def _of_plan(plan: Plan) -> dict[str, Any]:
         raise InputError("the plan is over an edited graph: explain its mission with graph=")
     if plan.problem not in PROBLEM_NAMES:
         raise InputError(
-            f"the plan's problem {plan.problem} is a formulation of one's own, which its file does "
-            "not hold: explain the mission with it"
+            f"the plan's problem {plan.problem} is not of the paper, and its file does not hold "
+            "the formulation: explain the mission with it"
         )
     fields = {name: getattr(plan, name) for name in ("trajectory", "building", "order")}
     return {
@@ -236,7 +242,7 @@ def _optimum(program: Program, plan: Plan, solutions: Sequence[Solution] | None)
         solutions = replace(program, question=continuous).answers()
     tied = program.tied(solutions)
     if not tied:
-        return Explanation(plan, notes=("the question, asked again, has no answer",))
+        return Explanation(plan, notes=("solving again gave no answer",))
     number, entry = tied[0]
     part, solution = program.parts[number], solutions[number]
     point, row = solution.point(entry), part.model.row(entry)

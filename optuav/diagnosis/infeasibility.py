@@ -142,10 +142,7 @@ class Certificate:
 
 
 def plain(value: object) -> Any:
-    """As plain data: text, finite numbers or None, lists and dicts; fractions exact and rounded.
-
-    Of a dataclass the fields that its repr shows.
-    """
+    """Plain data: text, finite numbers or None, lists and dicts; fractions exact and rounded."""
     if isinstance(value, Fraction):
         return {"exact": str(value), "rounded": float(value)}
     if isinstance(value, float):
@@ -180,10 +177,9 @@ def certificates(
 ) -> Iterator[Certificate]:
     """Minimal conflicts of linear constraints, no two of which share a constraint on parameters.
 
-    A repair has to resolve all of them; resolving these may bring up others. Of constraints without
-    unknowns the first that does not hold is named. Constraints that are not linear are left out:
-    what the others prove holds with them too. In slots the unknowns take at least their first slot;
-    that slots are whole is not used.
+    A repair has to resolve all of them, which may bring up others. Of constraints without unknowns
+    the first that is violated is named; those that are not linear are left out. In slots the
+    unknowns take at least their first slot, but not only whole ones.
     """
     rows = _rows(linear_part(model), parameters, slot_s)
     symbols = [each.symbol for each in model.variables]
@@ -205,7 +201,7 @@ def certificates(
 def bound(model: Model, parameters: Values, binding: Collection[str]) -> Certificate | None:
     """Rows among the binding ones that add up to the objective: no point is better.
 
-    What is minimised counts negated. None if no rows do, or none are needed, or some is not linear.
+    What is minimised is negated. None if no rows do, none are needed, or one is not linear.
     """
     if not traits(model).linear:
         return None
@@ -271,10 +267,10 @@ def _column(row: Row, symbols: Sequence[str], allowance: Fraction = ZERO) -> lis
 def combination(
     vectors: Sequence[Sequence[Fraction]], target: Sequence[Fraction]
 ) -> list[Fraction] | None:
-    """Multipliers y ≥ 0 with Σ y_k vector_k = target, exact; None if there are none.
+    """Exact multipliers y ≥ 0 with Σ y_k vector_k = target; None if there are none.
 
-    The vectors that carry weight are linearly independent, so that none of them can be spared.
-    Phase one of the simplex method, with Bland's rule against cycling [3]_.
+    The vectors that carry weight are linearly independent, so none of them can be spared. Phase one
+    of the simplex method, with Bland's rule against cycling [3]_.
     """
     count = len(vectors)
     rows = [
@@ -303,7 +299,7 @@ def combination(
 
 @dataclass(frozen=True)
 class Clash:
-    """Constraints that no times satisfy together, though they do if any one of them is left out."""
+    """Constraints that no times satisfy together, but some do if any one of them is left out."""
 
     labels: tuple[str, ...]
     keys: tuple[str, ...]  # The mission's keys in them
@@ -380,10 +376,10 @@ def _clashes(program: Program, part: Part, entries: Sequence[int]) -> Iterator[C
 
 
 def _irreducible(model: Model, parameters: Values) -> tuple[Constraint, ...]:
-    """Constraints that cannot hold together, none of which can be spared; one of such sets.
+    """One set of constraints that cannot hold together, none of which can be spared.
 
-    Nothing may be feasible with the parameters, all of them numbers. Raises `NotExponentialError`
-    if a constraint has a form that phases of constant current do not give.
+    Nothing is feasible with the parameters, which are numbers. `NotExponentialError` if a
+    constraint has a form that phases of constant current do not have.
     """
     linear = linear_part(model).constraints
     kept = [*(each for each in model.constraints if each not in linear), *linear]

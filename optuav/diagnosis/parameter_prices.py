@@ -70,9 +70,8 @@ def prices(
 ) -> tuple[Price, ...]:
     """Shadow prices of the winning programme; where routes tie, of the best of them on either side.
 
-    Chosen are the part and entry of the best of the answers with continuous times. Parameters that
-    the programme only compares with other figures, as the altitude of the hover point with its
-    limits, have none: another value in the mission would move these figures too.
+    Chosen are part and entry of the best answer with continuous times. Parameters that are compared
+    with figures of the mission only, as the altitude of the hover point, have no price.
     """
     model, rates = program.parts[chosen[0]].model, program.shadow_prices(solutions)
     stated = [each for each in _moving(model) if each.name in rates]
@@ -122,10 +121,9 @@ def _step(parameter: Parameter, key: Key | None, value: float) -> float:
 def _effects(
     program: Program, solutions: Sequence[Solution], chosen: tuple[int, int], steps: Sequence[Step]
 ) -> Floats:
-    """Change of the best objective by each of some steps, solved again by the same engines.
+    """Change of the best objective by each of some steps, on all routes, with the same engines.
 
-    Infinite where a step leaves no plan; NaN where an engine is not among `AGAIN`, or leaves an
-    answer open. A figure of a route changes on all routes alike.
+    Infinite where no plan is left; NaN where an engine is not in `AGAIN` or leaves an answer open.
     """
     if any(each.engine not in AGAIN for each in solutions):
         return np.full(len(steps), np.nan)

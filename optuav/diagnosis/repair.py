@@ -197,12 +197,11 @@ class Repair:
 def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
     """Single changes that make an infeasible question feasible, own numbers and `PLANNED` first.
 
-    Among alike the smallest comes first. Each number of a formulation of one's own, each numeric
-    key of `TABLES`, and each component of the wind that is not 0, is moved up and down within its
-    range, at most a thousandfold, everything else held; flight through buildings is allowed, and a
-    stated hover point is left out. Places are not moved. Changes that no value achieves, and those
-    that break another rule of missions, are left out. Every change was verified by solving again:
-    with the value that is offered there is an answer, with one digit less there is none.
+    Each number of one's own formulation, each numeric key of `TABLES` and each component of the
+    wind that is not 0 is moved up and down within its range, at most by a factor of 1000; flight
+    through buildings is allowed, and a stated hover point left out. Places are not moved. Every
+    change is verified by solving: with its value there is an answer, with one digit less there is
+    none. Among changes of equal rank the smallest comes first.
     """
     mission = question.mission
     if feasible([question.case(mission)])[0]:
@@ -280,8 +279,8 @@ def searched(
 def search(key: Key, sign: int) -> Search:
     """The nearest value of a key, upwards (1) or downwards (−1), that repairs, and where they end.
 
-    Values further and further away are tried first, then the gap before the nearest of them that
-    repairs is halved. What repairs only between two values that were tried is missed.
+    Ever larger changes are tried, then the gap before the nearest that repairs is halved. What
+    repairs only between two values tried is missed.
     """
     values = [*key.further(sign)]
     repair = yield values
@@ -312,8 +311,8 @@ def _edge(
 ) -> Generator[list[float], list[bool], tuple[float, int] | None]:
     """The first value that repairs on the way from a bad to a good one, and its last digit.
 
-    It is rounded away from the bad one, to three digits of itself and two of the change or finer
-    where the rounded value does not repair; None if no rounded value does.
+    It is rounded towards the good one, to three digits, two of the change, or finer until it
+    repairs; None if no rounded value does.
     """
 
     def decimal(count: int, digit: int) -> float:
@@ -362,10 +361,9 @@ def _digits(key: Key, bad: float, good: float) -> range:
 def feasible(cases: Sequence[Case]) -> list[bool]:
     """Whether some route of each case has feasible times.
 
-    Exact for programmes in one or two unknowns that are linear, or state what phases of constant
-    current do to the wells of a battery, as those of the package do; up to two thousand slots
-    too. Of more slots those near some feasible times are tried, so that a yes is certain and a no
-    is not. For other programmes the engine is asked.
+    Exact for programmes in one or two unknowns that are linear or of the wells of a battery, in
+    slots too if there are up to two thousand; of more slots those near feasible times are tried, so
+    a no is not certain. For other programmes the engine is asked.
     """
     found = [False] * len(cases)
     for question, given, numbers in _stacks(cases):
@@ -383,10 +381,7 @@ def feasible(cases: Sequence[Case]) -> list[bool]:
 
 
 def _stacks(cases: Sequence[Case]) -> Iterator[Stack]:
-    """All routes that can be flown, those together that a single declaration can serve.
-
-    Declared one by one, the routes of an infeasible mission would take six times as long.
-    """
+    """All routes that can be flown, stacked where one declaration serves them: six times faster."""
     alike: dict[Hashable, list[Stack]] = {}
     for place, (question, network) in enumerate(cases):
         for which, rests in [] if impossibilities(network) else groups(question, network):
@@ -438,10 +433,7 @@ def _continuous(question: Question, model: Model, count: int) -> Booleans:
 
 
 def _meetable(model: Model, slot_s: float) -> Booleans:
-    """Whether whole slots can add up to what sums of unknowns have to equal, by programme.
-
-    Nearly no mission has such slots, and trying all of them takes a second a route.
-    """
+    """Whether whole slots can add up to what sums of unknowns have to equal, by programme."""
     possible = np.array(True)
     for relation in (each.relation for each in model.constraints if each.relation.sense == "=="):
         with suppress(NotAffineError):

@@ -1,4 +1,4 @@
-"""An explanation, as data and as text: a label in the margin, text beside."""
+"""An explanation as data, and as text with labels in the margin."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -16,16 +16,14 @@ MOST_REPAIRS = 12
 UNIT_NAMES = {"s": "second", "m": "metre", "A": "ampere", "W": "watt", "V": "volt", "J": "joule"}
 EXACT = "rounded here; --json gives exact fractions"
 NO_REPAIR = (
-    "no single number, moved up or down to a thousandfold, was seen to make it feasible; places "
-    "were not moved"
+    "no change of a single number, up to a factor of 1000, was found that makes it feasible; "
+    "places were not moved"
 )
-NOT_TRIED = "each is one change alone; places were not moved"
-IN_SLOTS = (
-    "a time that whole slots have to fill exactly may do so at single values between those tried"
-)
+NOT_TRIED = "each is a single change; places were not moved"
+IN_SLOTS = "where whole slots have to add up to a time exactly, values between those tried may do"
 UNDECIDED = (
-    "with one rest and one hover in one piece the hover time stays the same; with more stops, "
-    "which are not excluded, it may change"
+    "no effect with one rest and one hover; whether a change has an effect with more stops was not "
+    "examined"
 )
 
 
@@ -134,8 +132,7 @@ def _columns(rows: Iterable[tuple[str, ...]]) -> list[str]:
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     lines = list[str]()
     for row in table:
-        cells = [f"{cell:<{longest}}" for cell, longest in zip(row, widths, strict=True)]
-        start = " " * LABEL + "  ".join([*cells[:-1], ""])
+        start = " " * LABEL + "".join(f"{each}  " for each in map(str.ljust, row, widths[:-1]))
         head, last = start.rstrip(), row[-1]
         if not LABEL <= width - len(last) < len(start):
             lines += wrapped("", last, start, len(start) + 2)
@@ -192,7 +189,7 @@ def conflict_text(conflict: Conflict, slot_s: float | None) -> Iterator[list[str
         far = "" if math.isinf(each.far_s) else f" whose sum is at most {each.far_s:g} s"
         proof = f"bracketed: no times{far} satisfy them"
         if together:
-            proof += " all, though they do if any one of them is left out"
+            proof += " all, but some do if any one of them is left out"
         yield [*lines, *wrapped("  proof", proof)]
     if not conflict.proofs:
         why = "the constraints are not linear" if slot_s is None else "only whole slots do not fit"

@@ -1,4 +1,4 @@
-"""The longest time that limits of battery wells admit, bracketed by a point and a proof.
+"""The longest time that limits of battery wells admit, bracketed by a feasible point and a bound.
 
 Takes models that maximise one of at most two times, with constraints of the form that phases of
 constant current give (see `rows`), linear ones among them. The answer comes with a time that no
@@ -21,8 +21,6 @@ with the taper: the longest time under that bound, the longest along the largest
 longest for which the available well is never past full.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -38,7 +36,6 @@ from optuav.modelling.check import evaluated
 from optuav.modelling.forms import CONSTANT, Monomial
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate
-from optuav.physics.quantity import Quantity
 from optuav.status import Status
 
 ROUNDING = 1e-11
@@ -62,7 +59,12 @@ class Interval(NamedTuple):
 
 
 def largest(
-    rows: Rows, x_top: Floats, y_top: Floats, *, any_point: bool = False, least: Quantity = 0.0
+    rows: Rows,
+    x_top: Floats,
+    y_top: Floats,
+    *,
+    any_point: bool = False,
+    least: Floats | float = 0.0,
 ) -> Interval:
     """Bracket the largest x of every programme.
 
@@ -100,7 +102,7 @@ def shortest(rows: Rows, found: Interval, y_top: Floats) -> Floats:
 
 
 def _monotone(
-    rows: Rows, x_top: Floats, y_top: Floats, least: Quantity
+    rows: Rows, x_top: Floats, y_top: Floats, least: Floats | float
 ) -> tuple[Floats, Floats, Floats]:
     """Largest x under the rows that fall with x, and that either rise or fall with y.
 
@@ -207,9 +209,8 @@ def _most(
 ) -> Floats:
     """Upper bound, around x, of the sum of two rows whose slope in y is 0 where they are closest.
 
-    Of the tightest rising and the tightest other row at the smallest y at which the rising rows
-    hold, for y within two ends: its value and slope there, and what its second derivatives add. NaN
-    where there is no such pair.
+    By value, slope and second derivatives of the tightest rising and the tightest other row, at the
+    smallest y within two ends at which the rising rows hold. NaN where there is no such pair.
     """
     at_x, kx, ky = rows.at_x(x), rows.rate_x_per_s, rows.rate_y_per_s
     only = np.where(rising, at_x.weights, np.reshape([1.0, 0.0, 0.0], (3, 1, 1)))
@@ -237,9 +238,9 @@ def solve(
 ) -> Solution:
     """Bracket the longest time of every programme; arguments as of `registry.Engine.solve`.
 
-    The objective is one unknown, to be maximised; there is at most one other; both are from 0. The
-    solution's `beyond` is what no answer exceeds: the status is feasible where that is farther than
-    `WIDTH_S` from the answer, unknown where there is none, and error where a number is NaN.
+    The objective is one of at most two unknowns from 0. No answer exceeds the solution's `beyond`:
+    the status is feasible where that is farther than `WIDTH_S` from the answer, unknown where there
+    is none, and error where a number is NaN.
     """
     given = values or {}
     names = sorted((each.name for each in model.variables), key=model.objective.name.__ne__)
@@ -255,10 +256,7 @@ def solve(
     # Numbers in `FOUND_OUT`: the first that holds, 0 where a number is NaN.
     found_out = np.where(none, 1, np.where(unknown, 2, np.where(open_, 3, 4))) * usable
     answered = usable & ~none & ~unknown
-    points = {
-        name: np.where(answered, each, np.nan)
-        for name, each in zip(names, (found.x, found.y), strict=False)
-    }
+    points = {n: np.where(answered, x, np.nan) for n, x in zip(names, found[:2], strict=False)}
     return Solution(
         engine=NAME,
         proof=PROOF if answered.any() else PROOF_OF_NONE,
@@ -320,10 +318,7 @@ def _tapered(
     tops: Floats,
     relaxed: Rows,
 ) -> Interval:
-    """The best of three points with the taper, with the smallest y found, and the bound above.
-
-    The bound is that of all rows at constant current (`relaxed`).
-    """
+    """The best of three points with the taper, its smallest y, and the bound without it."""
     tapered = dict.fromkeys(each.constraint for each in forms if each.relaxed and each.constraint)
     values = {name: each.value for name, each in model.given.items()} | {**given}
 
@@ -366,8 +361,7 @@ def some_point(
 ) -> tuple[dict[str, Floats], Booleans]:
     """Times that satisfy all constraints, NaN where none are known, and where it is proved none do.
 
-    Parameters as for `solve`. What is sought does not matter, nor how the times compare. Raises
-    `InputError` if one of them may be negative.
+    The objective does not matter. `InputError` if a time may be negative.
     """
     if any(np.any(evaluate(each.lower, values or {}) < 0.0) for each in model.variables):
         raise InputError(f"engine {NAME} needs unknowns of at least 0")

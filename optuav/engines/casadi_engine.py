@@ -8,8 +8,6 @@ References
    algorithm for large-scale nonlinear programming", Mathematical Programming, 2006.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 import time
@@ -118,11 +116,10 @@ class Functions(NamedTuple):
 class CasadiProgramme:
     """A smooth model handed to CasADi once, to be solved with changing parameters; see `Casadi`.
 
-    It is a programme for each goal: the objective, and every preference. Their parameters are those
-    of the model, the scales, the steepness, and limits that keep the earlier goals as good as they
-    were; their rows, at most 0, are the constraints and those limits. Constraints without an
-    unknown are `settled`, and those that an equation implies have no limit: such a row leaves IPOPT
-    no interior to walk in, and the multipliers that grow there excuse any error.
+    It is one programme for the objective and one for each preference, with limits that keep the
+    earlier goals as good as they were. Constraints without an unknown are `settled`. Those that an
+    equation implies have no limit: else IPOPT had no interior to walk in, and multipliers would
+    grow that excuse any error.
     """
 
     def __init__(
@@ -234,8 +231,7 @@ class CasadiProgramme:
     ) -> tuple[dict[str, float], dict[str, float]] | None:
         """The point at all lower bounds and its multipliers, if no other is better for any goal.
 
-        None unless the bounds are finite, the point is feasible, and all goals, which are to be
-        small, are affine and never fall as an unknown grows.
+        None unless bounds are finite, the point is feasible, and goals are affine and never fall.
         """
         point = {name: lower for name, (lower, _) in bounds.items()}
         if not all(map(math.isfinite, point.values())):
@@ -313,10 +309,9 @@ class CasadiProgramme:
     def _reached(
         self, scaled: Scaled, start: Floats, floors: Sequence[float] = ()
     ) -> tuple[dict[str, float] | None, Any, str]:
-        """The point that IPOPT reaches from a start, its answer and its return status.
+        """IPOPT's point from a start with limits for earlier goals, its answer and status.
 
-        With a limit for every earlier goal. None unless it is solved and feasible; a point is moved
-        onto bounds that it nearly reaches.
+        None unless it is solved and feasible; a point is moved onto bounds that it nearly reaches.
         """
         arguments = {
             "x0": start,

@@ -7,8 +7,6 @@ bound, a programme without a feasible candidate is infeasible, and one with a fe
 optimal candidate is unbounded.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -82,8 +80,8 @@ def _best_vertices(
 ) -> tuple[Floats, Integers]:
     """Best vertices of programmes and the numbers of their statuses in `FOUND_OUT`.
 
-    normals (row, unknown, programme), limits (row, programme), directions (goal, unknown,
-    programme): what to maximise first, then among equals, and so on.
+    Normals (row, unknown, programme), limits (row, programme), goals in order (goal, unknown,
+    programme).
     """
     size = _sizes(normals)
     a, b = normals / size[:, None], limits / size
@@ -112,11 +110,10 @@ def _sizes(vectors: Floats) -> Floats:
 def _intersections(
     a: Floats, b: Floats, direction: Floats, bases: Sequence[tuple[int, ...]]
 ) -> tuple[Floats, Floats]:
-    """Candidates (candidate, unknown, programme) and the multipliers of the rows that meet there.
+    """Candidates (candidate, unknown, programme) and multipliers λ of their rows, Σ λ a = c.
 
-    Multipliers have the same shape: λ with Σ λ a = c. NaN where the rows do not meet. Two rows
-    meet at a step along the first from its foot point, which lies on both rows to within rounding
-    however flat their angle, and keeps a bound as it was stated.
+    NaN where the rows do not meet. Two rows meet at a step along the first from its foot point,
+    which lies on both to within rounding however flat their angle, and keeps a bound as stated.
     """
     if a.shape[1] == 1:
         rows = [row for (row,) in bases]

@@ -11,8 +11,6 @@ References
    Programming Computation, 2018 (HiGHS).
 """
 
-from __future__ import annotations
-
 import warnings
 from collections import defaultdict
 from collections.abc import Mapping
@@ -181,7 +179,7 @@ class CvxpyProgramme:
         return found(status, proof, f"{self.solver}: {words}", point, duals=duals)
 
     def _run(self) -> tuple[Status | None, str]:
-        """Status of the problem as it stands, solved, and the solver's own word for it.
+        """Solve the problem; its status, and the status that the solver itself returned.
 
         None where it leaves open whether the problem is infeasible or unbounded.
         """
@@ -229,9 +227,7 @@ class CvxpyProgramme:
             x = np.asarray(self.x.value, dtype=float)
         return x
 
-    def _in_slots(
-        self, form: LinearForm, values: Mapping[str, float], slot_s: float
-    ) -> tuple[Floats, Floats]:
+    def _in_slots(self, form: LinearForm, values: Values, slot_s: float) -> tuple[Floats, Floats]:
         """Rows in numbers of slots; bounds of unknowns become their first and last slot."""
         ranges = slot_ranges(self.model, values, slot_s)
         a = form.normals[..., 0] * np.where(self.counted, slot_s, 1.0)

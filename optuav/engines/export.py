@@ -4,8 +4,6 @@ Names and labels become names that both formats take; remarks at the top list bo
 numbers to 15 digits.
 """
 
-from __future__ import annotations
-
 import itertools
 import re
 import tempfile
@@ -46,8 +44,7 @@ def need_linear(model: Model) -> None:
 def to_file(model: Model, values: Values, form: str, remarks: Iterable[str] = ()) -> str:
     """The text of a file that holds a linear programme: ``"lp"`` for CPLEX LP, ``"mps"`` for MPS.
 
-    Values of the parameters are those of one programme, as ``model.row(index)`` gives them; others
-    keep their own. Remarks are lines for the comment at the top.
+    Parameters may have other values, as of ``model.row(index)``; remarks are a comment at the top.
     """
     import highspy
 

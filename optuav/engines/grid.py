@@ -7,10 +7,8 @@ the bound: the paper's 740.65 s. A constraint between unknowns admits whole slot
 References
 ----------
 .. [1] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
-   IEEE Internet of Things Journal, 2020, algorithm 1.
+   IEEE Internet of Things Journal, 2021, algorithm 1.
 """
-
-from __future__ import annotations
 
 import itertools
 import math
@@ -46,10 +44,7 @@ EQUAL = 1e-9  # Relative difference below which two objective values are the sam
 
 
 def axes(model: Model, parameters: Values, slot_s: float, *, limited: bool = True) -> list[Floats]:
-    """Values that each unknown takes [s]: whole slots, in the order of the variables.
-
-    Refused are more than fit in memory and, unless the time is limited, than can be tried.
-    """
+    """Whole slots of each unknown [s]; refused if too many for memory or for unlimited time."""
     ranges = slot_ranges(model, parameters, slot_s).values()
     if any(last - first >= MOST_SLOTS for first, last in ranges):
         raise InputError(f"slots of {slot_s:g} s are too short: more than {MOST_SLOTS} of them fit")
@@ -121,7 +116,7 @@ def cells(constraints: Iterable[Test], points: Mapping[str, Floats]) -> Booleans
 
 
 def _blocks(model: Model, ways: Sequence[Floats], most: int) -> Iterator[dict[str, Floats]]:
-    """All cells in blocks of at most so many: axes by name, shaped to broadcast."""
+    """All cells in blocks of at most `most` cells: axes by name, shaped to broadcast."""
     *outer, last = ways
     *first, name = (variable.name for variable in model.variables)
     step = max(1, most // max([1, *map(len, outer)]))

@@ -1,10 +1,8 @@
-"""Linear constraints of a model as rows A x ≤ b, and how far they let the unknowns go.
+"""Linear constraints of a model as rows A x ≤ b, and the bounds that they imply on the unknowns.
 
 A linear model gives rows and goals for many programmes at once; of any other model the linear
 constraints bound the unknowns, for whole slots and for where to look.
 """
-
-from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
@@ -51,14 +49,11 @@ class LinearForm:
 def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm:
     """The rows and goals of a linear model; `NotAffineError` if it is not linear.
 
-    Values of parameters that differ from the model's by name: numbers, or arrays with one entry a
-    programme.
+    Parameters may have other values by name: numbers, or arrays with one entry a programme.
     """
     names = tuple(variable.name for variable in model.variables)
-    labels: list[str] = []
-    signs: list[float] = []
-    forms: list[Affine] = []
-    bounds: list[tuple[int, int]] = []
+    labels, signs, forms = list[str](), list[float](), list[Affine]()
+    bounds = list[tuple[int, int]]()
     done = model.walked.forms(values)
     for number, constraint in enumerate(relations(model)):
         relation, own = constraint.relation, number >= len(model.constraints)
@@ -91,13 +86,11 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
 
 def own_bounds(model: Model, parameters: Values) -> dict[str, tuple[float, float]]:
     """The stated lower and upper bound of every unknown."""
-    return {
-        each.name: (
-            float(evaluate(each.lower, parameters)),
-            float(evaluate(each.upper, parameters)),
-        )
-        for each in model.variables
-    }
+    found = {}
+    for each in model.variables:
+        low, high = (float(evaluate(end, parameters)) for end in (each.lower, each.upper))
+        found[each.name] = low, high
+    return found
 
 
 def implied_upper_bounds(
@@ -143,11 +136,10 @@ def cut_short(model: Model) -> set[str]:
 
 
 def slot_ranges(model: Model, parameters: Values, slot_s: float) -> dict[str, tuple[int, int]]:
-    """First and last slot of every unknown that is not binary, counted from 0.
+    """First and last slot of every unknown that is not binary, from 0; last < first for none.
 
-    Where the last slot is cut short by the unknown's own upper bound it counts; where a constraint
-    between unknowns ends the range, or an equation holds the unknown, whole slots only. Where no
-    slot is left, the last one is the one before the first.
+    A last slot that the unknown's own upper bound cuts short counts; one that a constraint between
+    unknowns or an equation cuts short does not.
     """
     own, cut = own_bounds(model, parameters), cut_short(model)
     implied = implied_upper_bounds(model, parameters, {name: end for name, (end, _) in own.items()})

@@ -14,8 +14,6 @@ References
 .. [1] E. G. Gol'shtein, "Theory of convex programming", AMS, 1972 (marginal values).
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -60,8 +58,7 @@ def _met(
 
     By number of the constraint among `relations` and by sign: an equality gives two.
     """
-    rows: dict[tuple[int, float], Floats] = {}
-    done: dict[int, Operand] = {}
+    rows, done = dict[tuple[int, float], Floats](), dict[int, Operand]()
     count = len(model.variables)
     sizes = np.array([max(abs(values[name]), k < count) for k, name in enumerate(names)], float)
     stated = list(relations(model))  # kept, so that no two nodes share an identity
@@ -136,12 +133,11 @@ def _combinations(
 
 
 def optimal_points(model: Model, parameters: Values, point: Values) -> list[list[Values]]:
-    """Optimal points of one programme, with an answer among them; if they are none, those instead.
+    """Sets of optimal points of one programme; a later one counts if an earlier one has no prices.
 
-    Of a linear model all optimal vertices, exact where the answer is one; of the longest of two
-    times through both wells the answer, and the one with the longest other time, if that is
-    another, or that alone, as an answer is not exact where the other time hardly matters; else the
-    answer alone.
+    Of a linear model: all optimal vertices, and the answer if it is none of them. Of the longest of
+    two times through both wells: the answer, with the optimum of the longest other time; then that
+    alone, as an answer is not exact where the other time hardly matters. Else the answer alone.
     """
     try:
         form = linear_form(model, parameters)
@@ -191,12 +187,15 @@ def _with_longest_other(model: Model, parameters: Values, point: Values) -> list
 class ShadowPrice(NamedTuple):
     """Change of the best objective per unit of a parameter, the others held.
 
-    The sides differ at a kink, as where another constraint takes over; one that is infeasible is
-    infinite, and one beyond the range of the parameter NaN.
+    Parameters
+    ----------
+    less, more
+        Below and above the present value. They differ at a kink, as where another constraint takes
+        over; a side that is infeasible is infinite, one beyond the parameter's range NaN.
     """
 
-    less: float  # Per unit that is taken away: what holds below the value
-    more: float  # Per unit that is added: what holds above it
+    less: float
+    more: float
 
     @property
     def has_kink(self) -> bool:
@@ -253,13 +252,20 @@ def _prices_at(
 class Residuals(NamedTuple):
     """By how much an answer misses the conditions of optimality; 0 where it meets them.
 
-    All but the first are NaN from engines without multipliers.
+    Parameters
+    ----------
+    violation
+        The largest violation of a constraint, relative to max(1, |right side|).
+    sign, complementarity, stationarity
+        The most negative multiplier of an inequality, the largest product of a multiplier and its
+        slack, and the largest slope of the Lagrangian along an unknown, all as sizes; NaN from
+        engines without multipliers.
     """
 
-    violation: float  # The largest, relative to max(1, |right side|)
-    sign: float = math.nan  # The most negative multiplier of an inequality
-    complementarity: float = math.nan  # The largest product of a multiplier and its slack
-    stationarity: float = math.nan  # The largest slope of the Lagrangian along an unknown
+    violation: float
+    sign: float = math.nan
+    complementarity: float = math.nan
+    stationarity: float = math.nan
 
 
 def residuals(model: Model, values: Values, multipliers: Mapping[str, float]) -> Residuals:

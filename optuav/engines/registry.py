@@ -4,8 +4,6 @@ An engine is added from outside the package by `register`, or handed over as an 
 package load when they are first asked for.
 """
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -32,18 +30,29 @@ Single: TypeAlias = Callable[[Mapping[str, float]], Solution]  # The same for on
 
 @dataclass(frozen=True)
 class Capability:
-    """What an engine takes.
+    """Which models an engine takes.
 
-    It may need ``"derivatives"`` everywhere; ``"lower bounds"`` on every unknown; ``"levelling"``:
-    the longest of at most two times as objective, and as constraints what phases of constant
-    current give.
+    Parameters
+    ----------
+    name
+        Name of the engine, by which `optuav.solve` takes it.
+    nonlinear, integer
+        Whether it takes models that are not linear, and binary unknowns.
+    slots
+        Whether it takes times in whole slots; None if it takes nothing else.
+    most_unknowns
+        None for any number.
+    needs
+        ``"derivatives"`` everywhere; ``"lower bounds"`` on every unknown; ``"levelling"``: the
+        longest of at most two times as objective, and as constraints what phases of constant
+        current give.
     """
 
-    name: str  # As `optuav.solve` takes it
-    nonlinear: bool = False  # Whether it takes models that are not linear
-    integer: bool = False  # Whether it takes binary unknowns
-    slots: bool | None = False  # Whether it takes whole slots; None if it takes nothing else
-    most_unknowns: int | None = None  # None for any number
+    name: str
+    nonlinear: bool = False
+    integer: bool = False
+    slots: bool | None = False
+    most_unknowns: int | None = None
     needs: tuple[Need, ...] = ()
 
     def obstacle(self, model: Traits, slots: bool) -> str:
@@ -122,9 +131,24 @@ class Engine(Protocol):
         """
 
     def compile(self, model: Model, programmes: int = 1, **limits: float | None) -> Compiled:
-        """Hand over a model once, to be solved often; the arguments are those of `solve`.
+        """Hand over a model once, to be solved often; by default each call solves it anew.
 
-        Where there is nothing to prepare, the model is solved again.
+        Parameters
+        ----------
+        model, programmes
+            A declaration that it takes, and the number of entries of its arrays, at least 1.
+        limits
+            ``slot_s`` and ``time_limit_s`` [s], as for `solve`.
+
+        Returns
+        -------
+        Compiled
+            Call it with values of parameters by name for a `Solution`; it raises as `solve` does.
+
+        Raises
+        ------
+        InputError
+            If the model has a form that the engine cannot prepare.
         """
         return lambda values: self.solve(model, programmes, values, **limits)
 
@@ -136,7 +160,10 @@ CAPABILITIES = (
     Capability("casadi", nonlinear=True, needs=("derivatives",)),
     Capability("grid", True, slots=None, most_unknowns=MOST_UNKNOWNS, needs=("lower bounds",)),
 )
-"""What the engines of the package take, in the order in which "auto" prefers them."""
+"""What the engines of the package take, in the order in which "auto" prefers them.
+
+In slots it prefers one that takes nothing else.
+"""
 
 
 class OneByOne(Engine):
@@ -188,7 +215,7 @@ capabilities = {each.name: each for each in CAPABILITIES}
 def register(added: Engine) -> None:
     """Add an engine, which `optuav.solve` then knows by its name.
 
-    It comes after those of the package where "auto" looks for one that takes a model.
+    It comes last where "auto" looks for one that takes a model.
 
     Raises
     ------
@@ -212,7 +239,9 @@ def conforming(given: Engine) -> Engine:
     """An engine that was given; refused if it is none, such as a class instead of its object."""
     known = isinstance(getattr(given, "takes", None), Capability) and not isinstance(given, type)
     if not known or not isinstance(given.name, str) or not callable(getattr(given, "solve", None)):
-        words = "an object with name, takes (a Capability) and solve; of a class, Engine()"
+        words = "a name, or an object with name, takes (a Capability) and solve"
+        if isinstance(given, type):
+            words = f"an instance, as {given.__name__}(), not the class"
         raise InputError([Fault("engine", f"{given!r:.60}", words)])
     return given
 
@@ -254,5 +283,5 @@ def preferred(model: Traits, slots: bool) -> Engine:
     others = [name for name in able if name not in slots_only]
     if names := [*slots_only, *others] if slots else others:
         return engine(names[0])
-    more = f"; with slot_s, {slots_only[0]} does" if slots_only else ""
-    raise InputError(f"no engine takes this model: {model}{more}")
+    more = f" in continuous times: state slot_s for engine {slots_only[0]}" if slots_only else ""
+    raise InputError(f"no engine takes this model ({model}){more}")

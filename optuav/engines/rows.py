@@ -1,4 +1,4 @@
-"""Rows g(x, y) ≥ 0 in two times and how wells level out in them, for many programmes at once.
+"""Rows g(x, y) ≥ 0 in two times x and y and the levelling of wells, for many programmes at once.
 
 With V = (1 − exp(−kx))/k and W = (1 − exp(−ky))/k a row is g = a + b x + c V + d y + e W + f V W:
 what phases of constant current do to the wells of a battery, and what a deadline does to the
@@ -38,7 +38,7 @@ MOST_STEPS = 200
 ROUNDING = 2e-13  # Share of the sum of a row's terms by which it may fall short of 0, for rounding
 DUST = 1e-25
 """Share of the sum of a row's terms below which one is left out, so that no quotient overflows."""
-TINY = 1e-200  # Stands in for a rate of 0: a quotient by it keeps its limit
+TINY = 1e-200  # In place of a rate of 0, as in the physics, of which engines know nothing
 SPACING = 4.0 * np.finfo(float).eps  # Share of numbers that lie next to each other
 WIDTH_S = 1e-11  # To which the ends of what rows admit are found [s]
 
@@ -97,7 +97,7 @@ def some(tables: Iterable[Any], which: Integers) -> list[Any]:
 
 
 def levelled(rate_per_s: Floats, time_s: Floats) -> Floats:
-    """(1 − exp(−kt))/k [s], t itself where k is next to nothing."""
+    """(1 − exp(−kt))/k [s], t where k is next to nothing; apart from the physics, as `TINY`."""
     found: Floats = np.expm1(-rate_per_s * time_s) / -rate_per_s
     return found
 
@@ -118,8 +118,7 @@ class Section(NamedTuple):
     def end(self, top: Floats, *, smallest: bool = False) -> Floats:
         """Largest or smallest y from 0 to top at which all rows hold, one a programme; NaN if none.
 
-        It is 0, the top, or a point at which some row begins or ceases to hold. All such points are
-        found, on either side of the row's turning point, and tried.
+        All points at which a row begins or ceases to hold are found and tried, with 0 and the top.
         """
         _, d, e = self.weights
         turns = -np.log(-d / e) / self.rate_per_s  # NaN or infinite if nowhere
@@ -179,8 +178,7 @@ class Rows(NamedTuple):
     def over_x(self, low: Floats, high: Floats) -> Section:
         """Rows that hold wherever the rows hold for some x from low to high.
 
-        The part without y is taken where it is largest, at an end or where its slope vanishes; the
-        weight of W, which is monotone in x, at an end.
+        Each part is taken where it is largest, at an end or where its slope vanishes.
         """
         a, b, c, d, e, f = self.weights
         rate = self.rate_x_per_s
@@ -221,9 +219,8 @@ class StatedForm(NamedTuple):
 def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats) -> Rows:
     """Rows from forms that have to be ≥ 0, in one or two unknowns.
 
-    Those that cannot fall below 0 up to a reach [s], as far as their terms tell one by one, are
-    left out; where other programmes need them, they are infinite. The sizes and the
-    reach say how much rounding there may be.
+    Those that cannot fall below 0 up to a reach [s], by the bounds of their terms, are left out, or
+    infinite where other programmes need them. Sizes and reach say how much rounding there may be.
     """
     rates: dict[str, Operand] = {}
     for each in stated:

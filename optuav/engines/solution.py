@@ -1,7 +1,5 @@
 """What every engine returns."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -29,23 +27,42 @@ class Solution:
     """Answers to one or several programmes that were declared as one.
 
     Sequences and arrays have one entry a programme.
+
+    Parameters
+    ----------
+    engine, proof
+        Its name, and how it knows, in a word or two.
+    declared
+        What was solved; programmes of a kind may share it.
+    statuses
+        What is known of each programme.
+    objective, values
+        The best objective, and the variables by name, in their units; NaN without an answer.
+    tight
+        Labels of the constraints that bind (from the grid: that a slot more or less of an unknown
+        would violate). None where that follows from the answer.
+    duals
+        Multipliers that the engine found, by label of the constraint; empty from engines that have
+        none. None where they follow from the answer: see `multipliers_at`.
+    beyond
+        What the objective is known not to exceed; None if the engine knows nothing.
+    words
+        What the engine itself said.
+    given
+        Values of parameters unlike the declared ones, by name; `solve` fills in what it asked for.
     """
 
-    engine: str  # Its name
-    proof: str  # How it knows, in a word or two
-    declared: Model  # What was solved; programmes of a kind may share it
+    engine: str
+    proof: str
+    declared: Model
     statuses: Sequence[Status]
-    objective: Floats  # NaN without an answer
-    values: Mapping[str, Floats]  # Of the variables, by name; NaN without an answer
-    # Labels of the constraints that bind (from the grid: that a slot more or less of an unknown
-    # would violate). None where that follows from the answer.
+    objective: Floats
+    values: Mapping[str, Floats]
     tight: Sequence[Sequence[str]] | None = None
-    # Multipliers that the engine found by label of the constraint; empty from engines that have
-    # none. None where they follow from the answer: see `multipliers_at`.
     duals: Sequence[Mapping[str, float]] | None = ()
-    beyond: Floats | None = None  # What the objective is known not to exceed
-    words: Sequence[str] = ()  # What the engine itself said
-    given: Values = field(default_factory=dict)  # Values of parameters unlike the declared ones
+    beyond: Floats | None = None
+    words: Sequence[str] = ()
+    given: Values = field(default_factory=dict)
 
     @cached_property
     def model(self) -> Model:
@@ -86,10 +103,13 @@ class Solution:
             raise SolverError(f"{self.engine} has no values: the programme is {status.value}")
         return {name: float(values[index]) for name, values in self.values.items()}
 
-    def refusal(self, index: int) -> str:
-        """Message for a programme without an answer because of numbers that cannot be used."""
-        where = unusable(self.declared, self.parameters_at(index))
-        return f"{self.engine} met numbers that it cannot use" + (f": {where}" if where else "")
+    def refuse_unusable(self) -> None:
+        """Raise `SolverError` where a programme has numbers that the engine cannot use."""
+        if Status.ERROR in self.statuses:
+            at = self.parameters_at(self.statuses.index(Status.ERROR))
+            where = unusable(self.declared, at)
+            words = f"{self.engine} met numbers that it cannot use"
+            raise SolverError(words + (f": {where}" if where else ""))
 
     @property
     def status(self) -> Status:
@@ -106,9 +126,9 @@ class Solution:
     def multipliers_at(self, index: int) -> dict[str, float]:
         """Multiplier of every constraint in the answer to a programme, by label.
 
-        In units of the objective per unit of the constraint, ≥ 0; that of an equality has the sign
-        of what one more unit of its right side brings. Empty without an answer, and from engines
-        that have none. Where the engine gives none but its answers are optimal, they are computed.
+        In units of the objective per unit of the constraint, ≥ 0; of an equality with the sign of
+        what one more unit of its right side brings. Empty without an answer or multipliers of the
+        engine; computed where an engine with optimal answers gives none.
         """
         if not self.statuses[index].has_answer or self.duals is not None:
             return dict(*(self.duals or ())[index : index + 1])
@@ -133,10 +153,7 @@ class Solution:
         return tuple(dict.fromkeys(found))
 
     def verify(self, index: int = 0) -> Checks:
-        """Evaluate an answer again, outside the engine that gave it.
-
-        `SolverError` if it violates a constraint, or there is none.
-        """
+        """Evaluate an answer again, outside its engine; `SolverError` if it fails."""
         rows = evaluated(self.declared, {**self.parameters_at(index), **self.point(index)})
         broken = [f"{row.label} by {-row.slack:.3g}" for row in rows if not row.satisfied]
         if broken:
@@ -147,8 +164,8 @@ class Solution:
     def slacks(self) -> Mapping[str, Floats]:
         """By label, how much every constraint has left in its own unit, one a programme.
 
-        Negative where it is violated, NaN without an answer; of the two bounds of an unknown, which
-        share a label, the nearer one. Evaluated in NumPy on first use.
+        Negative where it is violated, NaN without an answer; of two bounds with one label the
+        nearer one.
         """
         answered = np.array([status.has_answer for status in self.statuses])
         found: dict[str, Floats] = {}
@@ -167,8 +184,7 @@ class Solution:
     def shadow_prices(self, index: int = 0) -> dict[str, ShadowPrice]:
         """Shadow price of every parameter in a programme, by name; see `ShadowPrice`.
 
-        Empty for an answer in whole slots, which small changes leave where it is, and where there
-        is no answer.
+        Empty without an answer, and in whole slots, which small changes do not move.
         """
         known = self.duals is None or any(self.duals[index : index + 1])
         if not known or not self.statuses[index].has_answer:
@@ -178,11 +194,11 @@ class Solution:
         at = self.declared, self.parameters_at(index), self.point(index)
         return prices.shadow_prices(*at, shares)
 
-    def of(self, values: Values | None) -> Solution:
+    def of(self, values: Values | None) -> "Solution":
         """The solution with the values that were solved for, which an engine need not keep."""
         return self if self.given or not values else replace(self, given=values)
 
-    def only(self, index: int) -> Solution:
+    def only(self, index: int) -> "Solution":
         """The solution to a single programme."""
         one = slice(index, index + 1)
         return replace(

@@ -1,7 +1,5 @@
 """The verdict on any plan: a plan of ours, one edited by hand, or an itinerary in a file."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -9,7 +7,7 @@ from typing import TypeGuard
 
 from optuav.errors import Fault, InputError, printable
 from optuav.judge.course import TOLERANCE
-from optuav.judge.replay import MISMATCH, Replay, replay, same
+from optuav.judge.replay import MISMATCH, Judged, Replay, replay, same
 from optuav.judge.timeline import STOP, Itinerary, Stop, stop_breaches
 from optuav.mission import load, shipped
 from optuav.mission.files import label, parse_toml, read_text, refusal
@@ -34,7 +32,7 @@ KEYS = {
 
 
 @dataclass(frozen=True)
-class Audit:
+class Audit(Judged):
     """A verdict on a plan; it is true where the plan can be flown.
 
     Parameters
@@ -55,19 +53,9 @@ class Audit:
     events: tuple[Event, ...]
 
     @property
-    def violations(self) -> tuple[Event, ...]:
-        """The events because of which the plan cannot be flown."""
-        return tuple(event for event in self.events if event.violation)
-
-    @property
     def contradicted(self) -> bool:
         """Whether the plan states a figure or a verdict that its simulation does not give."""
         return any(event.kind == MISMATCH for event in self.events)
-
-    @property
-    def flyable(self) -> bool:
-        """The verdict."""
-        return not self.violations
 
     def __bool__(self) -> bool:
         return self.flyable

@@ -1,7 +1,5 @@
 """The charge in the packs and the energies over the phases of a plan, and its trace over time."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -61,10 +59,7 @@ class Course(NamedTuple):
 
 
 def pooled(mission: Mission, phases: Sequence[Phase]) -> Course:
-    """All packs as one battery, whose wells may pass empty and full.
-
-    Where charging tapers it takes no more than keeps it full.
-    """
+    """All packs as one battery, which may pass empty and full; tapered, it is kept full at most."""
     pool, tapers = vehicle.pool(mission), mission.battery.charging == "taper"
     wells, stretches, ends = pool.full, list[Stretch](), list[tuple[Wells, ...]]()
     for place, phase in enumerate(phases):
@@ -103,10 +98,7 @@ def pooled(mission: Mission, phases: Sequence[Phase]) -> Course:
 
 
 def _filled_s(pool: Battery, wells: Wells, current_A: float) -> float:
-    """How long charging goes on at constant current, until y1 is full [s].
-
-    Rounding may leave y1 short of full or past it: then the current decides whether it rises.
-    """
+    """How long charging goes on at constant current, until y1 is full but for rounding [s]."""
     room_As = float(pool.full.available_As - wells.available_As)
     full = room_As <= FULL * float(pool.capacity_As)
     if full and holding_current(pool, wells) <= current_A:
@@ -167,9 +159,8 @@ def soc(
 ) -> dict[str, Floats]:
     """State of charge by perspective [-] at moments [s]; the share is (y1 + y2)/B [-].
 
-    Energies count as drawn in flight, drawn in hover, or gained, which is received in hover and net
-    at rest. The full battery has E_1, E_2 and E_0 [J] at the voltages of flight, of hover, and
-    nominally.
+    Energies are drawn in flight, drawn in hover, or gained: received in hover, and net at rest. The
+    full battery has E_1, E_2 and E_0 [J] at the voltages of flight, of hover, and nominally.
     """
     times_s, energies_J, flown_As = [0.0], [(0.0, 0.0, 0.0)], 0.0
     for kind, each in ((phase.kind, stage) for phase in flown for stage in phase.stages):

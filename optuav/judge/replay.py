@@ -30,8 +30,24 @@ IN_SLOTS = ("P1", "P2", "P2-tight", "P3", "P4")
 """Problems whose stays are whole slots; a user's own may bound them otherwise."""
 
 
+class Judged:
+    """What has events, because of some of which a plan cannot be flown."""
+
+    events: tuple[Event, ...]
+
+    @property
+    def violations(self) -> tuple[Event, ...]:
+        """The events because of which the plan cannot be flown."""
+        return tuple(event for event in self.events if event.violation)
+
+    @property
+    def flyable(self) -> bool:
+        """Whether the plan keeps every limit at every moment, and its figures are right."""
+        return not self.violations
+
+
 @dataclass(frozen=True)
-class Replay:
+class Replay(Judged):
     """A simulated plan.
 
     Parameters
@@ -58,16 +74,6 @@ class Replay:
     def mission(self) -> Mission:
         """The mission in which it was simulated."""
         return self.subject.mission
-
-    @property
-    def violations(self) -> tuple[Event, ...]:
-        """The events because of which the plan cannot be flown."""
-        return tuple(event for event in self.events if event.violation)
-
-    @property
-    def flyable(self) -> bool:
-        """Whether the plan keeps every limit at every moment, and its figures are right."""
-        return not self.violations
 
     @property
     def mission_time_s(self) -> float:
@@ -174,10 +180,7 @@ def replay(plan: Plan | Itinerary) -> Replay:
 
 
 def _broken_limits(mission: Mission, flown: Sequence[Phase], soc: float) -> Iterator[Event]:
-    """What breaks a limit of the mission other than those of the wells, and what to know.
-
-    The state of charge at the end is that of the packs [-].
-    """
+    """Broken limits but those of the wells, and what to know, by the packs' state of charge [-]."""
     end_s, deadline_s = flown[-1].end_s, mission.limits.deadline_s
     for place, due, time_s, verb in (
         (flown[0].start, "origin", 0.0, "begins"),
@@ -272,10 +275,7 @@ def _figures(
 
 
 def _mismatches(plan: Plan, figures: Iterator[Figure], broken: bool) -> list[Event]:
-    """Where a plan contradicts its simulation, which breaks a limit or not.
-
-    Compared are figures, whole slots, and the verdict that the plan states.
-    """
+    """Where figures, whole slots or the verdict of a plan contradict its simulation."""
     found = list[Event]()
     for time_s, name, stated, simulated, scale, unit in figures:
         if not same(stated, simulated, abs_tol=TOLERANCE * scale):

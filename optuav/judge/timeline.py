@@ -1,7 +1,5 @@
 """The phases of a plan, computed again from its mission: places, stages, loads and motion."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,7 +9,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.errors import InputError
+from optuav.errors import refuse
 from optuav.mission import Mission
 from optuav.mission.messages import nearest
 from optuav.mission.schema import Number
@@ -64,7 +62,8 @@ class Itinerary:
     Raises
     ------
     InputError
-        If a stop is at no place of the mission, of no kind that there is, or of no duration.
+        If a stop names no place of the mission, is no rest or hover, or its duration is
+        out of range.
 
     Examples
     --------
@@ -81,9 +80,7 @@ class Itinerary:
 
     def __post_init__(self) -> None:
         stated = [vars(stop) for stop in self.stops]
-        faults = StatedMission({"stops": stated}).faults(stop_breaches(stated, self.mission))
-        if faults:
-            raise InputError(faults)
+        refuse(StatedMission({"stops": stated}).faults(stop_breaches(stated, self.mission)))
 
 
 ALLOWED: Mapping[str, tuple[str, Callable[[object], bool]]] = {

@@ -15,10 +15,10 @@ from optuav.errors import Fault, InputError, refuse
 from optuav.maps.grid import COORDINATE, Bounds, Grid, axes, faults
 from optuav.mission import Mission, load
 from optuav.mission.messages import shown
+from optuav.network.routes import SAME_S
 from optuav.network.scene import scene
 from optuav.network.vehicle import hover_point_m
 from optuav.options import Perspective
-from optuav.solving.outcome import SAME_S
 from optuav.solving.question import checked_question
 from optuav.studies.batch import batch
 

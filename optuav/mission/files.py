@@ -1,7 +1,4 @@
-"""The one way in for TOML, JSON and CSV, and the one way out for every file that the package makes.
-
-What is wrong with a file is raised as an `InputError`.
-"""
+"""Reads TOML, JSON and CSV files, and writes every file that the package makes."""
 
 import contextlib
 import errno
@@ -48,8 +45,7 @@ NOT_OFFERED = (errno.EINVAL, errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 MARK, HEAD, LEAST_START = b"optuav", 4096, 20
 """What the first bytes of our files hold; or else their first line, if it is so long."""
 
-unfinished: set[Path] = set()
-"""Files that a signal handler which ends the process has to delete."""
+unfinished: set[Path] = set()  # Files that a signal handler which ends the process has to delete
 only_ours: ContextVar[bool] = ContextVar("only_ours", default=False)
 """Whether only files that optuav has written may be replaced."""
 

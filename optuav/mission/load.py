@@ -110,8 +110,7 @@ def _read(
 ) -> tuple[StatedMission, list[Fault], bool]:
     """What a shipped mission or a file in a directory states on top of the one that it extends.
 
-    With the faults of both, and whether all files could be read; `above` has the files that lead
-    here, by their paths.
+    With the faults of both, and whether all could be read; `above` are the files that extend it.
     """
     if len(above) == LONGEST_CHAIN:
         raise InputError(f"a chain of at most {LONGEST_CHAIN} files")

@@ -1,4 +1,4 @@
-"""Words of messages: what a key may be, what may have been meant, values and numbers as text."""
+"""Words of messages: allowed values, names that may have been meant, values and numbers as text."""
 
 import datetime
 import difflib

@@ -283,8 +283,7 @@ def without_none(value: Any, depth: int = 3, *, kept: bool = False) -> Any:
 def _revised(base: Document, values: Mapping[str, object]) -> tuple[StatedMission, list[Fault]]:
     """What a mission states after values by dotted key, not yet validated, and unknown keys.
 
-    As in ``{"limits.deadline_s": 800}``, on top of the complete document of a mission; None removes
-    an optional key, a table or a building.
+    Values are put on top of the complete document; None removes a key, a table or a building.
     """
     stated, buildings = Document(), Document()
     faults: list[Fault] = []

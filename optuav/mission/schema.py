@@ -28,10 +28,8 @@ from pydantic import (
 
 from optuav.options import SCHEDULES, Charging, Schedule
 
-MOST_ITEMS = 100_000
-"""Most items that a list may have, such as buildings."""
-LARGEST = 1e100
-"""Largest number in a graph or a plan, so that sums and products stay finite."""
+MOST_ITEMS = 100_000  # Most items that a list may have, such as buildings
+LARGEST = 1e100  # Largest number in a graph or a plan, so that sums and products stay finite
 
 
 @dataclass(frozen=True)
@@ -169,8 +167,7 @@ Slope = Annotated[float, Number("-", ge=1e-6, le=1e3, note=_KNOWN)]
 Offset = Annotated[float, Number("W", ge=-1e9, le=1e9, note=_KNOWN)]
 
 
-SCHEMA = 1
-"""Version of the format of a mission file."""
+SCHEMA = 1  # Version of the format of a mission file
 
 _COEFFICIENTS = ("emitter_slope", "emitter_offset_W", "receiver_slope", "receiver_offset_W")
 CONVERSIONS: dict[float, dict[str, float]] = {

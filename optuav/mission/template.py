@@ -88,6 +88,25 @@ def _text(value: object) -> str:
 class Datasheet(MissionSection):
     """What the owner of a multirotor knows of it; `mission` makes a mission of it.
 
+    `of` raises `InputError` with all faults; the constructor raises pydantic's own error.
+
+    Parameters
+    ----------
+    mass_kg, payload_kg
+        Take-off mass of the published flight times, 0.05 to 1000, and what it carries on top, as
+        the receiver of the laser, 0 to 1000, by default 0 [kg].
+    packs, cells, capacity_mAh
+        Battery packs and cells of a pack in series, 1 to 100, one pack by default; capacity of one
+        pack [mAh], 10 to 1e6.
+    hover_min, cruise_min
+        Times until the battery is empty, without payload [min], 1 to 1e4: of hovering, and of
+        flight at cruise speed, by default as long.
+    hover_power_W, cruise_power_W
+        Power without payload [W], 1 to 1e6, in place of either time.
+    cruise_speed_m_s, reserve_percent, laser_power_W
+        Cruise speed [m/s], 0.5 to 100; charge that shall be left after landing [%], 0 to 90, by
+        default 20; power that the laser draws [W], 0 to 1e6, by default 5000.
+
     Examples
     --------
     >>> import optuav

@@ -114,8 +114,7 @@ def validate(
 ) -> AnyModel:
     """The mission that was stated, or an `InputError` with every fault, known ones among them.
 
-    Where not the `whole` statement could be read, nothing counts as missing, and the rules that
-    bind several keys are not judged.
+    Unless the `whole` statement was read, missing keys and rules of several keys are not judged.
     """
     breaches: list[Breach] = []
     try:

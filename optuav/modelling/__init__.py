@@ -6,19 +6,5 @@ from optuav.modelling.forms import Affine, NotAffineError, affine
 from optuav.modelling.model import Constraint, Model
 from optuav.modelling.traversal import evaluate
 
-__all__ = [
-    "Affine",
-    "Check",
-    "Checks",
-    "Constraint",
-    "Expression",
-    "Let",
-    "Model",
-    "NotAffineError",
-    "Parameter",
-    "Relation",
-    "Variable",
-    "affine",
-    "check",
-    "evaluate",
-]
+__all__ = ["Affine", "Check", "Checks", "Constraint", "Expression", "Let", "Model"]
+__all__ += ["NotAffineError", "Parameter", "Relation", "Variable", "affine", "check", "evaluate"]

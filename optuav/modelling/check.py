@@ -1,14 +1,13 @@
 """Constraints evaluated at a point, apart from any solver, and numbers that no engine can use."""
 
-from __future__ import annotations
-
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
 
-from optuav.errors import Fault, InputError
+from optuav.arrays import Values
+from optuav.errors import Fault, InputError, refuse
 from optuav.modelling.display import table
 from optuav.modelling.expression import Call, Operand, Relation, Sense
 from optuav.modelling.model import Constraint, Model
@@ -22,15 +21,26 @@ MOST_NAMED = 10  # Of the points at which a constraint is violated, how many are
 
 @dataclass(frozen=True)
 class Check:
-    """One constraint at a point, or at an array of points."""
+    """One constraint at a point, or at an array of points.
 
-    constraint: Constraint  # As declared, or a bound of a variable
-    left: Operand  # Values of the two sides
+    Parameters
+    ----------
+    constraint
+        As declared, or a bound of a variable.
+    left, right, slack, satisfied
+        Values of the two sides in the constraint's unit, by how much it holds (negative where it is
+        violated), and whether it holds within `TOLERANCE`; numbers, or arrays by point.
+    points, names
+        What the points of an array are, and the name of each; empty where nothing is known.
+    """
+
+    constraint: Constraint
+    left: Operand
     right: Operand
-    slack: Operand  # By how much it holds; negative where it is violated
-    satisfied: Operand  # Whether it holds within `TOLERANCE`
-    points: str = ""  # What an array of points is; empty for how many there are
-    names: tuple[str, ...] = ()  # Name of each of them; empty where they have none
+    slack: Operand
+    satisfied: Operand
+    points: str = ""
+    names: tuple[str, ...] = ()
 
     @property
     def label(self) -> str:
@@ -119,7 +129,7 @@ def holding(sense: Sense, left: Operand, right: Operand) -> Operand:
     return np.abs(left - right) <= allowance
 
 
-def check(model: Model, point: Mapping[str, Operand]) -> Checks:
+def check(model: Model, point: Values) -> Checks:
     """Evaluate every constraint of a model at a point, from wherever it comes.
 
     Parameters
@@ -150,11 +160,8 @@ def check(model: Model, point: Mapping[str, Operand]) -> Checks:
     return evaluated(model, _numbers(point, model))
 
 
-def evaluated(stated: Model | Iterable[Constraint], point: Mapping[str, Operand]) -> Checks:
-    """`check`, also of some constraints alone; names that they do not have are ignored.
-
-    A `KeyError` names a variable without a value.
-    """
+def evaluated(stated: Model | Iterable[Constraint], point: Values) -> Checks:
+    """`check`, also of some constraints alone; ignores other names, `KeyError` if one lacks."""
     rows, whole, done = [], isinstance(stated, Model), dict[int, Operand]()
     if isinstance(stated, Model):
         done, stated = stated.walked.values(point), relations(stated)
@@ -170,7 +177,7 @@ def evaluated(stated: Model | Iterable[Constraint], point: Mapping[str, Operand]
     return Checks(rows)
 
 
-def _numbers(point: Mapping[str, Operand], model: Model) -> dict[str, Operand]:
+def _numbers(point: Values, model: Model) -> dict[str, Operand]:
     """The values of a point as numbers and arrays that broadcast with those of the model."""
     names, given = [each.name for each in model.variables], model.given
     words = "a variable of the model without a value"
@@ -196,8 +203,7 @@ def _numbers(point: Mapping[str, Operand], model: Model) -> dict[str, Operand]:
         stated = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
         model_has = f", also with the model's {', '.join(map(str, sorted(own)))}" if own else ""
         faults.append(Fault("point", stated, f"arrays whose shapes broadcast{model_has}"))
-    if faults:
-        raise InputError(faults)
+    refuse(faults)
     return found
 
 
@@ -227,7 +233,7 @@ def refuse_misfits(model: Model, programmes: int) -> None:
 
 
 @np.errstate(all="ignore")
-def unusable(model: Model, values: Mapping[str, Operand]) -> str:
+def unusable(model: Model, values: Values) -> str:
     """Where the numbers of a programme are no numbers: parameters, else labels of constraints."""
     parameters = [
         f"{name} = {values[name]:g}" for name in model.given if not np.isfinite(values[name])

@@ -1,14 +1,11 @@
 """The kind of a model, found from its trees: linear, smooth, integer, and in how many unknowns."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from optuav.modelling.expression import Call, Operand
+from optuav.modelling.expression import Call
 from optuav.modelling.forms import (
     NOWHERE,
     Exponential,
@@ -93,7 +90,8 @@ def traits(model: Model) -> Traits:
     rough = (c for c in calls if c.ufunc not in PARTIALS and (c.moves or c.ufunc not in KINKED))
     stated = [(each.label, each.relation.sides) for each in model.constraints]
     goals = [("objective", [model.objective]), ("preference", model.preferences)]
-    unlevelled, relaxed = None, Relaxation()
+    unlevelled: Flaw | None = None
+    relaxed = Relaxation()
     with np.errstate(all="ignore"):
         forms = walked.forms({})
         nonlinear = None
@@ -106,28 +104,14 @@ def traits(model: Model) -> Traits:
         if longest and len(forms) < len(walked.nodes):
             # Bounds will do in place of `Bounded` functions.
             done = {**forms}
-            unlevelled = _first_flaw(stated, lambda tree: exponential(tree, {}, done, relaxed))
-    found = Traits(
-        len(unknowns),
-        integer,
-        tuple(open_below),
-        next((node.ufunc.__name__ for node in rough), ""),
-        nonlinear,
-        longest,
-        unlevelled,
-    )
-    walked.traits = found
+            for label, sides in stated:
+                try:
+                    for side in sides:
+                        exponential(side, {}, done, relaxed)
+                except NotExponentialError as error:
+                    unlevelled = label, str(error)
+                    break
+    kind = len(unknowns), integer, tuple(open_below)
+    kink = next((node.ufunc.__name__ for node in rough), "")
+    walked.traits = found = Traits(*kind, kink, nonlinear, longest, unlevelled)
     return found
-
-
-def _first_flaw(
-    stated: Iterable[tuple[str, Sequence[Operand]]], form: Callable[[Operand], object]
-) -> Flaw | None:
-    """The first label with a tree that has no such form, and why: which function is to blame."""
-    for label, trees in stated:
-        try:
-            for tree in trees:
-                form(tree)
-        except NotExponentialError as error:
-            return label, str(error)
-    return None

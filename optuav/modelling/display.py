@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from optuav.errors import line_width
-from optuav.modelling.expression import INDEX, Indexed, Let, Parameter
+from optuav.modelling.expression import INDEX, Indexed, Let, Parameter, PartedLabel
 from optuav.modelling.forms import NotAffineError, affine
 from optuav.modelling.traversal import outermost
 from optuav.modelling.writer import MARKED, Latex, Text
@@ -35,19 +35,15 @@ Section: TypeAlias = tuple[str, list[Line]]  # Lines under a heading
 def table(rows: Sequence[Sequence[str]]) -> str:
     """Rows of cells, lined up on the left."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    padded = (
-        GAP.join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True))
-        for row in rows
-    )
-    return "\n".join(line.rstrip() for line in padded)
+    return "\n".join(GAP.join(map(str.ljust, row, widths)).rstrip() for row in rows)
 
 
 def text(model: Model) -> str:
     """The model in lines of at most `WIDTH` characters by default, broken between terms.
 
-    Every parameter is listed with its value, its unit and the mission's key that it comes from; an
-    array over programmes, with the number and the range of its entries. Lines that differ in the
-    number of their symbols alone are written once, see `Indexed`.
+    Every parameter is listed with value, unit and key of the mission, an array with number and
+    range of its entries. Lines that differ in the numbers of symbols alone are written once, see
+    `Indexed`.
     """
     writer = Text(marks=True)
     lines = [model.title, ""]
@@ -107,10 +103,14 @@ def _sections(model: Model, writer: Text) -> Iterator[Section]:
     unknowns = []
     for each in model.variables:
         domain = f"{writer.named(each).text} {writer.member} {writer.interval(each)}"
-        unknowns.append((domain, "" if each.label == f"bounds of {each.symbol}" else each.label))
+        unknowns.append((domain, each.label if each.labelled else ""))
     stated = [(writer.write(each.relation), each.label) for each in model.constraints]
     defined = []
-    for let in _named_quantities(model):
+    lets = [each for each in model.walked.nodes if isinstance(each, Let)]
+    trees = [*model.walked.trees, *(each.expression for each in lets if not each.words)]
+    seen = {id(each) for each in outermost(*trees)}
+    # Of a chain of quantities that are written in words only the last is shown.
+    for let in (each for each in lets if not each.words or id(each) in seen):
         what = writer.words(let.words) if let.words else writer.write(let.expression)
         defined.append((f"{writer.named(let).text} = {what}", let.name))
     if unknowns:
@@ -136,17 +136,6 @@ def _parameters(model: Model, writer: Text) -> list[tuple[str, str, str, str, st
     return found
 
 
-def _named_quantities(model: Model) -> list[Let]:
-    """The named quantities that the page shows, each after those that it is made of.
-
-    Of a chain of quantities that are written in words only the last is shown.
-    """
-    lets = [each for each in model.walked.nodes if isinstance(each, Let)]
-    written = [*model.walked.trees, *(each.expression for each in lets if not each.words)]
-    seen = {id(each) for each in outermost(*written)}
-    return [each for each in lets if not each.words or id(each) in seen]
-
-
 def _merged(rows: Sequence[Line], writer: Text, *, all_names: bool = False) -> list[Line]:
     """The lines, those that differ in one number alone as one under what their names share."""
     alike: dict[object, list[tuple[int, Line]]] = {}
@@ -169,9 +158,9 @@ def _merged(rows: Sequence[Line], writer: Text, *, all_names: bool = False) -> l
         if all_names:
             name = ", ".join(filter(None, names))
         else:
-            words = zip(*(each.split() for each in names), strict=False)
-            shared = [word for word, *others in takewhile(lambda each: len({*each}) == 1, words)]
-            name = " ".join([*shared, "…"])
+            parts = zip(*(PartedLabel(each).parts for each in names), strict=False)
+            shared = (each[0] for each in takewhile(lambda each: len({*each}) == 1, parts))
+            name = PartedLabel(*shared, "…")
         merged.append((f"{pattern}{writer.running(numbers)}", name))
     return merged
 
@@ -192,8 +181,7 @@ def _columns(rows: Sequence[Sequence[str]], indent: str, *, longest: float = mat
         if first != head:
             lines.append(f"{indent}{first}")
         row = [head, *cells]
-        padded = (f"{cell:<{width}}  " for cell, width in zip(row, widths, strict=False))
-        start = "".join([indent, *padded])
+        start = indent + "".join(f"{each}{GAP}" for each in map(str.ljust, row, widths))
         # Where little is left beside the first cells, below them.
         below = len(start) + 2 if line_width(WIDTH) - len(start) > ROOM else len(indent) + 4
         lines += textwrap.wrap(

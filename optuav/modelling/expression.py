@@ -50,6 +50,23 @@ class Indexed(str):
         return Indexed, (self.pattern[: -len(f"_{INDEX}")], self.number)
 
 
+class PartedLabel(str):
+    """A name made of parts: lines that differ in a number alone are named by those they share."""
+
+    parts: tuple[object, ...]
+
+    def __new__(cls, *parts: object) -> PartedLabel:
+        """The parts with blanks between them, those of what has parts itself among them."""
+        every: tuple[object, ...] = sum((getattr(each, "parts", (each,)) for each in parts), ())
+        found = super().__new__(cls, " ".join(map(str, every)))
+        found.parts = every
+        return found
+
+    def __reduce__(self) -> tuple[type[PartedLabel], tuple[object, ...]]:
+        """Copies and pickles are made from the parts."""
+        return PartedLabel, self.parts
+
+
 class Expression(NDArrayOperatorsMixin):
     """A node of the tree; it answers to Python's operators and to NumPy's ufuncs."""
 
@@ -116,44 +133,77 @@ class Call(Expression):
 
 @dataclass(eq=False, repr=False)
 class Variable(Expression):
-    """An unknown of a model."""
+    """An unknown of a model, which `Model.variable` declares.
 
-    name: str  # Key of its value in points and solutions, with its unit as suffix
-    symbol: str  # As the mathematics writes it
-    unit: str  # For example "s"; "1" for a ratio
-    lower: Operand  # Bounds: numbers, arrays or expressions of parameters
+    Parameters
+    ----------
+    name, symbol, unit
+        Key of its value, how the mathematics writes it, and ``"s"`` or ``"1"`` for a ratio.
+    lower, upper, label, kind, labelled
+        Bounds: numbers, arrays or expressions of parameters; their name among the constraints, what
+        they limit, as the kind of a constraint, and whether a page shows that name.
+    first_slot, binary
+        Where counting starts when it is taken in whole slots; whether it is 0 or 1.
+    declared_at
+        Source file and line of the declaration.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    lower: Operand
     upper: Operand
-    label: str  # Name of the bounds among the constraints
-    first_slot: int  # Where counting starts when it is taken in whole slots
-    binary: bool = False  # Whether it is 0 or 1
-    declared_at: str = ""  # Source file and line of the declaration
-    kind: str = ""  # What the bounds limit, as the kind of a constraint
+    label: str
+    first_slot: int
+    binary: bool = False
+    declared_at: str = ""
+    kind: str = ""
+    labelled: bool = True
     moves = True
 
 
 @dataclass(eq=False, repr=False)
 class Parameter(Expression):
-    """A named number that a solve may change."""
+    """A named number that a solve may change.
 
-    name: str  # Key of its value
-    symbol: str  # As the mathematics writes it
+    Parameters
+    ----------
+    name, symbol, unit
+        Key of its value, how the mathematics writes it, and ``"s"`` or ``"1"`` for a ratio.
+    value
+        A number, or an array with one entry a programme.
+    key
+        The mission's key that it comes from, empty if it is derived.
+    varies
+        Whether a page lists it and a solve may change it by name; else it is one of many numbers
+        that differ between programmes, such as the duration of a stage.
+    """
+
+    name: str
+    symbol: str
     unit: str
-    value: Operand  # A number, or an array with one entry a programme
-    key: str = ""  # The mission's key it comes from, "" if it is derived
-    # Whether a page lists it and a solve may change it by name; else it is one of many numbers
-    # that differ between programmes, such as the duration of a stage.
+    value: Operand
+    key: str = ""
     varies: bool = True
 
 
 @dataclass(eq=False, repr=False)
 class Let(Expression):
-    """A named intermediate quantity."""
+    """A named intermediate quantity.
 
-    name: str  # As a reader calls it
-    symbol: str  # As the mathematics writes it
+    Parameters
+    ----------
+    name, symbol, unit
+        As a reader calls it, as the mathematics writes it, and ``"s"`` or ``"1"`` for a ratio.
+    expression, words
+        What it stands for, and what is printed instead where that would fill a page.
+    """
+
+    name: str
+    symbol: str
     unit: str
-    expression: Operand  # What it stands for
-    words: str = ""  # Printed instead of an expression that would fill a page
+    expression: Operand
+    words: str = ""
 
     def __post_init__(self) -> None:
         if isinstance(self.expression, Expression):

@@ -1,4 +1,4 @@
-"""Forms of expressions: affine ones, and those with products of what levels out with times.
+"""Forms of expressions: affine ones, and those with exponentials that level out.
 
 What phases of constant current do to the wells of a battery is a sum of 1, their durations t, and
 products of (1 − exp(−kt))/k with one factor a duration at most. It is found by walking a tree, or
@@ -6,8 +6,6 @@ by handing forms to the physics instead of numbers; coefficients may be arrays o
 The integral (1 − exp(−kt))/k stands for the decay, as it keeps its digits where k is next to
 nothing.
 """
-
-from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -18,6 +16,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
+from optuav.arrays import Values
 from optuav.modelling.expression import Bounded, Call, Expression, Operand, Relation, Variable
 from optuav.modelling.traversal import fold, nodes
 
@@ -45,7 +44,7 @@ class Exponential(NDArrayOperatorsMixin):
     """
 
     terms: Mapping[Monomial, Operand]
-    rates_per_s: Mapping[str, Operand] = field(default_factory=dict)
+    rates_per_s: Values = field(default_factory=dict)
 
     @property
     def linear(self) -> bool:
@@ -69,8 +68,7 @@ NOWHERE = Exponential({frozenset({("", "levelling")}): math.nan})
 def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
     """A function of forms and numbers.
 
-    Where coefficients cancel but for rounding, their term goes: else the wells, which level out
-    from a difference, would hold a time times a levelling.
+    A term whose coefficients cancel but for rounding is dropped.
     """
     left, right = operands[0], operands[-1]
     first, last = isinstance(left, Exponential), isinstance(right, Exponential)
@@ -138,8 +136,8 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
 class Relaxation:
     """What functions of forms become, with bounds in place of `Bounded` functions.
 
-    Those named `at_ceiling` are at their ceilings, the others at their bounds. It collects their
-    names, and as limits what must be ≥ 0 for their bounds to be exact.
+    Those named `at_ceiling` are at their ceilings. It collects the others' names, and as limits
+    what must be ≥ 0 for their bounds to be exact.
     """
 
     at_ceiling: str = ""
@@ -158,7 +156,7 @@ class Relaxation:
 
 def exponential(
     expression: Operand,
-    values: Mapping[str, Operand],
+    values: Values,
     done: dict[int, Operand] | None = None,
     call: Callable[[Operand, tuple[Operand, ...]], Operand] = applied,
 ) -> Exponential:
@@ -186,19 +184,15 @@ class Affine(NamedTuple):
     """constant + Σ coefficient · variable, each a number or an array over programmes."""
 
     constant: Operand
-    coefficients: Mapping[str, Operand]
+    coefficients: Values
 
-    def times(self, factor: Operand) -> Affine:
+    def times(self, factor: Operand) -> "Affine":
         """This form times a number or an array."""
-        return Affine(
-            self.constant * factor,
-            {name: coefficient * factor for name, coefficient in self.coefficients.items()},
-        )
+        scaled = {name: each * factor for name, each in self.coefficients.items()}
+        return Affine(self.constant * factor, scaled)
 
 
-def affine(
-    expression: Operand, values: Mapping[str, Operand], done: dict[int, Operand] | None = None
-) -> Affine:
+def affine(expression: Operand, values: Values, done: dict[int, Operand] | None = None) -> Affine:
     """Affine form of an expression.
 
     Parameters
@@ -248,7 +242,7 @@ def not_linear(every: Iterable[Expression], forms: Mapping[int, Operand]) -> str
 
 
 def excess(
-    relation: Relation, values: Mapping[str, Operand], done: dict[int, Operand] | None = None
+    relation: Relation, values: Values, done: dict[int, Operand] | None = None
 ) -> tuple[Affine, Operand]:
     """Left side less right side as an affine form, and the constant on the right; see `affine`."""
     left, right = (affine(side, values, done) for side in relation.sides)

@@ -1,7 +1,5 @@
 """A model: labelled variables, parameters and constraints, and what is sought."""
 
-from __future__ import annotations
-
 import math
 import operator
 import sys
@@ -19,6 +17,7 @@ from optuav.modelling.expression import (
     Let,
     Operand,
     Parameter,
+    PartedLabel,
     Relation,
     Variable,
 )
@@ -45,7 +44,7 @@ class Constraint:
     @cached_property
     def label(self) -> str:
         """Name and moment: no two constraints of a model have the same."""
-        return self.name if self.moment is None else f"{self.name} {self.moment}"
+        return self.name if self.moment is None else PartedLabel(self.name, self.moment)
 
 
 class Model:
@@ -115,10 +114,9 @@ class Model:
             raise ValueError(f"the model has a variable {name!r} already")
         if any(each.symbol == symbol for each in self.variables):
             raise ValueError(f"the model has a variable with the symbol {symbol!r} already")
-        label = label or f"bounds of {symbol}"
-        declared = Variable(
-            name, symbol, unit, lower, upper, label, first_slot, binary, _place_of_caller(), kind
-        )
+        bounds, place = label or f"bounds of {symbol}", _place_of_caller()
+        kinds = first_slot, binary, place, kind, bool(label)
+        declared = Variable(name, symbol, unit, lower, upper, bounds, *kinds)
         self.variables.append(declared)
         return declared
 
@@ -214,11 +212,11 @@ class Model:
             for name, parameter in self.walked.given.items()
         }
 
-    def with_values(self, values: Values) -> Model:
+    def with_values(self, values: Values) -> "Model":
         """The same model with other values of its parameters, by name.
 
-        Every node is copied, which is much faster than to declare it again; named quantities that
-        occur in no constraint or objective stay those of this model.
+        Nodes are copied, which is faster than to declare them; named quantities in no constraint or
+        objective stay those of this model.
         """
         walk, new = self.walked, object.__new__
         steps, numbers = walk.tape
@@ -247,16 +245,9 @@ class Model:
         model = new(Model)
         model.__dict__ |= self.__dict__
         model.objective = twins.get(id(self.objective), self.objective)
-        lists = (
-            self.preferences,
-            self.variables,
-            self.lets,
-            self.constraints,
-            walk.state,
-            walk.trees,
-        )
-        copies: list[list[Any]] = [[twins.get(id(each), each) for each in some] for some in lists]
-        model.preferences, model.variables, model.lets, model.constraints, state, trees = copies
+        for name in ("preferences", "variables", "lets", "constraints"):
+            vars(model)[name] = [twins.get(id(each), each) for each in vars(self)[name]]
+        state, trees = ([twins.get(id(e), e) for e in some] for some in (walk.state, walk.trees))
         for variable in model.variables:
             low, high = variable.lower, variable.upper
             variable.lower, variable.upper = twins.get(id(low), low), twins.get(id(high), high)
@@ -278,10 +269,7 @@ class Model:
 
 
 def _place_of_caller() -> str:
-    """File and line from which a method of the model was called.
-
-    Where a method called ``declare`` had others state something for it, its own line.
-    """
+    """File and line from which a method was called, or that of a ``declare`` on the way."""
     caller = sys._getframe(2)
     frame: FrameType | None = caller
     while frame is not None and frame.f_code.co_name != "declare":

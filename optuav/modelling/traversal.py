@@ -1,12 +1,11 @@
 """Walks over trees of expressions: what they become, their values, slopes and leaves."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from optuav.arrays import Values
 from optuav.modelling.expression import Call, Expression, Leaf, Let, Operand, Parameter, Variable
 
 Result = TypeVar("Result")
@@ -21,10 +20,9 @@ def fold(
 ) -> Any:
     """What a tree becomes, from the bottom up, every node once; a bare number is returned as it is.
 
-    `leaf` and `call` say what a variable or parameter, and what a ufunc on folded arguments,
-    becomes (numbers among the arguments stay as they are), and `let` what a named quantity does: by
-    default what it stands for. `done` holds what nodes became, by identity: hand the same one to
-    the walks of trees that share nodes, and keep these trees as long.
+    `leaf`, `call` and `let` say what a variable or parameter, a ufunc on folded arguments and a
+    named quantity become, the last by default what it stands for. `done` holds what nodes became,
+    by identity: hand it to the walks of trees that share nodes, and keep these trees as long.
     """
     done = {} if done is None else done
     get: Callable[[int, Any], Any] = done.get
@@ -45,7 +43,7 @@ def nodes(
     """Every node of some trees once, each after its operands, as a reader meets them.
 
     Nodes that are `done`, by identity, are left out with what lies below them; the others join
-    them, unless the one who asks has put something else in their place.
+    them.
     """
     done = {} if done is None else done
     waiting = [each for each in reversed(expressions) if isinstance(each, Expression)]
@@ -94,9 +92,7 @@ def has_unknowns(*expressions: Operand) -> bool:
 
 
 def evaluate(
-    expression: Operand,
-    values: Mapping[str, Operand],
-    done: dict[int, Operand] | None = None,
+    expression: Operand, values: Values, done: dict[int, Operand] | None = None
 ) -> Operand:
     """Value of an expression with numbers or arrays in place of its variables and parameters.
 
@@ -188,18 +184,15 @@ class Slope(NamedTuple):
     """Value of an expression and its derivatives by the names of its leaves."""
 
     value: Operand
-    by: Mapping[str, Operand]
+    by: Values
     of: tuple[np.ufunc, tuple[Operand, ...]] | None = None  # A function and its operands
 
 
 @np.errstate(divide="ignore", invalid="ignore")  # the exponent of most powers is a number
-def slope(
-    expression: Operand, values: Mapping[str, Operand], done: dict[int, Operand] | None = None
-) -> Slope:
-    """Value of an expression and its derivatives with respect to every leaf in it.
+def slope(expression: Operand, values: Values, done: dict[int, Operand] | None = None) -> Slope:
+    """Value of an expression and its derivatives by every leaf in it (forward differentiation).
 
-    Every node carries both (forward differentiation). Values as of `evaluate`, `done` as of `fold`.
-    `NotImplementedError` if the tree holds a function without a derivative here.
+    Values as in `evaluate`, `done` as in `fold`. `NotImplementedError` without a derivative.
     """
 
     def leaf(node: Leaf) -> Slope:

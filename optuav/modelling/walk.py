@@ -4,8 +4,6 @@ A form is what a tree becomes with numbers for its parameters: a sum of times an
 `optuav.modelling.forms`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -71,7 +69,7 @@ class Walk:
         return dict(zip(map(id, self.nodes), table, strict=False))
 
     def forms(self, values: Values) -> dict[int, Operand]:
-        """Forms of the nodes that have one, by identity; of whole trees where values differ."""
+        """Forms of the nodes that have one, by identity."""
         if self._forms and not values:
             return self._forms
         steps, numbers = self.tape
@@ -95,18 +93,11 @@ class Walk:
                     table[k] = NOWHERE if nowhere else applied(ufunc, tuple(operands))
                 except NotExponentialError:
                     table[k] = NOWHERE
-        if values:
-            return {i: table[k] for k, i in self._tops if table[k] is not NOWHERE}
         pairs = zip(map(id, self.nodes), table, strict=False)
-        self._table = table
-        self._forms = {node: form for node, form in pairs if form is not NOWHERE}
-        return self._forms
-
-    @cached_property
-    def _tops(self) -> list[tuple[int, int]]:
-        """Place and identity of the nodes that are trees."""
-        tops = {*map(id, self.trees)}
-        return [(k, id(node)) for k, node in enumerate(self.nodes) if id(node) in tops]
+        found = {node: form for node, form in pairs if form is not NOWHERE}
+        if not values:
+            self._table, self._forms = table, found
+        return found
 
     def _places_above(self, names: frozenset[str]) -> list[int]:
         """Places of some parameters, and of every node that holds one of them."""

@@ -1,7 +1,5 @@
 """Expressions in the notation of mathematics: a line of Unicode, or LaTeX."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
@@ -49,7 +47,7 @@ class Written(NamedTuple):
 
     text: str
     level: int
-    negative: Written | None = None
+    negative: "Written | None" = None
     opposite: str = ""
 
 

@@ -1,6 +1,4 @@
-"""What follows from a mission before any battery is simulated: figures, and what is amiss."""
-
-from __future__ import annotations
+"""What follows from a mission before any battery is simulated: figures and warnings."""
 
 import math
 from collections.abc import Iterator

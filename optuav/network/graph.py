@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from optuav.arrays import Booleans
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, refuse
 from optuav.mission import Mission, load
 from optuav.mission.messages import shown
 from optuav.mission.schema import LARGEST
@@ -187,9 +187,7 @@ def edited_network(mission: Mission, view: Graph) -> Network:
     is out of order in the graph or does not belong to the mission.
     """
     computed = build_network(mission)
-    faults = validate_graph(view) or tuple(_foreign(computed, view))
-    if faults:
-        raise InputError(faults)
+    refuse(validate_graph(view) or _foreign(computed, view))
     places, voltage_V = computed.places, mission.battery.nominal_voltage_V
     nodes = [view.nodes[name] if name in view else {} for name in places.names]
     sight = np.array([bool(data.get("laser_sight")) for data in nodes])
@@ -212,8 +210,7 @@ def edited_legs(
 ) -> Legs:
     """A table of legs with the figures of the edges of a graph that is in order.
 
-    A leg without an edge is forbidden if it is `needed` (leg,), as all are by default; the others
-    stay as computed.
+    A leg without an edge is forbidden if it is `needed` (leg,), by default all; others stay.
     """
     table = {each.name: getattr(legs, each.name).copy() for each in fields(legs)}
     table["flyable"][slice(None) if needed is None else needed] = False

@@ -1,7 +1,5 @@
 """Legs: flights between two places, as arrays."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The network of a mission as arrays: its places, legs and routes, and the trajectories over it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, lru_cache
 
@@ -47,7 +45,7 @@ class Network:
         """Which key caps the charging current, and where; see `places.charging_cap`."""
         return charging_cap(self.mission, self.places)
 
-    def only(self, route: int) -> Network:
+    def only(self, route: int) -> "Network":
         """The same network with a single route, number 0, and the legs that it uses."""
         routes, table = self.routes.take([route]), self.legs
         flown = routes.legs != NO_LEG
@@ -88,9 +86,8 @@ def network_by(mission: Mission, places: Places, buildings: Integers) -> Network
 def trajectory_routes(network: Network, name: Trajectory, order: Order | None = None) -> Integers:
     """Numbers of the flyable routes that a trajectory may use, in one order or in both.
 
-    The trajectory ``"direct"`` has no stop, ``"traj1"`` goes by the building nearest the device,
-    ``"traj2"`` is the shortest in time by one building (several where they tie), ``"optimal"`` is
-    any.
+    Without a stop (``"direct"``), by the building nearest the device (``"traj1"``), the shortest in
+    time by a building, or several that tie (``"traj2"``), or any (``"optimal"``).
     """
     away_m = network.places.position_m[FIRST_BUILDING:] - np.array(network.mission.link.device_m)
     usable, flight_s = network.routes.flyable[None], network.routes.flight_time_s[None]

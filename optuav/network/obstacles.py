@@ -175,8 +175,7 @@ def clear_lines(
 ) -> Booleans:
     """Whether lines between places cross no building (variant, line); False without an end.
 
-    The `lines` (line, 2) join places (variant, place, 3) [m] by number; the `exempt` buildings
-    (line, k) do not block them.
+    Lines (line, 2) join places (variant, place, 3) [m]; `exempt` (line, k) do not block them.
     """
     known = np.asarray(np.isfinite(position_m).all(axis=2))
     free = np.asarray(known[:, lines].all(axis=2))

@@ -12,18 +12,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from optuav.network.graph import edited_legs
+from optuav.network.graph import Graph, edited_legs
 from optuav.network.legs import Legs, build_legs
 from optuav.network.network import Network
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
 from optuav.network.prisms import prisms
-
-if TYPE_CHECKING:
-    from optuav.network.graph import Graph
 
 FIGURES = ("duration_s", "charge_As", "energy_J")
 UNITS = ("s", "A s", "J")
@@ -68,9 +65,8 @@ def all_legs(network: Network, graph: Graph | None = None) -> Legs:
 def find_shortcuts(network: Network) -> tuple[Shortcut, ...]:
     """Where plans with more than one rest and one hover could pay in the linear perspectives.
 
-    The network's legs lead between any two places. Of every leg that a plan with one rest and one
-    hover may fly, the shortest way by a third place that takes less, one a figure; a leg that is
-    not there is longer than any way, and counts once.
+    Of every leg that a plan with one rest and one hover may fly: the best way by a third place that
+    takes less, one a figure. Legs lead between any two places; a missing one counts once.
     """
     table, names = network.legs, network.places.names
     figures = np.full((len(FIGURES), len(names), len(names)), np.inf)

@@ -1,7 +1,5 @@
 """The places of a mission as arrays: ends, hover point and buildings, with the laser's reach."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -55,9 +53,8 @@ def build_places(mission: Mission, obstacles: Prisms) -> Places:
 def position_table(mission: Mission, roofs_m: Floats, radius_m: Quantity | None = None) -> Floats:
     """Positions of all places (variant or 1, place, 3) [m]; NaN for a hover point out of reach.
 
-    The mission's numbers may be columns (variant, 1), see `optuav.network.variants`; `roofs_m`
-    (building, 3) are the positions of its buildings, `radius_m` its coverage radius where known
-    [m].
+    Figures may be columns (variant, 1), see `optuav.network.variants`; `roofs_m` (building, 3) are
+    the positions of buildings, `radius_m` the coverage radius if known [m].
     """
     route = mission.route
     hover_m = vehicle.hover_point_m(mission, radius_m)
@@ -103,11 +100,12 @@ class ChargingCap(NamedTuple):
 def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
     """Which key caps the charging current, and where; None if none does, or nothing may charge.
 
-    Places whose power was stated in a graph are left out.
+    Of the places where a UAV stays, without those whose power was stated in a graph.
     """
     if mission.laser is None:
         return None
     lit = places.laser_sight & ~places.edited
+    lit[[ORIGIN, DESTINATION]] = False
     stated = mission.flight.charge_current_A if mission.flight.model == "regimes" else None
     key = "battery.charge_current_A" if stated is None else "flight.charge_current_A"
     current_A = mission.battery.charge_current_A if stated is None else stated

@@ -1,7 +1,5 @@
 """Routes with at most one building, as arrays."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
@@ -11,15 +9,14 @@ from optuav.arrays import Booleans, Floats, Integers
 from optuav.network.legs import NO_LEG, Legs
 from optuav.options import Order, Trajectory
 
-SAME_S = 1e-6  # Flight times that differ by no more than this are equal [s]
+SAME_S = 1e-6  # Times that differ by no more than this are equal [s]
 
 
 @dataclass(frozen=True)
 class Routes:
     """Routes with at most one building; all arrays have one entry a route.
 
-    They are ordered as ties are broken: the direct route, then the buildings in the mission's
-    order, each rest first and then hover first.
+    In the order of ties: direct, then the buildings in order, each rest first, then hover first.
     """
 
     legs: Integers  # (route, 3): numbers of the legs flown, −1 for none
@@ -34,7 +31,7 @@ class Routes:
     def __len__(self) -> int:
         return len(self.building)
 
-    def take(self, which: Sequence[int] | Integers) -> Routes:
+    def take(self, which: Sequence[int] | Integers) -> "Routes":
         """The routes with the given numbers, in that order."""
         chosen = np.asarray(which, dtype=np.intp)
         return Routes(**{each.name: getattr(self, each.name)[chosen] for each in fields(self)})

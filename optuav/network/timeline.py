@@ -1,7 +1,5 @@
 """The phases of a route, and what they do to the battery packs."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial, reduce
@@ -34,34 +32,52 @@ CHECKED = ConfigDict(extra="forbid", allow_inf_nan=False, revalidate_instances="
 
 @dataclass(frozen=True)
 class PhaseStage:
-    """A part of a phase with constant current and power."""
+    """A part of a phase with constant current and power.
+
+    Parameters
+    ----------
+    duration_s
+        Duration [s], ≥ 0.
+    current_A, power_W
+        Net, into the battery [A], [W]; negative while the battery drains. Where charging tapers,
+        what is offered: a full battery takes less.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = CHECKED
 
-    duration_s: Amount  # Duration [s], ≥ 0
-    # Net, into the battery [A], [W]; negative while the battery drains. Where charging tapers, what
-    # is offered: a full battery takes less.
+    duration_s: Amount
     current_A: Figure
     power_W: Figure
 
 
 @dataclass(frozen=True)
 class Phase:
-    """A leg, a hover or a rest."""
+    """A leg, a hover or a rest.
+
+    Parameters
+    ----------
+    kind, start_place, end_place
+        ``"flight"``, ``"hover"`` or ``"rest"``; names of places, the same in a hover or a rest.
+    start_s, stages
+        Start, counted from take-off [s], and at least one `PhaseStage`, in order.
+    distance_m, peak_speed_m_s
+        Length of a leg [m] and largest speed on it [m/s]; 0 in a hover or a rest.
+    edited
+        Whether the user stated its figures in a graph.
+    available_As, bound_As
+        Charge in the wells at its end [A s], one entry a pack; pooled packs count as one.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = CHECKED
 
     kind: Kind
-    # Names of places; the same while hovering and resting.
     start_place: Text
     end_place: Text
-    start_s: Amount  # Start, counted from take-off [s]
-    stages: Annotated[tuple[PhaseStage, ...], Len(1)]  # In order; at least one
-    # Of a leg [m], [m/s]; 0 otherwise.
+    start_s: Amount
+    stages: Annotated[tuple[PhaseStage, ...], Len(1)]
     distance_m: Amount
     peak_speed_m_s: Amount
-    edited: Annotated[bool, Strict()]  # Whether the user stated its figures in a graph
-    # Charge in the wells at its end [A s], one entry per pack; pooled packs count as one.
+    edited: Annotated[bool, Strict()]
     available_As: PerPack
     bound_As: PerPack
 
@@ -126,8 +142,7 @@ def route_phases(
 def phases_along(network: Network, legs: Sequence[int], stays_s: Sequence[Quantity]) -> list[Phase]:
     """Phases of legs flown one after the other; `simulated` adds starts and wells.
 
-    Between legs the UAV hovers at the hover point and rests on buildings, for `stays_s` [s], which
-    may be arrays.
+    In between the UAV hovers or rests for `stays_s` [s], which may be arrays.
     """
     table, places, found = network.legs, network.places, list[Phase]()
     names = places.names
@@ -186,10 +201,9 @@ def full_packs(mission: Mission) -> Packs:
 
 
 def pack_loads(mission: Mission, phase: Phase) -> list[JobStage]:
-    """What is drawn and what is charged in the stages of a phase.
+    """What is drawn and what is charged in the stages of a phase (`optuav.physics.packs`).
 
-    In flight one pack carries the whole load. While hovering and resting it carries that of the
-    hover or the rest alone, and the laser charges another one (`optuav.physics.packs`).
+    One pack carries the whole load; in a hover or a rest the laser charges another one.
     """
     if phase.kind == "flight":
         return [JobStage(-net_A, 0.0, duration_s) for net_A, duration_s in phase.net]

@@ -65,22 +65,19 @@ class Variants:
         for key, values in self.columns.items():
             table, _, name = key.partition(".")
             name, _, axis = name.partition("[")
-            changed = tables.setdefault(table, {})
+            own = tables.setdefault(table, {})
             column = np.asarray(values, dtype=float)[:, None]
             if not axis:
-                changed[name] = column
+                own[name] = column
                 continue
-            here = changed.setdefault(name, list(getattr(getattr(mission, table), name)))
+            here = own.setdefault(name, list(getattr(getattr(mission, table), name)))
             assert isinstance(here, list)
             here[int(axis[0])] = column
         if {"packs", "capacity_As"} & tables.get("battery", {}).keys():
             energies = DISPLACED["battery"]["capacity_As"]
             tables["battery"] = dict.fromkeys(energies) | tables["battery"]
-        changes = {
-            table: getattr(mission, table).model_copy(update=changed)
-            for table, changed in tables.items()
-        }
-        return mission.model_copy(update=changes)
+        changed = {n: getattr(mission, n).model_copy(update=own) for n, own in tables.items()}
+        return mission.model_copy(update=changed)
 
     @cached_property
     def coverage_radius_m(self) -> Quantity:

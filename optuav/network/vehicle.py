@@ -1,7 +1,5 @@
 """What a mission says of the UAV, its radio and its laser, in the terms of the physics."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import NamedTuple, TypeVar
 
@@ -24,8 +22,7 @@ motor = partial(_of, rotor.Motor, "rotor")
 """Constants of a rotor; the mission's flight model is "rotors"."""
 airframe = partial(_of, flight.Airframe, "body")
 """Mass and inertia; the mission's flight model is "rotors"."""
-channel = partial(_of, link.Channel, "link")
-"""The radio channel to the device."""
+channel = partial(_of, link.Channel, "link")  # The radio channel to the device
 conversion = partial(_of, laser.Conversion, "laser")
 """Fits of emitter and receiver; the mission has a laser."""
 

@@ -16,6 +16,7 @@ from optuav.arrays import Floats
 from optuav.mission import Mission, load
 from optuav.network import vehicle
 from optuav.network.network import build_network
+from optuav.network.routes import SAME_S
 from optuav.network.variants import Variants
 from optuav.options import Perspective, Trajectory
 from optuav.physics import laser, rotor
@@ -30,16 +31,13 @@ AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 DEADLINES_S = (800.0, 1200.0)
 """T_max of Table II and of Figs. 3 to 6 [s]; the later figures take the second."""
-LEAST_SOC = (0.05, 0.10, 0.15)
-"""η0 of Fig. 7."""
+LEAST_SOC = (0.05, 0.10, 0.15)  # η0 of Fig. 7.
 SPEED_SHARES = (0.95, 1.0, 1.05, 1.1)
 """Rotor speeds of Fig. 7 over the mission's v_max; the paper does not print its own."""
-HOVER_S = 100.0
-"""Hover time of Figs. 9 and 10 [s]."""
+HOVER_S = 100.0  # Hover time of Figs. 9 and 10 [s].
 
 WIND_POINTS = 401
 HALVINGS = 30
-SAME_S = 1e-6  # Hover times that differ by less are the same
 LARGEST_PACK = 4.0  # Largest pack that is tried, over the mission's own
 REMEMBERED = 512
 BEST = P1()
@@ -99,9 +97,9 @@ def direct(mission: Mission, pack_As: float, perspective: Perspective) -> Plan:
 def least_pack(
     mission: Mission, perspective: Perspective = "battery", hover_s: float | None = None
 ) -> float | None:
-    """Least pack [A s] with which the direct path hovers so long [s], if any, by halving.
+    """Least pack [A s] with which the direct path hovers for `hover_s`, if any, by halving.
 
-    By default as long as the deadline admits, which then ends it.
+    By default for as long as the deadline admits.
     """
     low, high = 0.0, LARGEST_PACK * mission.battery.capacity_As
     most, deadline_s = direct(mission, high, perspective), mission.limits.deadline_s

@@ -34,8 +34,7 @@ if TYPE_CHECKING:  # `optuav.plots` says what is missing
 Record: TypeAlias = Mapping[str, Any]
 Exhibits: TypeAlias = Iterator["Exhibit"]
 
-PACKS = {"battery": 61, AVAILABLE: 25}
-"""Points of the curves in Fig. 8."""
+PACKS = {"battery": 61, AVAILABLE: 25}  # Points of the curves in Fig. 8.
 SOURCES_W = (100.0, 250.0, 500.0, 1000.0)
 """Source powers in Fig. 10; the paper does not print its own."""
 NO_SPEED = "loads by regime"
@@ -52,9 +51,8 @@ class NotShownError(Exception):
 class Exhibit:
     """A picture, or a table whose first row has the headings, with its numbers and findings.
 
-    `file` and `part` begin and end the name of its files; `file` is also the key of its texts in
-    the statements' file. It is drawn as these say unless it is drawn; those of their findings are
-    left out whose words are missing or None.
+    `file` and `part` make the name of its files; `file` is also the key of its texts in the
+    statements' file. Findings with words that are missing or None are left out.
     """
 
     def __init__(
@@ -86,7 +84,7 @@ class Exhibit:
                 self.axes = plots.curves(lines, **texts, marks=marks, y_from_zero=from_zero)
         self.findings = list[str]()
         for sentence in stated.get("findings", ()):
-            # What speaks of a plan or a crossing that does not exist is left unsaid.
+            # Findings on a plan or a crossing that does not exist are left out.
             with contextlib.suppress(KeyError):
                 self.findings.append(sentence.format(**known))
         self.findings += findings
@@ -321,10 +319,7 @@ def _bars(
     value: Callable[[Plan], float] = attrgetter("hover_time_s"),
 ) -> list[plots.Bar]:
     """A value of plans by their group and name, None where there is no plan."""
-    return [
-        plots.Bar(*names, value(plan) if plan else None, plan.flyable)
-        for names, plan in plans.items()
-    ]
+    return [plots.Bar(*n, value(p) if p else None, p.flyable) for n, p in plans.items()]
 
 
 def least_charge(mission: Mission, perspective: Perspective) -> Exhibits:
@@ -459,10 +454,7 @@ def more_stops(mission: Mission) -> Exhibits:
         plan = solve(with_deadline(mission, deadline_s), P1(stops=stops, hovers=hovers))
         plans[f"{words}, T_max = {deadline_s:g} s"] = plan
     found = existing(plans)
-    said = [
-        f"{name}: {plan.hover_time_s:.3f} s; {', '.join(_stays(plan))}."
-        for name, plan in found.items()
-    ]
+    said = [f"{n}: {p.hover_time_s:.3f} s; {', '.join(_stays(p))}." for n, p in found.items()]
     bars = _bars({(n.replace(", T_max", ",\n$T_{max}$"), ""): plan for n, plan in found.items()})
     said += missing(plans)
     yield Exhibit(mission, "more-stops", _records(found, "most"), bars=bars, findings=said)

@@ -21,6 +21,7 @@ from optuav.network import vehicle
 from optuav.network.network import build_network
 from optuav.network.one_stop import one_stop_is_enough
 from optuav.network.places import HOVER
+from optuav.network.routes import SAME_S
 from optuav.options import Perspective
 from optuav.paper import curves, table2
 from optuav.paper.curves import DATA, PAPERS, solve, with_deadline
@@ -62,9 +63,8 @@ class Verdict(StrEnum):
 class PaperStatement:
     """A number of the paper, or a finding in words, as the file of the statements describes it.
 
-    `compute` names the function of our value and its arguments, `room` that of the values which the
-    other numbers of the paper leave for it, and `flight` the only flight model for which both are
-    defined.
+    `compute` and `room` name the functions, with arguments, of our value and of the values that the
+    paper's other numbers admit, for the `flight` model alone if it is stated.
     """
 
     name: str
@@ -101,7 +101,7 @@ class Entry:
     """A statement with our value by the printed parameters, and by the recovered loads.
 
     The missions are ``paper`` and ``paper-table2``; a value is None where it does not apply. `room`
-    is what the other numbers of the paper leave for the value, where the statement asks for it.
+    is what the other numbers of the paper admit, where the statement asks for it.
     """
 
     statement: PaperStatement
@@ -332,10 +332,11 @@ def eta3_signs(mission: Mission) -> Value:
     start, end = (charge_left(mission, 3, hover_s) / 100.0 for hover_s in (0.0, 697.0))
     hover = float(vehicle.hover_load(mission).power_W) * 697.0 / table2.HOVER_J
     shares = (1.0 - start, hover, end - start + hover)
+    (stated,) = (each[2] for each in table2.CONSISTENT if each[:2] == (3, 697))
     found = (
         " ".join("−" if sign < 0.0 else "+" for sign in signs)
         for signs in itertools.product((-1.0, 1.0), repeat=3)
-        if abs(1.0 + float(np.dot(signs, shares)) - 0.2830) < 0.01
+        if abs(1.0 + float(np.dot(signs, shares)) - float(stated) / 100.0) < 0.01
     )
     return " or ".join(found)
 
@@ -364,7 +365,7 @@ def longest_perspectives(mission: Mission) -> Value:
     longest: set[str] = set()
     for deadline_s in curves.DEADLINES_S:
         hovers = {name: curves.table2_row(mission, deadline_s, name).hover_time_s for name in PAPER}
-        longest |= {name for name in hovers if hovers[name] >= max(hovers.values()) - curves.SAME_S}
+        longest |= {name for name in hovers if hovers[name] >= max(hovers.values()) - SAME_S}
     return ", ".join(name for name in PAPER if name in longest)
 
 
@@ -420,7 +421,7 @@ def _harvests(mission: Mission, distance_m: Floats) -> Floats:
 
 
 def _crossing_As(mission: Mission, hover_s: float) -> float:
-    """Pack with which the direct path without laser hovers so long [A s]."""
+    """Pack with which the direct path without laser hovers for a given time [A s]."""
     return curves.least_pack(curves.without_laser(mission), hover_s=hover_s) or math.nan
 
 

@@ -128,7 +128,7 @@ def reproduce(
     >>> optuav.reproduce("out", only=["fig99"])  # doctest: +ELLIPSIS
     Traceback (most recent call last):
     ...
-    optuav.errors.InputError: only = 'fig99': one of system, wells, ...
+    optuav.errors.InputError: only = 'fig99': one of wells, system, ...
     """
     own = load(mission) if isinstance(mission, str | Path) else mission
     known = (*NAMES, *NUMBERS) if own is None else (*NAMES[:-1], *NUMBERS)
@@ -326,7 +326,7 @@ def _of_the_paper(entries: Ledger) -> Iterator[Element]:
     every = [keys, *([each[key] for key in keys] for each in entries.records())]
     summary = element("summary", f"All {len(entries.entries)} statements")
     folded = element("details", summary, table(every, cards=True))
-    not_counted = element("p", f"Not counted: {'; '.join(DATA['paper']['not_counted'])}.")
+    not_counted = prose(f"Not counted: {'; '.join(DATA['paper']['not_counted'])}.")
     content = (prose(DATA["paper"]["ledger"]), not_counted, folded)
     yield _section(LEDGER, "The ledger", *content)
 
@@ -344,10 +344,10 @@ def element(tag: str, *content: str | Element, **attributes: str) -> Element:
     return made
 
 
-def prose(text: str) -> Element:
+def prose(text: str, tag: str = "p", **attributes: str) -> Element:
     """A paragraph of our own words, in which code stands between backquotes."""
-    parts = enumerate(text.split("`"))
-    return element("p", *(element("code", part) if n % 2 else part for n, part in parts))
+    parts = (element("code", e) if n % 2 else e for n, e in enumerate(text.split("`")))
+    return element(tag, *parts, **attributes)
 
 
 def listing(items: Iterable[str | Element]) -> Element:
@@ -356,11 +356,12 @@ def listing(items: Iterable[str | Element]) -> Element:
 
 
 def table(rows: Sequence[Sequence[str]], *, cards: bool = False) -> Element:
-    """A table whose first row has the headings; as cards it is one block a row on a phone."""
+    """A table whose first row has the headings; as cards, a row of our words is a block."""
     head, *body = rows
+    written = prose if cards else lambda cell, tag, **named: element(tag, cell, **named)
     lines = [element("tr", *(element("th", cell) for cell in head))]
     for row in body:
         cells = zip(head, row, strict=True)
-        lines.append(element("tr", *(element("td", cell, data_head=name) for name, cell in cells)))
+        lines.append(element("tr", *(written(cell, "td", data_head=name) for name, cell in cells)))
     shown = element("table", *lines, class_="cards" if cards else "plain")
     return element("div", shown, class_="wide")

@@ -9,13 +9,14 @@ from typing import TypeAlias
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.paper.curves import DATA
+from optuav.paper.curves import DATA, PAPERS
 
 Interval: TypeAlias = tuple[float, float]
 Charge: TypeAlias = tuple[int, float, str]  # Number of η, hover time [s], percent as printed
 
 TABLE = DATA["table2"]
-BATTERY_AS = 2 * 36000.0
+PACKS = PAPERS[0].battery.packs
+BATTERY_AS = PACKS * PAPERS[0].battery.capacity_As
 NOMINAL_J = BATTERY_AS * TABLE["nominal_V"]
 FLIGHT_J = BATTERY_AS * float(TABLE["flight_V"])
 HOVER_J = BATTERY_AS * float(TABLE["hover_V"])  # B, E_0, E_1 and E_2 as the paper composes them
@@ -47,7 +48,8 @@ def last_digit(stated: str) -> int:
 # On the direct path every state of charge is a straight line in the hover time. It depends on five
 # loads: the flight's charge [A s], the hover current without laser [A], the charging current c [A],
 # the flight's energy [J] and the hover power [W]; what is received is 11.1 V × c. A printed cell is
-# two linear inequalities in them, half a unit of its last digit to either side.
+# two linear inequalities in them, half a unit of its last digit to either side. The formulas stand
+# here again because the loads are unknown: `formulations.soc` takes those of a mission.
 
 
 def _percent(eta: int, hover_s: float) -> tuple[Floats, float]:
@@ -74,7 +76,7 @@ def _inequalities(charges: Sequence[Charge]) -> Iterator[tuple[Floats, float]]:
         yield unit[energy] - high * unit[current], 0.0
         yield low * unit[current] - unit[energy], 0.0
     low, high = printed_interval(TABLE["crossing_hover_s"])
-    usable_As = 0.95 * 2 * TABLE["crossing_As"]
+    usable_As = (1.0 - PAPERS[0].limits.min_soc) * PACKS * TABLE["crossing_As"]
     yield unit[0] + low * unit[1], usable_As
     yield -unit[0] - high * unit[1], -usable_As
 

@@ -14,7 +14,7 @@ References
    appendix D. Its eq (46) lacks a factor 1/√2, its eq (82) inverts A/m and the angles of its
    lemma 2 do not solve its own force balance; the forms used here do.
 .. [2] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
-   IEEE Internet of Things Journal, 2020, eqs (6)-(7).
+   IEEE Internet of Things Journal, 2021, eqs (6)-(7).
 """
 
 import itertools

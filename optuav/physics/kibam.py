@@ -12,19 +12,19 @@ the bound well, I = ωk'((1−ω)B − y2), so that y2 approaches (1−ω)B at t
 current falls from there on and never exceeds that of the first part: y1 reaches ωB from below, so
 that no more seeps away than comes in.
 
-*Wells that hold more keep holding more.* Wells y that hold at least as much as wells v, each for
-each, do so ever after: y charged like this at the current I, v at any currents up to I that keep
-v1 ≤ ωB. While y1 < ωB, the difference y − v obeys w' = A w + (I − u, 0) with no negative entry of A
-off the diagonal, so that it stays non-negative. While y1 = ωB ≥ v1, (y2 − v2)' ≥ −ωk' (y2 − v2).
-So it is best at every moment to charge at full current first and to hold y1 at ωB then, and nothing
-is lost by it later: legs and hovers keep the order as well.
+*Wells that hold more keep holding more.* Let y charge like this at the current I, and v at any
+currents u ≤ I that keep v1 ≤ ωB. If y1 ≥ v1 and y2 ≥ v2 at the start, both hold from then on. While
+y1 < ωB, the difference w = y − v obeys w' = A w + (I − u, 0) with no negative entry of A off the
+diagonal, so it stays non-negative. While y1 = ωB ≥ v1, (y2 − v2)' ≥ −ωk' (y2 − v2). So it is best
+at every moment to charge at full current first and then to hold y1 at ωB. Nothing is lost by it
+later: legs and hovers keep the order as well.
 
 References
 ----------
 .. [1] J. F. Manwell, J. G. McGowan, "Lead acid battery storage model for hybrid energy systems",
    Solar Energy, 1993.
 .. [2] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
-   IEEE Internet of Things Journal, 2020, eqs (11)-(16).
+   IEEE Internet of Things Journal, 2021, eqs (11)-(16).
 """
 
 from __future__ import annotations
@@ -45,12 +45,19 @@ CLOSE = 1e-9  # Relative step after which the next, its square, is below roundin
 
 @dataclass(frozen=True)
 class Battery:
-    """A KiBaM battery."""
+    """A KiBaM battery; figures are floats, arrays of one shape or symbols.
 
-    capacity_As: Quantity  # B [A s], > 0
-    # ω, share of the charge that is available when full [-], in (0, 1).
+    Parameters
+    ----------
+    capacity_As, available_fraction
+        B [A s], > 0; ω, share of the charge that is available when full [-], in (0, 1).
+    flow_rate_per_s
+        k_F between the wells [1/s], ≥ 0; at 0 the bound charge stays bound.
+    """
+
+    capacity_As: Quantity
     available_fraction: Quantity
-    flow_rate_per_s: Quantity  # k_F between the wells [1/s], ≥ 0; at 0 the bound charge stays bound
+    flow_rate_per_s: Quantity
 
     @cached_property
     def bound_fraction(self) -> Quantity:
@@ -67,13 +74,12 @@ class Battery:
     def full(self) -> Wells:
         """Both wells of the full battery [A s]."""
         return Wells(
-            self.available_fraction * self.capacity_As,
-            self.bound_fraction * self.capacity_As,
+            self.available_fraction * self.capacity_As, self.bound_fraction * self.capacity_As
         )
 
 
 class Wells(NamedTuple):
-    """Charge in the two wells [A s]."""
+    """Charge in the two wells, `available_As` y1 and `bound_As` y2 [A s]."""
 
     available_As: Quantity
     bound_As: Quantity
@@ -85,7 +91,7 @@ class Wells(NamedTuple):
 
 
 class Tilted(NamedTuple):
-    """The charge as total y and tilt z = y1 − ωy [A s], which change independently."""
+    """The charge as `total_As` y and `tilt_As` z = y1 − ωy [A s], which change independently."""
 
     total_As: Quantity
     tilt_As: Quantity
@@ -103,7 +109,7 @@ class Tilted(NamedTuple):
 
 
 class Stage(NamedTuple):
-    """A stage of constant current: I [A], > 0 while charging, for a duration [s], ≥ 0."""
+    """A stage of constant current: `current_A` I [A], > 0 while charging, for `duration_s` ≥ 0."""
 
     current_A: Quantity
     duration_s: Quantity

@@ -9,7 +9,7 @@ References
 .. [1] Q. Zhang et al., "Distributed laser charging: a wireless power transfer approach",
    IEEE Internet of Things Journal, 2018.
 .. [2] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
-   IEEE Internet of Things Journal, 2020, eqs (10) and (14).
+   IEEE Internet of Things Journal, 2021, eqs (10) and (14).
 .. [3] I. Kim, B. McArthur, E. Korevaar, "Comparison of laser beam propagation at 785 nm and
    1550 nm in fog and haze for optical wireless communications", Proc. SPIE 4214, 2001.
 """

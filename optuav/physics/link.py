@@ -8,7 +8,7 @@ missions.
 References
 ----------
 .. [1] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
-   IEEE Internet of Things Journal, 2020, eq (17).
+   IEEE Internet of Things Journal, 2021, eq (17).
 .. [2] M. K. Simon, M.-S. Alouini, "Digital communication over fading channels", 2004, eqs 4.33 and
    4.35.
 .. [3] W. Gautschi, "Computational aspects of three-term recurrence relations", SIAM Review, 1967.
@@ -161,11 +161,11 @@ def _nearest_on_rim(
 ) -> Quantity:
     """Point of a circle with the least sum of distances to two ends, each with its height.
 
-    The sum is convex, and `shortest`, where it is least, lies outside the circle. The best point
-    of the circle is in sight of that one, or some point inside would be better still. Along the
-    arc in sight the sum falls before the best point and rises after it: elsewhere on the arc, the
-    half-plane in which its gradient lets the sum only rise holds all of the arc on that side.
-    Newton's steps find it, kept within what is left of the arc.
+    The sum is convex, and `shortest`, where it is least, lies outside the circle. The best point is
+    in sight of that one, or some point inside would be better still. Along the arc in sight the sum
+    falls before the best point and rises after it: elsewhere, the half-plane in which its gradient
+    lets the sum only rise holds all of the arc on that side. Newton's steps find it within what is
+    left.
     """
     away = shortest - centre
     half_arc = np.arccos(np.minimum(1.0, radius_m / np.maximum(np.abs(away), TINY)))

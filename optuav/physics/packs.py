@@ -11,8 +11,6 @@ References
 .. [1] M. R. Jongerden, B. R. Haverkort, "Which battery model to use?", IET Software, 2009.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
@@ -105,7 +103,7 @@ class Packs:
         """Whether every pack was seen empty, which ends a course at its `clock_s` [s]."""
         return np.asarray(~self.in_service.any(axis=1))
 
-    def take(self, courses: Integers | Sequence[int]) -> Packs:
+    def take(self, courses: Integers | Sequence[int]) -> "Packs":
         """A copy with some courses, by number; a number may be repeated."""
         found = copy(self)
         found.wells = Wells(*(well[courses] for well in self.wells))
@@ -378,11 +376,10 @@ def _followed(packs: Packs, jobs: Sequence[JobStage], horizon_s: float) -> float
 def _skip(packs: Packs, jobs: Sequence[JobStage]) -> None:
     """Pass all rounds of discharging jobs in which no pack is seen empty.
 
-    A round, in which every pack in service takes its turn once, repeats the same currents, so that
-    it acts on every pack as one affine map: after n rounds y = y0 + nq and z = a^n z0 +
-    c (1 − a^n)/(1 − a), with the tilt z = y1 − ωy. At a moment within the round y1 is then
-    α − βn + γa^n, β ≥ 0, which is concave or falls: once below 0 it stays there, so that bisection
-    finds the first round in which a pack is empty.
+    In a round every pack in service takes its turn once, with the same currents each time, so it
+    acts on a pack as an affine map: after n rounds y = y0 + nq and z = a^n z0 + c (1 − a^n)/(1 −
+    a), with z = y1 − ωy. Within a round y1 is α − βn + γa^n, β ≥ 0, which is concave or falls: once
+    below 0 it stays there, so bisection finds the first round in which a pack is empty.
     """
     stages, carrier = list[Stage](), packs.carrier
     for job in list(jobs) * int(packs.in_service.sum()):

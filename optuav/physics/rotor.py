@@ -8,7 +8,7 @@ References
 .. [1] F. Morbidi, R. Cano, D. Lara, "Minimum-energy path generation for a quadrotor UAV",
    IEEE ICRA 2016.
 .. [2] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
-   IEEE Internet of Things Journal, 2020, eqs (1)-(5).
+   IEEE Internet of Things Journal, 2021, eqs (1)-(5).
 """
 
 from typing import NamedTuple

@@ -66,11 +66,18 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class Stop:
-    """A stay at one place."""
+    """A stay at one place.
 
-    kind: Literal["hover", "rest"]  # ``"hover"`` or ``"rest"``
-    at: str  # Name of the place
-    # Start, counted from take-off, and duration [s].
+    Parameters
+    ----------
+    kind, at
+        ``"hover"`` or ``"rest"``, and the name of the place.
+    start_s, duration_s
+        Start, counted from take-off [s], and duration [s].
+    """
+
+    kind: Literal["hover", "rest"]
+    at: str
     start_s: float
     duration_s: float
 
@@ -425,10 +432,7 @@ def parse_plan(text: str, source: str, folder: Path) -> tuple[Plan, dict[str, An
 
 
 def _record_faults(error: ValidationError, source: str) -> Iterator[Fault]:
-    """What is wrong with the data of a plan, by dotted key.
-
-    For pydantic a list with wrong entries is too short as well; the entries alone are reported.
-    """
+    """What is wrong with a plan's data, by dotted key; of a list with wrong entries only these."""
     details = error.errors(include_url=False)
     above = {detail["loc"][:depth] for detail in details for depth in range(1, len(detail["loc"]))}
     for detail in details:

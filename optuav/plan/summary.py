@@ -49,7 +49,8 @@ def summary(plan: Plan) -> str:
         longest = plan.problem == "P1" and plan.trajectory == "optimal"
         among = longest and not plan.has_several_stops  # Plans with more stops may be longer.
         which = " with at most one rest and one hover in one piece" if among else ""
-        lines += wrapped("Answer", f"{plan.status.value}{which} ({plan.proof})")
+        status = plan.status.value.replace("_", " ")
+        lines += wrapped("Answer", f"{status}{which} ({plan.proof})")
         if plan.flyable is not None:
             words = "yes, simulated again" if plan.flyable else "NO, as its simulation shows"
             lines += wrapped("Flyable", words)

@@ -22,22 +22,33 @@ APART = ("time_s", "position_m", "available_As", "bound_As", "soc")
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happens during a mission, or that a plan gets wrong."""
+    """Something that happens during a mission, or that a plan gets wrong.
 
-    # ``"empty"``, ``"full"``, ``"deadline"``, ``"state of charge"``, ``"altitude"``,
-    # ``"coverage"``, ``"building"``, ``"ends"``, ``"no roof"``, ``"impossible"``, ``"mismatch"`` or
-    # ``"no plan"``, which no plan to be flown may have; ``"no sight"``, ``"peak speed"``,
-    # ``"no drag"``, ``"stated"``, ``"unknown"`` (buildings of a table that is not here), ``"pack
-    # empty"`` or ``"pack full"`` to be known.
+    Parameters
+    ----------
+    kind
+        Of a violation ``"empty"``, ``"full"``, ``"deadline"``, ``"state of charge"``,
+        ``"altitude"``, ``"coverage"``, ``"building"``, ``"ends"``, ``"no roof"``,
+        ``"impossible"``, ``"mismatch"`` or ``"no plan"``; of other events ``"no sight"``,
+        ``"peak speed"``, ``"no drag"``, ``"stated"``, ``"unknown"`` (buildings of a table that is
+        not here), ``"pack empty"`` or ``"pack full"``.
+    time_s, words
+        Moment, counted from take-off [s], and what happens, for a person.
+    value, limit, unit, value_s
+        The figure, the limit that it breaks and the unit of both; the moment of the figure [s]
+        where that differs from `time_s`. None where there is none.
+    violation
+        Whether the plan cannot be flown because of it.
+    """
+
     kind: str
-    time_s: float  # Moment, counted from take-off [s]
-    words: str  # What happens, for a person
-    # The figure and the limit it breaks; None where there is none.
+    time_s: float
+    words: str
     value: float | None = None
     limit: float | None = None
-    unit: str = ""  # Of both
-    violation: bool = True  # Whether the plan cannot be flown because of it
-    value_s: float | None = None  # Moment of the value, where that is another one [s]
+    unit: str = ""
+    violation: bool = True
+    value_s: float | None = None
 
     def __str__(self) -> str:
         return f"{self.time_s:10.2f} s  {self.words}{self.figures}"
@@ -56,31 +67,44 @@ class Event:
 
 @dataclass(frozen=True)
 class Trace:
-    """A mission over time: arrays with one entry per moment, both ends of each stage among them."""
+    """A mission over time: arrays with one entry per moment, both ends of each stage among them.
 
-    # Since take-off [s], never falling; two equal moments part a stage from the next.
+    Parameters
+    ----------
+    time_s
+        Since take-off [s], never falling; two equal moments part a stage from the next.
+    position_m, speed_m_s
+        (moment, 3) [m], and along the path [m/s]: the rate of change of the position.
+    pitch_rad, roll_rad
+        Attitude [rad]; NaN where the flight model has none.
+    kind, stage, phase, start_place, end_place
+        ``"flight"``, ``"hover"`` or ``"rest"``; the stage of a leg; number of the phase, from 0;
+        names of places.
+    current_A, power_W, received_power_W, voltage_V
+        Net, into the battery [A], [W]; what the laser delivers [W]; the voltage at which the
+        current is drawn [V], the nominal one where none is.
+    available_As, bound_As, soc
+        (moment, pack) charge in the wells [A s], pooled packs count as one; state of charge by
+        perspective [-].
+    """
+
     time_s: Floats
-    position_m: Floats  # (moment, 3) [m]
-    speed_m_s: Floats  # Along the path [m/s]: the rate of change of the position
-    # Attitude [rad]; NaN where the flight model has none.
+    position_m: Floats
+    speed_m_s: Floats
     pitch_rad: Floats
     roll_rad: Floats
-    # What the UAV does: ``"flight"``, ``"hover"``, ``"rest"``; and the stage of a leg.
     kind: Texts
     stage: Texts
-    phase: Integers  # Number of the phase, from 0
-    # Names of places.
+    phase: Integers
     start_place: Texts
     end_place: Texts
-    # Net, into the battery [A], [W].
     current_A: Floats
     power_W: Floats
-    received_power_W: Floats  # What the laser delivers [W]
-    voltage_V: Floats  # At which the current is drawn [V]; the nominal voltage where none is
-    # (moment, pack) charge in the wells [A s]; pooled packs count as one.
+    received_power_W: Floats
+    voltage_V: Floats
     available_As: Floats
     bound_As: Floats
-    soc: Mapping[str, Floats]  # State of charge by perspective [-]
+    soc: Mapping[str, Floats]
 
     def __len__(self) -> int:
         return len(self.time_s)

@@ -153,11 +153,18 @@ def packs(plans: Sequence[Plan]) -> Sequence[Axes]:
     Parameters
     ----------
     plans
-        Plans that exist, usually of one mission under several schedules; errors as in `wells`.
+        Plans that exist, usually of one mission under several schedules.
 
     Returns
     -------
     The axes, with levels in % over time in s.
+
+    Raises
+    ------
+    InputError
+        If there is no plan to draw.
+    NoPlanError
+        If one of the plans does not exist.
 
     Examples
     --------

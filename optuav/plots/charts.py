@@ -31,8 +31,7 @@ LONG = 1000.0  # Least number that is written without a decimal
 GROUP = 0.8  # Share of the way to the next group that the bars of one take up
 HATCH = "/////"
 LINES = (BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK)
-DASHES = (*style.DASHES, (0.0, (9.0, 2.0)), style.DOTTED)
-"""Looks of curves."""
+DASHES = (*style.DASHES, (0.0, (9.0, 2.0)), style.DOTTED)  # Looks of curves
 COLUMNS = 3
 ROOM_ABOVE = 0.14  # Share of the height that is left above the curves for the words of the marks
 MOST_KEYS, LONGEST_KEY = 20, 40
@@ -46,8 +45,8 @@ BINS = 60
 class Bar(NamedTuple):
     """A value of a plan, None without one, by its group below the axis and its name in the legend.
 
-    A name is a perspective, a trajectory, a problem, or nothing. Bars of plans that cannot be flown
-    are hatched; None is a plan of which that is not known.
+    Names are perspectives, trajectories, problems or empty. Bars of plans that cannot be flown are
+    hatched, unless that is not known (None).
     """
 
     group: str

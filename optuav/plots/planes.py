@@ -4,7 +4,7 @@ import math
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import cycle
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -15,8 +15,8 @@ from formulations.soc import StepEnd
 from optuav.arrays import Booleans, Floats
 from optuav.engines import grid
 from optuav.errors import InputError
-from optuav.modelling import Constraint, Model, Variable, evaluate
-from optuav.modelling.check import relations
+from optuav.modelling import Constraint, Model, Variable
+from optuav.modelling.check import evaluated
 from optuav.plan import Plan
 from optuav.plots import style
 from optuav.plots.style import BLACK, printed
@@ -28,7 +28,6 @@ MOST_POINTS = 40  # Most points of the grid that are shown along an axis
 SAMPLES = 401  # Points along an axis at which the constraints are evaluated
 BEYOND = 1.5  # How far the grid is shown, as a multiple of how far it is feasible
 MARGIN = 0.07  # Share of the plane that is shown beyond the grid
-ROUNDING = 1e-6  # By how much a constraint may be short at a point of the grid that satisfies it
 LETTERS = 30  # Longest line of the legend
 
 Values: TypeAlias = Mapping[str, object]
@@ -140,12 +139,9 @@ def _excesses(
 ) -> Iterator[tuple[Constraint, Floats]]:
     """Constraints and by how much they hold (y, x); they forbid where that is negative."""
     upward, across = model.variables
-    values = {**parameters, across.name: x, upward.name: y[:, None]}
-    done: dict[int, Any] = {}
-    for each in list(relations(model)):  # kept, so that no two nodes share an identity
-        left, right = (evaluate(side, values, done) for side in each.relation.sides)
-        excess = right - left if each.relation.sense == "<=" else left - right
-        yield each, np.broadcast_to(np.asarray(excess, dtype=float), (len(y), len(x)))
+    for row in evaluated(model, {**parameters, across.name: x, upward.name: y[:, None]}):
+        excess = row.left - row.right if row.sense == "==" else row.slack
+        yield row.constraint, np.broadcast_to(np.asarray(excess, dtype=float), (len(y), len(x)))
 
 
 def _worth_seeing(
@@ -173,11 +169,9 @@ def _draw_grid(
     every = [max(1, math.ceil(len(values) / MOST_POINTS)) for values in counted]
     upward, across = (values[::n] for values, n in zip(counted, every, strict=True))
     x, y = np.meshgrid(across, upward)
-    holds = [
-        np.abs(excess) <= ROUNDING if each.relation.sense == "==" else excess >= -ROUNDING
-        for each, excess in _excesses(model, parameters, across, upward)
-    ]
-    feasible = np.all([np.ones(x.shape, dtype=bool), *holds], axis=0)
+    points = dict(zip((each.name for each in model.variables), (y, x), strict=True))
+    rows = evaluated(model, {**parameters, **points})
+    feasible = np.all([np.broadcast_to(row.satisfied, x.shape) for row in rows], axis=0)
     fewer = f", one of {every[0] * every[1]} shown" if max(every) > 1 else ""
     slots = f"(slots of {slot_s:g} s{fewer})"
     for which, marker, size, colour, words in (
@@ -195,7 +189,7 @@ def _cuts(
 ) -> Iterator[tuple[Constraint, Floats, Booleans]]:
     """The constraints without which more would be feasible, one of those that do the same.
 
-    Each comes with by how much it holds, and where all others hold.
+    Each with its slack, and where all others hold.
     """
     kept = [(each, excess, excess >= 0.0) for each, excess in sampled]
     bounding = [each for each in kept if each[0].relation.sense != "=="]

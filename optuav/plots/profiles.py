@@ -168,12 +168,11 @@ def leg(mission: Mission, start: str, end: str) -> LegAxes:
 def _displacement(mission: Mission, start: str, end: str) -> tuple[float, float, float]:
     """End minus start [m]; an error where no leg leads there."""
     known = scene(mission).places
-    faults = [
+    refuse(
         Fault(option, repr(name), f"one of {listed(known.names)}")
         for option, name in (("start", start), ("end", end))
         if name not in known.names
-    ]
-    refuse(faults)
+    )
     first_m, last_m = (known.position_m[known.names.index(name)] for name in (start, end))
     x, y, z = (last_m - first_m).tolist()
     if x == y == z == 0.0:

@@ -77,10 +77,7 @@ _ONE_AT_A_TIME = RLock()
 
 @contextmanager
 def applied() -> Iterator[None]:
-    """The look of the pictures, for a block or a function; the user's settings come back after it.
-
-    The settings are those of the process: threads draw one after the other.
-    """
+    """The look of the pictures, for a block or a function; threads draw one after the other."""
     with _ONE_AT_A_TIME, matplotlib.style.context([*SETTINGS]):
         yield
 
@@ -190,10 +187,7 @@ def phase_bands(replayed: Replay) -> list[Band]:
 
 
 def draw_bands(axes: Sequence[Axes], bands: Sequence[Band]) -> None:
-    """Draw bands on axes that share their time, with names above the first.
-
-    The limits of the axes are final, and their place is settled.
-    """
+    """Draw bands on settled axes that share their time, with names above the first."""
     top = axes[0]
     for begin_s, end_s, colour, names in bands:
         for ax in axes:

@@ -43,10 +43,7 @@ from optuav.search.terrain import ROUNDING, Boxes, Flown, Terrain
 
 
 def possible(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> Boxes:
-    """The boxes that may hold plans that hover at least so long, each cut to where these are.
-
-    The boxes are of one pattern, the total hover time to reach is (box,) [s].
-    """
+    """The boxes that may hold plans with such hover times (box,) [s], each cut to these."""
     way = boxes.places[:-1], boxes.places[1:]
     legs = Flown(*(table[-1][way] for table in terrain.leg_maps))
     time_left_s = terrain.deadline_s - legs.duration_s.sum(axis=0)
@@ -118,10 +115,7 @@ def _cheapest(price: Floats, width: Floats, need: Floats) -> Floats:
 def _enveloped(
     terrain: Terrain, boxes: Boxes, legs: Flown, low_s: Floats, high_s: Floats
 ) -> tuple[Booleans, Booleans]:
-    """Whether the envelopes leave a box possible (box,).
-
-    And whether they pass y1 = ωB at the end of a stay or of a later one (stop, box).
-    """
+    """Whether envelopes leave a box possible (box,), and pass y1 = ωB after a stay (stop, box)."""
     battery = terrain.battery
     full, share = battery.full, battery.available_fraction
     rounding_As = ROUNDING * battery.capacity_As

@@ -1,7 +1,5 @@
 """Branch and bound over sequences of stops and the durations of their stays."""
 
-from __future__ import annotations
-
 import itertools
 import time
 from collections import deque
@@ -37,7 +35,7 @@ Progress = Callable[[float, int, int], None]
 class SearchResult:
     """What a search found."""
 
-    stops: Stops | None
+    stops: "Stops | None"
     bound_s: float  # No plan hovers longer [s]; −inf where it is proved that there is no plan
     ended: str  # Why the search ended early; empty if it is complete
 
@@ -50,15 +48,13 @@ def search(
     time_limit_s: float | None = None,
     progress: Progress | None = None,
 ) -> SearchResult:
-    """The plan of the longest hover time with at most so many rests and hovers.
+    """The plan of the longest hover time with at most `rests` rests and `hovers` hovers.
 
     The durations of every sequence of stops are cut into boxes, until none is left that can hold a
-    plan better than the best by more than a tie (`optuav.search.bounds` has the rules). Among plans
-    that tie, the one with the fewest stops is returned, then the buildings that stand first, then
-    resting early; and its rests, one after another, as short as its hover time admits.
-
-    Rests may be 0; places may be visited again. Without a time limit [s], a search ends after about
-    `MOST_BOXES` boxes. It ends at an interruption (Ctrl-C), too.
+    plan better than the best by more than a tie (`optuav.search.bounds`). Among plans that tie, the
+    one with the fewest stops is returned, then the buildings that stand first, then resting early;
+    its rests are as short as its hover time admits. Rests may be 0; places may be visited again.
+    Without a time limit [s], a search ends after about `MOST_BOXES` boxes; Ctrl-C ends any.
     """
     return _BranchAndBound(terrain, time_limit_s, progress).run(patterns(rests, hovers))
 
@@ -121,7 +117,7 @@ class _BranchAndBound:
             self.open.popleft()
 
     def _keep(self, boxes: Boxes) -> None:
-        """Add boxes to the open ones, in groups of at most so many."""
+        """Add boxes to the open ones, in groups of at most `AT_ONCE`."""
         for first in range(0, len(boxes), AT_ONCE):
             self.open.append(boxes.take(slice(first, first + AT_ONCE)))
 
@@ -171,10 +167,7 @@ class _BranchAndBound:
         return time.monotonic() - self.started_s > limit_s
 
     def _bound_s(self) -> float:
-        """Hover time that no plan exceeds [s], by halving over what the open boxes let through.
-
-        As far as that is found in time, or in so many boxes.
-        """
+        """Hover time that no plan exceeds [s], by halving over what the open boxes let through."""
         low_s, high_s = self.longest_s + TIE_S, self.terrain.longest_stay_s
         if not self.open:
             return low_s
@@ -210,9 +203,8 @@ class Stops:
 def slack(terrain: Terrain, places: Integers, stays_s: Floats) -> Floats:
     """Smallest distance of plans to a limit of the wells [A s]; < 0 where one is violated.
 
-    Every stage of constant current is looked at where it ends: y1 is least at an end while it
-    drains and largest at an end while it charges, if it begins within the wells. Where charging
-    tapers, nothing passes full. Places (stop + 2, plan), stays (stop, plan) [s].
+    At the ends of stages: y1 is least or largest there. Where charging tapers, none passes full.
+    Places (stop + 2, plan), stays (stop, plan) [s].
     """
     battery, maps = terrain.battery, terrain.leg_maps
     share, full_As = battery.available_fraction, battery.full.available_As
@@ -248,12 +240,11 @@ def _after_stay(terrain: Terrain, before: Tilted, stay: Stage) -> Tilted:
 
 
 def longest(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> tuple[Booleans, Floats]:
-    """Find plans in boxes that hover at least so long.
+    """Find plans in boxes that hover at least a given time.
 
-    Two ways lead through a box: the hovers grow from the shortest on, and the rests are as long
-    as the deadline lets them be, or as short as they may. Along each, halving finds where the
-    wells set an end. Returns whether one was found (box,), and the stays of those found
-    (stop, found) [s].
+    Two ways lead through a box: hovers grow from the shortest, and rests are as long or as short as
+    they may be. Halving finds where the wells end each. Returns whether one was found (box,), and
+    the stays of those found (stop, found) [s].
     """
     hover = np.array(boxes.pattern)[:, None]
     short = replace(boxes, high_s=np.where(hover, boxes.high_s, boxes.low_s))
@@ -313,7 +304,7 @@ def with_short_rests(terrain: Terrain, stops: Stops) -> Stops:
 
 
 def _stays(boxes: Boxes, hover_s: Floats, left_s: Floats) -> Floats:
-    """Stays (stop, box) that hover so long in total and rest for what is left, within the boxes."""
+    """Stays (stop, box) of a given total hover, with rests for what is left, within the boxes."""
     found = np.empty_like(boxes.low_s)
     for group, sum_s in ((boxes.hovers, hover_s), (boxes.rests, left_s - hover_s)):
         low_s, width_s = boxes.low_s[group], boxes.high_s[group] - boxes.low_s[group]

@@ -6,8 +6,6 @@ duration t at the current I to (y + I t, z e^(−k't) + (1−ω) I (1 − e^(−
 k' = k_F/(ω(1−ω)); see `optuav.physics.kibam`.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
@@ -109,12 +107,12 @@ class Boxes:
         """Numbers of the stops that are rests."""
         return [k for k, hover in enumerate(self.pattern) if not hover]
 
-    def take(self, which: Booleans | Integers | slice) -> Boxes:
+    def take(self, which: Booleans | Integers | slice) -> "Boxes":
         """Some of the boxes."""
         columns = (getattr(self, each.name) for each in fields(self)[1:])
         return Boxes(self.pattern, *(each[..., which] for each in columns))
 
-    def halves(self) -> Boxes:
+    def halves(self) -> "Boxes":
         """Every box cut in two where it is widest, of the stays that something pulls."""
         width_s = self.high_s - self.low_s
         widest = np.argmax(np.where(self.pulled, width_s, 0.0), axis=0)
@@ -127,9 +125,9 @@ class Boxes:
 
 
 def patterns(rests: int, hovers: int) -> Iterator[Pattern]:
-    """Kinds of stops in order, at most so many of each and at least one hover, the short first.
+    """Kinds of stops in order, up to `rests` rests and 1 to `hovers` hovers, the shortest first.
 
-    Two hovers in a row are one. Among as many stops, rests come early, as ties are broken.
+    Two hovers in a row are one. Among equally many stops, rests come early, as ties are broken.
     """
     for stops in range(1, rests + hovers + 1):
         for pattern in itertools.product((False, True), repeat=stops):

@@ -1,6 +1,4 @@
-"""The quantities that formulations speak of, from the arrays of a mission or of its variants."""
-
-from __future__ import annotations
+"""The quantities that formulations use, from the arrays of a mission or of its variants."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -212,7 +210,7 @@ def figures(tables: Single | Variants) -> Quantities:
 def legs_and_stays(
     network: Network, which: Integers, rests: bool
 ) -> Iterator[tuple[Integers, str]]:
-    """The legs that itineraries fly, one after the other, each with the stay behind it."""
+    """The legs that itineraries fly, one after the other, each with the stay after it."""
     for legs in network.routes.legs[which].T:
         if (legs != NO_LEG).any():
             end = network.legs.end[legs[0]]

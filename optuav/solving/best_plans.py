@@ -27,7 +27,7 @@ from optuav.modelling.forms import CONSTANT, Exponential, Monomial
 from optuav.network.feasibility import TOLERANCE as RIM
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER, as_points
-from optuav.network.routes import usable_routes
+from optuav.network.routes import SAME_S, usable_routes
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.physics.kibam import Battery, Shift, Stage, Tilted, shifted, tilted_after
@@ -35,7 +35,6 @@ from optuav.physics.quantity import Quantity
 from optuav.solving.assemble import Single, chosen, figures, quantities, table_entries, turned
 from optuav.solving.longest import longest
 from optuav.solving.outcome import (
-    SAME_S,
     TIMES,
     longest_by_balance,
     shortest_by_balance,

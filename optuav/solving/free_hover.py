@@ -6,8 +6,6 @@ evaluated at points all over the region, with the real geometry, and from the be
 ever smaller steps are tried.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Sequence
@@ -30,6 +28,7 @@ from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network, build_network
 from optuav.network.places import HOVER
+from optuav.network.routes import SAME_S
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.physics.kibam import Stage
@@ -43,7 +42,7 @@ from optuav.solving.question import AUTO, Question
 from optuav.status import Status
 
 REFUSED = (
-    "{}: not with hover_point = 'free'; ask it of the mission of the plan that was found, whose "
+    "hover_point = 'free' has no {}: use the mission of the plan that was found, whose "
     "route.hover_m is the point"
 )
 PROOF = "local: points all over the region, the best of them refined by ever smaller steps"
@@ -61,9 +60,9 @@ FIRST_M, ROUGH_M, LAST_M, SHRINK = 20.0, 1.0, 1e-7, 0.6
 """First and last length of steps [m], factor after a round without a better point; at the one in
 between, only the best start of each route is followed further."""
 ROUGH_S = 0.1  # and that of no route which is worse than the best by more than this [s]
-AGAIN, AGAIN_M, SAME_S = 8, 1.0, 1e-6
-"""Further refinements from near the best point, how near [m], and by how much two that agree may
-differ [s], which ends them: small steps may be caught by a ridge that leads to no top."""
+AGAIN, AGAIN_M = 8, 1.0
+"""Most further refinements from near the best point, and how near [m]; one that agrees ends them:
+small steps may be caught by a ridge that leads to no top."""
 DESCRIPTIONS = {
     "flight_time_s": "time of all legs, two of them to w and from w",
     "flight_charge_As": "charge drawn on all legs",
@@ -75,7 +74,7 @@ DESCRIPTIONS = {
 """Printed in place of formulas in w that would fill a page."""
 
 
-def free_program(question: Question, mission: Mission) -> FreeProgram:
+def free_program(question: Question, mission: Mission) -> "FreeProgram":
     """(P1) with the hover point free, declared for the routes that some point may make flyable."""
     stated = replace(question, problem=replace(question.p1, hover_point="w_U"), engine=AUTO)
     own = declared_program(replace(stated, time_limit_s=None), build_network(mission))
@@ -123,7 +122,7 @@ class FreeProgram(Program):
 
     def compile(self, engine: str | Engine | None = None) -> NoReturn:
         """Refused: the models do not know which buildings are in the way."""
-        raise InputError(REFUSED.format("compile"))
+        raise InputError(REFUSED.format("compiled program"))
 
 
 def _gain(plan: Plan, own: Plan) -> str:

@@ -36,11 +36,20 @@ RANGES = {
 
 
 class Hovers(NamedTuple):
-    """Longest hovers, arrays with one entry an itinerary."""
+    """Longest hovers, arrays with one entry an itinerary.
 
-    hover_time_s: Floats  # Δ [s]; NaN where no hover is possible
-    rest_time_s: Floats  # T' [s], admissible; the shortest if that was asked for
-    beyond_s: Floats  # No hover is longer [s]; −inf where it is proved that none is possible
+    Parameters
+    ----------
+    hover_time_s, rest_time_s
+        Δ [s], NaN where no hover is possible, and a T' that admits it [s], the shortest if that was
+        asked for.
+    beyond_s
+        No hover is longer [s]; −inf where it is proved that none is possible.
+    """
+
+    hover_time_s: Floats
+    rest_time_s: Floats
+    beyond_s: Floats
 
     @property
     def proved(self) -> Booleans:
@@ -83,7 +92,8 @@ def longest_hovers(
     Raises
     ------
     InputError
-        With all other steps, shapes that differ, and figures that are no numbers or out of range.
+        If the steps are others, shapes differ, or figures are no numbers or out of range; it lists
+        all of that.
 
     Examples
     --------
@@ -191,7 +201,7 @@ def longest(
 def _needed(given: Quantities, limit: WellLimit) -> Booleans:
     """Where a limit of the available well excludes what no other does, which halves the time."""
     # A well that only drains does not pass full, and one that only charges does not run dry; where
-    # it falls all along the next step, the end of that tells more.
+    # it falls all along the next step, the limit at its end is tighter.
     stays_A = {"hover": -given.hover_current_A, "rest": given.rest_current_A}
     after = given.steps[limit.step : limit.step + 2]
     own_A, *next_A = (

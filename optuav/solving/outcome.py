@@ -1,4 +1,4 @@
-"""What becomes of answers: the best plan, what is known beyond it, or why there is none."""
+"""From answers to plans: the best one, whether others can be better, or why there is none."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,7 @@ from optuav.engines.registry import MOST_UNKNOWNS
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.judge.replay import replay
+from optuav.mission import Mission
 from optuav.mission.messages import written_out
 from optuav.modelling import Model, Relation, evaluate
 from optuav.modelling.check import evaluated
@@ -29,25 +30,23 @@ from optuav.modelling.forms import NotExponentialError
 from optuav.modelling.model import Constraint
 from optuav.modelling.traversal import has_unknowns
 from optuav.network.feasibility import impossibilities
+from optuav.network.graph import Graph
 from optuav.network.network import Network
 from optuav.network.one_stop import one_stop_is_enough
 from optuav.network.places import FIRST_BUILDING, HOVER
+from optuav.network.routes import SAME_S
 from optuav.network.timeline import route_phases, simulated, stay_net
 from optuav.physics.flight import STAGES, speed_warning
 from optuav.physics.quantity import Quantity
 from optuav.plan import Phase, Plan
 from optuav.solving.assemble import legs_and_stays, quantities
-from optuav.solving.question import AUTO, PROBLEM_NAMES, Question, answer
+from optuav.solving.question import AUTO, MOST_BUILDINGS, PROBLEM_NAMES, Question, answer
 from optuav.status import Status
-
-if TYPE_CHECKING:
-    from optuav.network.graph import Graph
 
 ANY_S = 1e9  # Longer than any time of a mission [s]
 MOST_VIOLATED = 2  # violated constraints that are stated in full
 ROUNDING = 1e-9  # share of the capacity that rounding may take
 NOTHING = 1e-11  # share of a hover by which another is no longer, as in the closed form
-SAME_S = 1e-6  # times that differ by no more than this are equal [s]
 TIMES = ("hover_time_s", "rest_time_s")  # Unknowns that make a plan; a formulation may have others
 WARNED_OF = ("empty", "full")  # Events of a simulation that `Plan.warnings` states already.
 ENDS = {
@@ -57,7 +56,8 @@ ENDS = {
 }
 """The end of a phase in words, by its kind, with the places where it starts and ends."""
 BOUNDED = "bracketed: a feasible time, and a longer one that none exceeds"
-MORE_STOPS = "more stops are not excluded: --stops 2 --hovers 2, or P1(stops=2, hovers=2)"
+MORE_STOPS = "more stops are not excluded"
+SEARCHED = "--stops 2 --hovers 2, or P1(stops=2, hovers=2)"
 PROVED = {
     "P2": "bounded: no flight and rest is shorter than the shortest flight",
     "P2-tight": "bounded: no flight and rest is shorter, as the engine {} proves that no hover is "
@@ -159,8 +159,8 @@ def plan_for(
             refused_As = capacity_As + sum(each.charge_As for each in flown) - left_As
             if refused_As > ROUNDING * capacity_As and not packs.takes_turns:
                 refused = f"the {refused_As:.6g} A s that the full battery refused are lost"
-                only = "and only battery tells so, not energy and adjusted"
-                notes.append(f"charging tapered: {refused}, {only}")
+                only = "only the state of charge battery counts that"
+                notes.append(f"charging tapered: {refused}; {only}")
         found |= {"phases": flown, "soc": soc}
     return Plan(
         mission=mission,
@@ -192,7 +192,7 @@ def plan_of(
     point, route = solution.point(entry), int(part.routes[entry])
     hover_s, rest_s = (point.get(name, 0.0) for name in TIMES)
     if min(hover_s, rest_s) < 0.0:
-        stated = "at least 0 s, or no plan is made of it: state lower=0.0"
+        stated = "a plan needs at least 0 s: declare the variable with lower=0.0"
         times = zip(TIMES, (hover_s, rest_s), strict=True)
         raise InputError([Fault(name, f"{t:g}", stated) for name, t in times if t < 0.0])
     notes = []
@@ -282,7 +282,7 @@ def shortest_flight(network: Network, parts: Sequence[Part]) -> tuple[int, int]:
 
 
 def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> tuple[str, ...]:
-    """Why no times are feasible: what holds at none on the shortest flight, at the least times.
+    """Why no times are feasible: what cannot hold on the shortest flight, at the least times.
 
     Where each constraint alone can be met, that they cannot be met together.
     """
@@ -375,21 +375,31 @@ def against_p1(question: Question, network: Network, parts: Sequence[Part], plan
     return plan.model_copy(update={"notes": tuple(notes), **changes})
 
 
+def not_excluded(question: Question, mission: Mission) -> str:
+    """A note that more stops may help, and how to search for them."""
+    if len(mission.buildings) > MOST_BUILDINGS:
+        return f"{MORE_STOPS}; they are searched for among at most {MOST_BUILDINGS} buildings"
+    stated = {"slots": question.slot_s, "a stated order": question.problem.order}
+    without = " or ".join(name for name, value in stated.items() if value is not None)
+    return f"{MORE_STOPS}: {SEARCHED}" + (f", without {without}" if without else "")
+
+
 def more_stops_may_help(
     question: Question, network: Network, plan: Plan, graph: Graph | None = None
 ) -> bool:
-    """Whether plans with more rests or hovers can be asked for and may hover longer than a plan.
+    """Whether plans with more rests or hovers may hover longer than the best plan for P1.
 
-    An edited network comes with its graph. No is certain: there is nowhere to rest, no number of
-    stops makes the mission flyable, or one rest and one hover are enough (`optuav.network.one_stop`
-    says when); under ``available`` the plan also hovers as long as charge and deadline admit on any
-    route with one rest, which bounds all.
+    No is certain of a plan over all routes: there is nowhere to rest, no number of stops makes the
+    mission flyable, or one rest and one hover are enough (`optuav.network.one_stop` says when);
+    under ``available`` the plan also hovers as long as charge and deadline admit on any route with
+    one rest, which bounds all. Other problems, a free hover point and packs that take turns admit
+    no more stops.
     """
     mission, perspective = network.mission, question.perspective
-    turns = mission.battery.takes_turns and perspective == AVAILABLE
-    if question.problem != P1() or question.slot_s is not None or turns:
+    if not isinstance(question.problem, P1) or replace(question.problem, order=None) != P1():
         return False
-    if perspective not in (*PAPER, AVAILABLE) or not mission.buildings:
+    turns = mission.battery.takes_turns and perspective == AVAILABLE
+    if turns or perspective not in (*PAPER, AVAILABLE) or not mission.buildings:
         return False
     if impossibilities(network, one_stop=False):
         return False

@@ -6,8 +6,6 @@ the best pair is refined. In slots that is exhaustive, which is a proof. In cont
 none, as the feasible pairs between the steps may form any shape.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Sequence
@@ -63,7 +61,7 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
     if not found and not slot_s and not clock.ended and not (proof := _proof_of_none(parts)):
         raise SolverError(
             f"the search by battery.schedule = {schedule!r} found neither a plan nor proof "
-            f"that there is none, Δ and T' in steps of {step_s:g} s; with slot_s it is a proof"
+            f"that there is none, Δ and T' in steps of {step_s:g} s; with slot_s it is exhaustive"
         )
     if not found and clock.ended:
         fewer = ", or fewer routes (trajectory, order)" if len(routes) > 1 else ""
@@ -83,8 +81,8 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
     rested = [(route.smallest_rest_s(hover_s, rest_s), route) for route, rest_s in best]
     rest_s, route = min(rested, key=lambda each: each[1].flight_time_s + each[0])
     notes = [
-        f"packs by schedule {schedule!r}: one flies while the laser charges another; what full "
-        "packs refuse is lost, which battery counts and energy and adjusted do not"
+        f"packs by schedule {schedule!r}: one flies while the laser charges another; charge that "
+        "full packs refuse is lost; only the state of charge battery counts that"
     ]
     if clock.ended:
         proof = f"simulation that {clock.ended}, not proved"
@@ -139,7 +137,7 @@ class _Route:
         self.net_A = {each.kind: float(each.stages[0].current_A) for each in phases}
         self.flight_time_s = float(network.routes.flight_time_s[number])
         self.left_s = mission.limits.deadline_s - self.flight_time_s
-        if slot_s:  # The balance of charge, as if packs were pooled, bounds what packs deliver.
+        if slot_s:  # The limits of pooled packs bound what packs in turns deliver.
             limited = math.isfinite(clock.limit_s)
             steps_s = axes(part.model, part.model.row(entry), slot_s, limited=limited)
         else:
@@ -166,7 +164,8 @@ class _Route:
     ) -> Floats:
         """Longest hovers in whole steps for some rests [s]; NaN where shorter than `least_s`."""
         # Simulated from the top down: from what the deadline leaves, the balance of charge, which
-        # knows of no refused charge, and what the packs last in the hover itself.
+        # knows of no refused charge, and what the packs last in the hover itself. That balance is
+        # for given rests, where `outcome.by_balance` seeks the best rest.
         found = np.full(len(rests_s), np.nan)
         if not len(rests_s) or self.clock.is_late():
             return found
@@ -189,7 +188,7 @@ class _Route:
             open_ &= np.isnan(found) & (hovers_s >= least_s - SLACK * step_s)
         return found
 
-    def refined(self, hover_s: float, rests_s: Floats) -> tuple[float, Floats, _Route]:
+    def refined(self, hover_s: float, rests_s: Floats) -> "tuple[float, Floats, _Route]":
         """The best Δ in finer steps [s], the rests that admit it [s], and this route."""
         before_s = self.step_s
         for share in FINER:

@@ -1,7 +1,5 @@
 """A program: the declared models of a question, to be printed, checked, solved and compiled."""
 
-from __future__ import annotations
-
 import math
 import reprlib
 from collections.abc import Callable, Mapping, Sequence
@@ -25,22 +23,18 @@ from optuav.modelling.check import refuse_misfits
 from optuav.modelling.classify import traits
 from optuav.network.feasibility import blocked_legs, impossibilities
 from optuav.network.network import Network, trajectory_routes
+from optuav.network.routes import SAME_S
 from optuav.plan import Plan
 from optuav.solving import outcome
 from optuav.solving.assemble import quantities
-from optuav.solving.outcome import SAME_S, Part
-from optuav.solving.question import (
-    LONGEST_HOVER,
-    Question,
-    chosen_engine,
-    refuse_unfit,
-)
+from optuav.solving.outcome import Part
+from optuav.solving.question import LONGEST_HOVER, Question, chosen_engine, refuse_unfit
 from optuav.status import Status
 
 MOST_REASONS = 10  # blocked legs that are named one by one
 
 
-def declared_program(question: Question, network: Network) -> Program:
+def declared_program(question: Question, network: Network) -> "Program":
     """The question as a program; without parts, and with reasons, where nothing can be flown."""
     parts, reasons = list[Part](), impossibilities(network)
     for which, rests in () if reasons else groups(question, network):
@@ -89,14 +83,24 @@ def _no_route(question: Question, network: Network) -> tuple[str, ...]:
     blocked = (k for which, _ in wanted for k in which[~routes.flyable[which]].tolist())
     found = dict.fromkeys(leg for k in blocked for leg in blocked_legs(network, k))
     if not found:
-        return (f"{question.problem.name} declares no rest_time_s by way of a building",)
+        needed = "rest_time_s, which a route by way of a building needs"
+        return (f"{question.problem.name} declares no {needed}",)
     more = ("and other legs are blocked as well",) if len(found) > MOST_REASONS else ()
     return (*tuple(found)[:MOST_REASONS], *more)
 
 
 @dataclass(frozen=True)
 class Program:
-    """Declared models over some routes each; without any, the reasons why nothing can be flown.
+    """Declared models, each over some routes; or the reasons why nothing can be flown.
+
+    `optuav.formulate` makes it. Print it, check points, solve it, or compile its models.
+
+    Parameters
+    ----------
+    question, network
+        Problem, perspective, slots, engine and time limit, checked; the mission as arrays.
+    parts, reasons
+        One model and the numbers of its routes each; or why nothing can be flown.
 
     Examples
     --------
@@ -149,7 +153,7 @@ class Program:
         return "\n\n".join(pages)
 
     def _routes_in_words(self, part: Part) -> str:
-        """Which routes a model speaks of."""
+        """Which routes a model is for, in words."""
         orders = {self.network.routes.order(route) for route in part.routes}
         order = orders.pop() if len(orders) == 1 else "with a rest"
         words = order.replace("-", " ") if order and part.rests else "without a rest"
@@ -221,7 +225,7 @@ class Program:
         matching = [p for p, own in zip(self.parts, unknowns, strict=True) if own == stated]
         if not matching:
             known = " or ".join(dict.fromkeys(", ".join(sorted(each)) for each in unknowns))
-            raise InputError(f"a point of this program states {known or 'nothing'}")
+            raise InputError(f"a point of this program has values for {known or 'no unknown'}")
         given = stated.union(*(part.model.given for part in matching))
         if strange := [name for name in point if name not in given]:
             every = dict.fromkeys(name for part in matching for name in part.model.parameters)
@@ -272,10 +276,9 @@ class Program:
         question, network = self.question, self.network
         engine, proof = solutions[0].engine, solutions[0].proof
         asked = replace(question, engine=engine)
-        for solution in solutions:
-            if Status.ERROR in solution.statuses:
-                raise SolverError(solution.refusal(solution.statuses.index(Status.ERROR)))
         statuses = {status for solution in solutions for status in solution.statuses}
+        for solution in solutions if Status.ERROR in statuses else ():
+            solution.refuse_unusable()
         if Status.UNBOUNDED in statuses:
             endless = (
                 "no constraint keeps the objective finite: "
@@ -346,9 +349,9 @@ class Program:
     def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> dict[str, ShadowPrice]:
         """What one more unit of every named parameter brings; empty where there is no answer.
 
-        A figure of a route changes on all routes alike. Where routes tie, a change for the better
-        may take any, and one for the worse has to spoil them all. A side beyond the range of a key
-        is NaN. Solutions, if they are known, are the answers to all parts.
+        Figures of routes change on all alike. Where routes tie, a change for the better may take
+        any, and one for the worse has to affect them all. A side beyond the range of a key is NaN.
+        Solutions, if they are known, are the answers to all parts.
         """
         solutions = self.answers() if solutions is None else solutions
         every = [solutions[k].shadow_prices(index) for k, index in self.tied(solutions)]
@@ -367,7 +370,7 @@ class Program:
             found[name] = ShadowPrice(*sides)
         return found
 
-    def compile(self, engine: str | Engine | None = None) -> CompiledProgram:
+    def compile(self, engine: str | Engine | None = None) -> "CompiledProgram":
         """Hand the models to an engine once, by default the question's, to be solved often.
 
         Raises
@@ -440,8 +443,7 @@ class CompiledProgram:
         numbers = {n: np.array(v, float) if np.ndim(v) else float(v) for n, v in values.items()}
         solutions = [solve(numbers).of(numbers) for solve in self._solves]
         for solution in solutions:
-            if Status.ERROR in solution.statuses:
-                raise SolverError(solution.refusal(solution.statuses.index(Status.ERROR)))
+            solution.refuse_unusable()
             if Status.UNBOUNDED in solution.statuses:
                 return solution.only(solution.statuses.index(Status.UNBOUNDED))
         (first, *_), only = solutions, sum(len(each.statuses) for each in solutions) == 1

@@ -12,8 +12,9 @@ from optuav.mission import Mission
 from optuav.network.network import network_by
 from optuav.network.places import Places, build_places
 from optuav.network.prisms import prisms
+from optuav.network.routes import SAME_S
 from optuav.solving.best_plans import hover_bounds_s
-from optuav.solving.outcome import SAME_S, by_balance
+from optuav.solving.outcome import by_balance
 from optuav.solving.program import Program, declared_program
 from optuav.solving.question import AUTO, Question
 

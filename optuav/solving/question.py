@@ -21,12 +21,7 @@ from optuav.modelling import Model
 from optuav.modelling.classify import traits
 from optuav.options import HOVER_POINTS, ORDERS, TRAJECTORIES, Perspective, ProblemName
 
-PROBLEMS: Mapping[str, Formulation] = {
-    "P1": P1(),
-    "P2": P2(),
-    "P2-tight": P2(tight=True),
-    "P3": P3(),
-}
+PROBLEMS: Mapping[str, Formulation] = {e.name: e for e in (P1(), P2(), P2(tight=True), P3())}
 """Names that stand for problems with their defaults."""
 PROBLEM_NAMES = (*PROBLEMS, "P4")  # Names of all problems of the paper; P4 needs a building too
 OF_THE_PAPER = tuple(dict.fromkeys([*map(type, PROBLEMS.values()), P4]))
@@ -77,7 +72,7 @@ def problem_of(name: str, **stated: Any) -> Formulation:
         if field not in taken[kind]:
             able = [each.__name__ for each in taken if field in taken[each]]
             words = f", {' and '.join(able)} {'does' if len(able) == 1 else 'do'}" if able else ""
-            faults.append(Fault(field, shown(value), f"problem {name} takes none{words}"))
+            faults.append(Fault(field, shown(value), f"problem {name} takes no {field}{words}"))
     if name == "P4" and "building" not in options:
         faults.append(Fault("building", "", "problem P4 needs the name of a building"))
     if faults:
@@ -119,7 +114,7 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
             yield Fault("building", repr(problem.building), words)
         if type(problem) not in OF_THE_PAPER:
             if isinstance(problem, OF_THE_PAPER):
-                words = "a subclass of Formulation itself, whose declare may call that of P1 to P4"
+                words = "must subclass Formulation itself; its declare may call that of P1 to P4"
                 yield Fault("problem", type(problem).__name__, words)
             elif problem.name in PROBLEM_NAMES:
                 yield Fault("problem", problem.name, "a name of its own, none of the paper's")
@@ -168,23 +163,27 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
         yield from not_with("with several stops", *alone, *searched)
         battery, count = mission.battery, len(mission.buildings)
         if question.perspective == AVAILABLE and battery.takes_turns:
-            yield Fault("battery.schedule", shown(battery.schedule), "pooled with several stops")
+            words = "must be pooled with several stops"
+            yield Fault("battery.schedule", shown(battery.schedule), words)
         if count > MOST_BUILDINGS:
-            yield Fault("buildings", str(count), f"at most {MOST_BUILDINGS} with several stops")
+            words = f"several stops are searched for over at most {MOST_BUILDINGS} buildings"
+            yield Fault("buildings", str(count), words)
 
 
 def not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Iterator[Fault]:
-    """Options that do not go with another."""
+    """Options that do not go with another; a choice of None alone stands for no value."""
     for option, value, choices in stated:
         if value not in choices:
-            allowed = ", ".join(str(each) for each in choices if each is not None) or "none"
-            yield Fault(option, repr(value), f"{allowed} {words}")
+            known = [str(each) for each in choices if each is not None]
+            start = "must be one of " if len(known) > 1 else "must be "
+            yield Fault(option, repr(value), f"{start}{', '.join(known) or 'left out'} {words}")
 
 
 def unknown(option: str, value: object, allowed: Sequence[str]) -> Fault:
     """A value that is none of those allowed, with the nearest of them."""
     hint = nearest(value, allowed) if isinstance(value, str) else ""
-    return Fault(option, repr(value), f"one of {', '.join(allowed)}{hint}")
+    words = "one of" if len(allowed) > 1 else "must be"
+    return Fault(option, repr(value), f"{words} {', '.join(allowed)}{hint}")
 
 
 def chosen_engine(model: Model, question: Question) -> Engine:

@@ -21,6 +21,7 @@ from optuav.engines.linear_form import last_slot, own_bounds
 from optuav.errors import SolverError, refuse
 from optuav.mission import Mission
 from optuav.modelling import Model
+from optuav.modelling.expression import PartedLabel
 from optuav.network.graph import Graph
 from optuav.network.one_stop import one_stop_in_words
 from optuav.options import Order, Perspective, Trajectory
@@ -38,17 +39,28 @@ AGREES_S = 1e-5
 
 @dataclass(frozen=True)
 class RouteChoice:
-    """The answer of `route_choice`."""
+    """The answer of `route_choice`.
 
-    plan: Plan  # The best plan, as `optuav.solve` gives it
+    Parameters
+    ----------
+    plan, form, notes
+        The best plan, as `optuav.solve` returns it; ``"hull"`` or ``"big-M"``; how tight that form
+        is, and whether one stop is enough.
+    model
+        The programme; None where nothing can be flown.
+    relaxation_s, gap_s
+        Bound on the hover time by the LP relaxation, slots and choice relaxed, and by how much it
+        exceeds the plan's hover time [s]; None without a plan.
+    shares
+        λ of every route in the relaxation, by its name, 0 to 1; empty without a plan.
+    """
+
+    plan: Plan
     form: Form
-    notes: tuple[str, ...]  # How tight the form is, and whether one stop is enough
-    model: Model | None = None  # The programme; None where nothing can be flown
-    # Bound on the hover time by the LP relaxation, slots and choice relaxed, and by how much that
-    # exceeds the plan's hover time [s]; None without a plan.
+    notes: tuple[str, ...]
+    model: Model | None = None
     relaxation_s: float | None = None
     gap_s: float | None = None
-    # λ of every route in the relaxation, by its name; empty without a plan.
     shares: Mapping[str, float] = field(default_factory=dict)
 
     def __str__(self) -> str:
@@ -81,14 +93,24 @@ def route_choice(
 
     Parameters
     ----------
+    mission
+        A mission, the name of a shipped one, or the path of a mission file.
     form
         How the choice is stated. ``"hull"``: unknowns and homogenised rows a route, the tightest
         there is; ``"big-M"``: shared unknowns, and rows that the deadline's slack switches off;
         fewer unknowns, a looser relaxation. See `formulations.milp`.
-    mission, trajectory, order, slot_s, graph, time_limit_s, solver
-        As for `optuav.solve`, `P1` and `Cvxpy`.
+    trajectory, order
+        Routes to choose from: ``"optimal"`` (all), ``"direct"``, ``"traj1"`` or ``"traj2"``; and
+        ``"rest-first"``, ``"hover-first"``, or None for both. `P1` explains them.
     perspective
         ``"battery"``, ``"energy"`` or ``"adjusted"``.
+    slot_s, time_limit_s
+        Length of the time slots [s], 0.001 to 1e7, and longest that the solver may take [s], > 0
+        and at most 1e9; None for continuous times and for no limit.
+    graph
+        A graph from `optuav.graph` that was edited; its figures replace the computed ones.
+    solver
+        Name of a solver that CVXPY finds installed; None for HiGHS.
 
     Returns
     -------
@@ -170,10 +192,10 @@ def _routes(program: Program) -> tuple[list[Route], list[Part]]:
         which = np.array([number])
         given = quantities(network, which, rests=rests)
         model = question.problem.model(given, question.perspective)
-        building, name = int(network.routes.building[number]), "direct"
+        building, name = int(network.routes.building[number]), PartedLabel("direct")
         if building >= 0:
-            name = f"{network.mission.buildings.names[building]} {network.routes.order(number)}"
-            name += "" if rests else ", passing by"
+            order = f"{network.routes.order(number)}{'' if rests else ', passing by'}"
+            name = PartedLabel(network.mission.buildings.names[building], order)
         whole = Route(name, given)
         slots = [whole] if question.slot_s is None else [*_in_slots(whole, model, question.slot_s)]
         routes += slots
@@ -198,5 +220,6 @@ def _in_slots(route: Route, model: Model, slot_s: float) -> Iterator[Route]:
     yield replace(route, hover_s=(least_s, most_s))
     if own["hover_time_s"][0] <= bound_s and bound_s > most_s:
         end_s = slot_s * last_slot(bound_s, slot_s, begun=True)
-        name = f"{route.name}, last slot cut short"
+        *begin, end = PartedLabel(route.name).parts
+        name = PartedLabel(*begin, f"{end}, last slot cut short")
         yield replace(route, name=name, hover_s=(end_s, end_s), cut_s=end_s - bound_s)

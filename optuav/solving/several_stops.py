@@ -41,12 +41,12 @@ def several_stops(
 ) -> Plan:
     """The plan of the longest hover time with at most as many stops as the program asks for.
 
-    Under ``available`` it is found by branch and bound over sequences of stops and their durations.
-    In the linear perspectives one rest and one hover are enough if the legs obey the triangle
-    inequality, as the state of charge at the end is linear in the total times of flying, hovering
-    and resting: any plan may leave out all stops but one visit to the hover point and the rest
-    where charging is best. Where edited graphs or buildings in the way break that inequality, all
-    sequences are compared, each by its own linear programme with the rest on its best building.
+    Under ``available`` by branch and bound. In the linear perspectives one rest and one hover are
+    enough if the legs obey the triangle inequality, as the state of charge at the end is linear in
+    the total times of flying, hovering and resting: all stops but one hover and the rest where
+    charging is best may be left out. Where edited graphs or buildings in the way break that
+    inequality, all sequences are compared, each by its linear programme with the rest on its best
+    building.
     """
     question = program.question
     rests, hovers = question.p1.stops, question.p1.hovers

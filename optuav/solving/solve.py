@@ -15,7 +15,7 @@ from optuav.network.graph import Graph, edited_network
 from optuav.network.network import build_network
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
-from optuav.solving.outcome import MORE_STOPS, more_stops_may_help
+from optuav.solving.outcome import more_stops_may_help, not_excluded
 from optuav.solving.program import Program, declared_program
 from optuav.solving.question import checked_question
 
@@ -35,12 +35,24 @@ def formulate(
     graph: Graph | None = None,
     time_limit_s: float | None = None,
 ) -> Program:
-    """Declare a problem over a mission.
+    """Declare a problem over a mission, without solving it.
 
     Parameters
     ----------
-    mission, problem, perspective, slot_s, engine, graph, time_limit_s
-        As for `optuav.solve`.
+    mission
+        A mission, the name of a shipped one, or the path of a mission file.
+    problem
+        `P1`, `P2`, `P3`, `P4` or an instance of one's own `Formulation`; or ``"P1"``, ``"P2"``,
+        ``"P2-tight"`` or ``"P3"`` for these with their defaults. One rest and one hover at most.
+    perspective
+        How charge counts: ``"available"``, ``"battery"``, ``"energy"``, ``"adjusted"`` or
+        ``"wells"``; `optuav.solve` explains them.
+    slot_s, time_limit_s
+        Length of the time slots [s], 0.001 to 1e7, and longest that the engine may take [s], > 0
+        and at most 1e9; None for continuous times and for no limit.
+    engine, graph
+        Name of an engine, ``"auto"`` or an `Engine`, which will solve the program; a graph from
+        `optuav.graph` that was edited, whose figures replace the computed ones.
 
     Returns
     -------
@@ -50,7 +62,8 @@ def formulate(
     Raises
     ------
     InputError
-        As from `optuav.solve`, and if the problem has several stops.
+        If an option does not exist or contradicts another, the problem has several stops, the
+        engine does not take it, or the graph is invalid.
 
     Examples
     --------
@@ -61,8 +74,8 @@ def formulate(
     program = _program(mission, graph, problem, perspective, slot_s, engine, time_limit_s)
     if program.question.several:
         raise InputError(
-            "several stops are searched for, no single programme declares them: "
-            "formulate one rest and one hover, or solve"
+            "several stops have no single programme, they are searched for: "
+            "formulate one rest and one hover, or use solve"
         )
     return program
 
@@ -146,7 +159,8 @@ def solve(
         plan = program.solve()
     question, network = program.question, program.network
     if more_stops_may_help(question, network, plan, graph):
-        return plan.model_copy(update={"notes": (*plan.notes, MORE_STOPS)})
+        note = not_excluded(question, network.mission)
+        return plan.model_copy(update={"notes": (*plan.notes, note)})
     return plan
 
 
@@ -160,6 +174,6 @@ def _program(mission: Mission | str | Path, graph: Graph | None, *stated: Any) -
     from optuav.solving.free_hover import free_program
 
     if graph is not None:
-        words = "none with hover_point = 'free': its legs lead to one hover point"
+        words = "no graph goes with hover_point = 'free', as its legs lead to one hover point"
         raise InputError([Fault("graph", shown(graph), words)])
     return free_program(question, known)

@@ -77,8 +77,13 @@ def batch_arrays(
 
     Parameters
     ----------
-    mission, ranges, problem, perspective, paired
-        As for `optuav.batch`.
+    mission
+        One, by its name or path too, or several.
+    ranges, paired
+        Values by key, or of ``"buildings"``, and whether those with the same place belong together;
+        `optuav.batch` says more.
+    problem, perspective
+        What is solved, and how charge counts, or several of these; `optuav.solve` explains them.
 
     Returns
     -------
@@ -132,10 +137,8 @@ def batch(
         says. Of one mission also ``"buildings"``, whole layouts: an array (layout, building, 3) of
         the positions [m] of all its buildings, which keep their names and take their footprints
         along.
-    problem
-        As for `optuav.solve`.
-    perspective
-        As for `optuav.solve`, or several of them.
+    problem, perspective
+        What is solved, and how charge counts, or several of these; `optuav.solve` explains them.
     paired
         Whether values with the same place belong together, rather than all combinations.
 

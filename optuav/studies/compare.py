@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from optuav.options import SCHEDULES, Perspective
 from optuav.plan import Plan
 from optuav.plan.summary import counted_in, tabulated
 from optuav.solving import solve
-from optuav.solving.question import LIMIT
+from optuav.solving.question import LIMIT, unknown
 from optuav.studies.methods import Progress, compare_methods
 from optuav.studies.processes import worker_faults
 from optuav.studies.results import Draw, Pictures, Results, Row, fixed
@@ -208,11 +209,12 @@ def _faults(
     allowed = {"method": PAPER, "schedule": (AVAILABLE,)}.get(" ".join(names), AXES["perspective"])
     if perspective is not None and perspective not in allowed:
         plans = "; available where plans are compared" if perspective == AVAILABLE else ""
-        yield Fault("perspective", repr(perspective), f"one of {', '.join(allowed)}{plans}")
+        fault = unknown("perspective", perspective, allowed)
+        yield replace(fault, allowed=fault.allowed + plans)
     elif perspective is not None and "perspective" in names:
         yield Fault("perspective", repr(perspective), "is compared by already")
-    unknown = (each for each in given["engines"] or () if each not in COMPARED)
-    yield from (Fault("engines", repr(each), f"some of {', '.join(COMPARED)}") for each in unknown)
+    others = (each for each in given["engines"] or () if each not in COMPARED)
+    yield from (Fault("engines", repr(each), f"some of {', '.join(COMPARED)}") for each in others)
 
 
 def _tables(found: Results) -> Iterator[str]:

@@ -30,7 +30,8 @@ REFERENCE = "closed form"
 UNITS = {
     **dict.fromkeys(("problem", "building", "order", "method", "engine"), ""),
     **{"slot_s": "s", "status": "", "hover_time_s": "s", "rest_time_s": "s"},
-    **{"gap_s": "s", "largest_gap_s": "s", "agrees": "", "words": "", "proof": ""},
+    **{"gap_s": "s", "largest_gap_s": "s", "relaxation_s": "s"},
+    **{"agrees": "", "words": "", "proof": ""},
 }
 
 
@@ -101,9 +102,10 @@ def _answers(
     by_slot: dict[float, Row] = {}
     for method in methods:
         begin = time.perf_counter()
-        plan, words = _solved(mission, problem, method, time_limit_s)
+        plan, words, relaxation_s = _solved(mission, problem, method, time_limit_s)
         taken = {"time_s": time.perf_counter() - begin} if times else {}
-        row = {**subject, **method, **taken, **_answer(plan, words, method, best_s, bounds)}
+        row = {**subject, **method, **taken, "relaxation_s": relaxation_s}
+        row |= _answer(plan, words, method, best_s, bounds)
         if method["slot_s"] is not None:
             row |= _mismatch(row, by_slot.setdefault(method["slot_s"], row))
         if method["method"] == REFERENCE:
@@ -149,19 +151,20 @@ def _optimum(
 
 def _solved(
     mission: Mission, problem: Formulation, method: Row, time_limit_s: float | None
-) -> tuple[Plan | None, str]:
+) -> tuple[Plan | None, str, float | None]:
     """Return the plan of a method, or None and why its engine failed.
 
-    CVXPY solves (P1) over all routes at once.
+    CVXPY solves (P1) over all routes at once, which has a bound by its LP relaxation [s].
     """
     options = {name: method[name] for name in ("perspective", "slot_s")}
     options["time_limit_s"] = time_limit_s
     try:
         if method["engine"] == "cvxpy" and isinstance(problem, P1):
-            return route_choice(mission, **options).plan, ""
-        return solve(mission, problem, engine=method["engine"], **options), ""
+            found = route_choice(mission, **options)
+            return found.plan, "", found.relaxation_s
+        return solve(mission, problem, engine=method["engine"], **options), "", None
     except SolverError as error:
-        return None, str(error)
+        return None, str(error), None
 
 
 def _answer(
@@ -313,6 +316,9 @@ def _worth(found: Results) -> Iterator[str]:
             kind = method.removesuffix(f" {row['slot_s'] or 0.0:g} s")
             proofs.setdefault(kind, {})[row["proof"].partition(";")[0]] = None
     yield from (*tabulated(table), "")
+    relaxed = [row["relaxation_s"] for row in found.rows if row["relaxation_s"] is not None]
+    if limits := " or ".join(dict.fromkeys(f"{each:.3f} s" for each in relaxed)):
+        yield f"P1 over all routes as one MILP: its LP relaxation bounds Δ by {limits}"
     for kind, words in proofs.items():
         yield f"{kind}: {'; '.join(words).removeprefix(f'{kind}: ')}"
     yield ""

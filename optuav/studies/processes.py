@@ -1,7 +1,5 @@
 """Independent tasks by several processes, with the results of doing one after the other."""
 
-from __future__ import annotations
-
 import os
 import signal
 from collections.abc import Callable, Iterator, Sequence

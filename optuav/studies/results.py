@@ -138,5 +138,5 @@ def as_csv(records: Sequence[Mapping[str, object]], columns: Sequence[str] = ())
 
 
 def fixed(value: float | None, digits: int = 2, *, otherwise: str = NONE, sign: str = "") -> str:
-    """Return a number with so many decimals, or another word where there is none."""
+    """Return a number with `digits` decimals, or another word where there is none."""
     return otherwise if value is None else f"{value:{sign}.{digits}f}"

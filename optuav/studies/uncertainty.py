@@ -1,7 +1,5 @@
 """Uncertain keys: how they are spread, samples of them, and what follows for the hover time."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,20 +23,19 @@ from optuav.modelling.check import evaluated
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
 from optuav.network.places import ENDS
+from optuav.network.routes import SAME_S
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
 from optuav.solving.best_plans import best_plans
-from optuav.solving.outcome import SAME_S
 from optuav.solving.question import checked_question
 
 KNOWN = "body.gravity_m_s2"  # It varies only where its spread is stated
 SHARE = 0.1  # Reach of a key to either side if nothing is stated, relative to its value
 FARTHEST_M = 1e6
 DEVIATIONS = 2.0  # Half the range that a picture shows of a normal distribution
-AT_ONCE = 8192
-"""Samples computed together: as many as fit the cache. No result depends on it."""
+AT_ONCE = 8192  # Samples computed together: as many as fit the cache. No result depends on it.
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 FORMS = (
     "a table such as { percent = 5 }, { low = 1, high = 2 }, { low = 1, likely = 1.5, high = 2 } "
@@ -198,7 +195,7 @@ class FixedPlan:
     rest_time_s: float
 
     @classmethod
-    def of(cls, plan: Plan, mission: Mission) -> FixedPlan:
+    def of(cls, plan: Plan, mission: Mission) -> "FixedPlan":
         """Return the plan on a mission, or refuse one for other places or another route."""
         scene, other = (
             (each.route.origin_m, each.route.destination_m, each.link.device_m, each.buildings)

@@ -24,7 +24,7 @@ def test_help_lists_every_command_and_the_exit_codes() -> None:
     found = run("--help")
     assert found.code == 0
     assert widest(found.out) <= 80
-    codes = "Exit codes: 0 yes, 1 there is no feasible plan or an audited plan cannot be flown"
+    codes = "Exit codes: 0 success, 1 there is no feasible plan or an audited plan cannot be flown"
     for said in (*COMMANDS, codes):
         assert said in words(found.out)
 

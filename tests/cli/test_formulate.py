@@ -132,7 +132,7 @@ def test_what_cannot_fly_is_an_honest_no() -> None:
     [
         (("--lp", "--mps"), "--lp, --mps: one of --latex, --lp, --mps"),
         (("--problem", "P4"), "problem P4 needs the name of a building"),
-        (("--problem", "P3", "--building", "b1"), "problem P3 takes none"),
+        (("--problem", "P3", "--building", "b1"), "problem P3 takes no building"),
         (("--perspective", "wells", "--lp"), "'P1.b state of charge' is not linear"),
         (("--slot-s", "5", "--mps"), "--slot-s = 5.0: LP and MPS files hold continuous times"),
         (("--slot-s", "0"), "--slot-s = 0.0: a number, 0.001 <= x"),

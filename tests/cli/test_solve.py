@@ -103,7 +103,7 @@ def test_infeasible_is_an_honest_no(settings: list[str], said: str) -> None:
         (("paper", "--problem", "P9"), "problem = 'P9': one of P1, P2, P2-tight, P3, P4"),
         (("paper", "--problem", "P4"), "--building: problem P4 needs the name of a building"),
         (("paper", "--problem", "P4", "--building", "b99"), "the mission's buildings are: b1"),
-        (("paper", "--problem", "P3", "--order", "rest-first"), "problem P3 takes none"),
+        (("paper", "--problem", "P3", "--order", "rest-first"), "problem P3 takes no order"),
         (("paper", "--perspective", "hopeful"), "perspective = 'hopeful'"),
         (("paper", "--engine", "ouija"), "engine = 'ouija': one of auto, closed-form, cvxpy"),
         (("paper", "--engine", "closed-form", "--slot-s", "1", *LINEAR), "continuous times only"),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from optuav.engines import closed_form
-from optuav.errors import InputError
+from optuav.errors import InputError, SolverError
 from optuav.modelling import Check, Model, Parameter, check
 from optuav.modelling.check import refuse_misfits, unusable
 
@@ -197,9 +197,8 @@ def test_parameters_are_named() -> None:
     p = Parameter("p", "p", "1", np.array([1.0, math.nan]))
     model = bounded_by(p)
     assert [unusable(model, model.row(k)) for k in range(2)] == ["", "p = nan"]
-    assert closed_form.solve(model, 2).refusal(1) == (
-        "closed-form met numbers that it cannot use: p = nan"
-    )
+    with pytest.raises(SolverError, match=r"^closed-form met numbers that it cannot use: p = nan$"):
+        closed_form.solve(model, 2).refuse_unusable()
 
 
 @pytest.mark.parametrize(
@@ -211,7 +210,8 @@ def test_labels_are_named(right: Any) -> None:
     """Of bare numbers that are none, and of unknowns over a parameter that is 0."""
     model = bounded_by(right)
     assert unusable(model, model.row(0)) == "'bad'"
-    assert closed_form.solve(model, 1).refusal(0).endswith("cannot use: 'bad'")
+    with pytest.raises(SolverError, match=r"cannot use: 'bad'$"):
+        closed_form.solve(model, 1).refuse_unusable()
 
 
 def test_an_infinite_limit_is_usable() -> None:

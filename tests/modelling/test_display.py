@@ -19,7 +19,7 @@ import optuav
 from formulations.soc import PERSPECTIVES
 from optuav.modelling import Expression, Model, Parameter, Variable, evaluate
 from optuav.modelling.display import WIDTH, latex, text
-from optuav.modelling.expression import Indexed
+from optuav.modelling.expression import Indexed, PartedLabel
 from optuav.modelling.writer import Latex, Text
 from optuav.solving.question import problem_of
 from tests.mathtext import lines_that_can_be_set
@@ -343,8 +343,9 @@ def steps(numbers: Sequence[int]) -> Model:
     level: Any = model.variable("x", "x", unit="1")
     for k in numbers:
         words = "by rule" if k % 2 else ""
-        level = model.let(f"level after step {k}", level + 1.0, symbol=Indexed("y", k), words=words)
-        model.subject_to(f"kept after step {k} of all", 2.0 * level >= 0.0)
+        name = PartedLabel("level after step", k)
+        level = model.let(name, level + 1.0, symbol=Indexed("y", k), words=words)
+        model.subject_to(PartedLabel("kept after step", k, "of all"), 2.0 * level >= 0.0)
     model.subject_to("end", level <= 9.0)
     model.subject_to("not of one number", level <= model.lets[0])
     return model

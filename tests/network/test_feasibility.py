@@ -227,7 +227,17 @@ def test_the_key_that_caps_the_charging_current_is_named() -> None:
     more = mission.replace({"laser.power_W": 2000.0})
     before, after = (build_network(each).places for each in (mission, more))
     same = after.charge_current_A == before.charge_current_A
-    assert {before.names[place] for place in np.flatnonzero(same)} == set(hazy.places)
+    found = {before.names[place] for place in np.flatnonzero(same)} - {"origin", "destination"}
+    assert found == set(hazy.places)
+
+
+def test_where_no_uav_stays_no_key_caps_its_charging() -> None:
+    """A laser at the origin is strongest there, and charges at the hover point and on roofs."""
+    mission = PAPER.replace({"laser.position_m": (0.0, 0.0, 40.0), "laser.visibility_km": 3.0})
+    network = build_network(mission)
+    assert network.places.charge_current_A[0] == 10.0
+    cap = network.charging_cap
+    assert cap is None or not {"origin", "destination"} & {*cap.places}
 
 
 def test_regimes_that_state_a_charging_current_cap_it_themselves() -> None:

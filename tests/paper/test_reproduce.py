@@ -145,6 +145,14 @@ def test_the_markdown_leads_to_the_files_and_has_the_words_of_the_page(written: 
     headings = re.findall("^## (.*)", report(written), re.MULTILINE)
     assert headings == re.findall("^## (.*)", text, re.MULTILINE)
     assert "26 agree with `paper-table2`: 24 in every printed" in text
+    assert "which `optuav show paper` lists" in text
+    assert r"\`" not in text
+
+
+def test_figures_come_in_the_order_of_the_paper() -> None:
+    numbers = [number for study in STUDIES for number in study.numbers]
+    figs = [int(each.removeprefix("fig")) for each in numbers if each.startswith("fig")]
+    assert figs == sorted(figs)
 
 
 def test_tables_are_text_and_the_ledger_is_folded(written: Path) -> None:

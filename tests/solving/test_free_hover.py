@@ -152,7 +152,7 @@ def test_too_short_a_deadline_is_told() -> None:
     [
         (
             {"problem": "P4", "building": "b1"},
-            "problem P4 takes none, P1 does",
+            "problem P4 takes no hover_point, P1 does",
         ),
         ({"trajectory": "traj2"}, "trajectory = 'traj2'"),
         ({"perspective": "wells"}, "perspective = 'wells'"),

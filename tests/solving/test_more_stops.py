@@ -47,6 +47,34 @@ def test_where_the_wells_bind_more_stops_may_help(deadline_s: float) -> None:
     assert may_help(PAPER.replace({"limits.deadline_s": deadline_s}))
 
 
+@pytest.mark.parametrize(
+    ("options", "without"),
+    [
+        ({"slot_s": 10.0}, ", without slots"),
+        ({"problem": optuav.P1(order="hover-first")}, ", without a stated order"),
+        (
+            {"problem": optuav.P1(order="rest-first"), "slot_s": 10.0},
+            ", without slots or a stated order",
+        ),
+    ],
+)
+def test_slots_and_an_order_do_not_exclude_more_stops(options: Any, without: str) -> None:
+    """`explain` said "no effect" of the deadline there, and nothing of more stops."""
+    mission = PAPER.replace({"limits.deadline_s": 3000.0})
+    assert may_help(mission, **options)
+    assert solve(mission, **options).notes[-1].endswith(f"hovers=2){without}")
+    assert "No effect" not in str(optuav.explain(mission, **options))
+
+
+def test_more_stops_among_too_many_buildings_are_not_offered() -> None:
+    """The search takes at most 1000 buildings."""
+    far = [{"name": f"f{k}", "position_m": [5e3 + 50.0 * k, 5e3, 50.0]} for k in range(1000)]
+    mission = PAPER.replace({"buildings": [*PAPER.to_dict()["buildings"], *far]})
+    assert may_help(mission)
+    note = "more stops are not excluded; they are searched for among at most 1000 buildings"
+    assert solve(mission).notes[-1] == note
+
+
 def test_where_the_deadline_alone_binds_the_direct_flight_more_stops_do_not_help() -> None:
     """All the time that the shortest flight leaves is spent hovering."""
     mission = PAPER.replace({"limits.deadline_s": 500.0})

@@ -36,7 +36,7 @@ def own(name: str) -> Any:
 def test_what_is_or_is_called_one_of_the_papers_is_refused(problem: Any) -> None:
     """Searches and proofs know those by type and name, and would leave the own limits out."""
     with pytest.raises(
-        InputError, match=r"problem = .*(subclass of Formulation|a name of its own)"
+        InputError, match=r"problem = .*(subclass Formulation itself|a name of its own)"
     ):
         optuav.solve("paper", problem)
 

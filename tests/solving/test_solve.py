@@ -557,7 +557,8 @@ def test_formulations_of_ones_own() -> None:
     assert plan.problem == "WithoutRest"
     assert plan.mission_time_s == pytest.approx(1200)
     plan = optuav.solve(PAPER, WithoutRest(building="b1"), perspective="battery")
-    assert plan.reasons == ("WithoutRest declares no rest_time_s by way of a building",)
+    words = "WithoutRest declares no rest_time_s, which a route by way of a building needs"
+    assert plan.reasons == (words,)
     assert optuav.solve(PAPER, OfOtherThings(), perspective="battery").hover_time_s == 0.0
     endless = optuav.solve(PAPER, WithoutEnd(), perspective="battery")
     assert endless.status == "unbounded"

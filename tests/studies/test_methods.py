@@ -123,6 +123,13 @@ def test_slots_are_those_of_algorithm_1_as_printed(paper: Results, order: str, m
     assert found["gap_s"] == pytest.approx(plan.hover_time_s - pair[0])
 
 
+def test_the_relaxation_of_the_choice_of_a_route_is_printed(paper: Results) -> None:
+    """The convex hull leaves nothing over SPEC's 719.540 s, in slots neither."""
+    bounds = [row["relaxation_s"] for row in paper.rows if row["relaxation_s"] is not None]
+    assert bounds == pytest.approx([719.540] * (1 + len(SLOTS_S)), abs=1e-3)
+    assert "its LP relaxation bounds Δ by 719.540 s\n" in str(paper)
+
+
 def test_bounds_are_one_slot_or_two(paper: Results) -> None:
     assert cell(paper, "P3", "grid 60 s")["largest_gap_s"] == 60.0
     found = cell(paper, "P4 b1 rest-first", "grid 60 s")

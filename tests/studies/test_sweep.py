@@ -316,7 +316,10 @@ def test_all_faults_of_a_study_are_said_at_once(tmp_path: Path) -> None:
         ("perspective = []\ngrid.limits.deadline_s = [9]", "one perspective, or a list"),
         ("grid = 3", "grid = 3: a table"),
         ('problem = "P4"\ngrid.limits.deadline_s = [9]', "needs the name of a building"),
-        ("problem.colour = 3\ngrid.limits.deadline_s = [9]", "colour = 3: problem P1 takes none"),
+        (
+            "problem.colour = 3\ngrid.limits.deadline_s = [9]",
+            "colour = 3: problem P1 takes no colour",
+        ),
         (
             "grid.limits.deadline_s = [9]\npaired.limits.deadline_s = [9]",
             "in one of the tables only",
