@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from optuav.solving.longest import Hovers
 
 import optuav
 from optuav.diagnosis.report import Explanation
@@ -24,6 +23,7 @@ from optuav.network.timeline import Phase, PhaseStage
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells
 from optuav.plan.plan import Stop as PlannedStop
 from optuav.plan.trace import Event, Trace
+from optuav.solving.longest import Hovers
 from optuav.solving.route_choice import RouteChoice
 
 NAMES = [name for name in optuav.__all__ if name not in ("__version__", "city", "plots")]

@@ -77,7 +77,7 @@ def largest(
         x = Section(rows.weights[:3], rows.rate_x_per_s).end(x_top)
         beyond = np.where(np.isnan(x), -np.inf, np.minimum(x + WIDTH_S, x_top))
         return Interval(x, 0.0 * x, beyond)
-    x, y, beyond = _monotone(rows, x_top, y_top, least)
+    x, y, beyond = _monotone(rows, x_top, y_top, np.asarray(least, float))
     lost = np.flatnonzero(~((rows.at(x, y) >= 0.0).all(axis=0) | np.isnan(x)))
     if len(lost):
         y[lost] = rows.take(lost).at_x(x[lost]).end(y_top[lost], smallest=True)
@@ -102,7 +102,7 @@ def shortest(rows: Rows, found: Interval, y_top: Floats) -> Floats:
 
 
 def _monotone(
-    rows: Rows, x_top: Floats, y_top: Floats, least: Floats | float
+    rows: Rows, x_top: Floats, y_top: Floats, least: Floats
 ) -> tuple[Floats, Floats, Floats]:
     """Largest x under the rows that fall with x, and that either rise or fall with y.
 
