@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from formulations.formulation import Formulation
-from formulations.soc import AVAILABLE
+from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, refuse, require
 from optuav.mission import Mission, load
@@ -34,17 +34,8 @@ AT_ONCE = 1 << 17
 HELD_BYTES = 31 << 20
 """Size of a block whose release lets glibc keep as much memory from then on, rather than return it
 after every chunk and fetch its pages again for the next, which takes a third of the time."""
-TIMES = {
-    "hover_time_s": "hover time",
-    "rest_time_s": "rest time",
-    "flight_time_s": "flight time",
-    "mission_time_s": "mission time",
-}
-CHARGES = {
-    "soc_battery": "state of charge at the end, perspective battery",
-    "soc_energy": "state of charge at the end, perspective energy",
-    "soc_adjusted": "state of charge at the end, perspective adjusted",
-}
+TIMES = {f"{name}_time_s": f"{name} time" for name in ("hover", "rest", "flight", "mission")}
+CHARGES = {f"soc_{name}": f"state of charge at the end, perspective {name}" for name in PAPER}
 CODED = {
     "building": ("building of the route", np.int32),
     "order": ("order of rest and hover", np.int8),

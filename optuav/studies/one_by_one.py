@@ -50,11 +50,9 @@ def best_alone(mission: Mission | InputError, question: Question) -> Best:
         getattr(best, name)[:] = getattr(plan, name)
     for name in PAPER:
         getattr(best, f"soc_{name}")[:] = (plan.soc or {}).get(name, np.nan)
-    rests = [place for place in plan.route if place not in ENDS]
-    if rests:
+    best.route[:] = 0
+    if rests := [place for place in plan.route if place not in ENDS]:
         number = mission.buildings.names.index(rests[0])
         hover_first = plan.route.index("hover") < plan.route.index(rests[0])
         best.route[:] = 2 * number + 1 + hover_first
-    else:
-        best.route[:] = 0
     return best
