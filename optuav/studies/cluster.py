@@ -59,8 +59,14 @@ def local_cluster(workers: int) -> Any:
     import dask
     from distributed import LocalCluster
 
-    # With it, memory of arrays goes back to the system after each step, and is asked for again.
-    with dask.config.set({"distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None}):
+    # With the first, memory of arrays goes back to the system after each step, and is asked for
+    # again; the others are for monitors.
+    costly = {
+        "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None,
+        "distributed.worker.profile.enabled": False,
+        "distributed.admin.tick.interval": "1s",
+    }
+    with dask.config.set(costly):
         return LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
