@@ -25,7 +25,7 @@ RESERVED_NAMES = ("origin", "hover", "destination")
 MOST_HASHED = 3000  # Numbers of which the hash is made
 NO_SIZE = (0.0, 0.0)
 AT_ONCE = 1 << 16  # Polygons that are judged together
-Listing = Annotated[tuple[Building, ...], Strict(), Listed]
+Stated = Annotated[tuple[Building, ...], Strict(), Listed]
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Buildings(Sequence[Building]):
         written = core_schema.plain_serializer_function_ser_schema(cls.rows)
         return core_schema.no_info_wrap_validator_function(
             lambda stated, judge: stated if isinstance(stated, cls) else cls.of(judge(stated)),
-            handler.generate_schema(Listing),
+            handler.generate_schema(Stated),
             serialization=written,
         )
 

@@ -27,7 +27,8 @@ def load(source: Mission | str | Path) -> Mission:
         Name of a shipped mission, as `shipped` lists them, or path of a TOML file; a mission stays
         what it is. A file that ``extends`` another (a shipped name or a path relative to the file)
         takes from it all that it does not state itself, except name and description;
-        `Mission.replace` lists what a stated value displaces.
+        `Mission.replace` lists what a stated value displaces. The table that a file names as
+        ``buildings_file``, by its path relative to the file, is read too.
 
     Returns
     -------
@@ -37,7 +38,7 @@ def load(source: Mission | str | Path) -> Mission:
     Raises
     ------
     InputError
-        With every fault of the file and of those that it extends.
+        With every fault of the file, of those that it extends, and of its table of buildings.
 
     Examples
     --------
