@@ -1,58 +1,65 @@
-"""Sight of all roofs of a city from one laser, and the legs to all of them from three places."""
+"""Sight of all roofs of a city from one laser, the legs to all of them, and the best ten."""
 
 from __future__ import annotations
 
 import resource
 import time
-from collections.abc import Iterable
+from collections.abc import Callable
 
 import numpy as np
 
+import optuav
 from benchmarks.timing import Row
-from benchmarks.towns import slanting_town
-from optuav.arrays import Floats
+from benchmarks.towns import CROSS, SQUARE, slanting_town
+from optuav.arrays import Integers
+from optuav.mission import Mission
+from optuav.network.network import build_network
 from optuav.network.obstacles import CLEAR, _followed, crossed
-from optuav.network.prisms import Prisms
+from optuav.network.places import build_places
+from optuav.network.prisms import prisms
 
-TOWNS = {"dense": (15.0, 30.0), "sparse": (5.0, 200.0)}  # Side of a footprint and of its square [m]
+# Size of a footprint, side of the square that each has to itself [m], and the outline.
+TOWNS = {
+    "dense": (15.0, 30.0, SQUARE),
+    "crosses": (30.0, 60.0, CROSS),
+    "sparse": (5.0, 200.0, SQUARE),
+}
 LASERS_M = (50.0, 200.0)
 
 
 def run() -> list[Row]:
-    """Slanting squares, 10² to 10⁶; at 10⁵ against following every line, with equal verdicts."""
+    """Towns of 10² to 10⁶; at 10⁵ against following every line, with equal verdicts."""
     rows = list[Row]()
-    for name, (footprint_m, apart_m) in TOWNS.items():
-        each_s = 0.0
+    for name, shape in TOWNS.items():
+        town = None
         for power in range(2, 7):
-            obstacles, roofs_m, side_m = slanting_town(10**power, footprint_m, apart_m)
-            lasers_m = [(side_m / 2, 0.0, height_m) for height_m in LASERS_M]
-            lasers_s = [_seconds(obstacles, [place], roofs_m) for place in lasers_m]
-            ends_m = [(0.0, 0.0, 50.0), (side_m / 2, side_m / 2, 60.0), (side_m, 0.0, 50.0)]
-            legs_s = _seconds(obstacles, ends_m, roofs_m)
-            each_s = each_s or max(lasers_s) / 10**power
-            what = f"{name}, 10^{power}: sight"
-            rows.append(
-                Row(f"{what} of a roof / of 10^2", max(lasers_s) / len(roofs_m), each_s)
-                if power < 6
-                else Row(f"{what} / 10 s", max(lasers_s), 10.0, at_most=1.0)
-            )
-            if power == 5:
-                place_m = np.broadcast_to(lasers_m[1], roofs_m.shape)
-                own = np.arange(len(roofs_m))[:, None]
-                begin = time.process_time()
-                followed = _followed(obstacles, place_m, roofs_m, own)
-                rows.append(Row(f"{what} / followed", lasers_s[1], time.process_time() - begin))
-                found = crossed(obstacles, place_m, roofs_m, own)
-                assert np.array_equal(found == CLEAR, followed == CLEAR)
-        rows.append(Row(f"{name}, 10^6: legs from three places / 10 s", legs_s, 10.0))
-    peak_MB = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    rows.append(Row("memory [MB] / 2000 MB", peak_MB, 2000.0, at_most=1.0))
+            town, network_s = slanting_town(10**power, *shape), 0.0
+            x_m, y_m, _ = town.link.device_m
+            for height_m in LASERS_M:
+                mission = town.replace({"laser.position_m": (x_m - 100.0, y_m - 500.0, height_m)})
+                prisms.cache_clear()
+                sight_s = _seconds(lambda: build_places(mission, prisms(mission.buildings)))
+                prisms.cache_clear()
+                build_network.cache_clear()
+                legs_s = _seconds(lambda: build_network(mission)) - sight_s
+                ten_s = _seconds(lambda: best_ten(mission))
+                print(name, power, height_m, round(sight_s, 4), round(legs_s, 4), round(ten_s, 4))
     return rows
 
 
-def _seconds(obstacles: Prisms, places_m: Iterable[tuple[float, ...]], roofs_m: Floats) -> float:
-    """CPU time of the lines from places to all roofs [s]."""
-    own, begin = np.arange(len(roofs_m))[:, None], time.process_time()
-    for place_m in places_m:
-        crossed(obstacles, np.broadcast_to(place_m, roofs_m.shape), roofs_m, own)
+def best_ten(mission: Mission) -> list[str]:
+    """Names of the ten roofs that let the UAV hover longest if it rests there once."""
+    program = optuav.formulate(mission)
+    longest_s = np.full(1 + len(mission.buildings), -np.inf)  # The last is for no building
+    for part, answers in zip(program.parts, program.answers(), strict=True):
+        building = program.network.routes.building[part.routes]
+        np.fmax.at(longest_s, building, answers.values["hover_time_s"])
+    best = np.argsort(-longest_s[:-1], kind="stable")[:10]
+    return [mission.buildings.names[each] for each in best]
+
+
+def _seconds(work: Callable[[], object]) -> float:
+    """CPU time of some work [s]."""
+    begin = time.process_time()
+    work()
     return time.process_time() - begin

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
 import numpy as np
 
 from optuav.arrays import Floats
 from optuav.mission import Mission, load
-from optuav.network.prisms import Prisms, prisms_of
+from optuav.mission.tables import of_polygons
+
+Outline: TypeAlias = tuple[tuple[int, int], ...]
 
 LOW_M, HIGH_M = (0.0, 0.0, 30.0), (2000.0, 2000.0, 100.0)
 
@@ -32,14 +35,29 @@ def town(buildings: int, footprint_m: float | None = None, apart_m: float | None
     return load("paper").with_buildings({"name": [f"x{k}" for k in range(buildings)], **table})
 
 
+SQUARE = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+CROSS = ((-1, -3), (1, -3), (1, -1), (3, -1), (3, 1), (1, 1))
+CROSS += tuple((-x, -y) for x, y in CROSS)
+
+
 def slanting_town(
-    buildings: int, footprint_m: float, apart_m: float
-) -> tuple[Prisms, Floats, float]:
-    """Prisms of squares in any direction, points on their roofs [m], and the town's side [m]."""
+    buildings: int, footprint_m: float, apart_m: float, outline: Outline = SQUARE
+) -> Mission:
+    """The mission `paper` in the middle of a town of outlines of some size in any direction."""
     chance, roofs_m = _roofs(buildings, apart_m)
-    turn = chance.uniform(0.0, np.pi / 2, (buildings, 1)) + np.arange(4) * np.pi / 2
-    corners_m = footprint_m / math.sqrt(2) * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    corners_m = (roofs_m[:, None, :2] + corners_m).reshape(-1, 2)
-    sizes, number = np.full(buildings, 4), np.arange(buildings)
-    side_m = apart_m * math.sqrt(buildings)
-    return prisms_of(corners_m, sizes, number, roofs_m[:, 2]), roofs_m, side_m
+    turn = chance.uniform(0.0, 2.0 * np.pi, (buildings, 1))
+    x, y = footprint_m * np.array(outline).T / np.ptp(outline)
+    offsets_m = x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn)
+    corners_m = (roofs_m[:, None, :2] + np.stack(offsets_m, axis=-1)).reshape(-1, 2)
+    names, count = [f"x{k}" for k in range(buildings)], np.full(buildings, len(x))
+    half_m = apart_m * math.sqrt(buildings) / 2
+    return load("paper").replace(
+        {
+            "route.origin_m": (half_m - 300.0, half_m, 130.0),
+            "route.destination_m": (half_m + 300.0, half_m, 130.0),
+            "link.device_m": (half_m, half_m + 300.0, 0.0),
+            "limits.min_altitude_m": 130.0,
+            "limits.max_altitude_m": 200.0,
+            "buildings": of_polygons(names, roofs_m, corners_m, count),
+        }
+    )

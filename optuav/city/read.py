@@ -26,6 +26,7 @@ from optuav.mission.messages import listed, nearest, shown
 from optuav.mission.schema import Number
 
 HEIGHT = Number("m", gt=0, le=1e6)
+FARTHEST_M = 1e6  # From the origin, beyond which no mission has a building
 DECIMALS = 3  # Of corners [m], so that they are the same on any processor
 AREAS = ("Polygon", "MultiPolygon", "Unknown")
 TAGS = "other_tags"  # Where GDAL puts the tags of OpenStreetMap that have no column
@@ -93,7 +94,14 @@ def read(
     ...     print(error)
     level_height_m = -1: a number, 0 < x <= 1e6 [m]
     """
-    refuse(_faults(level_height_m, default_height_m, bbox, origin))
+    bbox, origin = (
+        tuple(each.tolist()) if isinstance(each, np.ndarray) else each for each in (bbox, origin)
+    )
+    texts = ("path", path), ("height", height), ("levels", levels)
+    wrong = [
+        Fault(n, shown(each), "a text") for n, each in texts if not isinstance(each, str | Path)
+    ]
+    refuse([*wrong, *_faults(level_height_m, default_height_m, bbox, origin)])
     file = Path(path)
     frame = _features(file, layer, crs, bbox)
     if (np.abs(frame.total_bounds) > FARTHEST).any():
@@ -111,17 +119,21 @@ def read(
         refuse(_unknown_heights(file, frame, unknown, height, levels))
     else:
         roof_m[unknown] = default_height_m
+    west, south, east, north = frame.total_bounds.tolist()
+    if not (on_earth((west, south)) and on_earth((east, north))):
+        raise refusal(file, f"has places that are not on Earth: {ON_EARTH}")
     if origin is None:
-        west, south, east, north = frame.total_bounds.tolist()
         origin = round((west + east) / 2, 6), round((south + north) / 2, 6)
-        if not on_earth(origin):
-            raise refusal(file, f"has places that are not on Earth: {ON_EARTH}")
+    ends = np.array([(x, y, *origin) for x in (west, east) for y in (south, north)]).T
+    if max(pyproj.Geod(ellps="WGS84").inv(*ends)[2]) > FARTHEST_M:
+        words = f"has buildings more than {FARTHEST_M / 1e3:g} km from longitude, latitude"
+        raise refusal(file, f"{words} = {origin}: state a part of it by bbox, or another origin")
     shapes = frame.geometry.to_crs(plane(origin)).to_numpy()
-    if not np.isfinite(shapely.bounds(shapes)).all():
-        raise refusal(file, "reaches to where the plane around origin does not")
     # Edges that are straight on one map are bent on another, and rounding moves corners.
     shapes, bent = _mended(shapely.transform(shapes, lambda at_m: np.round(at_m, DECIMALS)))
     parts, of = _polygons(shapes)
+    if not len(parts):
+        raise refusal(file, "has no buildings larger than a millimetre")
     names = _names(frame.index, of)
 
     def of_those(chosen: npt.ArrayLike) -> tuple[str, ...]:
@@ -171,20 +183,30 @@ def _features(file: Path, layer: str | None, crs: str | int | None, bbox: Any) -
         try:
             frame = _layer(file, layer, bbox if crs is None else None)
         except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
-            raise refusal(file, f"is no map that GDAL reads: {printable(str(error))}") from None
+            words, _, _ = printable(str(error)).partition(".; ")  # What drivers there are
+            raise refusal(file, f"is no map that GDAL reads: {words}") from None
     if crs is not None:
         try:
             stated = pyproj.CRS.from_user_input(crs)
         except pyproj.exceptions.CRSError:
+            stated = None
+        if stated is None or not _is_of_maps(stated):
             words = 'a coordinate reference system that pyproj knows, as "EPSG:25832"'
-            raise InputError([Fault("crs", shown(crs), words)]) from None
+            raise InputError([Fault("crs", shown(crs), words)])
         if frame.crs is not None and frame.crs != stated:
             words = f"{label(file)} states {frame.crs.to_string()}"
             raise InputError([Fault("crs", shown(crs), words)])
         return frame.set_crs(stated)
     if frame.crs is None:
         raise refusal(file, "states no coordinate reference system; state it as crs")
+    if not _is_of_maps(frame.crs):
+        raise refusal(file, f"states {shown(frame.crs.name)}, which is no system of maps")
     return frame
+
+
+def _is_of_maps(crs: pyproj.CRS) -> bool:
+    """Whether it is of longitudes and latitudes, or of a projection."""
+    return bool(crs.is_geographic or crs.is_projected)
 
 
 def _layer(file: Path, layer: str | None, bbox: Any) -> Any:
@@ -201,7 +223,8 @@ def _layer(file: Path, layer: str | None, bbox: Any) -> Any:
         words = f"a layer with polygons: {listed(areas)}" if areas else "no layer has polygons"
         raise InputError([Fault("layer", shown(layer), words, label(file))])
     around = None
-    if bbox is not None and (own := pyogrio.read_info(file, layer=layer)["crs"]):
+    own = pyogrio.read_info(file, layer=layer)["crs"]
+    if bbox is not None and own and _is_of_maps(pyproj.CRS(own)):
         around = pyproj.Transformer.from_crs(DEGREES, own, always_xy=True).transform_bounds(*bbox)
     with warnings.catch_warnings():
         # GDAL warns of rings that are not closed or too short, which are mended or listed, and of

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import random
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,8 @@ import pytest
 
 pytest.importorskip("geopandas")
 
+import geopandas
+import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -95,10 +98,41 @@ def test_metres_that_pass_for_degrees_are_refused(tmp_path: Path) -> None:
     """As in a GeoJSON of metres: GDAL takes it for degrees, which is what the format prescribes."""
     corners = [[390000, 5800000], [390010, 5800000], [390010, 5800010], [390000, 5800000]]
     file = geojson(tmp_path, [({"height": 3.0}, polygon(corners))])
-    with pytest.raises(optuav.InputError, match="has places that are not on Earth"):
-        read(file)
-    with pytest.raises(optuav.InputError, match="reaches to where the plane around origin does"):
-        read(file, origin=(13.0, 52.0))
+    for origin in (None, (13.0, 52.0)):
+        with pytest.raises(optuav.InputError, match="has places that are not on Earth"):
+            read(file, origin=origin)
+
+
+@pytest.mark.parametrize("origin", [(-167.0, -52.0), (13.0, 62.0)])
+def test_an_origin_far_from_the_buildings_is_refused(
+    tmp_path: Path, origin: tuple[float, float]
+) -> None:
+    """Near the antipode the projection itself would put them next to the origin."""
+    file = geojson(tmp_path, [({"height": 3.0}, square())])
+    with pytest.raises(optuav.InputError, match="has buildings more than 1000 km from"):
+        read(file, origin=origin)
+
+
+@pytest.mark.parametrize("crs", ["EPSG:4978", "EPSG:5773", 'LOCAL_CS["site",UNIT["metre",1]]'])
+def test_a_reference_system_is_one_of_maps(tmp_path: Path, crs: str) -> None:
+    """Coordinates from the middle of the Earth, heights alone, and a building site's are none."""
+    town = geopandas.GeoDataFrame({"height": [3.0]}, geometry=[shapely.box(0, 0, 9, 9)])
+    stated, silent = tmp_path / "stated.gpkg", tmp_path / "silent.gpkg"
+    town.set_crs(crs).to_file(stated)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # That it states none
+        town.to_file(silent)
+    for bbox in (None, (1.0, 2.0, 3.0, 4.0)):
+        with pytest.raises(optuav.InputError, match="which is no system of maps"):
+            read(stated, bbox=bbox)
+    with pytest.raises(optuav.InputError, match="a coordinate reference system that pyproj knows"):
+        read(silent, crs=crs)
+
+
+def test_a_building_that_rounds_to_nothing_is_none(tmp_path: Path) -> None:
+    tiny = polygon([[13.0, 52.0], [13.0 + 1e-9, 52.0], [13.0, 52.0 + 1e-9], [13.0, 52.0]])
+    with pytest.raises(optuav.InputError, match="has no buildings larger than a millimetre"):
+        read(geojson(tmp_path, [({"height": 3.0}, tiny)]))
 
 
 def test_heights_of_the_corners_mean_nothing(tmp_path: Path) -> None:
