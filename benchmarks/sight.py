@@ -1,4 +1,4 @@
-"""Sight of all roofs of a city from one laser, the legs to all of them, and the best ten."""
+"""Sight of all roofs of a city from one laser, the plan past its walls, and all legs to roofs."""
 
 from __future__ import annotations
 
@@ -11,12 +11,11 @@ import numpy as np
 import optuav
 from benchmarks.timing import Row
 from benchmarks.towns import CROSS, SQUARE, slanting_town
-from optuav.arrays import Integers
 from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.network.obstacles import CLEAR, _followed, crossed
 from optuav.network.places import build_places
-from optuav.network.prisms import prisms
+from optuav.network.prisms import Prisms, prisms
 
 # Size of a footprint, side of the square that each has to itself [m], and the outline.
 TOWNS = {
@@ -24,38 +23,70 @@ TOWNS = {
     "crosses": (30.0, 60.0, CROSS),
     "sparse": (5.0, 200.0, SQUARE),
 }
-LASERS_M = (50.0, 200.0)
+LASERS_M = (50.0, 200.0)  # Heights, of which the slower counts
 
 
 def run() -> list[Row]:
     """Towns of 10² to 10⁶; at 10⁵ against following every line, with equal verdicts."""
     rows = list[Row]()
     for name, shape in TOWNS.items():
-        town = None
+        each_s = 0.0
         for power in range(2, 7):
-            town, network_s = slanting_town(10**power, *shape), 0.0
-            x_m, y_m, _ = town.link.device_m
-            for height_m in LASERS_M:
-                mission = town.replace({"laser.position_m": (x_m - 100.0, y_m - 500.0, height_m)})
-                prisms.cache_clear()
-                sight_s = _seconds(lambda: build_places(mission, prisms(mission.buildings)))
-                prisms.cache_clear()
-                build_network.cache_clear()
-                legs_s = _seconds(lambda: build_network(mission)) - sight_s
-                ten_s = _seconds(lambda: best_ten(mission))
-                print(name, power, height_m, round(sight_s, 4), round(legs_s, 4), round(ten_s, 4))
+            town = slanting_town(10**power, *shape)
+            missions = [_lit(town, height_m) for height_m in LASERS_M]
+            sights_s = [_seconds(lambda m=each: build_places(m, _prisms(m))) for each in missions]
+            plans_s = [_seconds(lambda m=each: _planned(m)) for each in missions]
+            sight_s, plan_s = max(sights_s), max(plans_s)
+            each_s = sight_s / 10**power if power == 3 else each_s
+            what = f"{name}, 10^{power}: sight"
+            if 3 < power < 6:
+                rows.append(Row(f"{what} of a roof / of 10^3", sight_s / 10**power, each_s))
+            if power == 6:
+                rows.append(Row(f"{what} / 10 s", sight_s, 10.0, at_most=1.0))
+                rows.append(Row(f"{what} and plan / 20 s", plan_s, 20.0, at_most=1.0))
+            if power == 5:
+                rows.append(_against_following(what, missions[-1]))
+    peak_MB = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    rows.append(Row("memory with the towns [MB] / 2000 MB", peak_MB, 2000.0, at_most=1.0))
+    for name, shape in TOWNS.items():
+        mission = _lit(slanting_town(10**6, *shape), LASERS_M[-1])
+        sight_s = _seconds(lambda m=mission: build_places(m, _prisms(m)))
+        legs_s = _seconds(lambda m=mission: build_network.__wrapped__(m)) - sight_s
+        rows.append(Row(f"{name}, 10^6: legs from three places to all roofs / 10 s", legs_s, 10.0))
     return rows
 
 
-def best_ten(mission: Mission) -> list[str]:
-    """Names of the ten roofs that let the UAV hover longest if it rests there once."""
-    program = optuav.formulate(mission)
-    longest_s = np.full(1 + len(mission.buildings), -np.inf)  # The last is for no building
-    for part, answers in zip(program.parts, program.answers(), strict=True):
-        building = program.network.routes.building[part.routes]
-        np.fmax.at(longest_s, building, answers.values["hover_time_s"])
-    best = np.argsort(-longest_s[:-1], kind="stable")[:10]
-    return [mission.buildings.names[each] for each in best]
+def _lit(town: Mission, height_m: float) -> Mission:
+    """A town with its laser at a height [m]."""
+    x_m, y_m, _ = town.link.device_m
+    return town.replace({"laser.position_m": (x_m - 100.0, y_m - 500.0, height_m)})
+
+
+def _prisms(mission: Mission) -> Prisms:
+    """The prisms of a mission, made anew."""
+    prisms.cache_clear()
+    return prisms(mission.buildings)
+
+
+def _planned(mission: Mission) -> None:
+    """Solve a mission whose prisms and network nobody has asked for."""
+    prisms.cache_clear()
+    build_network.cache_clear()
+    assert optuav.solve(mission)
+
+
+def _against_following(what: str, mission: Mission) -> Row:
+    """The lines of sight against the same ones followed over the map, with equal verdicts."""
+    laser, roofs_m = mission.laser, mission.buildings.roof_m
+    assert laser is not None
+    place_m = np.broadcast_to(laser.position_m, roofs_m.shape)
+    lines = _prisms(mission), place_m, roofs_m, np.arange(len(roofs_m))[:, None]
+    found = list[object]()
+    seconds = [
+        _seconds(lambda w=way: found.append(w(*lines) == CLEAR)) for way in (crossed, _followed)
+    ]
+    assert np.array_equal(*found)
+    return Row(f"{what} / followed", *seconds)
 
 
 def _seconds(work: Callable[[], object]) -> float:

@@ -94,9 +94,8 @@ def read(
     ...     print(error)
     level_height_m = -1: a number, 0 < x <= 1e6 [m]
     """
-    bbox, origin = (
-        tuple(each.tolist()) if isinstance(each, np.ndarray) else each for each in (bbox, origin)
-    )
+    bbox = tuple(bbox.tolist()) if isinstance(bbox, np.ndarray) else bbox
+    origin = tuple(origin.tolist()) if isinstance(origin, np.ndarray) else origin
     texts = ("path", path), ("height", height), ("levels", levels)
     wrong = [
         Fault(n, shown(each), "a text") for n, each in texts if not isinstance(each, str | Path)

@@ -9,7 +9,7 @@ from formulations.p3 import P3
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats, Integers
 from optuav.mission import Mission
-from optuav.network.network import network_by
+from optuav.network.network import Network, network_by
 from optuav.network.places import Places, build_places
 from optuav.network.prisms import prisms
 from optuav.network.routes import SAME_S
@@ -19,8 +19,8 @@ from optuav.solving.program import Program, declared_program
 from optuav.solving.question import AUTO, Question
 
 AT_ONCE = 1 << 12
-"""Buildings without walls that are bounded together: their legs stay in the cache."""
-FIRST, MOST = 50, 20_000  # Routes that are solved first, and buildings that are solved at all
+"""Buildings that are bounded together: their legs stay in the cache."""
+FIRST, MOST = 50, 20_000  # Routes that are solved first, and most of them
 SLACK_S = 2.0 * SAME_S  # By which a bound may fall short for rounding and ties [s]
 
 
@@ -41,21 +41,28 @@ def narrowed(mission: Mission, question: Question) -> Program | None:
     alike = question.engine == AUTO and question.slot_s is None
     if problem != P1() or question.perspective not in (*PAPER, AVAILABLE) or turns or not alike:
         return None
-    bound_s, noted_s, flight_s = _bounds_s(mission, question, places)
-    first = np.argpartition(-bound_s, min(FIRST, len(bound_s) - 1))[:FIRST]
-    noted = np.flatnonzero(noted_s >= max(noted_s.max(), 0.0) - SLACK_S)
-    shortest = 2 * flight_s[0::2].argmin(), 2 * flight_s[1::2].argmin()
-    chosen = np.unique(np.concatenate([first, noted, shortest]) // 2)
-    while len(chosen) <= MOST:
+    # Walls forbid routes and make none better: of legs to roofs, those to the best alone are tried.
+    clear = mission.replace({"flight.through_buildings": True})
+    bounds_s, size = _bounds_s(clear, question, places), FIRST
+    to_hover, from_hover = network_by(mission, places, np.arange(0)).legs.flyable
+    if not from_hover:
+        bounds_s[:, 0::2] = -np.inf  # Rest first
+    if not to_hover:
+        bounds_s[:, 1::2] = -np.inf
+    while size <= MOST:
+        best = [np.argpartition(-each, min(size, len(each) - 1))[:size] for each in bounds_s]
+        chosen = np.unique(np.concatenate(best) // 2)
         program = _over(mission, question, places, chosen)
         scores = [
             (solution.objective * part.declared.towards).max(initial=-np.inf)
             for part, solution in zip(program.parts, program.answers(), strict=True)
         ]
-        open_ = np.flatnonzero(bound_s >= np.fmax.reduce(scores, initial=0.0) - SLACK_S) // 2
-        if not len(more := np.setdiff1d(open_, chosen)):
+        promised_s, *flights_s = _figures_s(program.network).max(axis=1)
+        found_s = np.fmax.reduce(scores, initial=0.0), max(promised_s, 0.0), *flights_s
+        open_ = (bounds_s >= np.array(found_s)[:, None] - SLACK_S) & (bounds_s > -np.inf)
+        if np.isin(np.flatnonzero(open_.any(axis=0)) // 2, chosen).all():
             return program
-        chosen = np.union1d(chosen, more)
+        size *= 4
     return None
 
 
@@ -65,15 +72,22 @@ def _over(mission: Mission, question: Question, places: Places, buildings: Integ
 
 
 def _bounds_s(mission: Mission, question: Question, places: Places) -> Floats:
-    """By route with a rest: what no Δ exceeds, what charge promises, and the flight time [s]."""
+    """By route with a rest: what no Δ exceeds [s], and the figures of `_figures_s`."""
     count, found = len(mission.buildings), list[Floats]()
-    at_once = count if len(prisms(mission.buildings).building) else AT_ONCE
-    for begin in range(0, count, at_once):
-        some = np.arange(begin, min(begin + at_once, count))
-        network = network_by(mission, places, some)
-        routes = network.routes
-        promised_s = np.where(routes.flyable, by_balance(network, rests=True)[0], -np.inf)
-        flight_s = np.where(routes.flyable, routes.flight_time_s, np.inf)
-        bound_s = hover_bounds_s(network, question.perspective)
-        found.append(np.stack([bound_s, promised_s, flight_s])[:, 1:])
+    for begin in range(0, count, AT_ONCE):
+        network = network_by(mission, places, np.arange(begin, min(begin + AT_ONCE, count)))
+        bound_s = hover_bounds_s(network, question.perspective)[1:]
+        found.append(np.concatenate([bound_s[None], _figures_s(network)]))
     return np.concatenate(found, axis=1)
+
+
+def _figures_s(network: Network) -> Floats:
+    """By route with a rest: what charge promises, and how short the flight is, by order [s].
+
+    That is minus the flight time of rest first and of hover first; −∞ of the other order, and of
+    routes that cannot be flown.
+    """
+    routes = network.routes
+    promised_s, short_s = by_balance(network, rests=True)[0], -routes.flight_time_s
+    by_order = [np.where(routes.rest_first == first, short_s, -np.inf) for first in (True, False)]
+    return np.where(routes.flyable, [promised_s, *by_order], -np.inf)[:, 1:]

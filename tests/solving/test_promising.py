@@ -10,6 +10,7 @@ import pytest
 
 import optuav
 from optuav.mission import Mission
+from optuav.network.network import build_network
 from optuav.solving import promising
 from optuav.solving.question import checked_question
 
@@ -59,6 +60,36 @@ def test_the_plan_is_that_of_all_routes(seed: int, monkeypatch: pytest.MonkeyPat
     assert [optuav.solve(mission, **kind).to_dict() for kind in kinds] == plans
 
 
+def test_walls_in_the_way_of_the_best_roofs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Bounds know of no walls between places: towns where few routes, some or none are free.
+
+    Also where the leg that all routes of an order share is blocked.
+    """
+    monkeypatch.setattr(promising, "FIRST", 1)
+    shared, phases = set[tuple[bool, ...]](), set[int]()
+    for seed in (*range(20), 39, 72, 79, 224):  # The last four need more than the first roofs
+        draw = np.random.default_rng([7, seed])
+        count = 25
+        table = {"name": [f"b{k}" for k in range(count)], "z_m": draw.uniform(20, 110, count)}
+        table |= {"x_m": draw.uniform(0, 2000, count), "y_m": draw.uniform(200, 2400, count)}
+        table |= dict.fromkeys(
+            ("width_m", "depth_m"), draw.uniform(20, 60.0 + 10 * (seed % 24), count)
+        )
+        deadline_s = float(draw.choice([70, 75, 90, 1200, 2400]))
+        mission = optuav.load("paper").replace({"limits.deadline_s": deadline_s})
+        mission = mission.with_buildings(table)
+        for perspective in ("available", "battery"):
+            with monkeypatch.context() as patch:
+                patch.setattr(import_module("optuav.solving.solve"), "MANY", 0)
+                found = optuav.solve(mission, perspective=perspective)
+            assert found.to_dict() == optuav.solve(mission, perspective=perspective).to_dict()
+            phases.add(len(found.phases))
+        legs = build_network(mission).legs
+        shared.add(tuple(legs.flyable[:2].tolist()))
+    assert phases == {0, 3, 5}
+    assert shared >= {(True, True), (True, False), (False, True)}
+
+
 def test_most_routes_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """And routes that bounds do not exclude are added to the first ones until none is open."""
     mission = optuav.load("paper").replace({"limits.deadline_s": 2000})
@@ -69,7 +100,9 @@ def test_most_routes_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(program.network.routes) < 21
     assert program.solve().phases == optuav.solve(mission).phases
     shared = np.zeros(20)
-    monkeypatch.setattr(promising, "_bounds_s", lambda *_: (shared + np.inf, shared, shared))
+    monkeypatch.setattr(
+        promising, "_bounds_s", lambda *_: np.stack([shared + np.inf, *3 * [shared]])
+    )
     everything = promising.narrowed(mission, question)
     assert everything is not None
     assert len(everything.network.routes) == 21
