@@ -122,17 +122,22 @@ def lengths() -> list[Row]:
 
 def one_length(count: int) -> None:
     """Print the time of a scenario [s], and the most memory beside the result [MB]."""
-    import resource
     import time
 
     mission = optuav.load("paper")
     values, least_s = columns(mission, count), np.inf
-    pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[1])
-    before_MB = pages * resource.getpagesize() / 1e6
+    before_MB = memory_MB("VmRSS")
     for _ in range(REPEATS if count < LENGTHS[-1] else 1):
         begin, found = time.process_time(), dict[str, Any]()
         found = optuav.batch_arrays(mission, values, perspective="battery", paired=True)
         least_s = min(least_s, time.process_time() - begin)
     result_MB = sum(each.nbytes for each in found.values()) / 1e6
-    most_MB = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1.024e-3 - before_MB
+    most_MB = memory_MB("VmHWM") - before_MB
     print(least_s / count, most_MB - result_MB)
+
+
+def memory_MB(name: str) -> float:
+    """Memory of this process: VmRSS now, VmHWM the most since it began."""
+    lines = Path("/proc/self/status").read_text(encoding="utf-8").splitlines()
+    (line,) = (each for each in lines if each.startswith(f"{name}:"))
+    return int(line.split()[1]) * 1.024e-3
