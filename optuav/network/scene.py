@@ -17,6 +17,8 @@ from optuav.network.prisms import Prisms, prisms
 COVERAGE_SHARE = 0.4
 """Most that the coverage disc adds to the map on every side, as a share of the places' span."""
 
+MOST_LINES = 1000  # Of sight that are drawn
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -58,8 +60,11 @@ class Scene:
 
     @property
     def sight_lines(self) -> tuple[Floats, Booleans]:
-        """Lines (line, 2, 2) on the map from the laser to where it may charge [m]; if clear."""
-        if self.mission.laser is None:
+        """Lines (line, 2, 2) on the map from the laser to where it may charge [m]; if clear.
+
+        None in a town of so many buildings that they would cover it.
+        """
+        if self.mission.laser is None or len(self.mission.buildings) > MOST_LINES:
             return np.empty((0, 2, 2)), np.empty(0, dtype=bool)
         charging = np.concatenate([[HOVER], self.places.buildings])
         charging = charging[self.places.exists[charging]]

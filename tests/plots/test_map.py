@@ -241,3 +241,19 @@ def test_trajectories_of_different_places_are_refused(paper: optuav.Plan) -> Non
         plots.trajectories({"one": paper, "two": elsewhere})
     with pytest.raises(InputError, match="at least one plan"):
         plots.trajectories({})
+
+
+def test_lines_of_sight_would_cover_a_large_town(
+    paper: optuav.Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They are drawn among ten buildings, and not among as many as are too many."""
+    drawn = list[int]()
+    for most in (10, 9):
+        monkeypatch.setattr("optuav.network.scene.MOST_LINES", most)
+        axes = plots.mission_map(paper)
+        lines = [each for each in axes.plan.collections if isinstance(each, LineCollection)]
+        drawn.append(sum(len(each.get_segments()) for each in lines))
+        legend = axes.plan.figure.axes[-1].get_legend()
+        words = [text.get_text() for text in legend.get_texts()] if legend else []
+        assert ("clear sight line of the laser" in words) == (most == 10)
+    assert drawn == [11, 0]
