@@ -29,6 +29,7 @@ HEIGHT = Number("m", gt=0, le=1e6)
 FARTHEST_M = 1e6  # From the origin, beyond which no mission has a building
 DECIMALS = 3  # Of corners [m], so that they are the same on any processor
 AREAS = ("Polygon", "MultiPolygon", "Unknown")
+OF_OPENSTREETMAP = {"height": "height", "levels": "building:levels"}
 TAGS = "other_tags"  # Where GDAL puts the tags of OpenStreetMap that have no column
 
 
@@ -82,8 +83,8 @@ def read(
     Raises
     ------
     InputError
-        If the file cannot be read, states no reference system, or has no buildings there; with
-        every building whose height is missing.
+        If the file cannot be read, states no reference system or lacks a column that is named, or
+        has no buildings there; with every building whose height is missing.
 
     Examples
     --------
@@ -112,6 +113,7 @@ def read(
         frame = frame[frame.intersects(shapely.box(*bbox))]
     if not len(frame):
         raise refusal(file, f"has no buildings{'' if bbox is None else ' within bbox'}")
+    refuse(_nowhere(file, frame, height=height, levels=levels))
     roof_m, of_levels = _heights(frame, height, levels, level_height_m)
     unknown = np.isnan(roof_m)
     if default_height_m is None:
@@ -302,6 +304,16 @@ def _stated(frame: Any, name: str) -> Any:
         pattern = rf'"{re.escape(name)}"=>"((?:[^"\\]|\\.)*)"'
         return frame[TAGS].astype("str").str.extract(pattern, expand=False)
     return pd.Series(math.nan, frame.index)
+
+
+def _nowhere(file: Path, frame: Any, **named: str) -> Iterator[Fault]:
+    """Columns that are asked for, and are neither there nor a tag."""
+    known = frame.columns.drop([frame.geometry.name, "mended"])
+    for option, name in named.items():
+        there = name in known or _stated(frame, name).notna().any()
+        if not there and name != OF_OPENSTREETMAP[option]:
+            hint = nearest(name, known) or f"; there are {listed([*known])}" if len(known) else ""
+            yield Fault(option, shown(name), f"no column of this name{hint}", label(file))
 
 
 def _unknown_heights(

@@ -32,6 +32,8 @@ class Map:
     """Options of ``optuav city``: what of the map file counts; None for what is not stated."""
 
     layer: str | None = None
+    height: str = "height"
+    levels: str = "building:levels"
     crs: str | None = None
     bbox: str | None = None
     default_height_m: float | None = None
@@ -60,14 +62,7 @@ def city(
     if bbox is not None and len(bbox) != 4:
         faults.append(Fault("bbox", repr(map.bbox), "WEST,SOUTH,EAST,NORTH [deg]"))
     refuse(faults)
-    town = read(
-        file,
-        layer=map.layer,
-        crs=map.crs,
-        bbox=bbox,
-        default_height_m=map.default_height_m,
-        origin=places["origin"][:2],
-    )
+    town = read(file, **{**vars(map), "bbox": bbox}, origin=places["origin"][:2])
     at_m = {name: town.point_m(*place) for name, place in places.items()}
     mission = base.replace(
         {

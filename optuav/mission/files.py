@@ -44,6 +44,7 @@ LONGEST_WAIT_S, A_MOMENT_S = 10.0, 0.01
 NOT_OFFERED = (errno.EINVAL, errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 MARK, HEAD, LEAST_START = b"optuav", 4096, 20
 """What the first bytes of our files hold; or else their first line, if it is so long."""
+PARQUET = b"PAR1"
 
 unfinished: set[Path] = set()  # Files that a signal handler which ends the process has to delete
 only_ours: ContextVar[bool] = ContextVar("only_ours", default=False)
@@ -166,6 +167,11 @@ def check_place(path: Path, content: bytes | None = None) -> None:
             return  # only its header can tell
         with path.open("rb") as file:
             head = file.read(HEAD)
+            if head.startswith(PARQUET):  # Its metadata, and their length, are at its end
+                end = max(0, path.stat().st_size - 8)
+                file.seek(end)
+                file.seek(max(0, end - int.from_bytes(file.read(4), "little")))
+                head += file.read()
     start = (content or b"").partition(b"\n")[0]
     if MARK not in head and not (len(start) >= LEAST_START and head.startswith(start)):
         words = "is not from optuav and stays; name another file, or give --force to replace it"

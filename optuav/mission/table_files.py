@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from optuav.errors import Fault, InputError, decimal, printable, refuse, require
 from optuav.mission.buildings import Buildings, TableFile
-from optuav.mission.files import label, read_text, refusal, refusals
+from optuav.mission.files import MARK, label, read_text, refusal, refusals
 from optuav.mission.messages import listed
 from optuav.mission.tables import COLUMNS, SIZES, corners_of, of_columns, of_polygons
 
@@ -217,7 +217,9 @@ def geoparquet(buildings: Buildings, crs: str, path: Path) -> tuple[bytes, Build
     outlines[count > 0] = shapely.polygons(shapely.linearrings(corners_m, indices=drawn))
     columns = dict(zip(COLUMNS, (buildings.names, *buildings.roof_m.T), strict=True))
     content = io.BytesIO()
-    geopandas.GeoDataFrame(columns, geometry=outlines, crs=crs).to_parquet(content, index=False)
+    frame = geopandas.GeoDataFrame(columns, geometry=outlines, crs=crs)
+    frame.attrs["creator"] = MARK.decode()
+    frame.to_parquet(content, index=False)
     found = _blake2b(content.getvalue()).hexdigest()
     source = TableFile(os.path.abspath(path), found, len(buildings))
     return content.getvalue(), buildings.read_from(source)

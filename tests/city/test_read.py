@@ -244,6 +244,16 @@ def test_columns_have_other_names_on_request(tmp_path: Path) -> None:
     assert "did you mean 'Hoehe'?" in found
 
 
+def test_a_column_that_is_nowhere_is_refused_with_a_height_for_the_rest(tmp_path: Path) -> None:
+    """Rather than that all are taken for 3 m high; names that are not asked for may be missing."""
+    file = geojson(tmp_path, [({"hoehe": 18.0}, square()), ({"hoehe": 24.0}, square(50.0))])
+    found = refusal(file, height="hohe", levels="storeys", default_height_m=3.0)
+    assert [each.partition(": ")[2].partition(" =")[0] for each in found] == ["height", "levels"]
+    assert "no column of this name; did you mean 'hoehe'?" in found[0]
+    assert read(file, height="hoehe", default_height_m=3.0).position_m[:, 2].tolist() == [18, 24]
+    assert read(file, default_height_m=3.0).position_m[:, 2].tolist() == [3, 3]
+
+
 # Maps that cannot be used
 
 

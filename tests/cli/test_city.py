@@ -92,6 +92,14 @@ def test_the_options_of_reading_are_passed_on(town: Path, tmp_path: Path) -> Non
     assert "--crs = 'x'" in refused("city", str(town), *SITE, "--crs", "x")
 
 
+def test_the_columns_of_heights_have_other_names(tmp_path: Path) -> None:
+    town = geojson(tmp_path, [({"Hoehe": 18.0}, square(40)), ({"Etagen": 4}, square(400))])
+    file, options = tmp_path / "town.toml", ["--height", "Hoehe", "--levels", "Etagen"]
+    assert run("city", str(town), *SITE, *options, "--save", str(file)).code == 0
+    assert optuav.load(file).buildings.roof_m[:, 2].tolist() == [18.0, 12.0]
+    assert "height = 'Hohe': no column" in refused("city", str(town), *SITE, "--height", "Hohe")
+
+
 def test_a_large_town_is_saved_with_its_table(
     town: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -112,6 +120,32 @@ def test_a_large_town_is_saved_with_its_table(
     monkeypatch.undo()
     saved = optuav.load(file)
     assert {**saved.to_dict(), "name": "whole"} == {**optuav.load(whole).to_dict(), "name": "whole"}
+
+
+def test_a_table_of_ours_is_replaced_and_one_by_others_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After a larger town, so that not even their first bytes are the same."""
+    geopandas = pytest.importorskip("geopandas")
+    pytest.importorskip("pyarrow")
+    monkeypatch.setattr("optuav.mission.files.LARGEST_TOML", 10_000)
+    blocks = [({"height": 30.0}, square(40.0 * k, 35.0 * (k % 7))) for k in range(500)]
+    file, town = tmp_path / "town.toml", geojson(tmp_path, blocks[:400])
+    first = ["city", str(town), *SITE, "--save", str(file)]
+    assert run(*first).code == 0
+    table = file.with_suffix(".parquet")
+    old = table.read_bytes()
+    assert len(old) > 10_000
+    geojson(tmp_path, blocks)
+    assert run(*first).code == 0
+    assert table.read_bytes() != old
+    geopandas.read_file(town).to_parquet(table)
+    theirs = table.read_bytes()
+    assert "town.parquet: is not from optuav and stays" in refused(*first)
+    for content in (theirs, b"PAR1", b"PAR1" + bytes(3)):
+        table.write_bytes(content)
+        assert "is not from optuav and stays" in refused(*first)
+        assert table.read_bytes() == content
 
 
 def test_helsinki_is_a_mission() -> None:
