@@ -2,8 +2,10 @@
 
 import json
 import os
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from optuav.errors import Fault, InputError, safe_name
 from optuav.mission.files import STANDARD, label, read_toml, refusal
@@ -64,6 +66,18 @@ def _loaded(source: str | Path) -> Mission:
 
 
 _shipped = cache(_loaded)  # Nothing changes a mission, nor a file of the package
+
+
+def load_all(missions: Any, faults: list[Fault]) -> list[Mission]:
+    """One mission or several, as `load` takes them; what is wrong with them is among the faults."""
+    single = isinstance(missions, Mission | str | Path) or not isinstance(missions, Iterable)
+    found = list[Mission]()
+    for each in [missions] if single else missions:
+        try:
+            found.append(load(each))
+        except InputError as error:
+            faults += error.faults
+    return found
 
 
 def shipped() -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.errors import Fault, InputError, folded, line_width, printable, refuse
-from optuav.mission import Mission, load
+from optuav.errors import Fault, folded, line_width, printable, refuse
+from optuav.mission import Mission, load_all
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import Number
 from optuav.options import Perspective
@@ -192,7 +192,10 @@ def place_laser(
     ((1,), 715.05)
     """
     faults = list[Fault]()
-    loaded, table_m = _loaded(missions, faults), _points(candidates, faults)
+    loaded = tuple(load_all(missions, faults))
+    if not (loaded or faults):
+        faults.append(Fault("missions", "none", "at least one"))
+    table_m = _points(candidates, faults)
     faults += _faults(lasers, objective, at_least_s, perspective, gap, time_limit_s)
     refuse([*faults, *(each for mission in loaded for each in _unfit(mission, perspective))])
     times_s = hover_table(loaded, table_m, perspective)
@@ -228,20 +231,6 @@ def _nearest_m(points_m: Floats, chosen: Sequence[int]) -> Floats:
     apart_m = np.linalg.norm(plane_m[chosen, None] - plane_m[None], axis=2)
     nearest_m = np.where(apart_m > 0.0, apart_m, np.inf).min(axis=1)
     return np.where(np.isfinite(nearest_m), nearest_m, 0.0)
-
-
-def _loaded(missions: Any, faults: list[Fault]) -> tuple[Mission, ...]:
-    """The missions; what is wrong with them is among the faults."""
-    single = isinstance(missions, Mission | str | Path) or not isinstance(missions, Iterable)
-    found = list[Mission]()
-    for each in [missions] if single else missions:
-        try:
-            found.append(each if isinstance(each, Mission) else load(each))
-        except InputError as error:
-            faults += error.faults
-    if not (found or faults):
-        faults.append(Fault("missions", "none", "at least one"))
-    return tuple(found)
 
 
 def _points(candidates: npt.ArrayLike, faults: list[Fault]) -> Floats:

@@ -1,6 +1,6 @@
 """What is asked of a mission, checked and completed, and the engine that answers it."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -27,6 +27,7 @@ PROBLEM_NAMES = (*PROBLEMS, "P4")  # Names of all problems of the paper; P4 need
 OF_THE_PAPER = tuple(dict.fromkeys([*map(type, PROBLEMS.values()), P4]))
 LONGEST_HOVER = ("P1", "P3", "P4")  # Those that ask for the longest hover
 AUTO = "auto"
+ASKED = "one perspective, or a list of different ones"
 LIMIT = Number("s", gt=0.0, le=1e9)
 RESTS = Number("-", ge=0, le=10, whole=True)
 HOVERS = Number("-", ge=1, le=10, whole=True)
@@ -79,6 +80,16 @@ def problem_of(name: str, **stated: Any) -> Formulation:
         raise InputError(faults)
     options |= {"tight": True} if name == "P2-tight" else {}
     return kind(**options)
+
+
+def perspectives_of(stated: Any, faults: list[Fault]) -> list[Perspective]:
+    """One perspective, or several; what is wrong with them is among the faults."""
+    single = isinstance(stated, str) or not isinstance(stated, Iterable)
+    found, names = [stated] if single else [*stated], tuple(PERSPECTIVES)
+    if not found or any(each in found[:place] for place, each in enumerate(found)):
+        faults.append(Fault("perspective", shown(stated), ASKED))
+    faults += [unknown("perspective", each, names) for each in found if each not in names]
+    return found
 
 
 def checked_question(
@@ -138,8 +149,8 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
     for option, count, number in counts:
         if not number.accepts(count) or not isinstance(count, int):
             yield Fault(option, shown(count), number.words)
-    if question.perspective not in PERSPECTIVES:
-        yield unknown("perspective", question.perspective, tuple(PERSPECTIVES))
+    if question.perspective not in (names := tuple(PERSPECTIVES)):
+        yield unknown("perspective", question.perspective, names)
     if isinstance(question.engine, str) and question.engine not in (AUTO, *capabilities):
         yield unknown("engine", question.engine, (AUTO, *capabilities))
     limits = ("slot_s", question.slot_s, SLOT), ("time_limit_s", question.time_limit_s, LIMIT)

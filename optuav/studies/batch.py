@@ -13,18 +13,18 @@ from formulations.formulation import Formulation
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, refuse, require
-from optuav.mission import Mission, load
+from optuav.mission import Mission, load_all
 from optuav.mission.messages import shown
 from optuav.network.network import build_network
 from optuav.network.variants import Variants
 from optuav.options import Perspective, ProblemName
 from optuav.solving.assemble import figures
 from optuav.solving.best_plans import REASONS, STATUSES, Best, best_plans, takes_arrays
-from optuav.solving.question import Question, checked_question
+from optuav.solving.question import Question, checked_question, perspectives_of
 from optuav.status import Status
 from optuav.studies.layouts import ROOFS, relocated
 from optuav.studies.one_by_one import best_alone
-from optuav.studies.scenarios import ROW, Scenarios, numeric_keys, scenarios
+from optuav.studies.scenarios import ROW, Scenarios, numeric_keys, scenarios, values_of
 
 if TYPE_CHECKING:
     import xarray
@@ -80,8 +80,8 @@ def batch_arrays(
     -------
     dict
         By name the values of every key, and what `optuav.batch` calls variables, with one axis a
-        key in their order, or one for all if they are paired; before these one for several
-        perspectives, and one for several missions or layouts. The words for the numbers in
+        key in their order, and before these one for several missions or layouts; or one for all if
+        they are paired; and first one for several perspectives. The words for the numbers in
         `building`, `order`, `status` and `reason` are under the same names with ``_words``, as in
         ``found["reason_words"][found["reason"]]``.
 
@@ -131,13 +131,15 @@ def batch(
     problem, perspective
         What is solved, and how charge counts, or several of these; `optuav.solve` explains them.
     paired
-        Whether values with the same place belong together, rather than all combinations.
+        Whether values with the same place belong together, rather than all combinations; of several
+        missions or layouts each then has the values of its own place.
 
     Returns
     -------
     xarray.Dataset
-        With one dimension a key, or ``"scenario"`` for all if they are paired, before them
-        ``"perspective"`` and ``"mission"`` if there are several, or ``"layout"``. Its variables are
+        With one dimension a key, before them ``"mission"`` if there are several, or ``"layout"``;
+        or ``"scenario"`` for all if they are paired; and first ``"perspective"`` if there are
+        several. Its variables are
         ``hover_time_s``, ``rest_time_s``, ``flight_time_s`` and ``mission_time_s`` [s] of the best
         plan; ``soc_battery``, ``soc_energy`` and ``soc_adjusted``, the state of charge at its end
         [-]; and as numbers, whose words are in the attributes ``flag_meanings`` and ``words``:
@@ -167,14 +169,15 @@ def batch(
     """
     require("xarray", "labelled datasets")
     found = _solved(mission, ranges, problem, perspective, paired)
-    name = mission.name if isinstance(mission, Mission) else str(mission)
+    one = isinstance(mission, str | Path)
+    name = mission.name if isinstance(mission, Mission) else str(mission) if one else ""
     return labelled(found, name, perspective)
 
 
 def labelled(
     found: Solved, mission: str, perspective: Perspective | Sequence[Perspective]
 ) -> xarray.Dataset:
-    """The dataset of what was solved; the mission is named if there is but one."""
+    """The dataset of what was solved; the mission is not named if there are several."""
     import xarray
 
     dims, size, words = tuple(found.shape), tuple(found.shape.values()), words_of(found.buildings)
@@ -185,7 +188,8 @@ def labelled(
         if key != ROOFS
     }
     if ROOFS in found.keys:
-        coordinates[ROOFS] = ("layout", "roof", "axis"), found.keys[ROOFS], {"units": "m"}
+        first = "layout" if "layout" in dims else ROW
+        coordinates[ROOFS] = (first, "roof", "axis"), found.keys[ROOFS], {"units": "m"}
     if "perspective" in dims:
         coordinates["perspective"] = "perspective", [*perspective]
     variables = {}
@@ -198,7 +202,7 @@ def labelled(
             attributes = {"long_name": CODED[name][0], **_flags(name, words[name])}
         variables[name] = dims, flat.reshape(size), attributes
     facts = {"Conventions": "CF-1.11"}
-    if "mission" not in dims:
+    if mission:
         facts["mission"] = mission
     if "perspective" not in dims:
         facts["perspective"] = str(perspective)
@@ -213,23 +217,20 @@ def _solved(
     paired: bool,
 ) -> Solved:
     """The best plans of all scenarios of all missions under all perspectives."""
-    missions = [mission] if isinstance(mission, Mission | str | Path) else [*mission]
-    wholes = [each if isinstance(each, Mission) else load(each) for each in missions]
-    asked: list[str] = [perspective] if isinstance(perspective, str) else [*perspective]
     faults, keys = list[Fault](), dict[str, Floats]()
-    several = "" if missions and missions[0] is mission else "mission"
+    wholes, asked = load_all(mission, faults), perspectives_of(perspective, faults)
+    several = "" if isinstance(mission, Mission | str | Path) else "mission"
+    if not (wholes or faults):
+        faults.append(Fault("mission", shown(mission), "a mission, or several of them"))
     if isinstance(ranges, Mapping) and ROOFS in ranges and not several:
         try:
-            wholes, several = relocated(wholes[0], ranges[ROOFS]), "layout"
-            keys[ROOFS] = np.array(ranges[ROOFS], dtype=float)
+            wholes = [layout for whole in wholes for layout in relocated(whole, ranges[ROOFS])]
+            keys[ROOFS], several = np.array(ranges[ROOFS], dtype=float), "layout"
         except InputError as error:
             faults += error.faults
         ranges = {key: each for key, each in ranges.items() if key != ROOFS}
     if not wholes:
-        faults.append(Fault("mission", shown(mission), "a mission, or several of them"))
-    if not asked or len({*asked}) < len(asked):
-        words = "one perspective, or a list of different ones"
-        faults.append(Fault("perspective", shown(perspective), words))
+        values_of(ranges, faults, paired=paired)
     every, questions = list[Scenarios](), list[Question]()  # One, and one a perspective, a mission
     for whole in wholes:
         try:
@@ -241,19 +242,27 @@ def _solved(
                 questions.append(checked_question(whole, problem, each))
             except InputError as error:
                 faults += error.faults
+    values = every[0].values if every else {}
+    if several and paired and values and every[0].count != len(wholes):
+        words = f"{len(wholes)} {several}s, {every[0].count} values of each key"
+        faults.append(Fault("paired", words, f"one {several} for each value"))
     refuse(dict.fromkeys(faults))
     shape = {} if isinstance(perspective, str) else {"perspective": len(asked)}
-    shape |= {several: len(wholes)} if several else {}
+    if several and paired:
+        every = [each.row(number if values else 0) for number, each in enumerate(every)]
+        shape |= {ROW: len(wholes)}
+    else:
+        shape |= ({several: len(wholes)} if several else {}) | every[0].sizes
     names = dict.fromkeys(name for whole in wholes for name in whole.buildings.names)
     numbers = {name: number for number, name in enumerate(names)}
-    values = tables(len(asked) * len(wholes) * every[0].count)
+    found = tables(len(asked) * len(wholes) * every[0].count)
     for place, named in enumerate(every):
         own = [numbers[name] for name in named.mission.buildings.names]
         some = questions[place * len(asked) : (place + 1) * len(asked)]
         for number, start, best in _best(named, some):
             begin = (number * len(wholes) + place) * named.count + start
-            _write(values, slice(begin, begin + len(best.route)), best, own)
-    return Solved({**keys, **every[0].values}, shape | every[0].sizes, values, [*names, "none"])
+            _write(found, slice(begin, begin + len(best.route)), best, own)
+    return Solved({**keys, **values}, shape, found, [*names, "none"])
 
 
 def _best(named: Scenarios, questions: Sequence[Question]) -> Iterator[tuple[int, int, Best]]:

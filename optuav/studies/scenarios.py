@@ -57,6 +57,11 @@ class Scenarios:
             return lengths
         return {ROW: next(iter(lengths.values()), 1)}
 
+    def row(self, number: int) -> Scenarios:
+        """One of the rows alone."""
+        values = {key: each[number : number + 1] for key, each in self.values.items()}
+        return Scenarios(self.mission, values, self.paired)
+
     @property
     def count(self) -> int:
         """Number of scenarios."""
@@ -143,25 +148,13 @@ class Scenarios:
 
 def scenarios(mission: Mission, ranges: Mapping[str, object], *, paired: bool) -> Scenarios:
     """Scenarios of a mission, or all that is wrong with the ranges."""
-    if not isinstance(ranges, Mapping):
-        raise InputError([Fault("ranges", shown(ranges), "values by key in a dict")])
-    known, faults, values = numeric_keys(), list[Fault](), dict[str, Floats]()
-    for key, stated in ranges.items():
-        if key not in known:
-            words = "a numeric key of a mission, a place or force by component as link.device_m[0]"
-            faults.append(Fault(str(key), "", f"{words}{nearest(str(key), known)}"))
-            continue
-        column, fault = _column(key, stated, known[key])
-        faults += [fault] if fault else []
+    faults = list[Fault]()
+    values = values_of(ranges, faults, paired=paired)
+    for key in values:
         table, _, name = key.partition(".")
         if "[" in name and getattr(getattr(mission, table), name.partition("[")[0], None) is None:
             words = f"the mission states no {key.partition('[')[0]}, of which this is a component"
             faults.append(Fault(key, "", words))
-        values[key] = column
-    lengths = {len(each) for each in values.values()}
-    if paired and len(lengths) > 1:
-        words = ", ".join(f"{len(each)} of {key}" for key, each in values.items())
-        faults.append(Fault("paired", words, "one length for all keys"))
     refuse(faults)
     found = Scenarios(mission, values, paired)
     if found.count > MOST:
@@ -170,6 +163,26 @@ def scenarios(mission: Mission, ranges: Mapping[str, object], *, paired: bool) -
         _refuse_wavelengths(found)
         mission.replace(found._first())
     return found
+
+
+def values_of(ranges: object, faults: list[Fault], *, paired: bool) -> dict[str, Floats]:
+    """Values by key; what is wrong with them for any mission is among the faults."""
+    if not isinstance(ranges, Mapping):
+        faults.append(Fault("ranges", shown(ranges), "values by key in a dict"))
+        return {}
+    known, values = numeric_keys(), dict[str, Floats]()
+    for key, stated in ranges.items():
+        if key not in known:
+            words = "a numeric key of a mission, a place or force by component as link.device_m[0]"
+            faults.append(Fault(str(key), "", f"{words}{nearest(str(key), known)}"))
+            continue
+        values[key], fault = _column(key, stated, known[key])
+        faults += [fault] if fault else []
+    lengths = {len(each) for each in values.values()}
+    if paired and len(lengths) > 1:
+        words = ", ".join(f"{len(each)} of {key}" for key, each in values.items())
+        faults.append(Fault("paired", words, "one length for all keys"))
+    return values
 
 
 def _column(key: str, stated: object, allowed: Number) -> tuple[Floats, Fault | None]:

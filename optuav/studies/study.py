@@ -18,14 +18,14 @@ from formulations.p1 import P1
 from formulations.soc import AVAILABLE
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, refuse
-from optuav.mission import Mission, load, shipped
+from optuav.mission import Mission, load_all, shipped
 from optuav.mission.files import STANDARD, label, read_toml
 from optuav.mission.messages import allowed, nearest, shown
 from optuav.mission.schema import Allowed, Number
 from optuav.options import Perspective
-from optuav.solving.question import checked_question, problem_of
+from optuav.solving.question import ASKED, checked_question, perspectives_of, problem_of
 from optuav.studies.samples import COUNT, SEED, sobol
-from optuav.studies.scenarios import MOST, ROW, scenarios
+from optuav.studies.scenarios import MOST, ROW, scenarios, values_of
 from optuav.studies.uncertainty import FINITE, Spread, spreads
 
 Document: TypeAlias = dict[str, Any]
@@ -34,7 +34,6 @@ PART = Number("-", ge=1, le=1e6, whole=True)
 MOST_PARTS = 100_000
 RANGE = "a list of numbers, or a table such as { low = 600, high = 1800, count = 41 }"
 NAMED = 'a problem such as "P1" or { name = "P4", building = "b1" }'
-ASKED = "one perspective, or a list of different ones"
 
 
 class StudyFile(BaseModel, extra="forbid", strict=True, allow_inf_nan=False):
@@ -141,9 +140,7 @@ def _study(stated: StudyFile, path: Path, faults: list[Fault]) -> Study:
     """The study that a file states; what is wrong with it is added to the faults."""
     perspective: Any = stated.perspective  # Whether there is such a one is judged below
     problem: Formulation = P1()
-    asked = [perspective] if isinstance(perspective, str) else perspective
-    if not asked or len({*asked}) < len(asked):
-        faults.append(Fault("perspective", shown(perspective), ASKED))
+    asked = perspectives_of(perspective, faults)
     if not (stated.grid or stated.paired or stated.samples):
         faults.append(Fault("grid", "", "keys with values here, in [paired] or in [samples]"))
     if stated.paired and stated.samples:
@@ -155,7 +152,17 @@ def _study(stated: StudyFile, path: Path, faults: list[Fault]) -> Study:
         problem = problem_of(fields.pop("name", "P1"), **fields)
     ranges = {name: _ranges(name, getattr(stated, name), faults) for name in ("grid", "paired")}
     named = stated.mission in shipped()
-    mission = load(stated.mission if named else path.parent / stated.mission)
+    loaded = load_all(stated.mission if named else path.parent / stated.mission, faults)
+    if not loaded:
+        for name, content in ranges.items():
+            with _collected(faults, name):
+                values_of(content, wrong := list[Fault](), paired=name == "paired")
+                refuse(wrong)
+        if stated.samples:
+            with _collected(faults, "samples"):
+                _samples(None, stated.samples)
+        refuse(faults)
+    mission = loaded[0]
     values: dict[str, Mapping[str, Floats]] = {"grid": {}, "paired": {}}
     for each in asked:
         with _collected(faults):
@@ -197,7 +204,9 @@ def _ranges(table: str, stated: Document, faults: list[Fault]) -> dict[str, Any]
     """Values by dotted key, those of tables at equal distances; others are for a batch to judge."""
     found = dict[str, Any]()
     for key, values in _dotted(stated):
-        if not isinstance(values, dict):
+        if key in found:
+            faults.append(Fault(f"{table}.{key}", "", "stated once"))
+        elif not isinstance(values, dict):
             found[key] = values
         elif values.keys() == {"low", "high", "count"} and (
             COUNT.accepts(count := values["count"])
@@ -220,7 +229,7 @@ def _dotted(stated: Document) -> Iterator[tuple[str, object]]:
             yield name, content
 
 
-def _samples(mission: Mission, stated: Document) -> tuple[int, int, tuple[Spread, ...]]:
+def _samples(mission: Mission | None, stated: Document) -> tuple[int, int, tuple[Spread, ...]]:
     """Number of samples, their seed, and how their keys are spread."""
     spread, faults = {**stated}, list[Fault]()
     count, seed = spread.pop("count", None), spread.pop("seed", 0)
@@ -229,7 +238,7 @@ def _samples(mission: Mission, stated: Document) -> tuple[int, int, tuple[Spread
             faults.append(Fault(name, "" if value is None else shown(value), number.words))
     found = tuple[Spread, ...]()
     with _collected(faults):
-        found = spreads(mission, spread)
+        found = spreads(mission, spread) if mission else ()
     if not spread:
         faults.append(Fault("samples", "", "at least one key with its distribution"))
     refuse(faults)

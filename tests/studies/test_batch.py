@@ -362,6 +362,64 @@ def test_layouts_are_positions_of_the_buildings() -> None:
     assert optuav.batch(mission, ranges).hover_time_s.dims == ("layout", "limits.deadline_s")
 
 
+def test_layouts_and_missions_are_paired_with_rows() -> None:
+    """Each has the values of its own place, where there are as many of both."""
+    deadlines_s = [700.0, 900.0, 1200.0]
+    by_m = np.random.default_rng(5).uniform(-90.0, 90.0, (3, 10, 1)) * [1.0, 1.0, 0.0]
+    roofs_m = PAPER.buildings.roof_m + by_m
+    rows = [each.model_dump() for each in PAPER.buildings]
+    towns = []
+    for layout_m in roofs_m.tolist():
+        moved = [{**row, "position_m": m} for row, m in zip(rows, layout_m, strict=True)]
+        towns.append(PAPER.replace({"buildings": moved}))
+    ranges = {"limits.deadline_s": deadlines_s}
+    options: Any = {"perspective": ["battery", "available"], "paired": True}
+    for found in (
+        optuav.batch_arrays(towns, ranges, **options),
+        optuav.batch_arrays(PAPER, {**ranges, "buildings": roofs_m}, **options),
+    ):
+        assert found["hover_time_s"].shape == (2, 3)
+        for number, (town, deadline_s) in enumerate(zip(towns, deadlines_s, strict=True)):
+            plan = optuav.solve(town.replace({"limits.deadline_s": deadline_s}))
+            assert_same(found, (1, number), plan)
+    alone = optuav.batch_arrays(PAPER, {"buildings": roofs_m}, paired=True)
+    assert alone["hover_time_s"].shape == (3,)
+    with pytest.raises(InputError, match="paired = 2 missions, 3 values of each key: one mission"):
+        optuav.batch_arrays(towns[:2], ranges, paired=True)
+    pytest.importorskip("xarray")
+    labelled = optuav.batch(PAPER, {**ranges, "buildings": roofs_m}, paired=True)
+    assert labelled.hover_time_s.dims == labelled["limits.deadline_s"].dims == ("scenario",)
+    assert labelled["buildings"].dims == ("scenario", "roof", "axis")
+    assert "mission" not in optuav.batch(towns, ranges, paired=True).attrs
+
+
+def test_faults_of_all_arguments_are_said_at_once() -> None:
+    """Of missions that cannot be read too, and of what has another type."""
+    with pytest.raises(InputError) as caught:
+        optuav.batch_arrays(["papr", PAPER, "papyr"], {"nosuch.key": [1]}, perspective="foo")  # type: ignore
+    said = str(caught.value)
+    for words in ("papr: ", "papyr: ", "nosuch.key: a numeric key", "perspective = 'foo': one of"):
+        assert said.count(words) == 1
+    with pytest.raises(InputError) as caught:
+        optuav.batch_arrays("nosuch", {"x": [1]}, perspective="foo")  # type: ignore
+    assert [fault.key for fault in caught.value.faults] == ["", "perspective", "x"]
+
+
+@pytest.mark.parametrize(
+    ("mission", "perspective", "words"),
+    [
+        (3, "battery", "3: a shipped mission's name"),
+        (None, "battery", "None: a shipped mission's name"),
+        ("paper", 3, "perspective = 3: one of"),
+        ("paper", [["battery"]], "perspective = .* one of"),
+        ("paper", ["battery", "battery"], "a list of different ones"),
+    ],
+)
+def test_other_types_are_refused(mission: Any, perspective: Any, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        optuav.batch_arrays(mission, {}, perspective=perspective)
+
+
 @pytest.mark.parametrize("roofs_m", [1.0, [[1, 2, 3]], np.zeros((0, 10, 3)), np.zeros((1, 9, 3))])
 def test_layouts_of_other_shapes_are_refused(roofs_m: Any) -> None:
     """With what else is wrong; a building where none may stand is named with its layout."""

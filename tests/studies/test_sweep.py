@@ -324,6 +324,10 @@ def test_all_faults_of_a_study_are_said_at_once(tmp_path: Path) -> None:
             "grid.limits.deadline_s = [9]\npaired.limits.deadline_s = [9]",
             "in one of the tables only",
         ),
+        (
+            '[grid]\nlimits.deadline_s = [9, 8]\n"limits.deadline_s" = [1]',
+            r"grid\.limits\.deadline_s: stated once",
+        ),
         ("samples.count = 3", "at least one key"),
         ("samples.battery.capacity_As = { percent = 3 }", "samples.count: a whole number"),
         ("grid.laser.wavelength_nm = [900]", "810 or 1550 nm"),
@@ -347,6 +351,15 @@ def test_faults_of_studies(text: str, words: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=words):
         optuav.sweep(study(tmp_path, text))
     assert not (tmp_path / "study").exists()
+
+
+def test_a_missing_mission_hides_no_other_fault(tmp_path: Path) -> None:
+    text = 'mission = "nosuch.toml"\nperspective = "foo"\ngrid.limits.deadline = [9]\n'
+    text += "samples = { count = 0, limits.min_soc.percent = 1 }"
+    with pytest.raises(InputError) as refused:
+        optuav.sweep(study(tmp_path, text))
+    keys = [fault.key for fault in refused.value.faults]
+    assert sorted(keys) == ["", "grid.limits.deadline", "perspective", "samples.count"]
 
 
 def test_a_sweep_goes_on_with_the_same_table_of_buildings_alone(tmp_path: Path) -> None:
