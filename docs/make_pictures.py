@@ -5,8 +5,11 @@ Draw them again after a change of the plots; matplotlib is needed.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
+from contextlib import chdir
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -58,6 +61,47 @@ def pictures() -> Iterator[tuple[str, Axes]]:
         mission = optuav.load("paper").replace(changed)
         found = getattr(optuav.maps, name)(mission, 12 if name == "hover_point" else 20)
         yield f"map-{name.replace('_', '-')}", plots.hover_map(mission, found)
+    hazy = optuav.load("paper").replace(haze)
+    devices = [(x, y, 0) for y in (1000, 1700, 2400) for x in (200, 700, 1300, 1800)]
+    missions = [hazy.replace({"link.device_m": each}) for each in devices]
+    roofs_m = hazy.buildings.roof_m + np.array([0.0, 0.0, 3.0])
+    yield "sites", plots.sites(optuav.place_laser(missions, roofs_m, lasers=2))
+    yield "batch", _towns()
+    yield "city", plots.mission_map(_blocks()).plan
+
+
+def _towns() -> Axes:
+    """Hover time over the deadline in many random towns."""
+    towns = optuav.layouts("paper", 60, "uniform", buildings=4, seed=1)
+    deadlines_s = np.arange(600, 1201, 50)
+    hover_s = optuav.batch_arrays(towns, {"limits.deadline_s": deadlines_s})["hover_time_s"]
+    lines = [
+        plots.Line(words, deadlines_s, np.nanquantile(hover_s, share, axis=0))
+        for words, share in (("95 % quantile", 0.95), ("median", 0.5), ("5 % quantile", 0.05))
+    ]
+    labels = {"x_label": "deadline [s]", "y_label": "longest hover Δ [s]"}
+    return plots.curves(
+        lines, title=f"paper in {len(towns)} towns of 4 buildings at random places", **labels
+    )
+
+
+def _blocks() -> optuav.Plan:
+    """The plan in the small map of the page on cities."""
+    page = Path(__file__).with_name("city.md").read_text("utf-8")
+    made = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    with TemporaryDirectory() as folder, chdir(folder):
+        exec(made[0], {})
+        city = optuav.city.read("blocks.geojson", default_height_m=12, origin=(13.4, 52.52))
+    values = {
+        "name": "blocks",
+        "route.origin_m": city.point_m(13.4, 52.52, 30),
+        "route.destination_m": city.point_m(13.405, 52.521, 30),
+        "route.hover_m": None,
+        "link.device_m": city.point_m(13.4026, 52.522, 0),
+        "laser.position_m": city.point_m(13.4018, 52.519, 40),
+        "buildings": city.buildings(),
+    }
+    return optuav.solve(optuav.load("matrice350").replace(values))
 
 
 def draw(directory: Path = PICTURES) -> None:

@@ -50,6 +50,20 @@ for deadline_s, (mean_s, wide_s) in zip(deadlines_s, means, strict=True):
     print(f"deadline {deadline_s} s: hover {mean_s:.1f} ± {wide_s:.1f} s")
 
 half = interval(hover_s[:30, 1])
+# The longer deadline, after more and more towns.
+counts = np.arange(5, len(hover_s) + 1)
+so_far = np.array([interval(hover_s[:count, 1]) for count in counts])
+mean_s, wide_s = so_far.T
+lines = [
+    optuav.plots.Line("upper end", counts, mean_s + wide_s),
+    optuav.plots.Line("mean", counts, mean_s),
+    optuav.plots.Line("lower end", counts, mean_s - wide_s),
+]
+words = {"x_label": "towns with a plan", "y_label": "longest hover Δ [s]"}
+axes = optuav.plots.curves(lines, title="Mean hover and its 95 % interval", **words)
+# To look at it: optuav.plots.save(axes, "mean.png")
+
+assert len(axes.get_lines()) == 3
 assert means[1][0] >= means[0][0]
 assert half[1] > means[1][1]
 assert abs(half[0] - means[1][0]) < half[1] + means[1][1]

@@ -57,6 +57,10 @@ best_s = max(hover_s[:, trio].max(axis=1).mean() for trio in trios)
 print(three)
 print(f"the best of {len(trios)} choices: {best_s:.2f} s")
 
+axes = optuav.plots.sites(three)
+print("drawn:", axes.get_title(loc="left"))
+# To look at it: optuav.plots.save(axes, "sites.png")
+
 assert np.isclose(three.value, best_s)
 assert three.choice.greedy_value <= three.value
 

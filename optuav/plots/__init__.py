@@ -19,9 +19,10 @@ from optuav.plots.map import MapAxes, mission_map, trajectories
 from optuav.plots.planes import plane
 from optuav.plots.positions import hover_map
 from optuav.plots.profiles import LegAxes, ProfileAxes, leg, profile
+from optuav.plots.sites import sites
 from optuav.plots.swept import swept
 
 __all__ = ["Bar", "FitAxes", "LegAxes", "Line", "MapAxes", "Mark", "ProfileAxes", "bars"]
 __all__ += ["curves", "fit", "gif_file", "heat_map", "hover_map", "leg", "mission_map", "packs"]
 __all__ += ["plane", "profile", "save", "save_animation", "save_figures", "save_pictures"]
-__all__ += ["swept", "trajectories", "wells"]
+__all__ += ["sites", "swept", "trajectories", "wells"]

@@ -350,20 +350,25 @@ def draw_plan_view(ax: Axes, shown: Scene) -> list[Artist]:
 
 def draw_site(ax: Axes, shown: Scene, walls: Look) -> list[Artist]:
     """Draw footprints, roofs, the device and the laser from above; entries of the legend."""
-    mission, entries = shown.mission, list[Artist]()
-    corners_m, count = mission.buildings.outlines()
-    rings = np.split(corners_m, np.cumsum(count[count > 0]))[:-1]
-    footprints = PolyCollection(rings, label="building", **{"linewidth": 0.6, "zorder": 2, **walls})
-    ax.add_collection(footprints, autolim=False)
-    roofs = shown.places.position_m[shown.places.buildings]
-    ax.plot(*roofs[:, :2].T, ".", color=walls["edgecolor"], markersize=2.5, zorder=2.1)
-    entries += [footprints] if mission.buildings else []
+    mission, entries = shown.mission, draw_buildings(ax, shown, walls)
     device: Look = {"color": GREEN, "markersize": 6, "zorder": 4, "label": "ground device"}
     entries += ax.plot(*mission.link.device_m[:2], "^", **device)
     if mission.laser is not None:
         source = mission.laser.position_m[:2]
         entries += ax.plot(*source, "*", color=PURPLE, markersize=9, zorder=4, label="laser")
     return entries
+
+
+def draw_buildings(ax: Axes, shown: Scene, walls: Look) -> list[Artist]:
+    """Draw footprints and roofs from above; entries of the legend."""
+    mission = shown.mission
+    corners_m, count = mission.buildings.outlines()
+    rings = np.split(corners_m, np.cumsum(count[count > 0]))[:-1]
+    footprints = PolyCollection(rings, label="building", **{"linewidth": 0.6, "zorder": 2, **walls})
+    ax.add_collection(footprints, autolim=False)
+    roofs = shown.places.position_m[shown.places.buildings]
+    ax.plot(*roofs[:, :2].T, ".", color=walls["edgecolor"], markersize=2.5, zorder=2.1)
+    return [footprints] if mission.buildings else []
 
 
 def stop_look(kind: str, stays: bool) -> Look:

@@ -56,10 +56,7 @@ def hover_map(mission: Mission, found: xarray.DataArray) -> Axes:
     ['paper: longest hover, available, by', 'the place of the laser at z = 50 m']
     """
     x, y, shown = found.x.to_numpy(), found.y.to_numpy(), scene(mission)
-    size = np.array([x[-1] - x[0], y[-1] - y[0]])
-    across_in, deep_in = np.maximum(size * np.min(LARGEST_IN / size), LEAST_IN).tolist()
-    ax = style.page(deep_in + AROUND_IN[1], max(across_in + AROUND_IN[0], LEGEND_IN)).subplots()
-    ax.set_aspect("equal")
+    ax = map_axes(np.array([x[-1] - x[0], y[-1] - y[0]]))
     handles = draw_site(ax, shown, {"facecolor": "none", "edgecolor": BLACK, "zorder": 3})
     points = {"D": ("origin and destination", ["origin", "destination"])}
     points |= {"o": ("hover point", ["hover"])} if shown.places.exists[HOVER] else {}
@@ -86,6 +83,15 @@ def hover_map(mission: Mission, found: xarray.DataArray) -> Axes:
     title += f"by\nthe place of {moved} at z = {height_m} m"
     axes = {"x_label": "x [m]", "y_label": "y [m]", "label": "longest hover Δ [s]"}
     return heat_map(x, y, found.to_numpy(), title=title, ax=ax, **axes)
+
+
+def map_axes(size_m: Floats) -> Axes:
+    """Axes of one scale for a map of this size (2,) with a legend below, on a page of its own."""
+    across_in, deep_in = np.maximum(size_m * np.min(LARGEST_IN / size_m), LEAST_IN).tolist()
+    page = style.page(deep_in + AROUND_IN[1], max(across_in + AROUND_IN[0], LEGEND_IN))
+    ax = page.subplots()
+    ax.set_aspect("equal")
+    return ax
 
 
 def _reaches(drawn: Artist, roofs_m: Floats, box: Floats) -> bool:

@@ -1,0 +1,61 @@
+"""Pictures of sites: everything where the answer says, with no text on another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+pytest.importorskip("matplotlib")
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+
+import optuav
+from optuav import plots
+
+Overlaps = Callable[[Figure], list[tuple[str, str]]]
+HAZE = optuav.load("paper").replace({"laser.visibility_km": 2, "limits.deadline_s": 1800})
+ROOFS_M = HAZE.buildings.roof_m + np.array([0.0, 0.0, 3.0])
+DEVICES_M = [(200, 1000), (700, 1700), (1300, 2400), (1800, 1000), (200, 1700)]
+
+
+def artists(ax: Axes) -> dict[str, list[list[float]]]:
+    """Points and lines by the words of the legend [m]."""
+    found = {str(line.get_label()): np.asarray(line.get_xydata()).tolist() for line in ax.lines}
+    for each in ax.collections:
+        if isinstance(each, LineCollection):
+            found[str(each.get_label())] = np.asarray(each.get_segments()).tolist()
+    return found
+
+
+def test_all_is_where_the_answer_says(overlaps: Overlaps) -> None:
+    """Each device at the laser that lets it hover longest, computed again one by one."""
+    missions = [HAZE.replace({"link.device_m": [*at, 0]}) for at in DEVICES_M[:4]]
+    found = optuav.place_laser(missions, ROOFS_M, 2)
+    ax = plots.sites(found)
+    drawn = artists(ax)
+    assert drawn["candidate"] == ROOFS_M[:, :2].tolist()
+    assert drawn["chosen"] == ROOFS_M[[*found.choice.sites], :2].tolist()
+    assert drawn["laser"] == found.position_m[:, :2].tolist()
+    assert [*map(tuple, drawn["device"])] == DEVICES_M[:4]
+    for mission, (device_m, laser_m) in zip(missions, drawn["device and its laser"], strict=True):
+        assert tuple(device_m) == mission.link.device_m[:2]
+        hover_s = [
+            optuav.solve(mission.replace({"laser.position_m": each})).hover_time_s
+            for each in found.position_m.tolist()
+        ]
+        assert laser_m == found.position_m[np.argmax(hover_s), :2].tolist()
+    assert len(drawn["moved"]) == 2
+    assert overlaps(ax.figure) == []
+
+
+def test_devices_that_none_serves_are_hollow_and_lasers_that_stay_have_no_line() -> None:
+    missions = [HAZE.replace({"link.device_m": [*DEVICES_M[k], 0]}) for k in (0, 4)]
+    drawn = artists(plots.sites(optuav.place_laser(missions, ROOFS_M, refine=False)))
+    assert [*map(tuple, drawn["device without a plan"])] == DEVICES_M[4:]
+    assert len(drawn["device and its laser"]) == 1
+    assert "moved" not in drawn
+    nobody = artists(plots.sites(optuav.place_laser(missions[1], ROOFS_M)))
+    assert not {"chosen", "laser", "device", "device and its laser"} & {*nobody}
