@@ -20,6 +20,7 @@ from optuav.mission.tables import corners_of, of_polygons
 DEGREES = "EPSG:4326"
 """Longitude and latitude, as maps and GPS receivers state them."""
 ON_EARTH = "|longitude| <= 180, |latitude| <= 90 [deg]"
+HEIGHT = Number("m", ge=-1e6, le=1e6)
 
 
 def on_earth(place: object) -> TypeGuard[tuple[float, float]]:
@@ -106,10 +107,12 @@ class City:
         Raises
         ------
         InputError
-            If there is no such place on Earth.
+            If there is no such place on Earth, or no such height.
         """
         if not on_earth(place := (longitude, latitude)):
             raise InputError([Fault("longitude, latitude", shown(place), ON_EARTH)])
+        if not HEIGHT.accepts(height_m):
+            raise InputError([Fault("height_m", shown(height_m), HEIGHT.words)])
         ahead = pyproj.Transformer.from_crs(DEGREES, self.crs, always_xy=True)
         x_m, y_m = ahead.transform(*place, errcheck=True)
         return round(x_m, 3), round(y_m, 3), float(height_m)

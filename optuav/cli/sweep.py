@@ -32,18 +32,25 @@ def sweep(
     took_s = time.monotonic() - began_s
     written = []
     if plot is not None:
-        found = optuav.open_sweep(done.directory)
-        written = optuav.plots.save_figures(optuav.plots.swept(found), plot)
+        drawn = optuav.plots.swept(optuav.open_sweep(done.directory))
+        written = optuav.plots.save_figures(drawn, plot)
     shown = [
         f"Scenarios  {done.scenarios}",
         f"Parts      {done.parts}" + f", {done.kept} of them from before" * bool(done.kept),
         f"Directory  {done.directory}",
     ]
+    without = {name: sum(each.values()) for name, each in done.reasons.items()}
+    plans = {name: done.scenarios - count for name, count in without.items()}
+    for name, reasons in done.reasons.items():
+        why = [f"{count} without: {words}" for words, count in reasons.items()]
+        shown.append(f"Plans      {'; '.join([f'{name} {plans[name]}', *why])}")
     deliver(
         lambda: {
             "kind": "optuav sweep",
             **done._asdict(),
             "directory": str(done.directory),
+            "plans": plans,
+            "without_plan": without,
             "elapsed_s": round(took_s, 3),
         },
         shown,

@@ -11,7 +11,7 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, require
 from optuav.mission.files import label, write_files
-from optuav.mission.messages import shown
+from optuav.mission.messages import path_of, shown
 
 if TYPE_CHECKING:
     import pyproj
@@ -55,7 +55,10 @@ def save(found: xarray.DataArray, path: str | Path) -> Path:
     ...     optuav.maps.save(found, f"{folder}/laser.tif").name
     'laser.tif'
     """
-    file = Path(path)
+    file = path_of(path)
+    if "over" not in getattr(found, "attrs", {}):
+        words = "a map, as the functions of optuav.maps return it"
+        raise InputError([Fault("found", type(found).__name__, words)])
     if (kind := FORMATS.get(file.suffix.lower())) is None:
         words = f"one of {', '.join(FORMATS)}"
         raise InputError([Fault("suffix", shown(file.suffix), words, label(file))])

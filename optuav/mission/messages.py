@@ -6,10 +6,12 @@ import reprlib
 from collections.abc import Iterable, Iterator, Sequence
 from decimal import Decimal
 from functools import cache
-from typing import get_args
+from pathlib import Path
+from typing import Any, get_args
 
 from pydantic import BaseModel
 
+from optuav.errors import Fault, InputError
 from optuav.mission.schema import SECTIONS, Allowed, Number
 
 LONGEST_TEXT = 60
@@ -72,6 +74,13 @@ def listed(names: Sequence[str]) -> str:
 def written_out(value: float) -> str:
     """A number with all its digits and no power of ten; rounding errors are not digits."""
     return f"{Decimal(f'{value:.{DIGITS}g}'):f}"
+
+
+def path_of(stated: Any) -> Path:
+    """A path; refused if it is none."""
+    if not isinstance(stated, str | Path):
+        raise InputError([Fault("", shown(stated), "a path")])
+    return Path(stated)
 
 
 def shown(value: object, depth: int = 2) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from optuav.arrays import Floats
-from optuav.mission import Mission
+from optuav.errors import Fault, InputError
+from optuav.mission import Mission, load
 from optuav.network.places import HOVER
 from optuav.network.scene import scene
 from optuav.plots import style
@@ -27,19 +29,20 @@ MOVED = {
     "route.hover_m": "the hover point",
 }
 """What a map moves, by its key."""
+NO_MAP = "a map, as the functions of optuav.maps return it"
 LARGEST_IN, LEAST_IN, AROUND_IN, LEGEND_IN = (5.4, 6.0), (1.6, 1.6), (1.8, 1.5), 6.0
 """Largest and least size of a map, what surrounds it, and width of its legend [inch]."""
 COLUMNS = 3
 
 
 @style.applied()
-def hover_map(mission: Mission, found: xarray.DataArray) -> Axes:
+def hover_map(mission: Mission | str | Path, found: xarray.DataArray) -> Axes:
     """Draw the longest hover over positions, with contours, buildings and the best position.
 
     Parameters
     ----------
     mission
-        The mission whose places are shown.
+        The mission whose places are shown, also by its name or path.
     found
         Its map, as the functions of `optuav.maps` return it.
 
@@ -55,6 +58,9 @@ def hover_map(mission: Mission, found: xarray.DataArray) -> Axes:
     >>> ax.get_title(loc="left").splitlines()
     ['paper: longest hover, available, by', 'the place of the laser at z = 50 m']
     """
+    mission = load(mission)
+    if getattr(found, "attrs", {}).get("over") not in MOVED:
+        raise InputError([Fault("found", type(found).__name__, NO_MAP)])
     x, y, shown = found.x.to_numpy(), found.y.to_numpy(), scene(mission)
     ax = map_axes(np.array([x[-1] - x[0], y[-1] - y[0]]))
     handles = draw_site(ax, shown, {"facecolor": "none", "edgecolor": BLACK, "zorder": 3})

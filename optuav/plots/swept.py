@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+import numpy as np
 from matplotlib.axes import Axes
 
+from optuav.errors import Fault, InputError
 from optuav.plots import style
 from optuav.plots.charts import Line, curves
 from optuav.plots.heat import heat_map
@@ -33,6 +35,11 @@ def swept(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
     iterator of tuple
         Names of pictures with their axes.
 
+    Raises
+    ------
+    InputError
+        If the dataset has other dimensions, or a key with a single value.
+
     Examples
     --------
     >>> import optuav
@@ -40,7 +47,13 @@ def swept(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
     >>> [(name, ax.get_xlabel()) for name, ax in optuav.plots.swept(found)]
     [('hover.png', 'limits.deadline_s [s]')]
     """
-    keys = [name for name in found.hover_time_s.dims if name != "perspective"]
+    hover_s, known = getattr(found, "hover_time_s", None), getattr(found, "attrs", {})
+    keys = [name for name in getattr(hover_s, "dims", ()) if name != "perspective"]
+    drawable = [each for each in keys if each in found.coords and "units" in found[each].attrs]
+    drawable = [each for each in drawable if len(np.unique(found[each])) > 1]
+    if len(drawable) not in (1, 2) or drawable != keys or "mission" not in known:
+        words = "a dataset of one mission over one key or two, of several values each"
+        raise InputError([Fault("found", ", ".join(map(str, keys)), words)])
     for key in keys:
         found = found.sortby(key).drop_duplicates(key)
     hover_s = found.hover_time_s

@@ -25,15 +25,28 @@ def results(
     """Numbers with what a function returns for them, in the order in which the calls end.
 
     The calls are made here, by so many processes of this machine, or by the workers of a scheduler,
-    which may come and go: what a worker has not finished, another one does.
+    which may come and go: what a worker has not finished, another one does. A scheduler that cannot
+    be reached is refused before the first is asked for.
     """
-    if workers == 1 and scheduler is None:
-        yield from ((number, function(number)) for number in numbers)
-    elif numbers:
-        require("distributed", "several workers and schedulers")
-        with ExitStack() as stack:
-            client = _client(min(workers, len(numbers)), scheduler, stack)
-            yield from _called(client, function, numbers)
+    if not numbers or (workers == 1 and scheduler is None):
+        return ((number, function(number)) for number in numbers)
+    require("distributed", "several workers and schedulers")
+    if scheduler is not None:
+        try:
+            with ThreadPoolExecutor(1) as alone:  # A notebook has a loop of its own
+                alone.submit(asyncio.run, _reach(scheduler)).result()
+        except (OSError, ValueError) as error:
+            words = f"the address of a Dask scheduler, as tcp://10.0.0.1:8786; {error}"
+            raise InputError([Fault("scheduler", repr(scheduler), words)]) from None
+    return _shared(function, numbers, min(workers, len(numbers)), scheduler)
+
+
+def _shared(
+    function: Function[Result], numbers: Sequence[int], workers: int, scheduler: str | None
+) -> Generator[tuple[int, Result]]:
+    """The calls by a cluster, which ends with them if it is of this machine."""
+    with ExitStack() as stack:
+        yield from _called(_client(workers, scheduler, stack), function, numbers)
 
 
 def _client(workers: int, scheduler: str | None, stack: ExitStack) -> Any:
@@ -42,16 +55,8 @@ def _client(workers: int, scheduler: str | None, stack: ExitStack) -> Any:
     from distributed.utils import silence_logging_cmgr
 
     stack.enter_context(silence_logging_cmgr(logging.CRITICAL))  # What fails is raised
-    if scheduler is not None:
-        try:
-            with ThreadPoolExecutor(1) as alone:  # A notebook has a loop of its own
-                alone.submit(asyncio.run, _reach(scheduler)).result()
-        except (OSError, ValueError) as error:
-            words = f"the address of a Dask scheduler, as tcp://10.0.0.1:8786; {error}"
-            raise InputError([Fault("scheduler", repr(scheduler), words)]) from None
-        return stack.enter_context(Client(scheduler, set_as_default=False))
-    local = stack.enter_context(local_cluster(workers))
-    return stack.enter_context(Client(local, set_as_default=False))
+    where = stack.enter_context(local_cluster(workers)) if scheduler is None else scheduler
+    return stack.enter_context(Client(where, set_as_default=False))
 
 
 def local_cluster(workers: int) -> Any:

@@ -77,14 +77,16 @@ def is_whole(path: Path, stamp: str, number: int) -> bool:
     return metadata.get(STAMP) == f"{stamp} {number}".encode()
 
 
-def read_part(path: Path, words: Mapping[str, Sequence[str]]) -> dict[str, npt.NDArray[Any]]:
-    """The numbers of a part by column; of words their places among all words."""
+def read_part(
+    path: Path, words: Mapping[str, Sequence[str]], columns: list[str] | None = None
+) -> dict[str, npt.NDArray[Any]]:
+    """The numbers of a part by column, all or some; of words their places among all words."""
     import pyarrow as pa
     from pyarrow import parquet
 
     found = dict[str, npt.NDArray[Any]]()
     try:
-        table = parquet.read_table(path, page_checksum_verification=True)
+        table = parquet.read_table(path, columns=columns, page_checksum_verification=True)
         for name, column in zip(table.column_names, table.itercolumns(), strict=True):
             values = column.combine_chunks()
             if name == "perspective":

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections.abc import Sequence
 from contextlib import closing
 from contextvars import copy_context
 from functools import partial
@@ -17,6 +18,7 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.errors import Fault, refuse, require
 from optuav.mission import files
+from optuav.mission.messages import path_of, shown
 from optuav.studies.batch import Solved, labelled, tables, words_of
 from optuav.studies.cluster import results
 from optuav.studies.methods import Progress
@@ -42,6 +44,7 @@ class Swept(NamedTuple):
     scenarios: int
     parts: int
     kept: int  # Parts that were there before
+    reasons: dict[str, dict[str, int]]  # By perspective the scenarios without a plan, and why
 
 
 def sweep(
@@ -73,8 +76,8 @@ def sweep(
     Returns
     -------
     Swept
-        ``directory``, the number of ``scenarios`` and of ``parts``, and how many parts were
-        ``kept`` from before.
+        ``directory``, the number of ``scenarios`` and of ``parts``, how many parts were ``kept``
+        from before, and by perspective for what ``reasons`` how many scenarios have no plan.
 
     Raises
     ------
@@ -97,10 +100,14 @@ def sweep(
     (2, 2)
     """
     require("pyarrow", "sweeps")
-    refuse(worker_faults(workers))
-    stated = read_study(Path(study))
+    faults = [*worker_faults(workers)]
+    if scheduler is not None and workers != 1:
+        words = "not with a scheduler, which has workers of its own"
+        faults.append(Fault("workers", shown(workers), words))
+    refuse(faults)
+    stated = read_study(path_of(study))
     manifest, directory = _manifest(stated), stated.output
-    _begin(directory, manifest)
+    begun = _is_begun(directory, manifest)
     paths = [directory / PART.format(number) for number in range(stated.parts)]
     left = [n for n, path in enumerate(paths) if not is_whole(path, manifest["hash"], n)]
     kept = stated.parts - len(left)
@@ -113,13 +120,16 @@ def sweep(
         if progress is not None:
             progress(done, stated.scenarios, f"{parts} of {stated.parts} parts")
 
-    say(kept)
     with closing(results(call, left, workers, scheduler)) as found:
+        if not begun:
+            files.make_directory(directory)
+            files.write_text(directory / MANIFEST, json.dumps(manifest, indent=1) + "\n")
+        say(kept)
         for parts, (number, content) in enumerate(found, kept + 1):
             context.run(files.write_files, {paths[number]: content})
             done += len(stated.part(number))
             say(parts)
-    return Swept(directory, stated.scenarios, stated.parts, kept)
+    return Swept(directory, stated.scenarios, stated.parts, kept, _reasons(paths, stated))
 
 
 def open_sweep(path: str | Path) -> xarray.Dataset:
@@ -154,7 +164,7 @@ def open_sweep(path: str | Path) -> xarray.Dataset:
     """
     require("pyarrow", "sweeps")
     require("xarray", "labelled datasets")
-    directory = Path(path)
+    directory = path_of(path)
     about = _read_manifest(directory)
     study, grid = about["study"], about["grid"]
     asked, at_once = study["perspective"], study["scenarios_per_part"]
@@ -194,20 +204,24 @@ def _part(study: Study, stamp: str, versions: dict[str, str], number: int) -> by
 
 def _manifest(study: Study) -> Document:
     """What is kept beside the parts of a study."""
-    text = json.dumps(study.document)
-    return {
-        "kind": KIND,
-        "format": FORMAT,
-        "hash": hashlib.sha256(text.encode()).hexdigest(),
-        "versions": {package: version(package) for package in PACKAGES},
+    stated = {
         "rows": study.rows if ROW in study.sizes else None,
         "grid": {key: values.tolist() for key, values in study.grid.items()},
         "study": study.document,
     }
+    versions = {package: version(package) for package in PACKAGES}
+    head = {"kind": KIND, "format": FORMAT, "hash": _hash(stated), "versions": versions}
+    return {**head, **stated}
 
 
-def _begin(directory: Path, manifest: Document) -> None:
-    """Make the directory of a study with its manifest; refuse one that holds anything else."""
+def _hash(manifest: Document) -> str:
+    """What tells a study with its scenarios from every other."""
+    stated = [manifest[name] for name in ("rows", "grid", "study")]
+    return hashlib.sha256(json.dumps(stated).encode()).hexdigest()
+
+
+def _is_begun(directory: Path, manifest: Document) -> bool:
+    """Whether a directory holds this sweep, or nothing; anything else is refused."""
     with files.refusals(directory, "read"):
         there = {each.name for each in directory.iterdir()} if directory.is_dir() else set()
     if MANIFEST in there:
@@ -218,9 +232,7 @@ def _begin(directory: Path, manifest: Document) -> None:
         _refuse_others(found["versions"], files.label(directory / MANIFEST))
     elif there - {files.TEMPORARY}:
         raise files.refusal(directory, "is not empty, and holds no sweep: state another output")
-    else:
-        files.make_directory(directory)
-        files.write_text(directory / MANIFEST, json.dumps(manifest, indent=1) + "\n")
+    return MANIFEST in there
 
 
 def _read_manifest(directory: Path) -> Document:
@@ -231,7 +243,21 @@ def _read_manifest(directory: Path) -> Document:
     known = isinstance(found, dict) and (found.get("kind"), found.get("format")) == (KIND, FORMAT)
     if not known or not {"hash", "versions", "rows", "grid", "study"} <= found.keys():
         raise files.refusal(path, "is no manifest of a sweep of this version")
+    named = isinstance(found["versions"], dict) and found["versions"].keys() == {*PACKAGES}
+    if not named or found["hash"] != _hash(found):
+        raise files.refusal(path, "is damaged: its content is not that of its hash")
     return found
+
+
+def _reasons(paths: Sequence[Path], study: Study) -> dict[str, dict[str, int]]:
+    """By perspective how many scenarios have no plan, by their reasons."""
+    words, asked = words_of([])["reason"], study.perspectives
+    counts = np.zeros((len(asked), len(words)), dtype=int)
+    for path in paths:
+        reasons = read_part(path, {"reason": words}, ["reason"])["reason"].reshape(-1, len(asked))
+        counts += [np.bincount(each, minlength=len(words)) for each in reasons.T]
+    pairs = [zip(words[1:], each[1:], strict=True) for each in counts.tolist()]  # The first: none
+    return {name: {w: n for w, n in each if n} for name, each in zip(asked, pairs, strict=True)}
 
 
 def _refuse_others(versions: dict[str, str], source: str) -> None:

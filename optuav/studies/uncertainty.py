@@ -17,7 +17,7 @@ from optuav.diagnosis.repair import Key, keys
 from optuav.errors import Fault, InputError, refuse
 from optuav.mission import Mission
 from optuav.mission.files import label, read_toml
-from optuav.mission.messages import nearest, shown
+from optuav.mission.messages import nearest, path_of, shown
 from optuav.mission.schema import Number
 from optuav.modelling.check import evaluated
 from optuav.network import vehicle
@@ -128,7 +128,7 @@ def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tupl
     """
     source = ""
     if not isinstance(stated, Mapping):
-        path = Path(stated)
+        path = path_of(stated)
         source, stated = label(path), read_toml(path)
     known = spreadable(mission)
     found, faults = [], []

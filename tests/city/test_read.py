@@ -71,6 +71,8 @@ def test_places_are_projected_as_buildings_are(tmp_path: Path) -> None:
     )
     with pytest.raises(optuav.InputError, match="latitude"):
         city.point_m(13.0, 95.0, 0.0)
+    with pytest.raises(optuav.InputError, match="height_m = 'x': a number"):
+        city.point_m(*HERE, "x")  # type: ignore[arg-type]
 
 
 def test_the_origin_is_the_middle_by_default(tmp_path: Path) -> None:

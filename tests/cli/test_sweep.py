@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+import optuav
 from optuav.cli import output as bar
 from tests.cli.run import refused, run, words
 
@@ -33,15 +34,35 @@ def test_it_says_what_is_done_and_what_was_there(study: Path) -> None:
     first = run("sweep", str(study))
     assert first.code == 0
     directory = study.with_suffix("")
-    assert words(first.out) == words(f"Scenarios 6 Parts 2 Directory {directory}")
+    assert words(first.out) == words(
+        f"Scenarios 6 Parts 2 Directory {directory} Plans battery 6 Plans available 6"
+    )
     (directory / "part-000001.parquet").unlink()
     assert "Parts      2, 1 of them from before" in run("sweep", str(study)).out
     again = json.loads(run("sweep", str(study), "--json").out)
     assert again.pop("elapsed_s") >= 0.0
     assert again == {
         **{"kind": "optuav sweep", "directory": str(directory)},
-        **{"scenarios": 6, "parts": 2, "kept": 2},
+        **{"scenarios": 6, "parts": 2, "kept": 2, "plans": {"battery": 6, "available": 6}},
+        "without_plan": {"battery": 0, "available": 0},
+        "reasons": {"battery": {}, "available": {}},
     }
+
+
+def test_scenarios_without_a_plan_are_counted_with_their_reasons(study: Path) -> None:
+    """For each perspective, as they are in the parts."""
+    study.write_text(STUDY.replace("[600, 900]", "[60, 900]").replace("42_000", "3_000"))
+    said = json.loads(run("sweep", str(study), "--json").out)
+    found = optuav.open_sweep(study.with_suffix(""))
+    words = found.reason.attrs["words"].splitlines()
+    for name in ("battery", "available"):
+        of_one = found.sel(perspective=name)
+        assert said["plans"][name] == of_one.hover_time_s.notnull().sum()
+        assert said["without_plan"][name] == of_one.hover_time_s.isnull().sum() >= 3
+        numbers = of_one.reason.values.ravel()
+        expected = {words[each]: int((numbers == each).sum()) for each in {*numbers} - {0}}
+        assert said["reasons"][name] == expected
+    assert "3 without: the shortest flight alone" in run("sweep", str(study)).out
 
 
 def test_what_is_broken_is_replaced_unasked(study: Path) -> None:

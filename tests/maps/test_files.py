@@ -110,3 +110,10 @@ def test_a_missing_library_is_one_sentence(
     monkeypatch.setattr("optuav.errors.import_module", missing)
     with pytest.raises(InputError, match=rf"need {library}: python -m pip install {library}"):
         optuav.maps.save(found, tmp_path / name)
+
+
+def test_what_is_no_map_is_refused(tmp_path: Path) -> None:
+    words = "a map, as the functions of optuav.maps return it"
+    with pytest.raises(InputError, match=words):
+        optuav.maps.save(3, tmp_path / "x.tif")  # type: ignore[arg-type]
+    assert not [*tmp_path.iterdir()]

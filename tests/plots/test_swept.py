@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import pytest
 
 import optuav
 from optuav import plots
+from optuav.errors import InputError
 
 
 def test_lines_go_over_the_key_in_its_order() -> None:
@@ -41,3 +45,26 @@ def test_nothing_to_draw_is_drawn_without_an_error() -> None:
     assert np.isnan(np.asarray(ax.get_lines()[0].get_ydata(), dtype=float)).all()
     grid = {"limits.deadline_s": [10, 20], "battery.capacity_As": [30_000, 40_000]}
     assert len([*plots.swept(optuav.batch("paper", grid))]) == 1
+
+
+@pytest.mark.parametrize(
+    ("mission", "ranges", "options"),
+    [
+        ("paper", {}, {}),
+        ("paper", {"limits.deadline_s": [600]}, {}),
+        ("paper", {"limits.deadline_s": [600, 700]}, {"paired": True}),
+        (["paper", "paper-table2"], {"limits.deadline_s": [600, 700]}, {}),
+        (
+            "paper",
+            {"limits.deadline_s": [6, 7], "laser.power_W": [1, 2], "body.mass_kg": [1, 2]},
+            {},
+        ),
+    ],
+)
+def test_other_dimensions_are_refused(mission: Any, ranges: Any, options: Any) -> None:
+    for found in (
+        optuav.batch(mission, ranges, **options),
+        optuav.batch_arrays(mission, ranges, **options),
+    ):
+        with pytest.raises(InputError, match="a dataset of one mission over one key or two"):
+            [*plots.swept(found)]

@@ -95,6 +95,22 @@ def test_no_scheduler_is_one_error_in_time(address: str, monkeypatch: pytest.Mon
     assert time.monotonic() - began_s < 10.0
 
 
+def test_without_a_scheduler_nothing_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The study may be changed, and swept to the same directory."""
+    monkeypatch.setattr(cluster, "PATIENCE_S", 0.5)
+    file = study(tmp_path, STUDY.format(each=9, count=9))
+    with pytest.raises(InputError, match="the address of a Dask scheduler"):
+        optuav.sweep(file, scheduler="tcp://127.0.0.1:1")
+    with pytest.raises(InputError, match="workers = 3: not with a scheduler"):
+        optuav.sweep(file, workers=3, scheduler="tcp://127.0.0.1:1")
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(InputError, match="need distributed"):
+        optuav.sweep(file, workers=2)
+    assert [*tmp_path.iterdir()] == [file]
+
+
 @pytest.mark.soak
 def test_a_call_that_kills_its_workers_and_one_that_fails_are_named() -> None:
     with pytest.raises(SolverError, match="part 3 killed every worker that computed it"):

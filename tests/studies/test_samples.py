@@ -103,3 +103,8 @@ def test_layouts_refuse_what_cannot_be_built(options: dict[str, Any], words: str
     """Each with its field and what is allowed."""
     with pytest.raises(InputError, match=words):
         optuav.layouts("paper", **{"count": 2, **options})
+
+
+def test_what_is_no_path_and_no_mapping_is_refused() -> None:
+    with pytest.raises(InputError, match="None: a path"):
+        optuav.samples("paper", None, 5)  # type: ignore[arg-type]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import os
 import random
 import signal
@@ -401,6 +402,34 @@ def test_a_directory_of_anything_else_is_left_alone(tmp_path: Path) -> None:
     assert content(directory) == before
     with pytest.raises(InputError, match="is not a directory"):
         optuav.sweep(study(tmp_path, f'output = "study.toml"\n{GRID}', "other"))
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("grid", {"limits.deadline_s": [1, 2, 3, 4, 5], "battery.capacity_As": [3e3, 36e3, 30e3]}),
+        ("grid", 3),
+        ("grid", {}),
+        ("study", 3),
+        ("rows", "x"),
+        ("versions", 3),
+        ("versions", {"nosuch": "1"}),
+    ],
+)
+def test_a_manifest_that_was_edited_is_refused(name: str, value: object, tmp_path: Path) -> None:
+    """Nobody finds answers beside values of which they are not the answers."""
+    file = study(tmp_path, GRID)
+    manifest = optuav.sweep(file).directory / "manifest.json"
+    manifest.write_text(json.dumps({**json.loads(manifest.read_text()), name: value}))
+    for call, path in ((optuav.sweep, file), (optuav.open_sweep, manifest.parent)):
+        with pytest.raises(InputError, match=r"manifest\.json: is damaged"):
+            call(path)
+
+
+def test_what_is_no_path_is_refused() -> None:
+    for call in (optuav.sweep, optuav.open_sweep):
+        with pytest.raises(InputError, match="None: a path"):
+            call(None)  # type: ignore[operator]
 
 
 def test_what_cannot_be_opened_is_refused(tmp_path: Path) -> None:
