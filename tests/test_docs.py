@@ -6,6 +6,7 @@ import importlib
 import itertools
 import re
 import sys
+import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
@@ -96,6 +97,13 @@ def test_commands_of_the_readme_are_those_of_the_program() -> None:
     known = {option for each in COMMANDS for p in program(each).params for option in p.opts}
     named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", readme.read_text("utf-8"))) - {"--help"}
     assert named <= known
+
+
+def test_the_readme_names_every_extra() -> None:
+    """By its own name, as `all` does not bring all."""
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    readme = (ROOT / "README.md").read_text("utf-8")
+    assert [each for each in extras["optional-dependencies"] if f"`{each}`" not in readme] == []
 
 
 def test_make_targets_are_listed() -> None:
