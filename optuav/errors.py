@@ -3,7 +3,8 @@
 import os
 import re
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 
@@ -141,6 +142,15 @@ def refuse(faults: Iterable[Fault]) -> None:
     """Raise `InputError` with all faults, if there are any."""
     if found := tuple(faults):
         raise InputError(found)
+
+
+@contextmanager
+def collected(faults: list[Fault]) -> Iterator[None]:
+    """Add the faults of an error to others, in place of raising it."""
+    try:
+        yield
+    except InputError as error:
+        faults += error.faults
 
 
 class NoPlanError(OptuavError):

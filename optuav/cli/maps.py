@@ -8,7 +8,7 @@ import typer
 
 from optuav.cli.options import mission_of
 from optuav.cli.output import NO, check_places, deliver
-from optuav.errors import Fault, InputError, decimal
+from optuav.errors import Fault, collected, decimal, refuse
 from optuav.options import Perspective
 
 MAPS = {"device": "device", "laser": "laser", "hover-point": "hover_point"}
@@ -33,17 +33,21 @@ def map(
     """
     from optuav import maps
     from optuav.maps.files import FORMATS
+    from optuav.maps.grid import faults as grid_faults
     from optuav.maps.summary import summary, to_dict
 
     check_places(save, plot, *FORMATS)
-    stated = mission_of(mission, settings)
+    faults, ends = list[Fault](), None
     if over not in MAPS:
-        raise InputError([Fault("--over", repr(over), f"one of {', '.join(MAPS)}")])
+        faults.append(Fault("--over", repr(over), f"one of {', '.join(MAPS)}"))
     try:
         ends = None if bounds is None else tuple(decimal(each) for each in bounds.split(","))
     except ValueError:
         words = "four numbers of metres with commas between them, as in 0,0,500,800"
-        raise InputError([Fault("--bounds", repr(bounds), words)]) from None
+        faults.append(Fault("--bounds", repr(bounds), words))
+    with collected(faults):
+        stated = mission_of(mission, settings)
+    refuse([*faults, *(grid_faults(grid, ends, height_m) if faults else ())])
     options = {"bounds": ends, "height_m": height_m, "perspective": perspective}
     found = getattr(maps, MAPS[over])(stated, grid, **options)
     written = []

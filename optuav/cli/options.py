@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from optuav.errors import Fault, InputError, decimal, integer, refuse
+from optuav.errors import Fault, InputError, collected, decimal, integer, refuse
 from optuav.options import Perspective
 
 if TYPE_CHECKING:
@@ -156,10 +156,8 @@ def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
         with suppress(InputError):
             if (found := parse_toml(f"value = {text}")).keys() == {"value"}:
                 values[key] = found["value"]
-    try:
+    with collected(faults):
         mission = mission.replace(values)
-    except InputError as error:
-        faults += error.faults
     refuse(faults)
     return mission
 

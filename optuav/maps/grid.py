@@ -23,8 +23,10 @@ MOST_POINTS, BYTES = 4_000_000, 100
 """Most points of a map, and about the memory that each takes while it is computed."""
 
 
-def faults(grid: object, bounds: object) -> Iterator[Fault]:
-    """What is wrong with a grid and its bounds."""
+def faults(grid: object, bounds: object, height_m: object) -> Iterator[Fault]:
+    """What is wrong with a grid, its bounds and its height."""
+    if not (height_m is None or COORDINATE.accepts(height_m)):
+        yield Fault("height_m", shown(height_m), COORDINATE.words)
     if isinstance(grid, Sequence) and len(grid) == 2 and not isinstance(grid, str):
         words = f"at least two growing numbers, each {COORDINATE.words}"
         for name, stated in zip("xy", grid, strict=True):

@@ -11,10 +11,9 @@ import numpy as np
 
 from formulations.soc import AVAILABLE
 from optuav.arrays import Floats
-from optuav.errors import Fault, InputError, refuse
-from optuav.maps.grid import COORDINATE, Bounds, Grid, axes, faults
+from optuav.errors import Fault, collected, refuse
+from optuav.maps.grid import Bounds, Grid, axes, faults
 from optuav.mission import Mission, load
-from optuav.mission.messages import shown
 from optuav.network.routes import SAME_S
 from optuav.network.scene import scene
 from optuav.network.vehicle import hover_point_m
@@ -78,7 +77,7 @@ def device(
     [[600.1 599.4 600. ]
      [597.9 597.3 597.8]]
     """
-    return _hovers(DEVICE, load(mission), grid, bounds, height_m, perspective)
+    return _hovers(DEVICE, mission, grid, bounds, height_m, perspective)
 
 
 def laser(
@@ -115,7 +114,7 @@ def laser(
     >>> dict(found.sizes), found.attrs["best_m"]
     ({'y': 5, 'x': 5}, [1000.0, 0.0, 10.0])
     """
-    return _hovers(LASER, load(mission), grid, bounds, height_m, perspective)
+    return _hovers(LASER, mission, grid, bounds, height_m, perspective)
 
 
 def hover_point(
@@ -157,37 +156,34 @@ def hover_point(
     >>> found.reason.attrs["words"].splitlines()[int(found.reason[0, 0])][:46]
     'the device is out of reach of the hover point '
     """
-    return _hovers(HOVER_POINT, load(mission), grid, bounds, height_m, perspective)
+    return _hovers(HOVER_POINT, mission, grid, bounds, height_m, perspective)
 
 
 def _hovers(
     over: str,
-    mission: Mission,
+    mission: Mission | str | Path,
     grid: Grid,
     bounds: Bounds | None,
     height_m: float | None,
     perspective: Perspective,
 ) -> xarray.DataArray:
     """The longest hovers with a place of the mission, by its key, anywhere on a grid."""
-    found, own_m = [*faults(grid, bounds)], _own_m(over, mission)
-    if own_m is None:
-        found.append(Fault("laser", "", "the mission has none that could be elsewhere"))
-    if not (height_m is None or COORDINATE.accepts(height_m)):
-        found.append(Fault("height_m", shown(height_m), COORDINATE.words))
-    try:
-        checked_question(mission, "P1", perspective)
-    except InputError as error:
-        found += error.faults
+    found, own_m = [*faults(grid, bounds, height_m)], None
+    with collected(found):
+        whole = load(mission)
+        if (own_m := _own_m(over, whole)) is None:
+            found.append(Fault("laser", "", "the mission has none that could be elsewhere"))
+        checked_question(whole, "P1", perspective)
     refuse(found)
     assert own_m is not None
     x_m, y_m, z_m = own_m if height_m is None else (*own_m[:2], float(height_m))
-    base = mission.replace({over: (x_m, y_m, z_m)})
+    base = whole.replace({over: (x_m, y_m, z_m)})
     x, y = axes(grid, bounds, partial(_around_m, over, base))
     keys = {f"{over}[1]": "y", f"{over}[0]": "x"}
     values = batch(base, dict(zip(keys, (y, x), strict=True)), perspective=perspective)
     hover_s = values.set_coords("reason")["hover_time_s"].rename(keys)
-    facts: dict[str, Any] = {"mission": mission.name, "perspective": perspective}
-    facts |= {"over": over, "height_m": z_m} | ({"crs": mission.crs} if mission.crs else {})
+    facts: dict[str, Any] = {"mission": whole.name, "perspective": perspective}
+    facts |= {"over": over, "height_m": z_m} | ({"crs": whole.crs} if whole.crs else {})
     if (best_m := _best(hover_s.to_numpy(), x - x_m, y - y_m)) is not None:
         facts["best_m"] = [float(x[best_m[1]]), float(y[best_m[0]]), z_m]
     return hover_s.assign_attrs(facts)

@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from optuav.errors import Fault, InputError, safe_name
+from optuav.errors import Fault, InputError, collected, safe_name
 from optuav.mission.files import STANDARD, label, read_toml, refusal
 from optuav.mission.messages import nearest, shown
 from optuav.mission.mission import Mission, overlay
@@ -73,10 +73,8 @@ def load_all(missions: Any, faults: list[Fault]) -> list[Mission]:
     single = isinstance(missions, Mission | str | Path) or not isinstance(missions, Iterable)
     found = list[Mission]()
     for each in [missions] if single else missions:
-        try:
+        with collected(faults):
             found.append(load(each))
-        except InputError as error:
-            faults += error.faults
     return found
 
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from formulations.formulation import Formulation
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats
-from optuav.errors import Fault, InputError, refuse, require
+from optuav.errors import Fault, collected, refuse, require
 from optuav.mission import Mission, load_all
 from optuav.mission.messages import shown
 from optuav.network.network import build_network
@@ -223,25 +223,19 @@ def _solved(
     if not (wholes or faults):
         faults.append(Fault("mission", shown(mission), "a mission, or several of them"))
     if isinstance(ranges, Mapping) and ROOFS in ranges and not several:
-        try:
+        with collected(faults):
             wholes = [layout for whole in wholes for layout in relocated(whole, ranges[ROOFS])]
             keys[ROOFS], several = np.array(ranges[ROOFS], dtype=float), "layout"
-        except InputError as error:
-            faults += error.faults
         ranges = {key: each for key, each in ranges.items() if key != ROOFS}
     if not wholes:
         values_of(ranges, faults, paired=paired)
     every, questions = list[Scenarios](), list[Question]()  # One, and one a perspective, a mission
     for whole in wholes:
-        try:
+        with collected(faults):
             every.append(scenarios(whole, ranges, paired=paired))
-        except InputError as error:
-            faults += error.faults
         for each in asked:
-            try:
+            with collected(faults):
                 questions.append(checked_question(whole, problem, each))
-            except InputError as error:
-                faults += error.faults
     values = every[0].values if every else {}
     if several and paired and values and every[0].count != len(wholes):
         words = f"{len(wholes)} {several}s, {every[0].count} values of each key"

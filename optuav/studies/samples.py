@@ -9,11 +9,11 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.errors import Fault, refuse
+from optuav.errors import Fault, collected, refuse
 from optuav.mission import Mission, load
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import Number
-from optuav.studies.uncertainty import spreads
+from optuav.studies.uncertainty import Spread, spreads
 
 Method: TypeAlias = Literal["sobol", "latin-hypercube"]
 METHODS: tuple[Method, ...] = get_args(Method)
@@ -83,10 +83,11 @@ def samples(
     if method not in METHODS:
         words = f"one of {', '.join(METHODS)}{nearest(str(method), METHODS)}"
         faults.append(Fault("method", shown(method), words))
+    spread = tuple[Spread, ...]()
+    with collected(faults):
+        if not (spread := spreads(load(mission), uncertainty)):
+            faults.append(Fault("uncertainty", "", "at least one key with its distribution"))
     refuse(faults)
-    spread = spreads(mission if isinstance(mission, Mission) else load(mission), uncertainty)
-    if not spread:
-        refuse([Fault("uncertainty", "", "at least one key with its distribution")])
     if method == "sobol":
         shares = sobol(len(spread), seed, 0, count)
     else:

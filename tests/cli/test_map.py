@@ -111,3 +111,16 @@ def test_no_plan_anywhere_is_an_honest_no() -> None:
 def test_faults_are_one_message(arguments: tuple[str, ...], words: str, folder: Path) -> None:
     assert words in refused("map", "paper", *arguments)
     assert not [*folder.iterdir()]
+
+
+def test_faults_of_all_options_are_said_at_once() -> None:
+    asked = ("--over", "roof", "--step", "0", "--bounds", "1,b", "--height-m", "inf")
+    said = refused("map", "paper", *asked, "--set", "limits.min_soc=3")
+    for words in (
+        "--over = 'roof'",
+        "--step = 0.0",
+        "--bounds = '1,b'",
+        "--height-m = inf",
+        "min_soc",
+    ):
+        assert said.count(words) == 1

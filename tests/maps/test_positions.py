@@ -157,4 +157,10 @@ def test_all_faults_are_named_at_once() -> None:
     with pytest.raises(optuav.InputError) as caught:
         optuav.maps.laser(dark, 0, bounds=(1, 1, 0, 0), height_m=1e9, perspective="x")  # type: ignore[arg-type]
     keys = [fault.key for fault in caught.value.faults]
-    assert keys == ["grid", "bounds", "laser", "height_m", "perspective"]
+    assert keys == ["height_m", "grid", "bounds", "laser", "perspective"]
+
+
+def test_a_mission_that_is_missing_hides_no_fault_of_the_grid() -> None:
+    with pytest.raises(optuav.InputError) as caught:
+        optuav.maps.laser("nosuch", 0, height_m="x")  # type: ignore[arg-type]
+    assert [fault.key for fault in caught.value.faults] == ["height_m", "grid", ""]

@@ -108,3 +108,9 @@ def test_layouts_refuse_what_cannot_be_built(options: dict[str, Any], words: str
 def test_what_is_no_path_and_no_mapping_is_refused() -> None:
     with pytest.raises(InputError, match="None: a path"):
         optuav.samples("paper", None, 5)  # type: ignore[arg-type]
+
+
+def test_faults_of_samples_are_said_at_once() -> None:
+    with pytest.raises(InputError) as caught:
+        optuav.samples("paper", {"nosuch.key": {"percent": 1}}, 0, method="x")  # type: ignore[arg-type]
+    assert [fault.key for fault in caught.value.faults] == ["count", "method", "nosuch.key"]
