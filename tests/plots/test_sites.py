@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 
 pytest.importorskip("matplotlib")
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 import optuav
@@ -21,13 +21,14 @@ ROOFS_M = HAZE.buildings.roof_m + np.array([0.0, 0.0, 3.0])
 DEVICES_M = [(200, 1000), (700, 1700), (1300, 2400), (1800, 1000), (200, 1700)]
 
 
-def artists(ax: Axes) -> dict[str, list[list[float]]]:
-    """Points and lines by the words of the legend [m]."""
-    found = {str(line.get_label()): np.asarray(line.get_xydata()).tolist() for line in ax.lines}
-    for each in ax.collections:
-        if isinstance(each, LineCollection):
-            found[str(each.get_label())] = np.asarray(each.get_segments()).tolist()
-    return found
+def artists(ax: Axes) -> dict[str, list[Any]]:
+    """Points, and both ends of lines, by the words of the legend [m]."""
+    drawn = {str(line.get_label()): np.asarray(line.get_xydata()) for line in ax.lines}
+    lines = ("device and its laser", "moved")
+    return {
+        words: (at_m.reshape(-1, 3, 2)[:, :2] if words in lines else at_m).tolist()
+        for words, at_m in drawn.items()
+    }
 
 
 def test_all_is_where_the_answer_says(overlaps: Overlaps) -> None:
