@@ -20,7 +20,7 @@ from pydantic import BaseModel, ValidationError
 from optuav.arrays import Floats
 from optuav.calibration.csv import counted
 from optuav.calibration.fit import Fit, Panel, Role, estimate, rounded
-from optuav.errors import Fault, InputError, refuse
+from optuav.errors import Fault, InputError, collected, refuse
 from optuav.mission import Mission, load, shipped
 from optuav.mission.files import label, read_toml
 from optuav.mission.messages import nearest, number, shown
@@ -307,11 +307,9 @@ def read_table(path: Path) -> ResultsTable:
         faults.append(Fault("rows", "", "tables [[rows]] with name, given, fit, check"))
     base = stated.mission if stated.mission in shipped() else str(path.parent / stated.mission)
     mission = None
-    try:
+    with collected(faults):
         known = {**stated.known, **free, **dict.fromkeys(tied, 1.0)}
         mission = tie(load(base).replace(known), tied)
-    except InputError as error:
-        faults += error.faults
     numbers = list[TableNumber]()
     for place, row in enumerate(stated.rows):
         faults += _faults_of_row(f"rows[{place}].given", row.given, mission)

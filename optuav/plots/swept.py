@@ -49,8 +49,8 @@ def swept(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
     """
     hover_s, known = getattr(found, "hover_time_s", None), getattr(found, "attrs", {})
     keys = [name for name in getattr(hover_s, "dims", ()) if name != "perspective"]
-    drawable = [each for each in keys if each in found.coords and "units" in found[each].attrs]
-    drawable = [each for each in drawable if len(np.unique(found[each])) > 1]
+    several = [each for each in keys if len(np.unique(found[each])) > 1]
+    drawable = [each for each in several if "units" in found[each].attrs]
     if len(drawable) not in (1, 2) or drawable != keys or "mission" not in known:
         words = "a dataset of one mission over one key or two, of several values each"
         raise InputError([Fault("found", ", ".join(map(str, keys)), words)])

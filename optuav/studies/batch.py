@@ -243,8 +243,10 @@ def _solved(
     refuse(dict.fromkeys(faults))
     shape = {} if isinstance(perspective, str) else {"perspective": len(asked)}
     if several and paired:
-        every = [each.row(number if values else 0) for number, each in enumerate(every)]
         shape |= {ROW: len(wholes)}
+        for row, whole in enumerate(wholes):
+            of_row = {key: column[row : row + 1] for key, column in values.items()}
+            every[row] = Scenarios(whole, of_row, paired)
     else:
         shape |= ({several: len(wholes)} if several else {}) | every[0].sizes
     names = dict.fromkeys(name for whole in wholes for name in whole.buildings.names)

@@ -123,7 +123,7 @@ def layouts(
         words = "(x low, y low, x high, y high), low < high, each |x| <= 1e6 [m]"
         faults.append(Fault("area_m", shown(area_m), words))
     refuse(faults)
-    base = mission if isinstance(mission, Mission) else load(mission)
+    base = load(mission)
     low_m, high_m = np.array(area_m[:2], float), np.array(area_m[2:], float)
     side_m = 1000.0 * math.sqrt(built_up / per_km2) if kind == "manhattan" else float(size_m)
     step_m = np.full(2, 1000.0 / math.sqrt(per_km2))

@@ -57,11 +57,6 @@ class Scenarios:
             return lengths
         return {ROW: next(iter(lengths.values()), 1)}
 
-    def row(self, number: int) -> Scenarios:
-        """One of the rows alone."""
-        values = {key: each[number : number + 1] for key, each in self.values.items()}
-        return Scenarios(self.mission, values, self.paired)
-
     @property
     def count(self) -> int:
         """Number of scenarios."""

@@ -69,7 +69,7 @@ def sweep(
     workers
         Number of processes of this machine that share the work, 1 to 1000.
     scheduler
-        Address of a Dask scheduler, whose workers do the work instead.
+        Address of a Dask scheduler, whose workers do the work instead; without `workers`.
     progress
         Called with the number of scenarios done, that of all, and words.
 
