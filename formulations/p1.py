@@ -51,7 +51,7 @@ class P1(Formulation):
 def state_limits(
     model: Model, given: Given, problem: str, hover: Variable | None = None, rest: Operand = 0.0
 ) -> None:
-    """State constraints a to e, which (P1) and (P2) have in common; without times a, c and e."""
+    """State constraints a to e, which (P1) and (P2) share; without times only a, c and e."""
     in_reach = given.hover_distance_m <= given.coverage_radius_m
     model.subject_to(f"{problem}.a outage", in_reach, unit="m", kind="outage")
     if hover is not None:

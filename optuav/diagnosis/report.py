@@ -22,8 +22,8 @@ NO_REPAIR = (
 NOT_TRIED = "each is a single change; places were not moved"
 IN_SLOTS = "where whole slots have to add up to a time exactly, values between those tried may do"
 UNDECIDED = (
-    "no effect with one rest and one hover; whether a change has an effect with more stops was not "
-    "examined"
+    "with one rest and one hover in one piece the hover time stays the same; with more stops it "
+    "may change"
 )
 
 

@@ -118,7 +118,7 @@ class CasadiProgramme:
 
     It is one programme for the objective and one for each preference, with limits that keep the
     earlier goals as good as they were. Constraints without an unknown are `settled`. Those that an
-    equation implies have no limit: else IPOPT had no interior to walk in, and multipliers would
+    equation implies have no limit: with one, IPOPT has no interior to walk in, and multipliers
     grow that excuse any error.
     """
 

@@ -579,7 +579,7 @@ def test_what_is_proved_of_more_stops_is_not_contradicted() -> None:
     explained = explain(optuav.load("matrice350"), optuav.P1(stops=2, hovers=2))
     words = " ".join(str(explained).split())
     assert "at most 2 rests and 2 hovers bring nothing" in words
-    assert "whether a change has an effect with more stops was not examined" in words
+    assert "with more stops it may change" in words
     assert "not excluded" not in words
 
 
