@@ -22,7 +22,7 @@ from optuav.city.city import DEGREES, ON_EARTH, City, on_earth, plane
 from optuav.city.cityjson import FARTHEST, solids
 from optuav.errors import Fault, InputError, printable, refuse
 from optuav.mission.files import label, refusal, refusals
-from optuav.mission.messages import listed, nearest, shown
+from optuav.mission.messages import listed, misfits, nearest, shown
 from optuav.mission.schema import Number
 
 HEIGHT = Number("m", gt=0, le=1e6)
@@ -159,10 +159,9 @@ def _faults(
     level_height_m: object, default_height_m: object, bbox: object, origin: object
 ) -> Iterator[Fault]:
     """What is wrong with the numbers that are asked for."""
-    if not HEIGHT.accepts(level_height_m):
-        yield Fault("level_height_m", shown(level_height_m), HEIGHT.words)
-    if default_height_m is not None and not HEIGHT.accepts(default_height_m):
-        yield Fault("default_height_m", shown(default_height_m), HEIGHT.words)
+    yield from misfits(("level_height_m", level_height_m, HEIGHT))
+    if default_height_m is not None:
+        yield from misfits(("default_height_m", default_height_m, HEIGHT))
     ends = [*bbox] if isinstance(bbox, Sequence) and len(bbox) == 4 else [0] * 4
     ordered = on_earth(ends[:2]) and on_earth(ends[2:]) and ends[0] < ends[2] and ends[1] < ends[3]
     if bbox is not None and not ordered:

@@ -138,7 +138,7 @@ def question_of(subject: Subject, graph: Graph | None = None, **options: Any) ->
     if isinstance(subject, Plan):
         mission, stated = subject.mission, _of_plan(subject)
     else:
-        mission = subject if isinstance(subject, Mission) else load(subject)
+        mission = load(subject)
     checked = checked_question(mission, **stated)
     return MissionQuestion(mission, replace(checked, slot_s=stated.get("slot_s")), graph)
 

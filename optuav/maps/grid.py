@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, refuse
-from optuav.mission.messages import shown
+from optuav.mission.messages import misfits, shown
 from optuav.mission.schema import Number
 
 Grid: TypeAlias = float | tuple[npt.ArrayLike, npt.ArrayLike]
@@ -25,8 +25,8 @@ MOST_POINTS, BYTES = 4_000_000, 100
 
 def faults(grid: object, bounds: object, height_m: object) -> Iterator[Fault]:
     """What is wrong with a grid, its bounds and its height."""
-    if not (height_m is None or COORDINATE.accepts(height_m)):
-        yield Fault("height_m", shown(height_m), COORDINATE.words)
+    if height_m is not None:
+        yield from misfits(("height_m", height_m, COORDINATE))
     if isinstance(grid, Sequence) and len(grid) == 2 and not isinstance(grid, str):
         words = f"at least two growing numbers, each {COORDINATE.words}"
         for name, stated in zip("xy", grid, strict=True):

@@ -66,6 +66,20 @@ def nearest(key: str, known: Iterable[str]) -> str:
     return f"; did you mean '{like[0]}'?" if like else ""
 
 
+def misfits(*stated: tuple[str, object, Number]) -> Iterator[Fault]:
+    """Which options are not such numbers, by name and value; a whole number has to be an `int`."""
+    for option, value, number in stated:
+        if not number.accepts(value) or (number.whole and not isinstance(value, int)):
+            yield Fault(option, "" if value is None else shown(value), number.words)
+
+
+def unknown(option: str, value: object, allowed: Sequence[str]) -> Fault:
+    """A value that is none of those allowed, with the nearest of them."""
+    hint = nearest(value, allowed) if isinstance(value, str) else ""
+    words = "one of" if len(allowed) > 1 else "must be"
+    return Fault(option, shown(value), f"{words} {', '.join(allowed)}{hint}")
+
+
 def listed(names: Sequence[str]) -> str:
     """The first ten names."""
     return ", ".join(names[:10]) + (", …" if len(names) > 10 else "")

@@ -15,7 +15,7 @@ from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.errors import Fault, folded, line_width, printable, refuse
 from optuav.mission import Mission, load_all
-from optuav.mission.messages import nearest, shown
+from optuav.mission.messages import misfits, shown, unknown
 from optuav.mission.schema import Number
 from optuav.options import Perspective
 from optuav.siting.choice import (
@@ -253,22 +253,16 @@ def _faults(
     lasers: Any, objective: Any, at_least_s: Any, perspective: Any, gap: Any, time_limit_s: Any
 ) -> Iterator[Fault]:
     """What is wrong with options, or contradicts another."""
-    if not isinstance(lasers, int) or not COUNT.accepts(lasers):
-        yield Fault("lasers", shown(lasers), COUNT.words)
-    for name, value, known in (
-        ("objective", objective, OBJECTIVES),
-        ("perspective", perspective, (*PAPER, AVAILABLE)),
-    ):
-        if value not in known:
-            words = f"one of {', '.join(known)}{nearest(str(value), known)}"
-            yield Fault(name, shown(value), words)
+    yield from misfits(("lasers", lasers, COUNT))
+    if objective not in OBJECTIVES:
+        yield unknown("objective", objective, OBJECTIVES)
+    if perspective not in (known := (*PAPER, AVAILABLE)):
+        yield unknown("perspective", perspective, known)
     if objective == "covered" and not ENOUGH.accepts(at_least_s):
         yield Fault("at_least_s", shown(at_least_s), f"{ENOUGH.words}, with objective 'covered'")
     if objective in ("mean", "worst") and at_least_s is not None:
         yield Fault("at_least_s", shown(at_least_s), "none but with objective 'covered'")
-    for name, value, number in (("gap", gap, GAP), ("time_limit_s", time_limit_s, LIMIT)):
-        if not number.accepts(value):
-            yield Fault(name, shown(value), number.words)
+    yield from misfits(("gap", gap, GAP), ("time_limit_s", time_limit_s, LIMIT))
 
 
 def _unfit(mission: Mission, perspective: Perspective) -> Iterator[Fault]:

@@ -1,6 +1,6 @@
 """What is asked of a mission, checked and completed, and the engine that answers it."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -15,7 +15,7 @@ from optuav.engines.registry import Engine, capabilities, conforming, engine, ne
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
-from optuav.mission.messages import nearest, shown
+from optuav.mission.messages import misfits, shown, unknown
 from optuav.mission.schema import SLOT, Number
 from optuav.modelling import Model
 from optuav.modelling.classify import traits
@@ -145,10 +145,7 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
             yield Fault("order", repr(problem.order), "there is no rest on the direct route")
     if p1.hover_point not in HOVER_POINTS:
         yield unknown("hover_point", p1.hover_point, HOVER_POINTS)
-    counts = ("stops", p1.stops, RESTS), ("hovers", p1.hovers, HOVERS)
-    for option, count, number in counts:
-        if not number.accepts(count) or not isinstance(count, int):
-            yield Fault(option, shown(count), number.words)
+    yield from misfits(("stops", p1.stops, RESTS), ("hovers", p1.hovers, HOVERS))
     if question.perspective not in (names := tuple(PERSPECTIVES)):
         yield unknown("perspective", question.perspective, names)
     if isinstance(question.engine, str) and question.engine not in (AUTO, *capabilities):
@@ -188,13 +185,6 @@ def not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Ite
             known = [str(each) for each in choices if each is not None]
             start = "must be one of " if len(known) > 1 else "must be "
             yield Fault(option, repr(value), f"{start}{', '.join(known) or 'left out'} {words}")
-
-
-def unknown(option: str, value: object, allowed: Sequence[str]) -> Fault:
-    """A value that is none of those allowed, with the nearest of them."""
-    hint = nearest(value, allowed) if isinstance(value, str) else ""
-    words = "one of" if len(allowed) > 1 else "must be"
-    return Fault(option, repr(value), f"{words} {', '.join(allowed)}{hint}")
 
 
 def chosen_engine(model: Model, question: Question) -> Engine:

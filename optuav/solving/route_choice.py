@@ -20,6 +20,7 @@ from formulations.soc import PAPER
 from optuav.engines.linear_form import last_slot, own_bounds
 from optuav.errors import SolverError, refuse
 from optuav.mission import Mission
+from optuav.mission.messages import unknown
 from optuav.modelling import Model
 from optuav.modelling.expression import PartedLabel
 from optuav.network.graph import Graph
@@ -29,7 +30,7 @@ from optuav.plan import Plan
 from optuav.solving.assemble import quantities
 from optuav.solving.outcome import Part, plan_of, plan_without, shortfalls
 from optuav.solving.program import Program
-from optuav.solving.question import answer, unknown
+from optuav.solving.question import answer
 from optuav.solving.solve import formulate
 from optuav.status import Status
 

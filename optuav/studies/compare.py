@@ -12,13 +12,13 @@ from formulations.soc import AVAILABLE, PAPER
 from optuav.errors import Fault, refuse
 from optuav.judge.course import TOLERANCE
 from optuav.mission import Mission, load
-from optuav.mission.messages import shown
+from optuav.mission.messages import misfits, shown, unknown
 from optuav.mission.schema import SLOT, Number
 from optuav.options import SCHEDULES, Perspective
 from optuav.plan import Plan
 from optuav.plan.summary import counted_in, tabulated
 from optuav.solving import solve
-from optuav.solving.question import LIMIT, unknown
+from optuav.solving.question import LIMIT
 from optuav.studies.methods import Progress, compare_methods
 from optuav.studies.processes import worker_faults
 from optuav.studies.results import Draw, Pictures, Results, Row, fixed
@@ -195,9 +195,7 @@ def _faults(
         if not names or len(set(names)) < len(names):
             yield Fault("by", repr(names), f"each once, at least one of {', '.join(AXES)}")
     for name, number in (("slots_s", SLOT), ("periods_s", PERIOD), ("time_limit_s", LIMIT)):
-        for value in given[name] or ():
-            if not number.accepts(value):
-                yield Fault(name, shown(value), number.words)
+        yield from misfits(*((name, value, number) for value in given[name] or ()))
     slots = tuple(given["slots_s"] or ())
     if len(set(slots)) < len(slots):
         yield Fault("slots_s", shown(slots), "each length once")

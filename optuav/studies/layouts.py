@@ -13,7 +13,7 @@ import numpy as np
 from optuav.arrays import Booleans, Floats
 from optuav.errors import Fault, InputError, refuse
 from optuav.mission import Mission, load
-from optuav.mission.messages import nearest, shown
+from optuav.mission.messages import misfits, shown, unknown
 from optuav.mission.schema import MOST_ITEMS, Number
 
 Kind: TypeAlias = Literal["uniform", "grid", "manhattan"]
@@ -108,14 +108,9 @@ def layouts(
     checked = [(name, value, OPTIONS[name]) for name, value in stated.items()]
     checked += [("size_m", size_m, OPTIONS["size_m"]), ("count", count, COUNT)]
     checked += [("buildings", buildings, BUILDINGS), ("seed", seed, SEED)]
-    faults = [
-        Fault(name, shown(value), number.words)
-        for name, value, number in checked
-        if not number.accepts(value) or (number.whole and not isinstance(value, int))
-    ]
+    faults = [*misfits(*checked)]
     if kind not in KINDS:
-        words = f"one of {', '.join(KINDS)}{nearest(str(kind), KINDS)}"
-        faults.append(Fault("kind", shown(kind), words))
+        faults.append(unknown("kind", kind, KINDS))
     if not _ordered(heights_m, 2, OPTIONS["height_m"]):
         words = f"two heights, the lower first, each {OPTIONS['height_m'].words}"
         faults.append(Fault("heights_m", shown(heights_m), words))

@@ -9,7 +9,7 @@ from threading import Lock, Thread
 from typing import Any, TypeVar
 
 from optuav.errors import Fault
-from optuav.mission.messages import shown
+from optuav.mission.messages import misfits
 from optuav.mission.schema import Number
 
 Result = TypeVar("Result")
@@ -20,8 +20,7 @@ WORKERS = Number("-", ge=1, le=1000, whole=True)
 
 def worker_faults(workers: object) -> Iterator[Fault]:
     """What is wrong with a number of processes."""
-    if not WORKERS.accepts(workers) or not isinstance(workers, int):
-        yield Fault("workers", shown(workers), WORKERS.words)
+    yield from misfits(("workers", workers, WORKERS))
 
 
 def run_tasks(

@@ -11,7 +11,7 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.errors import Fault, collected, refuse
 from optuav.mission import Mission, load
-from optuav.mission.messages import nearest, shown
+from optuav.mission.messages import misfits, unknown
 from optuav.mission.schema import Number
 from optuav.studies.uncertainty import Spread, spreads
 
@@ -74,15 +74,9 @@ def samples(
     >>> f"{found['hover_time_s'].mean():.0f} s of hover on average"
     '720 s of hover on average'
     """
-    stated = (("count", count, COUNT), ("seed", seed, SEED))
-    faults = [
-        Fault(name, shown(value), number.words)
-        for name, value, number in stated
-        if not isinstance(value, int) or not number.accepts(value)
-    ]
+    faults = [*misfits(("count", count, COUNT), ("seed", seed, SEED))]
     if method not in METHODS:
-        words = f"one of {', '.join(METHODS)}{nearest(str(method), METHODS)}"
-        faults.append(Fault("method", shown(method), words))
+        faults.append(unknown("method", method, METHODS))
     spread = tuple[Spread, ...]()
     with collected(faults):
         if not (spread := spreads(load(mission), uncertainty)):

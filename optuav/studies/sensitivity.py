@@ -10,7 +10,7 @@ from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats
 from optuav.errors import Fault, refuse
 from optuav.mission import Mission, load
-from optuav.mission.messages import shown
+from optuav.mission.messages import misfits, unknown
 from optuav.mission.schema import Number
 from optuav.network.network import Network, build_network
 from optuav.network.variants import Variants
@@ -19,7 +19,7 @@ from optuav.plan import Plan
 from optuav.plan.summary import tabulated
 from optuav.solving import solve
 from optuav.solving.best_plans import best_plans
-from optuav.solving.question import checked_question, unknown
+from optuav.solving.question import checked_question
 from optuav.studies.results import Pictures, Results, Row, fixed
 from optuav.studies.uncertainty import Chances, FixedPlan, Spread, chances, spreads, unstated
 
@@ -102,11 +102,7 @@ def sensitivity(
     >>> round(capacity["local_elasticity"], 3)
     0.971
     """
-    faults = [
-        Fault(name, shown(value), number.words)
-        for name, value, number in (("samples", samples, SAMPLES), ("seed", seed, SEED))
-        if not isinstance(value, int) or not number.accepts(value)
-    ]
+    faults = [*misfits(("samples", samples, SAMPLES), ("seed", seed, SEED))]
     if perspective not in (known := (*PAPER, AVAILABLE)):
         faults.append(unknown("perspective", perspective, known))
     if plan is not None and not plan:

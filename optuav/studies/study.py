@@ -20,7 +20,7 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, refuse
 from optuav.mission import Mission, load_all, shipped
 from optuav.mission.files import STANDARD, label, read_toml
-from optuav.mission.messages import allowed, nearest, shown
+from optuav.mission.messages import allowed, misfits, nearest, shown
 from optuav.mission.schema import Allowed, Number
 from optuav.options import Perspective
 from optuav.solving.question import ASKED, checked_question, perspectives_of, problem_of
@@ -233,9 +233,7 @@ def _samples(mission: Mission | None, stated: Document) -> tuple[int, int, tuple
     """Number of samples, their seed, and how their keys are spread."""
     spread, faults = {**stated}, list[Fault]()
     count, seed = spread.pop("count", None), spread.pop("seed", 0)
-    for name, value, number in (("count", count, COUNT), ("seed", seed, SEED)):
-        if not isinstance(value, int) or not number.accepts(value):
-            faults.append(Fault(name, "" if value is None else shown(value), number.words))
+    faults += misfits(("count", count, COUNT), ("seed", seed, SEED))
     found = tuple[Spread, ...]()
     with _collected(faults):
         found = spreads(mission, spread) if mission else ()
