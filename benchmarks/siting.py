@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.timing import Row, median_s
 from optuav.arrays import Floats
-from optuav.siting.choice import Choice, best_sites
+from optuav.siting.selection import Selection, best_sites
 
 WALLS, HALF_RAD, FAR_S, MORE_S = 3, 0.35, 300.0, 700.0
 """Walls around each site, half the angle that each hides, the hover without a laser and how much
@@ -77,7 +77,7 @@ def run() -> list[Row]:
     for what, hover_s, count, gap, options in cases:
         solve = partial(best_sites, hover_s, count, gap=gap, time_limit_s=LIMIT_S, **options)
         begin = time.process_time()
-        found: Choice = solve()
+        found: Selection = solve()
         seconds = time.process_time() - begin
         gained = f"greedy {found.greedy_value:.6g}, found {found.value:.6g} ≤ {found.bound:.6g}"
         told = f"{what}: {gained}, gap {found.gap:.2%}"

@@ -40,6 +40,7 @@ from optuav.plan import Plan as Plan
 from optuav.plan import load_plan as load_plan
 from optuav.siting.place_laser import Siting as Siting
 from optuav.siting.place_laser import place_laser as place_laser
+from optuav.siting.selection import Selection as Selection
 from optuav.solving import Program as Program
 from optuav.solving import formulate as formulate
 from optuav.solving import solve as solve

@@ -46,7 +46,7 @@ RECORDS: list[Any] = [
     *(Battery, Capability, Check, Event, Explanation, Hovers, Let, Parameter, Phase, PhaseStage),
     *(PlannedStop, Residuals, RouteChoice, ShadowPrice, Solution, Stage, Stop, Tilted, Trace),
     *(Variable, Wells, optuav.Datasheet, optuav.Fault, optuav.Itinerary, optuav.Plan),
-    optuav.Program,
+    *(optuav.Program, optuav.Selection, optuav.Siting),
 ]
 
 

@@ -6,6 +6,7 @@ import reprlib
 from collections.abc import Iterable, Iterator, Sequence
 from decimal import Decimal
 from functools import cache
+from numbers import Integral
 from pathlib import Path
 from typing import Any, get_args
 
@@ -67,9 +68,9 @@ def nearest(key: str, known: Iterable[str]) -> str:
 
 
 def misfits(*stated: tuple[str, object, Number]) -> Iterator[Fault]:
-    """Which options are not such numbers, by name and value; a whole number has to be an `int`."""
+    """Which options are not such numbers, by name and value; a whole one has to be integral."""
     for option, value, number in stated:
-        if not number.accepts(value) or (number.whole and not isinstance(value, int)):
+        if not number.accepts(value) or (number.whole and not isinstance(value, Integral)):
             yield Fault(option, "" if value is None else shown(value), number.words)
 
 

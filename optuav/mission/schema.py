@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
+from numbers import Real
 from operator import ge, gt, le, lt
 from textwrap import dedent
 from typing import Annotated, Literal, TypeAlias, TypeGuard
@@ -59,7 +60,7 @@ class Number(GroupedMetadata):
 
     def accepts(self, value: object) -> TypeGuard[float]:
         """Whether the value is such a number."""
-        if not isinstance(value, int | float) or isinstance(value, bool):
+        if not isinstance(value, Real) or isinstance(value, bool):
             return False
         if self.whole and value % 1 != 0:
             return False

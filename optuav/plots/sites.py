@@ -8,6 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from optuav.arrays import Floats
+from optuav.errors import Fault, InputError
+from optuav.mission.messages import shown
 from optuav.network.scene import scene
 from optuav.plots import style
 from optuav.plots.map import draw_buildings
@@ -31,6 +33,11 @@ def sites(found: Siting) -> Axes:
     -------
     The axes, in m.
 
+    Raises
+    ------
+    InputError
+        If it is no such answer.
+
     Examples
     --------
     >>> import optuav
@@ -39,16 +46,18 @@ def sites(found: Siting) -> Axes:
     >>> optuav.plots.sites(found).get_title(loc="left")
     'paper: lasers on 1 of 2 candidates, available'
     """
-    shown, served = scene(found.missions[0]), found.laser >= 0
+    if not hasattr(found, "candidates_m"):
+        raise InputError([Fault("found", shown(found), "as optuav.place_laser returns it")])
+    site, served = scene(found.missions[0]), found.laser >= 0
     devices_m = np.array([mission.link.device_m[:2] for mission in found.missions])
     candidates_m, lasers_m = found.candidates_m[:, :2], found.position_m[:, :2]
-    chosen_m = candidates_m[[*found.choice.sites]]
+    chosen_m = candidates_m[[*found.selection.sites]]
     roofs_m = found.missions[0].buildings.roof_m[:, :2]
     every_m = np.concatenate([devices_m, candidates_m, lasers_m, roofs_m])
     x, y = (style.margins(values) for values in every_m.T)
     ax = map_axes(np.array([x[1] - x[0], y[1] - y[0]]))
     ax.set(xlim=x, ylim=y, xlabel="x [m]", ylabel="y [m]")
-    handles = draw_buildings(ax, shown, {"facecolor": PALE, "edgecolor": GREY})
+    handles = draw_buildings(ax, site, {"facecolor": PALE, "edgecolor": GREY})
     own_m, moved = lasers_m[found.laser[served]], (chosen_m != lasers_m).any(axis=1)
     drawn: tuple[tuple[str, str, Floats, str, float], ...] = (
         ("-", "device and its laser", _lines(devices_m[served], own_m), SKY, 0.0),

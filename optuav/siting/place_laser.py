@@ -3,32 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import asdict, dataclass, field
+from math import isnan
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from formulations.soc import AVAILABLE, PAPER
+from formulations.soc import PAPER, PERSPECTIVES
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.errors import Fault, folded, line_width, printable, refuse
 from optuav.mission import Mission, load_all
-from optuav.mission.messages import misfits, shown, unknown
+from optuav.mission.messages import listed, misfits, shown, unknown
 from optuav.mission.schema import Number
 from optuav.options import Perspective
-from optuav.siting.choice import (
+from optuav.siting.places import hover_table, refined
+from optuav.siting.selection import (
     OBJECTIVES,
     SAME_S,
-    Choice,
     Objective,
+    Selection,
     best_sites,
     value_of,
     worth_of,
 )
-from optuav.siting.refine import refined
-from optuav.siting.table import hover_table
 from optuav.solving.question import LIMIT
 
 COUNT = Number("-", ge=1, le=1000, whole=True)
@@ -43,36 +42,53 @@ POINTS = "points (x, y, z) [m], |x| <= 1e6, as an array (site, 3) with at least 
 class Siting:
     """The answer of `optuav.place_laser`: which sites, what they give, and what none exceeds.
 
+    Parameters
+    ----------
+    missions
+        The missions.
+    candidates_m
+        The candidates (site, 3) [m].
+    perspective
+        How charge was counted.
+    at_least_s
+        Hover that counts as covered [s], or None.
+    selection
+        The candidates selected and those of a greedy choice, with their values and the bound.
+    candidate_hover_s
+        Longest hovers (mission, site) [s], NaN without a plan.
+    position_m
+        Where the lasers are in the end (laser, 3) [m], in the order of `selection.sites`.
+    hover_s
+        Longest hovers there (mission, laser) [s], NaN without a plan.
+
     Examples
     --------
     >>> import optuav
     >>> hazy = optuav.load("paper").replace({"laser.visibility_km": 2.0})
     >>> found = optuav.place_laser(hazy, [[1000, 0, 50], [1000, 2000, 50]], refine=False)
-    >>> found.choice.sites, found.gap, found.position_m.tolist()
+    >>> found.selection.sites, found.gap, found.position_m.tolist()
     ((1,), 0.0, [[1000.0, 2000.0, 50.0]])
     """
 
     missions: tuple[Mission, ...]
-    candidates_m: Floats  # (site, 3) [m]
+    candidates_m: Floats
     perspective: Perspective
-    at_least_s: float | None  # Hover that counts as covered [s]
-    choice: Choice  # The sites chosen and by greedy choice, value and bound
-    candidate_hover_s: Floats = field(repr=False)  # (mission, site) [s]; NaN without a plan
-    # Where the lasers are in the end (laser, 3) [m], in the order of `choice.sites`, and the hover
-    # times there (mission, laser) [s]; NaN without a plan.
+    at_least_s: float | None
+    selection: Selection
+    candidate_hover_s: Floats = field(repr=False)
     position_m: Floats
     hover_s: Floats = field(repr=False)
 
     @property
     def value(self) -> float:
         """Mean or smallest hover [s] or the number of missions covered, lasers where they are."""
-        counted = _counting(self.candidate_hover_s, self.choice.objective)
-        return _value(self.hover_s[counted], self.choice.objective, self.at_least_s)
+        counted = _counting(self.candidate_hover_s, self.selection.objective)
+        return _value(self.hover_s[counted], self.selection.objective, self.at_least_s)
 
     @property
     def gap(self) -> float:
-        """By how much the best choice of candidates may exceed that found, relative to it."""
-        return self.choice.gap
+        """By how much the best selection may exceed that found, relative to it."""
+        return self.selection.gap
 
     @property
     def laser(self) -> Integers:
@@ -91,36 +107,47 @@ class Siting:
             return mission
         return mission.replace({"laser.position_m": self.position_m[laser].tolist()})
 
+    def to_dict(self) -> dict[str, Any]:
+        """The answer as plain data, ready for JSON; None for a hover without a plan."""
+        hover_s = [[None if isnan(each) else each for each in row] for row in self.hover_s.tolist()]
+        return {
+            "kind": "optuav siting",
+            "missions": [mission.name for mission in self.missions],
+            "perspective": self.perspective,
+            "at_least_s": self.at_least_s,
+            **asdict(self.selection),
+            "gap": self.gap,
+            "position_m": self.position_m.tolist(),
+            "hover_s": hover_s,
+            "laser": self.laser.tolist(),
+        }
+
     def summary(self) -> str:
         """Sites, value, bound and gap, greedy choice and refinement in a few lines."""
-        choice, every, own = self.choice, len(self.missions), self.laser
-        words = partial(_words, objective=choice.objective)
-        placed = f"{_counted(len(choice.sites), 'laser')} on "
-        placed += f"{_counted(len(self.candidates_m), 'candidate')} for "
-        placed += f"{_counted(every, 'mission')}, {self.perspective}"
-        lines = [("Placed", placed)]
-        for laser, (site, at_m) in enumerate(zip(choice.sites, self.position_m, strict=True)):
+        best, every, own = self.selection, len(self.missions), self.laser
+        placed = f"{len(best.sites)} of {len(self.candidates_m)} candidates for "
+        lines = [("Placed", f"{placed}{every} mission{'s' * (every > 1)}, {self.perspective}")]
+        for laser, (site, at_m) in enumerate(zip(best.sites, self.position_m, strict=True)):
             where = f"{_point(self.candidates_m[site])}, serves {int((own == laser).sum())}"
             far_m = float(np.linalg.norm(at_m - self.candidates_m[site]))
             where += f", moved {far_m:.0f} m to {_point(at_m)}" if far_m else ""
             lines.append((f"Site {site}", where))
-        value, proof = words(choice.value), "no choice is better"
-        if choice.objective == "covered":
-            value += f" of {every} hover {self.at_least_s:g} s or longer"
-        if self.gap:
-            proof = f"gap {self.gap:.2%}"
-        if choice.multiplier_bound is not None:
-            proof += f"; multipliers alone prove {words(choice.multiplier_bound)}"
+        unit, digits, enough = " s", 2, ""
+        if best.objective == "covered":
+            unit, digits, enough = "", 0, f" of {every} hover {self.at_least_s:g} s or longer"
+        proof = f"gap {self.gap:.2%}" if self.gap else "no selection is better"
+        each = f"site{'s' * (len(best.greedy_sites) > 1)} {listed([*map(str, best.greedy_sites)])}"
+        greedy = f"{best.greedy_value:.{digits}f}{unit} on {each}"
         lines += [
-            (HEADS[choice.objective], value),
-            ("Bound", f"{words(choice.bound)}, {proof}"),
-            ("Greedy", f"{words(choice.greedy_value)} on {_listed(choice.greedy_sites)}"),
+            (HEADS[best.objective], f"{best.value:.{digits}f}{unit}{enough}"),
+            ("Bound", f"{best.bound:.{digits}f}{unit}, {proof}"),
+            ("Greedy", greedy if best.greedy_sites else "no site adds anything"),
         ]
-        if self.value > choice.value:
-            lines.append(("Refined", f"{words(self.value)} at the places moved to, no bound"))
-        never = int(np.isnan(self.candidate_hover_s).all(axis=1).sum())
-        if never:
-            how = "they are left out" if choice.objective == "worst" else "they count as 0 s"
+        if self.value > best.value:
+            words = f"{self.value:.{digits}f}{unit} at the places moved to, no bound"
+            lines.append(("Refined", words))
+        if never := int(np.isnan(self.candidate_hover_s).all(axis=1).sum()):
+            how = "they are left out" if best.objective == "worst" else "they count as 0 s"
             lines.append(("No plan", f"{never} with a laser on any candidate; {how}"))
         return folded("\n".join(f"{head:11}{text}" for head, text in lines), line_width())
 
@@ -160,7 +187,8 @@ def place_laser(
     at_least_s
         With ``"covered"`` and only then: the hover that is enough [s], > 0 and at most 1e7.
     perspective
-        How charge is counted: ``"available"``, ``"battery"``, ``"energy"`` or ``"adjusted"``.
+        How charge counts: ``"available"``, ``"battery"``, ``"energy"``, ``"adjusted"`` or
+        ``"wells"``; `optuav.solve` explains them.
     refine
         Whether to move each laser afterwards in the plane, by up to half the distance from its
         candidate to the nearest other one, while the same places stay in its sight.
@@ -180,7 +208,7 @@ def place_laser(
     ------
     InputError
         With all faults: of a mission, its missing laser, packs that take turns under
-        ``"available"``, or of an argument.
+        ``"available"`` or ``"wells"``, or of an argument.
 
     Examples
     --------
@@ -188,7 +216,7 @@ def place_laser(
     >>> hazy = optuav.load("paper").replace({"laser.visibility_km": 2.0})
     >>> by_origin, by_device = [1000, 0, 50], [1000, 2000, 50]
     >>> found = optuav.place_laser(hazy, [by_origin, by_device], perspective="battery")
-    >>> found.choice.sites, round(found.choice.value, 2)
+    >>> found.selection.sites, round(found.selection.value, 2)
     ((1,), 715.05)
     """
     faults = list[Fault]()
@@ -201,8 +229,8 @@ def place_laser(
     times_s = hover_table(loaded, table_m, perspective)
     counted = _counting(times_s, objective)
     limits: dict[str, Any] = {"at_least_s": at_least_s, "gap": gap, "time_limit_s": time_limit_s}
-    choice = best_sites(times_s[counted], lasers, objective, **limits)
-    chosen = [*choice.sites]
+    best = best_sites(times_s[counted], int(lasers), objective, **limits)
+    chosen = [*best.sites]
     position_m, hover_s = table_m[chosen], times_s[:, chosen]
     if refine and chosen:
 
@@ -211,7 +239,7 @@ def place_laser(
 
         reach_m = 0.5 * _nearest_m(table_m, chosen)
         position_m, hover_s = refined(loaded, position_m, reach_m, perspective, value)
-    return Siting(loaded, table_m, perspective, at_least_s, choice, times_s, position_m, hover_s)
+    return Siting(loaded, table_m, perspective, at_least_s, best, times_s, position_m, hover_s)
 
 
 def _counting(hover_s: Floats, objective: Objective) -> Booleans:
@@ -238,13 +266,11 @@ def _points(candidates: npt.ArrayLike, faults: list[Fault]) -> Floats:
     try:
         table_m = np.array(candidates, dtype=float)
     except (TypeError, ValueError):
+        table_m = np.empty(0)
+    if table_m.ndim != 2 or table_m.shape[1] != 3 or not len(table_m):
         faults.append(Fault("candidates", shown(candidates), POINTS))
         return np.empty((0, 3))
-    if table_m.ndim != 2 or table_m.shape[1] != 3 or not len(table_m):
-        faults.append(Fault("candidates", f"shape {table_m.shape}", POINTS))
-        return np.empty((0, 3))
-    wrong = ~(np.abs(table_m) <= 1e6)
-    for row in np.flatnonzero(wrong.any(axis=1)).tolist():
+    for row in np.flatnonzero(~(np.abs(table_m) <= 1e6).all(axis=1)).tolist():
         faults.append(Fault(f"candidates[{row}]", shown(table_m[row].tolist()), COORDINATE.words))
     return table_m
 
@@ -256,8 +282,8 @@ def _faults(
     yield from misfits(("lasers", lasers, COUNT))
     if objective not in OBJECTIVES:
         yield unknown("objective", objective, OBJECTIVES)
-    if perspective not in (known := (*PAPER, AVAILABLE)):
-        yield unknown("perspective", perspective, known)
+    if perspective not in PERSPECTIVES:
+        yield unknown("perspective", perspective, tuple(PERSPECTIVES))
     if objective == "covered" and not ENOUGH.accepts(at_least_s):
         yield Fault("at_least_s", shown(at_least_s), f"{ENOUGH.words}, with objective 'covered'")
     if objective in ("mean", "worst") and at_least_s is not None:
@@ -270,23 +296,8 @@ def _unfit(mission: Mission, perspective: Perspective) -> Iterator[Fault]:
     name, battery = printable(mission.name), mission.battery
     if mission.laser is None:
         yield Fault("laser", "", "is missing, and it is to be placed", name)
-    if perspective == AVAILABLE and battery.takes_turns:
+    if perspective not in PAPER and battery.takes_turns:
         yield Fault("battery.schedule", shown(battery.schedule), "pooled", name)
-
-
-def _words(value: float, objective: Objective) -> str:
-    """A value of the objective with its unit; only whole missions are covered."""
-    return f"{np.floor(value + SAME_S):.0f}" if objective == "covered" else f"{value:.2f} s"
-
-
-def _listed(sites: Sequence[int]) -> str:
-    """Numbers of sites as text."""
-    return f"site{'s' * (len(sites) != 1)} {', '.join(map(str, sites))}" if sites else "no site"
-
-
-def _counted(count: int, noun: str) -> str:
-    """So many of something."""
-    return f"{count} {noun}{'s' * (count != 1)}"
 
 
 def _point(at_m: Floats) -> str:

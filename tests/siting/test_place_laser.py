@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import subprocess
 import sys
 from typing import Any
@@ -15,7 +16,7 @@ from optuav.arrays import Floats
 from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.options import Perspective
-from optuav.siting.table import hover_table
+from optuav.siting.places import hover_table
 from optuav.status import Status
 
 CANDIDATES_M = np.array(
@@ -57,7 +58,7 @@ def solved_s(missions: list[Mission], sites_m: Floats, perspective: Perspective)
     return found
 
 
-@pytest.mark.parametrize("perspective", ["available", "battery"])
+@pytest.mark.parametrize("perspective", ["available", "wells", "battery"])
 def test_table_is_that_of_single_solves(perspective: Perspective) -> None:
     """The hover point that moves with the laser, and sight past the wall, included."""
     found_s = hover_table(devices(), CANDIDATES_M, perspective)
@@ -119,9 +120,9 @@ def test_refinement_gains_within_reach_and_sight(lasers: int) -> None:
     missions, sites_m = devices()[:3], CANDIDATES_M[1:3]
     plain = optuav.place_laser(missions, sites_m, lasers, refine=False)
     found = optuav.place_laser(missions, sites_m, lasers)
-    assert found.choice == plain.choice
+    assert found.selection == plain.selection
     assert found.value > plain.value + 0.1
-    start_m = sites_m[list(found.choice.sites)]
+    start_m = sites_m[list(found.selection.sites)]
     assert (found.position_m[:, 2] == start_m[:, 2]).all()
     for start, end in zip(start_m, found.position_m, strict=True):
         half_m = 0.5 * np.linalg.norm(sites_m[0, :2] - sites_m[1, :2])
@@ -146,7 +147,7 @@ def test_worst_leaves_out_what_no_candidate_serves() -> None:
     assert found.value == pytest.approx(best_s, abs=2e-6)
     assert "1 with a laser on any candidate; they are left out" in str(found)
     nowhere = optuav.place_laser(devices()[3:], CANDIDATES_M, objective="worst")
-    assert (nowhere.value, nowhere.gap, nowhere.choice.sites) == (0.0, 0.0, ())
+    assert (nowhere.value, nowhere.gap, nowhere.selection.sites) == (0.0, 0.0, ())
 
 
 def test_summary_tells_bound_gap_and_greedy() -> None:
@@ -159,16 +160,16 @@ def test_summary_tells_bound_gap_and_greedy() -> None:
         )
         lines = {line.split()[0] for line in text.splitlines()}
         assert {"Placed", "Bound", "Greedy"} <= lines
-        assert "no choice is better" in text or "gap" in text
+        assert "no selection is better" in text or "gap" in text
     assert "0 of 4 hover 1e+06 s or longer" in text
-    assert "0 on no site" in text
+    assert "no site adds anything" in text
 
 
 def test_every_fault_is_told_at_once() -> None:
     wrong: dict[str, Any] = {
         "lasers": 0,
         "objective": "worts",
-        "perspective": "wells",
+        "perspective": "wels",
         "gap": -1.0,
         "time_limit_s": float("nan"),
     }
@@ -226,3 +227,16 @@ def test_missions_that_are_none(missions: Any) -> None:
     with pytest.raises(optuav.InputError) as refusal:
         optuav.place_laser(missions, CANDIDATES_M)
     assert len(refusal.value.faults) == (1 if missions == 5 else 2)
+
+
+def test_numbers_of_numpy_are_numbers_and_the_answer_is_plain_data() -> None:
+    """As they come out of a computation; and JSON has no NaN."""
+    lasers, gap = np.int64(1), np.float32(0.5)
+    found = optuav.place_laser(devices(), CANDIDATES_M, lasers, gap=gap, refine=False)  # type: ignore[arg-type]
+    told = json.loads(json.dumps(found.to_dict(), allow_nan=False))
+    assert told["kind"] == "optuav siting"
+    assert told["missions"] == ["paper"] * 4
+    assert told["laser"] == [0, 0, 0, -1]
+    assert told["hover_s"][3] == [None]
+    assert told["position_m"] == [CANDIDATES_M[told["sites"][0]].tolist()]
+    assert told["value"] == found.value

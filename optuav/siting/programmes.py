@@ -1,0 +1,149 @@
+"""The sites with the largest total, and those with which the least is largest, by HiGHS.
+
+References
+----------
+.. [1] C. Duran-Mateluna, Z. Ales and S. Elloumi, "An efficient Benders decomposition for the
+   p-median problem", European Journal of Operational Research 308, 2023.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from optuav.arrays import Booleans, Floats, Integers
+from optuav.errors import SolverError
+from optuav.siting.heuristics import best_of, interchange, total
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
+    from scipy.sparse import csr_array
+
+MOST_ENTRIES = 1_000_000  # Of rows for all levels, above which only some levels have theirs
+ROUNDING = 1e-6  # Relative; the solver's bound may be below a choice by this
+LEAST_S = 0.01  # With less time left nothing is begun [s]
+INFEASIBLE = 2  # Status of a programme without a solution
+
+
+def most_in_total(
+    worth: Floats,
+    weights: Floats,
+    count: int,
+    levels: Floats,
+    chosen: Sequence[int],
+    gap: float,
+    latest: float,
+) -> tuple[tuple[int, ...], float]:
+    """Up to `count` sites with a larger total than those chosen, and what no such choice exceeds.
+
+    With y_j = 1 where site j is chosen and θ_i for what demand i gets, the largest Σ w_i θ_i where
+    θ_i ≤ u + Σ_j (h_ij − u)⁺ y_j for all levels u among its worths, the Benders cuts of [1]_. Of a
+    large table only the levels next to those given have rows, which bounds the total as well. The
+    search ends within the relative gap or at the time `latest` of `time.monotonic` [s].
+
+    Raises
+    ------
+    SolverError
+        If the solver states a bound that a choice exceeds.
+    """
+    from scipy import sparse
+
+    demands, sites = worth.shape
+    which, level = _every(worth) if worth.size * sites <= MOST_ENTRIES else _next_to(levels, worth)
+    above = sparse.csr_array(np.maximum(worth[which] - level[:, None], 0.0))
+    ones = np.ones(len(which)), which, np.arange(len(which) + 1)
+    rows = sparse.hstack([above, -sparse.csr_array(ones, shape=(len(which), demands))])
+    found = _solved(count, sites, rows, -level, weights, worth.max(axis=1), gap, latest)
+    if found is None or found.mip_dual_bound is None:
+        return tuple(chosen), math.inf
+    value, bound = partial(total, worth, weights), -float(found.mip_dual_bound)
+    opened = [] if found.x is None else np.flatnonzero(found.x[:sites] > 0.5).tolist()
+    best = max(tuple(chosen), interchange(worth, weights, opened), key=value)
+    if bound < (1.0 - ROUNDING) * value(best):
+        raise SolverError(f"HiGHS bounds by {bound:.9g} what a choice exceeds: {value(best):.9g}")
+    return best, bound
+
+
+def _every(worth: Floats) -> tuple[Integers, Floats]:
+    """All pairs of a demand and a level below the most that it can get."""
+    ordered = np.sort(np.pad(worth, ((0, 0), (1, 0))), axis=1)
+    which, place = np.nonzero(np.diff(ordered, axis=1))
+    return which, ordered[which, place]
+
+
+def _next_to(levels: Floats, worth: Floats) -> tuple[Integers, Floats]:
+    """Pairs of a demand and a level among its worths, that below the given one and that above."""
+    below = np.where(worth < levels[:, None], worth, 0.0).max(axis=1)
+    above = np.where(worth >= levels[:, None], worth, math.inf).min(axis=1)
+    between = np.flatnonzero((above > below) & (above < worth.max(axis=1)))
+    return np.r_[np.arange(len(worth)), between], np.r_[below, above[between]]
+
+
+def most_for_the_least(
+    worth: Floats, count: int, chosen: Sequence[int], gap: float, latest: float
+) -> tuple[tuple[int, ...], float]:
+    """Sites that give every demand as much as can be, and what no choice gives every demand.
+
+    Sites that give every demand at least some level are a set cover; the highest level for which
+    there is one of up to `count` sites is found by halving, from the least that sites chosen give.
+    The search ends as that of `most_in_total`.
+    """
+    best, value = tuple(chosen), float(best_of(worth, chosen).min())
+    ceiling = worth.max(axis=1).min()
+    levels = np.unique(worth[(worth > value) & (worth <= ceiling)])
+    while len(levels) and levels[-1] > (1.0 + gap) * value:
+        level = levels[len(levels) // 2]
+        found = _cover(worth >= level, count, latest)
+        if found is None:
+            break
+        if found:
+            best, value = found, float(best_of(worth, found).min())
+        levels = levels[levels > value] if found else levels[levels < level]
+    return best, float(levels[-1]) if len(levels) else value
+
+
+def _cover(covers: Booleans, count: int, latest: float) -> tuple[int, ...] | None:
+    """Up to `count` sites that cover all demands; none if there are none, None if not known."""
+    from scipy import sparse
+
+    rows = sparse.csr_array(np.unique(covers, axis=0).astype(float))
+    nothing, at_least = np.empty(0), np.ones(rows.shape[0])
+    found = _solved(count, covers.shape[1], rows, at_least, nothing, nothing, 0.0, latest)
+    if found is None or (found.x is None and found.status != INFEASIBLE):
+        return None
+    opened = [] if found.x is None else np.flatnonzero(found.x > 0.5).tolist()
+    assert not opened or covers[:, opened].any(axis=1).all()
+    return tuple(opened)
+
+
+def _solved(
+    count: int,
+    sites: int,
+    rows: csr_array,
+    at_least: Floats,
+    gains: Floats,
+    most: Floats,
+    gap: float,
+    latest: float,
+) -> OptimizeResult | None:
+    """Up to `count` sites where rows are large enough, by HiGHS; None if there is no time.
+
+    After the sites come numbers, up to the `most`, of which the sum with the gains is made large.
+    """
+    from scipy.optimize import Bounds, LinearConstraint, milp
+
+    if (left_s := latest - time.monotonic()) < LEAST_S:
+        return None
+    whole = np.r_[np.ones(sites), np.zeros(len(gains))]
+    return milp(
+        -np.r_[np.zeros(sites), gains],
+        integrality=whole,
+        bounds=Bounds(0.0, np.r_[np.ones(sites), most]),
+        constraints=[LinearConstraint(rows, lb=at_least), LinearConstraint(whole, ub=count)],
+        options={"time_limit": left_s, "mip_rel_gap": gap},
+    )

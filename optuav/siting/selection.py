@@ -1,0 +1,164 @@
+"""The selection of sites from a table of hover times: greedy, bounded, and solved by HiGHS."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from functools import partial
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+
+from optuav.arrays import Floats, Integers
+from optuav.siting.heuristics import (
+    best_of,
+    bound_by_site,
+    greedy,
+    interchange,
+    multipliers,
+    total,
+    undominated,
+)
+from optuav.siting.programmes import most_for_the_least, most_in_total
+
+Objective: TypeAlias = Literal["mean", "worst", "covered"]
+OBJECTIVES: tuple[Objective, ...] = get_args(Objective)
+CLOSE = 1e-6  # Relative; a gap that is no larger is none
+SAME_S = 1e-6  # Hover times are rounded to this [s], so that no choice hangs on their last bits
+STARTS = 8  # Choices met by the multipliers from which sites are exchanged
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Candidates selected by `optuav.place_laser`, and what no selection exceeds.
+
+    Parameters
+    ----------
+    objective
+        What is made large: ``"mean"``, ``"worst"`` or ``"covered"``.
+    sites
+        Numbers of the candidates selected, in rising order, the first is 0.
+    value
+        Mean or smallest hover time [s], or the number of missions covered.
+    bound
+        No selection of as many candidates has a larger value.
+    greedy_sites, greedy_value
+        What is selected if each in turn is the one that adds most to the mean or to the number
+        covered, in this order, and its value.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> hazy = optuav.load("paper").replace({"laser.visibility_km": 2.0})
+    >>> found = optuav.place_laser(hazy, [[1000, 0, 50], [1000, 2000, 50]]).selection
+    >>> found.sites, found.greedy_sites, found.gap
+    ((1,), (1,), 0.0)
+    """
+
+    objective: Objective
+    sites: tuple[int, ...]
+    value: float
+    bound: float
+    greedy_sites: tuple[int, ...]
+    greedy_value: float
+
+    @property
+    def gap(self) -> float:
+        """By how much the bound exceeds the value, relative to the value."""
+        more = self.bound - self.value
+        return 0.0 if more <= CLOSE * self.value else more / self.value if self.value else np.inf
+
+
+def worth_of(hover_s: Floats, objective: Objective, at_least_s: float | None = None) -> Floats:
+    """What each demand gets from each site (demand, site): its hover [s], or 1 if that is enough.
+
+    Of hover times (demand, site) [s]; NaN, where there is no plan, is worth 0.
+    """
+    found_s = np.nan_to_num(hover_s, nan=0.0)
+    if objective == "covered":
+        assert at_least_s is not None
+        return np.asarray(found_s >= at_least_s - SAME_S, dtype=float)
+    return np.asarray(np.round(found_s / SAME_S) * SAME_S)
+
+
+def value_of(reached: Floats, objective: Objective) -> float:
+    """The objective of what each demand gets (demand,)."""
+    if objective == "covered":
+        return float(reached.sum())
+    return float(reached.mean() if objective == "mean" else reached.min())
+
+
+def best_sites(
+    hover_s: Floats,
+    count: int,
+    objective: Objective = "mean",
+    *,
+    at_least_s: float | None = None,
+    gap: float = 0.0,
+    time_limit_s: float = 60.0,
+) -> Selection:
+    """Up to `count` columns of a table of hover times (demand, site) [s], NaN without a plan.
+
+    Every demand takes the best column selected. Columns that gain nothing are left out. The search
+    ends within the relative gap or after the time limit [s], and says how far it came.
+    """
+    latest = time.monotonic() + time_limit_s
+    worth = worth_of(hover_s, objective, at_least_s)
+    table, _, weights = _merged(worth, np.ones(len(worth)))
+    names = np.flatnonzero(undominated(table))
+    table = np.ascontiguousarray(table[:, names])
+    first = greedy(table, weights, count)
+    search = _for_the_least if objective == "worst" else _in_total
+    best, bound = search(table, weights, count, first, gap, latest)
+    chosen, greedily = (names[list(each)].tolist() for each in (best, first))
+    value = value_of(best_of(worth, chosen), objective)
+    if objective == "mean":
+        bound /= len(worth)
+    elif objective == "covered":
+        bound = np.floor(bound + CLOSE)  # Only whole demands are covered
+    return Selection(
+        objective=objective,
+        sites=tuple(sorted(chosen)),
+        value=value,
+        bound=float(max(value, bound)),
+        greedy_sites=tuple(greedily),
+        greedy_value=value_of(best_of(worth, greedily), objective),
+    )
+
+
+def _in_total(
+    worth: Floats, weights: Floats, count: int, first: tuple[int, ...], gap: float, latest: float
+) -> tuple[tuple[int, ...], float]:
+    """The sites with the largest total, from some to start with, and what no sites exceed."""
+    value = partial(total, worth, weights)
+    best = interchange(worth, weights, first)
+    levels, met = multipliers(worth, weights, count, best, gap)
+    limits = bound_by_site(worth, weights, count, levels)
+    bound = float(limits.max(initial=0.0))
+    best = max(best, *(interchange(worth, weights, each) for each in met[:STARTS]), key=value)
+    enough = (1.0 + max(gap, CLOSE)) * value(best)
+    if bound <= enough or time.monotonic() >= latest:
+        return best, bound
+    # Where only sites are left with which more can be reached, more demands are alike.
+    left = limits > enough
+    outside = float(limits[~left].max(initial=0.0))
+    left[list(best)] = True
+    names = np.flatnonzero(left)
+    some, kept, alike = _merged(worth[:, names], weights)
+    start, least = np.searchsorted(names, best).tolist(), max(gap, 0.5 * CLOSE)
+    found, inside = most_in_total(some, alike, count, levels[kept], start, least, latest)
+    return tuple(names[list(found)].tolist()), min(bound, max(inside, outside))
+
+
+def _for_the_least(
+    worth: Floats, weights: Floats, count: int, first: tuple[int, ...], gap: float, latest: float
+) -> tuple[tuple[int, ...], float]:
+    """As `_in_total`; sites that the least needs not go where they add most to the mean."""
+    best, bound = most_for_the_least(worth, count, first, gap, latest)
+    return greedy(worth, weights, count, best), bound
+
+
+def _merged(worth: Floats, weights: Floats) -> tuple[Floats, Integers, Floats]:
+    """The demands that differ, the first of each kind, and what all of a kind weigh."""
+    rows, first, own = np.unique(worth, axis=0, return_index=True, return_inverse=True)
+    return rows, first, np.bincount(own.reshape(-1), weights).astype(float)
