@@ -4,10 +4,12 @@
 PYTHON ?= python3
 VENV ?= .venv
 EXAMPLES ?= 500
+SITE := docs/_build/html
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
-.PHONY: run test test-portable test-lowest doctest lint bench bench-modellers soak pins clean
+.PHONY: run test test-portable test-lowest doctest docs docs-open lint bench bench-modellers soak
+.PHONY: pins clean
 
 run: $(VENV)/run.stamp
 	$(BIN)/optuav solve paper --plot plan-paper
@@ -18,6 +20,15 @@ test: lint
 
 doctest: $(VENV)/dev.stamp
 	$(BIN)/python -m pytest -q tests/test_examples_of_public_names.py
+
+# Lessons run when they or the packages have changed.
+docs: $(VENV)/docs.stamp
+	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going --write-all -d docs/_build/doctrees docs $(SITE)
+	@$(MAKE) --no-print-directory docs-open
+
+docs-open:
+	@test -f $(SITE)/index.html || { echo "there is no site yet: make docs" >&2; exit 1; }
+	@echo "open $(CURDIR)/$(SITE)/index.html"
 
 # A selection: make test-portable TESTS="tests/cli -x"
 test-portable: $(VENV)/dev.stamp
@@ -49,10 +60,14 @@ pins:
 	$(VENV)-pins/bin/python -m pip install --quiet --group dev ".[all,batch]"
 	echo "# Written by 'make pins' for Python 3.11 to 3.13." > requirements-dev.txt
 	$(VENV)-pins/bin/python -m pip freeze --all --exclude pip --exclude optuav >> requirements-dev.txt
+	$(VENV)-pins/bin/python -m pip install --quiet --constraint requirements-dev.txt --group docs
+	echo "# Written by 'make pins', on top of requirements-dev.txt." > requirements-docs.txt
+	$(VENV)-pins/bin/python -m pip freeze --all --exclude pip --exclude optuav \
+	    | grep -vxFf requirements-dev.txt >> requirements-docs.txt
 	rm -rf $(VENV)-pins
 
 clean:
-	rm -rf $(VENV) $(VENV)-bench $(VENV)-lowest .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache build dist plan-paper plan-matrice350 reproduced
+	rm -rf $(VENV) $(VENV)-bench $(VENV)-lowest .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache build dist docs/_build docs/api docs/lessons docs/project plan-paper plan-matrice350 reproduced
 
 $(VENV)/created.stamp:
 	@$(PYTHON) -c "import sys; v = sys.version_info[:2]; sys.exit(not (3, 11) <= v <= (3, 13) and '$(PYTHON) is Python %d.%d' % v)" || { \
@@ -69,6 +84,10 @@ $(VENV)/dev.stamp: pyproject.toml requirements-dev.txt tests/city/requirements.t
 	$(PIP) install --quiet --no-build-isolation --no-deps --editable .
 	$(PIP) install --quiet --no-deps --only-binary :all: --requirement tests/city/requirements.txt
 	touch $@ $(VENV)/run.stamp
+
+$(VENV)/docs.stamp: requirements-docs.txt $(VENV)/dev.stamp
+	$(PIP) install --quiet --requirement requirements-docs.txt --constraint requirements-dev.txt
+	touch $@
 
 $(VENV)-lowest/installed.stamp: pyproject.toml
 	$(MAKE) $(VENV)-lowest/created.stamp VENV=$(VENV)-lowest

@@ -81,8 +81,11 @@ def test_page_shows_what_it_prints(page: Path) -> None:
 
 
 def test_every_block_of_a_page_is_run() -> None:
-    """Its language is one that the script runs; a block without one shows a formula."""
-    known = {"toml", "csv", "python", "text", "console", "sh", ""}
+    """Its language is one that the script runs; a block without one shows a formula.
+
+    Those in braces are the site's.
+    """
+    known = {"toml", "csv", "python", "text", "console", "sh", "{toctree}", "{eval-rst}", ""}
     opened = [line for page in PAGES for line in FENCE.findall(page.read_text("utf-8"))]
     assert {line.strip() for line in opened} <= known
     assert len(opened) > 40
@@ -214,6 +217,29 @@ def test_table_of_engines_is_the_whole_truth(name: str, perspective: Perspective
             optuav.InputError, match=f"do: {', '.join(each for each in ENGINES if each in takers)}"
         ):
             optuav.solve(mission, problem, **options)
+
+
+# The site
+
+
+def test_every_public_name_is_in_the_reference_once() -> None:
+    """Pages of its names are made of this list alone."""
+    listed = re.findall(r"^   optuav\.(\w+)$", (DOCS / "api.md").read_text("utf-8"), re.M)
+    modules = {"__version__", "city", "maps", "plots"}
+    assert sorted(listed) == sorted({*optuav.__all__} - modules)
+
+
+def test_every_page_is_in_a_table_of_contents() -> None:
+    """Once, lessons too; the first page alone is in none."""
+    pages = [f"lessons/{path.stem}" for path in (ROOT / "examples").glob("*.py")]
+    pages += [path.stem for path in DOCS.glob("*.md") if path.stem != "index"]
+    trees = [
+        tree
+        for path in DOCS.glob("*.md")
+        for tree in re.findall(r"^```{toctree}\n(.*?)^```$", path.read_text("utf-8"), re.M | re.S)
+    ]
+    listed = [line for tree in trees for line in tree.splitlines() if line and line[0] != ":"]
+    assert sorted(each for each in listed if not each.startswith("project/")) == sorted(pages)
 
 
 # Missions and graph

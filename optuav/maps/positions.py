@@ -45,12 +45,12 @@ def device(
         A mission, the name of a shipped one, or the path of a mission file.
     grid
         Distance between two points, 0.001 <= x <= 1e6 [m]; or the arrays x and y, each of at least
-        two growing numbers, |x| <= 1e6 [m]. At most 4 million points.
+        two growing numbers, -1e6 to 1e6 [m]. At most 4 million points.
     bounds
         Least x, least y, largest x and largest y of a grid that states a distance [m]; by default
         around all that the mission has: places, buildings, and the coverage of the device.
     height_m
-        Height z of all points, |z| <= 1e6 [m]; by default that of the mission's own device.
+        Height z of all points, -1e6 to 1e6 [m]; by default that of the mission's own device.
     perspective
         As for `optuav.solve`.
 

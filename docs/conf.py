@@ -1,0 +1,130 @@
+"""How Sphinx builds the site: ``make docs`` (CONTRIBUTING.md says what is where)."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from hashlib import sha256
+from os.path import relpath
+from pathlib import Path
+from typing import Any
+
+from pygments.lexers.special import TextLexer
+
+import optuav
+
+DOCS = Path(__file__).parent
+ROOT = DOCS.parent
+COPIES = {
+    **{
+        path: DOCS / "lessons" / path.relative_to(ROOT / "examples")
+        for path in [*(ROOT / "examples").glob("*.py"), *(ROOT / "examples" / "data").glob("*.*")]
+    },
+    ROOT / "CHANGELOG.md": DOCS / "project" / "changelog.md",
+    ROOT / "CONTRIBUTING.md": DOCS / "project" / "contributing.md",
+}
+"""Pages that stand elsewhere, and where they go for Sphinx, which reads one folder."""
+
+ORIGINALS = {copy: original for original, copy in COPIES.items()}
+LINK = re.compile(r"\]\(([^)#:\s]+)(?=[#)])")
+
+
+def code() -> str:
+    """A digest of the packages: lessons run again when either has changed."""
+    found = sha256()
+    for package in ("optuav", "formulations"):
+        for path in sorted((ROOT / package).rglob("*.*")):
+            if path.suffix != ".pyc":
+                found.update(path.read_bytes())
+    return found.hexdigest()[:16]
+
+
+project = "optuav"
+author = "The optuav developers"
+release = version = optuav.__version__
+copyright = "The optuav developers, MIT licence"
+
+extensions = [
+    "myst_nb",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.mathjax",
+    "sphinx_copybutton",
+]
+exclude_patterns = ["_build", "_templates", "*.py", "lessons/data"]
+templates_path = ["_templates"]
+highlight_language = "none"
+default_role = "py:obj"
+suppress_warnings = ["config.cache"]  # How a lesson is read has no written form
+
+myst_enable_extensions = ["attrs_inline", "deflist", "dollarmath"]
+myst_heading_anchors = 4
+nb_custom_formats = {".py": ["jupytext.reads", {"fmt": "py:percent"}]}
+nb_execution_mode = "cache"
+nb_execution_cache_path = str(DOCS / "_build" / "executed" / code())
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+
+autodoc_typehints = "none"
+autosummary_generate = True
+numpydoc_show_class_members = False
+
+html_theme = "pydata_sphinx_theme"
+html_title = "optuav"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_search_summary = False  # A browser does not fetch other files of a page opened as a file
+html_theme_options = {
+    "logo": {"text": "optuav"},
+    "navbar_end": ["theme-switcher"],
+    "header_links_before_dropdown": 7,
+    "show_prev_next": True,
+    "footer_start": ["copyright"],
+    "footer_end": [],
+    "secondary_sidebar_items": ["page-toc"],
+}
+copybutton_prompt_text = r">>> |\.\.\. |\$ "
+copybutton_prompt_is_regexp = True
+mathjax_path = "mathjax/tex-svg.js"
+mathjax3_config: dict[str, Any] = {
+    "options": {"enableSpeech": False, "enableBraille": False, "enableMenu": False},
+    "output": {"displayOverflow": "linebreak"},
+}
+
+
+def copy_pages() -> None:
+    """Bring the copies up to date; one whose original is gone goes too."""
+    for original, copy in COPIES.items():
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        if not copy.exists() or copy.read_bytes() != original.read_bytes():
+            shutil.copyfile(original, copy)
+    for folder in ("lessons", "project"):
+        for path in (DOCS / folder).rglob("*"):
+            if path.is_file() and path not in ORIGINALS:
+                path.unlink()
+
+
+def lead_to_copies(app: Any, page: str, text: list[str]) -> None:
+    """Make links work from where a page is in the site to where others are."""
+    here = next(
+        (path for each in (".md", ".py") if (path := DOCS / f"{page}{each}").exists()), None
+    )
+    if here is None:
+        return
+    origin = ORIGINALS.get(here, here)
+
+    def led(link: re.Match[str]) -> str:
+        target = (origin.parent / link[1]).resolve()
+        target = COPIES.get(target, target)
+        return f"]({Path(relpath(target, here.parent)).as_posix()}"
+
+    text[0] = LINK.sub(led, text[0])
+
+
+def setup(app: Any) -> None:
+    """Copy pages before Sphinx looks for them."""
+    copy_pages()
+    app.add_lexer("csv", TextLexer)
+    app.connect("source-read", lead_to_copies)
