@@ -1,4 +1,4 @@
-"""Write the tables of keys in missions.md from the models that check a mission file.
+"""Write the tables of keys in mission-keys.md from the models that check a mission file.
 
 Run it from anywhere after a change of the models: ``python docs/make_mission_keys.py``.
 """
@@ -23,7 +23,7 @@ from optuav.mission.schema import (
     RotorFlight,
 )
 
-PAGE = Path(__file__).parent / "missions.md"
+PAGE = Path(__file__).parent / "mission-keys.md"
 START, END = "<!-- keys: written by make_mission_keys.py -->\n", "<!-- end of keys -->\n"
 
 HEAD = ("| key | what it is | what it may be | if left out |", "|---|---|---|---|")
@@ -84,14 +84,14 @@ def table(found: Iterable[Row]) -> Iterator[str]:
 def sections() -> Iterator[str]:
     """Lines of all tables of a mission file."""
     yield from (
-        "### The file itself",
+        "## The file itself",
         "",
         *table(rows(Mission, ("name", "description", "crs"))),
         "",
     )
     for name, model in SECTIONS.items():
         title = f"[[{name}]]" if name == "buildings" else f"[{name}]"
-        yield from (f"### {title}", "", summary(model), "")
+        yield from (f"## {title}", "", summary(model), "")
         if name == "flight":
             yield from (*table(rows(RotorFlight, RotorFlight.model_fields)), "")
             regimes = (key for key in model.model_fields if key in REGIME_KEYS)

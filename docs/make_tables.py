@@ -9,6 +9,7 @@ import itertools
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -191,6 +192,19 @@ def commands() -> Iterator[Row]:
         yield (f"`{' '.join(['optuav', name, *arguments])}`", words[0].lower() + words[1:])
 
 
+def options_of(command: str) -> Iterator[Row]:
+    """Every argument and option of a command."""
+    yield ("option", "what it is", "default")
+    for each in program(command).params:
+        if isinstance(each, TyperArgument):
+            yield (f"`{each.metavar}`", each.help, "needed" if each.required else NONE)
+            continue
+        name = " ".join(filter(None, (each.opts[0], each.metavar)))
+        default = each.show_default if isinstance(each.show_default, str) else each.default
+        shown = default is not None and default is not False
+        yield (f"`{name}`", each.help, f"`{default}`" if shown else NONE)
+
+
 # The paper beside us
 
 NUMBERS = {
@@ -247,6 +261,7 @@ def quantities() -> Iterator[Row]:
 
 TABLES: Mapping[str, Callable[[], Iterator[Row]]] = {
     "commands": commands,
+    **{f"options_of_{name}": partial(options_of, name) for name in COMMANDS},
     "options": options,
     "engines": engines,
     "purposes": purposes,

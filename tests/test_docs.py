@@ -91,15 +91,19 @@ def test_every_block_of_a_page_is_run() -> None:
     assert len(opened) > 40
 
 
-def test_commands_of_the_readme_are_those_of_the_program() -> None:
-    """Its table has every command and no other, and the options it names exist."""
-    readme = ROOT / "README.md"
-    listed = [row["command"].split() for row in table(readme, "command")]
-    assert sorted(words[1] for words in listed) == sorted(COMMANDS)
-    assert {words[0] for words in listed} == {"optuav"}
+def test_commands_of_the_pages_are_those_of_the_program() -> None:
+    """A table has every command and no other, each has its options; the README names known ones."""
+    page = DOCS / "cli.md"
+    assert [row["command"].split()[:2] for row in table(page, "command")] == [
+        ["optuav", name] for name in COMMANDS
+    ]
+    sections = re.findall(
+        r"^## optuav (\w+)\n\n<!-- table options_of_(\w+):", page.read_text("utf-8"), re.M
+    )
+    assert sections == [(name, name) for name in COMMANDS]
     known = {option for each in COMMANDS for p in program(each).params for option in p.opts}
-    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", readme.read_text("utf-8"))) - {"--help"}
-    assert named <= known
+    readme = (ROOT / "README.md").read_text("utf-8")
+    assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", readme)) - {"--help"} <= known
 
 
 def test_the_readme_names_every_extra() -> None:
@@ -252,12 +256,12 @@ def test_the_json_schema_of_missions_is_up_to_date() -> None:
 
 def test_tables_of_keys_are_up_to_date() -> None:
     """``python docs/make_mission_keys.py`` has nothing to change."""
-    assert (DOCS / "missions.md").read_text("utf-8") == script("make_mission_keys").page()
+    assert (DOCS / "mission-keys.md").read_text("utf-8") == script("make_mission_keys").page()
 
 
 def test_tables_of_keys_are_complete() -> None:
     """Every key of the models is there, once, with words for it and a range."""
-    rows = table(DOCS / "missions.md", "key", "if left out")
+    rows = table(DOCS / "mission-keys.md", "key", "if left out")
     fields = [key for section in SECTIONS.values() for key in section.model_fields]
     expected = [*fields, "flow_rate_per_min", "name", "description", "crs"]
     assert sorted(row["key"] for row in rows) == sorted(expected)
