@@ -8,9 +8,10 @@ from matplotlib.mathtext import MathTextParser
 
 
 def lines_that_can_be_set(page: str) -> list[str]:
-    """The lines of an ``align*``, each of which mathtext takes without alignment marks and tags."""
-    first, *lines, last = page.splitlines()
-    assert (first, last) == (r"\begin{align*}", r"\end{align*}")
+    """The lines of some ``align*``, each taken by mathtext without alignment marks and tags."""
+    every, ends = page.splitlines(), (r"\begin{align*}", r"\end{align*}")
+    assert (every[0], every[-1]) == ends
+    lines = [line for line in every if line not in ends]
     parser = MathTextParser("path")
     for line in lines:
         untagged = re.sub(r"\\tag\*\{\\\((.*)\\\)\}", r"\\quad \1", line.removesuffix(r" \\"))

@@ -1,16 +1,22 @@
 """An explanation as data, and as text with labels in the margin."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
 
 from formulations.soc import LABELS
 from optuav.diagnosis.infeasibility import Certificate, Conflict, number_text, plain
 from optuav.diagnosis.parameter_prices import Price
 from optuav.diagnosis.repair import Repair
-from optuav.errors import line_width
+from optuav.errors import line_width, require
 from optuav.plan import Plan
 from optuav.plan.summary import LABEL, wrapped
+
+if TYPE_CHECKING:
+    import pandas
 
 MOST_REPAIRS = 12
 UNIT_NAMES = {"s": "second", "m": "metre", "A": "ampere", "W": "watt", "V": "volt", "J": "joule"}
@@ -46,7 +52,7 @@ class Side:
     @property
     def figures(self) -> str:
         """Both sides in numbers."""
-        return f"{number_text(self.left)} {self.sense} {_with_unit(self.right, self.unit)}"
+        return f"{number_text(self.left)} {self.sense} {with_unit(self.right, self.unit)}"
 
 
 @dataclass(frozen=True)
@@ -111,6 +117,34 @@ class Explanation:
         blocks.append([line for note in self.notes for line in wrapped("Note", note)])
         return "\n\n".join("\n".join(block) for block in blocks if block)
 
+    def __repr__(self) -> str:
+        count = len(self.constraints) if self else len(self.conflicts)
+        found = f"{count} {'constraints' if self else 'conflicts'}"
+        return repr(self.plan).replace("Plan for", "Explanation for")[:-1] + f", {found}>"
+
+    def _repr_html_(self) -> str:
+        from optuav.diagnosis.display import html
+
+        return html(self)
+
+    def to_frame(self) -> pandas.DataFrame:
+        """The prices, one row a parameter; without a plan the repairs; needs pandas.
+
+        Returns
+        -------
+        Columns as the attributes of `Price`, or as `Repair.to_dict` has them.
+
+        Raises
+        ------
+        InputError
+            If pandas is not installed.
+        """
+        require("pandas", "data frames")
+        import pandas
+
+        rows = map(asdict, self.prices) if self else (each.to_dict() for each in self.repairs)
+        return pandas.DataFrame([*rows])
+
     def to_dict(self) -> dict[str, object]:
         """As plain data: strings, numbers, lists, dicts and None."""
         plan = self.plan
@@ -148,7 +182,7 @@ def _labelled(label: str, lines: list[str]) -> list[str]:
     return [f"{label:<{LABEL}}{line[LABEL:]}" if not k else line for k, line in enumerate(lines)]
 
 
-def _with_unit(value: float, unit: str) -> str:
+def with_unit(value: float, unit: str) -> str:
     """A number and its unit, none for a ratio."""
     return number_text(value) if unit == "1" else f"{number_text(value)} {unit}"
 
@@ -207,7 +241,7 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
     names = [each.label for each in wells if each.binds] if sides else plan.binding
     yield _labelled("Binding", _columns(stated) + _columns((name,) for name in names))
     loose = [each for each in others if not each.binds]
-    rows = [(_with_unit(e.slack, e.unit), f"{e.label}: {e.figures}") for e in loose]
+    rows = [(with_unit(e.slack, e.unit), f"{e.label}: {e.figures}") for e in loose]
     free = [each for each in wells if not each.binds]
     rows += [(f"{number_text(e.slack)} of B", e.label) for e in free if not e.in_flight]
     if flown := [each for each in free if each.in_flight]:  # the least stands for all
@@ -227,24 +261,24 @@ def _prices(explained: Explanation) -> Iterator[list[str]]:
     if worth:
         rows, sentences = [], []
         for each in worth:
-            rates = _signed(each.more)
+            rates = signed(each.more)
             if each.has_kink:
-                rates = f"{_signed(each.less)} below, {rates} above"
-            figure = f"{each.symbol} = {_with_unit(each.value, each.unit)}"
-            rows.append((_name(each), figure, rates))
+                rates = f"{signed(each.less)} below, {rates} above"
+            figure = f"{each.symbol} = {with_unit(each.value, each.unit)}"
+            rows.append((name(each), figure, rates))
             if each.solved_again:
-                sentences += wrapped("", _sentence(explained, each))
+                sentences += wrapped("", sentence(explained, each))
         rated = "" if all(each.solved_again for each in worth) else ", for small changes"
         head = f"{explained.objective} per unit of a parameter, the others held{rated}:"
         yield [*wrapped("Prices", head), *_columns(rows)]
         yield _labelled("One more", sentences)
-    free = ", ".join(_name(each) for each in explained.prices if not each.matters)
+    free = ", ".join(name(each) for each in explained.prices if not each.matters)
     if free and explained.more_stops_open:
         yield wrapped("Undecided", f"{free}: {UNDECIDED}")
     elif free:
         yield wrapped("No effect", free)
     edges = [
-        f"{word} {_name(each)}"
+        f"{word} {name(each)}"
         for each in explained.prices
         if each.at_edge
         for word, rate in (("more", each.more), ("less", each.less))
@@ -254,17 +288,19 @@ def _prices(explained: Explanation) -> Iterator[list[str]]:
         yield wrapped("At the edge", f"nothing is feasible with {', '.join(edges)}")
 
 
-def _name(price: Price) -> str:
+def name(price: Price) -> str:
+    """The mission's key of a parameter, or its own name."""
     return price.key or price.name
 
 
-def _signed(value: float) -> str:
+def signed(value: float) -> str:
+    """A change with its sign; words where there is no plan, or no such value."""
     if not math.isfinite(value):
         return "no plan" if math.isinf(value) else "end of the range"
     return f"{value:+.6g}".replace("-", "−") if value else "0"
 
 
-def _sentence(explained: Explanation, price: Price) -> str:
+def sentence(explained: Explanation, price: Price) -> str:
     """For example: one more second of limits.deadline_s brings 0.102 s of hover."""
 
     def change(value: float) -> str:
@@ -281,4 +317,4 @@ def _sentence(explained: Explanation, price: Price) -> str:
     if price.step != 1.0:
         more = f"{price.step:g} {price.unit} more" if unit else f"{price.step:g} more"
     less = f", as much less {change(price.loss)}" if price.has_kink else ""
-    return f"{more} of {_name(price)} {change(price.gain)}{less}"
+    return f"{more} of {name(price)} {change(price.gain)}{less}"

@@ -14,21 +14,27 @@ References
 .. [1] E. G. Gol'shtein, "Theory of convex programming", AMS, 1972 (marginal values).
 """
 
+from __future__ import annotations
+
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from optuav.arrays import Floats, Values
 from optuav.engines.linear_form import implied_upper_bounds, linear_form
 from optuav.engines.rows import rows_of, stated_forms
+from optuav.errors import require
 from optuav.modelling.check import TOLERANCE, evaluated, relations
-from optuav.modelling.expression import Operand, Relation
+from optuav.modelling.expression import Operand, Parameter, Relation
 from optuav.modelling.forms import NotAffineError, NotExponentialError
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import Slope, evaluate, leaves, slope
+
+if TYPE_CHECKING:
+    import pandas
 
 MET, NEARLY_MET = 1e-8, 1e-6
 """Share of its largest term below which a row's slack is none, in exact and in other answers."""
@@ -203,16 +209,60 @@ class ShadowPrice(NamedTuple):
         return not math.isclose(self.less, self.more, rel_tol=1e-6, abs_tol=1e-9)
 
 
+class ShadowPrices(dict[str, ShadowPrice]):
+    """Shadow prices by name of the parameter, with the parameters that they belong to."""
+
+    def __init__(
+        self, prices: Mapping[str, ShadowPrice], parameters: Mapping[str, Parameter]
+    ) -> None:
+        super().__init__(prices)
+        self.parameters = {name: parameters[name] for name in prices}
+
+    def __repr__(self) -> str:
+        names = [name for name, each in self.items() if any(each)]
+        return f"<ShadowPrices of {len(self)} parameters, not 0 of {', '.join(names) or 'none'}>"
+
+    def _repr_html_(self) -> str:
+        from optuav.markup import figure, paragraph, shown, table
+
+        rows = [
+            (name, each.symbol, "" if each.unit == "1" else each.unit, *map(figure, self[name]))
+            for name, each in self.parameters.items()
+        ]
+        words = "Change of the best objective per unit of a parameter, the others held"
+        return shown(paragraph(words), table(("parameter", "symbol", "unit", "less", "more"), rows))
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row a parameter; needs pandas.
+
+        Returns
+        -------
+        Columns ``parameter``, ``symbol``, ``unit``, ``key`` of the mission, and ``less`` and
+        ``more`` as of `ShadowPrice`.
+
+        Raises
+        ------
+        InputError
+            If pandas is not installed.
+        """
+        require("pandas", "data frames")
+        import pandas
+
+        columns = ("parameter", "symbol", "unit", "key", "less", "more")
+        rows = [(n, str(p.symbol), p.unit, p.key, *self[n]) for n, p in self.parameters.items()]
+        return pandas.DataFrame(rows, columns=list(columns))
+
+
 def shadow_prices(
     model: Model, parameters: Values, point: Values, shares: Sequence[float] = (MET, NEARLY_MET)
-) -> dict[str, ShadowPrice]:
+) -> ShadowPrices:
     """Shadow price of every parameter at an optimal point, by the first of some shares as `MET`.
 
     Empty where there are no multipliers, or too many rows hold with equality to enumerate them.
     """
     tried = itertools.product(optimal_points(model, parameters, point), shares)
     found = (_prices_at(model, parameters, points, share) for points, share in tried)
-    return next(filter(None, found), {})
+    return ShadowPrices(next(filter(None, found), {}), model.parameters)
 
 
 def _prices_at(

@@ -1,17 +1,20 @@
 """What every engine returns."""
 
+from __future__ import annotations
+
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from optuav.arrays import Floats, Values
 from optuav.engines import prices
-from optuav.engines.prices import Residuals, ShadowPrice
-from optuav.errors import SolverError
+from optuav.engines.prices import Residuals, ShadowPrices
+from optuav.errors import SolverError, require
 from optuav.modelling.check import Checks, evaluated, relations, unusable
 from optuav.modelling.display import table
 from optuav.modelling.expression import Operand
@@ -19,6 +22,10 @@ from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, has_unknowns
 from optuav.status import Status
 
+if TYPE_CHECKING:
+    import pandas
+
+HEADS = ("constraint", "slack", "multiplier", "")
 TIGHT = 1e-7  # Slack below which a constraint holds with equality, relative to max(1, |right side|)
 
 
@@ -80,21 +87,68 @@ class Solution:
     def __str__(self) -> str:
         if len(self.statuses) != 1 or not self.status.has_answer:
             return repr(self)
+        rows = [
+            (label, f"{slack:.6g}", "" if weight is None else f"{weight:.6g}", binds)
+            for label, slack, weight, binds in self._constraints()
+        ]
+        return "\n".join([*self._heads(), table([HEADS, *rows]), self._lacks()])
+
+    def _repr_html_(self) -> str:
+        from optuav import markup
+
+        if len(self.statuses) != 1 or not self.status.has_answer:
+            good = all(status.has_answer for status in self.statuses)
+            return markup.shown(markup.paragraph(repr(self).strip("<>"), good=good))
+        verdict, reached = self._heads()
+        return markup.shown(
+            markup.paragraph(verdict, good=True),
+            markup.paragraph(reached),
+            markup.table(HEADS, self._constraints()),
+            markup.paragraph(self._lacks()),
+        )
+
+    def _heads(self) -> tuple[str, str]:
+        """Status and values of the only answer."""
         values = ", ".join(
             f"{each.symbol} = {self.values[each.name][0]:.6g} {each.unit}".removesuffix(" 1")
             for each in self.declared.variables
         )
+        reached = f"{self.declared.sense} {self.objective[0]:.6g} at {values}"
+        return f"{self.status.value} by {self.engine} ({self.proof})", reached
+
+    def _lacks(self) -> str:
+        """The residuals of the only answer."""
         lacks = self.residuals()._asdict().items()
-        rows, weights = [("constraint", "slack", "multiplier", "")], self.multipliers_at(0)
-        for label, slack in self.slacks.items():
-            weight = f"{weights[label]:.6g}" if label in weights else ""
-            binds = "binds" if label in self.binding_labels(0) else ""
-            rows.append((label, f"{slack[0]:.6g}", weight, binds))
-        return (
-            f"{self.status.value} by {self.engine} ({self.proof})\n"
-            f"{self.declared.sense} {self.objective[0]:.6g} at {values}\n{table(rows)}\n"
-            + ", ".join(f"{name} {amount:.1g}" for name, amount in lacks)
-        )
+        return ", ".join(f"{name} {amount:.1g}" for name, amount in lacks)
+
+    def _constraints(self, index: int = 0) -> list[tuple[str, float, float | None, str]]:
+        """Of every constraint in an answer label, slack, multiplier if known, and if it binds."""
+        weights, binding = self.multipliers_at(index), self.binding_labels(index)
+        return [
+            (label, float(slack[index]), weights.get(label), "binds" * (label in binding))
+            for label, slack in self.slacks.items()
+        ]
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row a constraint in each programme that has an answer; needs pandas.
+
+        Returns
+        -------
+        Columns ``programme`` (its number from 0), ``constraint``, ``slack`` in the constraint's
+        unit, ``multiplier`` (NaN where the engine gives none) and ``binds``.
+
+        Raises
+        ------
+        InputError
+            If pandas is not installed.
+        """
+        require("pandas", "data frames")
+        import pandas
+
+        answered = (k for k, each in enumerate(self.statuses) if each.has_answer)
+        rows = [(k, *row, bool(b)) for k in answered for *row, b in self._constraints(k)]
+        columns = ["programme", "constraint", "slack", "multiplier", "binds"]
+        return pandas.DataFrame(rows, columns=columns).astype({"multiplier": float})
 
     def point(self, index: int) -> dict[str, float]:
         """Values of the variables in the answer to a programme; `SolverError` without one."""
@@ -181,24 +235,24 @@ class Solution:
         at = {**self.parameters_at(index), **self.point(index)}
         return prices.residuals(self.declared, at, self.multipliers_at(index))
 
-    def shadow_prices(self, index: int = 0) -> dict[str, ShadowPrice]:
+    def shadow_prices(self, index: int = 0) -> ShadowPrices:
         """Shadow price of every parameter in a programme, by name; see `ShadowPrice`.
 
         Empty without an answer, and in whole slots, which small changes do not move.
         """
         known = self.duals is None or any(self.duals[index : index + 1])
         if not known or not self.statuses[index].has_answer:
-            return {}
+            return ShadowPrices({}, {})
         # Where the optimum is flat, exact times too meet a row by less than all their digits.
         shares = (prices.MET, prices.NEARLY_MET) if self.duals is None else (prices.NEARLY_MET,)
         at = self.declared, self.parameters_at(index), self.point(index)
         return prices.shadow_prices(*at, shares)
 
-    def of(self, values: Values | None) -> "Solution":
+    def of(self, values: Values | None) -> Solution:
         """The solution with the values that were solved for, which an engine need not keep."""
         return self if self.given or not values else replace(self, given=values)
 
-    def only(self, index: int) -> "Solution":
+    def only(self, index: int) -> Solution:
         """The solution to a single programme."""
         one = slice(index, index + 1)
         return replace(

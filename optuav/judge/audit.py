@@ -1,11 +1,13 @@
 """The verdict on any plan: a plan of ours, one edited by hand, or an itinerary in a file."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import TypeGuard
+from __future__ import annotations
 
-from optuav.errors import Fault, InputError, printable
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeGuard
+
+from optuav.errors import Fault, InputError, printable, require
 from optuav.judge.course import TOLERANCE
 from optuav.judge.replay import MISMATCH, Judged, Replay, replay, same
 from optuav.judge.timeline import STOP, Itinerary, Stop, stop_breaches
@@ -19,6 +21,9 @@ from optuav.plan import Plan
 from optuav.plan.plan import DERIVED, LARGEST_BYTES, parse_plan
 from optuav.plan.summary import unknown_buildings, wrapped
 from optuav.plan.trace import Event
+
+if TYPE_CHECKING:
+    import pandas
 
 MOST_SHOWN = 20  # Largest number of events that are printed one by one
 
@@ -62,6 +67,32 @@ class Audit(Judged):
 
     def __str__(self) -> str:
         return "\n".join(_lines(self))
+
+    def __repr__(self) -> str:
+        return f"<Audit of {self.source!r}: {self.verdict}>"
+
+    def _repr_html_(self) -> str:
+        from optuav.judge.display import html
+
+        return html(self, self.replay, f"{self.verdict}: {self.source}")
+
+    def to_frame(self) -> pandas.DataFrame:
+        """The events, one row each; needs pandas.
+
+        Returns
+        -------
+        Columns as the attributes of `Event`.
+
+        Raises
+        ------
+        InputError
+            If pandas is not installed.
+        """
+        require("pandas", "data frames")
+        import pandas
+
+        columns = [each.name for each in fields(Event)]
+        return pandas.DataFrame([asdict(event) for event in self.events], columns=columns)
 
     def to_dict(self) -> dict[str, object]:
         """The audit as plain data: strings, numbers, truth values, lists, dicts and None."""
@@ -161,19 +192,10 @@ def _is_number(value: object) -> TypeGuard[float]:
 
 def _lines(judged: Audit) -> Iterator[str]:
     mission = judged.subject.mission
-    yield f"{'FLYABLE' if judged else 'NOT FLYABLE'}: {judged.source}"
-    if judged.replay is not None and judged.replay.phases:
-        times_s = judged.replay.times_s.items()
-        times = ", ".join(f"{name.split('_')[0]} {time_s:.2f} s" for name, time_s in times_s)
-        soc = ", ".join(f"{name} {100 * level:.2f} %" for name, level in judged.replay.soc.items())
-        yield f"Route      {printable(' → '.join(judged.replay.route))}"
-        yield f"Times      {times}"
-        yield f"Charge     {soc} left"
-    for heading, events in (
-        ("Violated", [event for event in judged.violations if event.kind != MISMATCH]),
-        ("Contradicted", [event for event in judged.violations if event.kind == MISMATCH]),
-        ("To know", [event for event in judged.events if not event.violation]),
-    ):
+    yield f"{judged.verdict}: {judged.source}"
+    for heading, words in judged.replay.facts if judged.replay else ():
+        yield f"{heading:11}{printable(words)}"
+    for heading, events in judged.by_kind.items():
         if events:
             yield ""
             yield heading

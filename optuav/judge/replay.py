@@ -45,6 +45,20 @@ class Judged:
         """Whether the plan keeps every limit at every moment, and its figures are right."""
         return not self.violations
 
+    @property
+    def verdict(self) -> str:
+        """The verdict in capitals."""
+        return "FLYABLE" if self.flyable else "NOT FLYABLE"
+
+    @property
+    def by_kind(self) -> dict[str, list[Event]]:
+        """The events under the headings of a page."""
+        return {
+            "Violated": [each for each in self.violations if each.kind != MISMATCH],
+            "Contradicted": [each for each in self.violations if each.kind == MISMATCH],
+            "To know": [each for each in self.events if not each.violation],
+        }
+
 
 @dataclass(frozen=True)
 class Replay(Judged):
@@ -95,6 +109,29 @@ class Replay(Judged):
         for phase in self.phases:
             times_s[f"{phase.kind}_time_s"] += phase.duration_s
         return {**times_s, "mission_time_s": self.mission_time_s}
+
+    @property
+    def facts(self) -> list[tuple[str, str]]:
+        """Route, times and charge left, in words; empty where the mission cannot be flown."""
+        if not self.phases:
+            return []
+        times = (f"{name.split('_')[0]} {each:.2f} s" for name, each in self.times_s.items())
+        levels = (f"{name} {100 * level:.2f} %" for name, level in self.soc.items())
+        charge = f"{', '.join(levels)} left"
+        return [
+            ("Route", " → ".join(self.route)),
+            ("Times", ", ".join(times)),
+            ("Charge", charge),
+        ]
+
+    def __repr__(self) -> str:
+        name, count = self.mission.name, len(self.phases)
+        return f"<Replay for {name!r}: {count} phases, {self.mission_time_s:.2f} s, {self.verdict}>"
+
+    def _repr_html_(self) -> str:
+        from optuav.judge.display import html
+
+        return html(self, self, f"{self.verdict}: {self.mission.name}")
 
     def first_s(self, kind: str) -> float | None:
         """When an event of a kind first happens [s]; None if none does."""

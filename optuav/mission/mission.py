@@ -88,6 +88,15 @@ class Mission(MissionSection):
         plain = self.model_dump(mode="json", exclude_none=True, exclude={"buildings"})
         return {**plain, "buildings": self.buildings}
 
+    def __repr__(self) -> str:
+        name, count, limits = printable(self.name), len(self.buildings), self.limits
+        return f"<Mission {name!r}: {count} buildings, within {limits.deadline_s:g} s>"
+
+    def _repr_html_(self) -> str:
+        from optuav.mission.display import html
+
+        return html(self)
+
     def replace(self, values: Mapping[str, object]) -> Self:
         """Make a mission that differs in some values.
 
@@ -163,22 +172,9 @@ class Mission(MissionSection):
         Battery    2 × 36000 A s, pooled, at least 5 % left
         Flight     model "rotors", 50 to 100 m above ground
         """
-        route, limits, battery, laser = self.route, self.limits, self.battery, self.laser
-        start, end, device = (
-            f"({', '.join(f'{each:g}' for each in point)}) m"
-            for point in (route.origin_m, route.destination_m, self.link.device_m)
-        )
-        source = f"a laser of {laser.power_W:g} W" if laser else "no laser"
-        lines = {
-            "Mission": f"{printable(self.name)}: {len(self.buildings)} buildings, {source}",
-            "Route": f"{start} to {end} within {limits.deadline_s:g} s",
-            "Device": f"{device}, outage at most {limits.outage_probability:g}",
-            "Battery": f"{battery.packs} × {battery.capacity_As:g} A s, {battery.schedule}, "
-            f"at least {100 * limits.min_soc:g} % left",
-            "Flight": f'model "{self.flight.model}", {limits.min_altitude_m:g} to '
-            f"{limits.max_altitude_m:g} m above ground",
-        }
-        return "\n".join(f"{head:11}{words}" for head, words in lines.items())
+        from optuav.mission.display import facts
+
+        return "\n".join(f"{head:11}{words}" for head, words in facts(self).items())
 
     def to_dict(self) -> Document:
         """Every value as plain data, as a file without ``extends`` states it.

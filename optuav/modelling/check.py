@@ -1,21 +1,28 @@
 """Constraints evaluated at a point, apart from any solver, and numbers that no engine can use."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import chain
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from optuav.arrays import Values
-from optuav.errors import Fault, InputError, refuse
+from optuav.errors import Fault, InputError, refuse, require
 from optuav.modelling.display import table
 from optuav.modelling.expression import Call, Operand, Relation, Sense
 from optuav.modelling.model import Constraint, Model
 from optuav.modelling.traversal import evaluate, has_unknowns, nodes
 from optuav.modelling.writer import Text
 
+if TYPE_CHECKING:
+    import pandas
+
 TOLERANCE = 1e-9
 """A constraint holds if it is short by no more than this, relative to max(1, |right side|)."""
+HEADS = ("constraint", "left and right", "verdict", "declared at")
 MOST_NAMED = 10  # Of the points at which a constraint is violated, how many are named
 
 
@@ -65,6 +72,12 @@ class Check:
     def __str__(self) -> str:
         return " ".join([f"{self.label}:", *self.cells[1:]]).rstrip()
 
+    def __repr__(self) -> str:
+        return f"<Check {self}>"
+
+    def _repr_html_(self) -> str:
+        return Checks([self])._repr_html_()
+
     @property
     def cells(self) -> tuple[str, ...]:
         """Label, both sides, verdict and source line, as the table of `Checks` shows them."""
@@ -97,10 +110,53 @@ class Checks(tuple[Check, ...]):
         return all(bool(np.all(row.satisfied)) for row in self)
 
     def __str__(self) -> str:
-        heads = ("constraint", "left and right", "verdict", "declared at")
-        return table([heads, *(row.cells for row in self)])
+        return table([HEADS, *(row.cells for row in self)])
 
-    __repr__ = __str__
+    def __repr__(self) -> str:
+        broken = sum(not np.all(row.satisfied) for row in self)
+        return f"<Checks: {len(self)} constraints, {broken} violated>"
+
+    def _repr_html_(self) -> str:
+        from optuav import markup
+
+        broken = [number for number, row in enumerate(self) if not np.all(row.satisfied)]
+        verdict = f"{len(broken)} of {len(self)} constraints violated"
+        rows = markup.table(HEADS, [row.cells for row in self], bad=broken)
+        return markup.shown(markup.paragraph(verdict, good=not broken), rows)
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row a constraint, and a point where they were evaluated at several; needs pandas.
+
+        Returns
+        -------
+        Columns ``constraint``, ``point`` (its name or its number from 0, if there are several),
+        ``left``, ``sense``, ``right``, ``slack``, ``unit``, ``satisfied`` and ``declared_at``.
+
+        Raises
+        ------
+        InputError
+            If pandas is not installed.
+        """
+        require("pandas", "data frames")
+        import pandas
+
+        parts = list[dict[str, object]]()
+        for row in self:
+            size = np.size(row.satisfied)
+            numbers = np.broadcast_arrays(row.left, row.right, row.slack, row.satisfied)
+            named = row.names if len(row.names) == size else range(size)
+            names = named if np.ndim(row.satisfied) else [None]
+            for name, left, right, slack, holds in zip(
+                names, *(each.ravel().tolist() for each in numbers), strict=True
+            ):
+                parts.append(
+                    {
+                        **{"constraint": row.label, "point": name, "left": left},
+                        **{"sense": row.sense, "right": right, "slack": slack, "unit": row.unit},
+                        **{"satisfied": holds, "declared_at": row.declared_at},
+                    }
+                )
+        return pandas.DataFrame(parts)
 
 
 def relations(model: Model) -> Sequence[Constraint]:

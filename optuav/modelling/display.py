@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from optuav.errors import line_width
+from optuav.errors import Fault, InputError, line_width
 from optuav.modelling.expression import INDEX, Indexed, Let, Parameter, PartedLabel
 from optuav.modelling.forms import NotAffineError, affine
 from optuav.modelling.traversal import outermost
-from optuav.modelling.writer import MARKED, Latex, Text
+from optuav.modelling.writer import LINE, MARKED, Latex, Text
 
 if TYPE_CHECKING:
     from optuav.modelling.model import Model
@@ -47,14 +47,14 @@ def text(model: Model) -> str:
     """
     writer = Text(marks=True)
     lines = [model.title, ""]
-    for head, rows in _sections(model, writer):
+    for head, rows in sections(model, writer):
         if head in CONDITIONS:
             lines += [head, *_columns([(name, maths) for maths, name in rows], GAP)]
             continue
         bracketed = [(maths, name and f"({name})") for maths, name in rows]
         first, *others = _columns(bracketed, " " * MARGIN)
         lines += [f"{head:<{MARGIN}}{first[MARGIN:]}", *others]
-    if given := _parameters(model, writer):
+    if given := parameters(model, writer):
         listed = _columns(given, GAP)
         if len(listed) > len(given):  # long symbols have a line of their own
             listed = _columns(given, GAP, longest=LONGEST_SYMBOL)
@@ -62,33 +62,43 @@ def text(model: Model) -> str:
     return "\n".join(line.rstrip().replace(writer.after, " ") for line in lines)
 
 
-def latex(model: Model) -> str:
-    r"""The model as an ``align*`` environment (package amsmath), the names of lines as their tags.
+def latex(model: Model, *, width: int = LINE, numbers: bool = True, labels: bool = True) -> str:
+    r"""The model as ``align*`` environments (package amsmath), the names of lines as their tags.
 
-    Without its ``&``, ``\\`` and tags, every line is one that matplotlib's mathtext can set.
+    The values of the parameters are an environment of their own. Without its ``&``, ``\\`` and
+    tags, every line is one that matplotlib's mathtext can set. Options as of `Model.to_latex`.
     """
-    writer = Latex(marks=True)
-    sections = [*_sections(model, writer)]
+    if not isinstance(width, int) or width < LEAST_ROOM:
+        words = f"a whole number, x >= {LEAST_ROOM} [characters]"
+        raise InputError([Fault("width", repr(width), words)])
+    writer = Latex(marks=True, width=width)
     given = [
         (f"{writer.symbol(symbol)} = {value}{writer.unit(unit)}", key)
-        for symbol, _, value, unit, key in _parameters(model, writer)
+        for symbol, _, value, unit, key in parameters(model, writer)
     ]
-    sections += [("where", given)] if given else []
-    lines = []
-    for head, rows in sections:
-        start = writer.words(head) + r"\quad "
+    pages = [[*sections(model, writer)], [("where", given)] if given and numbers else []]
+    return "\n".join(_aligned(page, writer, labels) for page in pages if page)
+
+
+def _aligned(page: Sequence[Section], writer: Latex, labels: bool) -> str:
+    """Sections as one environment; in narrow columns heads are on lines of their own."""
+    lines, narrow = list[str](), writer.width < LINE
+    for head, rows in page:
+        start = r"& \quad " if narrow else writer.words(head) + r"\quad & "
+        lines += [f"& {writer.words(head)}"] if narrow else []
         for maths, name in rows:
             for line in writer.lines(maths):
-                lines.append(f"{start}& {line}")
-                start = " "
-            lines[-1] += name and rf" \tag*{{\({writer.words(name)}\)}}"
+                lines.append(start + line)
+                start = r"& \quad " if narrow else " & "
+            if name and labels:
+                lines[-1] += rf" \tag*{{\({writer.words(name)}\)}}"
     return "\n".join([r"\begin{align*}", " \\\\\n".join(lines), r"\end{align*}"])
 
 
 CONDITIONS = ("subject to", "with")
 
 
-def _sections(model: Model, writer: Text) -> Iterator[Section]:
+def sections(model: Model, writer: Text) -> Iterator[Section]:
     """Goal, unknowns, constraints and the named quantities in them, as far as there are any."""
     goals, settled = list[str](), set[str]()
     for goal in (model.objective, *model.preferences):
@@ -120,7 +130,7 @@ def _sections(model: Model, writer: Text) -> Iterator[Section]:
             yield head, _merged(rows, writer)
 
 
-def _parameters(model: Model, writer: Text) -> list[tuple[str, str, str, str, str]]:
+def parameters(model: Model, writer: Text) -> list[tuple[str, str, str, str, str]]:
     """Symbol, name, value, unit and key of the parameters; those that differ in a number as one."""
     alike: dict[tuple[str, ...], list[Parameter]] = {}
     for each in model.parameters.values():

@@ -23,6 +23,7 @@ from optuav.modelling.expression import (
 )
 from optuav.modelling.traversal import leaves, nodes
 from optuav.modelling.walk import Walk
+from optuav.modelling.writer import LINE
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,9 +264,33 @@ class Model:
     def __str__(self) -> str:
         return text(self)
 
-    def to_latex(self) -> str:
-        """The programme as a LaTeX ``align*`` environment (package amsmath)."""
-        return latex(self)
+    def _repr_html_(self) -> str:
+        from optuav.markup import shown
+        from optuav.modelling.mathml import html
+
+        return shown(*html(self))
+
+    def to_latex(self, *, width: int = LINE, numbers: bool = True, labels: bool = True) -> str:
+        """The programme as LaTeX ``align*`` environments (package amsmath).
+
+        Parameters
+        ----------
+        width
+            About how many characters of mathematics a line has, 24 or more; by default as many as
+            a column of an article holds, 36 for one of two.
+        numbers
+            Whether the values of the parameters follow.
+        labels
+            Whether lines have the names of constraints and keys as tags.
+
+        Raises
+        ------
+        InputError
+            If the width is no such number.
+        """
+        return latex(self, width=width, numbers=numbers, labels=labels)
+
+    _repr_latex_ = to_latex
 
 
 def _place_of_caller() -> str:

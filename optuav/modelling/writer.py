@@ -72,7 +72,7 @@ class Text:
     root_takes = ATOM
     """How tightly what stands below a root must hold together."""
     senses: Mapping[Sense, str] = {"<=": "≤", ">=": "≥", "==": "="}
-    longest_bracket = np.inf
+    longest_bracket: float = np.inf
     """Width up to which a sum is subtracted in brackets, within which no line is broken."""
 
     def __init__(self, *, marks: bool = False) -> None:
@@ -238,6 +238,25 @@ class Text:
         return Written(self._times(*factors), PRODUCT)
 
 
+class Parts(NamedTuple):
+    """A symbol such as ``"P_0,hv'"``, taken apart."""
+
+    base: str
+    below: list[str]
+    primes: str
+
+
+def parts_of(symbol: str) -> Parts | None:
+    """The parts of a symbol; None of a sum, or of words."""
+    found = re.fullmatch(r"([^\W\d_]+)(\d*)('*)(?:_([^\W_]+(?:,[^\W_]+)*))?('*)", symbol)
+    if found is None:
+        return None
+    base, index, primes, subscript, more_primes = found.groups(default="")
+    return Parts(
+        base, [part for part in (index, *subscript.split(",")) if part], primes + more_primes
+    )
+
+
 OPERATORS = frozenset({"exp", "ln", "max", "min", "sin", "cos", "tan", "tanh"})
 """Functions that LaTeX has a name for."""
 GREEK: Mapping[str, str] = {
@@ -263,10 +282,14 @@ IN_UNITS: Mapping[str, str] = {
 }
 """Signs of units in LaTeX."""
 LINE = 46  # About how many characters of mathematics fit on a line of an article
+KEY = r"[A-Za-z0-9.]*_[A-Za-z0-9._]*[A-Za-z0-9]"  # A name such as those in code and in files
 
 
 class Latex(Text):
-    """LaTeX for its mathematics mode, in commands that MathJax and matplotlib's mathtext know."""
+    """LaTeX for its mathematics mode, in commands that MathJax and matplotlib's mathtext know.
+
+    Lines are of some `width` characters.
+    """
 
     minus, infinity, member, binary, after = "-", r"\infty", r"\in", r"\{0, 1\}", " "
     several = r"{} \text{{ values, }} {} \text{{ to }} {}"
@@ -274,20 +297,21 @@ class Latex(Text):
     bracketed, size, root = r"\left({}\right)", r"\left|{}\right|", r"\sqrt{{{}}}"
     root_takes = LIST
     senses: Mapping[Sense, str] = {"<=": r"\leq", ">=": r"\geq", "==": "="}
-    longest_bracket = LINE
+
+    def __init__(self, *, marks: bool = False, width: int = LINE) -> None:
+        super().__init__(marks=marks)
+        self.longest_bracket = self.width = width
 
     def symbol(self, symbol: str) -> str:
         """A symbol with its subscripts; sums of symbols are sums, and words stay words."""
-        parts = re.fullmatch(r"([^\W\d_]+)(\d*)('*)(?:_([^\W_]+(?:,[^\W_]+)*))?('*)", symbol)
-        if parts is None:
+        if (parts := parts_of(symbol)) is None:
             if re.search(r"[|+−]", symbol):
                 terms = re.sub(r"[^\s|+−]+", lambda each: self.symbol(each[0]), symbol)
                 return terms.replace("−", self.minus)
             return self.words(symbol)
-        base, index, primes, subscript, more_primes = parts.groups(default="")
-        below = ",".join(_name(part) for part in (index, *subscript.split(",")) if part)
+        below = ",".join(map(_name, parts.below))
         below = below if len(below) == 1 else f"{{{below}}}"
-        return f"{_name(base)}{primes}{more_primes}" + (f"_{below}" if below != "{}" else "")
+        return f"{_name(parts.base)}{parts.primes}" + (f"_{below}" if parts.below else "")
 
     def unit(self, unit: str) -> str:
         """A unit in upright letters; nothing for ``"1"``."""
@@ -295,15 +319,21 @@ class Latex(Text):
         return "" if unit == "1" else rf"\,\mathrm{{{upright}}}"
 
     def words(self, words: str) -> str:
-        """Words as text, the marks of `IN_WORDS` among them as mathematics."""
-        parts = re.split(f"([{re.escape(''.join(IN_WORDS))}])", words)
-        return "".join(IN_WORDS.get(part, rf"\text{{{part}}}") for part in parts if part)
+        """Words as text, keys as in code, the marks of `IN_WORDS` as mathematics."""
+        parts = re.split(f"({KEY}|[{re.escape(''.join(IN_WORDS))}])", words)
+        return "".join(
+            rf"\mathtt{{{_upright(part)}}}"
+            if re.fullmatch(KEY, part)
+            else IN_WORDS.get(part, rf"\text{{{part}}}")
+            for part in parts
+            if part
+        )
 
     def lines(self, maths: str) -> list[str]:
-        """A piece of mathematics on lines of some `LINE` characters, broken outside of brackets."""
+        """A piece of mathematics on lines of some `width`, broken outside of brackets."""
         lines = [""]
         for term in _terms(maths):
-            fits = not lines[-1] or _width(lines[-1] + term) <= LINE
+            fits = not lines[-1] or _width(lines[-1] + term) <= self.width
             lines[-1:] = [lines[-1] + term] if fits else [lines[-1].rstrip(), r"\qquad " + term]
         return lines
 

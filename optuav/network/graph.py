@@ -73,10 +73,10 @@ def graph(mission: Mission | str | Path) -> Graph:
 
 def as_graph(network: Network) -> Graph:
     """The graph of a network, as `graph` describes it."""
-    import networkx
+    from optuav.network.display import MissionGraph
 
     places, legs = network.places, network.legs
-    view: Graph = networkx.DiGraph(name=network.mission.name)
+    view: Graph = MissionGraph(name=network.mission.name)
     for place in np.flatnonzero(places.exists).tolist():
         view.add_node(
             places.names[place],

@@ -15,6 +15,7 @@ from xml.etree.ElementTree import Element, tostring
 
 from formulations.soc import AVAILABLE
 from optuav.errors import Fault, refuse
+from optuav.markup import element
 from optuav.mission import Mission, load
 from optuav.mission.files import check_place, make_directory, write_files
 from optuav.mission.messages import nearest
@@ -329,19 +330,6 @@ def _of_the_paper(entries: Ledger) -> Iterator[Element]:
     not_counted = prose(f"Not counted: {'; '.join(DATA['paper']['not_counted'])}.")
     content = (prose(DATA["paper"]["ledger"]), not_counted, folded)
     yield _section(LEDGER, "The ledger", *content)
-
-
-def element(tag: str, *content: str | Element, **attributes: str) -> Element:
-    """An element with texts and elements in it; ``class_`` stands for the attribute class."""
-    made = Element(tag, {name.strip("_").replace("_", "-"): v for name, v in attributes.items()})
-    for each in content:
-        if isinstance(each, Element):
-            made.append(each)
-        elif len(made):
-            made[-1].tail = (made[-1].tail or "") + each
-        else:
-            made.text = (made.text or "") + each
-    return made
 
 
 def prose(text: str, tag: str = "p", **attributes: str) -> Element:

@@ -181,6 +181,11 @@ class Plan(BaseModel):
         question = f"{self.problem}, perspective {self.perspective}"
         return f"<Plan for {self.mission.name!r}: {question}, {self.status.value}{hover}>"
 
+    def _repr_html_(self) -> str:
+        from optuav.plan.display import html
+
+        return html(self)
+
     @property
     def hover_time_s(self) -> float:
         """Δ [s]."""

@@ -6,9 +6,10 @@ import re
 import textwrap
 import unicodedata
 from collections.abc import Iterator, Sequence
-from itertools import accumulate
+from itertools import accumulate, groupby
+from operator import itemgetter
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from optuav.errors import folded, line_width, printable
 from optuav.mission.files import label
@@ -33,8 +34,24 @@ TOO_LONG = 1e5
 """From here on a number is printed with two digits and an exponent, to leave room for names."""
 
 
+Line: TypeAlias = tuple[str, str]  # A label and its words
+
+
 def summary(plan: Plan) -> str:
     """The plan as text."""
+    lines = [line for label, words in heading(plan) for line in wrapped(label, words)]
+    if plan:
+        shown = [(name, f"{time_s:10.2f} s   {remark}") for name, time_s, remark in times(plan)]
+        shown += outcome(plan)
+        lines += ["", *(line for label, words in shown for line in wrapped(label, words))]
+        lines += ["", *_timeline(plan)]
+    for mark, found in groupby(remarks(plan), itemgetter(0)):
+        lines += ["", *(line for _, words in found for line in wrapped(mark, words))]
+    return "\n".join(lines)
+
+
+def heading(plan: Plan) -> list[Line]:
+    """Mission and question, and what is known of the answer."""
     question = [
         plan.problem,
         f"trajectory {plan.trajectory}" if plan.trajectory else "",
@@ -43,30 +60,27 @@ def summary(plan: Plan) -> str:
         f"perspective {plan.perspective}",
         counted_in(plan.slot_s),
     ]
-    lines = wrapped("Mission", plan.mission.name)
-    lines += wrapped("Problem", ", ".join(each for each in question if each))
-    if plan:
-        longest = plan.problem == "P1" and plan.trajectory == "optimal"
-        among = longest and not plan.has_several_stops  # Plans with more stops may be longer.
-        which = " with at most one rest and one hover in one piece" if among else ""
-        status = plan.status.value.replace("_", " ")
-        lines += wrapped("Answer", f"{status}{which} ({plan.proof})")
-        if plan.flyable is not None:
-            words = "yes, simulated again" if plan.flyable else "NO, as its simulation shows"
-            lines += wrapped("Flyable", words)
-        lines += ["", *_times(plan), "", *_timeline(plan)]
-    else:
-        lines += wrapped("Answer", f"{plan.status.value.upper()} ({plan.proof})")
-        for reason in plan.reasons:
-            lines += wrapped("Because", reason)
+    lines = [("Mission", plan.mission.name), ("Problem", ", ".join(filter(None, question)))]
+    if not plan:
+        lines.append(("Answer", f"{plan.status.value.upper()} ({plan.proof})"))
+        return lines + [("Because", reason) for reason in plan.reasons]
+    longest = plan.problem == "P1" and plan.trajectory == "optimal"
+    among = longest and not plan.has_several_stops  # Plans with more stops may be longer.
+    which = " with at most one rest and one hover in one piece" if among else ""
+    status = plan.status.value.replace("_", " ")
+    lines.append(("Answer", f"{status}{which} ({plan.proof})"))
+    if plan.flyable is not None:
+        words = "yes, simulated again" if plan.flyable else "NO, as its simulation shows"
+        lines.append(("Flyable", words))
+    return lines
+
+
+def remarks(plan: Plan) -> list[Line]:
+    """Warnings, then notes."""
     warnings = plan.warnings if plan else ()
     if plan.mission.buildings.source:
         warnings += tuple(filter(None, [unknown_buildings(plan.mission)]))
-    for mark, remarks in (("Warning", warnings), ("Note", plan.notes)):
-        lines += [""] if remarks else []
-        for remark in remarks:
-            lines += wrapped(mark, remark)
-    return "\n".join(lines)
+    return [("Warning", each) for each in warnings] + [("Note", each) for each in plan.notes]
 
 
 def unknown_buildings(mission: Mission) -> str:
@@ -107,7 +121,8 @@ def _number(value: float, decimals: int, sign: str = "") -> str:
     return f"{rounded:{sign}.{decimals}f}" if abs(value) < TOO_LONG else f"{value:{sign}.2g}"
 
 
-def _times(plan: Plan) -> Iterator[str]:
+def times(plan: Plan) -> list[tuple[str, float, str]]:
+    """Durations of a plan by kind and of the whole [s], and remarks on them."""
     rows: list[tuple[str, float, str]] = []
     for kind, time_s in (("hover", plan.hover_time_s), ("rest", plan.rest_time_s)):
         stops = [phase for phase in plan.phases if phase.kind == kind]
@@ -131,19 +146,21 @@ def _times(plan: Plan) -> Iterator[str]:
         ("Flight", plan.flight_time_s, flown),
         ("Mission", mission_s, "exactly at the deadline" if abs(left_s) < 0.005 else ends),
     ]
-    for name, time_s, remark in rows:
-        yield from wrapped(name, f"{time_s:10.2f} s   {remark}")
-    yield from wrapped("Route", " → ".join(plan.route))
+    return rows
+
+
+def outcome(plan: Plan) -> list[Line]:
+    """Where a plan leads, what charge it leaves, and what keeps it from being better."""
     levels = ", ".join(
         f"{name} {_number(100 * level, 2)} %" for name, level in (plan.soc or {}).items()
     )
-    yield from wrapped("Charge left", f"of the battery, by perspective: {levels}")
+    left = f"of the battery, by perspective: {levels}"
+    lines = [("Route", " → ".join(plan.route)), ("Charge left", left)]
     if plan.binding:
-        limits = "; ".join(plan.binding)
-        if plan.engine == "grid":
-            yield from wrapped("Next slot", f"would break {limits}")
-        else:
-            yield from wrapped("Binding", limits)
+        limits, in_slots = "; ".join(plan.binding), plan.engine == "grid"
+        would = f"would break {limits}"
+        lines.append(("Next slot", would) if in_slots else ("Binding", limits))
+    return lines
 
 
 def tabulated(
@@ -175,9 +192,10 @@ def tabulated(
     ]
 
 
-def _timeline(plan: Plan) -> Iterator[str]:
+def figures(plan: Plan) -> list[tuple[str, ...]]:
+    """Of every phase its kind, and what the `HEADINGS` after its place say."""
     full = vehicle.pool(plan.mission).full
-    cells = [
+    return [
         (
             phase.kind + "*" * phase.edited,
             _number(phase.start_s, 2),
@@ -189,8 +207,12 @@ def _timeline(plan: Plan) -> Iterator[str]:
         )
         for phase in plan.phases
     ]
-    figures = zip((HEADINGS[0], *HEADINGS[2:]), *cells, strict=True)
-    widths = [max(map(len, column)) for column in figures]
+
+
+def _timeline(plan: Plan) -> Iterator[str]:
+    cells = figures(plan)
+    columns = zip((HEADINGS[0], *HEADINGS[2:]), *cells, strict=True)
+    widths = [max(map(len, column)) for column in columns]
     room = max(LEAST_ROOM, line_width() - sum(widths) - len(GAP) * len(widths))
     rows: list[Sequence[str]] = [HEADINGS]
     for phase, (kind, *numbers) in zip(plan.phases, cells, strict=True):

@@ -2,8 +2,9 @@
 
 import math
 import reprlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from formulations.p3 import P3
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Integers
 from optuav.engines.linear_form import cut_short
-from optuav.engines.prices import ShadowPrice
+from optuav.engines.prices import ShadowPrice, ShadowPrices
 from optuav.engines.registry import Engine, capabilities, takers
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, NoPlanError, SolverError, printable
@@ -21,6 +22,7 @@ from optuav.mission.messages import number as number_of_key
 from optuav.modelling import Check, Checks, Model, check
 from optuav.modelling.check import refuse_misfits
 from optuav.modelling.classify import traits
+from optuav.modelling.writer import LINE
 from optuav.network.feasibility import blocked_legs, impossibilities
 from optuav.network.network import Network, trajectory_routes
 from optuav.network.routes import SAME_S
@@ -135,22 +137,56 @@ class Program:
         able = [takers(traits(part.declared), slots) for part in self.parts]
         return tuple(name for name in capabilities if able and all(name in each for each in able))
 
-    def to_latex(self) -> str:
-        """The declared models as LaTeX ``align*`` environments (package amsmath)."""
-        return self._pages(Model.to_latex, "% ")
+    def _repr_html_(self) -> str:
+        from xml.etree.ElementTree import Element
+
+        from optuav.markup import folded, paragraph, shown
+        from optuav.modelling.mathml import html
+
+        if not self.parts:
+            return shown(paragraph(str(self), good=False))
+        pages = list[Element]()
+        for part, heads in zip(self.parts, self._heads(), strict=True):
+            content = html(part.model)
+            if heads:
+                content = [folded("; ".join(heads), *content, is_open=not pages)]
+            pages += content
+        return shown(*pages)
+
+    def to_latex(self, *, width: int = LINE, numbers: bool = True, labels: bool = True) -> str:
+        """The declared models as LaTeX ``align*`` environments (package amsmath).
+
+        Parameters
+        ----------
+        width, numbers, labels
+            Characters of mathematics on a line, and whether values and names are shown, as
+            `Model.to_latex` takes them.
+
+        Raises
+        ------
+        InputError
+            If the width is no such number.
+        """
+        write = partial(Model.to_latex, width=width, numbers=numbers, labels=labels)
+        return self._pages(write, "% ")
+
+    _repr_latex_ = to_latex
 
     def _pages(self, write: Callable[[Model], str], mark: str = "") -> str:
-        """The models in writing, each under a line on its slots; of several, also on its routes."""
-        pages, slot_s = [], self.question.slot_s
+        """The models in writing, each under its heads."""
+        written = (write(part.model) for part in self.parts)
+        pairs = zip(self._heads(), written, strict=True)
+        return "\n\n".join("\n".join([*(mark + h for h in heads), w]) for heads, w in pairs)
+
+    def _heads(self) -> Iterator[list[str]]:
+        """What stands above each model: of several its routes, and what slots ask."""
         for place, part in enumerate(self.parts, start=1):
-            lines = [write(part.model)]
-            if slot_s is not None:
-                lines.insert(0, mark + _slots_in_words(part.model, slot_s))
+            heads, slot_s = list[str](), self.question.slot_s
             if len(self.parts) > 1:
-                routes = self._routes_in_words(part)
-                lines.insert(0, f"{mark}{place} of {len(self.parts)}: {routes}")
-            pages.append("\n".join(lines))
-        return "\n\n".join(pages)
+                heads.append(f"{place} of {len(self.parts)}: {self._routes_in_words(part)}")
+            if slot_s is not None:
+                heads.append(_slots_in_words(part.model, slot_s))
+            yield heads
 
     def _routes_in_words(self, part: Part) -> str:
         """Which routes a model is for, in words."""
@@ -346,7 +382,7 @@ class Program:
         every = ((number, entry) for number, some in enumerate(near) for entry in some.tolist())
         return [*dict.fromkeys((chosen, *every))]
 
-    def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> dict[str, ShadowPrice]:
+    def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> ShadowPrices:
         """What one more unit of every named parameter brings; empty where there is no answer.
 
         Figures of routes change on all alike. Where routes tie, a change for the better may take
@@ -356,7 +392,7 @@ class Program:
         solutions = self.answers() if solutions is None else solutions
         every = [solutions[k].shadow_prices(index) for k, index in self.tied(solutions)]
         if not all(every):
-            return {}
+            return ShadowPrices({}, {})
         better, worse = (max, min) if self.parts[0].model.sense == "maximise" else (min, max)
         stated = {name: p for part in self.parts for name, p in part.model.parameters.items()}
         nothing, found = ShadowPrice(0.0, 0.0), {}
@@ -368,7 +404,7 @@ class Program:
                 if allowed and not (allowed.whole or allowed.accepts(math.nextafter(now, end))):
                     sides[k] = math.nan
             found[name] = ShadowPrice(*sides)
-        return found
+        return ShadowPrices(found, stated)
 
     def compile(self, engine: str | Engine | None = None) -> "CompiledProgram":
         """Hand the models to an engine once, by default the question's, to be solved often.

@@ -69,6 +69,19 @@ class Results:
     def __str__(self) -> str:
         return folded("\n".join(self.show(self)), line_width())
 
+    def __repr__(self) -> str:
+        size = f"{len(self.rows)} rows, {len(self.units)} columns"
+        return f"<{self.kind} for {self.mission.name!r}: {size}>"
+
+    def _repr_html_(self) -> str:
+        from optuav.diagnosis.infeasibility import plain
+        from optuav.markup import folded, pairs, paragraph, shown, table
+
+        rows = [[as_cell(each) for each in row.values()] for row in plain(self.records())]
+        facts = pairs((name, as_cell(value)) for name, value in plain(self.facts).items())
+        head = f"{self.kind.removeprefix('optuav ')}: {self.mission.name}"
+        return shown(paragraph(head), table([*self.units], rows), folded("Facts", facts))
+
     def records(self) -> list[dict[str, Any]]:
         """Return the rows as flat records with an entry a column; places of a route as text."""
         return [
@@ -126,6 +139,17 @@ class Results:
         from optuav.plots import save_figures
 
         return save_figures(self.draw(self), Path(directory))
+
+
+def as_cell(value: object) -> str | float | None:
+    """Return a value as a cell of a table in a notebook."""
+    if value is None or isinstance(value, str | int | float):
+        return value
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {as_cell(each)}" for name, each in value.items())
+    if isinstance(value, list):
+        return ", ".join(str(as_cell(each)) for each in value)
+    return repr(value)
 
 
 def as_csv(records: Sequence[Mapping[str, object]], columns: Sequence[str] = ()) -> str:

@@ -62,7 +62,9 @@ P4_LATEX = r"""\begin{align*}
 \text{over}\quad & \Delta \in [0, \infty)\,\mathrm{s} \\
  & T' \in [0, \infty)\,\mathrm{s} \\
 \text{subject to}\quad & 1 - \frac{Q_{\mathrm{fl}} + I_{\mathrm{hv}}\,\Delta - I_{\mathrm{rest}}\,T'}{N\,B_i} \geq \eta_0 \tag*{\(\text{P4.a state of charge}\)} \\
- & \Delta + T' \leq T_{\max} - T_{\mathrm{fl}} \tag*{\(\text{P4.b deadline}\)} \\
+ & \Delta + T' \leq T_{\max} - T_{\mathrm{fl}} \tag*{\(\text{P4.b deadline}\)}
+\end{align*}
+\begin{align*}
 \text{where}\quad & Q_{\mathrm{fl}} = 100\,\mathrm{A\,s} \\
 """  # noqa: E501
 

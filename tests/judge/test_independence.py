@@ -11,6 +11,7 @@ ALLOWED = (
     "optuav.arrays",
     "optuav.errors",
     "optuav.judge",
+    "optuav.markup",
     "optuav.mission",
     "optuav.network.obstacles",
     "optuav.network.places",

@@ -49,7 +49,7 @@ def test_the_contract() -> None:
     """Nodes, edges and attributes as documented; plain numbers, so that any exporter takes them."""
     view = graph_of()
     names = [f"b{number}" for number in range(1, 11)]
-    assert type(view) is nx.DiGraph
+    assert isinstance(view, nx.DiGraph)
     assert list(view) == ["origin", "hover", "destination", *names]
     assert set(view.edges) == {
         *itertools.pairwise(("origin", "hover", "destination")),

@@ -1,0 +1,80 @@
+"""An explanation as tables for a notebook."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+from xml.etree.ElementTree import Element
+
+from optuav.diagnosis.infeasibility import Certificate
+from optuav.diagnosis.report import UNDECIDED, name, sentence, signed, with_unit
+from optuav.markup import folded, pairs, paragraph, shown, table
+
+if TYPE_CHECKING:
+    from optuav.diagnosis.infeasibility import Conflict
+    from optuav.diagnosis.report import Explanation
+
+
+def html(explained: Explanation) -> str:
+    """The explanation as HTML: what binds and what it is worth, or what conflicts."""
+    parts = _optimum(explained) if explained else _no_plan(explained)
+    notes = [pairs(("Note", note) for note in explained.notes)] if explained.notes else []
+    return shown(*parts, *notes)
+
+
+def _optimum(explained: Explanation) -> Iterator[Element]:
+    """Verdict, constraints, proof and prices of a plan."""
+    plan, sides = explained.plan, explained.constraints
+    binding = [each.label for each in sides if each.binds] or [*plan.binding]
+    stays = ", ".join(f"{stop.kind} {stop.duration_s:.2f} s at {stop.at}" for stop in plan.stops)
+    yield paragraph(f"{stays}: {', '.join(binding) or 'nothing'} binds", good=True)
+    rows = [
+        (e.label, e.statement, e.figures, "binds" if e.binds else with_unit(e.slack, e.unit))
+        for e in sorted(sides, key=lambda side: not side.binds)
+    ]
+    titles = ("constraint", "as stated", "in numbers", "to spare")
+    yield folded(f"Constraints ({len(rows)})", table(titles, rows), is_open=True)
+    if explained.bound is not None:
+        yield folded("Proof that nothing is better", _sum(explained.bound))
+    worth = [
+        (name(e), f"{e.symbol} = {with_unit(e.value, e.unit)}", signed(e.less), signed(e.more))
+        for e in sorted(explained.prices, key=lambda price: not price.matters)
+    ]
+    if worth:
+        told = (e for e in explained.prices if e.matters and e.solved_again and not e.at_edge)
+        again = [paragraph(sentence(explained, each)) for each in told]
+        again += [paragraph(f"Where it is 0, {UNDECIDED}")] if explained.more_stops_open else []
+        heads = ("parameter", "value", "less", "more")
+        head = f"Prices: {explained.objective} per unit of a parameter, the others held"
+        yield folded(head, table(heads, worth), *again, is_open=True)
+
+
+def _no_plan(explained: Explanation) -> Iterator[Element]:
+    """Verdict, conflicts with their proofs, and repairs."""
+    plan = explained.plan
+    yield paragraph(f"{plan.status.value}: {'; '.join(plan.reasons) or plan.proof}", good=False)
+    for conflict in explained.conflicts:
+        yield from _conflict(conflict)
+    if any(each.certificates for each in explained.conflicts):
+        yield paragraph("rounded here; to_dict gives exact fractions")
+    if explained.repairs:
+        rows = table(("feasible if", ""), [each.row for each in explained.repairs])
+        yield folded(f"Repairs ({len(explained.repairs)})", rows, is_open=True)
+
+
+def _conflict(conflict: Conflict) -> Iterator[Element]:
+    """What cannot hold together on a route."""
+    where = f"On {' → '.join(conflict.route)}"
+    where += f" and {conflict.routes - 1} other routes" if conflict.routes > 1 else ""
+    if not conflict.proofs:
+        yield paragraph(f"{where}: no certificate")
+    for proof in conflict.proofs:
+        together = " together" if len(proof.labels) > 1 else ""
+        words = f"{where}, {', '.join(proof.labels)} cannot hold{together}"
+        shown_sum = [_sum(proof)] if isinstance(proof, Certificate) else []
+        yield folded(words, *shown_sum, pairs([("keys", ", ".join(proof.keys) or "none")]))
+
+
+def _sum(certificate: Certificate) -> Element:
+    """Rows that are added up, and their sum."""
+    return table(("times", "constraint", "row"), certificate.table)

@@ -1,0 +1,35 @@
+"""A judged plan for a notebook: the verdict, what is wrong, and its wells over time."""
+
+from __future__ import annotations
+
+from xml.etree.ElementTree import Element
+
+from optuav.judge.replay import Judged, Replay
+from optuav.markup import folded, pairs, paragraph, shown, table
+from optuav.network import vehicle
+from optuav.plan.display import Levels, picture
+
+
+def html(judged: Judged, replayed: Replay | None, verdict: str) -> str:
+    """The verdict as HTML, violations first."""
+    found = [paragraph(verdict, good=judged.flyable)]
+    for heading, events in judged.by_kind.items():
+        rows = [
+            (f"{each.time_s:.2f}\N{NO-BREAK SPACE}s", each.words + each.figures) for each in events
+        ]
+        if rows:
+            is_open = heading != "To know"
+            found.append(folded(f"{heading} ({len(rows)})", table(("", ""), rows), is_open=is_open))
+    if replayed is not None and replayed.phases:
+        found += [_wells(replayed)] if replayed.mission_time_s else []
+        found.append(pairs(replayed.facts))
+    return shown(*found)
+
+
+def _wells(replayed: Replay) -> Element:
+    """The wells over the trace."""
+    trace, stays = replayed.trace, replayed.phases
+    levels = Levels(trace.time_s, trace.available_As.sum(axis=1), trace.bound_As.sum(axis=1))
+    phases = ((each.kind, each.start_s, each.end_s - each.start_s) for each in stays)
+    capacity_As = float(vehicle.pool(replayed.mission).capacity_As)
+    return picture(levels, phases, capacity_As, replayed.first_s("empty"))
