@@ -14,8 +14,9 @@ import pytest
 
 import optuav
 from optuav.diagnosis.report import Explanation
+from optuav.engines.prices import Residuals, ShadowPrice, ShadowPrices
 from optuav.engines.registry import Capability
-from optuav.engines.solution import Residuals, ShadowPrice, Solution
+from optuav.engines.solution import Solution
 from optuav.judge import Stop
 from optuav.modelling import Check
 from optuav.modelling.expression import Let, Parameter, Variable
@@ -44,7 +45,18 @@ def test_a_public_name_has_an_example(name: str) -> None:
 
 RECORDS: list[Any] = [
     *(Battery, Capability, Check, Event, Explanation, Hovers, Let, Parameter, Phase, PhaseStage),
-    *(PlannedStop, Residuals, RouteChoice, ShadowPrice, Solution, Stage, Stop, Tilted, Trace),
+    *(
+        PlannedStop,
+        Residuals,
+        RouteChoice,
+        ShadowPrice,
+        ShadowPrices,
+        Solution,
+        Stage,
+        Stop,
+        Tilted,
+        Trace,
+    ),
     *(Variable, Wells, optuav.Datasheet, optuav.Fault, optuav.Itinerary, optuav.Plan),
     *(optuav.Program, optuav.Selection, optuav.Siting),
 ]

@@ -210,7 +210,13 @@ class ShadowPrice(NamedTuple):
 
 
 class ShadowPrices(dict[str, ShadowPrice]):
-    """Shadow prices by name of the parameter, with the parameters that they belong to."""
+    """Shadow prices by name of the parameter.
+
+    Parameters
+    ----------
+    prices, parameters
+        The prices, and the parameters that they belong to, by name.
+    """
 
     def __init__(
         self, prices: Mapping[str, ShadowPrice], parameters: Mapping[str, Parameter]
