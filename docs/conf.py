@@ -90,7 +90,7 @@ copybutton_prompt_is_regexp = True
 mathjax_path = "mathjax/tex-svg.js"
 mathjax3_config: dict[str, Any] = {
     "options": {"enableSpeech": False, "enableBraille": False, "enableMenu": False},
-    "output": {"displayOverflow": "linebreak"},
+    "output": {"displayOverflow": "scroll"},
 }
 
 

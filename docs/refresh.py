@@ -9,8 +9,10 @@ from __future__ import annotations
 import os
 import re
 import shlex
+import shutil
 import tempfile
-from contextlib import chdir, redirect_stderr, redirect_stdout
+from collections.abc import Iterator
+from contextlib import chdir, contextmanager, redirect_stderr, redirect_stdout
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -95,6 +97,14 @@ def _stripped(text: str) -> str:
     return "".join(f"{line.rstrip()}\n" for line in text.splitlines())
 
 
+@contextmanager
+def clone() -> Iterator[None]:
+    """A temporary working folder, with the data of the lessons where a clone has them."""
+    with tempfile.TemporaryDirectory() as folder, chdir(folder):
+        shutil.copytree(DOCS.parent / "examples" / "data", Path("examples", "data"))
+        yield
+
+
 def refreshed(page: Path) -> str:
     """A page as it should be."""
     text = page.read_text("utf-8")
@@ -102,11 +112,7 @@ def refreshed(page: Path) -> str:
         text = make_mission_keys.page()
     text = make_tables.written(text)
     reader = Reader()
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        chdir(folder),
-        patch.dict(os.environ),
-    ):
+    with clone(), patch.dict(os.environ):
         os.environ.pop("COLUMNS", None)
         text = BLOCK.sub(reader.block, text)
     for added in set(capabilities) - set(ENGINES):
