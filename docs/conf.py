@@ -95,7 +95,7 @@ mathjax3_config: dict[str, Any] = {
 
 
 def copy_pages() -> None:
-    """Bring the copies up to date; one whose original is gone goes too."""
+    """Bring the copies up to date; what was made of an original or a name that is gone goes too."""
     for original, copy in COPIES.items():
         copy.parent.mkdir(parents=True, exist_ok=True)
         if not copy.exists() or copy.read_bytes() != original.read_bytes():
@@ -104,6 +104,10 @@ def copy_pages() -> None:
         for path in (DOCS / folder).rglob("*"):
             if path.is_file() and path not in ORIGINALS:
                 path.unlink()
+    names = (DOCS / "api.md").read_text("utf-8").split()
+    for path in (DOCS / "api").glob("*.rst"):
+        if path.stem not in names:
+            path.unlink()
 
 
 def lead_to_copies(app: Any, page: str, text: list[str]) -> None:
