@@ -1,8 +1,9 @@
 """Pictures of missions and plans; they need matplotlib (``python -m pip install matplotlib``).
 
 Every function takes its data and returns the axes, of a figure of its own that belongs to no
-window: ``wells([plan])[0].figure.savefig("wells.pdf")``. `bars`, `curves`, `heat_map` and `plane`
-also draw on axes that they are given.
+window and that a notebook shows: ``wells([plan])[0].figure.savefig("wells.pdf")``. Those with one
+panel also draw on axes that they are given (`ax`), those with several into a figure or subfigure
+(`figure`).
 """
 
 from optuav.errors import require

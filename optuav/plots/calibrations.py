@@ -27,9 +27,12 @@ class FitAxes(NamedTuple):
     values: Axes
     residuals: Axes
 
+    def _repr_png_(self) -> style.Shown:
+        return style.shown(self)
+
 
 @style.applied()
-def fit(found: Fit) -> tuple[FitAxes, ...]:
+def fit(found: Fit, *, figure: style.AnyFigure | None = None) -> tuple[FitAxes, ...]:
     """Draw observed and fitted values, and their differences, one row a quantity.
 
     Parameters
@@ -37,6 +40,9 @@ def fit(found: Fit) -> tuple[FitAxes, ...]:
     found
         A calibration from observations, of `optuav.fit_kibam`, `optuav.fit_regimes` or
         `optuav.fit_rotor`.
+    figure
+        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
+        its own by default.
 
     Raises
     ------
@@ -55,10 +61,10 @@ def fit(found: Fit) -> tuple[FitAxes, ...]:
     if not found.panels:
         raise InputError(f"there is nothing to draw: the values come from {found.data}")
     heights = [BASE_IN + PER_NAME_IN * len(p.names) if p.names else CURVE_IN for p in found.panels]
-    grid = style.page(0.4 + sum(heights)).subplots(
+    grid = (figure or style.page(0.4 + sum(heights))).subplots(
         len(heights), 2, squeeze=False, height_ratios=heights, width_ratios=(1.7, 1.0)
     )
-    axes = tuple(FitAxes(left, right) for left, right in grid)
+    axes = style.Panels(FitAxes(left, right) for left, right in grid)
     for ax, panel in zip(axes, found.panels, strict=True):
         (_draw_names if panel.names else _draw_curve)(ax, panel)
     sources = ", ".join(style.printed(each.rpartition("/")[2]) for each in found.sources[:2])

@@ -29,7 +29,7 @@ FLIES, CHARGED = (-24.0, 12.0), (-38.0, 12.0)
 
 
 @style.applied()
-def wells(plans: Sequence[Plan]) -> Sequence[Axes]:
+def wells(plans: Sequence[Plan], *, figure: style.AnyFigure | None = None) -> Sequence[Axes]:
     """Draw both wells of the pooled battery as bands over time, one panel a plan.
 
     The available well lies on the bound one, so that it runs dry where its band closes; what the
@@ -39,6 +39,9 @@ def wells(plans: Sequence[Plan]) -> Sequence[Axes]:
     ----------
     plans
         Plans that exist, usually of one mission in several perspectives.
+    figure
+        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
+        its own by default.
 
     Returns
     -------
@@ -59,7 +62,7 @@ def wells(plans: Sequence[Plan]) -> Sequence[Axes]:
     >>> ax.get_title(loc="left")
     'paper, perspective battery: hover $Δ$ = 688.85 s, cannot be flown'
     """
-    axes = _panels(plans, 2.0)
+    axes = _panels(plans, 2.0, figure)
     replays = [replay(plan) for plan in plans]
     for ax, plan, replayed in zip(axes, plans, replays, strict=True):
         drawn = draw_wells(ax, replayed)
@@ -122,28 +125,31 @@ def draw_wells(ax: Axes, replayed: Replay) -> list[Artist]:
     return [line, above, bound, lost]
 
 
-def _panels(plans: Sequence[Plan], height_in: float) -> Sequence[Axes]:
+def _panels(
+    plans: Sequence[Plan], height_in: float, figure: style.AnyFigure | None
+) -> Sequence[Axes]:
     """Axes of a height [inch] for each plan, over the time of the longest; at least one plan."""
     if not plans:
         raise InputError("there is no plan to draw")
-    grid = style.page(0.7 + height_in * len(plans)).subplots(
-        len(plans), 1, sharex=True, squeeze=False
-    )
+    page = figure or style.page(0.7 + height_in * len(plans))
+    grid = page.subplots(len(plans), 1, sharex=True, squeeze=False)
     end_s = max(plan.mission_time_s for plan in plans)
     grid[-1, 0].set(xlim=(0.0, end_s or 1.0), xlabel=style.TIME)
-    return list(grid[:, 0])
+    return style.Panels(grid[:, 0])
 
 
 def _legend_below(axes: Sequence[Axes], handles: Sequence[Artist], plans: Sequence[Plan]) -> None:
     """Put a legend below all panels, of what is drawn and the kinds of phases; settle them."""
     entries = [*handles, *style.swatches(phase.kind for plan in plans for phase in plan.phases)]
     columns = min(len(entries), MOST)
-    style.root(axes[0]).legend(handles=entries, loc="outside lower center", ncols=columns)
+    page = axes[0].get_figure()
+    assert page is not None
+    page.legend(handles=entries, loc="outside lower center", ncols=columns)
     style.settle(axes[0])
 
 
 @style.applied()
-def packs(plans: Sequence[Plan]) -> Sequence[Axes]:
+def packs(plans: Sequence[Plan], *, figure: style.AnyFigure | None = None) -> Sequence[Axes]:
     """Draw the available wells of all packs over time, one panel a plan.
 
     Levels are shares of a full available well, so that pooled packs stand beside single ones; the
@@ -154,6 +160,9 @@ def packs(plans: Sequence[Plan]) -> Sequence[Axes]:
     ----------
     plans
         Plans that exist, usually of one mission under several schedules.
+    figure
+        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
+        its own by default.
 
     Returns
     -------
@@ -174,7 +183,7 @@ def packs(plans: Sequence[Plan]) -> Sequence[Axes]:
     >>> ax.get_title(loc="left")
     'sequential: hovers $Δ$ = 500.00 s'
     """
-    axes = _panels(plans, 1.35)
+    axes = _panels(plans, 1.35, figure)
     for ax, plan in zip(axes, plans, strict=True):
         _draw_packs(ax, plan)
         ax.tick_params(bottom=ax is axes[-1])

@@ -1,6 +1,5 @@
 """Pictures as files; the same plan gives the same bytes."""
 
-import io
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
@@ -120,11 +119,8 @@ def save_figures(drawn: Iterable[tuple[str, Axes]], folder: Path) -> list[Path]:
 
 def image(ax: Axes, path: Path) -> bytes:
     """The figure of axes as the content of a file, in the format of its suffix."""
-    suffix, figure, content = path.suffix.lower(), style.root(ax), io.BytesIO()
+    suffix = path.suffix.lower()
     if suffix not in FORMATS:
         words = f"one of {', '.join(FORMATS)}"
         raise InputError([Fault("suffix", shown(path.suffix), words, label(path))])
-    figure.set_layout_engine("none")  # the picture is laid out already
-    with style.applied():
-        figure.savefig(content, format=suffix[1:], dpi=figure.dpi, metadata=FORMATS[suffix])
-    return content.getvalue()
+    return style.written(style.root(ax), format=suffix[1:], metadata=FORMATS[suffix])

@@ -55,6 +55,9 @@ class MapAxes(NamedTuple):
     plan: Axes
     height: Axes
 
+    def _repr_png_(self) -> style.Shown:
+        return style.shown(self)
+
 
 class Way(NamedTuple):
     """A route as it is drawn: its places by name and position (place, 3) [m], stops and look."""
@@ -77,7 +80,7 @@ class Way(NamedTuple):
 
 
 @style.applied()
-def mission_map(subject: Plan | Mission) -> MapAxes:
+def mission_map(subject: Plan | Mission, *, figure: style.AnyFigure | None = None) -> MapAxes:
     """Draw where a mission takes place and, where there is a plan, its route and stops.
 
     Seen from above (x, y) with the coverage disc at the hover altitude, the ground device, the
@@ -88,6 +91,9 @@ def mission_map(subject: Plan | Mission) -> MapAxes:
     ----------
     subject
         A plan, a plan that says that there is none, or a mission.
+    figure
+        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
+        its own by default.
 
     Returns
     -------
@@ -116,11 +122,11 @@ def mission_map(subject: Plan | Mission) -> MapAxes:
             reasons = (reason.replace("$", r"\$") for reason in subject.reasons[:3])
             why = "\n".join(textwrap.fill(reason, 60) for reason in reasons)
     way = Way(names, shown.positions(names), stops, look)
-    return _draw(shown, [way], entries, title, why)
+    return _draw(shown, [way], entries, title, why, figure=figure)
 
 
 @style.applied()
-def trajectories(plans: Mapping[str, Plan]) -> MapAxes:
+def trajectories(plans: Mapping[str, Plan], *, figure: style.AnyFigure | None = None) -> MapAxes:
     """Draw the routes of several plans over one map, as the paper does for its four trajectories.
 
     Legs that several routes share lie side by side.
@@ -130,6 +136,9 @@ def trajectories(plans: Mapping[str, Plan]) -> MapAxes:
     plans
         By name; the paper's are ``"direct"``, ``"traj1"``, ``"traj2"`` and ``"optimal"``. They
         take place on one map. A plan that says that there is none stands in the legend only.
+    figure
+        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
+        its own by default.
 
     Returns
     -------
@@ -168,7 +177,7 @@ def trajectories(plans: Mapping[str, Plan]) -> MapAxes:
         entries.append(Line2D([], [], label=label, **look))
     perspectives = ", ".join(dict.fromkeys(plan.perspective for plan in plans.values()))
     title = f"{style.printed(shown.mission.name)}: trajectories in the perspective {perspectives}"
-    return _draw(shown, ways, entries, title, times=False)
+    return _draw(shown, ways, entries, title, times=False, figure=figure)
 
 
 def _draw(
@@ -179,15 +188,17 @@ def _draw(
     heading: str = "",
     *,
     times: bool = True,
+    figure: style.AnyFigure | None = None,
 ) -> MapAxes:
     """Draw both views with the ways, a legend under a heading, and labels."""
     width_m, depth_m = np.diff(shown.corners_m, axis=0)[0]
     if depth_m >= width_m:  # the page has the shape of the map
-        columns, cells = 1, style.page(5.4).subplot_mosaic("AB;AC", width_ratios=(1.0, 0.95))
+        columns, page = 1, figure or style.page(5.4)
+        cells = page.subplot_mosaic("AB;AC", width_ratios=(1.0, 0.95))
     else:
         columns, depth_in = 3, max(1.6, 6.2 * depth_m / width_m)
-        ratios = (depth_in, 1.6, 0.7)
-        cells = style.page(depth_in + 3.0).subplot_mosaic("A;B;C", height_ratios=ratios)
+        ratios, page = (depth_in, 1.6, 0.7), figure or style.page(depth_in + 3.0)
+        cells = page.subplot_mosaic("A;B;C", height_ratios=ratios)
     axes, legend = MapAxes(cells["A"], cells["B"]), cells["C"]
     legend.set_axis_off()
     handles = [*entries, *draw_plan_view(axes.plan, shown)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,6 +10,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from matplotlib.transforms import offset_copy
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError
@@ -33,10 +35,13 @@ NO_MAP = "a map, as the functions of optuav.maps return it"
 LARGEST_IN, LEAST_IN, AROUND_IN, LEGEND_IN = (5.4, 6.0), (1.6, 1.6), (1.8, 1.5), 6.0
 """Largest and least size of a map, what surrounds it, and width of its legend [inch]."""
 COLUMNS = 3
+LABELS_PT = 32.0  # Height of the labels below axes [pt]
 
 
 @style.applied()
-def hover_map(mission: Mission | str | Path, found: xarray.DataArray) -> Axes:
+def hover_map(
+    mission: Mission | str | Path, found: xarray.DataArray, *, ax: Axes | None = None
+) -> Axes:
     """Draw the longest hover over positions, with contours, buildings and the best position.
 
     Parameters
@@ -45,6 +50,8 @@ def hover_map(mission: Mission | str | Path, found: xarray.DataArray) -> Axes:
         The mission whose places are shown, also by its name or path.
     found
         Its map, as the functions of `optuav.maps` return it.
+    ax
+        Where to draw; on a page of its own by default.
 
     Returns
     -------
@@ -62,7 +69,7 @@ def hover_map(mission: Mission | str | Path, found: xarray.DataArray) -> Axes:
     if getattr(found, "attrs", {}).get("over") not in MOVED:
         raise InputError([Fault("found", type(found).__name__, NO_MAP)])
     x, y, shown = found.x.to_numpy(), found.y.to_numpy(), scene(mission)
-    ax = map_axes(np.array([x[-1] - x[0], y[-1] - y[0]]))
+    ax = map_axes(np.array([x[-1] - x[0], y[-1] - y[0]]), ax)
     handles = draw_site(ax, shown, {"facecolor": "none", "edgecolor": BLACK, "zorder": 3})
     points = {"D": ("origin and destination", ["origin", "destination"])}
     points |= {"o": ("hover point", ["hover"])} if shown.places.exists[HOVER] else {}
@@ -82,8 +89,7 @@ def hover_map(mission: Mission | str | Path, found: xarray.DataArray) -> Axes:
     handles = [each for each in handles if _reaches(each, roofs_m, box)]
     if found.isnull().any():
         handles.append(without_value("no plan"))
-    below: Look = {"loc": "outside lower left", "ncols": COLUMNS}
-    style.root(ax).legend(handles=handles, **below)
+    legend_below(ax, handles)
     moved, height_m = MOVED[found.attrs["over"]], style.minus(f"{found.attrs['height_m']:.10g}")
     title = f"{style.printed(mission.name)}: longest hover, {found.attrs['perspective']}, "
     title += f"by\nthe place of {moved} at z = {height_m} m"
@@ -91,13 +97,27 @@ def hover_map(mission: Mission | str | Path, found: xarray.DataArray) -> Axes:
     return heat_map(x, y, found.to_numpy(), title=title, ax=ax, **axes)
 
 
-def map_axes(size_m: Floats) -> Axes:
-    """Axes of one scale for a map of this size (2,) with a legend below, on a page of its own."""
+def map_axes(size_m: Floats, ax: Axes | None) -> Axes:
+    """Axes of one scale for a map of this size (2,) with a legend below, if need be on a page."""
+    if ax is not None:
+        ax.set_aspect("equal")
+        return ax
     across_in, deep_in = np.maximum(size_m * np.min(LARGEST_IN / size_m), LEAST_IN).tolist()
     page = style.page(deep_in + AROUND_IN[1], max(across_in + AROUND_IN[0], LEGEND_IN))
     ax = page.subplots()
     ax.set_aspect("equal")
     return ax
+
+
+def legend_below(ax: Axes, handles: Sequence[Artist]) -> None:
+    """Put a legend below the map: of the page, or else of the axes alone."""
+    page = style.root(ax)
+    if isinstance(page, style.Page):
+        page.legend(handles=handles, loc="outside lower left", ncols=COLUMNS)
+    else:
+        below = offset_copy(ax.transAxes, page, 0.0, -LABELS_PT, units="points")
+        look: Look = {"loc": "upper left", "bbox_to_anchor": (0.0, 0.0), "borderaxespad": 0.0}
+        ax.legend(handles=handles, bbox_transform=below, ncols=2, **look)
 
 
 def _reaches(drawn: Artist, roofs_m: Floats, box: Floats) -> bool:

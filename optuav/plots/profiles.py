@@ -35,9 +35,12 @@ class ProfileAxes(NamedTuple):
     speed: Axes
     power: Axes
 
+    def _repr_png_(self) -> style.Shown:
+        return style.shown(self)
+
 
 @style.applied()
-def profile(replayed: Replay) -> ProfileAxes:
+def profile(replayed: Replay, *, figure: style.AnyFigure | None = None) -> ProfileAxes:
     """Draw altitude, speed and power into the battery over a simulated plan.
 
     While a leg turns, the flight model freezes the position: no speed is drawn there. The
@@ -48,6 +51,9 @@ def profile(replayed: Replay) -> ProfileAxes:
     ----------
     replayed
         From `optuav.replay`.
+    figure
+        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
+        its own by default.
 
     Returns
     -------
@@ -67,7 +73,7 @@ def profile(replayed: Replay) -> ProfileAxes:
     """
     trace, mission = replayed.trace, replayed.mission
     time_s, height_m, power_W = trace.time_s, trace.position_m[:, 2], trace.power_W
-    axes = ProfileAxes(*style.page(5.0).subplots(3, 1, sharex=True))
+    axes = ProfileAxes(*(figure or style.page(5.0)).subplots(3, 1, sharex=True))
     lowest_m, highest_m = mission.limits.min_altitude_m, mission.limits.max_altitude_m
     for level_m in (lowest_m, highest_m):
         axes.altitude.axhline(level_m, color=GREY, linewidth=0.8, linestyle=style.DASHED)
@@ -117,9 +123,14 @@ class LegAxes(NamedTuple):
     attitude: Axes | None
     current: Axes
 
+    def _repr_png_(self) -> style.Shown:
+        return style.shown(self)
+
 
 @style.applied()
-def leg(mission: Mission, start: str, end: str) -> LegAxes:
+def leg(
+    mission: Mission, start: str, end: str, *, figure: style.AnyFigure | None = None
+) -> LegAxes:
     """Draw one leg over time by the mission's flight model.
 
     For the six-stage model: the speed along the path, pitch and roll, and the current of the
@@ -132,6 +143,9 @@ def leg(mission: Mission, start: str, end: str) -> LegAxes:
         The mission.
     start, end
         Names of places: ``"origin"``, ``"hover"``, ``"destination"`` or a building's.
+    figure
+        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
+        its own by default.
 
     Returns
     -------
@@ -150,7 +164,8 @@ def leg(mission: Mission, start: str, end: str) -> LegAxes:
     """
     displacement_m = _displacement(mission, start, end)
     rotors = mission.flight.model == "rotors"
-    grid = style.page(5.0 if rotors else 3.6).subplots(3 if rotors else 2, 1, sharex=True)
+    page = figure or style.page(5.0 if rotors else 3.6)
+    grid = page.subplots(3 if rotors else 2, 1, sharex=True)
     axes = LegAxes(grid[0], grid[1] if rotors else None, grid[-1])
     draw = _draw_six_stages if rotors else _draw_constant_load
     duration_s, bands = draw(mission, displacement_m, axes)

@@ -13,7 +13,7 @@ from optuav.mission.messages import shown
 from optuav.network.scene import scene
 from optuav.plots import style
 from optuav.plots.map import draw_buildings
-from optuav.plots.positions import COLUMNS, map_axes
+from optuav.plots.positions import legend_below, map_axes
 from optuav.plots.style import BLACK, GREEN, GREY, ORANGE, PALE, PURPLE, SKY, Look
 
 if TYPE_CHECKING:
@@ -21,13 +21,15 @@ if TYPE_CHECKING:
 
 
 @style.applied()
-def sites(found: Siting) -> Axes:
+def sites(found: Siting, *, ax: Axes | None = None) -> Axes:
     """Draw candidates, the sites chosen, lasers where they are, and the devices they serve.
 
     Parameters
     ----------
     found
         As `optuav.place_laser` returns it. Buildings are those of its first mission.
+    ax
+        Where to draw; on a page of its own by default.
 
     Returns
     -------
@@ -55,7 +57,7 @@ def sites(found: Siting) -> Axes:
     roofs_m = found.missions[0].buildings.roof_m[:, :2]
     every_m = np.concatenate([devices_m, candidates_m, lasers_m, roofs_m])
     x, y = (style.margins(values) for values in every_m.T)
-    ax = map_axes(np.array([x[1] - x[0], y[1] - y[0]]))
+    ax = map_axes(np.array([x[1] - x[0], y[1] - y[0]]), ax)
     ax.set(xlim=x, ylim=y, xlabel="x [m]", ylabel="y [m]")
     handles = draw_buildings(ax, site, {"facecolor": PALE, "edgecolor": GREY})
     own_m, moved = lasers_m[found.laser[served]], (chosen_m != lasers_m).any(axis=1)
@@ -72,7 +74,7 @@ def sites(found: Siting) -> Axes:
         look: Look = {"color": colour, "markersize": size, "linewidth": 1.0, "label": words}
         look |= {"fillstyle": "full" if words in ("laser", "device") else "none"}
         handles += ax.plot(*at_m.T, marker, **look) if len(at_m) else []
-    style.root(ax).legend(handles=handles, loc="outside lower left", ncols=COLUMNS)
+    legend_below(ax, handles)
     title = f"{style.printed(found.missions[0].name)}: lasers on {len(chosen_m)} of "
     ax.set_title(f"{title}{len(candidates_m)} candidates, {found.perspective}")
     style.group_thousands(ax)

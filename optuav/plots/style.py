@@ -1,7 +1,9 @@
 """What all pictures share: colours, fonts, pages, legends, bands, and words beside points."""
 
+import io
 import itertools
 import math
+from base64 import b64encode
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -15,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -25,6 +27,7 @@ from matplotlib.ticker import FuncFormatter
 from matplotlib.transforms import Bbox
 from matplotlib.typing import LineStyleType
 
+from optuav import markup
 from optuav.arrays import Floats
 from optuav.judge import Replay
 
@@ -56,7 +59,7 @@ LONGEST_NAME = 24
 TINT = 0.15
 TIME = "time since take-off $t$ [s]"
 
-POINTS_PER_INCH = 72.0
+POINTS_PER_INCH, PIXELS_PER_INCH = 72.0, 100.0
 NEAR = (4.0, 8.0)
 FAR = (14.0, 22.0, 32.0, 44.0, 58.0, 74.0, 92.0, 112.0)
 """Distances of a label from its point [pt]; far ones get a line to it."""
@@ -69,6 +72,8 @@ OUTSIDE, PER_POINT = 1000.0, 0.5
 MOST_COVERED = 2  # Most dots that a label covers which is not needed
 LEADER = {"arrowstyle": "-", "linewidth": 0.4, "color": GREY, "shrinkA": 0.0, "shrinkB": 2.0}
 
+AnyFigure: TypeAlias = Figure | SubFigure
+Shown: TypeAlias = tuple[bytes, dict[str, int]] | None  # A PNG with the width of its display
 Look: TypeAlias = dict[str, Any]  # Properties of a line or marker, by matplotlib's names
 LABEL: Look = {"ha": "left", "va": "bottom", "linespacing": 1.1, "annotation_clip": False}
 LABEL |= {"path_effects": [withStroke(linewidth=2.0, foreground="white")], "zorder": 10}
@@ -82,9 +87,82 @@ def applied() -> Iterator[None]:
         yield
 
 
-def page(height_in: float, width_in: float = WIDTH_IN) -> Figure:
+class ShownAxes(Axes):
+    """Axes that a notebook shows as the picture they belong to."""
+
+    def _repr_png_(self) -> Shown:
+        return shown(self)
+
+
+class Page(Figure):
+    """A figure without a window, which a notebook shows, also where it has its axes."""
+
+    def add_subplot(self, *args: Any, **options: Any) -> Any:
+        """As of every figure, with axes that show themselves."""
+        return super().add_subplot(*args, **{"axes_class": ShownAxes, **options})
+
+    def _repr_png_(self) -> Shown:
+        return shown(self.axes[0]) if self.axes else None
+
+
+class Panels(tuple[Any, ...]):
+    """Axes of one picture, or tuples of them, which a notebook shows as the picture."""
+
+    def _repr_png_(self) -> Shown:
+        return shown(self)
+
+
+class Pictures(tuple[tuple[str, Axes], ...]):
+    """Names of pictures with axes of each, which a notebook shows one below the other."""
+
+    def _repr_html_(self) -> str:
+        return gallery((name, root(ax)) for name, ax in self)
+
+
+class Figures(dict[str, Figure]):
+    """Figures by name, which a notebook shows one below the other."""
+
+    def _repr_html_(self) -> str:
+        return gallery(self.items())
+
+
+def gallery(figures: Iterable[tuple[str, Figure]]) -> str:
+    """Figures as HTML, with their names for those who do not see them."""
+    encoded = ((name, b64encode(written(each)).decode("ascii")) for name, each in figures)
+    look = f"display: block; width: 100%; max-width: {PIXELS_PER_INCH * WIDTH_IN:g}px"
+    return markup.shown(
+        *(
+            markup.element("img", alt=name, src=f"data:image/png;base64,{data}", style=look)
+            for name, data in encoded
+        )
+    )
+
+
+def page(height_in: float, width_in: float = WIDTH_IN) -> Page:
     """An empty figure without a window [inch]."""
-    return Figure(figsize=(width_in, height_in), dpi=DOTS_PER_INCH, layout="constrained")
+    return Page(figsize=(width_in, height_in), dpi=DOTS_PER_INCH, layout="constrained")
+
+
+def shown(drawn: Any) -> Shown:
+    """The picture of axes, or of the first of several, with its width; None if not on a `Page`.
+
+    What is drawn into a figure of one's own is shown with that.
+    """
+    while isinstance(drawn, tuple):
+        drawn = drawn[0]
+    figure = root(drawn)
+    if not isinstance(figure, Page):
+        return None
+    return written(figure), {"width": round(PIXELS_PER_INCH * figure.get_figwidth())}
+
+
+def written(figure: Figure, **options: Any) -> bytes:
+    """A figure as the content of a file, with options as `Figure.savefig` takes them."""
+    content = io.BytesIO()
+    figure.set_layout_engine("none")  # the picture is laid out already
+    with applied():
+        figure.savefig(content, dpi=figure.dpi, **options)
+    return content.getvalue()
 
 
 def printed(name: str) -> str:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 HOVER = "longest hover Δ [s]"
 
 
-def swept(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
+def swept(found: xarray.Dataset) -> style.Pictures:
     """Draw the hover times of a dataset with a dimension for one key or two.
 
     Over one key they are a line for each perspective, over two a map with contours for each of
@@ -32,7 +32,7 @@ def swept(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
 
     Returns
     -------
-    iterator of tuple
+    tuple of tuple
         Names of pictures with their axes.
 
     Raises
@@ -47,6 +47,11 @@ def swept(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
     >>> [(name, ax.get_xlabel()) for name, ax in optuav.plots.swept(found)]
     [('hover.png', 'limits.deadline_s [s]')]
     """
+    return style.Pictures(_drawn(found))
+
+
+def _drawn(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
+    """Name and axes of one picture after the other."""
     hover_s, known = getattr(found, "hover_time_s", None), getattr(found, "attrs", {})
     keys = [name for name in getattr(hover_s, "dims", ()) if name != "perspective"]
     several = [each for each in keys if len(np.unique(found[each])) > 1]

@@ -124,9 +124,9 @@ class Results:
         InputError
             If matplotlib is missing.
         """
-        from optuav.plots.style import root
+        from optuav.plots.style import Figures, root
 
-        return {name: root(axes) for name, axes in self.draw(self)}
+        return Figures((name, root(axes)) for name, axes in self.draw(self))
 
     def save_pictures(self, directory: str | Path) -> list[Path]:
         """Write the pictures into a directory, made if it is missing, and return the files.
