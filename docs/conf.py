@@ -75,11 +75,12 @@ html_title = "optuav"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_copy_source = False
+html_sidebars = {each: [] for each in ("paper", "coming-from", "faq", "gallery")}
 html_show_search_summary = False  # A browser does not fetch other files of a page opened as a file
 html_theme_options = {
     "logo": {"text": "optuav"},
     "navbar_end": ["theme-switcher"],
-    "header_links_before_dropdown": 7,
+    "header_links_before_dropdown": 5,
     "show_prev_next": True,
     "footer_start": ["copyright"],
     "footer_end": [],
