@@ -22,15 +22,17 @@ STYLE = """
 .optuav p.no {border-color: #d55e00}
 .optuav div.wide {overflow-x: auto}
 .optuav table {border-collapse: collapse; margin: .3em 0; font-variant-numeric: tabular-nums}
-.optuav table th, .optuav table td {text-align: left; vertical-align: baseline; color: inherit;
+.optuav table th, .optuav table td {text-align: left !important;
+vertical-align: baseline !important; color: inherit;
 border: 0; border-bottom: 1px solid rgba(128, 128, 128, .3); padding: .15em .8em .15em 0;
 white-space: normal; max-width: min(28rem, 70vw); background: none; overflow-wrap: break-word}
 .optuav table td:has(> math) {max-width: none; white-space: nowrap}
-.optuav table:has(th) {width: max-content}
-.optuav table .figure {text-align: right; white-space: nowrap}
+.optuav table:not(.pairs) {width: max-content}
+.optuav table .figure {text-align: right !important; white-space: nowrap}
 .optuav table tr.no td:first-child {box-shadow: inset .2em 0 #d55e00; padding-left: .5em}
 .optuav summary {cursor: pointer}
-.optuav svg {width: 100%; max-width: 44rem; height: auto; display: block; margin: .4em 0}
+.optuav svg {width: 100%; max-width: 44rem; height: auto; display: block; margin: .4em 0;
+overflow: visible}
 """
 IGNORED = "optuav tex2jax_ignore mathjax_ignore"  # MathJax reads no name as mathematics.
 
@@ -93,7 +95,9 @@ def table(
 
 def pairs(rows: Iterable[tuple[str, Cell]]) -> Element:
     """A table of names and what they stand for."""
-    return table(("", ""), [*rows])
+    found = table(("", ""), [*rows])
+    found[0].set("class", "pairs")
+    return found
 
 
 def folded(title: str, *content: Element, is_open: bool = False) -> Element:

@@ -157,7 +157,7 @@ def test_the_picture_ends_at_the_wells_of_the_plan(kind: str) -> None:
     below = max(y for _, y in bound)
     right = max(x for x, _ in bound)
     for phase in plan.phases:
-        x = 40.0 + 440.0 * phase.end_s / plan.mission_time_s
+        x = 46.0 + 440.0 * phase.end_s / plan.mission_time_s
         bound_As = sum(phase.bound_As)
         for corners, level_As in (
             (bound, bound_As),
@@ -165,7 +165,7 @@ def test_the_picture_ends_at_the_wells_of_the_plan(kind: str) -> None:
         ):
             at = [below - y for each, y in corners if abs(each - x) < 0.11]
             assert min(abs(120.0 * level_As / whole_As - y) for y in at) < 0.11
-    assert right == pytest.approx(480.0)
+    assert right == pytest.approx(486.0)
 
 
 def test_a_plan_that_runs_dry_says_where() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from xml.etree.ElementTree import Element
 
 from optuav.judge.replay import Judged, Replay
-from optuav.markup import folded, pairs, paragraph, shown, table
+from optuav.markup import folded, pairs, paragraph, shown
 from optuav.network import vehicle
 from optuav.plan.display import Levels, picture
 
@@ -19,7 +19,7 @@ def html(judged: Judged, replayed: Replay | None, verdict: str) -> str:
         ]
         if rows:
             is_open = heading != "To know"
-            found.append(folded(f"{heading} ({len(rows)})", table(("", ""), rows), is_open=is_open))
+            found.append(folded(f"{heading} ({len(rows)})", pairs(rows), is_open=is_open))
     if replayed is not None and replayed.phases:
         found += [_wells(replayed)] if replayed.mission_time_s else []
         found.append(pairs(replayed.facts))

@@ -276,6 +276,8 @@ IN_WORDS: Mapping[str, str] = {
     "&": r"\text{\&}",
 }
 """Marks among words that are mathematics in LaTeX: MathJax knows none of them in ``\\text``."""
+IN_UPRIGHT: Mapping[str, str] = {"\\": r"\backslash{}", "^": r"\wedge{}", "~": r"\sim{}"}
+"""Signs in LaTeX that a backslash before them does not make what they are."""
 IN_UNITS: Mapping[str, str] = {
     **{" ": r"\,", "²": "^2", "³": "^3", "⁻¹": "^{-1}", "⁻²": "^{-2}"},
     **{"°": r"^\circ ", "µ": r"\mu ", "μ": r"\mu ", "Ω": r"\Omega "},
@@ -355,7 +357,8 @@ class Latex(Text):
 
 
 def _upright(text: str) -> str:
-    return re.sub(r"([_%&#${}])", r"\\\1", text)
+    """Text as it is, among mathematics."""
+    return re.sub(r"[_%&#${}\\^~]", lambda mark: IN_UPRIGHT.get(mark[0], rf"\{mark[0]}"), text)
 
 
 def _name(letters: str) -> str:

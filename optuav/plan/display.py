@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from optuav.plan.plan import Plan
 
 WIDTH, HEIGHT = 440.0, 120.0  # Of the levels [px]
-ABOVE, LEFT, BELOW, RIGHT = 20.0, 40.0, 54.0, 20.0  # Room around them [px]
+ABOVE, LEFT, BELOW, RIGHT = 20.0, 46.0, 54.0, 20.0  # Room around them [px]
 KINDS = {"flight": "#0072b2", "hover": "#009e73", "rest": "#e69f00"}  # As in optuav.plots
 BOUND, AVAILABLE, LACKING = "#56b4e9", "#0072b2", "#d55e00"
 PIECES = 12  # Into which a stage is divided, as the wells do not change along straight lines

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-import shutil
-import subprocess
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +13,6 @@ from hypothesis import assume, given, reject
 from hypothesis import strategies as st
 
 import optuav
-from formulations.soc import PERSPECTIVES
 from optuav.modelling import Expression, Model, Parameter, Variable, evaluate
 from optuav.modelling.display import WIDTH, latex, text
 from optuav.modelling.expression import Indexed, PartedLabel
@@ -451,24 +447,6 @@ def test_latex_of_the_paper_is_fit_for_a_page(problem: str, perspective: str) ->
         assert line.count(r"\left") == line.count(r"\right")
         assert line.count("{") == line.count("}")
         assert len(re.sub(r"\\[A-Za-z]+|[{}_^ ]", "", line.split(r"\tag")[0])) < 56
-
-
-@pytest.mark.soak
-@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="there is no pdflatex")
-@pytest.mark.parametrize("perspective", PERSPECTIVES)
-@pytest.mark.parametrize("problem", ["P1", "P2", "P2-tight", "P3", "P4"])
-def test_latex_fits_in_an_article(problem: str, perspective: str, tmp_path: Path) -> None:
-    """No line is longer than the 345 pt of a plain article, the wells' included."""
-    stated = problem_of(problem, building="b1" if problem == "P4" else None)
-    page = optuav.formulate("paper", stated, perspective=perspective).to_latex()
-    head = r"\documentclass{article}\usepackage{amsmath}\allowdisplaybreaks"
-    text = rf"{head}\begin{{document}}\typeout{{\the\textwidth}}{page}\end{{document}}"
-    (tmp_path / "page.tex").write_text(text, "ascii")
-    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "page.tex"]
-    found = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert found.returncode == 0
-    assert "345.0pt" in found.stdout
-    assert "Overfull" not in found.stdout
 
 
 @pytest.mark.parametrize(
