@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 from hashlib import sha256
@@ -52,7 +53,7 @@ extensions = [
     "sphinx.ext.mathjax",
     "sphinx_copybutton",
 ]
-exclude_patterns = ["_build", "_templates", "*.py", "lessons/data"]
+exclude_patterns = ["_*", "*.py", "lessons/data"]
 templates_path = ["_templates"]
 highlight_language = "none"
 default_role = "py:obj"
@@ -61,6 +62,7 @@ suppress_warnings = ["config.cache"]  # How a lesson is read has no written form
 myst_enable_extensions = ["attrs_inline", "deflist", "dollarmath"]
 myst_heading_anchors = 4
 nb_custom_formats = {".py": ["jupytext.reads", {"fmt": "py:percent"}]}
+os.environ["JUPYTER_PATH"] = str(DOCS / "_jupyter")  # A kernel that tells errors alone
 nb_execution_mode = "cache"
 nb_execution_cache_path = str(DOCS / "_build" / "executed" / code())
 nb_execution_raise_on_error = True
