@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import optuav
+from optuav.calibration.fit import ConfidenceInterval, Value
 from optuav.judge import Itinerary, Stop
 from optuav.mission import Mission
 from optuav.modelling.expression import Indexed
@@ -37,7 +38,7 @@ def objects() -> dict[str, Any]:
     program = optuav.formulate(mission, asked, perspective="battery")
     times = {"hover_time_s": 700.0, "rest_time_s": 9.0}
     plan, late = optuav.solve(mission), mission.replace({"limits.deadline_s": 60})
-    turns = mission.replace({"battery.schedule": "alternating", "battery.period_s": 60.0})
+    turns = mission.replace({"battery.schedule": "sequential"})
     dry = Itinerary(mission, (Stop(f"{EVIL}b9", "rest", 10.0), Stop("hover", "hover", 700.0)))
     model = Model(EVIL)
     model.subject_to(EVIL, model.variable("x", EVIL, unit=EVIL) <= 1.0, unit=EVIL)
@@ -46,7 +47,7 @@ def objects() -> dict[str, Any]:
         "buildings": mission.buildings,
         "plan": plan,
         "no plan": optuav.solve(late),
-        "plan by turns": optuav.solve(turns),
+        "plan by turns": optuav.solve(turns, "P3", slot_s=50.0),
         "program": program,
         "programs": optuav.formulate(mission, "P1", slot_s=1),
         "no program": optuav.formulate(late, "P3", perspective="wells"),
@@ -253,3 +254,15 @@ def test_a_graph_stays_a_graph() -> None:
     graph = graph.copy()
     graph.nodes["hover"]["mark"] = "mine"
     assert "mine" in Reader(graph._repr_html_()).texts
+
+
+def test_frames_of_ledger_siting_and_fit() -> None:
+    pytest.importorskip("pandas")
+    entries = optuav.ledger(["text-e1", "text-e2"])
+    assert entries.to_frame()["name"].tolist() == ["text-e1", "text-e2"]
+    hazy = optuav.load("paper").replace({"laser.visibility_km": 2.0})
+    found = optuav.place_laser(hazy, [[1000, 0, 50], [1000, 2000, 50]], refine=False)
+    ((mission, laser, hover_s),) = found.to_frame().to_records(index=False).tolist()
+    assert (mission, laser, hover_s) == ("paper", 0, pytest.approx(found.value, abs=1e-5))
+    fit = optuav.Fit("rotor", (), "", (Value("a.b", 2.0, "c", ConfidenceInterval(1.0, 3.0)),), ())
+    assert fit.to_frame().iloc[0].tolist() == ["a.b", 2.0, 1.0, 3.0, True, "c"]

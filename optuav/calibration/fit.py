@@ -24,6 +24,7 @@ import tomli_w
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, printable, refuse
+from optuav.frames import DataFrame, frame
 from optuav.mission import shipped
 from optuav.mission.messages import number
 from optuav.mission.schema import SCHEMA
@@ -153,6 +154,20 @@ class Fit:
     def to_dict(self) -> dict[str, object]:
         """Everything as plain data."""
         return asdict(self)
+
+    def to_frame(self) -> DataFrame:
+        """One row a value; needs pandas.
+
+        Returns
+        -------
+        Columns ``key``, ``value``, ``low`` and ``high`` of its interval (None where that is not
+        known), ``determined`` and ``origin``.
+        """
+        rows = [
+            (each.key, each.value, *(each.interval or (None, None)), each.determined, each.origin)
+            for each in self.values
+        ]
+        return frame(rows, ["key", "value", "low", "high", "determined", "origin"])
 
     def to_toml(self, extends: str | None = None, file: str | Path = "") -> str:
         """A fragment of a mission file: the values, with intervals and origins as comments.

@@ -1,22 +1,17 @@
 """An explanation as data, and as text with labels in the margin."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING
 
 from formulations.soc import LABELS
 from optuav.diagnosis.infeasibility import Certificate, Conflict, number_text, plain
 from optuav.diagnosis.parameter_prices import Price
 from optuav.diagnosis.repair import Repair
-from optuav.errors import line_width, require
+from optuav.errors import line_width
+from optuav.frames import DataFrame, frame
 from optuav.plan import Plan
 from optuav.plan.summary import LABEL, wrapped
-
-if TYPE_CHECKING:
-    import pandas
 
 MOST_REPAIRS = 12
 UNIT_NAMES = {"s": "second", "m": "metre", "A": "ampere", "W": "watt", "V": "volt", "J": "joule"}
@@ -127,23 +122,14 @@ class Explanation:
 
         return html(self)
 
-    def to_frame(self) -> pandas.DataFrame:
+    def to_frame(self) -> DataFrame:
         """The prices, one row a parameter; without a plan the repairs; needs pandas.
 
         Returns
         -------
         Columns as the attributes of `Price`, or as `Repair.to_dict` has them.
-
-        Raises
-        ------
-        InputError
-            If pandas is not installed.
         """
-        require("pandas", "data frames")
-        import pandas
-
-        rows = map(asdict, self.prices) if self else (each.to_dict() for each in self.repairs)
-        return pandas.DataFrame([*rows])
+        return frame(map(asdict, self.prices) if self else (r.to_dict() for r in self.repairs))
 
     def to_dict(self) -> dict[str, object]:
         """As plain data: strings, numbers, lists, dicts and None."""

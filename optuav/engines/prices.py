@@ -14,27 +14,22 @@ References
 .. [1] E. G. Gol'shtein, "Theory of convex programming", AMS, 1972 (marginal values).
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from optuav.arrays import Floats, Values
 from optuav.engines.linear_form import implied_upper_bounds, linear_form
 from optuav.engines.rows import rows_of, stated_forms
-from optuav.errors import require
+from optuav.frames import DataFrame, frame
 from optuav.modelling.check import TOLERANCE, evaluated, relations
 from optuav.modelling.expression import Operand, Parameter, Relation
 from optuav.modelling.forms import NotAffineError, NotExponentialError
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import Slope, evaluate, leaves, slope
-
-if TYPE_CHECKING:
-    import pandas
 
 MET, NEARLY_MET = 1e-8, 1e-6
 """Share of its largest term below which a row's slack is none, in exact and in other answers."""
@@ -238,25 +233,16 @@ class ShadowPrices(dict[str, ShadowPrice]):
         words = "Change of the best objective per unit of a parameter, the others held"
         return shown(paragraph(words), table(("parameter", "symbol", "unit", "less", "more"), rows))
 
-    def to_frame(self) -> pandas.DataFrame:
+    def to_frame(self) -> DataFrame:
         """One row a parameter; needs pandas.
 
         Returns
         -------
         Columns ``parameter``, ``symbol``, ``unit``, ``key`` of the mission, and ``less`` and
         ``more`` as of `ShadowPrice`.
-
-        Raises
-        ------
-        InputError
-            If pandas is not installed.
         """
-        require("pandas", "data frames")
-        import pandas
-
-        columns = ("parameter", "symbol", "unit", "key", "less", "more")
         rows = [(n, str(p.symbol), p.unit, p.key, *self[n]) for n, p in self.parameters.items()]
-        return pandas.DataFrame(rows, columns=list(columns))
+        return frame(rows, ["parameter", "symbol", "unit", "key", "less", "more"])
 
 
 def shadow_prices(

@@ -1,29 +1,24 @@
 """What every engine returns."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from optuav.arrays import Floats, Values
 from optuav.engines import prices
 from optuav.engines.prices import Residuals, ShadowPrices
-from optuav.errors import SolverError, require
+from optuav.errors import SolverError
+from optuav.frames import DataFrame, frame
 from optuav.modelling.check import Checks, evaluated, relations, unusable
 from optuav.modelling.display import table
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, has_unknowns
 from optuav.status import Status
-
-if TYPE_CHECKING:
-    import pandas
 
 HEADS = ("constraint", "slack", "multiplier", "")
 TIGHT = 1e-7  # Slack below which a constraint holds with equality, relative to max(1, |right side|)
@@ -129,26 +124,17 @@ class Solution:
             for label, slack in self.slacks.items()
         ]
 
-    def to_frame(self) -> pandas.DataFrame:
+    def to_frame(self) -> DataFrame:
         """One row a constraint in each programme that has an answer; needs pandas.
 
         Returns
         -------
         Columns ``programme`` (its number from 0), ``constraint``, ``slack`` in the constraint's
-        unit, ``multiplier`` (NaN where the engine gives none) and ``binds``.
-
-        Raises
-        ------
-        InputError
-            If pandas is not installed.
+        unit, ``multiplier`` (None where the engine gives none) and ``binds``.
         """
-        require("pandas", "data frames")
-        import pandas
-
         answered = (k for k, each in enumerate(self.statuses) if each.has_answer)
         rows = [(k, *row, bool(b)) for k in answered for *row, b in self._constraints(k)]
-        columns = ["programme", "constraint", "slack", "multiplier", "binds"]
-        return pandas.DataFrame(rows, columns=columns).astype({"multiplier": float})
+        return frame(rows, ["programme", "constraint", "slack", "multiplier", "binds"])
 
     def point(self, index: int) -> dict[str, float]:
         """Values of the variables in the answer to a programme; `SolverError` without one."""
@@ -248,11 +234,11 @@ class Solution:
         at = self.declared, self.parameters_at(index), self.point(index)
         return prices.shadow_prices(*at, shares)
 
-    def of(self, values: Values | None) -> Solution:
+    def of(self, values: Values | None) -> "Solution":
         """The solution with the values that were solved for, which an engine need not keep."""
         return self if self.given or not values else replace(self, given=values)
 
-    def only(self, index: int) -> Solution:
+    def only(self, index: int) -> "Solution":
         """The solution to a single programme."""
         one = slice(index, index + 1)
         return replace(

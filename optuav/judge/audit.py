@@ -1,13 +1,12 @@
 """The verdict on any plan: a plan of ours, one edited by hand, or an itinerary in a file."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeGuard
+from typing import TypeGuard
 
-from optuav.errors import Fault, InputError, printable, require
+from optuav.errors import Fault, InputError, printable
+from optuav.frames import DataFrame, frame
 from optuav.judge.course import TOLERANCE
 from optuav.judge.replay import MISMATCH, Judged, Replay, replay, same
 from optuav.judge.timeline import STOP, Itinerary, Stop, stop_breaches
@@ -21,9 +20,6 @@ from optuav.plan import Plan
 from optuav.plan.plan import DERIVED, LARGEST_BYTES, parse_plan
 from optuav.plan.summary import unknown_buildings, wrapped
 from optuav.plan.trace import Event
-
-if TYPE_CHECKING:
-    import pandas
 
 MOST_SHOWN = 20  # Largest number of events that are printed one by one
 
@@ -76,23 +72,14 @@ class Audit(Judged):
 
         return html(self, self.replay, f"{self.verdict}: {self.source}")
 
-    def to_frame(self) -> pandas.DataFrame:
+    def to_frame(self) -> DataFrame:
         """The events, one row each; needs pandas.
 
         Returns
         -------
         Columns as the attributes of `Event`.
-
-        Raises
-        ------
-        InputError
-            If pandas is not installed.
         """
-        require("pandas", "data frames")
-        import pandas
-
-        columns = [each.name for each in fields(Event)]
-        return pandas.DataFrame([asdict(event) for event in self.events], columns=columns)
+        return frame(map(asdict, self.events), [each.name for each in fields(Event)])
 
     def to_dict(self) -> dict[str, object]:
         """The audit as plain data: strings, numbers, truth values, lists, dicts and None."""

@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from optuav.errors import NoPlanError
+from optuav.frames import DataFrame
 from optuav.judge.course import TOLERANCE, Course, pooled, scheduled, soc, trace
 from optuav.judge.timeline import Itinerary, Phase, moves, phases, places
 from optuav.mission import Mission
@@ -19,9 +19,6 @@ from optuav.network.obstacles import CLEAR
 from optuav.physics import flight, link
 from optuav.plan import Plan
 from optuav.plan.trace import Event, Trace
-
-if TYPE_CHECKING:
-    import pandas
 
 same = partial(math.isclose, rel_tol=TOLERANCE)  # Whether two figures differ by no more
 MISMATCH = "mismatch"  # Kind of the event that a figure is not what it should be
@@ -150,7 +147,7 @@ class Replay(Judged):
             raise NoPlanError("there is no table: nothing is flown")
         return trace(self.mission, self.phases, self.course)
 
-    def to_frame(self) -> pandas.DataFrame:
+    def to_frame(self) -> DataFrame:
         """The mission over time, one row per moment; needs pandas."""
         return self.trace.to_frame()
 

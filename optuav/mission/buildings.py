@@ -16,12 +16,10 @@ from typing import TYPE_CHECKING, Annotated, Any, overload
 from pydantic import GetCoreSchemaHandler, Strict
 from pydantic_core import CoreSchema, core_schema
 
-from optuav.errors import require
+from optuav.frames import DataFrame, frame
 from optuav.mission.schema import Building, Listed
 
 if TYPE_CHECKING:
-    import pandas
-
     from optuav.arrays import Floats, Integers
 
 RESERVED_NAMES = ("origin", "hover", "destination")
@@ -142,28 +140,20 @@ class Buildings(Sequence[Building]):
 
         return buildings_html(self)
 
-    def to_frame(self) -> pandas.DataFrame:
+    def to_frame(self) -> DataFrame:
         """One row a building, as `Mission.with_buildings` takes them; needs pandas.
 
         Returns
         -------
         Columns ``name``, ``x_m``, ``y_m`` and ``z_m``, and ``width_m`` and ``depth_m``, the sizes
         of footprints along x and y [m], NaN without one or where it is a polygon.
-
-        Raises
-        ------
-        InputError
-            If pandas is not installed.
         """
-        require("pandas", "data frames")
         import numpy as np
-        import pandas
 
         size_m = _shared(self.sizes).reshape(-1, 2)
-        size_m = np.where(size_m > 0.0, size_m, np.nan)
-        columns = dict(zip(("x_m", "y_m", "z_m"), self.roof_m.T, strict=True))
-        columns |= dict(zip(("width_m", "depth_m"), size_m.T, strict=True))
-        return pandas.DataFrame({"name": self.names, **columns})
+        columns = np.column_stack([self.roof_m, np.where(size_m > 0.0, size_m, np.nan)])
+        names = ("x_m", "y_m", "z_m", "width_m", "depth_m")
+        return frame({"name": self.names, **dict(zip(names, columns.T, strict=True))})
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Buildings, self._values

@@ -1,27 +1,26 @@
 """Constraints evaluated at a point, apart from any solver, and numbers that no engine can use."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import chain
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from optuav.arrays import Values
-from optuav.errors import Fault, InputError, refuse, require
+from optuav.errors import Fault, InputError, refuse
+from optuav.frames import DataFrame, frame
 from optuav.modelling.display import table
 from optuav.modelling.expression import Call, Operand, Relation, Sense
 from optuav.modelling.model import Constraint, Model
 from optuav.modelling.traversal import evaluate, has_unknowns, nodes
 from optuav.modelling.writer import Text
 
-if TYPE_CHECKING:
-    import pandas
-
 TOLERANCE = 1e-9
 """A constraint holds if it is short by no more than this, relative to max(1, |right side|)."""
+COLUMNS = (
+    *("constraint", "point", "left", "sense", "right"),
+    *("slack", "unit", "satisfied", "declared_at"),
+)
 HEADS = ("constraint", "left and right", "verdict", "declared at")
 MOST_NAMED = 10  # Of the points at which a constraint is violated, how many are named
 
@@ -124,39 +123,24 @@ class Checks(tuple[Check, ...]):
         rows = markup.table(HEADS, [row.cells for row in self], bad=broken)
         return markup.shown(markup.paragraph(verdict, good=not broken), rows)
 
-    def to_frame(self) -> pandas.DataFrame:
+    def to_frame(self) -> DataFrame:
         """One row a constraint, and a point where they were evaluated at several; needs pandas.
 
         Returns
         -------
         Columns ``constraint``, ``point`` (its name or its number from 0, if there are several),
         ``left``, ``sense``, ``right``, ``slack``, ``unit``, ``satisfied`` and ``declared_at``.
-
-        Raises
-        ------
-        InputError
-            If pandas is not installed.
         """
-        require("pandas", "data frames")
-        import pandas
-
-        parts = list[dict[str, object]]()
+        rows = list[tuple[object, ...]]()
         for row in self:
-            size = np.size(row.satisfied)
+            size, several = np.size(row.satisfied), np.ndim(row.satisfied)
+            names = (row.names if len(row.names) == size else range(size)) if several else [None]
             numbers = np.broadcast_arrays(row.left, row.right, row.slack, row.satisfied)
-            named = row.names if len(row.names) == size else range(size)
-            names = named if np.ndim(row.satisfied) else [None]
-            for name, left, right, slack, holds in zip(
-                names, *(each.ravel().tolist() for each in numbers), strict=True
-            ):
-                parts.append(
-                    {
-                        **{"constraint": row.label, "point": name, "left": left},
-                        **{"sense": row.sense, "right": right, "slack": slack, "unit": row.unit},
-                        **{"satisfied": holds, "declared_at": row.declared_at},
-                    }
-                )
-        return pandas.DataFrame(parts)
+            figures = zip(*(each.ravel().tolist() for each in numbers), strict=True)
+            for name, (left, right, slack, holds) in zip(names, figures, strict=True):
+                sides = row.label, name, left, row.sense, right
+                rows.append((*sides, slack, row.unit, holds, row.declared_at))
+        return frame(rows, COLUMNS)
 
 
 def relations(model: Model) -> Sequence[Constraint]:

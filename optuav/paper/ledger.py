@@ -15,6 +15,7 @@ from formulations.p4 import P4
 from formulations.soc import PAPER, PERSPECTIVES
 from optuav.arrays import Floats
 from optuav.errors import Fault, refuse
+from optuav.frames import DataFrame, frame
 from optuav.mission import Mission
 from optuav.mission.messages import nearest
 from optuav.network import vehicle
@@ -229,6 +230,10 @@ class Ledger:
 
     def __str__(self) -> str:
         return self.summary
+
+    def to_frame(self) -> DataFrame:
+        """Return `records` as a data frame; needs pandas (``python -m pip install pandas``)."""
+        return frame(self.records())
 
     def records(self) -> list[dict[str, str]]:
         """One flat record an entry."""

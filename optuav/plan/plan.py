@@ -6,12 +6,13 @@ import json
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, InstanceOf, StrictBool, ValidationError, model_validator
 from pydantic_core import to_jsonable_python
 
-from optuav.errors import Fault, InputError, NoPlanError, refuse, require, safe_name
+from optuav.errors import Fault, InputError, NoPlanError, refuse, safe_name
+from optuav.frames import DataFrame, frame
 from optuav.mission import Mission
 from optuav.mission.files import label, parse_json, read_text, write_text
 from optuav.mission.messages import shown
@@ -22,9 +23,6 @@ from optuav.network.timeline import Figure, Phase, Words, carry
 from optuav.physics.kibam import STEPS, time_to_empty, time_to_full
 from optuav.plan.summary import TABLE, summary
 from optuav.status import Status
-
-if TYPE_CHECKING:
-    import pandas
 
 SCHEMA = 1
 KIND = "optuav plan"
@@ -327,7 +325,7 @@ class Plan(BaseModel):
         text = json.dumps(self._data(Path(path)), indent=2, ensure_ascii=False, allow_nan=False)
         write_text(Path(path), text + "\n")
 
-    def to_frame(self) -> pandas.DataFrame:
+    def to_frame(self) -> DataFrame:
         """One row per phase, in order; needs pandas (``python -m pip install pandas``).
 
         Returns
@@ -341,13 +339,10 @@ class Plan(BaseModel):
         InputError
             If pandas is not installed.
         """
-        require("pandas", "data frames")
-        import pandas
-
         table = {name: [getattr(each, name) for each in self.phases] for name in COLUMNS}
         for name in ("available_As", "bound_As"):
             table[name] = [sum(getattr(each, name)) for each in self.phases]
-        return pandas.DataFrame(table)
+        return frame(table)
 
 
 def load_plan(path: str | Path) -> Plan:

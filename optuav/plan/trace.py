@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from optuav.arrays import Floats, Integers
-from optuav.errors import require
-
-if TYPE_CHECKING:
-    import pandas
+from optuav.frames import DataFrame, frame
 
 Texts = npt.NDArray[np.str_]
 APART = ("time_s", "position_m", "available_As", "bound_As", "soc")
@@ -109,7 +105,7 @@ class Trace:
     def __len__(self) -> int:
         return len(self.time_s)
 
-    def to_frame(self) -> pandas.DataFrame:
+    def to_frame(self) -> DataFrame:
         """One row per moment; needs pandas (``python -m pip install pandas``).
 
         Returns
@@ -123,9 +119,6 @@ class Trace:
         InputError
             If pandas is not installed.
         """
-        require("pandas", "data frames")
-        import pandas
-
         columns: dict[str, npt.NDArray[np.generic]] = {"time_s": self.time_s}
         columns |= dict(zip(("x_m", "y_m", "z_m"), self.position_m.T, strict=True))
         columns |= {
@@ -136,4 +129,4 @@ class Trace:
             if wells.shape[1] > 1:
                 columns |= {f"{name}_{k}_As": well for k, well in enumerate(wells.T, start=1)}
         columns |= {f"soc_{name}": level for name, level in self.soc.items()}
-        return pandas.DataFrame(columns)
+        return frame(columns)

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from formulations.soc import PAPER, PERSPECTIVES
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.errors import Fault, folded, line_width, printable, refuse
+from optuav.frames import DataFrame, frame
 from optuav.mission import Mission, load_all
 from optuav.mission.messages import listed, misfits, shown, unknown
 from optuav.mission.schema import Number
@@ -121,6 +122,20 @@ class Siting:
             "hover_s": hover_s,
             "laser": self.laser.tolist(),
         }
+
+    def to_frame(self) -> DataFrame:
+        """One row a mission; needs pandas.
+
+        Returns
+        -------
+        Columns ``mission``, ``laser`` that lets it hover longest (its number, −1 without a plan)
+        and ``hover_s`` with that [s], NaN without a plan.
+        """
+        rows = [
+            (each.name, laser, hover_s[laser] if laser >= 0 else np.nan)
+            for each, laser, hover_s in zip(self.missions, self.laser, self.hover_s, strict=True)
+        ]
+        return frame(rows, ["mission", "laser", "hover_s"])
 
     def summary(self) -> str:
         """Sites, value, bound and gap, greedy choice and refinement in a few lines."""

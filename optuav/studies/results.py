@@ -9,11 +9,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from optuav.errors import folded, line_width, require
+from optuav.errors import folded, line_width
+from optuav.frames import DataFrame, frame
 from optuav.mission import Mission
 
 if TYPE_CHECKING:
-    import pandas
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -109,12 +109,9 @@ class Results:
         """Return `records` as comma-separated values below a line of column names."""
         return as_csv(self.records(), list(self.units))
 
-    def to_frame(self) -> pandas.DataFrame:
+    def to_frame(self) -> DataFrame:
         """Return `records` as a data frame; needs pandas (``python -m pip install pandas``)."""
-        require("pandas", "data frames")
-        import pandas
-
-        return pandas.DataFrame(self.records(), columns=list(self.units))
+        return frame(self.records(), list(self.units))
 
     def plot(self) -> dict[str, Figure]:
         """Return the pictures by file name; none where there is nothing to draw.

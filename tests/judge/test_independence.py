@@ -10,6 +10,7 @@ import optuav.judge
 ALLOWED = (
     "optuav.arrays",
     "optuav.errors",
+    "optuav.frames",
     "optuav.judge",
     "optuav.markup",
     "optuav.mission",

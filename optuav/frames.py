@@ -1,0 +1,27 @@
+"""Tables as data frames of pandas, which is loaded when the first is made."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from optuav.errors import require
+
+if TYPE_CHECKING:
+    import pandas
+
+DataFrame: TypeAlias = "pandas.DataFrame"
+
+
+def frame(
+    data: Mapping[str, Any] | Iterable[Any], columns: list[str] | tuple[str, ...] | None = None
+) -> DataFrame:
+    """Columns by name, or rows under the names of columns, as a data frame.
+
+    Raises `InputError` where pandas is not installed.
+    """
+    require("pandas", "data frames")
+    import pandas
+
+    table = data if isinstance(data, Mapping) else [*data]
+    return pandas.DataFrame(table, columns=columns)
