@@ -13,6 +13,7 @@ from typing import Any
 from pygments.lexers.special import TextLexer
 
 import optuav
+from optuav.modelling.writer import Latex, parts_of
 
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
@@ -27,6 +28,7 @@ COPIES = {
 """Pages that stand elsewhere, and where they go for Sphinx, which reads one folder."""
 
 ORIGINALS = {copy: original for original, copy in COPIES.items()}
+TABLE = re.compile(r"^\|.* symbol \|.*\n(?:^\|.*\n)+", re.MULTILINE)
 LINK = re.compile(r"\]\(([^)#:\s]+)(?=[#)])")
 
 
@@ -113,8 +115,8 @@ def copy_pages() -> None:
             path.unlink()
 
 
-def lead_to_copies(app: Any, page: str, text: list[str]) -> None:
-    """Make links work from where a page is in the site to where others are."""
+def as_page(app: Any, page: str, text: list[str]) -> None:
+    """Make links work from where a page is in the site, and symbols in tables formulas."""
     here = next(
         (path for each in (".md", ".py") if (path := DOCS / f"{page}{each}").exists()), None
     )
@@ -127,11 +129,22 @@ def lead_to_copies(app: Any, page: str, text: list[str]) -> None:
         target = COPIES.get(target, target)
         return f"]({Path(relpath(target, here.parent)).as_posix()}"
 
-    text[0] = LINK.sub(led, text[0])
+    text[0] = TABLE.sub(with_formulas, LINK.sub(led, text[0]))
+
+
+def with_formulas(found: re.Match[str]) -> str:
+    """A table whose column of symbols shows them as problems print them."""
+    head, *lines = (re.split(r"(?<!\\)\|", line) for line in found[0].splitlines())
+    column = head.index(" symbol ")
+    for line in lines:
+        symbols = line[column].strip().split(", ")
+        if all(map(parts_of, symbols)):
+            line[column] = f" {', '.join(f'${Latex().symbol(each)}$' for each in symbols)} "
+    return "".join(f"{'|'.join(line)}\n" for line in (head, *lines))
 
 
 def setup(app: Any) -> None:
     """Copy pages before Sphinx looks for them."""
     copy_pages()
     app.add_lexer("csv", TextLexer)
-    app.connect("source-read", lead_to_copies)
+    app.connect("source-read", as_page)

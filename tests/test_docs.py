@@ -28,7 +28,7 @@ ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md"))]
 FENCE = re.compile(r"^```(.*)$", re.MULTILINE)
-PLACE = re.compile(r"`((?:optuav|formulations|tests|examples|docs)/[\w./-]*)`")
+PLACE = re.compile(r"`((?!docs/_build)(?:optuav|formulations|tests|examples|docs)/[\w./-]*)`")
 LINK = re.compile(r"\]\(([^)#\s]+)(#[^)\s]*)?\)")
 
 Row = dict[str, str]
