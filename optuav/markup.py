@@ -13,7 +13,7 @@ from optuav.errors import printable
 Cell: TypeAlias = str | float | bool | Element | None
 
 MOST_ROWS = 60  # Of a long table, how many are shown
-FIGURE = re.compile(r"[+−]?(\d[\d.]*(·10\S+|e[+−]?\d+)?|∞)( %)?|–")
+FIGURE = re.compile(r"[-+−]?(\d[\d.]*(·10\S+|e[-+−]?\d+)?|∞)( %)?|–")
 KEPT = "\n\N{NO-BREAK SPACE}"
 STYLE = """
 .optuav {max-width: 64rem; font-size: .9em; line-height: 1.45; overflow-wrap: anywhere}

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from functools import cache
 from html.parser import HTMLParser
 from typing import Any
+from xml.etree.ElementTree import tostring
 
 import networkx
 import numpy as np
@@ -20,6 +21,7 @@ from optuav.mission import Mission
 from optuav.modelling.expression import Indexed
 from optuav.modelling.mathml import MathML, as_element
 from optuav.modelling.model import Model
+from optuav.plan.display import Levels, picture
 
 EVIL = """<script>alert("b1")</script><img src=x onerror='a()'>&amp;$\\href{javascript:a}{b}$"""
 
@@ -266,3 +268,18 @@ def test_frames_of_ledger_siting_and_fit() -> None:
     assert (mission, laser, hover_s) == ("paper", 0, pytest.approx(found.value, abs=1e-5))
     fit = optuav.Fit("rotor", (), "", (Value("a.b", 2.0, "c", ConfidenceInterval(1.0, 3.0)),), ())
     assert fit.to_frame().iloc[0].tolist() == ["a.b", 2.0, 1.0, 3.0, True, "c"]
+
+
+def test_a_long_plan_has_a_short_picture() -> None:
+    """However many moments there are, the first and the last are drawn, and few between them."""
+    time_s = np.linspace(0.0, 50.0, 12_345)
+    course = Levels(time_s, 80.0 - time_s, np.full_like(time_s, 20.0))
+    page = tostring(picture(course, [("flight", 0.0, 50.0)], 100.0), encoding="unicode")
+    bound, available = polygons(page)
+    assert len(bound) == len(available) < 1000
+    assert available[0] == (46.0, 20.0)  # 100 % on the left
+    assert (486.0, 80.0) in available  # 50 % on the right
+
+
+def test_a_mission_prints_its_summary() -> None:
+    assert str(optuav.load("paper")) == optuav.load("paper").summary()

@@ -92,6 +92,9 @@ class Mission(MissionSection):
         name, count, limits = printable(self.name), len(self.buildings), self.limits
         return f"<Mission {name!r}: {count} buildings, within {limits.deadline_s:g} s>"
 
+    def __str__(self) -> str:
+        return self.summary()
+
     def _repr_html_(self) -> str:
         from optuav.mission.display import html
 

@@ -30,12 +30,12 @@ if TYPE_CHECKING:
     from optuav.plan.plan import Plan
 
 WIDTH, HEIGHT = 440.0, 120.0  # Of the levels [px]
-ABOVE, LEFT, BELOW, RIGHT = 20.0, 46.0, 54.0, 20.0  # Room around them [px]
+ABOVE, LEFT, RIGHT = 20.0, 46.0, 20.0  # Room around them [px]
 KINDS = {"flight": "#0072b2", "hover": "#009e73", "rest": "#e69f00"}  # As in optuav.plots
 BOUND, AVAILABLE, LACKING = "#56b4e9", "#0072b2", "#d55e00"
 PIECES = 12  # Into which a stage is divided, as the wells do not change along straight lines
 LETTER = 6.5  # About how wide a letter is [px]
-MOST_TICKS = 6
+MOST_TICKS, MOST_POINTS = 6, 400
 ROUNDING = 1e-6  # Percent of the capacity
 
 
@@ -110,12 +110,10 @@ def picture(
 
     Above them the phases: kind, start and duration [s].
     """
-    end_s = max(float(course.time_s[-1]), 1e-9)
-    bound, total = (
-        100.0 * each / capacity_As
-        for each in (course.bound_As, course.bound_As + course.available_As)
-    )
-    lacking = total < bound - ROUNDING
+    every = 1 + len(course.time_s) // MOST_POINTS
+    time_s, available_As, bound_As = (np.append(each[:-1:every], each[-1]) for each in course)
+    bound, total = (100.0 * each / capacity_As for each in (bound_As, bound_As + available_As))
+    end_s, lacking = max(float(time_s[-1]), 1e-9), total < bound - ROUNDING
     low, high = min(0.0, float(total.min())), max(100.0, float(total.max()))
 
     def x(time_s: float) -> float:
@@ -125,42 +123,48 @@ def picture(
         return ABOVE + HEIGHT * (high - percent) / (high - low)
 
     def area(colour: str, under: Floats, over: Floats) -> Element:
-        there, back = zip(course.time_s, over, strict=True), zip(course.time_s, under, strict=True)
-        points = (f"{x(t):.1f},{y(p):.1f}" for t, p in (*there, *reversed([*back])))
-        return element("polygon", points=" ".join(points), fill=colour, fill_opacity="0.85")
+        corners = [*zip(time_s, over, strict=True), *reversed([*zip(time_s, under, strict=True)])]
+        points = " ".join(f"{x(moment_s):.1f},{y(level):.1f}" for moment_s, level in corners)
+        return _shape("polygon", points=points, fill=colour, fill_opacity="0.85")
 
     drawn = [area(BOUND, np.zeros_like(bound), bound)]
     drawn.append(area(AVAILABLE, bound, np.maximum(total, bound)))
+    legend = [(AVAILABLE, "available y₁"), (BOUND, "bound y₂")]
     if lacking.any():
         drawn.append(area(LACKING, np.minimum(total, bound), bound))
-    for percent in (0.0, 50.0, 100.0):
-        drawn += _line(LEFT, y(percent), LEFT + WIDTH, y(percent), opacity="0.4")
-        drawn.append(_words(f"{percent:.0f} %", LEFT - 4.0, y(percent) + 4.0, "end"))
+        legend.append((LACKING, "not there"))
+    right, bottom, line = LEFT + WIDTH, ABOVE + HEIGHT, {"stroke": "currentColor"}
+    for level in (0.0, 50.0, 100.0):
+        drawn.append(
+            _shape("line", x1=LEFT, x2=right, y1=y(level), y2=y(level), **line, opacity="0.4")
+        )
+        drawn.append(
+            _shape("text", f"{level:.0f} %", x=LEFT - 4, y=y(level) + 4, text_anchor="end")
+        )
     for kind, start_s, duration_s in phases:
         start, wide = x(start_s), x(start_s + duration_s) - x(start_s)
-        place = {"x": f"{start:.1f}", "y": f"{ABOVE - 5.0:.1f}", "width": f"{wide:.1f}"}
-        drawn.append(element("rect", **place, height="4", fill=KINDS[kind]))
+        place = {"x": start, "y": ABOVE - 5.0, "width": wide, "height": 4.0}
+        drawn.append(_shape("rect", **place, fill=KINDS[kind]))
         if wide > LETTER * len(kind):
-            drawn.append(_words(kind, start + wide / 2.0, ABOVE - 8.0, "middle"))
-    bottom = ABOVE + HEIGHT
-    for time_s in ticks(end_s):
-        drawn += _line(x(time_s), bottom, x(time_s), bottom + 4.0)
-        drawn.append(_words(figure(time_s), x(time_s), bottom + 16.0, "middle"))
-    drawn.append(_words("s", LEFT + WIDTH + RIGHT, bottom + 16.0, "end"))
+            middle = start + wide / 2.0
+            drawn.append(_shape("text", kind, x=middle, y=ABOVE - 8.0, text_anchor="middle"))
+    for tick_s in ticks(end_s):
+        at, below = x(tick_s), bottom + 16.0
+        drawn.append(_shape("line", x1=at, x2=at, y1=bottom, y2=bottom + 4.0, **line))
+        drawn.append(_shape("text", figure(tick_s), x=at, y=below, text_anchor="middle"))
+    drawn.append(_shape("text", "s", x=right + RIGHT, y=bottom + 16.0, text_anchor="end"))
+    at, below = LEFT, bottom + 37.0
+    for colour, words in legend:
+        drawn.append(_shape("rect", x=at, y=below - 9.0, width=10.0, height=10.0, fill=colour))
+        drawn.append(_shape("text", words, x=at + 14.0, y=below))
+        at += 14.0 + LETTER * (len(words) + 3)
     if dry_s is not None:
-        drawn += _line(x(dry_s), ABOVE, x(dry_s), bottom, stroke_width="1.5")
-    at = LEFT
-    for colour, words in ((AVAILABLE, "available y₁"), (BOUND, "bound y₂"), (LACKING, "not there")):
-        if colour != LACKING or lacking.any():
-            drawn.append(_swatch(colour, at, bottom + 28.0))
-            drawn.append(_words(words, at + 14.0, bottom + 37.0, "start"))
-            at += 14.0 + LETTER * (len(words) + 3)
-    if dry_s is not None:
-        drawn.append(_words(f"dry at {dry_s:.1f} s", LEFT + WIDTH, bottom + 37.0, "end"))
-    box = f"0 0 {LEFT + WIDTH + RIGHT:g} {ABOVE + HEIGHT + BELOW - 8.0:g}"
-    named = "Charge in both wells over time"
-    look = {"viewBox": box, "role": "img", "aria_label": named, "font_size": "12"}
-    return element("svg", *drawn, fill="currentColor", **look)
+        at, words = x(dry_s), f"dry at {dry_s:.1f} s"
+        drawn.append(_shape("line", x1=at, x2=at, y1=ABOVE, y2=bottom, **line, stroke_width="1.5"))
+        drawn.append(_shape("text", words, x=right, y=below, text_anchor="end"))
+    box = f"0 0 {right + RIGHT:g} {below + 9.0:g}"
+    named = {"role": "img", "aria_label": "Charge in both wells over time"}
+    return element("svg", *drawn, viewBox=box, fill="currentColor", font_size="12", **named)
 
 
 def ticks(end_s: float) -> list[float]:
@@ -170,14 +174,7 @@ def ticks(end_s: float) -> list[float]:
     return [step * number for number in range(int(end_s / step) + 1)]
 
 
-def _line(x1: float, y1: float, x2: float, y2: float, **look: str) -> list[Element]:
-    ends = {"x1": f"{x1:.1f}", "y1": f"{y1:.1f}", "x2": f"{x2:.1f}", "y2": f"{y2:.1f}"}
-    return [element("line", stroke="currentColor", **ends, **look)]
-
-
-def _swatch(colour: str, x: float, y: float) -> Element:
-    return element("rect", x=f"{x:.1f}", y=f"{y:.1f}", width="10", height="10", fill=colour)
-
-
-def _words(text: str, x: float, y: float, anchor: str) -> Element:
-    return element("text", text, x=f"{x:.1f}", y=f"{y:.1f}", text_anchor=anchor)
+def _shape(tag: str, *words: str, **look: str | float) -> Element:
+    """A part of the picture; numbers are in pixels."""
+    written = {name: v if isinstance(v, str) else f"{v:.1f}" for name, v in look.items()}
+    return element(tag, *words, **written)

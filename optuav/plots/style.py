@@ -73,7 +73,7 @@ MOST_COVERED = 2  # Most dots that a label covers which is not needed
 LEADER = {"arrowstyle": "-", "linewidth": 0.4, "color": GREY, "shrinkA": 0.0, "shrinkB": 2.0}
 
 AnyFigure: TypeAlias = Figure | SubFigure
-Shown: TypeAlias = tuple[bytes, dict[str, int]] | None  # A PNG with the width of its display
+Shown: TypeAlias = tuple[bytes, dict[str, int | str]] | None  # A PNG, its width and title
 Look: TypeAlias = dict[str, Any]  # Properties of a line or marker, by matplotlib's names
 LABEL: Look = {"ha": "left", "va": "bottom", "linespacing": 1.1, "annotation_clip": False}
 LABEL |= {"path_effects": [withStroke(linewidth=2.0, foreground="white")], "zorder": 10}
@@ -128,7 +128,9 @@ class Figures(dict[str, Figure]):
 
 def gallery(figures: Iterable[tuple[str, Figure]]) -> str:
     """Figures as HTML, with their names for those who do not see them."""
-    encoded = ((name, b64encode(written(each)).decode("ascii")) for name, each in figures)
+    encoded = (
+        (name, b64encode(written(each, format="png")).decode("ascii")) for name, each in figures
+    )
     look = f"display: block; width: 100%; max-width: {PIXELS_PER_INCH * WIDTH_IN:g}px"
     return markup.shown(
         *(
@@ -153,7 +155,8 @@ def shown(drawn: Any) -> Shown:
     figure = root(drawn)
     if not isinstance(figure, Page):
         return None
-    return written(figure), {"width": round(PIXELS_PER_INCH * figure.get_figwidth())}
+    width = round(PIXELS_PER_INCH * figure.get_figwidth())
+    return written(figure, format="png"), {"width": width, "alt": drawn.get_title(loc="left")}
 
 
 def written(figure: Figure, **options: Any) -> bytes:
