@@ -28,7 +28,7 @@ border: 0; border-bottom: 1px solid rgba(128, 128, 128, .3); padding: .15em .8em
 white-space: normal; max-width: min(28rem, 70vw); background: none; overflow-wrap: break-word}
 .optuav table td:has(> math) {max-width: none; white-space: nowrap}
 .optuav table:not(.pairs) {width: max-content}
-.optuav table .figure {text-align: right !important; white-space: nowrap}
+.optuav table .number {text-align: right !important; white-space: nowrap}
 .optuav table tr.no td:first-child {box-shadow: inset .2em 0 #d55e00; padding-left: .5em}
 .optuav summary {cursor: pointer}
 .optuav svg {width: 100%; max-width: 44rem; height: auto; display: block; margin: .4em 0;
@@ -79,14 +79,14 @@ def table(
     """
     body, marked = [[_text(cell) for cell in row] for row in rows[:MOST_ROWS]], {*bad}
     right = [all(_is_figure(row[k]) for row in body) for k in range(len(heads))]
-    classes = ["figure" if each else "words" for each in right]
+    classes = ["number" if each else "words" for each in right]
     lines = []
     if any(heads):
         titles = zip(heads, classes, strict=True)
         lines.append(element("tr", *(element("th", head, class_=kind) for head, kind in titles)))
     for number, row in enumerate(body):
         cells = (element("td", c, class_=kind) for c, kind in zip(row, classes, strict=True))
-        lines.append(element("tr", *cells, class_="no" if number in marked else "row"))
+        lines.append(element("tr", *cells, **({"class_": "no"} if number in marked else {})))
     wide = element("div", element("table", *lines), class_="wide")
     if hidden := hidden + len(rows) - len(body):
         wide.append(paragraph(f"and {hidden} more"))

@@ -69,7 +69,7 @@ def html(plan: Plan) -> str:
         picture(levels(plan), stays, vehicle.pool(plan.mission).capacity_As, plan.runs_dry_s),
         pairs((name, f"{time_s:.2f} s, {remark}") for name, time_s, remark in times(plan)),
         folded("Question and answer", pairs([*heading(plan), *outcome(plan)])),
-        folded(f"Phases ({len(rows)})", table(HEADINGS, rows), paragraph(legend)),
+        folded(f"Phases ({len(rows)})", table(HEADINGS, rows), paragraph(legend), is_open=True),
         *_notes(plan),
     )
 
