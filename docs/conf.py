@@ -93,8 +93,13 @@ html_theme_options = {
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 mathjax_path = "mathjax/tex-svg.js"
-mathjax3_config: dict[str, Any] = {
-    "options": {"enableSpeech": False, "enableBraille": False, "enableMenu": False},
+mathjax3_config: dict[
+    str, Any
+] = {  # Speech would take a worker, which no browser starts from a file
+    "options": {
+        "enableMenu": False,
+        "menuOptions": {"settings": {"speech": False, "braille": False, "enrich": False}},
+    },
     "output": {"displayOverflow": "scroll"},
 }
 
