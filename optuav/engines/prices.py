@@ -220,8 +220,7 @@ class ShadowPrices(dict[str, ShadowPrice]):
         self.parameters = {name: parameters[name] for name in prices}
 
     def __repr__(self) -> str:
-        names = [name for name, each in self.items() if any(each)]
-        return f"<ShadowPrices of {len(self)} parameters, not 0 of {', '.join(names) or 'none'}>"
+        return f"<ShadowPrices of {len(self)} parameters, {sum(map(any, self.values()))} not 0>"
 
     def _repr_html_(self) -> str:
         from optuav.markup import figure, paragraph, shown, table

@@ -159,7 +159,7 @@ def judge(program: Program, slots: int, tally: Counter[str]) -> None:
 
     Its figures decide, as good as at random, whether it goes to further engines.
     """
-    share = zlib.crc32(repr(program.network.mission).encode())
+    share = zlib.crc32(program.network.mission.model_dump_json().encode())
     beyond_s = max(beyond_of(program, part, tally) for part in program.parts)
     plan = solved(program)
     tapers = program.network.mission.battery.charging == "taper"
