@@ -11,6 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from optuav.arrays import Floats
+from optuav.errors import refuse
+from optuav.mission.messages import unknown
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 
@@ -93,6 +95,11 @@ def bars(
     ax
         Where to draw; on a page of its own by default.
 
+    Raises
+    ------
+    InputError
+        If a bar has another name than `Bar` allows.
+
     Examples
     --------
     >>> import optuav
@@ -101,6 +108,8 @@ def bars(
     >>> [text.get_text() for text in ax.texts]
     ['577.5', '597.3']
     """
+    strange = dict.fromkeys(each.name for each in shown if each.name not in COLOURS)
+    refuse(unknown("name", name, [*filter(None, COLOURS)]) for name in strange)
     ax = ax or style.page(3.4 if any(each.name for each in shown) else 3.0).subplots()
     groups = list(dict.fromkeys(each.group for each in shown))
     used = [name for name in COLOURS if any(each.name == name for each in shown)]

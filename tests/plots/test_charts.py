@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from optuav import plots
+from optuav.errors import InputError
 from optuav.plots import Bar, Mark
 
 Overlaps = Callable[[Figure], list[tuple[str, str]]]
@@ -33,6 +34,12 @@ def test_bars_are_as_high_as_their_numbers() -> None:
     assert colours[0] == colours[2] != colours[1] == colours[3]
     names = [label.get_text() for label in ax.get_xticklabels()]
     assert names == ["direct", "traj1"]  # below every group its name, not its number
+
+
+def test_bars_of_another_name_are_refused() -> None:
+    """With the names that there are, and the nearest of them."""
+    with pytest.raises(InputError, match=r"name = 'batery': one of battery, .*battery"):
+        plots.bars([Bar("a", "batery", 1.0)], title="t", y_label="Δ [s]")
 
 
 def test_bars_of_plans_that_cannot_be_flown_are_hatched(overlaps: Overlaps) -> None:
