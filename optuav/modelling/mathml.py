@@ -98,7 +98,7 @@ def _token(piece: re.Match[str]) -> str:
         return text.strip()
     if text == "|":
         return '<mo stretchy="false" lspace="0" rspace="0">|</mo>'
-    kind = "mn" if text[0].isdigit() else "mi" if text.isalpha() else "mo"
+    kind = "mn" if text[0].isdigit() else "mi" if text.isalpha() or text == "∞" else "mo"
     return f"<{kind}>{text}</{kind}>"
 
 

@@ -14,9 +14,10 @@ from optuav.network import vehicle
 from optuav.network.timeline import carry
 from optuav.physics.packs import NOBODY
 from optuav.plan import Plan
+from optuav.plan.display import KINDS
 from optuav.plan.trace import Trace
 from optuav.plots import style
-from optuav.plots.style import BLACK, BLUE, GREY, KINDS, PURPLE, SKY, VERMILLION, mark
+from optuav.plots.style import BLACK, BLUE, GREY, PURPLE, SKY, VERMILLION, mark
 
 FADED = 0.6  # Share of white over what follows the moment at which the battery is empty
 FILLS, FADE = 1.5, 2.0  # Heights of layers, above the bands of the phases

@@ -25,6 +25,7 @@ from optuav.mission import Mission
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.network.scene import Scene, scene
 from optuav.plan import Plan, Stop
+from optuav.plan.display import KINDS
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, Look
 
@@ -384,7 +385,7 @@ def draw_buildings(ax: Axes, shown: Scene, walls: Look) -> list[Artist]:
 
 def stop_look(kind: str, stays: bool) -> Look:
     """The marker of a stop; hollow where the UAV passes by."""
-    colour = style.KINDS[kind]
+    colour = KINDS[kind]
     fill, edge = (colour, "white") if stays else ("white", colour)
     look: Look = {"marker": MARKERS[kind], "markersize": 6.0, "markeredgewidth": 0.8}
     return {**look, "markerfacecolor": fill, "markeredgecolor": edge}

@@ -30,13 +30,13 @@ from matplotlib.typing import LineStyleType
 from optuav import markup
 from optuav.arrays import Floats
 from optuav.judge import Replay
+from optuav.plan.display import KINDS
 
 # The palette of Okabe and Ito, which colour-blind readers can tell apart, and two greys.
 BLACK, GREY, PALE = "#000000", "#7F7F7F", "#D9D9D9"
 ORANGE, SKY, GREEN, YELLOW = "#E69F00", "#56B4E9", "#009E73", "#F0E442"
 BLUE, VERMILLION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
 
-KINDS = {"flight": BLUE, "hover": GREEN, "rest": ORANGE}  # Colour of every kind of phase
 WORDS = {"direct": "Direct path", "traj1": "Traj. 1", "traj2": "Traj. 2", "optimal": "Optimal"}
 """Names of the trajectories as the paper prints them."""
 
