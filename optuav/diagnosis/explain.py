@@ -26,6 +26,7 @@ from optuav.modelling.traversal import has_unknowns, leaves
 from optuav.modelling.writer import Text
 from optuav.network.graph import Graph, as_graph
 from optuav.network.network import build_network
+from optuav.network.places import charging_cap
 from optuav.network.routes import SAME_S
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
@@ -179,7 +180,7 @@ def _explained(question: MissionQuestion, plan: Plan | None = None) -> Explanati
         solutions = program.answers()
         plan = plan or program.plan(solutions)
     plan = plan or program.solve()
-    cap = program.network.charging_cap
+    cap = charging_cap(program.network.mission, program.network.places)
     notes = [cap.words] if cap and any(part.rests for part in program.parts) else []
     more_stops_open = more_stops_may_help(program.question, program.network, plan, question.graph)
     if plan:

@@ -33,7 +33,7 @@ from optuav.network.feasibility import impossibilities
 from optuav.network.graph import Graph
 from optuav.network.network import Network
 from optuav.network.one_stop import one_stop_is_enough
-from optuav.network.places import FIRST_BUILDING, HOVER
+from optuav.network.places import FIRST_BUILDING, HOVER, charging_cap
 from optuav.network.routes import SAME_S
 from optuav.network.timeline import route_phases, simulated, stay_net
 from optuav.physics.flight import STAGES, speed_warning
@@ -102,30 +102,16 @@ def best(
     hover, mission = np.asarray(hover_time_s, float), np.asarray(mission_time_s, float)
     (plans,) = np.nonzero(hover >= np.fmax.reduce(hover, initial=-np.inf) - SAME_S)
     plans = plans[np.argsort(np.broadcast_to(stops, hover.shape)[plans], kind="stable")]
-    (chosen,) = shortest_of_each(np.zeros_like(plans), mission[plans]) if len(plans) else (None,)
-    return None if chosen is None else int(plans[chosen])
-
-
-def shortest_of_each(group: Integers, mission_time_s: Floats) -> Integers:
-    """Numbers of the first of the shortest plans of groups that lie together, one a group."""
-    number = tied(group, mission_time_s)
-    return number[_starts(group[number])]
+    return int(plans[tied(np.zeros_like(plans), mission[plans])[0]]) if len(plans) else None
 
 
 def tied(group: Integers, figures: Floats) -> Integers:
     """Numbers of those in groups that lie together whose figures are the least, to 1e-6."""
-    starts = _starts(group)
+    starts = np.flatnonzero(np.diff(group, prepend=-1))
     if len(starts) == len(group):
         return starts
     least = np.minimum.reduceat(figures, starts)
     return np.flatnonzero(figures <= least.repeat(np.diff(starts, append=len(group))) + SAME_S)
-
-
-def _starts(group: Integers) -> Integers:
-    """Where groups that lie together begin."""
-    begins = np.ones(len(group), bool)
-    np.not_equal(group[1:], group[:-1], out=begins[1:])
-    return np.flatnonzero(begins)
 
 
 def plan_for(
@@ -147,7 +133,7 @@ def plan_for(
             )
         if too_fast := speed_warning(max(each.peak_speed_m_s for each in flown)):
             notes.append(too_fast)
-        cap = network.charging_cap
+        cap = charging_cap(mission, network.places)
         if cap and any(each.end_place in cap.places for each in flown):
             notes.append(cap.words)
         soc = {p: float(np.squeeze(PERSPECTIVES[p](given, *times_s))) for p in PAPER}

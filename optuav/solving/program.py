@@ -22,8 +22,9 @@ from optuav.modelling import Check, Checks, Model, check
 from optuav.modelling.check import refuse_misfits
 from optuav.modelling.classify import traits
 from optuav.network.feasibility import blocked_legs, impossibilities
-from optuav.network.network import Network, trajectory_routes
-from optuav.network.routes import SAME_S
+from optuav.network.network import Network
+from optuav.network.places import FIRST_BUILDING
+from optuav.network.routes import SAME_S, usable_routes
 from optuav.plan import Plan
 from optuav.solving import outcome
 from optuav.solving.assemble import quantities
@@ -55,7 +56,10 @@ def declared_program(question: Question, network: Network) -> "Program":
 def groups(question: Question, network: Network) -> list[tuple[Integers, bool]]:
     """Routes that one declaration serves, and whether they may rest on the way."""
     routes, problem = network.routes, question.problem
-    allowed = trajectory_routes(network, problem.trajectory or "optimal", problem.order)
+    away_m = network.places.position_m[None, FIRST_BUILDING:] - network.mission.link.device_m
+    figures = routes.flyable[None], routes.flight_time_s[None], away_m
+    usable = usable_routes(routes, problem.trajectory or "optimal", problem.order, *figures)
+    allowed = np.flatnonzero(usable)
     if problem.building is not None:
         number = network.mission.buildings.names.index(problem.building)
         allowed = allowed[routes.building[allowed] == number]
