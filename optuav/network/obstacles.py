@@ -47,8 +47,8 @@ def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers)
     if min(len(found), count) >= MANY:
         # Lines in a row that start in one place.
         other = np.flatnonzero((start_m[1:] != start_m[:-1]).any(axis=1)) + 1
-        begin, end = np.append(0, other), np.append(other, len(found))
-        for row in map(slice, *(each[end - begin >= MANY].tolist() for each in (begin, end))):
+        first, last = np.append(0, other), np.append(other, len(found))
+        for row in map(slice, *(each[last - first >= MANY].tolist() for each in (first, last))):
             own = [each[:, row] for each in lines]
             found[row] = _surveyed(obstacles, start_m[row.start], end_m[row], own)
             left[row] = False
@@ -185,7 +185,7 @@ def _inside(obstacles: Prisms, footprint: Integers, ends_m: Floats) -> Booleans:
         upright = (start_m == end_m).all(axis=0)
         seen[upright] = shapely.points(start_m.T[upright])
         inside[unsure] = shapely.intersects(obstacles.inner(footprint[unsure]), seen)
-    return inside
+    return np.asarray(inside)
 
 
 def _stretch(
