@@ -18,7 +18,7 @@ MAPS = {"device": "device", "laser": "laser", "hover-point": "hover_point"}
 def map(
     mission: str,
     over: str,
-    grid: float,
+    step_m: float,
     bounds: str | None = None,
     height_m: float | None = None,
     perspective: Perspective = "available",
@@ -32,9 +32,8 @@ def map(
     Exit code 1 if there is no plan anywhere.
     """
     from optuav import maps
-    from optuav.maps.files import FORMATS
-    from optuav.maps.grid import faults as grid_faults
-    from optuav.maps.summary import summary, to_dict
+    from optuav.maps.output import FORMATS, summary, to_dict
+    from optuav.maps.positions import faults_of_points
 
     check_places(save, plot, *FORMATS)
     faults, ends = list[Fault](), None
@@ -47,9 +46,9 @@ def map(
         faults.append(Fault("--bounds", repr(bounds), words))
     with collected(faults):
         stated = mission_of(mission, settings)
-    refuse([*faults, *(grid_faults(grid, ends, height_m) if faults else ())])
+    refuse([*faults, *(faults_of_points(step_m, ends, height_m) if faults else ())])
     options = {"bounds": ends, "height_m": height_m, "perspective": perspective}
-    found = getattr(maps, MAPS[over])(stated, grid, **options)
+    found = getattr(maps, MAPS[over])(stated, step_m, **options)
     written = []
     if save is not None:
         written.append(maps.save(found, save))

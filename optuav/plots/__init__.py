@@ -1,8 +1,8 @@
 """Pictures of missions and plans; they need matplotlib (``python -m pip install matplotlib``).
 
 Every function takes its data and returns the axes, of a figure of its own that belongs to no
-window: ``wells([plan])[0].figure.savefig("wells.pdf")``. `bars`, `curves`, `heat_map` and `plane`
-also draw on axes that they are given.
+window: ``wells([plan])[0].figure.savefig("wells.pdf")``. `bars`, `curves` and `plane` also draw on
+axes that they are given.
 """
 
 from optuav.errors import require
@@ -14,7 +14,6 @@ from optuav.plots.calibrations import FitAxes, fit
 from optuav.plots.charge import packs, wells
 from optuav.plots.charts import Bar, Line, Mark, bars, curves
 from optuav.plots.files import save, save_figures, save_pictures
-from optuav.plots.heat import heat_map
 from optuav.plots.map import MapAxes, mission_map, trajectories
 from optuav.plots.planes import plane
 from optuav.plots.positions import hover_map
@@ -23,6 +22,6 @@ from optuav.plots.sites import sites
 from optuav.plots.swept import swept
 
 __all__ = ["Bar", "FitAxes", "LegAxes", "Line", "MapAxes", "Mark", "ProfileAxes", "bars"]
-__all__ += ["curves", "fit", "gif_file", "heat_map", "hover_map", "leg", "mission_map", "packs"]
+__all__ += ["curves", "fit", "gif_file", "hover_map", "leg", "mission_map", "packs"]
 __all__ += ["plane", "profile", "save", "save_animation", "save_figures", "save_pictures"]
 __all__ += ["sites", "swept", "trajectories", "wells"]

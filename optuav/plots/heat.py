@@ -1,6 +1,6 @@
 """A quantity over two others: its values as colours, with contours."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 import numpy.typing as npt
@@ -37,24 +37,8 @@ def heat_map(
 ) -> Axes:
     """Draw a quantity over two others as colours, with contours at round values.
 
-    Parameters
-    ----------
-    x, y
-        Each at least two growing numbers, evenly spaced or not; each is the middle of its cells.
-    values
-        One of each cell (y, x); hatched where they are NaN.
-    title, x_label, y_label, label
-        Heading, and labels with units: of both axes, and of the values.
-    ax
-        Where to draw; on a page of its own by default.
-
-    Examples
-    --------
-    >>> import optuav
-    >>> shown = {"title": "a hill", "x_label": "x [m]", "y_label": "y [m]", "label": "height [m]"}
-    >>> ax = optuav.plots.heat_map([0.0, 1.0], [0.0, 2.0], [[0.0, 10.0], [20.0, 30.0]], **shown)
-    >>> ax.get_ylabel()
-    'y [m]'
+    Of growing numbers x and y, which are the middles of cells, and values (y, x), hatched where
+    they are NaN. On a page of its own by default.
     """
     ax = ax or style.page(4.4).subplots()
     across, upwards, table = (np.asarray(each, dtype=float) for each in (x, y, values))
@@ -75,17 +59,26 @@ def heat_map(
         for level in levels:
             bar.ax.axhline(level, color=BLACK, linewidth=0.5)
         lines = ax.contour(across, upwards, table, levels, colors=BLACK, linewidths=0.5)
-        _name(ax.clabel(lines, fmt=lambda at: style.minus(f"{at:.10g}"), **NAMES))
+        parts = zip(map(_named, levels), lines.allsegs, strict=True)
+        ways = {name: ax.transData.transform(np.concatenate(each)) for name, each in parts if each}
+        _keep(ax.clabel(lines, fmt=_named, **NAMES), ways)
     return ax
 
 
-def _name(words: Iterable[Text]) -> None:
-    """Keep the names of contours that lie on no other."""
+def _named(level: float) -> str:
+    """The name of a contour."""
+    return style.minus(f"{level:.10g}")
+
+
+def _keep(names: Iterable[Text], ways: Mapping[str, Floats]) -> None:
+    """Keep the names that lie on no other and on no way of another contour, by its name [px]."""
     taken = list[Bbox]()
-    for each in words:
+    for each in names:
         each.set_path_effects([withStroke(linewidth=1.5, foreground="white")])
         box = each.get_window_extent()
-        if any(box.overlaps(other) for other in taken):
+        others = [way for name, way in ways.items() if name != each.get_text()]
+        crossed = any(((box.min <= way) & (way <= box.max)).all(axis=1).any() for way in others)
+        if crossed or any(box.overlaps(other) for other in taken):
             each.remove()
         else:
             taken.append(box)

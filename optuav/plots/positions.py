@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     import xarray
 
 MOVED = {
-    "link.device_m": "the device",
-    "laser.position_m": "the laser",
-    "route.hover_m": "the hover point",
+    "link.device_m": "device",
+    "laser.position_m": "laser",
+    "route.hover_m": "hover point",
 }
 """What a map moves, by its key."""
 NO_MAP = "a map, as the functions of optuav.maps return it"
@@ -56,7 +56,7 @@ def hover_map(mission: Mission | str | Path, found: xarray.DataArray) -> Axes:
     >>> found = optuav.maps.laser("paper", 250)
     >>> ax = optuav.plots.hover_map(optuav.load("paper"), found)
     >>> ax.get_title(loc="left").splitlines()
-    ['paper: longest hover, available, by', 'the place of the laser at z = 50 m']
+    ['paper, perspective available', 'laser anywhere at z = 50 m']
     """
     mission = load(mission)
     if getattr(found, "attrs", {}).get("over") not in MOVED:
@@ -74,6 +74,7 @@ def hover_map(mission: Mission | str | Path, found: xarray.DataArray) -> Axes:
             each.set(markerfacecolor="white", markeredgecolor=BLACK, markeredgewidth=0.7)
     if (best_m := found.attrs.get("best_m")) is not None:
         words = f"best: {float(found.max()):.1f} s at ({best_m[0]:.10g}, {best_m[1]:.10g}) m"
+        words += ", edge of the map" * (found.attrs["best_at"] == "edge")
         (best,) = ax.plot(*best_m[:2], "X", markersize=9.0, zorder=5, label=style.minus(words))
         best.set(markerfacecolor=VERMILLION, markeredgecolor="white", markeredgewidth=0.7)
         handles.append(best)
@@ -85,8 +86,8 @@ def hover_map(mission: Mission | str | Path, found: xarray.DataArray) -> Axes:
     below: Look = {"loc": "outside lower left", "ncols": COLUMNS}
     style.root(ax).legend(handles=handles, **below)
     moved, height_m = MOVED[found.attrs["over"]], style.minus(f"{found.attrs['height_m']:.10g}")
-    title = f"{style.printed(mission.name)}: longest hover, {found.attrs['perspective']}, "
-    title += f"by\nthe place of {moved} at z = {height_m} m"
+    title = f"{style.printed(mission.name)}, perspective {found.attrs['perspective']}\n"
+    title += f"{moved} anywhere at z = {height_m} m"
     axes = {"x_label": "x [m]", "y_label": "y [m]", "label": "longest hover Δ [s]"}
     return heat_map(x, y, found.to_numpy(), title=title, ax=ax, **axes)
 

@@ -44,7 +44,7 @@ def sites(found: Siting) -> Axes:
     >>> hazy = optuav.load("paper").replace({"laser.visibility_km": 2.0})
     >>> found = optuav.place_laser(hazy, [[1000, 0, 50], [1000, 2000, 50]])
     >>> optuav.plots.sites(found).get_title(loc="left")
-    'paper: lasers on 1 of 2 candidates, available'
+    'paper: lasers on 1 of 2 candidates, perspective available'
     """
     if not hasattr(found, "candidates_m"):
         raise InputError([Fault("found", shown(found), "as optuav.place_laser returns it")])
@@ -74,7 +74,7 @@ def sites(found: Siting) -> Axes:
         handles += ax.plot(*at_m.T, marker, **look) if len(at_m) else []
     style.root(ax).legend(handles=handles, loc="outside lower left", ncols=COLUMNS)
     title = f"{style.printed(found.missions[0].name)}: lasers on {len(chosen_m)} of "
-    ax.set_title(f"{title}{len(candidates_m)} candidates, {found.perspective}")
+    ax.set_title(f"{title}{len(candidates_m)} candidates, perspective {found.perspective}")
     style.group_thousands(ax)
     return ax
 

@@ -25,7 +25,7 @@ HERE = PAPER.replace({"crs": PLANE, "buildings": PAPER.buildings[6:8]})
 
 def test_a_geotiff_has_every_point_in_its_place(tmp_path: Path) -> None:
     """Looked up by coordinates, NaN without a plan; the same bytes again, over the first."""
-    found = optuav.maps.hover_point(HERE, ([700, 800, 900], [2600, 2650, 2700, 2750]))
+    found = optuav.maps.hover_point(HERE, 50, bounds=(700, 2600, 900, 2750))
     file = optuav.maps.save(found, tmp_path / "hover.tif")
     content = file.read_bytes()
     with rasterio.open(file) as read:
@@ -92,13 +92,7 @@ def test_faults_leave_no_file(crs: str | None, name: str, words: str, tmp_path: 
     assert not [*tmp_path.iterdir()]
 
 
-def test_points_that_are_not_even_are_no_geotiff(tmp_path: Path) -> None:
-    found = optuav.maps.laser("paper", ([0, 100, 300], [0, 100]))
-    with pytest.raises(InputError, match=r"x = .*points at one distance"):
-        optuav.maps.save(found, tmp_path / "a.tif")
-
-
-@pytest.mark.parametrize(("library", "name"), [("rasterio", "a.tif"), ("pyproj", "a.geojson")])
+@pytest.mark.parametrize(("library", "name"), [("rasterio", "a.tif"), ("geopandas", "a.geojson")])
 def test_a_missing_library_is_one_sentence(
     library: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
