@@ -121,10 +121,10 @@ def keys(mission: Mission) -> Iterator[Key]:
         for name in type(section).model_fields if section else ():
             now, stated = getattr(section, name), number(f"{table}.{name}")
             if stated is not None and isinstance(now, int | float):
-                yield _key(f"{table}.{name}", now, stated)
+                yield key_of(f"{table}.{name}", now, stated)
 
 
-def _key(name: str, now: float, stated: Number) -> Key:
+def key_of(name: str, now: float, stated: Number) -> Key:
     """A key by its range; a bound that is excluded is approached."""
     low, high = stated.ge, stated.le
     low = (stated.gt or 0.0) + INSIDE if low is None else low
@@ -213,7 +213,7 @@ def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
         if now != value and feasible([question.case(mission.replace({name: value}))])[0]:
             found.append(Repair(name, now, "==", value, None, 0.0))
     wind = ((f"wind.force_N[{axis}]", now) for axis, now in enumerate(mission.wind.force_N) if now)
-    moved = (*_own(question), *keys(mission), *(_key(*each, FORCE) for each in wind))
+    moved = (*_own(question), *keys(mission), *(key_of(*each, FORCE) for each in wind))
     ways = [(key, sign) for key in moved for sign in (1, -1)]
     found += searched(ways, partial(_repaired, question)).values()
     places = {each: [not each.key.startswith(name) for name in PLANNED] for each in found}

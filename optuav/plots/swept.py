@@ -17,10 +17,11 @@ if TYPE_CHECKING:
     import xarray
 
 HOVER = "longest hover Δ [s]"
+ROWS = ("scenario",)  # Dimension of rows of values
 
 
 def swept(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
-    """Draw the hover times of a dataset with a dimension for one key or two.
+    """Draw the hover times of a dataset over one key or two, one of them in rows at most.
 
     Over one key they are a line for each perspective, over two a map with contours for each of
     them; hatched, or left out, where there is no plan.
@@ -47,6 +48,9 @@ def swept(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
     >>> [(name, ax.get_xlabel()) for name, ax in optuav.plots.swept(found)]
     [('hover.png', 'limits.deadline_s [s]')]
     """
+    rows = [name for name, each in getattr(found, "coords", {}).items() if each.dims == ROWS]
+    if len(rows) == 1:
+        found = found.swap_dims(dict.fromkeys(ROWS, rows[0]))
     hover_s, known = getattr(found, "hover_time_s", None), getattr(found, "attrs", {})
     keys = [name for name in getattr(hover_s, "dims", ()) if name != "perspective"]
     several = [each for each in keys if len(np.unique(found[each])) > 1]

@@ -3,37 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from formulations.formulation import Formulation
+from formulations.p1 import P1
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats
-from optuav.errors import Fault, collected, refuse, require
+from optuav.errors import Fault, InputError, SolverError, collected, refuse, require
 from optuav.mission import Mission, load_all
-from optuav.mission.messages import shown
+from optuav.mission.messages import numeric_keys, shown
 from optuav.network.network import build_network
+from optuav.network.places import ENDS
 from optuav.network.variants import Variants
 from optuav.options import Perspective, ProblemName
+from optuav.solving import solve
 from optuav.solving.assemble import figures
-from optuav.solving.best_plans import REASONS, STATUSES, Best, best_plans, takes_arrays
+from optuav.solving.best_plans import CODES, REASONS, STATUSES, Best, best_plans, takes_arrays
 from optuav.solving.question import Question, checked_question, perspectives_of
 from optuav.status import Status
 from optuav.studies.layouts import ROOFS, relocated
-from optuav.studies.one_by_one import best_alone
-from optuav.studies.scenarios import ROW, Scenarios, numeric_keys, scenarios, values_of
+from optuav.studies.scenarios import ROW, Scenarios, check, values_of
 
 if TYPE_CHECKING:
     import xarray
 
-AT_ONCE = 1 << 17
-"""Itineraries computed together: few enough to stay in the cache. No result depends on it."""
-HELD_BYTES = 31 << 20
-"""Size of a block whose release lets glibc keep as much memory from then on, rather than return it
-after every chunk and fetch its pages again for the next, which takes a third of the time."""
+Variables: TypeAlias = dict[str, npt.NDArray[Any]]
+
 TIMES = {f"{name}_time_s": f"{name} time" for name in ("hover", "rest", "flight", "mission")}
 CHARGES = {f"soc_{name}": f"state of charge at the end, perspective {name}" for name in PAPER}
 CODED = {
@@ -48,11 +48,11 @@ PROVED = np.isin(STATUSES, [Status.OPTIMAL, Status.INFEASIBLE])
 
 
 class Solved(NamedTuple):
-    """The values by key, the sizes of all dimensions, and the variables one after the other."""
+    """The values by key, the sizes of all dimensions, and the variables."""
 
     keys: Mapping[str, Floats]
     shape: dict[str, int]
-    values: dict[str, npt.NDArray[Any]]
+    values: Variables
     buildings: list[str]  # Names by number, and last that of none
 
 
@@ -103,8 +103,7 @@ def batch_arrays(
     """
     found = _solved(mission, ranges, problem, perspective, paired)
     words = {f"{name}_words": np.array(each) for name, each in words_of(found.buildings).items()}
-    size = tuple(found.shape.values())
-    return {**found.keys, **{n: each.reshape(size) for n, each in found.values.items()}, **words}
+    return {**found.keys, **found.values, **words}
 
 
 def batch(
@@ -227,75 +226,119 @@ def _solved(
             wholes = [layout for whole in wholes for layout in relocated(whole, ranges[ROOFS])]
             keys[ROOFS], several = np.array(ranges[ROOFS], dtype=float), "layout"
         ranges = {key: each for key, each in ranges.items() if key != ROOFS}
-    if not wholes:
-        values_of(ranges, faults, paired=paired)
-    every, questions = list[Scenarios](), list[Question]()  # One, and one a perspective, a mission
-    for whole in wholes:
-        with collected(faults):
-            every.append(scenarios(whole, ranges, paired=paired))
-        for each in asked:
+    values = values_of(ranges, wrong := list[Fault](), paired=paired)
+    stated = {"rows": values} if paired else {"grid": values}
+    every = [Scenarios(each, **stated) for each in wholes]
+    questions = list[list[Question]]()
+    for each in every:
+        if not wrong:
             with collected(faults):
-                questions.append(checked_question(whole, problem, each))
-    values = every[0].values if every else {}
-    if several and paired and values and every[0].count != len(wholes):
+                check(each)
+        questions.append([])
+        for name in asked:
+            with collected(faults):
+                questions[-1].append(checked_question(each.mission, problem, name))
+    if several and paired and values and every and every[0].count != len(wholes):
         words = f"{len(wholes)} {several}s, {every[0].count} values of each key"
         faults.append(Fault("paired", words, f"one {several} for each value"))
-    refuse(dict.fromkeys(faults))
+    refuse(dict.fromkeys(faults + wrong))
     shape = {} if isinstance(perspective, str) else {"perspective": len(asked)}
     if several and paired:
         shape |= {ROW: len(wholes)}
-        for row, whole in enumerate(wholes):
-            of_row = {key: column[row : row + 1] for key, column in values.items()}
-            every[row] = Scenarios(whole, of_row, paired)
+        every = [
+            Scenarios(whole, {key: column[row : row + 1] for key, column in values.items()})
+            for row, whole in enumerate(wholes)
+        ]
     else:
         shape |= ({several: len(wholes)} if several else {}) | every[0].sizes
     names = dict.fromkeys(name for whole in wholes for name in whole.buildings.names)
-    numbers = {name: number for number, name in enumerate(names)}
-    found = tables(len(asked) * len(wholes) * every[0].count)
-    for place, named in enumerate(every):
-        own = [numbers[name] for name in named.mission.buildings.names]
-        some = questions[place * len(asked) : (place + 1) * len(asked)]
-        for number, start, best in _best(named, some):
-            begin = (number * len(wholes) + place) * named.count + start
-            _write(found, slice(begin, begin + len(best.route)), best, own)
-    return Solved({**keys, **values}, shape, found, [*names, "none"])
+    found = variables(every, questions, [*names])
+    size = tuple(shape.values())
+    flat = {name: each.reshape(size) for name, each in found.items()}
+    return Solved({**keys, **values}, shape, flat, [*names, "none"])
 
 
-def _best(named: Scenarios, questions: Sequence[Question]) -> Iterator[tuple[int, int, Best]]:
-    """The best plans of scenarios, some at a time: number of the question, of the first, plans."""
-    np.empty(HELD_BYTES, np.uint8)
-    network, variants = build_network(named.base), None
-    at_once = max(1, AT_ONCE // len(network.routes))
-    for first in range(0, named.count, at_once):
-        count = min(at_once, named.count - first)
-        columns, table = named.columns(first, count), None
-        variants = variants.others(columns) if variants else Variants(network, columns)
-        for place, question in enumerate(questions):
-            if takes_arrays(named.base, question):
+def variables(
+    every: Sequence[Scenarios], questions: Sequence[Sequence[Question]], buildings: Sequence[str]
+) -> Variables:
+    """The variables of the best plans (question, mission, scenario), as many of each mission.
+
+    Buildings are numbered as their names are listed.
+    """
+    size = len(questions[0]), len(every), every[0].count
+    found: Variables = {name: np.empty(size) for name in TIMES | CHARGES}
+    found |= {name: np.empty(size, kind) for name, (_, kind) in CODED.items()}
+    found["proved"] = np.empty(size, bool)
+    numbers = {name: number for number, name in enumerate(buildings)}
+    for place, (scenarios, asked) in enumerate(zip(every, questions, strict=True)):
+        # By route: the direct one first, and no plan, −1, last.
+        own = [numbers[name] for name in scenarios.mission.buildings.names]
+        building = np.array([-1, *np.repeat(own, 2), -1])
+        order = np.array([0, *(1, 2) * len(own), 0])
+        for first, variants, plans in best_of(scenarios, asked):
+            for question, best in enumerate(plans):
+                some = question, place, slice(first, first + variants.count)
+                for name in (*TIMES, *CHARGES, "status", "reason"):
+                    found[name][some] = getattr(best, name)
+                found["building"][some] = building.take(best.route)
+                found["order"][some] = order.take(best.route)
+                found["proved"][some] = PROVED.take(best.status)
+    return found
+
+
+def best_of(
+    scenarios: Scenarios, questions: Sequence[Question]
+) -> Iterator[tuple[int, Variants, list[Best]]]:
+    """The best plans of scenarios, some at a time: number of the first, their tables, plans."""
+    for first, variants in scenarios.variants():
+        table, found = None, list[Best]()
+        for question in questions:
+            if takes_arrays(scenarios.base, question):
                 table = table or figures(variants)
-                yield place, first, best_plans(variants, question, table)
-            else:
-                for number, one in enumerate(named.missions(first, count), start=first):
-                    yield place, number, best_alone(one, question)
+                found.append(best_plans(variants, question, table))
+                continue
+            missions = scenarios.missions(first, variants.count)
+            alone = (vars(best_alone(one, question)).values() for one in missions)
+            found.append(Best(*map(np.concatenate, zip(*alone, strict=True))))
+        yield first, variants, found
 
 
-def tables(count: int) -> dict[str, npt.NDArray[Any]]:
-    """Room for the variables of so many scenarios."""
-    found: dict[str, npt.NDArray[Any]] = {name: np.empty(count) for name in TIMES | CHARGES}
-    found |= {name: np.empty(count, kind) for name, (_, kind) in CODED.items()}
-    return found | {"proved": np.empty(count, bool)}
+def best_alone(mission: Mission | InputError, question: Question) -> Best:
+    """The best plan of a mission; none of one that contradicts itself. Of several rests, the first.
 
+    Why there is none is that of the perspective battery with one stop, where it has none either.
+    """
+    best = Best.none(1)
 
-def _write(
-    values: Mapping[str, npt.NDArray[Any]], some: slice, best: Best, numbers: Sequence[int]
-) -> None:
-    """Put the best plans of some scenarios into the variables; buildings by their numbers there."""
-    for name in (*TIMES, *CHARGES, "status", "reason"):
-        values[name][some] = getattr(best, name)
-    # By route: the direct one first, and no plan, −1, last.
-    values["building"][some] = np.array([-1, *np.repeat(numbers, 2), -1]).take(best.route)
-    values["order"][some] = np.array([0, *(1, 2) * len(numbers), 0]).take(best.route)
-    values["proved"][some] = PROVED.take(best.status)
+    def without(status: Status, reason: str) -> Best:
+        best.status[:], best.reason[:] = STATUSES.index(status), CODES[reason]
+        return best
+
+    if isinstance(mission, InputError):
+        return without(Status.INFEASIBLE, "contradiction")
+    try:
+        plan = solve(mission, **vars(question))
+    except SolverError:
+        return without(Status.UNKNOWN, "unknown")
+    if plan.status in (Status.UNBOUNDED, Status.UNKNOWN, Status.ERROR):
+        return without(plan.status, plan.status.value)
+    if not plan:
+        deadline = {"limits.deadline_s": np.array([mission.limits.deadline_s])}
+        alike = replace(question, problem=P1(), perspective="battery")
+        simpler = best_plans(Variants(build_network(mission), deadline), alike)
+        names = [*CODES]
+        return without(plan.status, names[int(simpler.reason[0]) or CODES["together"]])
+    best.status[:], best.reason[:] = STATUSES.index(plan.status), CODES["none"]
+    for name in TIMES:
+        getattr(best, name)[:] = getattr(plan, name)
+    for name in PAPER:
+        getattr(best, f"soc_{name}")[:] = (plan.soc or {}).get(name, np.nan)
+    best.route[:] = 0
+    if rests := [place for place in plan.route if place not in ENDS]:
+        number = mission.buildings.names.index(rests[0])
+        hover_first = plan.route.index("hover") < plan.route.index(rests[0])
+        best.route[:] = 2 * number + 1 + hover_first
+    return best
 
 
 def words_of(buildings: list[str]) -> dict[str, list[str]]:

@@ -14,7 +14,7 @@ import optuav
 from optuav.arrays import Floats
 from optuav.errors import InputError
 from optuav.mission import Mission
-from optuav.studies import batch as machine
+from optuav.studies import scenarios as machine
 
 PAPER = optuav.load("paper")
 TIMES = ("hover_time_s", "rest_time_s", "flight_time_s", "mission_time_s")
@@ -320,6 +320,14 @@ def test_what_no_mission_could_state_is_refused(ranges: dict[str, Any], words: s
     """Before anything is solved."""
     with pytest.raises(InputError, match=words):
         optuav.batch_arrays(PAPER, ranges)
+
+
+def test_a_key_of_a_table_that_is_missing_is_one_fault() -> None:
+    """Rather than one for every other key of a laser."""
+    with pytest.raises(InputError) as caught:
+        optuav.batch_arrays(PAPER.replace({"laser": None}), {"laser.power_W": [900.0]})
+    (fault,) = caught.value.faults
+    assert str(fault).startswith("laser.power_W: the mission states no laser")
 
 
 def test_rows_that_belong_together_have_one_length() -> None:
