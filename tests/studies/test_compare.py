@@ -312,7 +312,7 @@ def small(**values: Any) -> optuav.Mission:
 @pytest.fixture(scope="module")
 def by_method() -> Results:
     """`paper` with one building, by the grid."""
-    return optuav.compare(small(), slots_s=SLOTS_S, engines=("grid",))
+    return optuav.compare(small(), slots_s=SLOTS_S, engines=("grid",), perspective="battery")
 
 
 def test_files_of_a_comparison(by_method: Results, tmp_path: Path) -> None:
@@ -352,6 +352,9 @@ def test_gaps_are_drawn_as_shares_of_a_slot_below_their_bound(by_method: Results
 
 
 def test_an_engine_that_is_not_compared_is_refused() -> None:
-    """The bracket is for what is not linear: it is not left out in silence."""
+    """An engine for linear programmes is not left out of `available` in silence."""
+    words = "engines = 'cvxpy': some of bracket, casadi, grid in the perspective available"
+    with pytest.raises(InputError, match=words):
+        optuav.compare("paper", engines=["cvxpy"], slots_s=[60.0])
     with pytest.raises(InputError, match="engines = 'bracket': some of closed-form, cvxpy"):
-        optuav.compare("paper", engines=["bracket"], slots_s=[60.0])
+        optuav.compare("paper", engines=["bracket"], slots_s=[60.0], perspective="battery")
