@@ -27,6 +27,8 @@ COMPARED: Mapping[str, tuple[str, ...]] = {
     AVAILABLE: ("bracket", "casadi", "grid"),
 }
 """Engines whose answers are compared by how charge is counted; the first is the reference."""
+SINGLE = {"schedule": "pooled", "charging": "constant"}
+"""What several engines take under `available`; the battery's other settings have one way each."""
 SLOTS_S = (0.5, 1.0, 5.0, 10.0, 60.0)
 PERIODS_S = (60.0,)
 PERIOD = Number("s", ge=1e-3, le=1e7)
@@ -117,7 +119,8 @@ def compare(
     Raises
     ------
     InputError
-        If an argument is out of range or does not go with `by`; all faults at once.
+        If an argument is out of range or does not go with `by`, all faults at once; or by method
+        under ``"available"`` for packs that take turns or a charge that tapers.
     SolverError
         If an engine fails, other than by method, where the table says so.
 
@@ -136,6 +139,10 @@ def compare(
     refuse([*_faults(names, perspective, given), *worker_faults(workers)])
     studied, counted = load(mission), perspective or AVAILABLE
     if names == ("method",):
+        chosen = {name: getattr(studied.battery, name) for name in SINGLE if counted == AVAILABLE}
+        others = ((name, value) for name, value in chosen.items() if value != SINGLE[name])
+        words = "{!r} by method in the perspective available; the other perspectives take all"
+        refuse(Fault(f"battery.{n}", repr(v), words.format(SINGLE[n])) for n, v in others)
         lengths_s, able = SLOTS_S if slots is None else slots, COMPARED[counted]
         some = able if engines is None else (able[0], *engines)
         return compare_methods(
@@ -155,11 +162,9 @@ def compare(
             **setting,
             **{name: getattr(plan, name) if plan else None for name in FOUND},
             **{f"soc_{name}": (plan.soc or {}).get(name) for name in PAPER},
+            **{name: getattr(plan, name) for name in ("flyable", "proof", "reasons")},
             "status": plan.status.value,
             "route": plan.route if plan else (),
-            "flyable": plan.flyable,
-            "proof": plan.proof,
-            "reasons": plan.reasons,
         }
         if by_schedule:
             known = plan and plans[0]

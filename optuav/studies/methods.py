@@ -115,10 +115,7 @@ def _answers(
 def _methods(
     slots_s: Sequence[float], perspective: Perspective, engines: Sequence[str]
 ) -> Iterator[Row]:
-    """Yield the methods: name, engine, and the length of slots [s] if times are in slots.
-
-    The first is the reference.
-    """
+    """Yield the methods, the reference first: name, engine, and length of slots [s] or None."""
     wells = perspective == "battery"  # CasADi goes through both
     found: list[tuple[str, str, float | None]]
     found = [("closed form", "closed-form", None), ("bracket", "bracket", None)]
