@@ -141,7 +141,7 @@ def compare(
     if names == ("method",):
         chosen = {name: getattr(studied.battery, name) for name in SINGLE if counted == AVAILABLE}
         others = ((name, value) for name, value in chosen.items() if value != SINGLE[name])
-        words = "{!r} by method in the perspective available; the other perspectives take all"
+        words = "{!r}, or another perspective: under available one engine alone takes it"
         refuse(Fault(f"battery.{n}", repr(v), words.format(SINGLE[n])) for n, v in others)
         lengths_s, able = SLOTS_S if slots is None else slots, COMPARED[counted]
         some = able if engines is None else (able[0], *engines)
