@@ -247,7 +247,8 @@ def _optimum(program: Program, plan: Plan, solutions: Sequence[Solution] | None)
     number, entry = tied[0]
     part, solution = program.parts[number], solutions[number]
     point, row = solution.point(entry), part.model.row(entry)
-    hover_s, notes = point.get("hover_time_s", 0.0), list[str]()
+    hover_s, unproved = point.get("hover_time_s", 0.0), plan.status is Status.FEASIBLE
+    notes = [*plan.notes] if unproved else []
     if program.question.slot_s is not None:
         notes.append(
             "an answer in slots has no shadow prices: constraints, proof and prices are those of "

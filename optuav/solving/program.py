@@ -311,7 +311,7 @@ class Program:
             notes.append(f"not proved: up to {open_s:.6g} s more has not been ruled out")
             known = {"status": Status.FEASIBLE, "proof": outcome.BOUNDED}
             plan = plan.model_copy(update=known)
-        elif solution.statuses[entry] is Status.OPTIMAL and any(
+        elif plan.status is solution.statuses[entry] and any(
             each.beyond is None and Status.UNKNOWN in each.statuses for each in solutions
         ):
             notes.append(f"not proved: on some routes {engine} found neither times nor proof")
