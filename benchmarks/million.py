@@ -35,5 +35,5 @@ def run() -> list[Row]:
             f"10^{power}: mission {made_s:.2f} s, plan {solved_s:.2f} s, new key {replaced_s:.3f} s"
         )
         rows.append(Row(f"{what} / 4 s", made_s + solved_s, 4.0, at_most=last))
-        rows.append(Row(f"10^{power}: memory [MB] / 1000 MB", peak_MB, 1000.0, at_most=last))
+        rows.append(Row(f"10^{power}: memory / 1 GB", peak_MB, 1000.0, at_most=last, unit="MB"))
     return rows

@@ -50,7 +50,7 @@ def run() -> list[Row]:
             if power == 5:
                 rows.append(_against_following(what, missions[-1]))
     peak_MB = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    rows.append(Row("memory with the towns [MB] / 2000 MB", peak_MB, 2000.0, at_most=1.0))
+    rows.append(Row("memory with the towns / 2 GB", peak_MB, 2000.0, at_most=1.0, unit="MB"))
     for name, shape in TOWNS.items():
         mission = _lit(slanting_town(10**6, *shape), LASERS_M[-1])
         sight_s = _seconds(lambda m=mission: build_places(m, _prisms(m)))
