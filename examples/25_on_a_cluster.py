@@ -122,10 +122,8 @@ folder.cleanup()
 longest = found.hover_time_s.max(["limits.deadline_s", "battery.capacity_As"])
 for perspective in found.perspective.values:
     print(f"{perspective:10} {longest.sel(perspective=perspective).item():.1f} s at most")
-drawn = dict(optuav.plots.swept(found))
+drawn = dict(optuav.plots.swept(found))  # To look at one: optuav.plots.save(drawn[name], name)
 print("drawn:", *drawn)
-# To look at them: optuav.plots.save(drawn["hover-available.png"], "hover.png"), for example
 
 assert again.kept == again.parts
-assert [*drawn] == ["hover-battery.png", "hover-available.png"]
 assert longest.sel(perspective="available") < longest.sel(perspective="battery")

@@ -1,4 +1,4 @@
-"""A map of hover times over positions, with what stands there."""
+"""Maps of hover times over positions, and of lasers and whom they serve."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from matplotlib.lines import Line2D
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
+from optuav.mission.messages import shown
 from optuav.network.places import HOVER
 from optuav.network.scene import scene
 from optuav.plots import style
-from optuav.plots.heat import heat_map, without_value
-from optuav.plots.map import draw_site
-from optuav.plots.style import BLACK, VERMILLION, Look
+from optuav.plots.heat import LONGEST, heat_map, without_value
+from optuav.plots.map import draw_buildings, draw_site
+from optuav.plots.style import BLACK, GREEN, GREY, ORANGE, PALE, PURPLE, SKY, VERMILLION, Look
 
 if TYPE_CHECKING:
     import xarray
 
-MOVED = {
-    "link.device_m": "device",
-    "laser.position_m": "laser",
-    "route.hover_m": "hover point",
-}
+    from optuav.siting.place_laser import Siting
+
+MOVED = {"link.device_m": "device", "laser.position_m": "laser", "route.hover_m": "hover point"}
 """What a map moves, by its key."""
 NO_MAP = "a map, as the functions of optuav.maps return it"
 LARGEST_IN, LEAST_IN, AROUND_IN, LEGEND_IN = (5.4, 6.0), (1.6, 1.6), (1.8, 1.5), 6.0
 """Largest and least size of a map, what surrounds it, and width of its legend [inch]."""
-COLUMNS = 3
+BELOW: Look = {"loc": "outside lower left", "ncols": 3}
+"""Where the legend is."""
 
 
 @style.applied()
@@ -50,6 +50,11 @@ def hover_map(mission: Mission | str | Path, found: xarray.DataArray) -> Axes:
     -------
     The axes, in m.
 
+    Raises
+    ------
+    InputError
+        If it is no such map, or the mission cannot be loaded.
+
     Examples
     --------
     >>> import optuav
@@ -60,14 +65,14 @@ def hover_map(mission: Mission | str | Path, found: xarray.DataArray) -> Axes:
     """
     mission = load(mission)
     if getattr(found, "attrs", {}).get("over") not in MOVED:
-        raise InputError([Fault("found", type(found).__name__, NO_MAP)])
-    x, y, shown = found.x.to_numpy(), found.y.to_numpy(), scene(mission)
-    ax = map_axes(np.array([x[-1] - x[0], y[-1] - y[0]]))
-    handles = draw_site(ax, shown, {"facecolor": "none", "edgecolor": BLACK, "zorder": 3})
+        raise InputError([Fault("found", shown(found), NO_MAP)])
+    x, y, site = found.x.to_numpy(), found.y.to_numpy(), scene(mission)
+    ax = _map_axes(np.array([x[-1] - x[0], y[-1] - y[0]]))
+    handles = draw_site(ax, site, {"facecolor": "none", "edgecolor": BLACK, "zorder": 3})
     points = {"D": ("origin and destination", ["origin", "destination"])}
-    points |= {"o": ("hover point", ["hover"])} if shown.places.exists[HOVER] else {}
+    points |= {"o": ("hover point", ["hover"])} if site.places.exists[HOVER] else {}
     for marker, (words, names) in points.items():
-        at = shown.positions(names)[:, :2].T
+        at = site.positions(names)[:, :2].T
         handles += ax.plot(*at, marker, markersize=4.5, zorder=4, label=words)
     for each in handles:
         if isinstance(each, Line2D):
@@ -78,21 +83,83 @@ def hover_map(mission: Mission | str | Path, found: xarray.DataArray) -> Axes:
         (best,) = ax.plot(*best_m[:2], "X", markersize=9.0, zorder=5, label=style.minus(words))
         best.set(markerfacecolor=VERMILLION, markeredgecolor="white", markeredgewidth=0.7)
         handles.append(best)
-    roofs_m = shown.places.position_m[shown.places.buildings, :2]
+    roofs_m = site.places.position_m[site.places.buildings, :2]
     box = np.array([[x[0], y[0]], [x[-1], y[-1]]])
     handles = [each for each in handles if _reaches(each, roofs_m, box)]
     if found.isnull().any():
         handles.append(without_value("no plan"))
-    below: Look = {"loc": "outside lower left", "ncols": COLUMNS}
-    style.root(ax).legend(handles=handles, **below)
+    style.root(ax).legend(handles=handles, **BELOW)
     moved, height_m = MOVED[found.attrs["over"]], style.minus(f"{found.attrs['height_m']:.10g}")
     title = f"{style.printed(mission.name)}, perspective {found.attrs['perspective']}\n"
     title += f"{moved} anywhere at z = {height_m} m"
-    axes = {"x_label": "x [m]", "y_label": "y [m]", "label": "longest hover Δ [s]"}
-    return heat_map(x, y, found.to_numpy(), title=title, ax=ax, **axes)
+    return heat_map(x, y, found.to_numpy(), ("x [m]", "y [m]", LONGEST), title, ax)
 
 
-def map_axes(size_m: Floats) -> Axes:
+@style.applied()
+def sites(found: Siting) -> Axes:
+    """Draw candidates, the sites chosen, lasers where they are, and the devices they serve.
+
+    Parameters
+    ----------
+    found
+        As `optuav.place_laser` returns it. Buildings are those of its first mission.
+
+    Returns
+    -------
+    The axes, in m.
+
+    Raises
+    ------
+    InputError
+        If it is no such answer.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> hazy = optuav.load("paper").replace({"laser.visibility_km": 2.0})
+    >>> found = optuav.place_laser(hazy, [[1000, 0, 50], [1000, 2000, 50]])
+    >>> optuav.plots.sites(found).get_title(loc="left")
+    'paper: lasers on 1 of 2 candidates, perspective available'
+    """
+    if not hasattr(found, "candidates_m"):
+        raise InputError([Fault("found", shown(found), "as optuav.place_laser returns it")])
+    site, served = scene(found.missions[0]), found.laser >= 0
+    devices_m = np.array([mission.link.device_m[:2] for mission in found.missions])
+    candidates_m, lasers_m = found.candidates_m[:, :2], found.position_m[:, :2]
+    chosen_m = candidates_m[[*found.selection.sites]]
+    roofs_m = found.missions[0].buildings.roof_m[:, :2]
+    every_m = np.concatenate([devices_m, candidates_m, lasers_m, roofs_m])
+    x, y = (style.margins(values) for values in every_m.T)
+    ax = _map_axes(np.array([x[1] - x[0], y[1] - y[0]]))
+    ax.set(xlim=x, ylim=y, xlabel="x [m]", ylabel="y [m]")
+    handles = draw_buildings(ax, site, {"facecolor": PALE, "edgecolor": GREY})
+    own_m, moved = lasers_m[found.laser[served]], (chosen_m != lasers_m).any(axis=1)
+    drawn: tuple[tuple[str, str, Floats, str, float], ...] = (
+        ("-", "device and its laser", _lines(devices_m[served], own_m), SKY, 0.0),
+        ("-", "moved", _lines(chosen_m[moved], lasers_m[moved]), PURPLE, 0.0),
+        ("o", "candidate", candidates_m, ORANGE, 5.0),
+        ("s", "chosen", chosen_m, BLACK, 8.0),
+        ("*", "laser", lasers_m, PURPLE, 9.0),
+        ("^", "device", devices_m[served], GREEN, 6.0),
+        ("^", "device without a plan", devices_m[~served], GREEN, 6.0),
+    )
+    for marker, words, at_m, colour, size in drawn:
+        look: Look = {"color": colour, "markersize": size, "linewidth": 1.0, "label": words}
+        look |= {"fillstyle": "full" if words in ("laser", "device") else "none"}
+        handles += ax.plot(*at_m.T, marker, **look) if len(at_m) else []
+    style.root(ax).legend(handles=handles, **BELOW)
+    title = f"{style.printed(found.missions[0].name)}: lasers on {len(chosen_m)} of "
+    ax.set_title(f"{title}{len(candidates_m)} candidates, perspective {found.perspective}")
+    style.group_thousands(ax)
+    return ax
+
+
+def _lines(starts_m: Floats, ends_m: Floats) -> Floats:
+    """Lines as one with gaps (point, 2) [m]."""
+    return np.stack([starts_m, ends_m, np.full_like(ends_m, np.nan)], axis=1).reshape(-1, 2)
+
+
+def _map_axes(size_m: Floats) -> Axes:
     """Axes of one scale for a map of this size (2,) with a legend below, on a page of its own."""
     across_in, deep_in = np.maximum(size_m * np.min(LARGEST_IN / size_m), LEAST_IN).tolist()
     page = style.page(deep_in + AROUND_IN[1], max(across_in + AROUND_IN[0], LEGEND_IN))

@@ -19,11 +19,11 @@ Overlaps = Callable[[Figure], list[tuple[str, str]]]
 X, Y = np.array([0.0, 10.0, 20.0, 30.0]), np.array([5.0, 6.0, 9.0])
 
 
-WORDS = {"title": "hover", "x_label": "x [m]", "y_label": "y [m]", "label": "Δ [s]"}
+WORDS = ("x [m]", "y [m]", "Δ [s]"), "hover"
 
 
 def drawn(values: np.ndarray, x: np.ndarray = X) -> Axes:
-    return heat_map(x, Y, values, **WORDS)
+    return heat_map(x, Y, values, *WORDS)
 
 
 def contours(ax: Axes) -> list[np.ndarray]:
@@ -68,7 +68,7 @@ def test_where_contours_crowd_none_is_named() -> None:
     """At a jump several run side by side; beside it each has its name."""
     values = np.tile(np.r_[np.zeros(20), np.linspace(0.0, 100.0, 21) ** 2 / 100.0], (30, 1))
     values[:, :20] += 100.0
-    ax = heat_map(np.arange(41.0), np.arange(30.0), values, **WORDS)
+    ax = heat_map(np.arange(41.0), np.arange(30.0), values, *WORDS)
     named = [each for each in ax.texts if each.get_text()]
     assert named
     jump = ax.transData.transform([(19.0, 0.0), (20.0, 0.0)])[:, 0]
