@@ -32,7 +32,15 @@ from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.physics.kibam import Battery, Shift, Stage, Tilted, tilted_after
 from optuav.physics.quantity import Quantity
-from optuav.solving.assemble import Single, chosen, figures, quantities, table_entries, turned
+from optuav.solving.assemble import (
+    Single,
+    chosen,
+    figures,
+    quantities,
+    single,
+    table_entries,
+    turned,
+)
 from optuav.solving.longest import longest
 from optuav.solving.outcome import TIMES, longest_by_balance, shortest_by_balance, tied
 from optuav.solving.question import Question, answer
@@ -185,8 +193,7 @@ def hover_times_s(variants: Variants, perspective: Perspective) -> Floats:
 
 def hover_bounds_s(network: Network, perspective: str) -> Floats:
     """What no Δ exceeds by route [s], −∞ where none can be flown; see `_well_bound`."""
-    tables = Single(network)
-    table = figures(tables)
+    tables, table = single(network)
     balance = _balance(table, perspective if perspective in PAPER else "battery")
     most_s = np.where(network.routes.flyable[:, None], longest_by_balance(*balance), -np.inf)
     if perspective == AVAILABLE and not table.tapers:

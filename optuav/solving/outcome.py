@@ -80,12 +80,6 @@ class Part:
         """The declaration with the values of its parameters; what is stated on it is solved."""
         return self.declared.with_values(self.given) if self.given else self.declared
 
-    def answer(self, question: Question) -> Solution:
-        """The answers to the programmes of all itineraries."""
-        seen = "model" in vars(self)  # and perhaps changed by who looked at it
-        model, given = (self.model, None) if seen else (self.declared, self.given)
-        return answer(model, len(self.routes), question, given)
-
     @property
     def rests(self) -> bool:
         """Whether the declaration has a rest time."""
@@ -102,7 +96,8 @@ def best(
     hover, mission = np.asarray(hover_time_s, float), np.asarray(mission_time_s, float)
     (plans,) = np.nonzero(hover >= np.fmax.reduce(hover, initial=-np.inf) - SAME_S)
     plans = plans[np.argsort(np.broadcast_to(stops, hover.shape)[plans], kind="stable")]
-    return int(plans[tied(np.zeros_like(plans), mission[plans])[0]]) if len(plans) else None
+    shortest = plans[mission[plans] <= mission[plans].min(initial=np.inf) + SAME_S]
+    return int(shortest[0]) if len(shortest) else None
 
 
 def tied(group: Integers, figures: Floats) -> Integers:

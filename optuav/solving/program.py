@@ -29,7 +29,7 @@ from optuav.plan import Plan
 from optuav.solving import outcome
 from optuav.solving.assemble import quantities
 from optuav.solving.outcome import Part
-from optuav.solving.question import LONGEST_HOVER, Question, chosen_engine, refuse_unfit
+from optuav.solving.question import AUTO, LONGEST_HOVER, Question, answer, chosen_engine
 from optuav.status import Status
 
 MOST_REASONS = 10  # blocked legs that are named one by one
@@ -46,7 +46,8 @@ def declared_program(question: Question, network: Network) -> "Program":
         if part.rests == rests:  # else the problem has no use for the rests of these routes
             if not values:
                 refuse_misfits(model, len(which))
-            refuse_unfit(model, question)
+            if question.engine != AUTO:
+                chosen_engine(model, question)
             parts.append(part)
     if not parts and not reasons:
         reasons = _no_route(question, network)
@@ -273,7 +274,12 @@ class Program:
 
     def answers(self) -> list[Solution]:
         """The engine's answers to all programmes, one `Solution` a part."""
-        return [part.answer(self.question) for part in self.parts]
+        found = list[Solution]()
+        for part in self.parts:
+            seen = "model" in vars(part)  # and perhaps changed by who looked at it
+            model, given = (part.model, None) if seen else (part.declared, part.given)
+            found.append(answer(model, len(part.routes), self.question, given))
+        return found
 
     def plan(self, solutions: Sequence[Solution]) -> Plan:
         """The best plan by known answers to all parts, evaluated again outside the engine."""

@@ -145,7 +145,6 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
             yield Fault("order", repr(problem.order), "there is no rest on the direct route")
     if p1.hover_point not in HOVER_POINTS:
         yield unknown("hover_point", p1.hover_point, HOVER_POINTS)
-    yield from misfits(("stops", p1.stops, RESTS), ("hovers", p1.hovers, HOVERS))
     if question.perspective not in (names := tuple(PERSPECTIVES)):
         yield unknown("perspective", question.perspective, names)
     if isinstance(question.engine, str) and question.engine not in (AUTO, *capabilities):
@@ -163,6 +162,7 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
         three = ("trajectory", p1.trajectory, ("optimal", "direct", "traj1"))
         yield from not_with("with hover_point = 'free'", three, *searched)
     if question.several:
+        yield from misfits(("stops", p1.stops, RESTS), ("hovers", p1.hovers, HOVERS))
         alone = (
             ("trajectory", p1.trajectory, ("optimal",)),
             ("order", p1.order, (None,)),
@@ -188,19 +188,13 @@ def not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Ite
 
 
 def chosen_engine(model: Model, question: Question) -> Engine:
-    """The engine that answers a question about a model; refused if none takes it."""
-    refuse_unfit(model, question)
-    if question.engine != AUTO:
-        return engine(question.engine)
-    return preferred(traits(model), question.slot_s is not None)
-
-
-def refuse_unfit(model: Model, question: Question) -> None:
-    """Refuse an engine that was asked for if it does not take a model."""
+    """The engine that answers a question about a model; refused if it or none takes it."""
+    found, slots = traits(model), question.slot_s is not None
+    if question.engine == AUTO:
+        return preferred(found, slots)
     linear = ". The perspectives of the paper are linear: perspective battery, for example"
-    hint = linear * (question.perspective == AVAILABLE)
-    if question.engine != AUTO:
-        need(question.engine, traits(model), question.slot_s is not None, hint)
+    need(question.engine, found, slots, linear * (question.perspective == AVAILABLE))
+    return engine(question.engine)
 
 
 def answer(
