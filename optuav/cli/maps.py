@@ -9,6 +9,7 @@ import typer
 from optuav.cli.options import mission_of
 from optuav.cli.output import NO, check_places, deliver
 from optuav.errors import Fault, collected, decimal, refuse
+from optuav.mission.messages import unknown
 from optuav.options import Perspective
 
 MAPS = {"device": "device", "laser": "laser", "hover-point": "hover_point"}
@@ -33,12 +34,12 @@ def map(
     """
     from optuav import maps
     from optuav.maps.output import FORMATS, summary, to_dict
-    from optuav.maps.positions import faults_of_points
+    from optuav.maps.positions import faults_of
 
     check_places(save, plot, *FORMATS)
     faults, ends = list[Fault](), None
     if over not in MAPS:
-        faults.append(Fault("--over", repr(over), f"one of {', '.join(MAPS)}"))
+        faults.append(unknown("--over", over, tuple(MAPS)))
     try:
         ends = None if bounds is None else tuple(decimal(each) for each in bounds.split(","))
     except ValueError:
@@ -46,7 +47,7 @@ def map(
         faults.append(Fault("--bounds", repr(bounds), words))
     with collected(faults):
         stated = mission_of(mission, settings)
-    refuse([*faults, *(faults_of_points(step_m, ends, height_m) if faults else ())])
+    refuse([*faults, *(faults_of(step_m, ends, height_m, perspective) if faults else ())])
     options = {"bounds": ends, "height_m": height_m, "perspective": perspective}
     found = getattr(maps, MAPS[over])(stated, step_m, **options)
     written = []

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from formulations.soc import AVAILABLE
+from formulations.soc import AVAILABLE, PERSPECTIVES
 from optuav.arrays import Floats
 from optuav.errors import Fault, collected, refuse
 from optuav.mission import Mission, load
-from optuav.mission.messages import misfits, shown
+from optuav.mission.messages import misfits, shown, unknown
 from optuav.mission.schema import Number
 from optuav.network.routes import SAME_S
 from optuav.network.scene import scene
@@ -177,13 +177,13 @@ def _hovers(
     perspective: Perspective,
 ) -> xarray.DataArray:
     """The longest hovers with a place of the mission, by its key, anywhere on a grid."""
-    found, own_m = [*faults_of_points(step_m, bounds, height_m)], None
+    found, own_m = [*faults_of(step_m, bounds, height_m, perspective)], None
     with collected(found):
         whole = load(mission)
         if (own_m := _own_m(over, whole)) is None:
             found.append(Fault("laser", "", "the mission has none that could be elsewhere"))
         checked_question(whole, "P1", perspective)
-    refuse(found)
+    refuse(dict.fromkeys(found))
     assert own_m is not None
     x_m, y_m, z_m = own_m if height_m is None else (*own_m[:2], float(height_m))
     base = whole.replace({over: (x_m, y_m, z_m)})
@@ -201,8 +201,10 @@ def _hovers(
     return hover_s.assign_attrs(facts)
 
 
-def faults_of_points(step_m: object, bounds: Any, height_m: object) -> Iterator[Fault]:
-    """What is wrong with a distance, the bounds and the height of points."""
+def faults_of(
+    step_m: object, bounds: Any, height_m: object, perspective: object
+) -> Iterator[Fault]:
+    """What is wrong with the options of a map, whatever the mission."""
     if height_m is not None:
         yield from misfits(("height_m", height_m, COORDINATE))
     yield from misfits(("step_m", step_m, DISTANCE))
@@ -210,11 +212,13 @@ def faults_of_points(step_m: object, bounds: Any, height_m: object) -> Iterator[
         ends = [*bounds] if isinstance(bounds, Sequence) or np.ndim(bounds) == 1 else []
         known = len(ends) == 4 and all(map(COORDINATE.accepts, ends))
         if not known or ends[0] >= ends[2] or ends[1] >= ends[3]:
-            words = "least x, least y, largest x and largest y, each larger than the least, and"
+            words = "least x, least y, largest x and largest y, larger than the least, each"
             yield Fault("bounds", shown(bounds), f"{words} {COORDINATE.words}")
         elif DISTANCE.accepts(step_m) and min(ends[2] - ends[0], ends[3] - ends[1]) < step_m:
             words = "at least two points each way: too near for step_m"
             yield Fault("bounds", shown(bounds), words)
+    if perspective not in PERSPECTIVES:
+        yield unknown("perspective", perspective, tuple(PERSPECTIVES))
 
 
 def _axes(corners_m: Floats, step_m: float) -> list[Floats]:

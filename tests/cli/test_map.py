@@ -124,12 +124,14 @@ def test_faults_are_one_message(arguments: tuple[str, ...], words: str, folder: 
 
 def test_faults_of_all_options_are_said_at_once() -> None:
     asked = ("--over", "roof", "--step", "0", "--bounds", "1,b", "--height-m", "inf")
+    asked = (*asked, "--perspective", "wels")
     said = refused("map", "paper", *asked, "--set", "limits.min_soc=3")
     for words in (
         "--over = 'roof'",
         "--step = 0.0",
         "--bounds = '1,b'",
         "--height-m = inf",
+        "--perspective = 'wels': one of",
         "min_soc",
     ):
         assert said.count(words) == 1
