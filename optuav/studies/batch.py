@@ -34,26 +34,33 @@ if TYPE_CHECKING:
 
 Variables: TypeAlias = dict[str, npt.NDArray[Any]]
 
-TIMES = {f"{name}_time_s": f"{name} time" for name in ("hover", "rest", "flight", "mission")}
-CHARGES = {f"soc_{name}": f"state of charge at the end, perspective {name}" for name in PAPER}
-CODED = {
-    "building": ("building of the route", np.int32),
-    "order": ("order of rest and hover", np.int8),
-    "status": ("what is known of the answer", np.int8),
-    "reason": ("why there is no plan", np.int8),
+LABELS = {
+    **{f"{name}_time_s": (f"{name} time", "s") for name in ("hover", "rest", "flight", "mission")},
+    **{f"soc_{name}": (f"state of charge at the end, perspective {name}", "1") for name in PAPER},
+    "building": ("building of the route, of several rests the first", ""),
+    "order": ("order of rest and hover", ""),
+    "status": ("what is known of the answer", ""),
+    "reason": ("why there is no plan", ""),
+    "proved": ("whether it is certain that no plan is better, or that there is none", ""),
 }
-"""Variables that are numbers of words: what they are, and their types."""
+"""The variables: what they are, and the units of those that are measured."""
+MEASURED = tuple(name for name, (_, unit) in LABELS.items() if unit)
+CODED = {"building": np.int32, **dict.fromkeys(("order", "status", "reason"), np.int8)}
+"""Types of the variables that are numbers of words."""
+KINDS: dict[str, type] = {**CODED, "proved": bool}
 ORDERS = ("none", "rest-first", "hover-first")
 PROVED = np.isin(STATUSES, [Status.OPTIMAL, Status.INFEASIBLE])
 
 
 class Solved(NamedTuple):
-    """The values by key, the sizes of all dimensions, and the variables."""
+    """The variables of a batch with all that labels them."""
 
+    labels: Mapping[str, Sequence[str]]  # Of perspectives and missions
     keys: Mapping[str, Floats]
-    shape: dict[str, int]
+    shape: Mapping[str, int]  # Sizes of all dimensions
     values: Variables
     buildings: list[str]  # Names by number, and last that of none
+    facts: Mapping[str, str]
 
 
 def batch_arrays(
@@ -142,10 +149,11 @@ def batch(
         ``hover_time_s``, ``rest_time_s``, ``flight_time_s`` and ``mission_time_s`` [s] of the best
         plan; ``soc_battery``, ``soc_energy`` and ``soc_adjusted``, the state of charge at its end
         [-]; and as numbers, whose words are in the attributes ``flag_meanings`` and ``words``:
-        ``building`` and ``order`` of its route (−1 and 0 for none), ``status``, and ``reason``,
-        why there is no plan (0 where there is one). ``proved`` is true where it is certain that no
-        plan is better, or that there is none. Without a plan times and charges are NaN; no
-        scenario is left out. Answers are those of `optuav.solve`, its tie rule included.
+        ``building`` and ``order`` of its route (−1 and 0 for none; of several rests the first),
+        ``status``, and ``reason``, why there is no plan (0 where there is one). ``proved`` is true
+        where it is certain that no plan is better, or that there is none. Without a plan times and
+        charges are NaN; no scenario is left out. Answers are those of `optuav.solve`, its tie rule
+        included.
 
     Raises
     ------
@@ -167,45 +175,25 @@ def batch(
     {'perspective': 2, 'limits.deadline_s': 2, 'battery.capacity_As': 3}
     """
     require("xarray", "labelled datasets")
-    found = _solved(mission, ranges, problem, perspective, paired)
-    one = isinstance(mission, str | Path)
-    name = mission.name if isinstance(mission, Mission) else str(mission) if one else ""
-    return labelled(found, name, perspective)
+    return labelled(_solved(mission, ranges, problem, perspective, paired))
 
 
-def labelled(
-    found: Solved, mission: str, perspective: Perspective | Sequence[Perspective]
-) -> xarray.Dataset:
-    """The dataset of what was solved; the mission is not named if there are several."""
+def labelled(found: Solved) -> xarray.Dataset:
+    """The dataset of what was solved."""
     import xarray
 
-    dims, size, words = tuple(found.shape), tuple(found.shape.values()), words_of(found.buildings)
-    stated = units()
-    coordinates: dict[str, Any] = {
-        key: (key if key in dims else ROW, each, {"units": stated[key]})
-        for key, each in found.keys.items()
-        if key != ROOFS
-    }
-    if ROOFS in found.keys:
-        first = "layout" if "layout" in dims else ROW
-        coordinates[ROOFS] = (first, "roof", "axis"), found.keys[ROOFS], {"units": "m"}
-    if "perspective" in dims:
-        coordinates["perspective"] = "perspective", [*perspective]
-    variables = {}
-    for name, flat in found.values.items():
-        attributes: dict[str, Any] = {}
-        if name in TIMES | CHARGES:
-            unit = "s" if name in TIMES else "1"
-            attributes = {"units": unit, "long_name": (TIMES | CHARGES)[name]}
-        elif name in CODED:
-            attributes = {"long_name": CODED[name][0], **_flags(name, words[name])}
-        variables[name] = dims, flat.reshape(size), attributes
-    facts = {"Conventions": "CF-1.11"}
-    if mission:
-        facts["mission"] = mission
-    if "perspective" not in dims:
-        facts["perspective"] = str(perspective)
-    return xarray.Dataset(variables, coordinates, facts)
+    dims, words, unit = tuple(found.shape), words_of(found.buildings), {**units(), ROOFS: "m"}
+    coordinates = dict[str, Any]()
+    for key, each in {**found.labels, **found.keys}.items():
+        first = key if key in dims else "layout" if key == ROOFS and ROW not in dims else ROW
+        along = (first, "roof", "axis") if key == ROOFS else (first,)
+        coordinates[key] = along, each, {"units": unit[key]} if key in unit else {}
+    variables = dict[str, Any]()
+    for name, values in found.values.items():
+        title, measure = LABELS[name]
+        more = _flags(name, words[name]) if name in CODED else {"units": measure} if measure else {}
+        variables[name] = dims, values, {"long_name": title, **more}
+    return xarray.Dataset(variables, coordinates, {"Conventions": "CF-1.11", **found.facts})
 
 
 def _solved(
@@ -227,8 +215,16 @@ def _solved(
             keys[ROOFS], several = np.array(ranges[ROOFS], dtype=float), "layout"
         ranges = {key: each for key, each in ranges.items() if key != ROOFS}
     values = values_of(ranges, wrong := list[Fault](), paired=paired)
-    stated = {"rows": values} if paired else {"grid": values}
-    every = [Scenarios(each, **stated) for each in wholes]
+    if several and paired:
+        count = len(next(iter(values.values()), wholes))
+        if wholes and count != len(wholes):
+            words = f"{len(wholes)} {several}s, {count} values of each key"
+            wrong.append(Fault("paired", words, f"one {several} for each value"))
+        rows = ({key: each[n : n + 1] for key, each in values.items()} for n in range(len(wholes)))
+        every = [*map(Scenarios, wholes, rows)]
+    else:
+        stated = (values, {}) if paired else (None, values)
+        every = [Scenarios(whole, *stated) for whole in wholes]
     questions = list[list[Question]]()
     for each in every:
         if not wrong:
@@ -238,24 +234,24 @@ def _solved(
         for name in asked:
             with collected(faults):
                 questions[-1].append(checked_question(each.mission, problem, name))
-    if several and paired and values and every and every[0].count != len(wholes):
-        words = f"{len(wholes)} {several}s, {every[0].count} values of each key"
-        faults.append(Fault("paired", words, f"one {several} for each value"))
     refuse(dict.fromkeys(faults + wrong))
-    shape = {} if isinstance(perspective, str) else {"perspective": len(asked)}
-    if several and paired:
-        shape |= {ROW: len(wholes)}
-        every = [
-            Scenarios(whole, {key: column[row : row + 1] for key, column in values.items()})
-            for row, whole in enumerate(wholes)
-        ]
+    labels = dict[str, Sequence[str]]()
+    facts = {"problem": repr(questions[0][0].problem)}
+    if isinstance(perspective, str):
+        facts["perspective"] = perspective
     else:
-        shape |= ({several: len(wholes)} if several else {}) | every[0].sizes
-    names = dict.fromkeys(name for whole in wholes for name in whole.buildings.names)
-    found = variables(every, questions, [*names])
-    size = tuple(shape.values())
-    flat = {name: each.reshape(size) for name, each in found.items()}
-    return Solved({**keys, **values}, shape, flat, [*names, "none"])
+        labels["perspective"] = asked
+    if several == "mission":
+        labels["mission"] = [each.name for each in wholes]
+    else:
+        facts["mission"] = wholes[0].name
+    shape = {"perspective": len(asked)} if "perspective" in labels else {}
+    shape |= {ROW if paired else several: len(wholes)} if several else {}
+    shape |= {} if several and paired else every[0].sizes
+    names = [*dict.fromkeys(name for whole in wholes for name in whole.buildings.names)]
+    found, size = variables(every, questions, names), tuple(shape.values())
+    reshaped = {name: each.reshape(size) for name, each in found.items()}
+    return Solved(labels, {**keys, **values}, shape, reshaped, [*names, "none"], facts)
 
 
 def variables(
@@ -266,9 +262,7 @@ def variables(
     Buildings are numbered as their names are listed.
     """
     size = len(questions[0]), len(every), every[0].count
-    found: Variables = {name: np.empty(size) for name in TIMES | CHARGES}
-    found |= {name: np.empty(size, kind) for name, (_, kind) in CODED.items()}
-    found["proved"] = np.empty(size, bool)
+    found: Variables = {name: np.empty(size, KINDS.get(name, float)) for name in LABELS}
     numbers = {name: number for number, name in enumerate(buildings)}
     for place, (scenarios, asked) in enumerate(zip(every, questions, strict=True)):
         # By route: the direct one first, and no plan, −1, last.
@@ -278,7 +272,7 @@ def variables(
         for first, variants, plans in best_of(scenarios, asked):
             for question, best in enumerate(plans):
                 some = question, place, slice(first, first + variants.count)
-                for name in (*TIMES, *CHARGES, "status", "reason"):
+                for name in (*MEASURED, "status", "reason"):
                     found[name][some] = getattr(best, name)
                 found["building"][some] = building.take(best.route)
                 found["order"][some] = order.take(best.route)
@@ -329,10 +323,9 @@ def best_alone(mission: Mission | InputError, question: Question) -> Best:
         names = [*CODES]
         return without(plan.status, names[int(simpler.reason[0]) or CODES["together"]])
     best.status[:], best.reason[:] = STATUSES.index(plan.status), CODES["none"]
-    for name in TIMES:
-        getattr(best, name)[:] = getattr(plan, name)
-    for name in PAPER:
-        getattr(best, f"soc_{name}")[:] = (plan.soc or {}).get(name, np.nan)
+    soc = {f"soc_{name}": (plan.soc or {}).get(name, np.nan) for name in PAPER}
+    for name in MEASURED:
+        getattr(best, name)[:] = soc[name] if name in soc else getattr(plan, name)
     best.route[:] = 0
     if rests := [place for place in plan.route if place not in ENDS]:
         number = mission.buildings.names.index(rests[0])
@@ -353,13 +346,12 @@ def words_of(buildings: list[str]) -> dict[str, list[str]]:
 
 def _flags(name: str, words: Sequence[str]) -> dict[str, Any]:
     """Attributes for numbers of words, as CF states them, and the words line by line."""
-    numbers = [*range(len(words))]
+    numbers = np.arange(len(words), dtype=CODED[name])
     if name == "building":
         numbers[-1] = -1
     short = [*REASONS] if name == "reason" else words
     meanings = " ".join("_".join(each.split()) for each in short)
-    flags = {"flag_values": np.array(numbers, CODED[name][1]), "flag_meanings": meanings}
-    return {**flags, "words": "\n".join(words)}
+    return {"flag_values": numbers, "flag_meanings": meanings, "words": "\n".join(words)}
 
 
 def units() -> dict[str, str]:

@@ -127,9 +127,8 @@ def _plan(stated: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
         faults.append(Fault("samples", "", "either [samples] or [paired]"))
     if path == STANDARD and not stated.output:
         faults.append(Fault("output", "", "is missing; the path of a directory"))
-    fields = {"name": stated.problem} if isinstance(stated.problem, str) else {**stated.problem}
     with collected(faults):
-        problem = problem_of(fields.pop("name", "P1"), **fields)
+        problem = stated_problem(stated.problem)
     wrong = list[Fault]()  # What forbids to look at scenarios
     grid = values_of(_ranges(stated.grid, wrong), wrong, paired=False)
     paired = values_of(_ranges(stated.paired, wrong), wrong, paired=True)
@@ -169,6 +168,12 @@ def _plan(stated: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
         words = f"at least {least}, which makes {MOST_PARTS} parts"
         faults.append(Fault("scenarios_per_part", shown(stated.scenarios_per_part), words))
     return plan
+
+
+def stated_problem(stated: str | Document) -> Formulation:
+    """The problem of a study file; refused with all faults."""
+    fields = {"name": stated} if isinstance(stated, str) else {**stated}
+    return problem_of(fields.pop("name", "P1"), **fields)
 
 
 def _ranges(stated: Document, faults: list[Fault]) -> dict[str, Any]:

@@ -16,13 +16,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from formulations.soc import PERSPECTIVES
 from optuav.errors import Fault, collected, refuse, require
 from optuav.mission import files
 from optuav.mission.messages import path_of, shown
 from optuav.studies.batch import (
-    CHARGES,
     CODED,
-    TIMES,
+    LABELS,
+    MEASURED,
     Solved,
     Variables,
     labelled,
@@ -34,7 +35,7 @@ from optuav.studies.cluster import results
 from optuav.studies.methods import Progress
 from optuav.studies.processes import worker_faults
 from optuav.studies.scenarios import ROW, Scenarios
-from optuav.studies.study import Document, SweepPlan, read_plan
+from optuav.studies.study import Document, SweepPlan, read_plan, stated_problem
 
 if TYPE_CHECKING:
     import xarray
@@ -46,7 +47,6 @@ PACKAGES = ("optuav", "numpy", "scipy", "pyarrow")
 """On whose versions the bytes of a part depend."""
 STAMP = b"optuav"
 """Where the metadata of a part say which part of which sweep it is."""
-VARIABLES = (*TIMES, *CHARGES, *CODED, "proved")
 
 
 class Swept(NamedTuple):
@@ -138,23 +138,19 @@ def run(plan: SweepPlan, workers: int, scheduler: str | None, progress: Progress
     paths = [directory / PART.format(number) for number in range(plan.parts)]
     left = [n for n, path in enumerate(paths) if not is_whole(path, stamp, n)]
     kept, done = plan.parts - len(left), every - sum(len(plan.part(n)) for n in left)
-    call = partial(_part, plan, stamp, manifest["versions"])
+    call = partial(part_of, plan, stamp, manifest["versions"])
     context = copy_context()
     context.run(files.only_ours.set, False)  # Broken parts, and those of another run, are replaced
-
-    def say(parts: int) -> None:
-        if progress is not None:
-            progress(done, every, f"{parts} of {plan.parts} parts")
-
+    tell = progress or (lambda *_: None)
     with closing(results(call, left, workers, scheduler)) as found:
         if not begun:
             files.make_directory(directory)
             files.write_text(directory / MANIFEST, json.dumps(manifest, indent=1) + "\n")
-        say(kept)
+        tell(done, every, f"{kept} of {plan.parts} parts")
         for parts, (number, content) in enumerate(found, kept + 1):
             context.run(files.write_files, {paths[number]: content})
             done += len(plan.part(number))
-            say(parts)
+            tell(done, every, f"{parts} of {plan.parts} parts")
     return Swept(directory, stamp, every, plan.parts, kept, *_summary(paths, plan.perspectives))
 
 
@@ -193,45 +189,40 @@ def open_sweep(path: str | Path) -> xarray.Dataset:
     directory = path_of(path)
     about = _read_manifest(directory)
     study, grid = about["study"], about["grid"]
-    asked, at_once = study["perspective"], study["scenarios_per_part"]
+    asked, name = study["perspective"], study["mission"]["name"]
+    facts = {"mission": name, "problem": repr(stated_problem(study["problem"]))}
+    labels = {} if isinstance(asked, str) else {"perspective": asked}
+    facts |= {"perspective": asked} if isinstance(asked, str) else {}
     rows = {ROW: about["rows"]} if about["rows"] else {}
-    sizes = {**rows, **{key: len(values) for key, values in grid.items()}}
-    count, per_row = math.prod(sizes.values()), math.prod(map(len, grid.values()))
+    shape = {key: len(each) for key, each in labels.items()} | rows
+    shape |= {key: len(values) for key, values in grid.items()}
+    side, per_row = shape.get("perspective", 1), math.prod(map(len, grid.values()))
+    count, at_once = per_row * (about["rows"] or 1), study["scenarios_per_part"]
     paths = [directory / PART.format(number) for number in range(-(-count // at_once))]
     missing = sum(not is_whole(each, about["hash"], n) for n, each in enumerate(paths))
     if missing:
         words = f"is not finished: {missing} of {len(paths)} parts are missing"
         raise files.refusal(directory, f"{words}; optuav sweep goes on with it")
-    several = {} if isinstance(asked, str) else {"perspective": len(asked)}
     buildings = [each["name"] for each in study["mission"].get("buildings", ())]
-    known = {"perspective": [asked] if isinstance(asked, str) else asked, **words_of(buildings)}
-    columns, shape = read_parts(paths, known), several | sizes
-    side = len(known["perspective"])  # Rows of a part for each scenario
+    columns = read_parts(paths, {"perspective": [*PERSPECTIVES], **words_of(buildings)})
+    # A part has one line for each perspective of each scenario.
     values = {
-        name: columns.pop(name).reshape(-1, side).T.reshape(tuple(shape.values()))
-        for name in VARIABLES
+        name: columns.pop(name).reshape(-1, side).T.reshape([*shape.values()]) for name in LABELS
     }
-    rows_only = columns.keys() - {"perspective", *grid}
-    keys = {name: each[:: per_row * side] for name, each in columns.items() if name in rows_only}
+    keys = {key: each[:: side * per_row] for key, each in columns.items() if key != "perspective"}
     keys |= {key: np.array(stated) for key, stated in grid.items()}
-    found = Solved(keys, shape, values, [*buildings, "none"])
-    return labelled(found, study["mission"]["name"], asked)
+    return labelled(Solved(labels, keys, shape, values, [*buildings, "none"], facts))
 
 
-def _part(plan: SweepPlan, stamp: str, versions: dict[str, str], number: int) -> bytes:
-    """A part, refused where it would be made by other versions than the sweep."""
-    _refuse_others(versions, "a worker")
-    return part_of(plan, stamp, number)
-
-
-def part_of(plan: SweepPlan, stamp: str, number: int) -> bytes:
-    """A part of a study as a file, the same bytes wherever it is made.
+def part_of(plan: SweepPlan, stamp: str, versions: Mapping[str, str], number: int) -> bytes:
+    """A part of a study as a file, the same bytes wherever it is made by the same packages.
 
     Perspectives vary faster than scenarios. Numbers of words are stored as these words.
     """
     import pyarrow as pa
     from pyarrow import parquet
 
+    _refuse_others(versions, "a worker")
     part, asked, whole = plan.part(number), plan.perspectives, plan.scenarios
     keys, names = whole.stated(part.start, len(part)), whole.mission.buildings.names
     found = variables([Scenarios(whole.mission, keys)], [plan.questions], names)
@@ -239,11 +230,11 @@ def part_of(plan: SweepPlan, stamp: str, number: int) -> bytes:
     words: dict[str, list[str]] = {"perspective": [*asked], **{name: coded[name] for name in CODED}}
     columns: dict[str, Any] = {key: np.repeat(each, len(asked)) for key, each in keys.items()}
     columns["perspective"] = np.tile(np.arange(len(asked), dtype=np.int8), len(part))
-    columns |= {name: found[name][:, 0].T.ravel() for name in VARIABLES}  # No building is null
+    columns |= {name: found[name][:, 0].T.ravel() for name in LABELS}  # No building is null
     for name, each in words.items():
         numbers = pa.array(columns[name], mask=columns[name] < 0)
         columns[name] = pa.DictionaryArray.from_arrays(numbers, pa.array(each, pa.string()))
-    table, unit_of = pa.table(columns), {**units(), **dict.fromkeys(TIMES, "s")}
+    table, unit_of = pa.table(columns), units() | {name: LABELS[name][1] for name in MEASURED}
     fields = [
         field.with_metadata({"units": unit_of[field.name]}) if field.name in unit_of else field
         for field in table.schema
@@ -257,9 +248,7 @@ def part_of(plan: SweepPlan, stamp: str, number: int) -> bytes:
         compression="zstd",
         compression_level=1,
         use_dictionary=[*whole.grid, *words],
-        use_byte_stream_split=[
-            name for name in (*keys, *TIMES, *CHARGES) if name not in whole.grid
-        ],
+        use_byte_stream_split=[name for name in (*keys, *MEASURED) if name not in whole.grid],
         row_group_size=table.num_rows,
         data_page_size=1 << 20,
         write_page_checksum=True,
@@ -299,7 +288,7 @@ def read_parts(
             coded = column.unify_dictionaries().combine_chunks()
             place = {word: number for number, word in enumerate(words[name])}
             places = [*(place[word] for word in coded.dictionary.to_pylist()), -1]
-            kind = CODED[name][1] if name in CODED else int
+            kind = CODED.get(name, np.int8)
             found[name] = np.array(places, kind).take(coded.indices.fill_null(-1))
     except (OSError, KeyError, pa.ArrowException):
         raise files.refusal(path, "is damaged, or from another version of optuav") from None
@@ -361,7 +350,7 @@ def _summary(paths: Sequence[Path], asked: Sequence[str]) -> tuple[Document, Doc
     shortest_s, longest_s = np.full((2, len(asked)), np.nan)
     for path in paths:
         part = read_parts([path], {"reason": words}, ["reason", "hover_time_s"])
-        reasons, hover_s = (each.reshape(-1, len(asked)) for each in part.values())
+        reasons, hover_s = (part[n].reshape(-1, len(asked)) for n in ("reason", "hover_time_s"))
         counts += [np.bincount(each, minlength=len(words)) for each in reasons.T]
         shortest_s = np.fmin(shortest_s, np.fmin.reduce(hover_s))
         longest_s = np.fmax(longest_s, np.fmax.reduce(hover_s))
@@ -374,7 +363,7 @@ def _summary(paths: Sequence[Path], asked: Sequence[str]) -> tuple[Document, Doc
     return ends, why
 
 
-def _refuse_others(versions: dict[str, str], source: str) -> None:
+def _refuse_others(versions: Mapping[str, str], source: str) -> None:
     """Refuse packages that are not of the stated versions."""
     words = "with which the sweep was begun: install it, or state another output"
     refuse(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -461,6 +462,24 @@ def test_a_dataset_is_labelled_by_conventions() -> None:
     paired = optuav.batch(PAPER, {"limits.deadline_s": [800, 1200]}, paired=True)
     assert paired.hover_time_s.dims == ("scenario",)
     assert paired.attrs["perspective"] == "available"
+    for each in found.data_vars.values():
+        assert each.attrs["long_name"]
+
+
+def test_a_dataset_says_what_it_is_of(tmp_path: Path) -> None:
+    """The names of missions, wherever they come from, and the problem with all its options."""
+    pytest.importorskip("xarray")
+    ranges, problem = {"limits.deadline_s": [800, 1200]}, optuav.P4("b3", order="rest-first")
+    PAPER.save(tmp_path / "own.toml")
+    for mission in ("paper", PAPER, tmp_path / "own.toml"):
+        found = optuav.batch(mission, ranges, problem)
+        assert found.attrs["mission"] == "paper"
+        assert found.attrs["problem"] == "P4(building='b3', order='rest-first')"
+    both = optuav.batch(["paper", "paper-table2"], ranges, paired=True)
+    assert both.mission.values.tolist() == ["paper", "paper-table2"]
+    assert both.mission.dims == ("scenario",)
+    assert "mission" not in both.attrs
+    assert optuav.batch(["paper", "matrice350"], {}).mission.dims == ("mission",)
 
 
 def test_without_xarray_one_sentence_says_so() -> None:
