@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     import xarray
 
 DEGREES, PRECISION_DEG = "EPSG:4326", 1e-7  # Longitudes and latitudes, to a centimetre
+UNEVEN = 1e-5  # Difference of distances of points that is none [m]
+NO_MAP = "a map, as the functions of optuav.maps return it"
 FORMATS = {".tif": "GeoTIFF", ".tiff": "GeoTIFF", ".geojson": "GeoJSON"}
 
 
@@ -82,9 +84,10 @@ def save(found: xarray.DataArray, path: str | Path) -> Path:
     'laser.tif'
     """
     file = path_of(path)
-    if "over" not in getattr(found, "attrs", {}):
-        words = "a map, as the functions of optuav.maps return it"
-        raise InputError([Fault("found", type(found).__name__, words)])
+    is_map = "over" in getattr(found, "attrs", {}) and {*found.dims} == {"x", "y"}
+    if not is_map or min(found.shape) < 2:
+        raise InputError([Fault("found", type(found).__name__, NO_MAP)])
+    found = found.sortby(["x", "y"]).transpose("y", "x")
     if (kind := FORMATS.get(file.suffix.lower())) is None:
         words = f"one of {', '.join(FORMATS)}"
         raise InputError([Fault("suffix", shown(file.suffix), words, label(file))])
@@ -98,11 +101,14 @@ def _geotiff(found: xarray.DataArray) -> bytes:
     from rasterio.io import MemoryFile
     from rasterio.transform import Affine
 
-    (height, width), (left, top) = found.shape, map(float, (found.x[0], found.y[-1]))
-    step_m = (float(found.x[-1]) - left) / (width - 1)
+    steps_m = [np.diff(found[axis]) for axis in ("x", "y")]
+    if any(np.ptp(each) > UNEVEN for each in steps_m):
+        words = "points at one distance each way, as a GeoTIFF needs them"
+        raise InputError([Fault("found", type(found).__name__, words)])
+    (across_m, up_m), (height, width) = (float(each.mean()) for each in steps_m), found.shape
+    left, top, system = float(found.x[0]), float(found.y[-1]), _system(found)
     # The corner of the cell of which the first point is the middle.
-    corner = Affine(step_m, 0.0, left - step_m / 2, 0.0, -step_m, top + step_m / 2)
-    system = _system(found)
+    corner = Affine(across_m, 0.0, left - across_m / 2, 0.0, -up_m, top + up_m / 2)
     options: dict[str, Any] = {"crs": system and system.to_wkt(), "transform": corner}
     options |= {"dtype": "float64", "nodata": np.nan, "compress": "deflate", "count": 1}
     with MemoryFile() as memory:

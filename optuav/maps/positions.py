@@ -217,8 +217,8 @@ def faults_of(
         elif DISTANCE.accepts(step_m) and min(ends[2] - ends[0], ends[3] - ends[1]) < step_m:
             words = "at least two points each way: too near for step_m"
             yield Fault("bounds", shown(bounds), words)
-    if perspective not in PERSPECTIVES:
-        yield unknown("perspective", perspective, tuple(PERSPECTIVES))
+    if perspective not in (names := tuple(PERSPECTIVES)):
+        yield unknown("perspective", perspective, names)
 
 
 def _axes(corners_m: Floats, step_m: float) -> list[Floats]:

@@ -26,8 +26,6 @@ COLOURS = "viridis"  # In the same order of brightness for colour-blind readers
 MOST_CONTOURS = 8
 NONE: Look = {"facecolor": "white", "edgecolor": GREY, "hatch": "////", "linewidth": 0.0}
 """The look of places without a value."""
-NAMES: Look = {"fontsize": 6.5, "inline": False}
-"""The look of the values beside contours."""
 LONGEST = "longest hover Δ [s]"
 ROWS = ("scenario",)  # Dimension of rows of values
 
@@ -70,14 +68,12 @@ def swept(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
     if len(keys) not in (1, 2) or several != keys or "mission" not in known:
         words = "a dataset of one mission over one key or two, of several values each"
         raise InputError([Fault("found", ", ".join(map(str, keys)), words)])
-    for key in keys:
-        found = found.sortby(key).drop_duplicates(key)
+    found = found.sortby(keys).drop_duplicates(keys)
     hover_s = found.hover_time_s
     if "perspective" not in hover_s.dims:
         hover_s = hover_s.expand_dims(perspective=[found.attrs["perspective"]])
-    units = {key: found[key].attrs["units"] for key in keys}
+    town, units = style.printed(known["mission"]), {key: found[key].attrs["units"] for key in keys}
     across, *upwards = (f"{key} [{'-' if unit == '1' else unit}]" for key, unit in units.items())
-    town = style.printed(found.attrs["mission"])
     every = {name: hover_s.sel(perspective=name) for name in hover_s.perspective.values.tolist()}
     if not upwards:
         lines = [Line(name, found[keys[0]], values) for name, values in every.items()]
@@ -125,7 +121,7 @@ def heat_map(
         lines = ax.contour(x, y, values, levels, colors=BLACK, linewidths=0.5)
         parts = zip(map(_named, levels), lines.allsegs, strict=True)
         ways = {name: ax.transData.transform(np.concatenate(each)) for name, each in parts if each}
-        _keep(ax.clabel(lines, fmt=_named, **NAMES), ways)
+        _keep(ax.clabel(lines, fmt=_named, fontsize=6.5, inline=False), ways)
     return ax
 
 

@@ -31,8 +31,7 @@ MOVED = {"link.device_m": "device", "laser.position_m": "laser", "route.hover_m"
 NO_MAP = "a map, as the functions of optuav.maps return it"
 LARGEST_IN, LEAST_IN, AROUND_IN, LEGEND_IN = (5.4, 6.0), (1.6, 1.6), (1.8, 1.5), 6.0
 """Largest and least size of a map, what surrounds it, and width of its legend [inch]."""
-BELOW: Look = {"loc": "outside lower left", "ncols": 3}
-"""Where the legend is."""
+BELOW: Look = {"loc": "outside lower left", "ncols": 3}  # Place of the legend
 
 
 @style.applied()
@@ -64,8 +63,10 @@ def hover_map(mission: Mission | str | Path, found: xarray.DataArray) -> Axes:
     ['paper, perspective available', 'laser anywhere at z = 50 m']
     """
     mission = load(mission)
-    if getattr(found, "attrs", {}).get("over") not in MOVED:
-        raise InputError([Fault("found", shown(found), NO_MAP)])
+    moved = MOVED.get(getattr(found, "attrs", {}).get("over", ""))
+    if moved is None or {*found.dims} != {"x", "y"} or min(found.shape) < 2:
+        raise InputError([Fault("found", type(found).__name__, NO_MAP)])
+    found = found.sortby(["x", "y"]).transpose("y", "x")
     x, y, site = found.x.to_numpy(), found.y.to_numpy(), scene(mission)
     ax = _map_axes(np.array([x[-1] - x[0], y[-1] - y[0]]))
     handles = draw_site(ax, site, {"facecolor": "none", "edgecolor": BLACK, "zorder": 3})
@@ -89,7 +90,7 @@ def hover_map(mission: Mission | str | Path, found: xarray.DataArray) -> Axes:
     if found.isnull().any():
         handles.append(without_value("no plan"))
     style.root(ax).legend(handles=handles, **BELOW)
-    moved, height_m = MOVED[found.attrs["over"]], style.minus(f"{found.attrs['height_m']:.10g}")
+    height_m = style.minus(f"{found.attrs['height_m']:.10g}")
     title = f"{style.printed(mission.name)}, perspective {found.attrs['perspective']}\n"
     title += f"{moved} anywhere at z = {height_m} m"
     return heat_map(x, y, found.to_numpy(), ("x [m]", "y [m]", LONGEST), title, ax)

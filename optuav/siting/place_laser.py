@@ -269,8 +269,8 @@ def _faults(
     yield from misfits(("lasers", lasers, COUNT))
     if objective not in OBJECTIVES:
         yield unknown("objective", objective, OBJECTIVES)
-    if perspective not in PERSPECTIVES:
-        yield unknown("perspective", perspective, tuple(PERSPECTIVES))
+    if perspective not in (names := tuple(PERSPECTIVES)):
+        yield unknown("perspective", perspective, names)
     if objective == "covered" and not ENOUGH.accepts(at_least_s):
         yield Fault("at_least_s", shown(at_least_s), f"{ENOUGH.words}, with objective 'covered'")
     if objective in ("mean", "worst") and at_least_s is not None:

@@ -111,3 +111,19 @@ def test_what_is_no_map_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=words):
         optuav.maps.save(3, tmp_path / "x.tif")  # type: ignore[arg-type]
     assert not [*tmp_path.iterdir()]
+
+
+def test_a_map_is_saved_as_it_lies_whatever_the_order_of_its_points(tmp_path: Path) -> None:
+    """Turned over or on its side it is the same map; with points left out another, or none."""
+    found = optuav.maps.laser("paper", 500)
+    content = optuav.maps.save(found, tmp_path / "a.tif").read_bytes()
+    for other in (found.T, found[::-1], found[:, ::-1]):
+        assert optuav.maps.save(other, tmp_path / "b.tif").read_bytes() == content
+    with rasterio.open(optuav.maps.save(found[::2], tmp_path / "c.tif")) as read:
+        assert read.res == (500.0, 1000.0)
+    for other in (found[:1], found[[0, 1, 3]], found[0]):
+        with pytest.raises(InputError, match=r"^found = DataArray: "):
+            optuav.maps.save(other, tmp_path / "d.tif")
+    with pytest.raises(InputError, match=r"^found = DataArray: "):
+        optuav.maps.save(optuav.maps.laser(HERE, 500)[:1], tmp_path / "d.geojson")
+    assert not [*tmp_path.glob("d.*")]

@@ -54,3 +54,5 @@ def test_a_mission_may_be_named_and_what_is_no_map_is_refused() -> None:
     assert ax.get_title(loc="left").startswith("paper, perspective available\n")
     with pytest.raises(optuav.InputError, match="a map, as the functions of"):
         plots.hover_map("paper", 3)  # type: ignore[arg-type]
+    with pytest.raises(optuav.InputError, match="a map, as the functions of"):
+        plots.hover_map("paper", optuav.maps.laser(PAPER, 1000)[:1])
