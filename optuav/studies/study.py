@@ -69,14 +69,8 @@ class SweepPlan:
     @property
     def is_drawable(self) -> bool:
         """Whether there are one or two keys, of several values each and one of rows at most."""
-        grid, rows = self.scenarios.grid, self.scenarios.rows
-        of_rows = [*self.scenarios.stated(0, 1)][: -len(grid) or None]
-        several = [len(np.unique(each)) > 1 for each in grid.values()]
-        if isinstance(rows, Draws):
-            several.append(rows.count > 1)
-        else:
-            several += [len(np.unique(each)) > 1 for each in (rows or {}).values()]
-        return all(several) and len(of_rows) < 2 and len(several) < 3
+        keys, grid = len(self.scenarios.stated(0, 1)), len(self.scenarios.grid)
+        return keys < 3 and keys - grid < 2 and min(self.scenarios.sizes.values()) > 1
 
     def part(self, number: int) -> range:
         """The scenarios of a part by number."""
