@@ -12,8 +12,7 @@ from optuav.errors import Fault, collected, decimal, refuse
 from optuav.mission.messages import unknown
 from optuav.options import Perspective
 
-MAPS = {"device": "device", "laser": "laser", "hover-point": "hover_point"}
-"""What may be moved, with the function of `optuav.maps`."""
+MOVED = ("device", "laser", "hover-point")  # Each with its function in `optuav.maps`
 
 
 def map(
@@ -38,8 +37,8 @@ def map(
 
     check_places(save, plot, *FORMATS)
     faults, ends = list[Fault](), None
-    if over not in MAPS:
-        faults.append(unknown("--over", over, tuple(MAPS)))
+    if over not in MOVED:
+        faults.append(unknown("--over", over, MOVED))
     try:
         ends = None if bounds is None else tuple(decimal(each) for each in bounds.split(","))
     except ValueError:
@@ -49,7 +48,7 @@ def map(
         stated = mission_of(mission, settings)
     refuse([*faults, *(faults_of(step_m, ends, height_m, perspective) if faults else ())])
     options = {"bounds": ends, "height_m": height_m, "perspective": perspective}
-    found = getattr(maps, MAPS[over])(stated, step_m, **options)
+    found = getattr(maps, over.replace("-", "_"))(stated, step_m, **options)
     written = []
     if save is not None:
         written.append(maps.save(found, save))
