@@ -185,7 +185,8 @@ def _explained(question: MissionQuestion, plan: Plan | None = None) -> Explanati
     more_stops_open = more_stops_may_help(program.question, program.network, plan, question.graph)
     if plan:
         found = _optimum(program, plan, solutions)
-        return replace(found, notes=(*found.notes, *notes), more_stops_open=more_stops_open)
+        notes = [*dict.fromkeys([*found.notes, *notes])]
+        return replace(found, notes=tuple(notes), more_stops_open=more_stops_open)
     if plan.status is not Status.INFEASIBLE:
         return Explanation(plan)
     clashing = conflicts(program)
@@ -247,8 +248,8 @@ def _optimum(program: Program, plan: Plan, solutions: Sequence[Solution] | None)
     number, entry = tied[0]
     part, solution = program.parts[number], solutions[number]
     point, row = solution.point(entry), part.model.row(entry)
-    hover_s, unproved = point.get("hover_time_s", 0.0), plan.status is Status.FEASIBLE
-    notes = [*plan.notes] if unproved else []
+    hover_s = point.get("hover_time_s", 0.0)
+    notes = [] if plan.status is Status.OPTIMAL else [*plan.notes]
     if program.question.slot_s is not None:
         notes.append(
             "an answer in slots has no shadow prices: constraints, proof and prices are those of "

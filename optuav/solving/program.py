@@ -315,13 +315,13 @@ class Program:
         notes = list(plan.notes)
         if (open_s := max(beyond_s, default=best_s) - best_s) > SAME_S:
             notes.append(f"not proved: up to {open_s:.6g} s more has not been ruled out")
-            known = {"status": Status.FEASIBLE, "proof": outcome.BOUNDED}
-            plan = plan.model_copy(update=known)
+            plan = plan.model_copy(update={"status": Status.FEASIBLE, "proof": outcome.BOUNDED})
         elif plan.status is solution.statuses[entry] and any(
             each.beyond is None and Status.UNKNOWN in each.statuses for each in solutions
         ):
             notes.append(f"not proved: on some routes {engine} found neither times nor proof")
-            plan = plan.model_copy(update={"status": Status.FEASIBLE})
+            if plan.status is Status.OPTIMAL:
+                plan = plan.model_copy(update={"status": Status.FEASIBLE})
         elif solution.statuses[entry] is Status.OPTIMAL and Status.LOCALLY_OPTIMAL in statuses:
             # The best of some routes may be better than what was found on them.
             local = next(s for s in solutions if Status.LOCALLY_OPTIMAL in s.statuses)

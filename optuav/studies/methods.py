@@ -96,8 +96,7 @@ def _answers(
             import_module(library)  # or the first time taken would include the import
     subject = {"problem": problem.name, "building": problem.building, "order": problem.order}
     best_s, bounds = _optimum(mission, problem, methods)
-    rows, reasons = list[Row](), tuple[str, ...]()
-    by_slot: dict[float, Row] = {}
+    rows, by_slot, reasons = list[Row](), dict[float, Row](), tuple[str, ...]()
     for method in methods:
         begin = time.perf_counter()
         plan, words, relaxation_s = _solved(mission, problem, method, time_limit_s)
