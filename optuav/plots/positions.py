@@ -31,6 +31,8 @@ MOVED = {"link.device_m": "device", "laser.position_m": "laser", "route.hover_m"
 NO_MAP = "a map, as the functions of optuav.maps return it"
 LARGEST_IN, LEAST_IN, AROUND_IN, LEGEND_IN = (5.4, 6.0), (1.6, 1.6), (1.8, 1.5), 6.0
 """Largest and least size of a map, what surrounds it, and width of its legend [inch]."""
+BEST: Look = {"color": VERMILLION, "markersize": 9.0, "markeredgecolor": "white", "zorder": 5}
+BEST |= {"markeredgewidth": 0.7, "clip_on": False}  # It may be at the edge
 BELOW: Look = {"loc": "outside lower left", "ncols": 3}  # Place of the legend
 
 
@@ -81,9 +83,7 @@ def hover_map(mission: Mission | str | Path, found: xarray.DataArray) -> Axes:
     if (best_m := found.attrs.get("best_m")) is not None:
         words = f"best: {float(found.max()):.1f} s at ({best_m[0]:.10g}, {best_m[1]:.10g}) m"
         words += ", edge of the map" * (found.attrs["best_at"] == "edge")
-        (best,) = ax.plot(*best_m[:2], "X", markersize=9.0, zorder=5, label=style.minus(words))
-        best.set(markerfacecolor=VERMILLION, markeredgecolor="white", markeredgewidth=0.7)
-        handles.append(best)
+        handles += ax.plot(*best_m[:2], "X", label=style.minus(words), **BEST)
     roofs_m = site.places.position_m[site.places.buildings, :2]
     box = np.array([[x[0], y[0]], [x[-1], y[-1]]])
     handles = [each for each in handles if _reaches(each, roofs_m, box)]
@@ -152,6 +152,7 @@ def sites(found: Siting) -> Axes:
     title = f"{style.printed(found.missions[0].name)}: lasers on {len(chosen_m)} of "
     ax.set_title(f"{title}{len(candidates_m)} candidates, perspective {found.perspective}")
     style.group_thousands(ax)
+    style.settle(ax)
     return ax
 
 
@@ -163,8 +164,7 @@ def _lines(starts_m: Floats, ends_m: Floats) -> Floats:
 def _map_axes(size_m: Floats) -> Axes:
     """Axes of one scale for a map of this size (2,) with a legend below, on a page of its own."""
     across_in, deep_in = np.maximum(size_m * np.min(LARGEST_IN / size_m), LEAST_IN).tolist()
-    page = style.page(deep_in + AROUND_IN[1], max(across_in + AROUND_IN[0], LEGEND_IN))
-    ax = page.subplots()
+    ax = style.page(deep_in + AROUND_IN[1], max(across_in + AROUND_IN[0], LEGEND_IN)).subplots()
     ax.set_aspect("equal")
     return ax
 
