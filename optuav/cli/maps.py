@@ -9,7 +9,6 @@ import typer
 from optuav.cli.options import mission_of
 from optuav.cli.output import NO, check_places, deliver
 from optuav.errors import Fault, collected, decimal, refuse
-from optuav.mission.messages import unknown
 from optuav.options import Perspective
 
 MOVED = ("device", "laser", "hover-point")  # Each with its function in `optuav.maps`
@@ -34,6 +33,7 @@ def map(
     from optuav import maps
     from optuav.maps.output import FORMATS, summary, to_dict
     from optuav.maps.positions import faults_of
+    from optuav.mission.messages import unknown
 
     check_places(save, plot, *FORMATS)
     faults, ends = list[Fault](), None

@@ -13,15 +13,10 @@ from typing import Any, get_args
 from pydantic import BaseModel
 
 from optuav.errors import Fault, InputError
-from optuav.mission.schema import RATE_PER_MINUTE, SECTIONS, Allowed, Number
+from optuav.mission.schema import SECTIONS, Allowed, Number
 
 LONGEST_TEXT = 60
 DIGITS = 15  # Decimal digits that every float holds
-VECTORS = {
-    **dict.fromkeys(("route.origin_m", "route.destination_m", "route.hover_m"), "m"),
-    **{"laser.position_m": "m", "link.device_m": "m", "wind.force_N": "N"},
-}
-"""Keys with three components, each at most 1e6 either way, and their units."""
 
 
 @cache
@@ -38,18 +33,6 @@ def number(name: str) -> Number | None:
         return None
     whole = next(described(SECTIONS[table], key), None)
     return whole if isinstance(whole, Number) else None
-
-
-def numeric_keys() -> dict[str, Number]:
-    """Ranges of all numeric keys of missions by name, components of places and forces by number."""
-    found = {"battery.flow_rate_per_min": RATE_PER_MINUTE}
-    for table, section in SECTIONS.items():
-        for name in section.model_fields if table != "buildings" else ():
-            if (allowed := number(key := f"{table}.{name}")) is not None:
-                found[key] = allowed
-    for key, unit in VECTORS.items():
-        found |= {f"{key}[{axis}]": Number(unit, ge=-1e6, le=1e6) for axis in range(3)}
-    return found
 
 
 def described(model: type[BaseModel], key: str) -> Iterator[Allowed | Number]:

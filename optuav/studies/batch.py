@@ -16,7 +16,8 @@ from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, SolverError, collected, refuse, require
 from optuav.mission import Mission, load_all
-from optuav.mission.messages import numeric_keys, shown
+from optuav.mission.keys import numeric_keys
+from optuav.mission.messages import shown
 from optuav.network.network import build_network
 from optuav.network.places import ENDS
 from optuav.network.variants import Variants

@@ -7,18 +7,17 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias, get_args
 from zlib import crc32
 
 import numpy as np
-from scipy import special
 
 from optuav.arrays import Floats
-from optuav.diagnosis.repair import Key, key_of
 from optuav.errors import Fault, InputError, collected, refuse
 from optuav.mission import Mission, load
 from optuav.mission.files import label, read_toml
-from optuav.mission.messages import misfits, nearest, numeric_keys, path_of, shown, unknown
+from optuav.mission.keys import Key, stated_keys
+from optuav.mission.messages import misfits, nearest, path_of, shown, unknown
 from optuav.mission.schema import CONVERSIONS, Number
 
 Method: TypeAlias = Literal["sobol", "latin-hypercube"]
@@ -119,6 +118,8 @@ class Spread:
         """Return the quantiles of the distribution for shares between 0 and 1."""
         low, high, likely = self.low, self.high, self.likely
         if self.deviation is not None:
+            from scipy import special
+
             now, scale = self.key.now, self.deviation
             ends = special.ndtr((np.array([self.key.low, self.key.high]) - now) / scale)
             within = special.ndtri(ends[0] + share * (ends[1] - ends[0]))
@@ -197,26 +198,11 @@ def independent(names: Sequence[str], seed: int, first: int, count: int) -> Floa
 
 def unstated(mission: Mission) -> Iterator[Spread]:
     """Yield every key within 10 %, but what is known and what has no range, as whole numbers."""
-    for key in spreadable(mission).values():
+    for key in stated_keys(mission).values():
         ends = sorted(float(f"{key.now * share:.12g}") for share in (1.0 - SHARE, 1.0 + SHARE))
         low, high = (min(max(end, key.low), key.high) for end in ends)
         if not key.whole and low < high and key.name != KNOWN:
             yield Spread(key, low, high)
-
-
-def spreadable(mission: Mission) -> dict[str, Key]:
-    """Return the keys that may vary by name: the numeric ones that the mission states."""
-    stated = ((name, number, now_of(mission, name)) for name, number in numeric_keys().items())
-    return {name: key_of(name, now, number) for name, number, now in stated if now is not None}
-
-
-def now_of(mission: Mission, key: str) -> float | None:
-    """A mission's own value of a numeric key; None where it states none."""
-    table, _, name = key.partition(".")
-    name, _, axis = name.partition("[")
-    stated: Any = getattr(getattr(mission, table), name, None)
-    found: float | None = stated[int(axis[0])] if axis and stated is not None else stated
-    return found
 
 
 def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tuple[Spread, ...]:
@@ -229,7 +215,7 @@ def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tupl
     if not isinstance(stated, Mapping):
         path = path_of(stated)
         source, stated = label(path), read_toml(path)
-    known, found, faults = spreadable(mission), list[Spread](), list[Fault]()
+    known, found, faults = stated_keys(mission), list[Spread](), list[Fault]()
     for table, content in stated.items():
         # A dotted key has its form beside it, a table those of its keys.
         forms = content.items() if isinstance(content, dict) and "." not in table else None

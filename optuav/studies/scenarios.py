@@ -12,11 +12,12 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, refuse
 from optuav.mission import Mission
-from optuav.mission.messages import nearest, number, numeric_keys, shown
+from optuav.mission.keys import now_of, numeric_keys
+from optuav.mission.messages import nearest, number, shown
 from optuav.mission.schema import CONVERSIONS, Number
 from optuav.network.network import Network, build_network
 from optuav.network.variants import Columns, Variants
-from optuav.studies.samples import COEFFICIENTS, WAVELENGTH, Draws, now_of
+from optuav.studies.samples import COEFFICIENTS, WAVELENGTH, Draws
 
 PER_MINUTE, PER_SECOND = "battery.flow_rate_per_min", "battery.flow_rate_per_s"
 SIZES, ENERGIES = ("packs", "capacity_As"), ("flight_energy_J", "hover_energy_J")

@@ -14,11 +14,12 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.errors import InputError
+from optuav.mission.keys import stated_keys
 from optuav.network.network import build_network
 from optuav.network.variants import Variants
 from optuav.studies import scenarios as machine
 from optuav.studies.results import Results, Row
-from optuav.studies.samples import Draws, independent, spreadable, spreads
+from optuav.studies.samples import Draws, independent, spreads
 from optuav.studies.uncertainty import Chances, FixedPlan, chances
 
 SIZE = {"battery": {"capacity_As": {"percent": 10}}, "limits": {"min_soc": {"percent": 50}}}
@@ -88,7 +89,7 @@ def test_the_largest_effect_comes_first_and_a_lost_plan_is_the_largest() -> None
 def wide(mission: optuav.Mission) -> dict[str, dict[str, Any]]:
     """Every number within 40 % of its value, the flow between the wells a hundredfold."""
     stated: dict[str, dict[str, Any]] = {}
-    for key in spreadable(mission).values():
+    for key in stated_keys(mission).values():
         if key.whole or not key.now:
             continue
         share = 0.99 if key.name == "battery.flow_rate_per_s" else 0.4
