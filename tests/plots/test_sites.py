@@ -66,7 +66,7 @@ def test_a_picture_as_it_is_saved_has_room_for_its_legend(overlaps: Overlaps) ->
     """Below the axes and their label, also where it is higher than wide."""
     missions = [HAZE.replace({"link.device_m": [x, 2400, 0]}) for x in (200, 1800)]
     sites_m = [[1000, 0, 50], [400, 1300, 83], [1600, 1300, 83]]
-    ax = plots.sites(optuav.place_laser(missions, sites_m, 2, refine=False))
+    ax = plots.sites(optuav.place_laser(missions, sites_m, 2))
     assert overlaps(ax.figure) == []
     (legend,) = ax.figure.legends
     assert legend.get_window_extent().y1 < ax.xaxis.label.get_window_extent().y0
