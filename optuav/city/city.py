@@ -21,6 +21,14 @@ DEGREES = "EPSG:4326"
 """Longitude and latitude, as maps and GPS receivers state them."""
 ON_EARTH = "|longitude| <= 180, |latitude| <= 90 [deg]"
 HEIGHT = Number("m", ge=-1e6, le=1e6)
+NOTED = {
+    "level_heights": "heights that follow from levels",
+    "assumed_heights": "heights that are assumed",
+    "mended": "invalid outlines that were mended",
+    "filled": "buildings whose courtyards count as built over",
+    "left_out": "features without an area, left out",
+}
+"""What is noted of how buildings were made of a file, by the fields that list them."""
 
 
 def on_earth(place: object) -> TypeGuard[tuple[float, float]]:
@@ -134,12 +142,6 @@ class City:
             f"{len(self.names)} buildings around longitude {longitude:.6f}, latitude "
             f"{latitude:.6f}, where x = y = 0: azimuthal equidistant projection, x east, y north"
         )
-        for names, words in (
-            (self.level_heights, "heights that follow from levels"),
-            (self.assumed_heights, "heights that are assumed"),
-            (self.mended, "invalid outlines that were mended"),
-            (self.filled, "buildings whose courtyards count as built over"),
-            (self.left_out, "features without an area, left out"),
-        ):
-            if names:
+        for name, words in NOTED.items():
+            if names := getattr(self, name):
                 yield f"{words}: {len(names)} ({listed(names)})"

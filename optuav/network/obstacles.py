@@ -35,7 +35,7 @@ def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers)
         return found
     swap = start_m[:, 2] > end_m[:, 2]
     low_m, high_m = np.where(swap, end_m.T, start_m.T), np.where(swap, start_m.T, end_m.T)
-    lines = low_m, high_m - low_m, exempt.T
+    lines = low_m, np.subtract(high_m, low_m, out=high_m), exempt.T
     if count <= FEW:
         pairs = count * len(found)
         for begin in range(0, pairs, MOST_PAIRS):
