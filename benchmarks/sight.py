@@ -6,6 +6,7 @@ import math
 import resource
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from unittest.mock import patch
 
 import numpy as np
@@ -15,10 +16,13 @@ from benchmarks.timing import Row
 from benchmarks.towns import CROSS, SQUARE, slanting_town
 from optuav.mission import Mission
 from optuav.network import obstacles
-from optuav.network.network import build_network
+from optuav.network.network import Network, build_network
 from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import build_places
 from optuav.network.prisms import Prisms, prisms
+from optuav.solving.best_plans import hover_bounds_s
+from optuav.solving.program import declared_program
+from optuav.solving.question import checked_question
 
 # Size of a footprint, side of the square that each has to itself [m], and the outline.
 TOWNS = {
@@ -27,6 +31,7 @@ TOWNS = {
     "sparse": (5.0, 200.0, SQUARE),
 }
 LASERS_M = (50.0, 200.0)  # Heights, of which the slower counts
+BEST = 10  # Roofs that are wanted
 
 
 def run() -> list[Row]:
@@ -54,9 +59,30 @@ def run() -> list[Row]:
     for name, shape in TOWNS.items():
         mission = _lit(slanting_town(10**6, *shape), LASERS_M[-1])
         sight_s = _seconds(lambda m=mission: build_places(m, _prisms(m)))
-        legs_s = _seconds(lambda m=mission: build_network.__wrapped__(m)) - sight_s
-        rows.append(Row(f"{name}, 10^6: legs from three places to all roofs / 10 s", legs_s, 10.0))
+        more_s = _seconds(lambda m=mission: best_roofs(build_network.__wrapped__(m))) - sight_s
+        what = f"{name}, 10^6: legs from three places to all roofs, the best {BEST} / 10 s"
+        rows.append(Row(what, more_s, 10.0, at_most=1.0))
     return rows
+
+
+def best_roofs(network: Network) -> list[int]:
+    """Numbers of the buildings by way of which a UAV hovers longest, the best first.
+
+    Bounds on all routes tell which are worth to be solved: more, until no other may be better.
+    """
+    question, routes, size = checked_question(network.mission), network.routes, 2 * BEST
+    bounds_s = hover_bounds_s(network, question.perspective)
+    order = np.argsort(-bounds_s[1:], kind="stable") + 1
+    while True:
+        some = np.sort(order[:size])
+        program = declared_program(question, replace(network, routes=routes.take(some)))
+        found_s = np.full(len(network.mission.buildings), -np.inf)
+        for part, solution in zip(program.parts, program.answers(), strict=True):
+            np.fmax.at(found_s, routes.building[some][part.routes], solution.objective)
+        best = np.argsort(-found_s, kind="stable")[:BEST]
+        if size >= len(order) or found_s[best[-1]] >= bounds_s[order[size]]:
+            return [int(number) for number in best]
+        size *= 4
 
 
 def _lit(town: Mission, height_m: float) -> Mission:

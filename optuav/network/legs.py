@@ -72,8 +72,8 @@ def build_legs(
     if not mission.flight.through_buildings and len(obstacles.building):
         # A building in the way is the same there and back, and none where an end is not known.
         lines, line = shared_lines(start, end)
-        known = np.isfinite(places.position_m)[lines].all(axis=(1, 2))
-        low_m, high_m = np.moveaxis(places.position_m[lines[known]], 1, 0)
+        known = places.exists[lines].all(axis=1)
+        low_m, high_m = places.position_m[lines[known].T]
         blockers = np.full(len(lines), CLEAR, dtype=np.intp)
         blockers[known] = crossed(obstacles, low_m, high_m, lines[known] - FIRST_BUILDING)
         crosses = blockers[line]

@@ -156,9 +156,9 @@ def _inside(obstacles: Prisms, footprint: Integers, ends_m: Floats) -> Booleans:
     along = (ends_m[1] - ends_m[0]) / np.maximum(length_m, TINY)
     way, corner = ragged(obstacles.first[footprint], sizes)
     corners_m = obstacles.corners_m.take(corner, axis=0).T  # Faster than an index
-    corners_m = corners_m - np.repeat(ends_m[0], sizes, axis=1)
-    beside_m = np.repeat([-along[1], along[0]], sizes, axis=1)
-    beside_m = (beside_m * corners_m).sum(axis=0)
+    from_m = along[0] * ends_m[0, 1] - along[1] * ends_m[0, 0]
+    u, v, from_m = np.repeat([*along, from_m], sizes, axis=1)
+    beside_m = u * corners_m[1] - v * corners_m[0] - from_m
     last = np.cumsum(sizes) - 1
     after = np.arange(1, 1 + len(way))
     after[last] = last - sizes + 1
@@ -166,8 +166,8 @@ def _inside(obstacles: Prisms, footprint: Integers, ends_m: Floats) -> Booleans:
     (met,) = np.nonzero(left != left.take(after))  # Edges from one side of the way to the other
     way, after = way[met], after[met]
     share = beside_m[met] / (beside_m[met] - beside_m[after])
-    from_m, to_m = (corners_m.take(each, axis=1) for each in (met, after))
-    at_m = from_m + share * (to_m - from_m)
+    at_m, to_m = (corners_m.take(each, axis=1) for each in (met, after))
+    at_m += share * (to_m - at_m) - ends_m[0].take(way, axis=1)
     # The way enters a footprint by edges from one of its sides to the other, and leaves by others.
     ahead_m = np.clip((along.take(way, axis=1) * at_m).sum(axis=0), 0.0, length_m[way])
     inside_m = np.abs(np.bincount(way, np.copysign(ahead_m, beside_m[met]), len(sizes)))
