@@ -6,9 +6,9 @@ from pathlib import Path
 
 import typer
 
-from optuav.cli.options import mission_of
+from optuav.cli.options import mission_of, numbers_in
 from optuav.cli.output import NO, check_places, deliver
-from optuav.errors import Fault, collected, decimal, refuse
+from optuav.errors import Fault, collected, refuse
 from optuav.options import Perspective
 
 MOVED = ("device", "laser", "hover-point")  # Each with its function in `optuav.maps`
@@ -39,9 +39,7 @@ def map(
     faults, ends = list[Fault](), None
     if over not in MOVED:
         faults.append(unknown("--over", over, MOVED))
-    try:
-        ends = None if bounds is None else tuple(decimal(each) for each in bounds.split(","))
-    except ValueError:
+    if bounds is not None and not (ends := numbers_in(bounds)):
         words = "four numbers of metres with commas between them, as in 0,0,500,800"
         faults.append(Fault("--bounds", repr(bounds), words))
     with collected(faults):
