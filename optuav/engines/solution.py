@@ -214,6 +214,34 @@ class Solution:
         )
 
 
+def returned(
+    found: object, engine: str, model: Model, programmes: int, values: Values | None = None
+) -> Solution:
+    """What an engine from outside the package returned, with the objective that its values have.
+
+    `SolverError` if it is no solution to so many programmes of the model.
+    """
+    if not isinstance(found, Solution):
+        raise SolverError(f"engine {engine} returned {found!r:.60}, not a Solution")
+    statuses, points, wrong = list(found.statuses), dict[str, Floats](), list[str]()
+    if len(statuses) != programmes or not all(isinstance(each, Status) for each in statuses):
+        wrong.append(f"statuses must be {programmes} of optuav's Status")
+    for name in (each.name for each in model.variables):
+        points[name] = np.asarray(found.values.get(name), dtype=object)
+        if points[name].shape != (programmes,):
+            wrong.append(f"values[{name!r}] must be {programmes} numbers")
+    if wrong:
+        raise SolverError(f"engine {engine} returned no answers to the model: {', '.join(wrong)}")
+    points = {name: each.astype(float) for name, each in points.items()}
+    stated = {name: each.value for name, each in model.walked.given.items()}
+    reached = evaluate(model.objective, {**stated, **(values or {}), **points})
+    answered = np.array([status.has_answer for status in statuses])
+    objective = np.where(answered, reached, np.nan)
+    if not np.isfinite(objective[answered]).all():
+        raise SolverError(f"engine {engine} returned values that are no numbers as an answer")
+    return replace(found, engine=engine, statuses=statuses, values=points, objective=objective)
+
+
 def single(
     model: Model,
     engine: str,

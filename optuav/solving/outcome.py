@@ -17,7 +17,7 @@ from formulations.p4 import P4
 from formulations.parameters import Quantities
 from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
 from optuav.arrays import Booleans, Floats, Integers, Values
-from optuav.engines.registry import MOST_UNKNOWNS
+from optuav.engines.registry import AUTO, MOST_UNKNOWNS
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.judge.replay import replay
@@ -40,7 +40,7 @@ from optuav.physics.flight import STAGES, speed_warning
 from optuav.physics.quantity import Quantity
 from optuav.plan import Phase, Plan
 from optuav.solving.assemble import legs_and_stays, quantities
-from optuav.solving.question import AUTO, MOST_BUILDINGS, PROBLEM_NAMES, Question, answer
+from optuav.solving.question import MOST_BUILDINGS, PROBLEM_NAMES, Question, answer
 from optuav.status import Status
 
 ANY_S = 1e9  # Longer than any time of a mission [s]

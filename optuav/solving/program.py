@@ -13,8 +13,8 @@ from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Integers
 from optuav.engines.linear_form import cut_short
 from optuav.engines.prices import ShadowPrice
-from optuav.engines.registry import Engine, capabilities, takers
-from optuav.engines.solution import Solution
+from optuav.engines.registry import AUTO, Engine, capabilities, of_the_package, takers
+from optuav.engines.solution import Solution, returned
 from optuav.errors import Fault, InputError, NoPlanError, SolverError, printable
 from optuav.mission.messages import nearest, shown, written_out
 from optuav.mission.messages import number as number_of_key
@@ -29,7 +29,12 @@ from optuav.plan import Plan
 from optuav.solving import outcome
 from optuav.solving.assemble import quantities
 from optuav.solving.outcome import Part
-from optuav.solving.question import AUTO, LONGEST_HOVER, Question, answer, chosen_engine
+from optuav.solving.question import (
+    LONGEST_HOVER,
+    Question,
+    answer,
+    chosen_engine,
+)
 from optuav.status import Status
 
 MOST_REASONS = 10  # blocked legs that are named one by one
@@ -412,9 +417,10 @@ class CompiledProgram:
             question = replace(question, slot_s=program.network.mission.limits.slot_s)
         self.program, self.question = program, question
         limits = {"slot_s": question.slot_s, "time_limit_s": question.time_limit_s}
+        self._engines = [chosen_engine(part.model, question) for part in program.parts]
         self._solves = [
-            chosen_engine(part.model, question).compile(part.model, len(part.routes), **limits)
-            for part in program.parts
+            engine.compile(part.model, len(part.routes), **limits)
+            for engine, part in zip(self._engines, program.parts, strict=True)
         ]
         stated = (part.model.parameters for part in program.parts)
         self._parameters = {name: each for own in stated for name, each in own.items()}
@@ -451,7 +457,14 @@ class CompiledProgram:
         if faults := [Fault(n, reprlib.repr(v), words) for n, v, words in objections if words]:
             raise InputError(faults)
         numbers = {n: np.array(v, float) if np.ndim(v) else float(v) for n, v in values.items()}
-        solutions = [solve(numbers).of(numbers) for solve in self._solves]
+        solutions = list[Solution]()
+        for engine, solve, part in zip(
+            self._engines, self._solves, self.program.parts, strict=True
+        ):
+            found = solve(numbers)
+            if not of_the_package(engine):
+                found = returned(found, engine.name, part.model, len(part.routes), numbers)
+            solutions.append(found.of(numbers))
         for solution in solutions:
             solution.refuse_unusable()
             if Status.UNBOUNDED in solution.statuses:

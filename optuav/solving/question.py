@@ -11,8 +11,17 @@ from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
 from optuav.arrays import Values
-from optuav.engines.registry import Engine, capabilities, conforming, engine, need, preferred
-from optuav.engines.solution import Solution
+from optuav.engines.registry import (
+    AUTO,
+    Engine,
+    capabilities,
+    conforming,
+    engine,
+    need,
+    of_the_package,
+    preferred,
+)
+from optuav.engines.solution import Solution, returned
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.messages import misfits, shown, unknown
@@ -26,7 +35,6 @@ PROBLEMS: Mapping[str, Formulation] = {e.name: e for e in (P1(), P2(), P2(tight=
 PROBLEM_NAMES = (*PROBLEMS, "P4")  # Names of all problems of the paper; P4 needs a building too
 OF_THE_PAPER = tuple(dict.fromkeys([*map(type, PROBLEMS.values()), P4]))
 LONGEST_HOVER = ("P1", "P3", "P4")  # Those that ask for the longest hover
-AUTO = "auto"
 ASKED = "one perspective, or a list of different ones"
 LIMIT = Number("s", gt=0.0, le=1e9)
 RESTS = Number("-", ge=0, le=10, whole=True)
@@ -205,7 +213,11 @@ def answer(
     Values of parameters that differ from the model's, by name.
     """
     chosen = chosen_engine(model, question)
-    if values and not type(chosen).__module__.startswith("optuav."):
+    outside = not of_the_package(chosen)
+    if values and outside:
         model, values = model.with_values(values), None  # an engine of a user may print the model
     limits = {"slot_s": question.slot_s, "time_limit_s": question.time_limit_s}
-    return chosen.solve(model, programmes, values, **limits).of(values)
+    found = chosen.solve(model, programmes, values, **limits)
+    if outside:
+        found = returned(found, chosen.name, model, programmes)
+    return found.of(values)
