@@ -21,7 +21,7 @@ from optuav.engines.linear_form import slot_ranges
 from optuav.engines.registry import MOST_UNKNOWNS
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
-from optuav.mission.keys import Key, stated_keys
+from optuav.mission.keys import Key, as_stated, stated_keys
 from optuav.mission.messages import shown
 from optuav.modelling import Model, NotAffineError
 from optuav.modelling.check import evaluated, holding
@@ -210,18 +210,16 @@ Search: TypeAlias = Generator[list[float], list[bool], Repair | None]
 
 def _repaired(question: MissionQuestion, trials: Sequence[Trial]) -> list[bool]:
     """Which values make the question feasible; one that is refused does not."""
-    repaired, cases, wind = [False] * len(trials), {}, question.mission.wind.force_N
+    repaired, cases, mission = [False] * len(trials), {}, question.mission
     for place, (key, value) in enumerate(trials):
-        name, _, axis = key.name.removesuffix("]").partition("[")
-        new: Any = int(value) if key.whole else value
-        if axis:
-            new = [value if str(k) == axis else each for k, each in enumerate(wind)]
         with suppress(ValueError, SolverError):  # as a formulation of one's own may raise it
-            if "." in name:
-                cases[place] = question.case(question.mission.replace({name: new}))
+            if "." in key.name:
+                changes = as_stated(mission, {key.name: value})
+                cases[place] = question.case(mission.replace(changes))
             else:
-                changed = question.about(replace(question.stated.problem, **{name: new}))
-                repaired[place] = feasible([changed.case(question.mission)])[0]
+                own: Any = {key.name: int(value) if key.whole else value}
+                changed = question.about(replace(question.stated.problem, **own))
+                repaired[place] = feasible([changed.case(mission)])[0]
     for place, answered in zip(cases, feasible([*cases.values()]), strict=True):
         repaired[place] = answered
     return repaired

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -59,4 +60,18 @@ def now_of(mission: Mission, key: str) -> float | None:
     name, _, axis = name.partition("[")
     stated: Any = getattr(getattr(mission, table), name, None)
     found: float | None = stated[int(axis[0])] if axis and stated is not None else stated
+    return found
+
+
+def as_stated(mission: Mission, values: Mapping[str, float]) -> dict[str, Any]:
+    """Values of numeric keys as `Mission.replace` takes them: whole vectors, whole numbers."""
+    found = dict[str, Any]()
+    for key, value in values.items():
+        name, _, axis = key.partition("[")
+        if axis:
+            whole = found.setdefault(name, [now_of(mission, f"{name}[{k}]") for k in range(3)])
+            whole[int(axis[0])] = value
+        else:
+            allowed = number(key)
+            found[key] = int(value) if allowed and allowed.whole else value
     return found

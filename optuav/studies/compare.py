@@ -19,7 +19,7 @@ from optuav.plan.summary import counted_in, tabulated
 from optuav.solving import solve
 from optuav.solving.question import LIMIT
 from optuav.studies.methods import Progress, compare_methods
-from optuav.studies.processes import worker_faults
+from optuav.studies.processes import WORKERS
 from optuav.studies.results import Draw, Pictures, Results, Row, fixed
 
 COMPARED: Mapping[str, tuple[str, ...]] = {
@@ -136,7 +136,7 @@ def compare(
     given: dict[str, Any] = {"slots_s": slots, "periods_s": periods_s, "engines": engines}
     given["time_limit_s"] = None if time_limit_s is None else (time_limit_s,)
     given |= {"times": times or None, "workers": None if workers == 1 else workers}
-    refuse([*_faults(names, perspective, given), *worker_faults(workers)])
+    refuse([*_faults(names, perspective, given), *misfits(("workers", workers, WORKERS))])
     studied, counted = load(mission), perspective or AVAILABLE
     if names == ("method",):
         chosen = {name: getattr(studied.battery, name) for name in SINGLE if counted == AVAILABLE}

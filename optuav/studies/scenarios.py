@@ -12,8 +12,8 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, refuse
 from optuav.mission import Mission
-from optuav.mission.keys import now_of, numeric_keys
-from optuav.mission.messages import nearest, number, shown
+from optuav.mission.keys import as_stated, now_of, numeric_keys
+from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import CONVERSIONS, Number
 from optuav.network.network import Network, build_network
 from optuav.network.variants import Columns, Variants
@@ -125,9 +125,8 @@ class Scenarios:
         columns = self.stated(first, count)
         for row in range(count):
             try:
-                yield self.mission.replace(
-                    self._whole({key: float(values[row]) for key, values in columns.items()})
-                )
+                values = {key: float(column[row]) for key, column in columns.items()}
+                yield self.mission.replace(as_stated(self.mission, values))
             except InputError as error:
                 yield error
 
@@ -135,22 +134,7 @@ class Scenarios:
         """The first scenario as `Mission.replace` takes it, without what may contradict itself."""
         first = {key: float(values[0]) for key, values in self.stated(0, 1).items()}
         apart = {key for key in first if key in BOUND and now_of(self.mission, key) is not None}
-        return self._whole({key: value for key, value in first.items() if key not in apart})
-
-    def _whole(self, values: Mapping[str, float]) -> dict[str, object]:
-        """Values with components as vectors, and whole numbers as such."""
-        found: dict[str, object] = {}
-        for key, value in values.items():
-            name, _, axis = key.partition("[")
-            if not axis:
-                allowed = number(key)
-                found[key] = int(value) if allowed and allowed.whole else value
-                continue
-            table, _, field = name.partition(".")
-            vector = found.setdefault(name, list(getattr(getattr(self.mission, table), field)))
-            assert isinstance(vector, list)
-            vector[int(axis[0])] = value
-        return found
+        return as_stated(self.mission, {key: first[key] for key in first if key not in apart})
 
 
 def check(found: Scenarios) -> None:

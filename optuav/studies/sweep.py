@@ -19,7 +19,7 @@ import numpy as np
 from formulations.soc import PERSPECTIVES
 from optuav.errors import Fault, collected, refuse, require
 from optuav.mission import files
-from optuav.mission.messages import path_of, shown
+from optuav.mission.messages import misfits, path_of, shown
 from optuav.studies.batch import (
     CODED,
     LABELS,
@@ -33,7 +33,7 @@ from optuav.studies.batch import (
 )
 from optuav.studies.cluster import results
 from optuav.studies.methods import Progress
-from optuav.studies.processes import worker_faults
+from optuav.studies.processes import WORKERS
 from optuav.studies.scenarios import ROW, Scenarios
 from optuav.studies.study import Document, SweepPlan, read_plan, stated_problem
 
@@ -121,7 +121,7 @@ def sweep(
 def planned(study: Path, workers: int, scheduler: str | None) -> SweepPlan:
     """The plan of a study, refused with all its faults and those of who is to do it."""
     require("pyarrow", "sweeps")
-    faults = [*worker_faults(workers)]
+    faults = [*misfits(("workers", workers, WORKERS))]
     if scheduler is not None and workers != 1:
         words = "not with a scheduler, which has workers of its own"
         faults.append(Fault("workers", shown(workers), words))
