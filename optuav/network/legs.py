@@ -72,7 +72,7 @@ def build_legs(
     if not mission.flight.through_buildings and len(obstacles.building):
         # A building in the way is the same there and back, and none where an end is not known.
         lines, line = shared_lines(start, end)
-        known = np.isfinite(places.position_m).all(axis=1)[lines].all(axis=1)
+        known = np.isfinite(places.position_m).all(axis=1).take(lines).all(axis=1)
         low_m, high_m = places.position_m[lines[known].T]
         blockers = np.full(len(lines), CLEAR, dtype=np.intp)
         blockers[known] = crossed(obstacles, low_m, high_m, lines[known] - FIRST_BUILDING)
