@@ -131,10 +131,10 @@ def batch(
         as `optuav.layouts` makes them.
     ranges
         Values by key, each a list or an array of numbers: any numeric key of a mission, places and
-        forces by component as ``"link.device_m[0]"``. A value displaces what `Mission.replace`
-        says. Of one mission also ``"buildings"``, whole layouts: an array (layout, building, 3) of
-        the positions [m] of all its buildings, which keep their names and take their footprints
-        along.
+        forces by component as ``"link.device_m[0]"``. A new value removes what depends on the old
+        one, as in `Mission.replace`. Of one mission also ``"buildings"``, whole layouts: an array
+        (layout, building, 3) of the positions [m] of all its buildings, which keep their names and
+        take their footprints along.
     problem, perspective
         What is solved, and how charge counts, or several of these; `optuav.solve` explains them.
     paired
@@ -210,8 +210,9 @@ def _solved(
     several = "" if isinstance(mission, Mission | str | Path) else "mission"
     if not (wholes or faults):
         faults.append(Fault("mission", shown(mission), "a mission, or several of them"))
-    if isinstance(ranges, Mapping) and ROOFS in ranges and not several:
+    if isinstance(ranges, Mapping) and ROOFS in ranges:
         with collected(faults):
+            refuse([Fault(ROOFS, "", "layouts of one mission, not of several")] if several else ())
             wholes = [layout for whole in wholes for layout in relocated(whole, ranges[ROOFS])]
             keys[ROOFS], several = np.array(ranges[ROOFS], dtype=float), "layout"
         ranges = {key: each for key, each in ranges.items() if key != ROOFS}

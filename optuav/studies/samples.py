@@ -216,17 +216,23 @@ def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tupl
         path = path_of(stated)
         source, stated = label(path), read_toml(path)
     known, found, faults = stated_keys(mission), list[Spread](), list[Fault]()
-    for table, content in stated.items():
-        # A dotted key has its form beside it, a table those of its keys.
-        forms = content.items() if isinstance(content, dict) and "." not in table else None
-        for name, form in ((None, content),) if forms is None else forms:
-            with collected(faults):
-                found.append(_spread(known, table if name is None else f"{table}.{name}", form))
+    for name, form in dotted(stated):
+        with collected(faults):
+            found.append(_spread(known, name, form))
     names = Counter(each.name for spread in found for each in (spread.key, *spread.along))
     words = "varies once, by itself or along another"
     faults += [Fault(name, "", words) for name in sorted(names) if names[name] > 1]
     refuse(replace(each, source=source) for each in faults)
     return tuple(found)
+
+
+def dotted(stated: Mapping[str, object]) -> Iterator[tuple[str, object]]:
+    """Keys with their values, those of inner tables by dotted names."""
+    for name, content in stated.items():
+        if isinstance(content, dict) and "." not in name:
+            yield from ((f"{name}.{key}", values) for key, values in content.items())
+        else:
+            yield name, content
 
 
 def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:

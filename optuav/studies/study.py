@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
@@ -21,7 +21,7 @@ from optuav.mission.messages import allowed, misfits, nearest, shown
 from optuav.mission.schema import Allowed, Number
 from optuav.options import Perspective
 from optuav.solving.question import ASKED, Question, checked_question, perspectives_of, problem_of
-from optuav.studies.samples import COUNT, FINITE, SEED, Draws, Spread, sobol, spreads
+from optuav.studies.samples import COUNT, FINITE, SEED, Draws, Spread, dotted, sobol, spreads
 from optuav.studies.scenarios import Scenarios, check, values_of
 
 Document: TypeAlias = dict[str, Any]
@@ -85,7 +85,7 @@ def read_plan(path: Path) -> SweepPlan:
     with collected(faults):
         plan = _plan(stated, path, faults)
     stated_in = dict.fromkeys(("count", "seed"), "samples")
-    stated_in |= {key: name for name in TABLES for key, _ in _dotted(getattr(stated, name))}
+    stated_in |= {key: name for name in TABLES for key, _ in dotted(getattr(stated, name))}
     refuse(_placed(each, stated_in, label(path)) for each in dict.fromkeys(faults))
     return plan
 
@@ -173,7 +173,7 @@ def stated_problem(stated: str | Document) -> Formulation:
 def _ranges(stated: Document, faults: list[Fault]) -> dict[str, Any]:
     """Values by dotted key, those of tables at equal distances; others are for a batch to judge."""
     found = dict[str, Any]()
-    for key, values in _dotted(stated):
+    for key, values in dotted(stated):
         if key in found:
             faults.append(Fault(key, "", "stated once"))
         elif not isinstance(values, dict):
@@ -188,12 +188,3 @@ def _ranges(stated: Document, faults: list[Fault]) -> dict[str, Any]:
         else:
             faults.append(Fault(key, shown(values), RANGE))
     return found
-
-
-def _dotted(stated: Document) -> Iterator[tuple[str, object]]:
-    """Keys with their values, those of inner tables by dotted names."""
-    for name, content in stated.items():
-        if isinstance(content, dict) and "." not in name:
-            yield from ((f"{name}.{key}", values) for key, values in content.items())
-        else:
-            yield name, content

@@ -226,8 +226,7 @@ def part_of(plan: SweepPlan, stamp: str, versions: Mapping[str, str], number: in
     part, asked, whole = plan.part(number), plan.perspectives, plan.scenarios
     keys, names = whole.stated(part.start, len(part)), whole.mission.buildings.names
     found = variables([Scenarios(whole.mission, keys)], [plan.questions], names)
-    coded = words_of([*names])
-    words: dict[str, list[str]] = {"perspective": [*asked], **{name: coded[name] for name in CODED}}
+    words = {"perspective": [*map(str, asked)], **words_of([*names])}
     columns: dict[str, Any] = {key: np.repeat(each, len(asked)) for key, each in keys.items()}
     columns["perspective"] = np.tile(np.arange(len(asked), dtype=np.int8), len(part))
     columns |= {name: found[name][:, 0].T.ravel() for name in LABELS}  # No building is null

@@ -435,6 +435,8 @@ def test_layouts_of_other_shapes_are_refused(roofs_m: Any) -> None:
     with pytest.raises(InputError) as caught:
         optuav.batch_arrays(PAPER, {"buildings": roofs_m, "limits.dedline_s": [1]})
     assert [fault.key for fault in caught.value.faults] == ["buildings", "limits.dedline_s"]
+    with pytest.raises(InputError, match="buildings: layouts of one mission, not of several"):
+        optuav.batch_arrays([PAPER, PAPER], {"buildings": roofs_m})
     with pytest.raises(InputError, match=r"layout 0: buildings\.b1"):
         optuav.batch_arrays(PAPER, {"buildings": [np.full((10, 3), 1e7)]})
 
