@@ -194,10 +194,6 @@ class Solution:
         at = self.declared, self.parameters_at(index), self.point(index)
         return prices.shadow_prices(*at, shares)
 
-    def of(self, values: Values | None) -> "Solution":
-        """The solution with the values that were solved for, which an engine need not keep."""
-        return self if self.given or not values else replace(self, given=values)
-
     def only(self, index: int) -> "Solution":
         """The solution to a single programme."""
         one = slice(index, index + 1)

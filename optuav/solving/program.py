@@ -464,7 +464,7 @@ class CompiledProgram:
             found = solve(numbers)
             if not of_the_package(engine):
                 found = returned(found, engine.name, part.model, len(part.routes), numbers)
-            solutions.append(found.of(numbers))
+            solutions.append(replace(found, given=numbers))
         for solution in solutions:
             solution.refuse_unusable()
             if Status.UNBOUNDED in solution.statuses:

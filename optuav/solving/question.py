@@ -220,4 +220,5 @@ def answer(
     found = chosen.solve(model, programmes, values, **limits)
     if outside:
         found = returned(found, chosen.name, model, programmes)
-    return found.of(values)
+    # An engine need not keep the values that were solved for.
+    return found if found.given or not values else replace(found, given=values)
