@@ -14,13 +14,12 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, InputError
 from optuav.mission.buildings import Buildings
 from optuav.mission.messages import listed, shown
-from optuav.mission.schema import Number
+from optuav.mission.schema import COORDINATE, Number
 from optuav.mission.tables import corners_of, of_polygons
 
 DEGREES = "EPSG:4326"
 """Longitude and latitude, as maps and GPS receivers state them."""
 ON_EARTH = "|longitude| <= 180, |latitude| <= 90 [deg]"
-HEIGHT = Number("m", ge=-1e6, le=1e6)
 NOTED = {
     "level_heights": "heights that follow from levels",
     "assumed_heights": "heights that are assumed",
@@ -119,8 +118,8 @@ class City:
         """
         if not on_earth(place := (longitude, latitude)):
             raise InputError([Fault("longitude, latitude", shown(place), ON_EARTH)])
-        if not HEIGHT.accepts(height_m):
-            raise InputError([Fault("height_m", shown(height_m), HEIGHT.words)])
+        if not COORDINATE.accepts(height_m):
+            raise InputError([Fault("height_m", shown(height_m), COORDINATE.words)])
         ahead = pyproj.Transformer.from_crs(DEGREES, self.crs, always_xy=True)
         x_m, y_m = ahead.transform(*place, errcheck=True)
         return round(x_m, 3), round(y_m, 3), float(height_m)
