@@ -19,7 +19,7 @@ from optuav.arrays import Booleans, Floats, Integers, portions, ragged
 from optuav.network.prisms import MARGIN_M, Prisms
 from optuav.physics.quantity import TINY
 
-AT_ONCE = 250  # Footprints that are taken up between two looks at the horizon
+AT_ONCE = 500  # Footprints that are taken up between two looks at the horizon
 BEARINGS = 8  # Into so many bearings the average footprint reaches, about
 FEWEST, MOST = 1 << 10, 1 << 22  # Bearings
 MOST_CORNERS = 1 << 16  # That are looked at together: as many as fit the cache
