@@ -269,6 +269,7 @@ def test_control_c_ends_a_command_at_once(
     """
     code = f"""
 import os, pathlib, signal, sys, threading, time
+signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in the background of a shell
 import optuav.cli
 from optuav.mission import files
 half = pathlib.Path("half"); half.touch(); files.unfinished.add(half)
