@@ -89,11 +89,12 @@ $(VENV)/docs.stamp: requirements-docs.txt $(VENV)/dev.stamp
 	$(PIP) install --quiet --requirement requirements-docs.txt --constraint requirements-dev.txt
 	touch $@
 
-$(VENV)-lowest/installed.stamp: pyproject.toml
+$(VENV)-lowest/installed.stamp: pyproject.toml tests/city/requirements.txt
 	$(MAKE) $(VENV)-lowest/created.stamp VENV=$(VENV)-lowest
 	$(VENV)-lowest/bin/python -m pip --disable-pip-version-check install --quiet pytest-xdist hypothesis editables \
 	    $$(grep -oE '"[][a-z-]+>=[0-9.]+"' pyproject.toml | tr -d '"' | sed 's/>=/==/')
 	$(VENV)-lowest/bin/python -m pip install --quiet --no-build-isolation --no-deps --editable .
+	$(VENV)-lowest/bin/python -m pip install --quiet --no-deps --only-binary :all: --requirement tests/city/requirements.txt
 	touch $@
 
 # The modellers that the closed form is measured against are in no other environment.

@@ -19,9 +19,11 @@ class Row:
     what
         The two sides in words.
     seconds, other_seconds
-        Medians [s] of ours and of the other side.
+        Medians [s] of ours and of the other side, or other quantities.
     at_least, at_most
         Limits that other/ours, or ours/other, has to keep; None for a figure without a limit.
+    unit
+        Unit of both sides.
     """
 
     what: str
@@ -29,6 +31,7 @@ class Row:
     other_seconds: float
     at_least: float | None = None
     at_most: float | None = None
+    unit: str = "s"
 
     @property
     def ratio(self) -> float:
@@ -81,13 +84,16 @@ def table(name: str, rows: list[Row]) -> Table:
         shown.add_column(column, justify="right", no_wrap=True)
     for row in rows:
         style = "bold red" if row.missed else ""
-        cells = (_shown(row.seconds), _shown(row.other_seconds), f"{row.ratio:.3g}×", row.limit)
-        shown.add_row(row.what, *cells, style=style)
+        sides = (_shown(each, row.unit) for each in (row.seconds, row.other_seconds))
+        shown.add_row(row.what, *sides, f"{row.ratio:.3g}×", row.limit, style=style)
     return shown
 
 
-def _shown(seconds: float) -> str:
-    for unit, scale in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
-        if seconds >= scale:
-            return f"{seconds / scale:.3g} {unit}"
-    return f"{seconds / 1e-9:.3g} ns"
+def _shown(value: float, unit: str) -> str:
+    """A quantity as text, a time in a unit that suits it."""
+    if unit != "s":
+        return f"{value:,.0f} {unit}"
+    for name, scale in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if value >= scale:
+            return f"{value / scale:.3g} {name}"
+    return f"{value / 1e-9:.3g} ns"

@@ -38,7 +38,7 @@ print({name: f"{hover_s:.3f} s" for name, hover_s in alone_s.items()})
 # deadline, and is printed.
 
 # %%
-big = optuav.route_choice(few, form="big-M", order="rest-first")
+big = optuav.route_choice(few, perspective="battery", form="big-M", order="rest-first")
 print(big.model)
 print(big.plan.proof, big.plan.route)
 
@@ -69,7 +69,7 @@ assert all(0.1 < share < 0.9 for share in big.shares.values())
 # the better of the two.
 
 # %%
-hull = optuav.route_choice(few, form="hull", order="rest-first")
+hull = optuav.route_choice(few, perspective="battery", form="hull", order="rest-first")
 print(hull.model)
 for choice in (big, hull):
     print(f"{choice.form}: {traits(choice.model)}, and a bound of {choice.relaxation_s:.3f} s")
@@ -85,7 +85,10 @@ assert len(hull.model.variables) > len(big.model.variables)
 
 # %%
 best = optuav.solve(mission, perspective="battery")
-choices = {form: optuav.route_choice(mission, form=form) for form in ("hull", "big-M")}
+choices = {
+    form: optuav.route_choice(mission, perspective="battery", form=form)
+    for form in ("hull", "big-M")
+}
 for choice in choices.values():
     print(choice, end="\n\n")
     assert choice.plan.route == best.route
@@ -102,7 +105,7 @@ assert choices["big-M"].gap_s > 400.0
 # %%
 graph = optuav.graph(mission)
 graph.edges["origin", "b1"].update(duration_s=1.0, charge_As=10.0, energy_J=100.0)
-edited = optuav.route_choice(mission, graph=graph)
+edited = optuav.route_choice(mission, perspective="battery", graph=graph)
 print(edited.notes[-1])
 
 assert "one stop is enough" in choices["hull"].notes[-1]

@@ -122,6 +122,8 @@ folder.cleanup()
 longest = found.hover_time_s.max(["limits.deadline_s", "battery.capacity_As"])
 for perspective in found.perspective.values:
     print(f"{perspective:10} {longest.sel(perspective=perspective).item():.1f} s at most")
+drawn = dict(optuav.plots.swept(found))  # To look at one: optuav.plots.save(drawn[name], name)
+print("drawn:", *drawn)
 
 assert again.kept == again.parts
 assert longest.sel(perspective="available") < longest.sel(perspective="battery")

@@ -119,8 +119,8 @@ def levels(given: Quantities, hover: Operand, rest: Operand) -> Sequence[Wells]:
             available, bound = _tapered(whole, charge.wells(whole), stage, stay)
         else:
             words = "" if stay else "by eqs (15)-(16), a stage of flight"
-            flight = [kibam.shift(whole, stage)] if isinstance(stage, Stage) else stage
-            total, tilt = kibam.shifted(charge, flight)
+            flight = [stage] if isinstance(stage, Stage) else stage
+            total, tilt = kibam.tilted_after(whole, charge, *flight)
             tilt = _named("tilt", "z", tilt, n, words)
             charge = Tilted(_named("charge", "y", total, n, words), tilt)
             available, bound = charge.wells(whole)

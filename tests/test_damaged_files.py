@@ -13,7 +13,7 @@ import optuav
 from optuav.calibration import csv, kibam, regimes, rotor
 from optuav.calibration.table import read_table
 from optuav.errors import LONGEST_WORDS, MOST_SHOWN
-from optuav.studies.uncertainty import spreads
+from optuav.studies.samples import spreads
 from tests.cli.run import run
 from tests.mission.strategies import HOSTILE_VALUES, SHIPPED_FILES, TOKENS
 

@@ -14,13 +14,20 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, InputError
 from optuav.mission.buildings import Buildings
 from optuav.mission.messages import listed, shown
-from optuav.mission.schema import Number
+from optuav.mission.schema import COORDINATE, Number
 from optuav.mission.tables import corners_of, of_polygons
 
 DEGREES = "EPSG:4326"
 """Longitude and latitude, as maps and GPS receivers state them."""
 ON_EARTH = "|longitude| <= 180, |latitude| <= 90 [deg]"
-HEIGHT = Number("m", ge=-1e6, le=1e6)
+NOTED = {
+    "level_heights": "heights that follow from levels",
+    "assumed_heights": "heights that are assumed",
+    "mended": "invalid outlines that were mended",
+    "filled": "buildings whose courtyards count as built over",
+    "left_out": "features without an area, left out",
+}
+"""What is noted of how buildings were made of a file, by the fields that list them."""
 
 
 def on_earth(place: object) -> TypeGuard[tuple[float, float]]:
@@ -111,8 +118,8 @@ class City:
         """
         if not on_earth(place := (longitude, latitude)):
             raise InputError([Fault("longitude, latitude", shown(place), ON_EARTH)])
-        if not HEIGHT.accepts(height_m):
-            raise InputError([Fault("height_m", shown(height_m), HEIGHT.words)])
+        if not COORDINATE.accepts(height_m):
+            raise InputError([Fault("height_m", shown(height_m), COORDINATE.words)])
         ahead = pyproj.Transformer.from_crs(DEGREES, self.crs, always_xy=True)
         x_m, y_m = ahead.transform(*place, errcheck=True)
         return round(x_m, 3), round(y_m, 3), float(height_m)
@@ -134,12 +141,6 @@ class City:
             f"{len(self.names)} buildings around longitude {longitude:.6f}, latitude "
             f"{latitude:.6f}, where x = y = 0: azimuthal equidistant projection, x east, y north"
         )
-        for names, words in (
-            (self.level_heights, "heights that follow from levels"),
-            (self.assumed_heights, "heights that are assumed"),
-            (self.mended, "invalid outlines that were mended"),
-            (self.filled, "buildings whose courtyards count as built over"),
-            (self.left_out, "features without an area, left out"),
-        ):
-            if names:
+        for name, words in NOTED.items():
+            if names := getattr(self, name):
                 yield f"{words}: {len(names)} ({listed(names)})"

@@ -6,6 +6,7 @@ import math
 import re
 import warnings
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ import shapely
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.city.city import DEGREES, ON_EARTH, City, on_earth, plane
 from optuav.city.cityjson import FARTHEST, solids
-from optuav.errors import Fault, InputError, printable, refuse
+from optuav.errors import Fault, InputError, collected, printable, refuse
 from optuav.mission.files import label, refusal, refusals
 from optuav.mission.messages import listed, misfits, nearest, shown
 from optuav.mission.schema import Number
@@ -94,16 +95,25 @@ def read(
     ... except optuav.InputError as error:
     ...     print(error)
     level_height_m = -1: a number, 0 < x <= 1e6 [m]
+    nowhere.gpkg: there is no such file
     """
     bbox = tuple(bbox.tolist()) if isinstance(bbox, np.ndarray) else bbox
     origin = tuple(origin.tolist()) if isinstance(origin, np.ndarray) else origin
     texts = ("path", path), ("height", height), ("levels", levels)
-    wrong = [
+    faults = [
         Fault(n, shown(each), "a text") for n, each in texts if not isinstance(each, str | Path)
     ]
-    refuse([*wrong, *_faults(level_height_m, default_height_m, bbox, origin)])
-    file = Path(path)
-    frame = _features(file, layer, crs, bbox)
+    system, unread = None if crs is None else _system(crs), bool(faults)
+    if crs is not None and system is None:
+        words = 'a coordinate reference system that pyproj knows, as "EPSG:25832"'
+        faults.append(Fault("crs", shown(crs), words))
+    faults += _faults(level_height_m, default_height_m, bbox, origin)
+    if not unread:
+        file = Path(path)
+        with collected(faults):
+            frame = _features(file, layer, bbox if crs is None and not faults else None)
+    refuse(faults)
+    frame = _placed(file, frame, system)
     if (np.abs(frame.total_bounds) > FARTHEST).any():
         raise refusal(file, f"has coordinates beyond {FARTHEST:g}")
     stated, frame = frame.index, _with_areas(frame)
@@ -171,7 +181,7 @@ def _faults(
         yield Fault("origin", shown(origin), f"longitude, latitude: {ON_EARTH}")
 
 
-def _features(file: Path, layer: str | None, crs: str | int | None, bbox: Any) -> Any:
+def _features(file: Path, layer: str | None, bbox: Any) -> Any:
     """The features of a file as a table with their outlines, in the file's reference system."""
     with refusals(file, "read"):
         if not file.exists():
@@ -179,29 +189,32 @@ def _features(file: Path, layer: str | None, crs: str | int | None, bbox: Any) -
     if file.suffix == ".json" and (frame := solids(file)) is not None:
         if layer is not None:
             raise InputError([Fault("layer", shown(layer), "CityJSON has none")])
-    else:
-        try:
-            frame = _layer(file, layer, bbox if crs is None else None)
-        except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
-            words, _, _ = printable(str(error)).partition(".; ")  # What drivers there are
-            raise refusal(file, f"is no map that GDAL reads: {words}") from None
-    if crs is not None:
-        try:
-            stated = pyproj.CRS.from_user_input(crs)
-        except pyproj.exceptions.CRSError:
-            stated = None
-        if stated is None or not _is_of_maps(stated):
-            words = 'a coordinate reference system that pyproj knows, as "EPSG:25832"'
-            raise InputError([Fault("crs", shown(crs), words)])
-        if frame.crs is not None and frame.crs != stated:
-            words = f"{label(file)} states {frame.crs.to_string()}"
-            raise InputError([Fault("crs", shown(crs), words)])
-        return frame.set_crs(stated)
-    if frame.crs is None:
+        return frame
+    try:
+        return _layer(file, layer, bbox)
+    except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
+        words, _, _ = printable(str(error)).partition(".; ")  # What drivers there are
+        raise refusal(file, f"is no map that GDAL reads: {words}") from None
+
+
+def _placed(file: Path, frame: Any, stated: pyproj.CRS | None) -> Any:
+    """The features in the reference system of their file, or else in the one that is stated."""
+    if stated is None and frame.crs is None:
         raise refusal(file, "states no coordinate reference system; state it as crs")
-    if not _is_of_maps(frame.crs):
+    if stated is None and not _is_of_maps(frame.crs):
         raise refusal(file, f"states {shown(frame.crs.name)}, which is no system of maps")
-    return frame
+    if stated is not None and frame.crs not in (None, stated):
+        words = f"{label(file)} states {frame.crs.to_string()}"
+        raise InputError([Fault("crs", shown(stated.to_string()), words)])
+    return frame if stated is None else frame.set_crs(stated)
+
+
+def _system(stated: object) -> pyproj.CRS | None:
+    """A reference system of maps; None if pyproj knows none like that."""
+    with suppress(pyproj.exceptions.CRSError):
+        found = pyproj.CRS.from_user_input(stated)
+        return found if _is_of_maps(found) else None
+    return None
 
 
 def _is_of_maps(crs: pyproj.CRS) -> bool:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from optuav.cli.options import numbers_in
 from optuav.cli.output import check_places, deliver, say
-from optuav.errors import Fault, InputError, decimal, refuse
+from optuav.errors import Fault, InputError, collected, refuse
 
 if TYPE_CHECKING:
     from optuav.mission import Mission
 
 LEAST_BYTES = 50  # Of a building in a mission file
+FAR_M = 5000.0  # A place this far from all buildings is hardly meant [m]
 
 
 @dataclass(frozen=True)
@@ -34,35 +35,46 @@ class Map:
     layer: str | None = None
     height: str = "height"
     levels: str = "building:levels"
+    level_height_m: float = 3.0
     crs: str | None = None
     bbox: str | None = None
     default_height_m: float | None = None
 
 
 def city(
-    file: Path, site: Site, map: Map, source: str = "matrice350", save: Path | None = None
+    file: Path,
+    site: Site,
+    map: Map,
+    source: str = "matrice350",
+    as_json: bool = False,
+    save: Path | None = None,
 ) -> None:
     """Make a mission among the buildings of a map file (needs geopandas)."""
     from optuav.city import read
-    from optuav.city.city import ON_EARTH, on_earth
+    from optuav.city.city import NOTED, ON_EARTH, on_earth
     from optuav.mission import load
     from optuav.mission.files import LARGEST_TOML, STANDARD, write_files
     from optuav.mission.table_files import geoparquet
     from optuav.mission.template import template
 
     check_places(save, None)
-    base, places = load(source), {name: _numbers(text) for name, text in vars(site).items()}
-    bbox = None if map.bbox is None else _numbers(map.bbox)
+    places: dict[str, Any] = {name: numbers_in(text) for name, text in vars(site).items()}
+    faults = list[Fault]()
     words = f"LONGITUDE,LATITUDE,HEIGHT: {ON_EARTH}"
-    faults = [
-        Fault(name, repr(getattr(site, name)), words)
-        for name, place in places.items()
-        if len(place) != 3 or not on_earth(place[:2])
-    ]
+    for name, place in places.items():
+        if len(place) != 3 or not on_earth(place[:2]):
+            faults.append(Fault(name, repr(getattr(site, name)), words))
+    bbox = None if map.bbox is None else numbers_in(map.bbox)
     if bbox is not None and len(bbox) != 4:
         faults.append(Fault("bbox", repr(map.bbox), "WEST,SOUTH,EAST,NORTH [deg]"))
+    if as_json and save in (None, STANDARD):
+        faults.append(Fault("--json", "", "goes with --save FILE"))
+    with collected(faults):
+        base = load(source)
+    stated, origin = {**vars(map), "bbox": None if faults else bbox}, places["origin"][:2]
+    with collected(faults):
+        town = read(file, **stated, origin=None if faults else origin)
     refuse(faults)
-    town = read(file, **{**vars(map), "bbox": bbox}, origin=places["origin"][:2])
     at_m = {name: town.point_m(*place) for name, place in places.items()}
     mission = base.replace(
         {
@@ -77,7 +89,7 @@ def city(
             "buildings": town.buildings(),
         }
     )
-    notes, warnings = [*town.notes()], [*_warnings(mission)]
+    notes, warnings = [*town.notes()], [*_warnings(mission, at_m)]
     remarks = [*notes, *(f"warning: {each}" for each in warnings)]
     few = len(mission.buildings) * LEAST_BYTES <= LARGEST_TOML
     text = template(mission, mission.name, remarks) if few else ""
@@ -93,26 +105,30 @@ def city(
         text = template(mission, mission.name, remarks, save)
         files = {table: content, save: text.encode("utf-8")}
     write_files(files)
-    if save is None:
-        for each in warnings:  # The standard output may be the mission's file
-            say(f"warning: {each}", error=True)
-    else:
-        deliver(lambda: None, remarks, as_json=False, written=[*files])
+    if save in (None, STANDARD):
+        for each in remarks:  # The standard output may be the mission's file
+            say(each, error=True)
+        return
+    lists = {name: [*getattr(town, name)] for name in NOTED}
+    found = {"kind": "optuav city", "crs": town.crs, "buildings": len(town.names), **lists}
+    found |= {"notes": notes, "warnings": warnings, "written": [str(each) for each in files]}
+    deliver(lambda: found, remarks, as_json=as_json, written=[*files])
 
 
-def _numbers(text: str) -> tuple[Any, ...]:
-    """Numbers between commas; none where one of them is no number."""
-    with suppress(ValueError):
-        return tuple(decimal(part.strip()) for part in text.split(","))
-    return ()
-
-
-def _warnings(mission: Mission) -> Iterator[str]:
+def _warnings(mission: Mission, at_m: Mapping[str, tuple[float, float, float]]) -> Iterator[str]:
     """What is amiss, and what stands in the way from take-off to the hover point and on."""
+    import numpy as np
+
     from optuav.network.feasibility import advice, blocked_legs
     from optuav.network.network import build_network
     from optuav.network.obstacles import CLEAR
 
+    for name, (x, y, z) in at_m.items():
+        away_m = np.hypot(*(mission.buildings.roof_m[:, :2] - (x, y)).T).min()
+        if away_m > FAR_M:
+            yield f"{name} is {away_m / 1000:.3g} km away from the nearest building"
+        if z < 0.0:
+            yield f"{name} lies {-z:g} m below the ground"
     found, network = [*advice(mission)], build_network(mission)
     yield from found
     if (network.legs.crosses[:2] != CLEAR).any():

@@ -6,19 +6,18 @@ from pathlib import Path
 
 import typer
 
-from optuav.cli.options import mission_of
+from optuav.cli.options import mission_of, numbers_in
 from optuav.cli.output import NO, check_places, deliver
-from optuav.errors import Fault, collected, decimal, refuse
+from optuav.errors import Fault, collected, refuse
 from optuav.options import Perspective
 
-MAPS = {"device": "device", "laser": "laser", "hover-point": "hover_point"}
-"""What may be moved, with the function of `optuav.maps`."""
+MOVED = ("device", "laser", "hover-point")  # Each with its function in `optuav.maps`
 
 
 def map(
     mission: str,
     over: str,
-    grid: float,
+    step_m: float,
     bounds: str | None = None,
     height_m: float | None = None,
     perspective: Perspective = "available",
@@ -32,24 +31,22 @@ def map(
     Exit code 1 if there is no plan anywhere.
     """
     from optuav import maps
-    from optuav.maps.files import FORMATS
-    from optuav.maps.grid import faults as grid_faults
-    from optuav.maps.summary import summary, to_dict
+    from optuav.maps.output import FORMATS, summary, to_dict
+    from optuav.maps.positions import faults_of
+    from optuav.mission.messages import unknown
 
     check_places(save, plot, *FORMATS)
     faults, ends = list[Fault](), None
-    if over not in MAPS:
-        faults.append(Fault("--over", repr(over), f"one of {', '.join(MAPS)}"))
-    try:
-        ends = None if bounds is None else tuple(decimal(each) for each in bounds.split(","))
-    except ValueError:
+    if over not in MOVED:
+        faults.append(unknown("--over", over, MOVED))
+    if bounds is not None and not (ends := numbers_in(bounds)):
         words = "four numbers of metres with commas between them, as in 0,0,500,800"
         faults.append(Fault("--bounds", repr(bounds), words))
     with collected(faults):
         stated = mission_of(mission, settings)
-    refuse([*faults, *(grid_faults(grid, ends, height_m) if faults else ())])
+    refuse([*faults, *(faults_of(step_m, ends, height_m, perspective) if faults else ())])
     options = {"bounds": ends, "height_m": height_m, "perspective": perspective}
-    found = getattr(maps, MAPS[over])(stated, grid, **options)
+    found = getattr(maps, over.replace("-", "_"))(stated, step_m, **options)
     written = []
     if save is not None:
         written.append(maps.save(found, save))

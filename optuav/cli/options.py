@@ -175,3 +175,10 @@ def is_plan(source: str, stated: Iterable[str]) -> bool:
     options = sorted(stated) if found else []
     refuse(Fault(f"--{name.replace('_', '-')}", "", words) for name in options)
     return found
+
+
+def numbers_in(text: str) -> tuple[float, ...]:
+    """Numbers between commas; none where one of them is no number."""
+    with suppress(ValueError):
+        return tuple(decimal(part.strip()) for part in text.split(","))
+    return ()

@@ -5,9 +5,8 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-import optuav
 from optuav.cli.output import check_places, deliver, progress
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, refuse
 
 
 def sweep(
@@ -19,21 +18,21 @@ def sweep(
 ) -> None:
     """Solve all scenarios of a study, in parts that are kept (needs pyarrow)."""
     check_places(None, plot)
-    if plot is not None:
-        from optuav.studies.study import read_study
+    from optuav.studies.sweep import open_sweep, planned, run
 
-        if not read_study(study).is_drawable:
-            raise InputError(
-                [Fault("plot", "", "goes with [grid] alone, of one or two keys with values")]
-            )
+    plan = planned(study, workers, scheduler)
+    if plot is not None and not plan.is_drawable:
+        words = "goes with one key or two, of several values each, one of them in [grid]"
+        refuse([Fault("plot", "", words)])
     began_s = time.monotonic()
     with progress("scenarios") as bar:
-        done = optuav.sweep(study, workers=workers, scheduler=scheduler, progress=bar)
+        done = run(plan, workers, scheduler, bar)
     took_s = time.monotonic() - began_s
-    written = []
+    written = list[Path]()
     if plot is not None:
-        drawn = optuav.plots.swept(optuav.open_sweep(done.directory))
-        written = optuav.plots.save_figures(drawn, plot)
+        from optuav import plots
+
+        written = plots.save_figures(plots.swept(open_sweep(done.directory)), plot)
     shown = [
         f"Scenarios  {done.scenarios}",
         f"Parts      {done.parts}" + f", {done.kept} of them from before" * bool(done.kept),
@@ -44,6 +43,8 @@ def sweep(
     for name, reasons in done.reasons.items():
         why = [f"{count} without: {words}" for words, count in reasons.items()]
         shown.append(f"Plans      {'; '.join([f'{name} {plans[name]}', *why])}")
+        if ends := done.hover_time_s[name]:
+            shown.append(f"Hover      {name} {ends['shortest']:.2f} to {ends['longest']:.2f} s")
     deliver(
         lambda: {
             "kind": "optuav sweep",
@@ -51,6 +52,7 @@ def sweep(
             "directory": str(done.directory),
             "plans": plans,
             "without_plan": without,
+            "pictures": [*map(str, written)],
             "elapsed_s": round(took_s, 3),
         },
         shown,

@@ -16,7 +16,7 @@ from optuav.diagnosis.infeasibility import bound, conflicts, is_own, parameters_
 from optuav.diagnosis.parameter_prices import prices
 from optuav.diagnosis.repair import MissionQuestion, repairs
 from optuav.diagnosis.report import Explanation, Side
-from optuav.engines.registry import Engine
+from optuav.engines.registry import Engine, capabilities
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission, load
@@ -26,6 +26,7 @@ from optuav.modelling.traversal import has_unknowns, leaves
 from optuav.modelling.writer import Text
 from optuav.network.graph import Graph, as_graph
 from optuav.network.network import build_network
+from optuav.network.places import charging_cap
 from optuav.network.routes import SAME_S
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
@@ -154,6 +155,9 @@ def _of_plan(plan: Plan) -> dict[str, Any]:
             f"the plan's problem {plan.problem} is not of the paper, and its file does not hold "
             "the formulation: explain the mission with it"
         )
+    if plan.engine not in ("", SIMULATION, *capabilities):
+        words = "register it, or explain the mission with engine="
+        raise InputError(f"the plan's engine {plan.engine} is not known by its name: {words}")
     fields = {name: getattr(plan, name) for name in ("trajectory", "building", "order")}
     return {
         "problem": problem_of(plan.problem, **fields),
@@ -179,12 +183,13 @@ def _explained(question: MissionQuestion, plan: Plan | None = None) -> Explanati
         solutions = program.answers()
         plan = plan or program.plan(solutions)
     plan = plan or program.solve()
-    cap = program.network.charging_cap
+    cap = charging_cap(program.network.mission, program.network.places)
     notes = [cap.words] if cap and any(part.rests for part in program.parts) else []
     more_stops_open = more_stops_may_help(program.question, program.network, plan, question.graph)
     if plan:
         found = _optimum(program, plan, solutions)
-        return replace(found, notes=(*found.notes, *notes), more_stops_open=more_stops_open)
+        notes = [*dict.fromkeys([*found.notes, *notes])]
+        return replace(found, notes=tuple(notes), more_stops_open=more_stops_open)
     if plan.status is not Status.INFEASIBLE:
         return Explanation(plan)
     clashing = conflicts(program)
@@ -246,11 +251,12 @@ def _optimum(program: Program, plan: Plan, solutions: Sequence[Solution] | None)
     number, entry = tied[0]
     part, solution = program.parts[number], solutions[number]
     point, row = solution.point(entry), part.model.row(entry)
-    hover_s, notes = point.get("hover_time_s", 0.0), list[str]()
+    hover_s, sought = point.get("hover_time_s", 0.0), _objective(part.model)
+    notes = [] if plan.status is Status.OPTIMAL else [*plan.notes]
     if program.question.slot_s is not None:
         notes.append(
             "an answer in slots has no shadow prices: constraints, proof and prices are those of "
-            f"the optimum with continuous times, {hover_s:.2f} s of hover"
+            f"the optimum with continuous times, {solution.objective[entry]:.2f} {sought}"
         )
     elif abs(hover_s - plan.hover_time_s) > SAME_S * max(1.0, hover_s):
         notes.append(f"solving again gives {hover_s:.6f} s of hover, not the plan's")
@@ -260,7 +266,7 @@ def _optimum(program: Program, plan: Plan, solutions: Sequence[Solution] | None)
         notes.append(f"{len(tied)} routes tie ({ways}): a price is that of the best on either side")
     return Explanation(
         plan,
-        objective=_objective(part.model),
+        objective=sought,
         sense=part.model.sense,
         constraints=tuple(_sides(program, part, entry, {**row, **point})),
         bound=bound(part.model, row, solution.binding_labels(entry)),

@@ -8,10 +8,10 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.diagnosis.infeasibility import is_own
-from optuav.diagnosis.repair import Key, keys
 from optuav.engines import bracket, closed_form
 from optuav.engines.prices import ShadowPrice
 from optuav.engines.solution import Solution
+from optuav.mission.keys import Key, stated_keys
 from optuav.modelling import Model, Parameter
 from optuav.modelling.traversal import has_unknowns, leaves
 from optuav.solving import Program
@@ -75,7 +75,8 @@ def prices(
     """
     model, rates = program.parts[chosen[0]].model, program.shadow_prices(solutions)
     stated = [each for each in _moving(model) if each.name in rates]
-    known = {(key.name, key.unit.replace("-", "1")): key for key in keys(program.network.mission)}
+    keys = stated_keys(program.network.mission).values()
+    known = {(key.name, key.unit.replace("-", "1")): key for key in keys}
     own = [known.get((each.key, each.unit)) for each in stated]
     row = model.row(chosen[1])
     steps = [_step(p, key, float(row[p.name])) for p, key in zip(stated, own, strict=True)]

@@ -21,8 +21,8 @@ from optuav.engines.linear_form import slot_ranges
 from optuav.engines.registry import MOST_UNKNOWNS
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
-from optuav.mission.messages import number, shown
-from optuav.mission.schema import FORCE, Number
+from optuav.mission.keys import Key, as_stated, stated_keys
+from optuav.mission.messages import shown
 from optuav.modelling import Model, NotAffineError
 from optuav.modelling.check import evaluated, holding
 from optuav.modelling.classify import traits
@@ -45,7 +45,6 @@ PLANNED += ["battery.charge_", "laser.power_W", "route.", "flight.through_buildi
 PLANNED += ["link.transmit_power_W", "link.snr_threshold_dB", "link.noise_power_W", "body.mass_kg"]
 """What a planner can change, the easiest first; repairs of other loads and physics come after."""
 MOST = 1e3  # Largest change that is tried, as a factor
-INSIDE = 1e-9  # Distance of the outermost value from a bound that is excluded
 WRITTEN = ".15g"  # Every digit of a rounded value: a shorter one may not repair
 NEAR = 0.1
 """Share of a value and of its change below which both are known well enough to round them."""
@@ -84,52 +83,6 @@ class MissionQuestion:
     def about(self, problem: Formulation) -> MissionQuestion:
         """The question with another problem."""
         return replace(self, stated=replace(self.stated, problem=problem))
-
-
-@dataclass(frozen=True)
-class Key:
-    """A numeric key that a mission states."""
-
-    name: str  # Dotted; of a component as ``wind.force_N[2]``
-    now: float
-    low: float
-    high: float
-    whole: bool  # Whether only whole numbers are allowed
-    unit: str  # As its range states it; ``"-"`` for a ratio
-
-    def further(self, sign: int) -> Iterator[float]:
-        """Values ever larger (1) or smaller (−1), to a thousandfold or the end of the range."""
-        last = self.high if sign > 0 else self.low
-        scale = abs(self.now) or 1e-6 * max(abs(self.low), abs(self.high))
-        by_factor = self.low >= 0.0 and self.now != 0.0
-        value = self.now
-        for share, factor in ((0.2, 1.2), (1.0, 2.0), (10.0, 10.0), (100.0, 100.0), (MOST, MOST)):
-            step = self.now * factor**sign if by_factor else self.now + sign * share * scale
-            before, value = value, sign * math.ceil(sign * step) if self.whole else step
-            if sign * value >= sign * last:
-                if last != self.now:
-                    yield last
-                return
-            if value != before:
-                yield value
-
-
-def keys(mission: Mission) -> Iterator[Key]:
-    """The numeric keys that a mission states, in the order of its tables."""
-    for table in TABLES:
-        section = getattr(mission, table)
-        for name in type(section).model_fields if section else ():
-            now, stated = getattr(section, name), number(f"{table}.{name}")
-            if stated is not None and isinstance(now, int | float):
-                yield _key(f"{table}.{name}", now, stated)
-
-
-def _key(name: str, now: float, stated: Number) -> Key:
-    """A key by its range; a bound that is excluded is approached."""
-    low, high = stated.ge, stated.le
-    low = (stated.gt or 0.0) + INSIDE if low is None else low
-    high = (stated.lt or 0.0) - INSIDE if high is None else high
-    return Key(name, now, low, high, stated.whole, stated.unit)
 
 
 @dataclass(frozen=True)
@@ -212,12 +165,31 @@ def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
         now = getattr(getattr(mission, table), field)
         if now != value and feasible([question.case(mission.replace({name: value}))])[0]:
             found.append(Repair(name, now, "==", value, None, 0.0))
-    wind = ((f"wind.force_N[{axis}]", now) for axis, now in enumerate(mission.wind.force_N) if now)
-    moved = (*_own(question), *keys(mission), *(_key(*each, FORCE) for each in wind))
+    stated = stated_keys(mission).items()
+    moved = [*_own(question)]
+    moved += (key for name, key in stated if name.partition(".")[0] in TABLES and "[" not in name)
+    moved += (key for name, key in stated if name.startswith("wind.") and key.now)
     ways = [(key, sign) for key in moved for sign in (1, -1)]
     found += searched(ways, partial(_repaired, question)).values()
     places = {each: [not each.key.startswith(name) for name in PLANNED] for each in found}
     return tuple(sorted(found, key=lambda e: ("." in e.key, places[e], e.size, e.key)))
+
+
+def outward(key: Key, sign: int) -> Iterator[float]:
+    """Values ever larger (1) or smaller (−1), to a thousandfold or the end of the range."""
+    last = key.high if sign > 0 else key.low
+    scale = abs(key.now) or 1e-6 * max(abs(key.low), abs(key.high))
+    by_factor = key.low >= 0.0 and key.now != 0.0
+    value = key.now
+    for share, factor in ((0.2, 1.2), (1.0, 2.0), (10.0, 10.0), (100.0, 100.0), (MOST, MOST)):
+        step = key.now * factor**sign if by_factor else key.now + sign * share * scale
+        before, value = value, sign * math.ceil(sign * step) if key.whole else step
+        if sign * value >= sign * last:
+            if last != key.now:
+                yield last
+            return
+        if value != before:
+            yield value
 
 
 def _own(question: MissionQuestion) -> Iterator[Key]:
@@ -238,18 +210,16 @@ Search: TypeAlias = Generator[list[float], list[bool], Repair | None]
 
 def _repaired(question: MissionQuestion, trials: Sequence[Trial]) -> list[bool]:
     """Which values make the question feasible; one that is refused does not."""
-    repaired, cases, wind = [False] * len(trials), {}, question.mission.wind.force_N
+    repaired, cases, mission = [False] * len(trials), {}, question.mission
     for place, (key, value) in enumerate(trials):
-        name, _, axis = key.name.removesuffix("]").partition("[")
-        new: Any = int(value) if key.whole else value
-        if axis:
-            new = [value if str(k) == axis else each for k, each in enumerate(wind)]
         with suppress(ValueError, SolverError):  # as a formulation of one's own may raise it
-            if "." in name:
-                cases[place] = question.case(question.mission.replace({name: new}))
+            if "." in key.name:
+                changes = as_stated(mission, {key.name: value})
+                cases[place] = question.case(mission.replace(changes))
             else:
-                changed = question.about(replace(question.stated.problem, **{name: new}))
-                repaired[place] = feasible([changed.case(question.mission)])[0]
+                own: Any = {key.name: int(value) if key.whole else value}
+                changed = question.about(replace(question.stated.problem, **own))
+                repaired[place] = feasible([changed.case(mission)])[0]
     for place, answered in zip(cases, feasible([*cases.values()]), strict=True):
         repaired[place] = answered
     return repaired
@@ -282,7 +252,7 @@ def search(key: Key, sign: int) -> Search:
     Ever larger changes are tried, then the gap before the nearest that repairs is halved. What
     repairs only between two values tried is missed.
     """
-    values = [*key.further(sign)]
+    values = [*outward(key, sign)]
     repair = yield values
     if not any(repair):
         return None
@@ -291,7 +261,7 @@ def search(key: Key, sign: int) -> Search:
     if nearest is None:
         return None
     value, digit = nearest
-    further, end = [value, *replace(key, now=value).further(sign)], None
+    further, end = [value, *outward(replace(key, now=value), sign)], None
     repair = yield further
     if not all(repair):
         bad = repair.index(False)

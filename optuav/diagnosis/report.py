@@ -236,7 +236,7 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
         rows.append((f"{number_text(least.slack)} of B", f"{least.label}{more}"))
     yield _labelled("To spare", _columns(rows))
     if explained.bound is not None:
-        head = wrapped("Proof", "no point that satisfies these constraints is better:")
+        head = wrapped("Proof", "on this route no point that satisfies all of these is better:")
         yield [*head, *_columns(explained.bound.table)]
     yield from _prices(explained)
 

@@ -29,7 +29,16 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.engines.registry import Engine, capabilities
-from optuav.engines.rows import Rows, Section, StatedForm, close_in, levelled, rows_of, stated_forms
+from optuav.engines.rows import (
+    Rows,
+    Section,
+    StatedForm,
+    close_in,
+    levelled,
+    rows_of,
+    some,
+    stated_forms,
+)
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
 from optuav.modelling.check import evaluated
@@ -80,11 +89,11 @@ def largest(
     x, y, beyond = _monotone(rows, x_top, y_top, np.asarray(least, float))
     lost = np.flatnonzero(~((rows.at(x, y) >= 0.0).all(axis=0) | np.isnan(x)))
     if len(lost):
-        y[lost] = rows.take(lost).at_x(x[lost]).end(y_top[lost], smallest=True)
+        y[lost] = Rows(*some(rows, lost)).at_x(x[lost]).end(y_top[lost], smallest=True)
         lost = lost[np.isnan(y[lost])]
     if len(lost):
         x[lost], y[lost], beyond[lost] = _sweep(
-            rows.take(lost), x_top[lost], y_top[lost], beyond[lost], any_point
+            Rows(*some(rows, lost)), x_top[lost], y_top[lost], beyond[lost], any_point
         )
     return Interval(np.where(np.isnan(y), np.nan, x), y, beyond)
 
@@ -96,7 +105,7 @@ def shortest(rows: Rows, found: Interval, y_top: Floats) -> Floats:
     """
     y = found.y.copy()
     here = np.flatnonzero(~np.isnan(found.x))
-    smallest = rows.take(here).at_x(found.x[here]).end(y_top[here], smallest=True)
+    smallest = Rows(*some(rows, here)).at_x(found.x[here]).end(y_top[here], smallest=True)
     y[here] = np.fmin(smallest, y[here])
     return y
 
@@ -162,7 +171,7 @@ def _sweep(
     for _ in range(MOST_BOXES):
         if not len(open_):
             break
-        here, top, high = rows.take(open_), y_top[open_], beyond[open_]
+        here, top, high = Rows(*some(rows, open_)), y_top[open_], beyond[open_]
         low = np.maximum(high - size[open_], np.nan_to_num(x[open_]))
         empty = _empty(here, rising[:, open_], low, high, top)
         beyond[open_] = np.where(empty, low, high)
@@ -185,7 +194,7 @@ def _sweep(
         return least
 
     # With that y, a little farther as a rule.
-    farthest, _ = close_in(margin, x[known], beyond[known], EDGE_S, y[known], *rows.take(known))
+    farthest, _ = close_in(margin, x[known], beyond[known], EDGE_S, y[known], *some(rows, known))
     x[known] = np.fmax(x[known], farthest)
     return x, y, beyond
 
@@ -199,7 +208,7 @@ def _empty(rows: Rows, rising: Booleans, low: Floats, high: Floats, y_top: Float
     if len(left):
         reach_y = np.stack([smallest, over.end(y_top)])[:, left]
         x, reach_x = 0.5 * (low + high)[left], 0.5 * (high - low)[left]
-        most = _most(rows.take(left), rising[:, left], x, reach_x, reach_y, y_top[left])
+        most = _most(Rows(*some(rows, left)), rising[:, left], x, reach_x, reach_y, y_top[left])
         empty[left] = most < 0.0
     return empty
 
@@ -245,7 +254,7 @@ def solve(
     given = values or {}
     names = sorted((each.name for each in model.variables), key=model.objective.name.__ne__)
     forms = stated_forms(model, given, relaxed=True)
-    rows, tops, usable = _read(forms, names, programmes)
+    rows, tops, usable = rows_and_tops(forms, names, programmes)
     if tapers := any(each.relaxed for each in forms):
         found = _tapered(model, given, forms, names, tops, rows)
     else:
@@ -270,22 +279,13 @@ def solve(
     )
 
 
-def _read(
+def rows_and_tops(
     forms: Sequence[StatedForm], names: Sequence[str], programmes: int
 ) -> tuple[Rows, Floats, Booleans]:
-    """All rows at constant current, how far both times can go [s], and where the numbers are."""
-    tops = reach(forms, names, programmes)
-    usable = np.asarray(~np.isnan(tops).any(axis=0))
-    tops = np.where(usable, tops, 0.0)
-    rows = rows_of([each for each in forms if each.constraint], names, tops.max(axis=0))
-    usable &= ~np.isnan(rows.weights).any(axis=(0, 1))
-    return rows, tops, usable
+    """All rows at constant current, how far both times can go [s], and where the numbers are.
 
-
-def reach(forms: Sequence[StatedForm], names: Sequence[str], programmes: int) -> Floats:
-    """How far both times of programmes can go [s], the second 0 where there is but one.
-
-    As far as constraints allow that are linear and, in a programme, only shorten times.
+    The second time is 0 where there is but one. They go as far as constraints allow that are linear
+    and, in a programme, only shorten times.
     """
     tops = np.zeros((2, programmes))
     linear = [form.terms for form, *_ in forms if not form.rates_per_s]
@@ -307,7 +307,12 @@ def reach(forms: Sequence[StatedForm], names: Sequence[str], programmes: int) ->
                 f"engine {NAME} needs a linear constraint that bounds {name}: "
                 "given.keep_deadline states the deadline"
             )
-    return tops
+    usable = np.asarray(~np.isnan(tops).any(axis=0))
+    tops = np.where(usable, tops, 0.0)
+    exact = [each for each in forms if each.constraint or not each.relaxed]
+    rows = rows_of(exact, names, tops.max(axis=0))
+    usable &= ~np.isnan(rows.weights).any(axis=(0, 1))
+    return rows, tops, usable
 
 
 def _tapered(
@@ -338,7 +343,7 @@ def _tapered(
 
     def most(x: Floats, which: Integers) -> Floats:
         """Largest y that the other rows admit."""
-        return others.take(which).at_x(x).end(tops[1][which])
+        return Rows(*some(others, which)).at_x(x).end(tops[1][which])
 
     def along_most(x: Floats, which: Integers) -> Floats:
         return margin(x, most(x, which), which)
@@ -367,7 +372,7 @@ def some_point(
         raise InputError(f"engine {NAME} needs unknowns of at least 0")
     names = [each.name for each in model.variables]
     forms = stated_forms(model, values or {})
-    rows, tops, usable = _read(forms, names, programmes)
+    rows, tops, usable = rows_and_tops(forms, names, programmes)
     found = largest(rows, *tops, any_point=True)
     times = (np.where(usable, each, np.nan) for each in (found.x, found.y))
     return dict(zip(names, times, strict=False)), usable & np.isneginf(found.beyond)

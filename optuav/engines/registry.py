@@ -197,6 +197,7 @@ class OneByOne(Engine):
         return self.compile(known, programmes, **limits)({})
 
 
+AUTO = "auto"  # Stands for the first engine that takes a model
 ENGINES = tuple(each.name for each in CAPABILITIES)  # Names of the engines of the package
 CLASSES: Mapping[str, str] = {
     "closed-form": "closed_form.ClosedForm",
@@ -235,14 +236,23 @@ def unregister(name: str) -> None:
     del _registered[name], capabilities[name]
 
 
+def of_the_package(given: Engine) -> bool:
+    """Whether an engine is one of the package, whose solutions need no look."""
+    return type(given).__module__.startswith("optuav.")
+
+
 def conforming(given: Engine) -> Engine:
     """An engine that was given; refused if it is none, such as a class instead of its object."""
-    known = isinstance(getattr(given, "takes", None), Capability) and not isinstance(given, type)
-    if not known or not isinstance(given.name, str) or not callable(getattr(given, "solve", None)):
-        words = "a name, or an object with name, takes (a Capability) and solve"
-        if isinstance(given, type):
-            words = f"an instance, as {given.__name__}(), not the class"
+    if isinstance(given, type):
+        words = f"an instance, as {given.__name__}(), not the class"
         raise InputError([Fault("engine", f"{given!r:.60}", words)])
+    known = isinstance(getattr(given, "takes", None), Capability)
+    known &= isinstance(getattr(given, "name", None), str)
+    if not known or not all(callable(getattr(given, each, None)) for each in ("solve", "compile")):
+        words = "a name, or an object with name, takes (a Capability), solve and compile, an Engine"
+        raise InputError([Fault("engine", f"{given!r:.60}", words)])
+    if not of_the_package(given) and given.name in ("", AUTO, *ENGINES):
+        raise InputError([Fault("engine", repr(given.name), "a name of its own")])
     return given
 
 

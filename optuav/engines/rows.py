@@ -157,10 +157,6 @@ class Rows(NamedTuple):
     rate_x_per_s: Floats
     rate_y_per_s: Floats
 
-    def take(self, which: Integers) -> Rows:
-        """The rows of some programmes, by their numbers in ascending order."""
-        return Rows(*some(self, which))
-
     def at(self, x: Floats, y: Floats) -> Floats:
         """Values at one point of each programme."""
         a, b, c, d, e, f = self.weights

@@ -234,10 +234,6 @@ class Solution:
         at = self.declared, self.parameters_at(index), self.point(index)
         return prices.shadow_prices(*at, shares)
 
-    def of(self, values: Values | None) -> "Solution":
-        """The solution with the values that were solved for, which an engine need not keep."""
-        return self if self.given or not values else replace(self, given=values)
-
     def only(self, index: int) -> "Solution":
         """The solution to a single programme."""
         one = slice(index, index + 1)
@@ -252,6 +248,34 @@ class Solution:
             words=self.words[one],
             given=self.parameters_at(index),
         )
+
+
+def returned(
+    found: object, engine: str, model: Model, programmes: int, values: Values | None = None
+) -> Solution:
+    """What an engine from outside the package returned, with the objective that its values have.
+
+    `SolverError` if it is no solution to so many programmes of the model.
+    """
+    if not isinstance(found, Solution):
+        raise SolverError(f"engine {engine} returned {found!r:.60}, not a Solution")
+    statuses, points, wrong = list(found.statuses), dict[str, Floats](), list[str]()
+    if len(statuses) != programmes or not all(isinstance(each, Status) for each in statuses):
+        wrong.append(f"statuses must be {programmes} of optuav's Status")
+    for name in (each.name for each in model.variables):
+        points[name] = np.asarray(found.values.get(name), dtype=object)
+        if points[name].shape != (programmes,):
+            wrong.append(f"values[{name!r}] must be {programmes} numbers")
+    if wrong:
+        raise SolverError(f"engine {engine} returned no answers to the model: {', '.join(wrong)}")
+    points = {name: each.astype(float) for name, each in points.items()}
+    stated = {name: each.value for name, each in model.walked.given.items()}
+    reached = evaluate(model.objective, {**stated, **(values or {}), **points})
+    answered = np.array([status.has_answer for status in statuses])
+    objective = np.where(answered, reached, np.nan)
+    if not np.isfinite(objective[answered]).all():
+        raise SolverError(f"engine {engine} returned values that are no numbers as an answer")
+    return replace(found, engine=engine, statuses=statuses, values=points, objective=objective)
 
 
 def single(

@@ -12,7 +12,7 @@ from optuav.errors import require
 
 require("xarray", "maps")
 
-from optuav.maps.files import save
+from optuav.maps.output import save
 from optuav.maps.positions import device, hover_point, laser
 
 __all__ = ["device", "hover_point", "laser", "save"]

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Iterator, Sequence
 from math import isfinite, isnan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from formulations.soc import AVAILABLE
+from formulations.soc import AVAILABLE, PERSPECTIVES
 from optuav.arrays import Floats
 from optuav.errors import Fault, collected, refuse
-from optuav.maps.grid import Bounds, Grid, axes, faults
 from optuav.mission import Mission, load
+from optuav.mission.messages import misfits, shown, unknown
+from optuav.mission.schema import Number
 from optuav.network.routes import SAME_S
 from optuav.network.scene import scene
 from optuav.network.vehicle import hover_point_m
@@ -24,6 +25,12 @@ from optuav.studies.batch import batch
 if TYPE_CHECKING:
     import xarray
 
+Bounds: TypeAlias = Sequence[float] | Floats
+COORDINATE, DISTANCE = Number("m", ge=-1e6, le=1e6), Number("m", ge=1e-3, le=1e6)
+DECIMALS = 6  # Of coordinates [m]
+ROUNDING = 1e-9  # Of a distance, by which bounds may be too near for the last point
+MOST_POINTS, BYTES = 4_000_000, 100
+"""Most points of a map, and about the memory that each takes while it is computed."""
 DEVICE, LASER, HOVER_POINT = "link.device_m", "laser.position_m", "route.hover_m"
 """Keys of the places that a map moves."""
 ROOM = 0.05  # On every side of what a map shows by default, as a share of its size
@@ -31,7 +38,7 @@ ROOM = 0.05  # On every side of what a map shows by default, as a share of its s
 
 def device(
     mission: Mission | str | Path,
-    grid: Grid,
+    step_m: float,
     *,
     bounds: Bounds | None = None,
     height_m: float | None = None,
@@ -43,12 +50,13 @@ def device(
     ----------
     mission
         A mission, the name of a shipped one, or the path of a mission file.
-    grid
-        Distance between two points, 0.001 <= x <= 1e6 [m]; or the arrays x and y, each of at least
-        two growing numbers, -1e6 to 1e6 [m]. At most 4 million points.
+    step_m
+        Distance between two points along x and along y, 0.001 <= x <= 1e6 [m]; at most 4 million
+        points.
     bounds
-        Least x, least y, largest x and largest y of a grid that states a distance [m]; by default
-        around all that the mission has: places, buildings, and the coverage of the device.
+        Least x, least y, largest x and largest y, each |x| <= 1e6 [m], of which the first two are
+        those of a point; by default multiples of the distance around all that the mission has:
+        places, buildings, and the coverage of the device.
     height_m
         Height z of all points, -1e6 to 1e6 [m]; by default that of the mission's own device.
     perspective
@@ -61,28 +69,29 @@ def device(
         Beside it stands the coordinate ``reason``: why there is no plan, as a number whose words
         are in its attributes ``flag_meanings`` and ``words`` (0 where there is one). Attributes
         state ``mission``, ``perspective``, the key that varies (``over``), its ``height_m``, the
-        ``crs`` if the mission has one, and ``best_m``: where the hover is longest, of several such
-        points the one nearest to the mission's own.
+        ``crs`` if the mission has one, ``best_m``: where the hover is longest, of several such
+        points the one nearest to the mission's own, and ``best_at``: whether that is ``"inside"``
+        or at the ``"edge"`` of the map.
 
     Raises
     ------
     InputError
-        With all faults of the grid and the options.
+        With all faults of the points and the options.
 
     Examples
     --------
     >>> import optuav
-    >>> found = optuav.maps.device("paper", ([900, 1000, 1100], [2900, 3000]))
+    >>> found = optuav.maps.device("paper", 100, bounds=(900, 2900, 1100, 3000))
     >>> print(found.round(1).values)
     [[600.1 599.4 600. ]
      [597.9 597.3 597.8]]
     """
-    return _hovers(DEVICE, mission, grid, bounds, height_m, perspective)
+    return _hovers(DEVICE, mission, step_m, bounds, height_m, perspective)
 
 
 def laser(
     mission: Mission | str | Path,
-    grid: Grid,
+    step_m: float,
     *,
     bounds: Bounds | None = None,
     height_m: float | None = None,
@@ -94,7 +103,7 @@ def laser(
 
     Parameters
     ----------
-    mission, grid, bounds, height_m, perspective
+    mission, step_m, bounds, height_m, perspective
         As for `device`; the mission has a laser.
 
     Returns
@@ -105,7 +114,7 @@ def laser(
     Raises
     ------
     InputError
-        With all faults of the grid and the options, or if the mission has no laser.
+        With all faults of the points and the options, or if the mission has no laser.
 
     Examples
     --------
@@ -114,12 +123,12 @@ def laser(
     >>> dict(found.sizes), found.attrs["best_m"]
     ({'y': 5, 'x': 5}, [1000.0, 0.0, 10.0])
     """
-    return _hovers(LASER, mission, grid, bounds, height_m, perspective)
+    return _hovers(LASER, mission, step_m, bounds, height_m, perspective)
 
 
 def hover_point(
     mission: Mission | str | Path,
-    grid: Grid,
+    step_m: float,
     *,
     bounds: Bounds | None = None,
     height_m: float | None = None,
@@ -129,7 +138,7 @@ def hover_point(
 
     Parameters
     ----------
-    mission, grid, perspective
+    mission, step_m, perspective
         As for `device`.
     bounds
         As for `device`; by default around the points within reach of the device.
@@ -144,49 +153,85 @@ def hover_point(
     Raises
     ------
     InputError
-        With all faults of the grid and the options.
+        With all faults of the points and the options.
 
     Examples
     --------
     >>> import optuav
-    >>> found = optuav.maps.hover_point("paper", ([1000, 1600], [2500.0, 2600.0]))
+    >>> found = optuav.maps.hover_point("paper", 300, bounds=(1000, 2450, 1600, 2750))
     >>> print(found.round(1).values)
-    [[  nan   nan]
-     [595.2   nan]]
+    [[  nan   nan   nan]
+     [592.3   nan   nan]]
     >>> found.reason.attrs["words"].splitlines()[int(found.reason[0, 0])][:46]
     'the device is out of reach of the hover point '
     """
-    return _hovers(HOVER_POINT, mission, grid, bounds, height_m, perspective)
+    return _hovers(HOVER_POINT, mission, step_m, bounds, height_m, perspective)
 
 
 def _hovers(
     over: str,
     mission: Mission | str | Path,
-    grid: Grid,
+    step_m: float,
     bounds: Bounds | None,
     height_m: float | None,
     perspective: Perspective,
 ) -> xarray.DataArray:
     """The longest hovers with a place of the mission, by its key, anywhere on a grid."""
-    found, own_m = [*faults(grid, bounds, height_m)], None
+    found, own_m = [*faults_of(step_m, bounds, height_m, perspective)], None
     with collected(found):
         whole = load(mission)
         if (own_m := _own_m(over, whole)) is None:
             found.append(Fault("laser", "", "the mission has none that could be elsewhere"))
         checked_question(whole, "P1", perspective)
-    refuse(found)
+    refuse(dict.fromkeys(found))
     assert own_m is not None
     x_m, y_m, z_m = own_m if height_m is None else (*own_m[:2], float(height_m))
     base = whole.replace({over: (x_m, y_m, z_m)})
-    x, y = axes(grid, bounds, partial(_around_m, over, base))
+    corners_m = _around_m(over, base, step_m) if bounds is None else np.reshape([*bounds], (2, 2))
+    x, y = _axes(corners_m, float(step_m))
     keys = {f"{over}[1]": "y", f"{over}[0]": "x"}
     values = batch(base, dict(zip(keys, (y, x), strict=True)), perspective=perspective)
     hover_s = values.set_coords("reason")["hover_time_s"].rename(keys)
     facts: dict[str, Any] = {"mission": whole.name, "perspective": perspective}
     facts |= {"over": over, "height_m": z_m} | ({"crs": whole.crs} if whole.crs else {})
-    if (best_m := _best(hover_s.to_numpy(), x - x_m, y - y_m)) is not None:
-        facts["best_m"] = [float(x[best_m[1]]), float(y[best_m[0]]), z_m]
+    if (best := _best(hover_s.to_numpy(), x - x_m, y - y_m)) is not None:
+        facts["best_m"] = [float(x[best[1]]), float(y[best[0]]), z_m]
+        at_edge = best[0] in (0, len(y) - 1) or best[1] in (0, len(x) - 1)
+        facts["best_at"] = "edge" if at_edge else "inside"
     return hover_s.assign_attrs(facts)
+
+
+def faults_of(
+    step_m: object, bounds: Any, height_m: object, perspective: object
+) -> Iterator[Fault]:
+    """What is wrong with the options of a map, whatever the mission."""
+    if height_m is not None:
+        yield from misfits(("height_m", height_m, COORDINATE))
+    yield from misfits(("step_m", step_m, DISTANCE))
+    if bounds is not None:
+        ends = [*bounds] if isinstance(bounds, Sequence) or np.ndim(bounds) == 1 else []
+        known = len(ends) == 4 and all(map(COORDINATE.accepts, ends))
+        if not known or ends[0] >= ends[2] or ends[1] >= ends[3]:
+            words = "least x, least y, largest x and largest y, larger than the least, each"
+            yield Fault("bounds", shown(bounds), f"{words} {COORDINATE.words}")
+        elif DISTANCE.accepts(step_m) and min(ends[2] - ends[0], ends[3] - ends[1]) < step_m:
+            words = "at least two points each way: too near for step_m"
+            yield Fault("bounds", shown(bounds), words)
+    if perspective not in (names := tuple(PERSPECTIVES)):
+        yield unknown("perspective", perspective, names)
+
+
+def _axes(corners_m: Floats, step_m: float) -> list[Floats]:
+    """Coordinates x and y of points at one distance, from the first of two corners (2, 2) [m]."""
+    most = np.floor(np.diff(corners_m, axis=0)[0] / step_m + ROUNDING).astype(int) + 1
+    columns, rows = most.tolist()
+    if (count := columns * rows) > MOST_POINTS:
+        words = f"at most {MOST_POINTS} points, which take {MOST_POINTS * BYTES / 1e9:g} GB"
+        refuse([Fault("step_m", f"{columns} × {rows} = {count} points", words)])
+    return [
+        np.round(first_m + step_m * np.arange(number), DECIMALS) + 0.0  # no -0.0
+        for first_m, number in zip(corners_m[0], most, strict=True)
+    ]
 
 
 def _own_m(over: str, mission: Mission) -> tuple[float, float, float] | None:
@@ -202,15 +247,16 @@ def _own_m(over: str, mission: Mission) -> tuple[float, float, float] | None:
     return (*mission.link.device_m[:2], mission.limits.min_altitude_m) if isnan(z) else (x, y, z)
 
 
-def _around_m(over: str, mission: Mission) -> Floats:
-    """Two corners (2, 2) of what a map shows by default [m]."""
-    shown = scene(mission)
-    low_m, high_m = shown.corners_m
-    if over == HOVER_POINT and isfinite(reach_m := shown.disc_radius_m):
+def _around_m(over: str, mission: Mission, step_m: float) -> Floats:
+    """Two corners (2, 2) of what a map shows by default, multiples of a distance [m]."""
+    around = scene(mission)
+    low_m, high_m = around.corners_m
+    if over == HOVER_POINT and isfinite(reach_m := around.disc_radius_m):
         device_m = np.array(mission.link.device_m[:2])
         low_m, high_m = device_m - reach_m, device_m + reach_m
     room_m = ROOM * (high_m - low_m).max()
-    return np.array([low_m - room_m, high_m + room_m])
+    first, last = np.floor((low_m - room_m) / step_m), np.ceil((high_m + room_m) / step_m)
+    return step_m * np.array([first, np.maximum(last, first + 1.0)])
 
 
 def _best(hover_s: Floats, away_x: Floats, away_y: Floats) -> tuple[int, int] | None:

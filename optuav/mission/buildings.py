@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import accumulate, chain
+from itertools import accumulate, chain, pairwise
 from typing import TYPE_CHECKING, Annotated, Any, overload
 
 from pydantic import GetCoreSchemaHandler, Strict
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from optuav.arrays import Floats, Integers
 
 RESERVED_NAMES = ("origin", "hover", "destination")
-MOST_HASHED = 3000  # Numbers of which the hash is made
-NO_SIZE = (0.0, 0.0)
+HASHED = 64  # Buildings of which the hash is made, at most
 AT_ONCE = 1 << 16  # Polygons that are judged together
 Stated = Annotated[tuple[Building, ...], Strict(), Listed]
 
@@ -34,11 +33,11 @@ class TableFile:
     """A file with a table of buildings: its path, the hash of its content, and how many it has."""
 
     path: str
-    blake2b: str
+    sha256: str
     buildings: int
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, repr=False)
 class Buildings(Sequence[Building]):
     """Buildings by number: a sequence that never changes, equal by content and source.
 
@@ -51,10 +50,9 @@ class Buildings(Sequence[Building]):
     """
 
     names: tuple[str, ...] = ()
-    # Of every building x, y and z of its roof, and the size of its footprint, 0 without one.
+    # Of every building x, y and z of its roof.
     roofs: array[float] = field(default_factory=lambda: array("d"))
-    sizes: array[float] = field(default_factory=lambda: array("d"))
-    # Corners of all polygons, and how many of them come before those of every building.
+    # Corners of all footprints, a size in place of one, and how many precede those of a building.
     corners: array[float] = field(default_factory=lambda: array("d"))
     begins: array[int] = field(default_factory=lambda: array("q", [0]))
     source: TableFile | None = None  # The file that they were read from
@@ -62,17 +60,13 @@ class Buildings(Sequence[Building]):
     @classmethod
     def of(cls, buildings: Iterable[Building]) -> Buildings:
         """The table of single buildings."""
-        listed, flat = [*buildings], chain.from_iterable
-        sizes, rings = list[Sequence[float]](), list[Sequence[Sequence[float]]]()
+        listed, flat, rings = [*buildings], chain.from_iterable, list[Sequence[Any]]()
         for each in listed:
-            stated: Any = each.footprint_m or NO_SIZE
-            ring = isinstance(stated[0], tuple)
-            sizes.append(NO_SIZE if ring else stated)
-            rings.append(stated if ring else ())
+            stated: Any = each.footprint_m or ()
+            rings.append(stated if not stated or isinstance(stated[0], tuple) else (stated,))
         return cls(
             tuple(each.name for each in listed),
             array("d", flat(each.position_m for each in listed)),
-            array("d", flat(sizes)),
             array("d", flat(flat(rings))),
             array("q", accumulate(map(len, rings), initial=0)),
         )
@@ -113,24 +107,17 @@ class Buildings(Sequence[Building]):
             "position_m": self.roofs[3 * number : 3 * number + 3].tolist(),
         }
         begin, end = self.begins[number : number + 2]
-        if begin < end:
-            flat = self.corners[2 * begin : 2 * end].tolist()
-            values["footprint_m"] = [[*each] for each in zip(flat[::2], flat[1::2], strict=True)]
-        elif self.sizes[2 * number]:
-            values["footprint_m"] = self.sizes[2 * number : 2 * number + 2].tolist()
+        flat = self.corners[2 * begin : 2 * end].tolist()
+        if ring := [[*each] for each in zip(flat[::2], flat[1::2], strict=True)]:
+            values["footprint_m"] = ring if len(ring) > 1 else ring[0]
         return values
 
     def rows(self) -> list[dict[str, Any]]:
         """All of them as a file states them."""
         return [*map(self.row, range(len(self)))]
 
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Buildings):
-            return NotImplemented
-        return self is other or self._values == other._values
-
     def __hash__(self) -> int:
-        return self._hash
+        return hash((self.names[:HASHED], *self.roofs[: 3 * HASHED], len(self.corners)))
 
     def __repr__(self) -> str:
         return f"<{len(self)} buildings>"
@@ -150,17 +137,14 @@ class Buildings(Sequence[Building]):
         """
         import numpy as np
 
-        size_m = _shared(self.sizes).reshape(-1, 2)
-        columns = np.column_stack([self.roof_m, np.where(size_m > 0.0, size_m, np.nan)])
+        count, size_m = np.diff(self.begins), np.full((len(self), 2), np.nan)
+        size_m[count == 1] = np.reshape(self.corners, (-1, 2))[(count == 1).repeat(count)]
+        columns = np.column_stack([self.roof_m, size_m])
         names = ("x_m", "y_m", "z_m", "width_m", "depth_m")
         return frame({"name": self.names, **dict(zip(names, columns.T, strict=True))})
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Buildings, self._values
-
-    @property
-    def _values(self) -> tuple[Any, ...]:
-        return tuple(getattr(self, each.name) for each in fields(self))
+        return Buildings, (self.names, self.roofs, self.corners, self.begins, self.source)
 
     @property
     def lacking(self) -> int:
@@ -174,31 +158,27 @@ class Buildings(Sequence[Building]):
         return found
 
     @cached_property
-    def _hash(self) -> int:
-        return hash((self.names, *self.roofs[:MOST_HASHED], len(self.corners)))
-
-    @cached_property
     def roof_m(self) -> Floats:
         """Where the UAV rests (building, 3) [m]."""
-        roof_m: Floats = _shared(self.roofs).reshape(-1, 3)
-        return roof_m
+        import numpy as np
+
+        return np.asarray(memoryview(self.roofs).toreadonly()).reshape(-1, 3)
 
     def outlines(self) -> tuple[Floats, Integers]:
         """Corners of all footprints (corner, 2) [m]; and by building their number, 0 for none."""
         import numpy as np
 
-        stated_m, size_m = (_shared(each).reshape(-1, 2) for each in (self.corners, self.sizes))
-        (boxes,) = np.nonzero(size_m[:, 0])
-        count = np.diff(_shared(self.begins))
-        if not len(boxes):
-            return stated_m, count
-        count[boxes] = 4
-        middle_m, half_m = self.roof_m[boxes, None, :2], size_m[boxes, None] / 2
-        corners_m = np.empty((count.sum(), 2))
-        of_box = np.repeat(size_m[:, 0] > 0, count)
-        corners_m[~of_box] = stated_m
-        corners_m[of_box] = np.where(HIGH_ENDS, middle_m + half_m, middle_m - half_m).reshape(-1, 2)
-        return corners_m, count
+        corners_m = np.asarray(memoryview(self.corners).toreadonly()).reshape(-1, 2)
+        stated = np.diff(self.begins)
+        if not (sized := stated == 1).any():
+            return corners_m, stated
+        count = np.where(sized, 4, stated)
+        of_size, of_box = sized.repeat(stated), sized.repeat(count)
+        middle_m, half_m = self.roof_m[sized, None, :2], corners_m[of_size, None] / 2
+        found_m = np.empty((len(of_box), 2))
+        found_m[~of_box] = corners_m[~of_size]
+        found_m[of_box] = np.where(HIGH_ENDS, middle_m + half_m, middle_m - half_m).reshape(-1, 2)
+        return found_m, count
 
     @cached_property
     def breaches(self) -> tuple[tuple[int, str, str], ...]:
@@ -206,28 +186,19 @@ class Buildings(Sequence[Building]):
         found, every = list[tuple[int, str, str]](), {*self.names}
         if len(every) < len(self.names) or not every.isdisjoint(RESERVED_NAMES):
             found += ((number, "name", words) for number, words in misnamed(self.names))
-        if self.corners:
+        if any(end - begin > 1 for begin, end in pairwise(self.begins)):
             import numpy as np
 
-            count = np.diff(_shared(self.begins))
-            (which,) = np.nonzero(count)
-            rings = _shared(self.corners).reshape(-1, 2), count[which], self.roof_m[which, :2]
-            for ring, words in misshapen(*rings):
+            corners_m, count = self.outlines()
+            (which,) = np.nonzero(np.diff(self.begins) > 1)
+            own_m = corners_m[np.isin(np.arange(len(count)), which).repeat(count)]
+            for ring, words in misshapen(own_m, count[which], self.roof_m[which, :2]):
                 found.append((int(which[ring]), "footprint_m", words))
         return tuple(found)
 
 
 HIGH_ENDS = ((False, False), (True, False), (True, True), (False, True))
 """Whether a corner of a box is at the high end along x and y, counter-clockwise."""
-
-
-def _shared(column: array[Any]) -> Any:
-    """A column as an array of the same memory."""
-    import numpy as np
-
-    values = np.asarray(column)
-    values.setflags(write=False)
-    return values
 
 
 def misnamed(names: Iterable[str | None]) -> Iterator[tuple[int, str]]:

@@ -71,7 +71,7 @@ def misfits(*stated: tuple[str, object, Number]) -> Iterator[Fault]:
     """Which options are not such numbers, by name and value; a whole one has to be integral."""
     for option, value, number in stated:
         if not number.accepts(value) or (number.whole and not isinstance(value, Integral)):
-            yield Fault(option, "" if value is None else shown(value), number.words)
+            yield Fault(option, shown(value), number.words)
 
 
 def unknown(option: str, value: object, allowed: Sequence[str]) -> Fault:

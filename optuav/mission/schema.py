@@ -96,10 +96,11 @@ def _listed(value: object) -> object:
 Listed = BeforeValidator(_listed)
 
 # Text
+LETTERS = Len(1, 200)
 Name = Annotated[
     str,
     Strict(),
-    Len(1, 200),
+    LETTERS,
     Predicate(str.isprintable),
     Allowed("a string of 1 to 200 printable characters"),
 ]
@@ -115,9 +116,11 @@ Switch = Annotated[bool, Strict(), Allowed("true or false")]
 
 # Space
 _THREE = "three numbers [x, y, z], each |x| <= 1e6"
-Coordinate = Annotated[float, Number("m", ge=-1e6, le=1e6)]
-Altitude = Annotated[float, Number("m", ge=0, le=1e6)]
-Length = Annotated[float, Number("m", ge=1e-3, le=1e6)]
+COORDINATE, ALTITUDE = Number("m", ge=-1e6, le=1e6), Number("m", ge=0, le=1e6)
+LENGTH, CORNERS = Number("m", ge=1e-3, le=1e6), Len(3, 10_000)
+Coordinate = Annotated[float, COORDINATE]
+Altitude = Annotated[float, ALTITUDE]
+Length = Annotated[float, LENGTH]
 Position = Annotated[
     tuple[Coordinate, Coordinate, Coordinate], Strict(), Listed, Allowed(f"{_THREE} [m]")
 ]
@@ -129,7 +132,7 @@ RoofPosition = Annotated[
 ]
 Size = Annotated[tuple[Length, Length], Strict(), Listed]
 Corner = Annotated[tuple[Coordinate, Coordinate], Strict(), Listed]
-Polygon = Annotated[tuple[Corner, ...], Len(3, 10_000), Strict(), Listed]
+Polygon = Annotated[tuple[Corner, ...], CORNERS, Strict(), Listed]
 Footprint = Annotated[
     Size | Polygon,
     Allowed(

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 PARQUET, OF_GDAL = (".parquet", ".geoparquet"), (".gpkg", ".geojson")
 OUTLINE = "one polygon without courtyards, or a point; optuav city reads other maps"
 UNREADABLE = (ValueError, RuntimeError, OSError, AttributeError, LookupError, TypeError)
-HASH_BYTES, SHOWN_DIGITS = 32, 12
+SHOWN_DIGITS = 12  # Of a hash
 
 
 def read_buildings(path: Path) -> Buildings:
@@ -45,7 +45,7 @@ def read_buildings(path: Path) -> Buildings:
 
 def named_from(source: TableFile, file: Path) -> str:
     """The path of a table as a file names it; refused where the table is not what it was."""
-    check(Path(source.path), source.blake2b)
+    check(Path(source.path), source.sha256)
     return seen_from(file, source.path)
 
 
@@ -60,20 +60,16 @@ def check(path: Path, expected: str) -> None:
     """Refuse a table whose hash is not the one expected."""
     if (found := fingerprint(path)) != expected:
         here, there = (f"{each[:SHOWN_DIGITS]}…" for each in (found, expected))
-        raise refusal(path, f"is another table: its BLAKE2b hash is {here}, not {there}")
+        raise refusal(path, f"is another table: its SHA-256 hash is {here}, not {there}")
 
 
 def fingerprint(path: Path) -> str:
-    """The BLAKE2b hash of the content of a file, in hexadecimal digits."""
+    """The SHA-256 hash of the content of a file, in hexadecimal digits."""
     with refusals(path, "read"):
         if not path.is_file():
             raise refusal(path, "is no regular file" if path.exists() else "there is no such file")
         with path.open("rb") as file:
-            return hashlib.file_digest(file, _blake2b).hexdigest()
-
-
-def _blake2b(content: bytes = b"") -> hashlib.blake2b:
-    return hashlib.blake2b(content, digest_size=HASH_BYTES)
+            return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _of_csv(path: Path) -> Buildings:
@@ -220,6 +216,6 @@ def geoparquet(buildings: Buildings, crs: str, path: Path) -> tuple[bytes, Build
     frame = geopandas.GeoDataFrame(columns, geometry=outlines, crs=crs)
     frame.attrs["creator"] = MARK.decode()
     frame.to_parquet(content, index=False)
-    found = _blake2b(content.getvalue()).hexdigest()
+    found = hashlib.sha256(content.getvalue()).hexdigest()
     source = TableFile(os.path.abspath(path), found, len(buildings))
     return content.getvalue(), buildings.read_from(source)

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar, get_args
+from typing import TYPE_CHECKING, Any
 
-from annotated_types import Len, Predicate
 from pydantic import ValidationError
 
 from optuav.errors import Fault, InputError, printable, refuse
 from optuav.mission import schema
 from optuav.mission.buildings import Buildings
 from optuav.mission.messages import nearest, shown
-from optuav.mission.schema import MOST_ITEMS, MissionSection, Number
+from optuav.mission.schema import (
+    ALTITUDE,
+    COORDINATE,
+    CORNERS,
+    LENGTH,
+    LETTERS,
+    MOST_ITEMS,
+    MissionSection,
+)
 from optuav.mission.validation import (
     Breach,
     Document,
@@ -32,7 +39,6 @@ if TYPE_CHECKING:
 COLUMNS, SIZES = ("name", "x_m", "y_m", "z_m"), ("width_m", "depth_m")
 """Columns of a table of buildings; those of their footprints may be left out."""
 MOST_BYTES = 8  # Of a number that is a float of Python
-Kind = TypeVar("Kind")
 
 
 class Listing(MissionSection):
@@ -93,14 +99,10 @@ def _at_once(columns: Mapping[str, Sequence[Any]]) -> Buildings | None:
         except OverflowError:
             return None
     roof_m = np.column_stack([numbers[name] for name in COLUMNS[1:]])
-    size_m = np.zeros_like(roof_m[:, :2])
-    if numbers.keys() & {*SIZES}:
-        unknown = np.full(len(roof_m), np.nan)
-        size_m = np.column_stack([numbers.get(name, unknown) for name in SIZES])
-        if (size_m == 0.0).any():
-            return None
-        size_m[np.isnan(size_m).all(axis=1)] = 0.0
-    found = _packed(columns["name"], roof_m, size_m)
+    unknown = np.full(len(roof_m), np.nan)
+    size_m = np.column_stack([numbers.get(name, unknown) for name in SIZES])
+    sized = ~np.isnan(size_m).all(axis=1)
+    found = _packed(columns["name"], roof_m, size_m[sized], sized)
     return found if _is_allowed(found) else None
 
 
@@ -122,57 +124,43 @@ def of_polygons(
     Roofs (building, 3) [m], the corners of all footprints (corner, 2) [m], and by building how many
     they are.
     """
-    import numpy as np
-
-    found = _packed(names, roof_m, np.zeros((len(names), 2)), corners_m, count)
+    found = _packed(names, roof_m, corners_m, count)
     return found if _is_allowed(found) else row_by_row(found.rows())
 
 
-def _packed(names: Sequence[Any], roof_m: Floats, size_m: Floats, *polygons: Any) -> Buildings:
+def _packed(names: Sequence[Any], roof_m: Floats, corners_m: Floats, count: Any) -> Buildings:
     """Columns as a table, whatever they hold."""
     import numpy as np
 
-    corners_m, count = polygons or (np.zeros((0, 2)), np.zeros(len(names), int))
-    roofs, sizes, corners = (
-        array("d", np.asarray(each, dtype=float).tobytes()) for each in (roof_m, size_m, corners_m)
-    )
-    begins = np.append(0, np.cumsum(count)).astype(np.int64)
-    return Buildings(tuple(names), roofs, sizes, corners, array("q", begins.tobytes()))
+    roofs, corners = (array("d", np.asarray(x, float).tobytes()) for x in (roof_m, corners_m))
+    begins = array("q", np.append(0, np.cumsum(count)).astype(np.int64).tobytes())
+    return Buildings(tuple(names), roofs, corners, begins)
 
 
 def _is_allowed(table: Buildings) -> bool:
     """Whether columns have nothing that `row_by_row` refuses."""
     import numpy as np
 
-    coordinate, altitude, length = (
-        _said(kind, Number) for kind in (schema.Coordinate, schema.Altitude, schema.Length)
-    )
-    sizes, corners = np.asarray(table.sizes), np.asarray(table.corners)
-    within: tuple[tuple[Any, Floats], ...] = (
-        (coordinate, table.roof_m[:, :2]),
-        (altitude, table.roof_m[:, 2]),
-        (length, sizes[sizes != 0.0]),
-        (coordinate, corners),
+    count, corners_m = np.diff(table.begins), np.asarray(table.corners).reshape(-1, 2)
+    of_size = (count == 1).repeat(count)
+    within: tuple[tuple[Any, Any], ...] = (
+        (COORDINATE, table.roof_m[:, :2]),
+        (ALTITUDE, table.roof_m[:, 2]),
+        (LENGTH, corners_m[of_size]),
+        (COORDINATE, corners_m[~of_size]),
     )
     for limits, values in within:
         if not ((values >= limits.ge) & (values <= limits.le)).all():
             return False
-    ring, count = _said(schema.Polygon, Len), np.diff(table.begins)
-    most = ring.max_length or 0
-    if ((count > 0) & ((count < ring.min_length) | (count > most))).any():
-        return False
     if not {*map(type, table.names)} <= {str}:
         return False
-    letters, passes = _said(schema.Name, Len), _said(schema.Name, Predicate).func
-    shortest, longest = (f(map(len, table.names), default=1) for f in (min, max))
-    if shortest < letters.min_length or longest > (letters.max_length or 0):
-        return False
-    return all(map(passes, table.names)) and not table.breaches
-
-
-def _said(kind: object, what: type[Kind]) -> Kind:
-    """What the type of a key says of its values."""
-    return next(each for each in get_args(kind) if isinstance(each, what))
+    letters = [*map(len, table.names)]
+    for limit, values in (CORNERS, count[count > 1]), (LETTERS, letters):
+        if not limit.min_length <= min(values, default=limit.min_length):
+            return False
+        if not max(values, default=0) <= (limit.max_length or 0):
+            return False
+    return all(map(str.isprintable, table.names)) and not table.breaches
 
 
 def _rows(columns: Mapping[str, Sequence[Any]]) -> Iterator[Document]:

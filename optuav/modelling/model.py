@@ -135,12 +135,12 @@ class Model:
         return named
 
     def maximise(self, objective: Operand) -> None:
-        """State what is to be as large as possible."""
+        """State what is to be as large as possible, in place of an objective stated before."""
         self.sense, self.towards = "maximise", 1.0
         self.objective, self.has_objective = objective, True
 
     def minimise(self, objective: Operand) -> None:
-        """State what is to be as small as possible."""
+        """State what is to be as small as possible, in place of an objective stated before."""
         self.sense, self.towards = "minimise", -1.0
         self.objective, self.has_objective = objective, True
 
@@ -165,7 +165,10 @@ class Model:
         `TypeError` if it compares no expressions, `ValueError` if the label is taken or empty.
         """
         if not isinstance(relation, Relation):
-            raise TypeError(f"{label}: a constraint compares expressions with <=, >= or ==")
+            words = (
+                "compares expressions with <=, >= or ==, not numbers, as T' = 0.0 without a rest"
+            )
+            raise TypeError(f"{label}: a constraint {words}")
         if not label.strip():
             raise ValueError("a constraint needs a label, by which answers name it")
         stated = Constraint(label, relation, unit, _place_of_caller(), kind, step, moment)

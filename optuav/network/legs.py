@@ -72,8 +72,8 @@ def build_legs(
     if not mission.flight.through_buildings and len(obstacles.building):
         # A building in the way is the same there and back, and none where an end is not known.
         lines, line = shared_lines(start, end)
-        known = np.isfinite(places.position_m)[lines].all(axis=(1, 2))
-        low_m, high_m = np.moveaxis(places.position_m[lines[known]], 1, 0)
+        known = np.isfinite(places.position_m).all(axis=1).take(lines).all(axis=1)
+        low_m, high_m = places.position_m[lines[known].T]
         blockers = np.full(len(lines), CLEAR, dtype=np.intp)
         blockers[known] = crossed(obstacles, low_m, high_m, lines[known] - FIRST_BUILDING)
         crosses = blockers[line]
@@ -88,11 +88,8 @@ def shared_lines(start: Integers, end: Integers) -> tuple[Integers, Integers]:
 
     One line serves both directions, so that rounding cannot tell them apart.
     """
-    low, high = np.minimum(start, end), np.maximum(start, end)
-    # Legs lie by place as a rule, which a stable sort makes use of.
-    order = np.lexsort((high, low))
-    both = np.stack([low, high], axis=1)[order]
-    first = np.append(True, (both[1:] != both[:-1]).any(axis=1))[: len(both)]
-    line = np.empty_like(order)
-    line[order] = np.cumsum(first) - 1
-    return both[first], line
+    most = max(start.max(initial=0), end.max(initial=0)) + 1
+    key, line = np.unique(
+        np.minimum(start, end) * most + np.maximum(start, end), return_inverse=True
+    )
+    return np.stack(np.divmod(key, most), axis=1), line

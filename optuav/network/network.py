@@ -1,7 +1,7 @@
 """The network of a mission as arrays: its places, legs and routes, and the trajectories over it."""
 
 from dataclasses import dataclass, fields, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 
@@ -14,14 +14,11 @@ from optuav.network.places import (
     FIRST_BUILDING,
     HOVER,
     ORIGIN,
-    ChargingCap,
     Places,
     build_places,
-    charging_cap,
 )
 from optuav.network.prisms import prisms
-from optuav.network.routes import Routes, build_routes, usable_routes
-from optuav.options import Order, Trajectory
+from optuav.network.routes import Routes, build_routes
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,11 +36,6 @@ class Network:
         flown = [int(leg) for leg in self.routes.legs[route] if leg != NO_LEG]
         names = self.places.names
         return (names[self.legs.start[flown[0]]], *(names[self.legs.end[leg]] for leg in flown))
-
-    @cached_property
-    def charging_cap(self) -> ChargingCap | None:
-        """Which key caps the charging current, and where; see `places.charging_cap`."""
-        return charging_cap(self.mission, self.places)
 
     def only(self, route: int) -> "Network":
         """The same network with a single route, number 0, and the legs that it uses."""
@@ -81,16 +73,3 @@ def network_by(mission: Mission, places: Places, buildings: Integers) -> Network
         if isinstance(array, np.ndarray):
             array.setflags(write=False)  # All who ask for an equal mission share it
     return Network(mission, places, legs, routes)
-
-
-def trajectory_routes(network: Network, name: Trajectory, order: Order | None = None) -> Integers:
-    """Numbers of the flyable routes that a trajectory may use, in one order or in both.
-
-    Without a stop (``"direct"``), by the building nearest the device (``"traj1"``), the shortest in
-    time by a building, or several that tie (``"traj2"``), or any (``"optimal"``).
-    """
-    away_m = network.places.position_m[FIRST_BUILDING:] - np.array(network.mission.link.device_m)
-    usable, flight_s = network.routes.flyable[None], network.routes.flight_time_s[None]
-    return np.flatnonzero(
-        usable_routes(network.routes, name, order, usable, flight_s, away_m[None])
-    )

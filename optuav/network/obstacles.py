@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
 import numpy as np
+import numpy.typing as npt
 
 from optuav.arrays import Booleans, Floats, Integers, ragged
-from optuav.network.prisms import FEW, MARGIN_M, Prisms
+from optuav.network.prisms import MARGIN_M, Prisms
 from optuav.network.sweep import NONE, candidates, lines_from, survey, view
 from optuav.physics.quantity import TINY, Quantity
 
+FEW = 32  # So many footprints are all tried on every line
 MOST_PAIRS = 1 << 15
 """Pairs of lines and footprints that are tried at once, about: as many as fit the cache."""
 MANY = 5_000
 """So many lines from one place, past as many footprints, are surveyed before they are followed."""
 CLEAR = -1  # In place of the number of a building: there is none
+
+Lines: TypeAlias = Sequence[npt.NDArray[Any]]
+"""Low ends (axis, line), the ways from there to the high ends [m], and the exempt (k, line)."""
 
 
 def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers) -> Integers:
@@ -22,38 +30,48 @@ def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers)
     A line crosses a building if it runs inside the footprint below the roof; to graze a wall, a
     corner or the roof is not to cross. The `exempt` buildings (line, k) do not block a line.
     """
-    found = np.full(len(start_m), CLEAR, dtype=np.intp)
-    if not len(obstacles.building):
+    found, count = np.full(len(start_m), CLEAR, dtype=np.intp), len(obstacles.building)
+    if not count:
+        return found
+    swap = start_m[:, 2] > end_m[:, 2]
+    low_m, high_m = np.where(swap, end_m.T, start_m.T), np.where(swap, start_m.T, end_m.T)
+    lines = low_m, np.subtract(high_m, low_m, out=high_m), exempt.T
+    if count <= FEW:
+        pairs = count * len(found)
+        for begin in range(0, pairs, MOST_PAIRS):
+            pair = np.arange(begin, min(begin + MOST_PAIRS, pairs))
+            line, footprint = _met(obstacles, lines, *np.divmod(pair, count))
+            found[line] = obstacles.building[footprint]
         return found
     left = np.ones(len(found), bool)
-    if min(len(found), len(obstacles.building)) >= MANY:
+    if min(len(found), count) >= MANY:
         # Lines in a row that start in one place.
         other = np.flatnonzero((start_m[1:] != start_m[:-1]).any(axis=1)) + 1
-        begin, end = np.append(0, other), np.append(other, len(found))
-        for row in map(slice, *(each[end - begin >= MANY].tolist() for each in (begin, end))):
-            found[row] = _surveyed(obstacles, start_m[row], end_m[row], exempt[row])
+        first, last = np.append(0, other), np.append(other, len(found))
+        for row in map(slice, *(each[last - first >= MANY].tolist() for each in (first, last))):
+            own = [each[:, row] for each in lines]
+            found[row] = _surveyed(obstacles, start_m[row.start], end_m[row], own)
             left[row] = False
-    found[left] = _followed(obstacles, start_m[left], end_m[left], exempt[left])
+    found[left] = _followed(obstacles, [each[:, left] for each in lines])
     return found
 
 
-def _surveyed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers) -> Integers:
+def _surveyed(obstacles: Prisms, place_m: Floats, ends_m: Floats, lines: Lines) -> Integers:
     """A building that each line crosses, as `crossed`; all lines start in one place."""
-    seen = view(obstacles, start_m[0])
+    seen = view(obstacles, place_m)
     (around,) = np.nonzero(seen.near_m == 0.0)
     if len(around) > FEW:  # Then the place lies in a heap of footprints
-        return _followed(obstacles, start_m, end_m, exempt)
-    found = np.full(len(start_m), CLEAR, dtype=np.intp)
-    low_m, way_m = _upwards(start_m, end_m)
+        return _followed(obstacles, lines)
+    found = np.full(len(ends_m), CLEAR, dtype=np.intp)
 
     def tried(line: Integers, footprint: Integers) -> None:
         for k in range(0, len(line), MOST_PAIRS):
             pairs = line[k : k + MOST_PAIRS], footprint[k : k + MOST_PAIRS]
-            one, other = _met(obstacles, (low_m, way_m, exempt), *pairs)
+            one, other = _met(obstacles, lines, *pairs)
             found[one] = obstacles.building[other]
 
-    ways = lines_from(start_m[0], end_m, seen.bearings)
-    clear, likely = survey(seen, ways, obstacles, exempt)
+    ways = lines_from(place_m, ends_m, seen.bearings)
+    clear, likely = survey(seen, ways, obstacles, lines[-1].T)
     (guessed,) = np.nonzero(~clear & (likely != NONE))
     tried(guessed, likely[guessed])
     # What stands around the place is in the way of any line, and no part of the survey.
@@ -67,23 +85,16 @@ def _surveyed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integer
     return found
 
 
-def _followed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers) -> Integers:
+def _followed(obstacles: Prisms, lines: Lines) -> Integers:
     """A building that each line crosses, as `crossed`: the lines are followed over the map."""
-    found = np.full(len(start_m), CLEAR, dtype=np.intp)
-    count, n = len(obstacles.building), obstacles.across
-    at_once = 1 + MOST_PAIRS * n**2 // len(obstacles.in_cells[0])
-    if len(found) > at_once:
-        parts = [slice(begin, begin + at_once) for begin in range(0, len(found), at_once)]
-        return np.concatenate(
-            [_followed(obstacles, start_m[each], end_m[each], exempt[each]) for each in parts]
-        )
-    low_m, way_m = _upwards(start_m, end_m)
-    map_low_m, cell_m = obstacles.map_low_m, obstacles.cell_m
-    if n == 1:
-        line, footprint = np.divmod(np.arange(count * len(found)), count)
-        line, footprint = _met(obstacles, (low_m, way_m, exempt), line, footprint)
-        found[line] = obstacles.building[footprint]
-        return found
+    low_m, way_m, _ = lines
+    map_low_m, cell_m, n, in_cells, begins = obstacles.cells
+    count, at_once = low_m.shape[1], 1 + MOST_PAIRS * n**2 // len(in_cells[0])
+    if count > at_once:
+        parts = (slice(begin, begin + at_once) for begin in range(0, count, at_once))
+        own = ([each[:, part] for each in lines] for part in parts)
+        return np.concatenate([_followed(obstacles, each) for each in own])
+    found = np.full(count, CLEAR, dtype=np.intp)
     town = map_low_m, map_low_m + n * cell_m, obstacles.roof_m.max()
     within = enter, leave = np.stack(_stretch(low_m, way_m, *town))
     middle_m = obstacles.middle_m
@@ -102,15 +113,13 @@ def _followed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integer
             walls_m = np.clip(walls_m, *np.sort(ends_m[:, live], axis=0))
             ends = offset_m[live] + slope[live] * walls_m - map_low_m[1 - axis]
             row = column * n + np.clip((ends / cell_m[1 - axis]).astype(np.intp), 0, n - 1)
-            first = obstacles.begins[axis][row.min(axis=0)]
-            entries = obstacles.begins[axis][row.max(axis=0) + 1] - first
-            number, entry = ragged(first, entries)
-            line, footprint = live[number], obstacles.in_cells[axis][entry]
+            first = begins[axis][row.min(axis=0)]
+            number, entry = ragged(first, begins[axis][row.max(axis=0) + 1] - first)
+            line, footprint = live[number], in_cells[axis][entry]
             # Most footprints lie well beside the line.
             beside_m = middle_m[1 - axis, footprint] - slope[line] * middle_m[axis, footprint]
             (near,) = np.nonzero(np.abs(beside_m - offset_m[line]) <= reach_m[footprint])
-            pairs = line[near], footprint[near]
-            line, footprint = _met(obstacles, (low_m, way_m, exempt), *pairs)
+            line, footprint = _met(obstacles, lines, line[near], footprint[near])
             found[line] = obstacles.building[footprint]
             (on,) = np.nonzero((found[live] == CLEAR) & (column != last))
             live, last = live[on], last[on]
@@ -118,15 +127,8 @@ def _followed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integer
     return found
 
 
-def _upwards(start_m: Floats, end_m: Floats) -> tuple[Floats, Floats]:
-    """Low ends (axis, line) and the ways from there to the high ends [m]."""
-    swap = start_m[:, 2] > end_m[:, 2]
-    low_m, high_m = np.where(swap, end_m.T, start_m.T), np.where(swap, start_m.T, end_m.T)
-    return low_m, high_m - low_m
-
-
 def _met(
-    obstacles: Prisms, lines: tuple[Floats, Floats, Integers], line: Integers, footprint: Integers
+    obstacles: Prisms, lines: Lines, line: Integers, footprint: Integers
 ) -> tuple[Integers, Integers]:
     """Those pairs of a line and a footprint in which the footprint blocks the line."""
     low_m, way_m, exempt = lines
@@ -134,28 +136,56 @@ def _met(
     enter, leave = _stretch(low_m[:, line], way_m[:, line], *boxes, obstacles.roof_m[footprint])
     (met,) = np.nonzero(enter <= leave)
     line, footprint = line[met], footprint[met]
-    blocks = (exempt[line] != obstacles.building[footprint, None]).all(axis=1)
+    blocks = (exempt[:, line] != obstacles.building[footprint]).all(axis=0)
     (other,) = np.nonzero(blocks & ~obstacles.is_box[footprint])
-    enter, leave = enter[met[other]], leave[met[other]]
     if len(other):
-        # Most lines that meet a footprint pass close to its middle.
-        from_m = low_m[:2, line[other]] - obstacles.middle_m[:, footprint[other]]
-        along_m = way_m[:2, line[other]]
-        nearest = -(from_m * along_m).sum(axis=0) / np.maximum((along_m**2).sum(axis=0), TINY)
-        away_m = np.hypot(*(from_m + np.clip(nearest, enter, leave) * along_m))
-        (unsure,) = np.nonzero(away_m > obstacles.inscribed_m(footprint[other]) - 2.0 * MARGIN_M)
-        other, enter, leave = other[unsure], enter[unsure], leave[unsure]
-    if len(other):
+        own, pairs = (low_m[:2, line[other]], way_m[:2, line[other]]), met[other]
+        ends_m = np.stack([own[0] + each[pairs] * own[1] for each in (enter, leave)])
+        blocks[other] = _inside(obstacles, footprint[other], ends_m)
+    return line[blocks], footprint[blocks]
+
+
+def _inside(obstacles: Prisms, footprint: Integers, ends_m: Floats) -> Booleans:
+    """Whether straight ways (end, axis, way) [m] run inside one footprint each, seen from above.
+
+    A way that keeps d from the corners and runs l inside, in a footprint of n corners with edges up
+    to D long, is at least 2 l d / (n D) from all edges in the middle of its longest stretch inside:
+    edges that it meets there stand at least at the slope 2 d / D to it. Most are decided by that.
+    """
+    sizes, length_m = obstacles.sizes[footprint], np.hypot(*(ends_m[1] - ends_m[0]))
+    along = (ends_m[1] - ends_m[0]) / np.maximum(length_m, TINY)
+    way, corner = ragged(obstacles.first[footprint], sizes)
+    corners_m = obstacles.corners_m.take(corner, axis=0).T  # Faster than an index
+    from_m = along[0] * ends_m[0, 1] - along[1] * ends_m[0, 0]
+    u, v, from_m = np.repeat([*along, from_m], sizes, axis=1)
+    beside_m = u * corners_m[1] - v * corners_m[0] - from_m
+    last = np.cumsum(sizes) - 1
+    after = np.arange(1, 1 + len(way))
+    after[last] = last - sizes + 1
+    left = beside_m > 0.0
+    (met,) = np.nonzero(left != left.take(after))  # Edges from one side of the way to the other
+    way, after = way[met], after[met]
+    share = beside_m[met] / (beside_m[met] - beside_m[after])
+    at_m, to_m = (corners_m.take(each, axis=1) for each in (met, after))
+    at_m += share * (to_m - at_m) - ends_m[0].take(way, axis=1)
+    # The way enters a footprint by edges from one of its sides to the other, and leaves by others.
+    ahead_m = np.clip((along.take(way, axis=1) * at_m).sum(axis=0), 0.0, length_m[way])
+    inside_m = np.abs(np.bincount(way, np.copysign(ahead_m, beside_m[met]), len(sizes)))
+    apart_m = np.minimum.reduceat(np.abs(beside_m), last - sizes + 1)
+    edge_m = np.hypot(*(obstacles.high_m[:, footprint] - obstacles.low_m[:, footprint]))
+    inside = 2.0 * inside_m * apart_m > 10.0 * MARGIN_M * sizes * edge_m
+    beside = (np.bincount(way, minlength=len(sizes)) == 0) & (apart_m > MARGIN_M)
+    (unsure,) = np.nonzero(~(inside | beside))
+    if len(unsure):
         import shapely
 
-        way = low_m[:2, line[other]], way_m[:2, line[other]]
-        ends_m = np.stack([(way[0] + each * way[1]).T for each in (enter, leave)], axis=1)
-        seen = np.asarray(shapely.linestrings(ends_m))
+        start_m, end_m = ends_m[:, :, unsure]
+        seen = np.asarray(shapely.linestrings(np.stack([start_m.T, end_m.T], axis=1)))
         # Seen from above, an upright line is a point.
-        upright = (ends_m[:, 0] == ends_m[:, 1]).all(axis=1)
-        seen[upright] = shapely.points(ends_m[upright, 0])
-        blocks[other] = shapely.intersects(obstacles.inner(footprint[other]), seen)
-    return line[blocks], footprint[blocks]
+        upright = (start_m == end_m).all(axis=0)
+        seen[upright] = shapely.points(start_m.T[upright])
+        inside[unsure] = shapely.intersects(obstacles.inner(footprint[unsure]), seen)
+    return np.asarray(inside)
 
 
 def _stretch(

@@ -56,10 +56,10 @@ def build_routes(legs: Legs, buildings: Integers) -> Routes:
 
 def routes_along(legs: Legs, numbers: Integers, building: Integers, rest_first: Booleans) -> Routes:
     """Routes by the numbers of the legs that each flies, with their totals; see `Routes`."""
-    flown = numbers != NO_LEG
+    flown, drawn = numbers != NO_LEG, (1.0, legs.currents_A, legs.powers_W)
     flight_s, charge_As, energy_J = (
         np.asarray(sum(np.where(k >= 0, of_leg[k], 0.0) for k in numbers.T))
-        for of_leg in (legs.duration_s, legs.charge_As, legs.energy_J)
+        for of_leg in ((legs.durations_s * each).sum(axis=0) for each in drawn)
     )
     flyable = np.asarray((legs.flyable[numbers] | ~flown).all(axis=1))
     return Routes(numbers, building, rest_first, flyable, flight_s, charge_As, energy_J)
@@ -75,8 +75,10 @@ def usable_routes(
 ) -> Booleans:
     """Which flyable routes a trajectory may use in every variant (variant or 1, route).
 
-    Flight times [s] are of the same shape; `away_m` (variant or 1, building, 3) are the ways from
-    the device to the buildings [m].
+    Without a stop (``"direct"``), by the building nearest the device (``"traj1"``), the shortest in
+    time by a building, or several that tie (``"traj2"``), or any (``"optimal"``); in one order, or
+    in both. Flight times [s] are of the same shape; `away_m` (variant or 1, building, 3) are the
+    ways from the device to the buildings [m].
     """
     usable, rests = flyable, routes.building >= 0
     if order is not None:

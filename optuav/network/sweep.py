@@ -19,7 +19,7 @@ from optuav.arrays import Booleans, Floats, Integers, portions, ragged
 from optuav.network.prisms import MARGIN_M, Prisms
 from optuav.physics.quantity import TINY
 
-AT_ONCE = 250  # Footprints that are taken up between two looks at the horizon
+AT_ONCE = 500  # Footprints that are taken up between two looks at the horizon
 BEARINGS = 8  # Into so many bearings the average footprint reaches, about
 FEWEST, MOST = 1 << 10, 1 << 22  # Bearings
 MOST_CORNERS = 1 << 16  # That are looked at together: as many as fit the cache
@@ -161,11 +161,14 @@ def candidates(seen: View, ways: Lines, some: Integers) -> Iterator[tuple[Intege
     beyond = np.empty_like(seen.by_distance)
     near_m = seen.near_m[seen.by_distance]
     beyond[seen.by_distance] = np.searchsorted(lengths_m, near_m, side="right")
-    occupied = np.bincount(bearing, minlength=seen.bearings) > 0
+    # Of the lines in a bearing, none is steeper down or longer than this.
+    steepest, longest_m = np.full(seen.bearings, np.inf), np.zeros(seen.bearings)
+    np.minimum.at(steepest, bearing, steepness)
+    np.maximum.at(longest_m, bearing, length_m)
     for part in portions(seen.spans, MOST_PAIRS):
         row, at = ragged(seen.first[part], seen.spans[part])
         footprint, at = part.start + row, at % seen.bearings
-        there = occupied[at]
+        there = (seen.slope[footprint] > steepest[at]) & (seen.near_m[footprint] < longest_m[at])
         footprint, at = footprint[there], at[there]
         first = np.searchsorted(key, at * many + beyond[footprint])
         count = last[at] - first

@@ -95,7 +95,7 @@ def direct(mission: Mission, pack_As: float, perspective: Perspective) -> Plan:
 
 @lru_cache(maxsize=REMEMBERED)
 def least_pack(
-    mission: Mission, perspective: Perspective = "battery", hover_s: float | None = None
+    mission: Mission, perspective: Perspective, hover_s: float | None = None
 ) -> float | None:
     """Least pack [A s] with which the direct path hovers for `hover_s`, if any, by halving.
 

@@ -178,9 +178,7 @@ def deadlines_s(mission: Mission) -> Sequence[float]:
     return curves.DEADLINES_S if is_papers(mission) else (mission.limits.deadline_s,)
 
 
-def _plan(
-    mission: Mission, problem: Formulation = BEST, *, perspective: Perspective = "battery"
-) -> Plan:
+def _plan(mission: Mission, perspective: Perspective, problem: Formulation = BEST) -> Plan:
     """Return a plan that exists; without one the study is not shown."""
     return existing({"": solve(mission, problem, perspective=perspective)})[""]
 
@@ -229,7 +227,7 @@ def system(mission: Mission, perspective: Perspective) -> Exhibits:
 
 def wells(mission: Mission, perspective: Perspective) -> Exhibits:
     """The two wells over the optimal plan."""
-    plan, full = _plan(mission, perspective=perspective), vehicle.pool(mission).full
+    plan, full = _plan(mission, perspective), vehicle.pool(mission).full
     words = {
         name: number(100.0 * sum(getattr(plan.phases[-1], f"{name}_As")) / float(size), 1)
         for name, size in zip(("available", "bound"), full, strict=True)
@@ -339,7 +337,7 @@ def least_charge(mission: Mission, perspective: Perspective) -> Exhibits:
         row = {"max_speed_rad_s": speed, "min_soc_percent": 100.0 * soc}
         records.append({**row, "hover_time_s": hover_s, "route": route})
     if all(math.isnan(row["hover_time_s"]) for row in records):
-        _plan(mission, perspective=perspective)
+        _plan(mission, perspective)
     own_rows = [row for row in records if row["max_speed_rad_s"] == own_speed]
     pairs = [(row["min_soc_percent"], row["hover_time_s"]) for row in own_rows]
     lost = next((f"{percent:g}" for percent, hover_s in pairs if math.isnan(hover_s)), None)
@@ -358,7 +356,7 @@ def least_charge(mission: Mission, perspective: Perspective) -> Exhibits:
 def battery_size(mission: Mission, perspective: Perspective) -> Exhibits:
     """The direct path with and without laser by pack, and the optimum with laser."""
     dark, own_As = curves.without_laser(mission), mission.battery.capacity_As
-    best_s = _plan(mission, perspective=perspective).hover_time_s
+    best_s = _plan(mission, perspective).hover_time_s
     crossing_As = curves.least_pack(dark, perspective, best_s)
     full_As = curves.least_pack(dark, perspective)
     ends = {"as long without laser": crossing_As, "ended by the deadline": full_As}
@@ -411,7 +409,7 @@ def charging(mission: Mission) -> Exhibits:
 
 def runs_dry(mission: Mission) -> Exhibits:
     """The available well over the direct path, of which η1 says nothing."""
-    plan, kept = _plan(mission, P3()), solve(mission, P3())
+    plan, kept = _plan(mission, "battery", P3()), solve(mission, P3())
     level = 100.0 * plan.phases[-1].available_As[0] / float(vehicle.pool(mission).capacity_As)
     words = {
         "left": eta(plan, "battery"),
@@ -433,7 +431,7 @@ def overcharges(mission: Mission) -> Exhibits:
 def second_problem(mission: Mission) -> Exhibits:
     """(P2) in its two readings beside (P1)."""
     changed = with_deadline(mission, deadlines_s(mission)[0])
-    _plan(changed)
+    _plan(changed, "battery")
     problems = (P1(), P2(), P2(tight=True))
     plans = {each.name: solve(changed, each, perspective="battery") for each in problems}
     labels = DATA["exhibit"]["second-problem"]["labels"]
@@ -462,7 +460,7 @@ def more_stops(mission: Mission) -> Exhibits:
 
 def peak_speed(mission: Mission) -> Exhibits:
     """Speed over the first leg: nothing in the model slows the UAV down."""
-    plan = _plan(mission, P3())
+    plan = _plan(mission, "battery", P3())
     first = modelled_leg(plan)
     if first is None:
         raise NotShownError("the mission's legs are stated, not modelled")

@@ -427,7 +427,7 @@ def _harvests(mission: Mission, distance_m: Floats) -> Floats:
 
 def _crossing_As(mission: Mission, hover_s: float) -> float:
     """Pack with which the direct path without laser hovers for a given time [A s]."""
-    return curves.least_pack(curves.without_laser(mission), hover_s=hover_s) or math.nan
+    return curves.least_pack(curves.without_laser(mission), "battery", hover_s) or math.nan
 
 
 FORMULAS: dict[str, Callable[..., Any]] = {
@@ -453,7 +453,7 @@ FORMULAS: dict[str, Callable[..., Any]] = {
     "crossing_As": _crossing_As,
     "saving_As": lambda m, *at: _crossing_As(m, *at) - m.battery.capacity_As,
     "saving_percent": lambda m, *at: 100.0 * (_crossing_As(m, *at) / m.battery.capacity_As - 1.0),
-    "saturation_As": lambda m: curves.least_pack(curves.without_laser(m)),
+    "saturation_As": lambda m: curves.least_pack(curves.without_laser(m), "battery"),
     "calmest_wind_N": curves.calmest_N,
     "least_wind_N": lambda m, axis: curves.wind_limits_N(m, axis)[0],
     "largest_wind_N": lambda m, axis: curves.wind_limits_N(m, axis)[1],

@@ -18,7 +18,7 @@ from optuav.errors import Fault, refuse
 from optuav.markup import element
 from optuav.mission import Mission, load
 from optuav.mission.files import check_place, make_directory, write_files
-from optuav.mission.messages import nearest
+from optuav.mission.messages import misfits, nearest
 from optuav.options import Perspective
 from optuav.paper import figures, table2
 from optuav.paper.curves import DATA, PAPERS, solve
@@ -27,7 +27,7 @@ from optuav.paper.ledger import HEAD, Ledger, Verdict, ledger
 from optuav.plots.files import image
 from optuav.plots.style import minus
 from optuav.studies.methods import Progress
-from optuav.studies.processes import run_tasks, worker_faults
+from optuav.studies.processes import WORKERS, run_tasks
 from optuav.studies.results import as_csv
 
 COUNTED: tuple[Perspective, ...] = ("battery", AVAILABLE)
@@ -140,7 +140,7 @@ def reproduce(
         for name in only
         if name not in known
     ]
-    refuse([*wrong, *worker_faults(workers)])
+    refuse([*wrong, *misfits(("workers", workers, WORKERS))])
     folder, files = Path(directory), _files(own, only, progress, workers)
     made = {folder / name: content for name, content in files}
     for path, content in made.items():

@@ -29,7 +29,6 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, Self
@@ -144,11 +143,6 @@ def step(battery: Battery, wells: Wells, stage: Stage) -> Wells:
     return tilted_after(battery, Tilted.of(battery, wells), stage).wells(battery)
 
 
-def tilted_after(battery: Battery, charge: Tilted, stage: Stage) -> Tilted:
-    """Total charge and tilt [A s] after a stage of constant current."""
-    return shifted(charge, [shift(battery, stage)])
-
-
 def shift(battery: Battery, stage: Stage) -> Shift:
     """What a stage of constant current does to any charge."""
     current_A, duration_s = stage
@@ -156,12 +150,12 @@ def shift(battery: Battery, stage: Stage) -> Shift:
     return Shift(current_A * duration_s, remaining, battery.bound_fraction * current_A * integral_s)
 
 
-def shifted(charge: Tilted, stages: Iterable[Shift]) -> Tilted:
-    """Total charge and tilt [A s] after what stages do, one after the other."""
+def tilted_after(battery: Battery, charge: Tilted, *stages: Stage | Shift) -> Tilted:
+    """Total charge and tilt [A s] after stages of constant current, or what they do, in order."""
     total_As, tilt_As = charge
     for each in stages:
-        total_As = total_As + each.gained_As
-        tilt_As = tilt_As * each.remaining + each.tilted_As
+        gained_As, remaining, tilted_As = each if isinstance(each, Shift) else shift(battery, each)
+        total_As, tilt_As = total_As + gained_As, tilt_As * remaining + tilted_As
     return Tilted(total_As, tilt_As)
 
 

@@ -48,15 +48,15 @@ def with_table(embedded: Buildings, stated: object, folder: Path) -> Buildings:
 
     Raises `InputError` if it is another table, or if the plan's buildings are not in it.
     """
-    kinds = {"path": str, "blake2b": str, "buildings": int}
+    kinds = {"path": str, "sha256": str, "buildings": int}
     known: dict[str, Any] = stated if isinstance(stated, dict) else {}
     if {key: type(each) for key, each in known.items()} != kinds or "\0" in known["path"]:
-        raise InputError([Fault(TABLE, shown(stated), "path, blake2b and buildings of a table")])
-    path, blake2b, count = (known[key] for key in kinds)
-    source = TableFile(os.path.abspath(folder / path), blake2b, max(count, len(embedded)))
+        raise InputError([Fault(TABLE, shown(stated), "path, sha256 and buildings of a table")])
+    path, sha256, count = (known[key] for key in kinds)
+    source = TableFile(os.path.abspath(folder / path), sha256, max(count, len(embedded)))
     if not os.path.exists(source.path):
         return embedded.read_from(source)
-    check(Path(source.path), blake2b)
+    check(Path(source.path), sha256)
     table = read_buildings(Path(source.path))
     numbers = {name: number for number, name in enumerate(table.names)}
     refuse(

@@ -15,15 +15,13 @@ from optuav.plots.calibrations import FitAxes, fit
 from optuav.plots.charge import packs, wells
 from optuav.plots.charts import Bar, Line, Mark, bars, curves
 from optuav.plots.files import save, save_figures, save_pictures
-from optuav.plots.heat import heat_map
+from optuav.plots.heat import swept
 from optuav.plots.map import MapAxes, mission_map, trajectories
 from optuav.plots.planes import plane
-from optuav.plots.positions import hover_map
+from optuav.plots.positions import hover_map, sites
 from optuav.plots.profiles import LegAxes, ProfileAxes, leg, profile
-from optuav.plots.sites import sites
-from optuav.plots.swept import swept
 
 __all__ = ["Bar", "FitAxes", "LegAxes", "Line", "MapAxes", "Mark", "ProfileAxes", "bars"]
-__all__ += ["curves", "fit", "gif_file", "heat_map", "hover_map", "leg", "mission_map", "packs"]
+__all__ += ["curves", "fit", "gif_file", "hover_map", "leg", "mission_map", "packs"]
 __all__ += ["plane", "profile", "save", "save_animation", "save_figures", "save_pictures"]
 __all__ += ["sites", "swept", "trajectories", "wells"]

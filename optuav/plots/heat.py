@@ -1,9 +1,11 @@
-"""A quantity over two others: its values as colours, with contours."""
+"""Hover times over one key or two, and any quantity over two others as colours with contours."""
 
-from collections.abc import Iterable
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.patheffects import withStroke
@@ -12,80 +14,136 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
 
 from optuav.arrays import Floats
+from optuav.errors import Fault, InputError
 from optuav.plots import style
+from optuav.plots.charts import Line, curves
 from optuav.plots.style import BLACK, GREY, Look
+
+if TYPE_CHECKING:
+    import xarray
 
 COLOURS = "viridis"  # In the same order of brightness for colour-blind readers
 MOST_CONTOURS = 8
 NONE: Look = {"facecolor": "white", "edgecolor": GREY, "hatch": "////", "linewidth": 0.0}
 """The look of places without a value."""
-NAMES: Look = {"fontsize": 6.5, "inline": False}
-"""The look of the values beside contours."""
+LONGEST = "longest hover Δ [s]"
+ROWS = ("scenario",)  # Dimension of rows of values
 
 
-@style.applied()
-def heat_map(
-    x: npt.ArrayLike,
-    y: npt.ArrayLike,
-    values: npt.ArrayLike,
-    *,
-    title: str,
-    x_label: str,
-    y_label: str,
-    label: str,
-    ax: Axes | None = None,
-) -> Axes:
-    """Draw a quantity over two others as colours, with contours at round values.
+def swept(found: xarray.Dataset) -> style.Pictures:
+    """Draw the hover times of a dataset over one key or two, one of them in rows at most.
+
+    Over one key they are a line for each perspective, over two a map with contours for each of
+    them; hatched, or left out, where there is no plan.
 
     Parameters
     ----------
-    x, y
-        Each at least two growing numbers, evenly spaced or not; each is the middle of its cells.
-    values
-        One of each cell (y, x); hatched where they are NaN.
-    title, x_label, y_label, label
-        Heading, and labels with units: of both axes, and of the values.
-    ax
-        Where to draw; on a page of its own by default.
+    found
+        As `optuav.batch` and `optuav.open_sweep` return it.
+
+    Returns
+    -------
+    tuple of tuple
+        Names of pictures with their axes.
+
+    Raises
+    ------
+    InputError
+        If the dataset has other dimensions, or a key with a single value.
 
     Examples
     --------
     >>> import optuav
-    >>> shown = {"title": "a hill", "x_label": "x [m]", "y_label": "y [m]", "label": "height [m]"}
-    >>> ax = optuav.plots.heat_map([0.0, 1.0], [0.0, 2.0], [[0.0, 10.0], [20.0, 30.0]], **shown)
-    >>> ax.get_ylabel()
-    'y [m]'
+    >>> found = optuav.batch("paper", {"limits.deadline_s": [600, 900, 1200]})
+    >>> [(name, ax.get_xlabel()) for name, ax in optuav.plots.swept(found)]
+    [('hover.png', 'limits.deadline_s [s]')]
+    """
+    return style.Pictures(_drawn(found))
+
+
+def _drawn(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
+    """Name and axes of one picture after the other."""
+    rows = [name for name, each in getattr(found, "coords", {}).items() if each.dims == ROWS]
+    if len(rows) == 1:
+        found = found.swap_dims(dict.fromkeys(ROWS, rows[0]))
+    hover_s, known = getattr(found, "hover_time_s", None), getattr(found, "attrs", {})
+    keys = [name for name in getattr(hover_s, "dims", ()) if name != "perspective"]
+    stated = [each for each in keys if "units" in found[each].attrs]
+    several = [each for each in stated if len(np.unique(found[each])) > 1]
+    if len(keys) not in (1, 2) or several != keys or "mission" not in known:
+        words = "a dataset of one mission over one key or two, of several values each"
+        raise InputError([Fault("found", ", ".join(map(str, keys)), words)])
+    found = found.sortby(keys).drop_duplicates(keys)
+    hover_s = found.hover_time_s
+    if "perspective" not in hover_s.dims:
+        hover_s = hover_s.expand_dims(perspective=[found.attrs["perspective"]])
+    town, units = style.printed(known["mission"]), {key: found[key].attrs["units"] for key in keys}
+    across, *upwards = (f"{key} [{'-' if unit == '1' else unit}]" for key, unit in units.items())
+    every = {name: hover_s.sel(perspective=name) for name in hover_s.perspective.values.tolist()}
+    if not upwards:
+        lines = [Line(name, found[keys[0]], values) for name, values in every.items()]
+        none = bool(hover_s.isnull().all())
+        ax = curves(lines, title=town, x_label=across, y_label=LONGEST, y_from_zero=none)
+        yield "hover.png", ax
+        return
+    x, y = (found[key].to_numpy() for key in keys)
+    for name, values in every.items():
+        table, title = values.transpose(*keys[::-1]).to_numpy(), f"{town}, perspective {name}"
+        yield f"hover-{name}.png", heat_map(x, y, table, (across, upwards[0], LONGEST), title)
+
+
+@style.applied()
+def heat_map(
+    x: Floats,
+    y: Floats,
+    values: Floats,
+    labels: tuple[str, str, str],
+    title: str,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw a quantity over two others as colours, with contours at round values.
+
+    Of growing numbers x and y, which are the middles of cells, and values (y, x), hatched where
+    they are NaN; with labels of all three. On a page of its own by default.
     """
     ax = ax or style.page(4.4).subplots()
-    across, upwards, table = (np.asarray(each, dtype=float) for each in (x, y, values))
-    known, columns, rows = np.isfinite(table), _edges(across), _edges(upwards)
-    ax.set(title=title, xlabel=x_label, ylabel=y_label)
+    known, columns, rows = np.isfinite(values), _edges(x), _edges(y)
+    ax.set(title=title, xlabel=labels[0], ylabel=labels[1])
     if not known.all():
         corner, size = (columns[0], rows[0]), (columns[-1] - columns[0], rows[-1] - rows[0])
         ax.add_patch(Rectangle(corner, *size, zorder=0.5, **NONE))
-    shown = ax.pcolorfast(columns, rows, np.ma.masked_invalid(table), cmap=COLOURS)
+    shown = ax.pcolorfast(columns, rows, np.ma.masked_invalid(values), cmap=COLOURS)
     shown.set_zorder(0.8)
     ax.set(xlim=columns[[0, -1]], ylim=rows[[0, -1]])
     if known.any():
-        bar = style.root(ax).colorbar(shown, ax=ax, label=label, shrink=0.9)
+        bar = style.root(ax).colorbar(shown, ax=ax, label=labels[2], shrink=0.9)
         bar.outline.set_linewidth(0.4)
     style.group_thousands(ax)
     style.settle(ax)
-    if levels := contour_levels(table):
+    if levels := contour_levels(values):
         for level in levels:
             bar.ax.axhline(level, color=BLACK, linewidth=0.5)
-        lines = ax.contour(across, upwards, table, levels, colors=BLACK, linewidths=0.5)
-        _name(ax.clabel(lines, fmt=lambda at: style.minus(f"{at:.10g}"), **NAMES))
+        lines = ax.contour(x, y, values, levels, colors=BLACK, linewidths=0.5)
+        parts = zip(map(_named, levels), lines.allsegs, strict=True)
+        ways = {name: ax.transData.transform(np.concatenate(each)) for name, each in parts if each}
+        _keep(ax.clabel(lines, fmt=_named, fontsize=6.5, inline=False), ways)
     return ax
 
 
-def _name(words: Iterable[Text]) -> None:
-    """Keep the names of contours that lie on no other."""
+def _named(level: float) -> str:
+    """The name of a contour."""
+    return style.minus(f"{level:.10g}")
+
+
+def _keep(names: Iterable[Text], ways: Mapping[str, Floats]) -> None:
+    """Keep the names that lie on no other and on no way of another contour, by its name [px]."""
     taken = list[Bbox]()
-    for each in words:
+    for each in names:
         each.set_path_effects([withStroke(linewidth=1.5, foreground="white")])
         box = each.get_window_extent()
-        if any(box.overlaps(other) for other in taken):
+        others = [way for name, way in ways.items() if name != each.get_text()]
+        crossed = any(((box.min <= way) & (way <= box.max)).all(axis=1).any() for way in others)
+        if crossed or any(box.overlaps(other) for other in taken):
             each.remove()
         else:
             taken.append(box)

@@ -211,7 +211,10 @@ def _draw(
     style.group_thousands(*axes)
     style.settle(axes.plan)
     flat = [way.points[:, :2] for way in ways]
-    style.place(axes.plan, plan_labels(shown, ways, times=times), flat, shown.sight_lines[0])
+    corners_m, count = shown.mission.buildings.outlines()
+    walls = np.split(corners_m, np.cumsum(count[count > 0]))[:-1]
+    faint = [*shown.sight_lines[0], *(walls if len(walls) <= MOST_NAMED else ())]
+    style.place(axes.plan, plan_labels(shown, ways, times=times), flat, faint)
     # Every place of the ways once.
     corners = {
         name: (at[0], at[1])

@@ -1,4 +1,4 @@
-"""A map of hover times over positions, with what stands there."""
+"""Maps of hover times over positions, and of lasers and whom they serve."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from matplotlib.transforms import offset_copy
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
+from optuav.mission.messages import shown
 from optuav.network.places import HOVER
 from optuav.network.scene import scene
 from optuav.plots import style
-from optuav.plots.heat import heat_map, without_value
-from optuav.plots.map import draw_site
-from optuav.plots.style import BLACK, VERMILLION, Look
+from optuav.plots.heat import LONGEST, heat_map, without_value
+from optuav.plots.map import draw_buildings, draw_site
+from optuav.plots.style import BLACK, GREEN, GREY, ORANGE, PALE, PURPLE, SKY, VERMILLION, Look
 
 if TYPE_CHECKING:
     import xarray
 
-MOVED = {
-    "link.device_m": "the device",
-    "laser.position_m": "the laser",
-    "route.hover_m": "the hover point",
-}
+    from optuav.siting.place_laser import Siting
+
+MOVED = {"link.device_m": "device", "laser.position_m": "laser", "route.hover_m": "hover point"}
 """What a map moves, by its key."""
 NO_MAP = "a map, as the functions of optuav.maps return it"
 LARGEST_IN, LEAST_IN, AROUND_IN, LEGEND_IN = (5.4, 6.0), (1.6, 1.6), (1.8, 1.5), 6.0
 """Largest and least size of a map, what surrounds it, and width of its legend [inch]."""
-COLUMNS = 3
+BEST: Look = {"color": VERMILLION, "markersize": 9.0, "markeredgecolor": "white", "zorder": 5}
+BEST |= {"markeredgewidth": 0.7, "clip_on": False}  # It may be at the edge
 LABELS_PT = 32.0  # Height of the labels below axes [pt]
 
 
@@ -57,63 +57,134 @@ def hover_map(
     -------
     The axes, in m.
 
+    Raises
+    ------
+    InputError
+        If it is no such map, or the mission cannot be loaded.
+
     Examples
     --------
     >>> import optuav
     >>> found = optuav.maps.laser("paper", 250)
     >>> ax = optuav.plots.hover_map(optuav.load("paper"), found)
     >>> ax.get_title(loc="left").splitlines()
-    ['paper: longest hover, available, by', 'the place of the laser at z = 50 m']
+    ['paper, perspective available', 'laser anywhere at z = 50 m']
     """
     mission = load(mission)
-    if getattr(found, "attrs", {}).get("over") not in MOVED:
+    moved = MOVED.get(getattr(found, "attrs", {}).get("over", ""))
+    if moved is None or {*found.dims} != {"x", "y"} or min(found.shape) < 2:
         raise InputError([Fault("found", type(found).__name__, NO_MAP)])
-    x, y, shown = found.x.to_numpy(), found.y.to_numpy(), scene(mission)
-    ax = map_axes(np.array([x[-1] - x[0], y[-1] - y[0]]), ax)
-    handles = draw_site(ax, shown, {"facecolor": "none", "edgecolor": BLACK, "zorder": 3})
+    found = found.sortby(["x", "y"]).transpose("y", "x")
+    x, y, site = found.x.to_numpy(), found.y.to_numpy(), scene(mission)
+    ax = _map_axes(np.array([x[-1] - x[0], y[-1] - y[0]]), ax)
+    handles = draw_site(ax, site, {"facecolor": "none", "edgecolor": BLACK, "zorder": 3})
     points = {"D": ("origin and destination", ["origin", "destination"])}
-    points |= {"o": ("hover point", ["hover"])} if shown.places.exists[HOVER] else {}
+    points |= {"o": ("hover point", ["hover"])} if site.places.exists[HOVER] else {}
     for marker, (words, names) in points.items():
-        at = shown.positions(names)[:, :2].T
+        at = site.positions(names)[:, :2].T
         handles += ax.plot(*at, marker, markersize=4.5, zorder=4, label=words)
     for each in handles:
         if isinstance(each, Line2D):
             each.set(markerfacecolor="white", markeredgecolor=BLACK, markeredgewidth=0.7)
     if (best_m := found.attrs.get("best_m")) is not None:
         words = f"best: {float(found.max()):.1f} s at ({best_m[0]:.10g}, {best_m[1]:.10g}) m"
-        (best,) = ax.plot(*best_m[:2], "X", markersize=9.0, zorder=5, label=style.minus(words))
-        best.set(markerfacecolor=VERMILLION, markeredgecolor="white", markeredgewidth=0.7)
-        handles.append(best)
-    roofs_m = shown.places.position_m[shown.places.buildings, :2]
+        words += ", edge of the map" * (found.attrs["best_at"] == "edge")
+        handles += ax.plot(*best_m[:2], "X", label=style.minus(words), **BEST)
+    roofs_m = site.places.position_m[site.places.buildings, :2]
     box = np.array([[x[0], y[0]], [x[-1], y[-1]]])
     handles = [each for each in handles if _reaches(each, roofs_m, box)]
     if found.isnull().any():
         handles.append(without_value("no plan"))
-    legend_below(ax, handles)
-    moved, height_m = MOVED[found.attrs["over"]], style.minus(f"{found.attrs['height_m']:.10g}")
-    title = f"{style.printed(mission.name)}: longest hover, {found.attrs['perspective']}, "
-    title += f"by\nthe place of {moved} at z = {height_m} m"
-    axes = {"x_label": "x [m]", "y_label": "y [m]", "label": "longest hover Δ [s]"}
-    return heat_map(x, y, found.to_numpy(), title=title, ax=ax, **axes)
+    _legend_below(ax, handles)
+    height_m = style.minus(f"{found.attrs['height_m']:.10g}")
+    title = f"{style.printed(mission.name)}, perspective {found.attrs['perspective']}\n"
+    title += f"{moved} anywhere at z = {height_m} m"
+    return heat_map(x, y, found.to_numpy(), ("x [m]", "y [m]", LONGEST), title, ax)
 
 
-def map_axes(size_m: Floats, ax: Axes | None) -> Axes:
+@style.applied()
+def sites(found: Siting, *, ax: Axes | None = None) -> Axes:
+    """Draw candidates, the sites chosen, lasers where they are, and the devices they serve.
+
+    Parameters
+    ----------
+    found
+        As `optuav.place_laser` returns it. Buildings are those of its first mission.
+    ax
+        Where to draw; on a page of its own by default.
+
+    Returns
+    -------
+    The axes, in m.
+
+    Raises
+    ------
+    InputError
+        If it is no such answer.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> hazy = optuav.load("paper").replace({"laser.visibility_km": 2.0})
+    >>> found = optuav.place_laser(hazy, [[1000, 0, 50], [1000, 2000, 50]])
+    >>> optuav.plots.sites(found).get_title(loc="left")
+    'paper: lasers on 1 of 2 candidates, perspective available'
+    """
+    if not hasattr(found, "candidates_m"):
+        raise InputError([Fault("found", shown(found), "as optuav.place_laser returns it")])
+    site, served = scene(found.missions[0]), found.laser >= 0
+    devices_m = np.array([mission.link.device_m[:2] for mission in found.missions])
+    candidates_m, lasers_m = found.candidates_m[:, :2], found.position_m[:, :2]
+    chosen_m = candidates_m[[*found.selection.sites]]
+    roofs_m = found.missions[0].buildings.roof_m[:, :2]
+    every_m = np.concatenate([devices_m, candidates_m, lasers_m, roofs_m])
+    x, y = (style.margins(values) for values in every_m.T)
+    ax = _map_axes(np.array([x[1] - x[0], y[1] - y[0]]), ax)
+    ax.set(xlim=x, ylim=y, xlabel="x [m]", ylabel="y [m]")
+    handles = draw_buildings(ax, site, {"facecolor": PALE, "edgecolor": GREY})
+    own_m, moved = lasers_m[found.laser[served]], (chosen_m != lasers_m).any(axis=1)
+    drawn: tuple[tuple[str, str, Floats, str, float], ...] = (
+        ("-", "device and its laser", _lines(devices_m[served], own_m), SKY, 0.0),
+        ("-", "moved", _lines(chosen_m[moved], lasers_m[moved]), PURPLE, 0.0),
+        ("o", "candidate", candidates_m, ORANGE, 5.0),
+        ("s", "chosen", chosen_m, BLACK, 8.0),
+        ("*", "laser", lasers_m, PURPLE, 9.0),
+        ("^", "device", devices_m[served], GREEN, 6.0),
+        ("^", "device without a plan", devices_m[~served], GREEN, 6.0),
+    )
+    for marker, words, at_m, colour, size in drawn:
+        look: Look = {"color": colour, "markersize": size, "linewidth": 1.0, "label": words}
+        look |= {"fillstyle": "full" if words in ("laser", "device") else "none"}
+        handles += ax.plot(*at_m.T, marker, **look) if len(at_m) else []
+    _legend_below(ax, handles)
+    title = f"{style.printed(found.missions[0].name)}: lasers on {len(chosen_m)} of "
+    ax.set_title(f"{title}{len(candidates_m)} candidates, perspective {found.perspective}")
+    style.group_thousands(ax)
+    style.settle(ax)
+    return ax
+
+
+def _lines(starts_m: Floats, ends_m: Floats) -> Floats:
+    """Lines as one with gaps (point, 2) [m]."""
+    return np.stack([starts_m, ends_m, np.full_like(ends_m, np.nan)], axis=1).reshape(-1, 2)
+
+
+def _map_axes(size_m: Floats, ax: Axes | None) -> Axes:
     """Axes of one scale for a map of this size (2,) with a legend below, if need be on a page."""
     if ax is not None:
         ax.set_aspect("equal")
         return ax
     across_in, deep_in = np.maximum(size_m * np.min(LARGEST_IN / size_m), LEAST_IN).tolist()
-    page = style.page(deep_in + AROUND_IN[1], max(across_in + AROUND_IN[0], LEGEND_IN))
-    ax = page.subplots()
+    ax = style.page(deep_in + AROUND_IN[1], max(across_in + AROUND_IN[0], LEGEND_IN)).subplots()
     ax.set_aspect("equal")
     return ax
 
 
-def legend_below(ax: Axes, handles: Sequence[Artist]) -> None:
+def _legend_below(ax: Axes, handles: Sequence[Artist]) -> None:
     """Put a legend below the map: of the page, or else of the axes alone."""
     page = style.root(ax)
     if isinstance(page, style.Page):
-        page.legend(handles=handles, loc="outside lower left", ncols=COLUMNS)
+        page.legend(handles=handles, loc="outside lower left", ncols=3)
     else:
         below = offset_copy(ax.transAxes, page, 0.0, -LABELS_PT, units="points")
         look: Look = {"loc": "upper left", "bbox_to_anchor": (0.0, 0.0), "borderaxespad": 0.0}

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from formulations.soc import PAPER, PERSPECTIVES
-from optuav.arrays import Booleans, Floats, Integers
+from optuav.arrays import Floats, Integers
 from optuav.errors import Fault, folded, line_width, printable, refuse
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission, load_all
@@ -61,6 +61,8 @@ class Siting:
         Where the lasers are in the end (laser, 3) [m], in the order of `selection.sites`.
     hover_s
         Longest hovers there (mission, laser) [s], NaN without a plan.
+    value
+        Mean or smallest hover [s] or the number of missions covered, lasers where they are.
 
     Examples
     --------
@@ -79,12 +81,7 @@ class Siting:
     candidate_hover_s: Floats = field(repr=False)
     position_m: Floats
     hover_s: Floats = field(repr=False)
-
-    @property
-    def value(self) -> float:
-        """Mean or smallest hover [s] or the number of missions covered, lasers where they are."""
-        counted = _counting(self.candidate_hover_s, self.selection.objective)
-        return _value(self.hover_s[counted], self.selection.objective, self.at_least_s)
+    value: float
 
     @property
     def gap(self) -> float:
@@ -116,8 +113,8 @@ class Siting:
             "missions": [mission.name for mission in self.missions],
             "perspective": self.perspective,
             "at_least_s": self.at_least_s,
-            **asdict(self.selection),
-            "gap": self.gap,
+            "selection": {**asdict(self.selection), "gap": self.gap},
+            "value": self.value,
             "position_m": self.position_m.tolist(),
             "hover_s": hover_s,
             "laser": self.laser.tolist(),
@@ -242,36 +239,26 @@ def place_laser(
     faults += _faults(lasers, objective, at_least_s, perspective, gap, time_limit_s)
     refuse([*faults, *(each for mission in loaded for each in _unfit(mission, perspective))])
     times_s = hover_table(loaded, table_m, perspective)
-    counted = _counting(times_s, objective)
+    planned = np.asarray(~np.isnan(times_s).all(axis=1))
+    counted = planned if objective == "worst" and planned.any() else np.ones_like(planned)
+
+    def value(found_s: Floats) -> float:
+        worth = worth_of(found_s[counted], objective, at_least_s)
+        return value_of(worth.max(axis=1, initial=0.0), objective)
+
     limits: dict[str, Any] = {"at_least_s": at_least_s, "gap": gap, "time_limit_s": time_limit_s}
     best = best_sites(times_s[counted], int(lasers), objective, **limits)
-    chosen = [*best.sites]
-    position_m, hover_s = table_m[chosen], times_s[:, chosen]
-    if refine and chosen:
-
-        def value(found_s: Floats) -> float:
-            return _value(found_s[counted], objective, at_least_s)
-
-        reach_m = 0.5 * _nearest_m(table_m, chosen)
-        position_m, hover_s = refined(loaded, position_m, reach_m, perspective, value)
-    return Siting(loaded, table_m, perspective, at_least_s, best, times_s, position_m, hover_s)
-
-
-def _counting(hover_s: Floats, objective: Objective) -> Booleans:
-    """Which missions count: for the worst not those without a plan from any candidate."""
-    planned = np.asarray(~np.isnan(hover_s).all(axis=1))
-    return planned if objective == "worst" and planned.any() else np.ones_like(planned)
-
-
-def _value(hover_s: Floats, objective: Objective, at_least_s: float | None) -> float:
-    """The objective of hover times (mission, laser) [s] if each mission takes the longest."""
-    return value_of(worth_of(hover_s, objective, at_least_s).max(axis=1, initial=0.0), objective)
+    at_m, hover_s = table_m[[*best.sites]], times_s[:, [*best.sites]]
+    if refine and best.sites:
+        reach_m = 0.5 * _nearest_m(table_m, best.sites)
+        at_m, hover_s = refined(loaded, at_m, reach_m, perspective, value)
+    asked = loaded, table_m, perspective, at_least_s
+    return Siting(*asked, best, times_s, at_m, hover_s, value(hover_s))
 
 
 def _nearest_m(points_m: Floats, chosen: Sequence[int]) -> Floats:
-    """Distance in the plane from each of some points to the nearest that is elsewhere [m]."""
-    plane_m = points_m[:, :2]
-    apart_m = np.linalg.norm(plane_m[chosen, None] - plane_m[None], axis=2)
+    """Distance in the plane from points chosen to the nearest elsewhere; 0 if there is none [m]."""
+    apart_m = np.linalg.norm(points_m[[*chosen], None, :2] - points_m[None, :, :2], axis=2)
     nearest_m = np.where(apart_m > 0.0, apart_m, np.inf).min(axis=1)
     return np.where(np.isfinite(nearest_m), nearest_m, 0.0)
 
@@ -297,8 +284,8 @@ def _faults(
     yield from misfits(("lasers", lasers, COUNT))
     if objective not in OBJECTIVES:
         yield unknown("objective", objective, OBJECTIVES)
-    if perspective not in PERSPECTIVES:
-        yield unknown("perspective", perspective, tuple(PERSPECTIVES))
+    if perspective not in (names := tuple(PERSPECTIVES)):
+        yield unknown("perspective", perspective, names)
     if objective == "covered" and not ENOUGH.accepts(at_least_s):
         yield Fault("at_least_s", shown(at_least_s), f"{ENOUGH.words}, with objective 'covered'")
     if objective in ("mean", "worst") and at_least_s is not None:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats, Integers
+from optuav.arrays import Booleans, Floats
 from optuav.errors import SolverError
 from optuav.siting.heuristics import best_of, interchange, total
 
@@ -24,8 +24,7 @@ if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
     from scipy.sparse import csr_array
 
-MOST_ENTRIES = 1_000_000  # Of rows for all levels, above which only some levels have theirs
-ROUNDING = 1e-6  # Relative; the solver's bound may be below a choice by this
+ROUNDING = 1e-6  # Relative; what the solver states may be off by this
 LEAST_S = 0.01  # With less time left nothing is begun [s]
 INFEASIBLE = 2  # Status of a programme without a solution
 
@@ -42,9 +41,10 @@ def most_in_total(
     """Up to `count` sites with a larger total than those chosen, and what no such choice exceeds.
 
     With y_j = 1 where site j is chosen and θ_i for what demand i gets, the largest Σ w_i θ_i where
-    θ_i ≤ u + Σ_j (h_ij − u)⁺ y_j for all levels u among its worths, the Benders cuts of [1]_. Of a
-    large table only the levels next to those given have rows, which bounds the total as well. The
-    search ends within the relative gap or at the time `latest` of `time.monotonic` [s].
+    θ_i ≤ u + Σ_j (h_ij − u)⁺ y_j for all levels u among its worths, the Benders cuts of [1]_. Few
+    of these rows are needed: those for the levels next to the given ones, and those that a solution
+    violates, with which it is solved again. The search ends within the relative gap or at the time
+    `latest` of `time.monotonic` [s].
 
     Raises
     ------
@@ -53,35 +53,37 @@ def most_in_total(
     """
     from scipy import sparse
 
-    demands, sites = worth.shape
-    which, level = _every(worth) if worth.size * sites <= MOST_ENTRIES else _next_to(levels, worth)
-    above = sparse.csr_array(np.maximum(worth[which] - level[:, None], 0.0))
-    ones = np.ones(len(which)), which, np.arange(len(which) + 1)
-    rows = sparse.hstack([above, -sparse.csr_array(ones, shape=(len(which), demands))])
-    found = _solved(count, sites, rows, -level, weights, worth.max(axis=1), gap, latest)
-    if found is None or found.mip_dual_bound is None:
-        return tuple(chosen), math.inf
-    value, bound = partial(total, worth, weights), -float(found.mip_dual_bound)
-    opened = [] if found.x is None else np.flatnonzero(found.x[:sites] > 0.5).tolist()
-    best = max(tuple(chosen), interchange(worth, weights, opened), key=value)
-    if bound < (1.0 - ROUNDING) * value(best):
-        raise SolverError(f"HiGHS bounds by {bound:.9g} what a choice exceeds: {value(best):.9g}")
+    (demands, sites), value = worth.shape, partial(total, worth, weights)
+    stated, most = _next_to(levels, worth), worth.max(axis=1)
+    best, bound = tuple(chosen), math.inf
+    while bound > (1.0 + gap) * value(best):
+        which, level = map(np.array, zip(*sorted(stated), strict=True))
+        above = sparse.csr_array(np.maximum(worth[which] - level[:, None], 0.0))
+        ones = np.ones(len(which)), which, np.arange(len(which) + 1)
+        rows = sparse.hstack([above, -sparse.csr_array(ones, shape=(len(which), demands))])
+        found = _solved(count, sites, rows, -level, weights, most, gap, latest)
+        if found is None or found.x is None:
+            break
+        opened = np.flatnonzero(found.x[:sites] > 0.5).tolist()
+        best = max(best, interchange(worth, weights, opened), key=value)
+        bound = min(bound, -float(found.mip_dual_bound))
+        if bound < (1.0 - ROUNDING) * value(best):
+            raise SolverError(f"HiGHS bounds by {bound:.9g} what a choice exceeds")
+        reached = best_of(worth, opened)
+        beyond = np.flatnonzero(found.x[sites:] > (1.0 + ROUNDING) * reached)
+        if not (more := {*zip(beyond.tolist(), reached[beyond].tolist(), strict=True)} - stated):
+            break
+        stated |= more
     return best, bound
 
 
-def _every(worth: Floats) -> tuple[Integers, Floats]:
-    """All pairs of a demand and a level below the most that it can get."""
-    ordered = np.sort(np.pad(worth, ((0, 0), (1, 0))), axis=1)
-    which, place = np.nonzero(np.diff(ordered, axis=1))
-    return which, ordered[which, place]
-
-
-def _next_to(levels: Floats, worth: Floats) -> tuple[Integers, Floats]:
-    """Pairs of a demand and a level among its worths, that below the given one and that above."""
+def _next_to(levels: Floats, worth: Floats) -> set[tuple[int, float]]:
+    """Demands, each with the levels among its worths that are next to the given one."""
     below = np.where(worth < levels[:, None], worth, 0.0).max(axis=1)
     above = np.where(worth >= levels[:, None], worth, math.inf).min(axis=1)
-    between = np.flatnonzero((above > below) & (above < worth.max(axis=1)))
-    return np.r_[np.arange(len(worth)), between], np.r_[below, above[between]]
+    inside = np.flatnonzero((above > below) & (above < worth.max(axis=1)))
+    pairs = {*enumerate(below.tolist())}
+    return pairs | {*zip(inside.tolist(), above[inside].tolist(), strict=True)}
 
 
 def most_for_the_least(

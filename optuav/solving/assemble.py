@@ -1,14 +1,15 @@
 """The quantities that formulations use, from the arrays of a mission or of its variants."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER, Quantities
-from optuav.arrays import Integers
+from optuav.arrays import Floats, Integers
+from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
@@ -18,19 +19,18 @@ from optuav.physics.kibam import Shift, Stage, shift
 from optuav.physics.quantity import Quantity
 
 
+@dataclass(frozen=True, eq=False)
 class Single:
     """A mission as tables over a single variant, see `Variants`."""
 
-    def __init__(self, network: Network) -> None:
-        places, routes = network.places, network.routes
-        self.network, self.mission = network, network.mission
-        self.position_m = places.position_m[None]
-        self.coverage_radius_m = vehicle.coverage_radius_m(network.mission)
-        self.received = vehicle.Flow(places.charge_current_A[None], places.received_power_W[None])
-        self.hover_load = vehicle.hover_load(network.mission)
-        totals = routes.flight_time_s, routes.flight_charge_As, routes.flight_energy_J
-        self.flight = [each[None] for each in totals]
-        self.loads = network.legs.durations_s[:, None], network.legs.currents_A[:, None]
+    network: Network
+    mission: Mission
+    position_m: Floats
+    coverage_radius_m: Quantity
+    received: vehicle.Flow
+    hover_load: vehicle.Flow
+    flight: Sequence[Floats]
+    loads: tuple[Floats, Floats]  # Durations and currents of the stages of the legs
 
     @property
     def shifts(self) -> list[Shift]:
@@ -40,9 +40,20 @@ class Single:
 
 
 @lru_cache(maxsize=1)
-def _single(network: Network) -> tuple[Single, Quantities]:
+def single(network: Network) -> tuple[Single, Quantities]:
     """A mission as tables, with its figures."""
-    tables = Single(network)
+    places, routes, legs, mission = network.places, network.routes, network.legs, network.mission
+    totals = routes.flight_time_s, routes.flight_charge_As, routes.flight_energy_J
+    tables = Single(
+        network,
+        mission,
+        places.position_m[None],
+        vehicle.coverage_radius_m(mission),
+        vehicle.Flow(places.charge_current_A[None], places.received_power_W[None]),
+        vehicle.hover_load(mission),
+        [each[None] for each in totals],
+        (legs.durations_s[:, None], legs.currents_A[:, None]),
+    )
     return tables, figures(tables)
 
 
@@ -66,7 +77,7 @@ def quantities(
     """
     tables: Single | Variants
     if isinstance(source, Network):
-        tables, table = _single(source)
+        tables, table = single(source)
     else:
         tables, table = source, known or figures(source)
     first = tables.network.routes.rest_first[which]
@@ -202,7 +213,7 @@ def figures(tables: Single | Variants) -> Quantities:
         hover_altitude_m=hover_m[..., 2],
         min_altitude_m=limits.min_altitude_m,
         max_altitude_m=limits.max_altitude_m,
-        end_gap_m=np.zeros((1, len(routes))),
+        end_gap_m=np.zeros((1, len(building))),
         tapers=battery.charging == "taper",
     )
 

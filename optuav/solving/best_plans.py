@@ -30,17 +30,19 @@ from optuav.network.places import FIRST_BUILDING, HOVER, as_points
 from optuav.network.routes import SAME_S, usable_routes
 from optuav.network.variants import Variants
 from optuav.options import Perspective
-from optuav.physics.kibam import Battery, Shift, Stage, Tilted, shifted, tilted_after
+from optuav.physics.kibam import Battery, Shift, Stage, Tilted, tilted_after
 from optuav.physics.quantity import Quantity
-from optuav.solving.assemble import Single, chosen, figures, quantities, table_entries, turned
-from optuav.solving.longest import longest
-from optuav.solving.outcome import (
-    TIMES,
-    longest_by_balance,
-    shortest_by_balance,
-    shortest_of_each,
-    tied,
+from optuav.solving.assemble import (
+    Single,
+    chosen,
+    figures,
+    quantities,
+    single,
+    table_entries,
+    turned,
 )
+from optuav.solving.longest import longest
+from optuav.solving.outcome import TIMES, longest_by_balance, shortest_by_balance, tied
 from optuav.solving.question import Question, answer
 from optuav.status import Status
 
@@ -138,7 +140,8 @@ def best_plans(variants: Variants, question: Question, table: Quantities | None 
     flown_s = table_entries(table.flight_time_s, found.variant, found.route)
     flight_s = np.broadcast_to(flown_s, found.variant.shape)
     mission_s = flight_s + found.hover_time_s + found.rest_time_s
-    won = shortest_of_each(found.variant, mission_s)
+    shortest = tied(found.variant, mission_s)
+    won = shortest[np.flatnonzero(np.diff(found.variant[shortest], prepend=-1))]  # The first
     variant, route = found.variant[won], found.route[won]
     hover_s, rest_s = found.hover_time_s[won], found.rest_time_s[won]
     given = chosen(table, route, variant)
@@ -190,8 +193,7 @@ def hover_times_s(variants: Variants, perspective: Perspective) -> Floats:
 
 def hover_bounds_s(network: Network, perspective: str) -> Floats:
     """What no Δ exceeds by route [s], −∞ where none can be flown; see `_well_bound`."""
-    tables = Single(network)
-    table = figures(tables)
+    tables, table = single(network)
     balance = _balance(table, perspective if perspective in PAPER else "battery")
     most_s = np.where(network.routes.flyable[:, None], longest_by_balance(*balance), -np.inf)
     if perspective == AVAILABLE and not table.tapers:
@@ -372,16 +374,16 @@ def _well_bound(variants: Variants | Single, table: Quantities, most_s: Floats) 
     pool = Battery(given.battery_As, given.available_fraction, given.flow_rate_per_s)
     first, second, third = routes.legs.T
     rest_first = (routes.building >= 0) & routes.rest_first
-    gained, tilted = shifted(Tilted(0.0, 0.0), variants.shifts)
+    gained, tilted = tilted_after(pool, Tilted(0.0, 0.0), *variants.shifts)
     whole = gained, math.prod(each.remaining for each in variants.shifts), tilted
     before, after = (
-        [Shift(*(each.T[legs] for each in whole))]
+        Shift(*(each.T[legs] for each in whole))
         for legs in np.where(rest_first, (second, third), (first, second))
     )
     hover = Exponential({frozenset({("hover", "time")}): 1.0})
-    start = shifted(Tilted(pool.capacity_As, 0.0), before)
-    held = tilted_after(pool, start, Stage(-given.hover_current_A, hover))
-    terms = shifted(held, after).wells(pool).available_As.terms
+    stages = before, Stage(-given.hover_current_A, hover), after
+    charge = tilted_after(pool, Tilted(pool.capacity_As, 0.0), *stages)
+    terms = charge.wells(pool).available_As.terms
     level, slope, bend = (
         terms.get(each, 0.0)
         for each in (CONSTANT, *(frozenset({("hover", kind)}) for kind in ("time", "levelling")))

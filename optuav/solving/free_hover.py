@@ -19,7 +19,7 @@ from formulations.formulation import Given
 from formulations.p1 import P1
 from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER
 from optuav.arrays import Floats, Integers
-from optuav.engines.registry import Engine
+from optuav.engines.registry import AUTO, Engine
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
@@ -38,7 +38,7 @@ from optuav.solving.assemble import quantities
 from optuav.solving.best_plans import hover_times_s
 from optuav.solving.outcome import Part, best
 from optuav.solving.program import Program, declared_program, groups
-from optuav.solving.question import AUTO, Question
+from optuav.solving.question import Question
 from optuav.status import Status
 
 REFUSED = (

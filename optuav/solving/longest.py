@@ -10,8 +10,8 @@ import numpy.typing as npt
 from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, well_limits
 from optuav.arrays import Booleans, Floats
-from optuav.engines.bracket import WIDTH_S, largest, reach, shortest
-from optuav.engines.rows import StatedForm, rows_of
+from optuav.engines.bracket import WIDTH_S, largest, rows_and_tops, shortest
+from optuav.engines.rows import StatedForm
 from optuav.errors import Fault, refuse
 from optuav.mission.schema import Number
 from optuav.modelling.forms import CONSTANT, Exponential
@@ -192,8 +192,7 @@ def longest(
         StatedForm(e if isinstance(e, Exponential) else Exponential({CONSTANT: e}), size)
         for e, size in stated
     ]
-    x_top, y_top = tops = reach(sized, names, count)
-    rows = rows_of(sized, names, tops.max(axis=0))
+    rows, (x_top, y_top), _ = rows_and_tops(sized, names, count)
     x, y, beyond = known = largest(rows, x_top, y_top, least=least_s)
     return Hovers(x, shortest(rows, known, y_top) if shortest_rest else y, beyond)
 

@@ -17,7 +17,7 @@ from formulations.p4 import P4
 from formulations.parameters import Quantities
 from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
 from optuav.arrays import Booleans, Floats, Integers, Values
-from optuav.engines.registry import MOST_UNKNOWNS
+from optuav.engines.registry import AUTO, MOST_UNKNOWNS
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.judge.replay import replay
@@ -33,14 +33,14 @@ from optuav.network.feasibility import impossibilities
 from optuav.network.graph import Graph
 from optuav.network.network import Network
 from optuav.network.one_stop import one_stop_is_enough
-from optuav.network.places import FIRST_BUILDING, HOVER
+from optuav.network.places import FIRST_BUILDING, HOVER, charging_cap
 from optuav.network.routes import SAME_S
 from optuav.network.timeline import route_phases, simulated, stay_net
 from optuav.physics.flight import STAGES, speed_warning
 from optuav.physics.quantity import Quantity
 from optuav.plan import Phase, Plan
 from optuav.solving.assemble import legs_and_stays, quantities
-from optuav.solving.question import AUTO, MOST_BUILDINGS, PROBLEM_NAMES, Question, answer
+from optuav.solving.question import MOST_BUILDINGS, PROBLEM_NAMES, Question, answer
 from optuav.status import Status
 
 ANY_S = 1e9  # Longer than any time of a mission [s]
@@ -80,12 +80,6 @@ class Part:
         """The declaration with the values of its parameters; what is stated on it is solved."""
         return self.declared.with_values(self.given) if self.given else self.declared
 
-    def answer(self, question: Question) -> Solution:
-        """The answers to the programmes of all itineraries."""
-        seen = "model" in vars(self)  # and perhaps changed by who looked at it
-        model, given = (self.model, None) if seen else (self.declared, self.given)
-        return answer(model, len(self.routes), question, given)
-
     @property
     def rests(self) -> bool:
         """Whether the declaration has a rest time."""
@@ -102,30 +96,17 @@ def best(
     hover, mission = np.asarray(hover_time_s, float), np.asarray(mission_time_s, float)
     (plans,) = np.nonzero(hover >= np.fmax.reduce(hover, initial=-np.inf) - SAME_S)
     plans = plans[np.argsort(np.broadcast_to(stops, hover.shape)[plans], kind="stable")]
-    (chosen,) = shortest_of_each(np.zeros_like(plans), mission[plans]) if len(plans) else (None,)
-    return None if chosen is None else int(plans[chosen])
-
-
-def shortest_of_each(group: Integers, mission_time_s: Floats) -> Integers:
-    """Numbers of the first of the shortest plans of groups that lie together, one a group."""
-    number = tied(group, mission_time_s)
-    return number[_starts(group[number])]
+    shortest = plans[mission[plans] <= mission[plans].min(initial=np.inf) + SAME_S]
+    return int(shortest[0]) if len(shortest) else None
 
 
 def tied(group: Integers, figures: Floats) -> Integers:
     """Numbers of those in groups that lie together whose figures are the least, to 1e-6."""
-    starts = _starts(group)
+    starts = np.flatnonzero(np.diff(group, prepend=-1))
     if len(starts) == len(group):
         return starts
     least = np.minimum.reduceat(figures, starts)
     return np.flatnonzero(figures <= least.repeat(np.diff(starts, append=len(group))) + SAME_S)
-
-
-def _starts(group: Integers) -> Integers:
-    """Where groups that lie together begin."""
-    begins = np.ones(len(group), bool)
-    np.not_equal(group[1:], group[:-1], out=begins[1:])
-    return np.flatnonzero(begins)
 
 
 def plan_for(
@@ -147,7 +128,7 @@ def plan_for(
             )
         if too_fast := speed_warning(max(each.peak_speed_m_s for each in flown)):
             notes.append(too_fast)
-        cap = network.charging_cap
+        cap = charging_cap(mission, network.places)
         if cap and any(each.end_place in cap.places for each in flown):
             notes.append(cap.words)
         soc = {p: float(np.squeeze(PERSPECTIVES[p](given, *times_s))) for p in PAPER}

@@ -14,8 +14,8 @@ from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Integers
 from optuav.engines.linear_form import cut_short
 from optuav.engines.prices import ShadowPrice, ShadowPrices
-from optuav.engines.registry import Engine, capabilities, takers
-from optuav.engines.solution import Solution
+from optuav.engines.registry import AUTO, Engine, capabilities, of_the_package, takers
+from optuav.engines.solution import Solution, returned
 from optuav.errors import Fault, InputError, NoPlanError, SolverError, printable
 from optuav.mission.messages import nearest, shown, written_out
 from optuav.mission.messages import number as number_of_key
@@ -24,13 +24,19 @@ from optuav.modelling.check import refuse_misfits
 from optuav.modelling.classify import traits
 from optuav.modelling.writer import LINE
 from optuav.network.feasibility import blocked_legs, impossibilities
-from optuav.network.network import Network, trajectory_routes
-from optuav.network.routes import SAME_S
+from optuav.network.network import Network
+from optuav.network.places import FIRST_BUILDING
+from optuav.network.routes import SAME_S, usable_routes
 from optuav.plan import Plan
 from optuav.solving import outcome
 from optuav.solving.assemble import quantities
 from optuav.solving.outcome import Part
-from optuav.solving.question import LONGEST_HOVER, Question, chosen_engine, refuse_unfit
+from optuav.solving.question import (
+    LONGEST_HOVER,
+    Question,
+    answer,
+    chosen_engine,
+)
 from optuav.status import Status
 
 MOST_REASONS = 10  # blocked legs that are named one by one
@@ -47,7 +53,8 @@ def declared_program(question: Question, network: Network) -> "Program":
         if part.rests == rests:  # else the problem has no use for the rests of these routes
             if not values:
                 refuse_misfits(model, len(which))
-            refuse_unfit(model, question)
+            if question.engine != AUTO:
+                chosen_engine(model, question)
             parts.append(part)
     if not parts and not reasons:
         reasons = _no_route(question, network)
@@ -57,7 +64,10 @@ def declared_program(question: Question, network: Network) -> "Program":
 def groups(question: Question, network: Network) -> list[tuple[Integers, bool]]:
     """Routes that one declaration serves, and whether they may rest on the way."""
     routes, problem = network.routes, question.problem
-    allowed = trajectory_routes(network, problem.trajectory or "optimal", problem.order)
+    away_m = network.places.position_m[None, FIRST_BUILDING:] - network.mission.link.device_m
+    figures = routes.flyable[None], routes.flight_time_s[None], away_m
+    usable = usable_routes(routes, problem.trajectory or "optimal", problem.order, *figures)
+    allowed = np.flatnonzero(usable)
     if problem.building is not None:
         number = network.mission.buildings.names.index(problem.building)
         allowed = allowed[routes.building[allowed] == number]
@@ -305,7 +315,12 @@ class Program:
 
     def answers(self) -> list[Solution]:
         """The engine's answers to all programmes, one `Solution` a part."""
-        return [part.answer(self.question) for part in self.parts]
+        found = list[Solution]()
+        for part in self.parts:
+            seen = "model" in vars(part)  # and perhaps changed by who looked at it
+            model, given = (part.model, None) if seen else (part.declared, part.given)
+            found.append(answer(model, len(part.routes), self.question, given))
+        return found
 
     def plan(self, solutions: Sequence[Solution]) -> Plan:
         """The best plan by known answers to all parts, evaluated again outside the engine."""
@@ -341,13 +356,13 @@ class Program:
         notes = list(plan.notes)
         if (open_s := max(beyond_s, default=best_s) - best_s) > SAME_S:
             notes.append(f"not proved: up to {open_s:.6g} s more has not been ruled out")
-            known = {"status": Status.FEASIBLE, "proof": outcome.BOUNDED}
-            plan = plan.model_copy(update=known)
-        elif solution.statuses[entry] is Status.OPTIMAL and any(
+            plan = plan.model_copy(update={"status": Status.FEASIBLE, "proof": outcome.BOUNDED})
+        elif plan.status is solution.statuses[entry] and any(
             each.beyond is None and Status.UNKNOWN in each.statuses for each in solutions
         ):
             notes.append(f"not proved: on some routes {engine} found neither times nor proof")
-            plan = plan.model_copy(update={"status": Status.FEASIBLE})
+            if plan.status is Status.OPTIMAL:
+                plan = plan.model_copy(update={"status": Status.FEASIBLE})
         elif solution.statuses[entry] is Status.OPTIMAL and Status.LOCALLY_OPTIMAL in statuses:
             # The best of some routes may be better than what was found on them.
             local = next(s for s in solutions if Status.LOCALLY_OPTIMAL in s.statuses)
@@ -438,9 +453,10 @@ class CompiledProgram:
             question = replace(question, slot_s=program.network.mission.limits.slot_s)
         self.program, self.question = program, question
         limits = {"slot_s": question.slot_s, "time_limit_s": question.time_limit_s}
+        self._engines = [chosen_engine(part.model, question) for part in program.parts]
         self._solves = [
-            chosen_engine(part.model, question).compile(part.model, len(part.routes), **limits)
-            for part in program.parts
+            engine.compile(part.model, len(part.routes), **limits)
+            for engine, part in zip(self._engines, program.parts, strict=True)
         ]
         stated = (part.model.parameters for part in program.parts)
         self._parameters = {name: each for own in stated for name, each in own.items()}
@@ -477,7 +493,14 @@ class CompiledProgram:
         if faults := [Fault(n, reprlib.repr(v), words) for n, v, words in objections if words]:
             raise InputError(faults)
         numbers = {n: np.array(v, float) if np.ndim(v) else float(v) for n, v in values.items()}
-        solutions = [solve(numbers).of(numbers) for solve in self._solves]
+        solutions = list[Solution]()
+        for engine, solve, part in zip(
+            self._engines, self._solves, self.program.parts, strict=True
+        ):
+            found = solve(numbers)
+            if not of_the_package(engine):
+                found = returned(found, engine.name, part.model, len(part.routes), numbers)
+            solutions.append(replace(found, given=numbers))
         for solution in solutions:
             solution.refuse_unusable()
             if Status.UNBOUNDED in solution.statuses:

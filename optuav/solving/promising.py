@@ -8,6 +8,7 @@ from formulations.p1 import P1
 from formulations.p3 import P3
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats, Integers
+from optuav.engines.registry import AUTO
 from optuav.mission import Mission
 from optuav.network.network import Network, network_by
 from optuav.network.places import Places, build_places
@@ -16,7 +17,7 @@ from optuav.network.routes import SAME_S
 from optuav.solving.best_plans import hover_bounds_s
 from optuav.solving.outcome import by_balance
 from optuav.solving.program import Program, declared_program
-from optuav.solving.question import AUTO, Question
+from optuav.solving.question import Question
 
 AT_ONCE = 1 << 12
 """Buildings that are bounded together: their legs stay in the cache."""

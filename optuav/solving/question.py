@@ -11,8 +11,17 @@ from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
 from optuav.arrays import Values
-from optuav.engines.registry import Engine, capabilities, conforming, engine, need, preferred
-from optuav.engines.solution import Solution
+from optuav.engines.registry import (
+    AUTO,
+    Engine,
+    capabilities,
+    conforming,
+    engine,
+    need,
+    of_the_package,
+    preferred,
+)
+from optuav.engines.solution import Solution, returned
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.messages import misfits, shown, unknown
@@ -26,7 +35,6 @@ PROBLEMS: Mapping[str, Formulation] = {e.name: e for e in (P1(), P2(), P2(tight=
 PROBLEM_NAMES = (*PROBLEMS, "P4")  # Names of all problems of the paper; P4 needs a building too
 OF_THE_PAPER = tuple(dict.fromkeys([*map(type, PROBLEMS.values()), P4]))
 LONGEST_HOVER = ("P1", "P3", "P4")  # Those that ask for the longest hover
-AUTO = "auto"
 ASKED = "one perspective, or a list of different ones"
 LIMIT = Number("s", gt=0.0, le=1e9)
 RESTS = Number("-", ge=0, le=10, whole=True)
@@ -145,7 +153,6 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
             yield Fault("order", repr(problem.order), "there is no rest on the direct route")
     if p1.hover_point not in HOVER_POINTS:
         yield unknown("hover_point", p1.hover_point, HOVER_POINTS)
-    yield from misfits(("stops", p1.stops, RESTS), ("hovers", p1.hovers, HOVERS))
     if question.perspective not in (names := tuple(PERSPECTIVES)):
         yield unknown("perspective", question.perspective, names)
     if isinstance(question.engine, str) and question.engine not in (AUTO, *capabilities):
@@ -163,6 +170,7 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
         three = ("trajectory", p1.trajectory, ("optimal", "direct", "traj1"))
         yield from not_with("with hover_point = 'free'", three, *searched)
     if question.several:
+        yield from misfits(("stops", p1.stops, RESTS), ("hovers", p1.hovers, HOVERS))
         alone = (
             ("trajectory", p1.trajectory, ("optimal",)),
             ("order", p1.order, (None,)),
@@ -188,19 +196,13 @@ def not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Ite
 
 
 def chosen_engine(model: Model, question: Question) -> Engine:
-    """The engine that answers a question about a model; refused if none takes it."""
-    refuse_unfit(model, question)
-    if question.engine != AUTO:
-        return engine(question.engine)
-    return preferred(traits(model), question.slot_s is not None)
-
-
-def refuse_unfit(model: Model, question: Question) -> None:
-    """Refuse an engine that was asked for if it does not take a model."""
+    """The engine that answers a question about a model; refused if it or none takes it."""
+    found, slots = traits(model), question.slot_s is not None
+    if question.engine == AUTO:
+        return preferred(found, slots)
     linear = ". The perspectives of the paper are linear: perspective battery, for example"
-    hint = linear * (question.perspective == AVAILABLE)
-    if question.engine != AUTO:
-        need(question.engine, traits(model), question.slot_s is not None, hint)
+    need(question.engine, found, slots, linear * (question.perspective == AVAILABLE))
+    return engine(question.engine)
 
 
 def answer(
@@ -211,7 +213,12 @@ def answer(
     Values of parameters that differ from the model's, by name.
     """
     chosen = chosen_engine(model, question)
-    if values and not type(chosen).__module__.startswith("optuav."):
+    outside = not of_the_package(chosen)
+    if values and outside:
         model, values = model.with_values(values), None  # an engine of a user may print the model
     limits = {"slot_s": question.slot_s, "time_limit_s": question.time_limit_s}
-    return chosen.solve(model, programmes, values, **limits).of(values)
+    found = chosen.solve(model, programmes, values, **limits)
+    if outside:
+        found = returned(found, chosen.name, model, programmes)
+    # An engine need not keep the values that were solved for.
+    return found if found.given or not values else replace(found, given=values)

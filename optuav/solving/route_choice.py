@@ -81,10 +81,10 @@ class RouteChoice:
 def route_choice(
     mission: Mission | str | Path,
     *,
+    perspective: Perspective,
     form: Form = "hull",
     trajectory: Trajectory = "optimal",
     order: Order | None = None,
-    perspective: Perspective = "battery",
     slot_s: float | None = None,
     graph: Graph | None = None,
     time_limit_s: float | None = None,
@@ -96,6 +96,8 @@ def route_choice(
     ----------
     mission
         A mission, the name of a shipped one, or the path of a mission file.
+    perspective
+        ``"battery"``, ``"energy"`` or ``"adjusted"``, which are linear in the times.
     form
         How the choice is stated. ``"hull"``: unknowns and homogenised rows a route, the tightest
         there is; ``"big-M"``: shared unknowns, and rows that the deadline's slack switches off;
@@ -103,8 +105,6 @@ def route_choice(
     trajectory, order
         Routes to choose from: ``"optimal"`` (all), ``"direct"``, ``"traj1"`` or ``"traj2"``; and
         ``"rest-first"``, ``"hover-first"``, or None for both. `P1` explains them.
-    perspective
-        ``"battery"``, ``"energy"`` or ``"adjusted"``.
     slot_s, time_limit_s
         Length of the time slots [s], 0.001 to 1e7, and longest that the solver may take [s], > 0
         and at most 1e9; None for continuous times and for no limit.
@@ -128,7 +128,7 @@ def route_choice(
     Examples
     --------
     >>> import optuav
-    >>> found = optuav.route_choice("paper", trajectory="direct")
+    >>> found = optuav.route_choice("paper", perspective="battery", trajectory="direct")
     >>> print(f"{found.plan.hover_time_s:.2f} s, relaxed {found.relaxation_s:.2f} s")
     688.85 s, relaxed 688.85 s
     """

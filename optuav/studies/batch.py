@@ -3,57 +3,65 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from formulations.formulation import Formulation
+from formulations.p1 import P1
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats
-from optuav.errors import Fault, collected, refuse, require
+from optuav.errors import Fault, InputError, SolverError, collected, refuse, require
 from optuav.mission import Mission, load_all
+from optuav.mission.keys import numeric_keys
 from optuav.mission.messages import shown
 from optuav.network.network import build_network
+from optuav.network.places import ENDS
 from optuav.network.variants import Variants
 from optuav.options import Perspective, ProblemName
 from optuav.solving.assemble import figures
-from optuav.solving.best_plans import REASONS, STATUSES, Best, best_plans, takes_arrays
+from optuav.solving.best_plans import CODES, REASONS, STATUSES, Best, best_plans, takes_arrays
 from optuav.solving.question import Question, checked_question, perspectives_of
+from optuav.solving.solve import solve
 from optuav.status import Status
 from optuav.studies.layouts import ROOFS, relocated
-from optuav.studies.one_by_one import best_alone
-from optuav.studies.scenarios import ROW, Scenarios, numeric_keys, scenarios, values_of
+from optuav.studies.scenarios import ROW, Scenarios, check, values_of
 
 if TYPE_CHECKING:
     import xarray
 
-AT_ONCE = 1 << 17
-"""Itineraries computed together: few enough to stay in the cache. No result depends on it."""
-HELD_BYTES = 31 << 20
-"""Size of a block whose release lets glibc keep as much memory from then on, rather than return it
-after every chunk and fetch its pages again for the next, which takes a third of the time."""
-TIMES = {f"{name}_time_s": f"{name} time" for name in ("hover", "rest", "flight", "mission")}
-CHARGES = {f"soc_{name}": f"state of charge at the end, perspective {name}" for name in PAPER}
-CODED = {
-    "building": ("building of the route", np.int32),
-    "order": ("order of rest and hover", np.int8),
-    "status": ("what is known of the answer", np.int8),
-    "reason": ("why there is no plan", np.int8),
+Variables: TypeAlias = dict[str, npt.NDArray[Any]]
+
+LABELS = {
+    **{f"{name}_time_s": (f"{name} time", "s") for name in ("hover", "rest", "flight", "mission")},
+    **{f"soc_{name}": (f"state of charge at the end, perspective {name}", "1") for name in PAPER},
+    "building": ("building of the route, of several rests the first", ""),
+    "order": ("order of rest and hover", ""),
+    "status": ("what is known of the answer", ""),
+    "reason": ("why there is no plan", ""),
+    "proved": ("whether it is certain that no plan is better, or that there is none", ""),
 }
-"""Variables that are numbers of words: what they are, and their types."""
+"""The variables: what they are, and the units of those that are measured."""
+MEASURED = tuple(name for name, (_, unit) in LABELS.items() if unit)
+CODED = {"building": np.int32, **dict.fromkeys(("order", "status", "reason"), np.int8)}
+"""Types of the variables that are numbers of words."""
+KINDS: dict[str, type] = {**CODED, "proved": bool}
 ORDERS = ("none", "rest-first", "hover-first")
 PROVED = np.isin(STATUSES, [Status.OPTIMAL, Status.INFEASIBLE])
 
 
 class Solved(NamedTuple):
-    """The values by key, the sizes of all dimensions, and the variables one after the other."""
+    """The variables of a batch with all that labels them."""
 
+    labels: Mapping[str, Sequence[str]]  # Of perspectives and missions
     keys: Mapping[str, Floats]
-    shape: dict[str, int]
-    values: dict[str, npt.NDArray[Any]]
+    shape: Mapping[str, int]  # Sizes of all dimensions
+    values: Variables
     buildings: list[str]  # Names by number, and last that of none
+    facts: Mapping[str, str]
 
 
 def batch_arrays(
@@ -103,8 +111,7 @@ def batch_arrays(
     """
     found = _solved(mission, ranges, problem, perspective, paired)
     words = {f"{name}_words": np.array(each) for name, each in words_of(found.buildings).items()}
-    size = tuple(found.shape.values())
-    return {**found.keys, **{n: each.reshape(size) for n, each in found.values.items()}, **words}
+    return {**found.keys, **found.values, **words}
 
 
 def batch(
@@ -124,10 +131,10 @@ def batch(
         as `optuav.layouts` makes them.
     ranges
         Values by key, each a list or an array of numbers: any numeric key of a mission, places and
-        forces by component as ``"link.device_m[0]"``. A value displaces what `Mission.replace`
-        says. Of one mission also ``"buildings"``, whole layouts: an array (layout, building, 3) of
-        the positions [m] of all its buildings, which keep their names and take their footprints
-        along.
+        forces by component as ``"link.device_m[0]"``. A new value removes what depends on the old
+        one, as in `Mission.replace`. Of one mission also ``"buildings"``, whole layouts: an array
+        (layout, building, 3) of the positions [m] of all its buildings, which keep their names and
+        take their footprints along.
     problem, perspective
         What is solved, and how charge counts, or several of these; `optuav.solve` explains them.
     paired
@@ -143,10 +150,11 @@ def batch(
         ``hover_time_s``, ``rest_time_s``, ``flight_time_s`` and ``mission_time_s`` [s] of the best
         plan; ``soc_battery``, ``soc_energy`` and ``soc_adjusted``, the state of charge at its end
         [-]; and as numbers, whose words are in the attributes ``flag_meanings`` and ``words``:
-        ``building`` and ``order`` of its route (−1 and 0 for none), ``status``, and ``reason``,
-        why there is no plan (0 where there is one). ``proved`` is true where it is certain that no
-        plan is better, or that there is none. Without a plan times and charges are NaN; no
-        scenario is left out. Answers are those of `optuav.solve`, its tie rule included.
+        ``building`` and ``order`` of its route (−1 and 0 for none; of several rests the first),
+        ``status``, and ``reason``, why there is no plan (0 where there is one). ``proved`` is true
+        where it is certain that no plan is better, or that there is none. Without a plan times and
+        charges are NaN; no scenario is left out. Answers are those of `optuav.solve`, its tie rule
+        included.
 
     Raises
     ------
@@ -168,45 +176,25 @@ def batch(
     {'perspective': 2, 'limits.deadline_s': 2, 'battery.capacity_As': 3}
     """
     require("xarray", "labelled datasets")
-    found = _solved(mission, ranges, problem, perspective, paired)
-    one = isinstance(mission, str | Path)
-    name = mission.name if isinstance(mission, Mission) else str(mission) if one else ""
-    return labelled(found, name, perspective)
+    return labelled(_solved(mission, ranges, problem, perspective, paired))
 
 
-def labelled(
-    found: Solved, mission: str, perspective: Perspective | Sequence[Perspective]
-) -> xarray.Dataset:
-    """The dataset of what was solved; the mission is not named if there are several."""
+def labelled(found: Solved) -> xarray.Dataset:
+    """The dataset of what was solved."""
     import xarray
 
-    dims, size, words = tuple(found.shape), tuple(found.shape.values()), words_of(found.buildings)
-    stated = units()
-    coordinates: dict[str, Any] = {
-        key: (key if key in dims else ROW, each, {"units": stated[key]})
-        for key, each in found.keys.items()
-        if key != ROOFS
-    }
-    if ROOFS in found.keys:
-        first = "layout" if "layout" in dims else ROW
-        coordinates[ROOFS] = (first, "roof", "axis"), found.keys[ROOFS], {"units": "m"}
-    if "perspective" in dims:
-        coordinates["perspective"] = "perspective", [*perspective]
-    variables = {}
-    for name, flat in found.values.items():
-        attributes: dict[str, Any] = {}
-        if name in TIMES | CHARGES:
-            unit = "s" if name in TIMES else "1"
-            attributes = {"units": unit, "long_name": (TIMES | CHARGES)[name]}
-        elif name in CODED:
-            attributes = {"long_name": CODED[name][0], **_flags(name, words[name])}
-        variables[name] = dims, flat.reshape(size), attributes
-    facts = {"Conventions": "CF-1.11"}
-    if mission:
-        facts["mission"] = mission
-    if "perspective" not in dims:
-        facts["perspective"] = str(perspective)
-    return xarray.Dataset(variables, coordinates, facts)
+    dims, words, unit = tuple(found.shape), words_of(found.buildings), {**units(), ROOFS: "m"}
+    coordinates = dict[str, Any]()
+    for key, each in {**found.labels, **found.keys}.items():
+        first = key if key in dims else "layout" if key == ROOFS and ROW not in dims else ROW
+        along = (first, "roof", "axis") if key == ROOFS else (first,)
+        coordinates[key] = along, each, {"units": unit[key]} if key in unit else {}
+    variables = dict[str, Any]()
+    for name, values in found.values.items():
+        title, measure = LABELS[name]
+        more = _flags(name, words[name]) if name in CODED else {"units": measure} if measure else {}
+        variables[name] = dims, values, {"long_name": title, **more}
+    return xarray.Dataset(variables, coordinates, {"Conventions": "CF-1.11", **found.facts})
 
 
 def _solved(
@@ -222,80 +210,130 @@ def _solved(
     several = "" if isinstance(mission, Mission | str | Path) else "mission"
     if not (wholes or faults):
         faults.append(Fault("mission", shown(mission), "a mission, or several of them"))
-    if isinstance(ranges, Mapping) and ROOFS in ranges and not several:
+    if isinstance(ranges, Mapping) and ROOFS in ranges:
         with collected(faults):
+            refuse([Fault(ROOFS, "", "layouts of one mission, not of several")] if several else ())
             wholes = [layout for whole in wholes for layout in relocated(whole, ranges[ROOFS])]
             keys[ROOFS], several = np.array(ranges[ROOFS], dtype=float), "layout"
         ranges = {key: each for key, each in ranges.items() if key != ROOFS}
-    if not wholes:
-        values_of(ranges, faults, paired=paired)
-    every, questions = list[Scenarios](), list[Question]()  # One, and one a perspective, a mission
-    for whole in wholes:
-        with collected(faults):
-            every.append(scenarios(whole, ranges, paired=paired))
-        for each in asked:
-            with collected(faults):
-                questions.append(checked_question(whole, problem, each))
-    values = every[0].values if every else {}
-    if several and paired and values and every[0].count != len(wholes):
-        words = f"{len(wholes)} {several}s, {every[0].count} values of each key"
-        faults.append(Fault("paired", words, f"one {several} for each value"))
-    refuse(dict.fromkeys(faults))
-    shape = {} if isinstance(perspective, str) else {"perspective": len(asked)}
+    values = values_of(ranges, wrong := list[Fault](), paired=paired)
     if several and paired:
-        shape |= {ROW: len(wholes)}
-        for row, whole in enumerate(wholes):
-            of_row = {key: column[row : row + 1] for key, column in values.items()}
-            every[row] = Scenarios(whole, of_row, paired)
+        count = len(next(iter(values.values()), wholes))
+        if wholes and count != len(wholes):
+            words = f"{len(wholes)} {several}s, {count} values of each key"
+            wrong.append(Fault("paired", words, f"one {several} for each value"))
+        rows = ({key: each[n : n + 1] for key, each in values.items()} for n in range(len(wholes)))
+        every = [*map(Scenarios, wholes, rows)]
     else:
-        shape |= ({several: len(wholes)} if several else {}) | every[0].sizes
-    names = dict.fromkeys(name for whole in wholes for name in whole.buildings.names)
-    numbers = {name: number for number, name in enumerate(names)}
-    found = tables(len(asked) * len(wholes) * every[0].count)
-    for place, named in enumerate(every):
-        own = [numbers[name] for name in named.mission.buildings.names]
-        some = questions[place * len(asked) : (place + 1) * len(asked)]
-        for number, start, best in _best(named, some):
-            begin = (number * len(wholes) + place) * named.count + start
-            _write(found, slice(begin, begin + len(best.route)), best, own)
-    return Solved({**keys, **values}, shape, found, [*names, "none"])
+        stated = (values, {}) if paired else (None, values)
+        every = [Scenarios(whole, *stated) for whole in wholes]
+    questions = list[list[Question]]()
+    for each in every:
+        if not wrong:
+            with collected(faults):
+                check(each)
+        questions.append([])
+        for name in asked:
+            with collected(faults):
+                questions[-1].append(checked_question(each.mission, problem, name))
+    refuse(dict.fromkeys(faults + wrong))
+    labels = dict[str, Sequence[str]]()
+    facts = {"problem": repr(questions[0][0].problem)}
+    if isinstance(perspective, str):
+        facts["perspective"] = perspective
+    else:
+        labels["perspective"] = asked
+    if several == "mission":
+        labels["mission"] = [each.name for each in wholes]
+    else:
+        facts["mission"] = wholes[0].name
+    shape = {"perspective": len(asked)} if "perspective" in labels else {}
+    shape |= {ROW if paired else several: len(wholes)} if several else {}
+    shape |= {} if several and paired else every[0].sizes
+    names = [*dict.fromkeys(name for whole in wholes for name in whole.buildings.names)]
+    found, size = variables(every, questions, names), tuple(shape.values())
+    reshaped = {name: each.reshape(size) for name, each in found.items()}
+    return Solved(labels, {**keys, **values}, shape, reshaped, [*names, "none"], facts)
 
 
-def _best(named: Scenarios, questions: Sequence[Question]) -> Iterator[tuple[int, int, Best]]:
-    """The best plans of scenarios, some at a time: number of the question, of the first, plans."""
-    np.empty(HELD_BYTES, np.uint8)
-    network, variants = build_network(named.base), None
-    at_once = max(1, AT_ONCE // len(network.routes))
-    for first in range(0, named.count, at_once):
-        count = min(at_once, named.count - first)
-        columns, table = named.columns(first, count), None
-        variants = variants.others(columns) if variants else Variants(network, columns)
-        for place, question in enumerate(questions):
-            if takes_arrays(named.base, question):
+def variables(
+    every: Sequence[Scenarios], questions: Sequence[Sequence[Question]], buildings: Sequence[str]
+) -> Variables:
+    """The variables of the best plans (question, mission, scenario), as many of each mission.
+
+    Buildings are numbered as their names are listed.
+    """
+    size = len(questions[0]), len(every), every[0].count
+    found: Variables = {name: np.empty(size, KINDS.get(name, float)) for name in LABELS}
+    numbers = {name: number for number, name in enumerate(buildings)}
+    for place, (scenarios, asked) in enumerate(zip(every, questions, strict=True)):
+        # By route: the direct one first, and no plan, −1, last.
+        own = [numbers[name] for name in scenarios.mission.buildings.names]
+        building = np.array([-1, *np.repeat(own, 2), -1])
+        order = np.array([0, *(1, 2) * len(own), 0])
+        for first, variants, plans in best_of(scenarios, asked):
+            for question, best in enumerate(plans):
+                some = question, place, slice(first, first + variants.count)
+                for name in (*MEASURED, "status", "reason"):
+                    found[name][some] = getattr(best, name)
+                found["building"][some] = building.take(best.route)
+                found["order"][some] = order.take(best.route)
+                found["proved"][some] = PROVED.take(best.status)
+    return found
+
+
+def best_of(
+    scenarios: Scenarios, questions: Sequence[Question]
+) -> Iterator[tuple[int, Variants, list[Best]]]:
+    """The best plans of scenarios, some at a time: number of the first, their tables, plans."""
+    for first, variants in scenarios.variants():
+        table, found = None, list[Best]()
+        for question in questions:
+            if takes_arrays(scenarios.base, question):
                 table = table or figures(variants)
-                yield place, first, best_plans(variants, question, table)
-            else:
-                for number, one in enumerate(named.missions(first, count), start=first):
-                    yield place, number, best_alone(one, question)
+                found.append(best_plans(variants, question, table))
+                continue
+            missions = scenarios.missions(first, variants.count)
+            alone = (vars(best_alone(one, question)).values() for one in missions)
+            found.append(Best(*map(np.concatenate, zip(*alone, strict=True))))
+        yield first, variants, found
 
 
-def tables(count: int) -> dict[str, npt.NDArray[Any]]:
-    """Room for the variables of so many scenarios."""
-    found: dict[str, npt.NDArray[Any]] = {name: np.empty(count) for name in TIMES | CHARGES}
-    found |= {name: np.empty(count, kind) for name, (_, kind) in CODED.items()}
-    return found | {"proved": np.empty(count, bool)}
+def best_alone(mission: Mission | InputError, question: Question) -> Best:
+    """The best plan of a mission; none of one that contradicts itself. Of several rests, the first.
 
+    Why there is none is that of the perspective battery with one stop, where it has none either.
+    """
+    best = Best.none(1)
 
-def _write(
-    values: Mapping[str, npt.NDArray[Any]], some: slice, best: Best, numbers: Sequence[int]
-) -> None:
-    """Put the best plans of some scenarios into the variables; buildings by their numbers there."""
-    for name in (*TIMES, *CHARGES, "status", "reason"):
-        values[name][some] = getattr(best, name)
-    # By route: the direct one first, and no plan, −1, last.
-    values["building"][some] = np.array([-1, *np.repeat(numbers, 2), -1]).take(best.route)
-    values["order"][some] = np.array([0, *(1, 2) * len(numbers), 0]).take(best.route)
-    values["proved"][some] = PROVED.take(best.status)
+    def without(status: Status, reason: str) -> Best:
+        best.status[:], best.reason[:] = STATUSES.index(status), CODES[reason]
+        return best
+
+    if isinstance(mission, InputError):
+        return without(Status.INFEASIBLE, "contradiction")
+    try:
+        plan = solve(mission, **vars(question))
+    except SolverError:
+        return without(Status.UNKNOWN, "unknown")
+    if plan.status in (Status.UNBOUNDED, Status.UNKNOWN, Status.ERROR):
+        return without(plan.status, plan.status.value)
+    if not plan:
+        deadline = {"limits.deadline_s": np.array([mission.limits.deadline_s])}
+        alike = replace(question, problem=P1(), perspective="battery")
+        simpler = best_plans(Variants(build_network(mission), deadline), alike)
+        names = [*CODES]
+        return without(plan.status, names[int(simpler.reason[0]) or CODES["together"]])
+    best.status[:], best.reason[:] = STATUSES.index(plan.status), CODES["none"]
+    soc = {f"soc_{name}": (plan.soc or {}).get(name, np.nan) for name in PAPER}
+    for name in MEASURED:
+        getattr(best, name)[:] = soc[name] if name in soc else getattr(plan, name)
+    best.route[:] = 0
+    if rests := [place for place in plan.route if place not in ENDS]:
+        number = mission.buildings.names.index(rests[0])
+        hover_first = plan.route.index("hover") < plan.route.index(rests[0])
+        best.route[:] = 2 * number + 1 + hover_first
+    return best
 
 
 def words_of(buildings: list[str]) -> dict[str, list[str]]:
@@ -310,13 +348,12 @@ def words_of(buildings: list[str]) -> dict[str, list[str]]:
 
 def _flags(name: str, words: Sequence[str]) -> dict[str, Any]:
     """Attributes for numbers of words, as CF states them, and the words line by line."""
-    numbers = [*range(len(words))]
+    numbers = np.arange(len(words), dtype=CODED[name])
     if name == "building":
         numbers[-1] = -1
     short = [*REASONS] if name == "reason" else words
     meanings = " ".join("_".join(each.split()) for each in short)
-    flags = {"flag_values": np.array(numbers, CODED[name][1]), "flag_meanings": meanings}
-    return {**flags, "words": "\n".join(words)}
+    return {"flag_values": numbers, "flag_meanings": meanings, "words": "\n".join(words)}
 
 
 def units() -> dict[str, str]:

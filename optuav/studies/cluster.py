@@ -45,18 +45,14 @@ def _shared(
     function: Function[Result], numbers: Sequence[int], workers: int, scheduler: str | None
 ) -> Generator[tuple[int, Result]]:
     """The calls by a cluster, which ends with them if it is of this machine."""
-    with ExitStack() as stack:
-        yield from _called(_client(workers, scheduler, stack), function, numbers)
-
-
-def _client(workers: int, scheduler: str | None, stack: ExitStack) -> Any:
-    """A client of a scheduler, or of a cluster of processes that ends with it."""
     from distributed import Client
     from distributed.utils import silence_logging_cmgr
 
-    stack.enter_context(silence_logging_cmgr(logging.CRITICAL))  # What fails is raised
-    where = stack.enter_context(local_cluster(workers)) if scheduler is None else scheduler
-    return stack.enter_context(Client(where, set_as_default=False))
+    with ExitStack() as stack:
+        stack.enter_context(silence_logging_cmgr(logging.CRITICAL))  # What fails is raised
+        where = stack.enter_context(local_cluster(workers)) if scheduler is None else scheduler
+        client = stack.enter_context(Client(where, set_as_default=False))
+        yield from _called(client, function, numbers)
 
 
 def local_cluster(workers: int) -> Any:
@@ -113,7 +109,7 @@ def _called(
     except OptuavError:
         raise
     except KilledWorker:
-        words = "killed every worker that computed it, as one is that needs too much memory"
+        words = "killed every worker that computed it, perhaps because it needs too much memory"
         raise SolverError(f"part {number} {words}") from None
     except (CancelledError, OSError) as error:
         raise SolverError("the scheduler is gone, or has cancelled the work") from error

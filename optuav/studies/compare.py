@@ -2,7 +2,6 @@
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,16 +19,21 @@ from optuav.plan.summary import counted_in, tabulated
 from optuav.solving import solve
 from optuav.solving.question import LIMIT
 from optuav.studies.methods import Progress, compare_methods
-from optuav.studies.processes import worker_faults
+from optuav.studies.processes import WORKERS
 from optuav.studies.results import Draw, Pictures, Results, Row, fixed
 
-COMPARED = ("closed-form", "cvxpy", "casadi", "grid")
-"""Engines whose answers are compared; the bracket is for what is not linear."""
+COMPARED: Mapping[str, tuple[str, ...]] = {
+    **dict.fromkeys(PAPER, ("closed-form", "cvxpy", "casadi", "grid")),
+    AVAILABLE: ("bracket", "casadi", "grid"),
+}
+"""Engines whose answers are compared by how charge is counted; the first is the reference."""
+SINGLE = {"schedule": "pooled", "charging": "constant"}
+"""What several engines take under `available`; the battery's other settings have one way each."""
 SLOTS_S = (0.5, 1.0, 5.0, 10.0, 60.0)
 PERIODS_S = (60.0,)
 PERIOD = Number("s", ge=1e-3, le=1e7)
 AXES: Mapping[str, tuple[str, ...]] = {
-    "perspective": (*PAPER, AVAILABLE),
+    "perspective": tuple(COMPARED),
     "trajectory": ("direct", "traj1", "traj2", "optimal"),
 }
 """What plans are compared by, and its values in the order of the table."""
@@ -68,12 +72,12 @@ def compare(
 ) -> Results:
     """Compare answers to the problems of a mission: by method, or plans by what is chosen.
 
-    By method, P3, P4 for every building and order, and P1 are solved in closed form, as linear
-    programmes by CVXPY, by CasADi (through both wells of the battery in the perspective
-    ``"battery"``), and for each length of slot by the exhaustive grid of Algorithm 1 of the paper
-    and as integer programmes by CVXPY; (P1) there is one programme that chooses the route as well.
-    An answer in continuous times agrees if it is that of the closed form, one in slots if it is
-    within the bound of the theory and that of the grid.
+    By method, P3, P4 for every building and order, and P1 are solved by the bracket, by CasADi, and
+    for each length of slot by the exhaustive grid of Algorithm 1 of the paper. The paper's own
+    perspectives are linear: there the closed form takes the place of the bracket, CVXPY joins with
+    linear programmes, and integer ones in slots, of which that of (P1) chooses the route as well,
+    and CasADi goes through both wells in ``"battery"``. An answer in continuous times agrees if it
+    is the first engine's, one in slots if it is within the bound of the theory and the grid's.
 
     By perspective, trajectory or schedule, P1 is solved for each of them.
 
@@ -84,14 +88,13 @@ def compare(
     by
         ``"method"``; ``"perspective"``, ``"trajectory"`` or both; or ``"schedule"`` of the packs.
     perspective
-        How charge is counted. By method ``"battery"`` (the default), ``"energy"`` or
-        ``"adjusted"``, which are linear in the times; by trajectory also ``"available"``, which is
-        the default there and always holds by schedule.
+        How charge is counted by method or trajectory: ``"available"`` (None), ``"battery"``,
+        ``"energy"`` or ``"adjusted"``. By schedule ``"available"`` always holds.
     slots_s
         Lengths of time slots [s], 0.001 to 1e7. By method several, by default 0.5, 1, 5, 10 and 60;
         else one, by default continuous times.
     engines
-        By method: which engines to compare, by default all; the closed form is always among them.
+        By method: which engines to compare, the first always; by default all of these.
     time_limit_s
         By method: longest time that an engine may take for one problem [s], > 0; by default no
         limit.
@@ -116,7 +119,8 @@ def compare(
     Raises
     ------
     InputError
-        If an argument is out of range or does not go with `by`; all faults at once.
+        If an argument is out of range or does not go with `by`, all faults at once; or by method
+        under ``"available"`` for packs that take turns or a charge that tapers.
     SolverError
         If an engine fails, other than by method, where the table says so.
 
@@ -132,33 +136,35 @@ def compare(
     given: dict[str, Any] = {"slots_s": slots, "periods_s": periods_s, "engines": engines}
     given["time_limit_s"] = None if time_limit_s is None else (time_limit_s,)
     given |= {"times": times or None, "workers": None if workers == 1 else workers}
-    refuse([*_faults(names, perspective, given), *worker_faults(workers)])
-    studied = load(mission)
+    refuse([*_faults(names, perspective, given), *misfits(("workers", workers, WORKERS))])
+    studied, counted = load(mission), perspective or AVAILABLE
     if names == ("method",):
-        lengths_s = SLOTS_S if slots is None else slots
-        some, counted = COMPARED if engines is None else engines, perspective or "battery"
+        chosen = {name: getattr(studied.battery, name) for name in SINGLE if counted == AVAILABLE}
+        others = ((name, value) for name, value in chosen.items() if value != SINGLE[name])
+        words = "{!r}, or another perspective: under available one engine alone takes it"
+        refuse(Fault(f"battery.{n}", repr(v), words.format(SINGLE[n])) for n, v in others)
+        lengths_s, able = SLOTS_S if slots is None else slots, COMPARED[counted]
+        some = able if engines is None else (able[0], *engines)
         return compare_methods(
             studied, counted, lengths_s, some, time_limit_s, progress, workers, times=times
         )
     by_schedule, slot_s = names == ("schedule",), slots[0] if slots else None
-    settings = _settings(studied, names, perspective or AVAILABLE, periods_s or PERIODS_S)
+    settings = _settings(studied, names, counted, periods_s or PERIODS_S)
     rows, plans, tell = list[Row](), list[Plan](), progress or (lambda *_: None)
     for number, setting in enumerate(settings):
         tell(number, len(settings), " ".join(_label(setting)))
         packs = {f"battery.{n}": setting[n] for n in ("schedule", "period_s") if setting.get(n)}
         problem = P1(trajectory=setting.get("trajectory", "optimal"))
-        counted = setting.get("perspective", AVAILABLE)
-        plan = solve(studied.replace(packs), problem, perspective=counted, slot_s=slot_s)
+        own = setting.get("perspective", AVAILABLE)
+        plan = solve(studied.replace(packs), problem, perspective=own, slot_s=slot_s)
         plans.append(plan)
         row = {
             **setting,
             **{name: getattr(plan, name) if plan else None for name in FOUND},
             **{f"soc_{name}": (plan.soc or {}).get(name) for name in PAPER},
+            **{name: getattr(plan, name) for name in ("flyable", "proof", "reasons")},
             "status": plan.status.value,
             "route": plan.route if plan else (),
-            "flyable": plan.flyable,
-            "proof": plan.proof,
-            "reasons": plan.reasons,
         }
         if by_schedule:
             known = plan and plans[0]
@@ -204,15 +210,16 @@ def _faults(
     for name, kind in ALONE.items():
         if given[name] is not None and names != (kind,):
             yield Fault(name, shown(given[name]), f"goes with by = {kind!r} only")
-    allowed = {"method": PAPER, "schedule": (AVAILABLE,)}.get(" ".join(names), AXES["perspective"])
+    allowed = (AVAILABLE,) if names == ("schedule",) else AXES["perspective"]
     if perspective is not None and perspective not in allowed:
-        plans = "; available where plans are compared" if perspective == AVAILABLE else ""
-        fault = unknown("perspective", perspective, allowed)
-        yield replace(fault, allowed=fault.allowed + plans)
+        yield unknown("perspective", perspective, allowed)
     elif perspective is not None and "perspective" in names:
         yield Fault("perspective", repr(perspective), "is compared by already")
-    others = (each for each in given["engines"] or () if each not in COMPARED)
-    yield from (Fault("engines", repr(each), f"some of {', '.join(COMPARED)}") for each in others)
+    counted = next((each for each in COMPARED if each == perspective), AVAILABLE)
+    able = COMPARED[counted]
+    others = (each for each in given["engines"] or () if each not in able)
+    words = f"some of {', '.join(able)} in the perspective {counted}"
+    yield from (Fault("engines", repr(each), words) for each in others)
 
 
 def _tables(found: Results) -> Iterator[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal, TypeAlias, get_args
@@ -11,16 +11,16 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
-from optuav.errors import Fault, InputError, refuse
+from optuav.errors import Fault, collected, refuse
 from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, shown, unknown
 from optuav.mission.schema import MOST_ITEMS, Number
+from optuav.studies.samples import SEED
 
 Kind: TypeAlias = Literal["uniform", "grid", "manhattan"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 COUNT = Number("-", ge=1, le=1e6, whole=True)
 BUILDINGS = Number("-", ge=1, le=MOST_ITEMS, whole=True)
-SEED = Number("-", ge=0, le=2**63, whole=True)
 OPTIONS = {
     "height_m": Number("m", ge=0, le=1e4),
     "size_m": Number("m", ge=1e-3, le=1e4),
@@ -162,25 +162,24 @@ def relocated(mission: Mission, roofs_m: object) -> list[Mission]:
     Where they are is an array (layout, building, 3) [m]: the positions of all of its buildings in
     their order.
     """
-    own = mission.buildings.rows()
+    count = len(mission.buildings)
     try:
         places_m = np.asarray(roofs_m, dtype=float)
     except (TypeError, ValueError):
         places_m = np.zeros(0)
-    if not places_m.size or places_m.shape[1:] != (len(own), 3):
-        words = f"an array (layout, {len(own)}, 3) [m]: places of all buildings of the mission"
+    if not places_m.size or places_m.shape[1:] != (count, 3):
+        words = f"an array (layout, {count}, 3) [m]: places of all buildings of the mission"
         refuse([Fault(ROOFS, shown(roofs_m), words)])
     found, faults = list[Mission](), list[Fault]()
     for number, layout_m in enumerate(places_m):
-        rows = [{**row, "position_m": m.tolist()} for row, m in zip(own, layout_m, strict=True)]
-        for row, before, place_m in zip(rows, own, layout_m, strict=True):
+        rows, wrong = mission.buildings.rows(), list[Fault]()
+        for row, place_m, before_m in zip(rows, layout_m, mission.buildings.roof_m, strict=True):
+            row["position_m"] = place_m.tolist()
             if len(outline := row.get("footprint_m", ())) > 2:
-                by_m = (place_m - before["position_m"])[:2]
-                row["footprint_m"] = (np.array(outline) + by_m).tolist()
-        try:
+                row["footprint_m"] = (np.array(outline) + (place_m - before_m)[:2]).tolist()
+        with collected(wrong):
             found.append(mission.replace({"buildings": rows}))
-        except InputError as error:
-            faults += [replace(each, key=f"layout {number}: {each.key}") for each in error.faults]
+        faults += [replace(each, key=f"layout {number}: {each.key}") for each in wrong]
     refuse(faults)
     return found
 
@@ -191,8 +190,7 @@ def _ordered(values: object, count: int, number: Number) -> bool:
         return False
     if not all(map(number.accepts, values)):
         return False
-    half = count // 2
-    pairs = list(zip(values[:half], values[half:], strict=True))
+    pairs = zip(values[: count // 2], values[count // 2 :], strict=True)
     return all(low < high if count > 2 else low <= high for low, high in pairs)
 
 
@@ -216,15 +214,8 @@ def _anywhere(
 
 def _free(mission: Mission, at_m: Floats, side_m: float) -> Booleans:
     """Which centres (building, 2) [m] are those of buildings around no end of the mission."""
-    free = np.ones(len(at_m), bool)
-    for x, y, _ in _ends(mission):
-        free &= (np.abs(at_m - (x, y)) > 0.5 * side_m).any(axis=1)
+    ends = [mission.route.origin_m, mission.route.destination_m]
+    ends += [mission.laser.position_m] if mission.laser else []
+    apart_m = np.abs(at_m[:, None] - np.array(ends)[:, :2])
+    free: Booleans = (apart_m > 0.5 * side_m).any(axis=2).all(axis=1)
     return free
-
-
-def _ends(mission: Mission) -> Iterator[tuple[float, float, float]]:
-    """Places of a mission that stay free."""
-    yield mission.route.origin_m
-    yield mission.route.destination_m
-    if mission.laser is not None:
-        yield mission.laser.position_m

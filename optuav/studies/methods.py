@@ -13,6 +13,7 @@ from optuav.engines.linear_form import WHOLE as SLOT_TOLERANCE
 from optuav.errors import SolverError
 from optuav.mission import Mission
 from optuav.modelling import Model
+from optuav.modelling.classify import traits
 from optuav.modelling.forms import excess
 from optuav.options import ORDERS, Perspective
 from optuav.plan import Plan
@@ -22,23 +23,21 @@ from optuav.solving.route_choice import route_choice
 from optuav.studies.processes import run_tasks
 from optuav.studies.results import NONE, Pictures, Results, Row, fixed
 
-ACCURACY_S = {"closed-form": 1e-5, "cvxpy": 1e-5, "casadi": 1e-4, "grid": 1e-5}
+ACCURACY_S = {**dict.fromkeys(("closed-form", "bracket", "cvxpy", "grid"), 1e-5), "casadi": 1e-4}
 """By how much an engine may miss an answer [s], up to `LONG_S` and in proportion beyond."""
 LONG_S = 1000.0
 HOVER, REST = "hover_time_s", "rest_time_s"
-REFERENCE = "closed form"
 UNITS = {
     **dict.fromkeys(("problem", "building", "order", "method", "engine"), ""),
     **{"slot_s": "s", "status": "", "hover_time_s": "s", "rest_time_s": "s"},
     **{"gap_s": "s", "largest_gap_s": "s", "relaxation_s": "s"},
     **{"agrees": "", "words": "", "proof": ""},
 }
-
-
 Progress = Callable[[int, int, str], None]
 """Called before every answer: how many are done, how many there are, and what comes now."""
 Bound = tuple[int | None, str]
 """How many slots Δ in slots may lose to continuous times, None for no bound; and why."""
+Bounds = dict[float, Bound]  # By length of slots [s]
 
 
 def compare_methods(
@@ -96,19 +95,17 @@ def _answers(
         if any(method["engine"] == library for method in methods):
             import_module(library)  # or the first time taken would include the import
     subject = {"problem": problem.name, "building": problem.building, "order": problem.order}
-    slots_s = dict.fromkeys(each["slot_s"] for each in methods if each["slot_s"] is not None)
-    best_s, bounds = _optimum(mission, problem, perspective, [*slots_s])
-    rows, reasons = list[Row](), tuple[str, ...]()
-    by_slot: dict[float, Row] = {}
+    best_s, bounds = _optimum(mission, problem, methods)
+    rows, by_slot, reasons = list[Row](), dict[float, Row](), tuple[str, ...]()
     for method in methods:
         begin = time.perf_counter()
         plan, words, relaxation_s = _solved(mission, problem, method, time_limit_s)
         taken = {"time_s": time.perf_counter() - begin} if times else {}
         row = {**subject, **method, **taken, "relaxation_s": relaxation_s}
-        row |= _answer(plan, words, method, best_s, bounds)
+        row |= _answer(plan, words, method, methods[0]["method"], best_s, bounds)
         if method["slot_s"] is not None:
             row |= _mismatch(row, by_slot.setdefault(method["slot_s"], row))
-        if method["method"] == REFERENCE:
+        if method is methods[0]:
             reasons = plan.reasons if plan is not None else (words,)
         rows.append(row)
     return rows, reasons
@@ -117,14 +114,15 @@ def _answers(
 def _methods(
     slots_s: Sequence[float], perspective: Perspective, engines: Sequence[str]
 ) -> Iterator[Row]:
-    """Yield the methods: name, engine, and the length of slots [s] if times are in slots."""
+    """Yield the methods, the reference first: name, engine, and length of slots [s] or None."""
     wells = perspective == "battery"  # CasADi goes through both
-    found: list[tuple[str, str, float | None]] = [(REFERENCE, "closed-form", None)]
+    found: list[tuple[str, str, float | None]]
+    found = [("closed form", "closed-form", None), ("bracket", "bracket", None)]
     found += [("LP", "cvxpy", None), ("CasADi wells" if wells else "CasADi", "casadi", None)]
     for slot_s in map(float, slots_s):
         found += [(f"grid {slot_s:g} s", "grid", slot_s), (f"MILP {slot_s:g} s", "cvxpy", slot_s)]
     for name, engine, length_s in found:
-        if engine in (*engines, "closed-form"):
+        if engine in engines:
             counted = "wells" if wells and engine == "casadi" else perspective
             yield {"method": name, "engine": engine, "slot_s": length_s, "perspective": counted}
 
@@ -135,17 +133,17 @@ def _name(row: Row) -> str:
 
 
 def _optimum(
-    mission: Mission, problem: Formulation, perspective: Perspective, slots_s: Sequence[float]
-) -> tuple[float | None, dict[float, Bound]]:
+    mission: Mission, problem: Formulation, methods: Sequence[Row]
+) -> tuple[float | None, Bounds]:
     """Return the longest hover in continuous times [s], and what each length of slots may cost."""
-    program = formulate(mission, problem, perspective=perspective, engine="closed-form")
+    program = formulate(mission, problem, **{n: methods[0][n] for n in ("perspective", "engine")})
     solutions = program.answers()
     chosen = program.best(solutions) if solutions else None
     if chosen is None:
         return None, {}
     (number, entry), model = chosen, program.parts[chosen[0]].model
-    parameters = model.row(entry)
-    bounds = {slot_s: bound(model, parameters, slot_s) for slot_s in map(float, slots_s)}
+    slots_s = {each["slot_s"] for each in methods if each["slot_s"] is not None}
+    bounds = {slot_s: bound(model, model.row(entry), slot_s) for slot_s in slots_s}
     return solutions[number].point(entry)["hover_time_s"], bounds
 
 
@@ -168,7 +166,7 @@ def _solved(
 
 
 def _answer(
-    plan: Plan | None, words: str, method: Row, best_s: float | None, bounds: dict[float, Bound]
+    plan: Plan | None, words: str, method: Row, reference: str, best_s: float | None, bounds: Bounds
 ) -> dict[str, Any]:
     """Return what a method answers, whether it is what theory asks, and why."""
     hover_s = plan.hover_time_s if plan else None
@@ -186,12 +184,13 @@ def _answer(
     if plan is None:
         return row
     if best_s is None:
-        words = "no plan, as by closed form" if hover_s is None else "a plan where there is none"
-        return row | {"agrees": hover_s is None, "words": words}
+        agrees = hover_s is None
+        words = f"no plan, as by the {reference}" if agrees else "a plan where there is none"
+        return row | {"agrees": agrees, "words": words}
     if method["slot_s"] is None:
         if hover_s is None:
             return row | {"agrees": False, "words": f"no plan, but one with Δ = {best_s:.6g} s"}
-        words = f"{abs(best_s - hover_s):.3g} s from the closed form"
+        words = f"{abs(best_s - hover_s):.3g} s from the {reference}"
         return row | {"agrees": abs(best_s - hover_s) <= allowance_s, "words": words}
     slots, why = bounds[method["slot_s"]]
     largest_s = None if slots is None else slots * method["slot_s"]
@@ -218,13 +217,15 @@ def _mismatch(row: Row, other: Row) -> dict[str, Any]:
 
 
 def bound(model: Model, parameters: Row, slot_s: float) -> Bound:
-    """Return how many slots a linear model that maximises the hover time may lose, and why.
+    """Return how many slots a model that maximises the hover time may lose, and why.
 
     Let (Δ, T') be the optimum in continuous times, and H the horizon that the deadline leaves. If
     neither a shorter hover nor a longer rest can break any other constraint, ⌊Δ⌋ slots of hover and
     the remaining slots of rest are feasible as well: at most one slot is lost, or less than two if
     H is not a whole number of slots. Without a rest less than one slot is lost.
     """
+    if not traits(model).linear:
+        return None, "the model is not linear in the times"
     rests = any(variable.name == REST for variable in model.variables)
     slots, words = 1, "whole slots" if rests else "no rest"
     for constraint in model.constraints:
@@ -311,7 +312,8 @@ def _worth(found: Results) -> Iterator[str]:
             gap = f"{gap_s:.2f}" if abs(gap_s) >= 0.01 else short
         agree = f"{sum(cell['agrees'] is True for cell in cells)} of {len(cells)}"
         took = (f"{sum(cell['time_s'] for cell in cells):.2f}" for _ in times)
-        table.append([method, "reference" if method == REFERENCE else gap, limit, agree, *took])
+        reference = method == found.rows[0]["method"]
+        table.append([method, "reference" if reference else gap, limit, agree, *took])
         for row in solved:  # Of methods that differ in their slots only, one line
             kind = method.removesuffix(f" {row['slot_s'] or 0.0:g} s")
             proofs.setdefault(kind, {})[row["proof"].partition(";")[0]] = None

@@ -8,19 +8,12 @@ from multiprocessing import get_context, parent_process
 from threading import Lock, Thread
 from typing import Any, TypeVar
 
-from optuav.errors import Fault
-from optuav.mission.messages import misfits
 from optuav.mission.schema import Number
 
 Result = TypeVar("Result")
 FEWEST = 4  # Tasks that are worth a process, which takes a second to start
 starting = Lock()  # Held while processes begin
 WORKERS = Number("-", ge=1, le=1000, whole=True)
-
-
-def worker_faults(workers: object) -> Iterator[Fault]:
-    """What is wrong with a number of processes."""
-    yield from misfits(("workers", workers, WORKERS))
 
 
 def run_tasks(

@@ -1,24 +1,39 @@
-"""Samples of uncertain keys that fill their ranges evenly, for batches."""
+"""Distributions of uncertain keys, and samples of them for batches, sweeps and sensitivities."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, TypeAlias, get_args
+from zlib import crc32
 
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.errors import Fault, collected, refuse
+from optuav.errors import Fault, InputError, collected, refuse
 from optuav.mission import Mission, load
-from optuav.mission.messages import misfits, unknown
-from optuav.mission.schema import Number
-from optuav.studies.uncertainty import Spread, spreads
+from optuav.mission.files import label, read_toml
+from optuav.mission.keys import Key, stated_keys
+from optuav.mission.messages import misfits, nearest, path_of, shown, unknown
+from optuav.mission.schema import CONVERSIONS, Number
 
 Method: TypeAlias = Literal["sobol", "latin-hypercube"]
 METHODS: tuple[Method, ...] = get_args(Method)
 COUNT = Number("-", ge=1, le=1e7, whole=True)
 SEED = Number("-", ge=0, le=2**63, whole=True)
+FINITE = Number("-", gt=-math.inf, lt=math.inf)
+KNOWN = "body.gravity_m_s2"  # It varies only where its spread is stated
+SHARE = 0.1  # Reach of a key to either side if nothing is stated, relative to its value
+DEVIATIONS = 2.0  # Half the range that a picture shows of a normal distribution
+FORMS = (
+    "a table such as { percent = 5 }, { low = 1, high = 2 }, { low = 1, likely = 1.5, high = 2 } "
+    'or { deviation = 0.1 }, each with or without along = ["table.key"]'
+)
+KINDS = ({"percent"}, {"low", "high"}, {"low", "likely", "high"}, {"deviation"})
+WAVELENGTH, COEFFICIENTS = "laser.wavelength_nm", tuple(CONVERSIONS[810])
 
 
 def samples(
@@ -50,7 +65,8 @@ def samples(
     Returns
     -------
     dict
-        Values by key, one entry a sample, as `optuav.batch` takes them with ``paired=True``.
+        Values by key, one entry a sample, as `optuav.batch` takes them with ``paired=True``. Beside
+        an uncertain wavelength the conversion of the laser is held, as in a sensitivity.
 
     Raises
     ------
@@ -77,30 +93,180 @@ def samples(
     faults = [*misfits(("count", count, COUNT), ("seed", seed, SEED))]
     if method not in METHODS:
         faults.append(unknown("method", method, METHODS))
-    spread = tuple[Spread, ...]()
     with collected(faults):
-        if not (spread := spreads(load(mission), uncertainty)):
+        whole = load(mission)
+        if not (spread := spreads(whole, uncertainty)):
             faults.append(Fault("uncertainty", "", "at least one key with its distribution"))
     refuse(faults)
-    if method == "sobol":
-        shares = sobol(len(spread), seed, 0, count)
-    else:
-        from scipy.stats import qmc
-
-        shares = qmc.LatinHypercube(len(spread), rng=seed).random(count)
-    found: dict[str, Floats] = {}
-    for each, column in zip(spread, shares.T, strict=True):
-        found |= each.columns(each.at(column))
-    return found
+    points = sobol if method == "sobol" else latin_hypercube
+    return Draws(whole, spread, count, seed, points).values(0, count)
 
 
-def sobol(dimensions: int, seed: int, first: int, count: int) -> Floats:
-    """Points of a scrambled Sobol sequence from number `first` on, by rows."""
+@dataclass(frozen=True)
+class Spread:
+    """The distribution of a key: triangular, normal, or else uniform from `low` to `high`."""
+
+    key: Key
+    low: float
+    high: float
+    likely: float | None = None  # Most likely value of a triangular distribution
+    # Of a normal distribution about the mission's value, cut off at the range of the key.
+    deviation: float | None = None
+    along: tuple[Key, ...] = ()  # Keys that change by the same factor
+
+    def at(self, share: Floats) -> Floats:
+        """Return the quantiles of the distribution for shares between 0 and 1."""
+        low, high, likely = self.low, self.high, self.likely
+        if self.deviation is not None:
+            from scipy import special
+
+            now, scale = self.key.now, self.deviation
+            ends = special.ndtr((np.array([self.key.low, self.key.high]) - now) / scale)
+            within = special.ndtri(ends[0] + share * (ends[1] - ends[0]))
+            return np.asarray(np.clip(now + scale * within, self.key.low, self.key.high))
+        if likely is None:
+            return low + share * (high - low)
+        up = low + np.sqrt(share * (high - low) * (likely - low))
+        down = high - np.sqrt((1.0 - share) * (high - low) * (high - likely))
+        return np.where(share * (high - low) < likely - low, up, down)
+
+    def columns(self, values: Floats) -> Iterator[tuple[str, Floats]]:
+        """Yield the values by key, and those of the keys that change along with it."""
+        yield self.key.name, values
+        for other in self.along:
+            yield other.name, np.clip(other.now * (values / self.key.now), other.low, other.high)
+
+
+@dataclass(frozen=True)
+class Draws:
+    """Samples of uncertain keys, each the same whatever others are drawn with it."""
+
+    mission: Mission
+    spreads: tuple[Spread, ...]
+    count: int
+    seed: int
+    # Points of the unit cube (sample, spread) by the names of keys, the seed, and from a number on.
+    points: Callable[[Sequence[str], int, int, int], Floats]
+
+    def values(self, first: int, count: int) -> dict[str, Floats]:
+        """Values by key of some samples."""
+        names, found = [each.key.name for each in self.spreads], dict[str, Floats]()
+        shares = self.points(names, self.seed, first, count)
+        for spread, column in zip(self.spreads, shares.T, strict=True):
+            found |= spread.columns(spread.at(column))
+        return with_conversion(self.mission, found)
+
+
+def with_conversion(mission: Mission, values: dict[str, Floats]) -> dict[str, Floats]:
+    """The values with the laser's conversion, which is held where its wavelength is uncertain."""
+    if (laser := mission.laser) is None or WAVELENGTH not in values:
+        return values
+    count = len(values[WAVELENGTH])
+    held = {f"laser.{name}": np.full(count, getattr(laser, name)) for name in COEFFICIENTS}
+    return held | values
+
+
+def sobol(names: Sequence[str], seed: int, first: int, count: int) -> Floats:
+    """Points of a scrambled Sobol sequence."""
     from scipy.stats import qmc
 
-    points = qmc.Sobol(dimensions, rng=seed)
+    points = qmc.Sobol(len(names), rng=seed)
     begin = points.random(1)  # A first draw of other than a power of two would warn
     if first:
         found: Floats = points.fast_forward(first - 1).random(count)
         return found
     return np.concatenate([begin, points.random(count - 1)])
+
+
+def latin_hypercube(names: Sequence[str], seed: int, _: int, count: int) -> Floats:
+    """All points of a Latin hypercube."""
+    from scipy.stats import qmc
+
+    found: Floats = qmc.LatinHypercube(len(names), rng=seed).random(count)
+    return found
+
+
+def independent(names: Sequence[str], seed: int, first: int, count: int) -> Floats:
+    """Random points, each key from a stream of its own."""
+    found = np.empty((len(names), count))
+    for name, column in zip(names, found, strict=True):
+        stream = np.random.PCG64([seed, crc32(name.encode())])
+        stream.advance(first)  # each number takes one step
+        np.random.Generator(stream).random(out=column)
+    return found.T
+
+
+def unstated(mission: Mission) -> Iterator[Spread]:
+    """Yield every key within 10 %, but what is known and what has no range, as whole numbers."""
+    for key in stated_keys(mission).values():
+        ends = sorted(float(f"{key.now * share:.12g}") for share in (1.0 - SHARE, 1.0 + SHARE))
+        low, high = (min(max(end, key.low), key.high) for end in ends)
+        if not key.whole and low < high and key.name != KNOWN:
+            yield Spread(key, low, high)
+
+
+def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tuple[Spread, ...]:
+    """Return the spreads that a TOML file or a mapping states, or refuse it with all faults.
+
+    A mapping has the form ``{"battery": {"capacity_As": {"percent": 5}}}``, or ``{
+    "battery.capacity_As": {"percent": 5}}``; other forms as in `optuav.sensitivity`.
+    """
+    source = ""
+    if not isinstance(stated, Mapping):
+        path = path_of(stated)
+        source, stated = label(path), read_toml(path)
+    known, found, faults = stated_keys(mission), list[Spread](), list[Fault]()
+    for name, form in dotted(stated):
+        with collected(faults):
+            found.append(_spread(known, name, form))
+    names = Counter(each.name for spread in found for each in (spread.key, *spread.along))
+    words = "varies once, by itself or along another"
+    faults += [Fault(name, "", words) for name in sorted(names) if names[name] > 1]
+    refuse(replace(each, source=source) for each in faults)
+    return tuple(found)
+
+
+def dotted(stated: Mapping[str, object]) -> Iterator[tuple[str, object]]:
+    """Keys with their values, those of inner tables by dotted names."""
+    for name, content in stated.items():
+        if isinstance(content, dict) and "." not in name:
+            yield from ((f"{name}.{key}", values) for key, values in content.items())
+        else:
+            yield name, content
+
+
+def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
+    """Return the spread of one key, or refuse what is stated."""
+    key = _key(known, name)
+    stated = form if isinstance(form, dict) else {}
+    parts = ", ".join(f"{part} = {shown(value)}" for part, value in stated.items())
+    written = f"{{ {parts} }}" if stated else shown(form)
+    numbers = {part: value for part, value in stated.items() if part != "along"}
+    if numbers.keys() not in KINDS or not all(map(FINITE.accepts, numbers.values())):
+        raise InputError([Fault(name, written, FORMS)])
+    if key.whole:
+        raise InputError([Fault(name, written, "a whole number cannot be spread")])
+    along = stated.get("along", [])
+    if not isinstance(along, list) or not all(isinstance(each, str) for each in along):
+        raise InputError([Fault(f"{name}.along", shown(along), "a list of keys")])
+    if along and key.now == 0.0:
+        raise InputError([Fault(f"{name}.along", shown(along), "nothing goes along with 0")])
+    likely, deviation = numbers.get("likely"), numbers.get("deviation")
+    reach = abs(key.now) * numbers.get("percent", 0.0) / 100.0 + DEVIATIONS * (deviation or 0.0)
+    low, high = numbers.get("low", key.now - reach), numbers.get("high", key.now + reach)
+    if deviation is not None:
+        low, high = max(low, key.low), min(high, key.high)
+    if not (key.low <= low < high <= key.high and low <= numbers.get("likely", low) <= high):
+        within = f"within {key.low:g} to {key.high:g} [{key.unit}]"
+        raise InputError([Fault(name, written, f"low < high, likely between, {within}")])
+    return Spread(key, low, high, likely, deviation, tuple(_key(known, each) for each in along))
+
+
+def _key(known: Mapping[str, Key], name: str) -> Key:
+    """Return a key that may vary, or refuse its name."""
+    if name in known:
+        return known[name]
+    alike = [each for each in known if each.startswith(f"{name.partition('.')[0]}.")]
+    words = "a number that the mission states, or a component such as wind.force_N[0]; "
+    words += f"buildings stay where they are{nearest(name, alike)}"
+    raise InputError([Fault(name, "", words)])

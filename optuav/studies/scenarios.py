@@ -1,90 +1,109 @@
-"""Scenarios of a mission: values by key, in a grid or row by row, as columns of its variants."""
+"""Scenarios of a mission: values by key, row by row and in a grid, as columns of its variants."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
-from optuav.arrays import Floats, Integers
+from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, refuse
 from optuav.mission import Mission
-from optuav.mission.messages import nearest, number, shown
-from optuav.mission.schema import CONVERSIONS, RATE_PER_MINUTE, SECTIONS, Number
-from optuav.network.variants import Columns
+from optuav.mission.keys import as_stated, now_of, numeric_keys
+from optuav.mission.messages import nearest, shown
+from optuav.mission.schema import CONVERSIONS, Number
+from optuav.network.network import Network, build_network
+from optuav.network.variants import Columns, Variants
+from optuav.studies.samples import COEFFICIENTS, WAVELENGTH, Draws
 
-VECTORS = {
-    **dict.fromkeys(("route.origin_m", "route.destination_m", "route.hover_m"), "m"),
-    **{"laser.position_m": "m", "link.device_m": "m", "wind.force_N": "N"},
-}
-"""Keys with three components, each at most 1e6 either way, and their units."""
 PER_MINUTE, PER_SECOND = "battery.flow_rate_per_min", "battery.flow_rate_per_s"
-WAVELENGTH, COEFFICIENTS = "laser.wavelength_nm", tuple(CONVERSIONS[810])
 SIZES, ENERGIES = ("packs", "capacity_As"), ("flight_energy_J", "hover_energy_J")
 BOUND = {"limits.min_altitude_m", "limits.max_altitude_m", "limits.deadline_s", "battery.period_s"}
 """Keys whose values may contradict each other in some scenarios and not in others."""
 MOST = 10**9
 ROW = "scenario"
-
-
-def numeric_keys() -> dict[str, Number]:
-    """Ranges of all numeric keys of missions by name, components of places and forces by number."""
-    found = {PER_MINUTE: RATE_PER_MINUTE}
-    for table, section in SECTIONS.items():
-        for name in section.model_fields if table != "buildings" else ():
-            if (allowed := number(key := f"{table}.{name}")) is not None:
-                found[key] = allowed
-    for key, unit in VECTORS.items():
-        found |= {f"{key}[{axis}]": Number(unit, ge=-1e6, le=1e6) for axis in range(3)}
-    return found
+AT_ONCE = 1 << 17
+"""Itineraries computed together: few enough to stay in the cache. No result depends on it."""
+HELD_BYTES = 31 << 20
+"""Size of a block whose release lets glibc keep as much memory from then on, rather than return it
+after every chunk and fetch its pages again for the next, which takes a third of the time."""
 
 
 @dataclass(frozen=True)
 class Scenarios:
-    """A mission with values of some keys, every combination of them or row by row."""
+    """Variants of a mission: rows of values, stated or drawn, with every combination of a grid.
+
+    The last key of the grid varies fastest, the row slowest.
+    """
 
     mission: Mission
-    values: Mapping[str, Floats]  # Of every key
-    paired: bool
+    rows: Mapping[str, Floats] | Draws | None = None
+    grid: Mapping[str, Floats] = field(default_factory=dict)
+
+    @cached_property
+    def row_count(self) -> int:
+        """Number of rows; 1 without any."""
+        if isinstance(self.rows, Draws):
+            return self.rows.count
+        return max([1, *map(len, (self.rows or {}).values())])
 
     @cached_property
     def sizes(self) -> dict[str, int]:
         """Number of scenarios along every dimension, by its name."""
-        lengths = {key: len(values) for key, values in self.values.items()}
-        if not self.paired:
-            return lengths
-        return {ROW: next(iter(lengths.values()), 1)}
+        rows = {} if self.rows is None else {ROW: self.row_count}
+        return rows | {key: len(values) for key, values in self.grid.items()}
 
-    @property
+    @cached_property
     def count(self) -> int:
         """Number of scenarios."""
-        return int(np.prod([*self.sizes.values()], dtype=object)) if self.sizes else 1
+        return math.prod(self.sizes.values())
 
     @cached_property
     def base(self) -> Mission:
         """The mission with what it does not state itself of the keys."""
-        here = {key: values for key, values in self._first().items() if self._now(key) is None}
-        return self.mission.replace(here)
+        first, mission = self._first(), self.mission
+        return mission.replace({key: first[key] for key in first if now_of(mission, key) is None})
+
+    @cached_property
+    def network(self) -> Network:
+        """The network of `base`."""
+        return build_network(self.base)
 
     def stated(self, first: int, count: int) -> dict[str, Floats]:
-        """Values by key of some scenarios; the last key varies fastest."""
-        if self.paired:
-            return {key: values[first : first + count] for key, values in self.values.items()}
-        numbers: Integers = np.arange(first, first + count)
-        where = np.unravel_index(numbers, tuple(self.sizes.values())) if self.sizes else ()
-        pairs = zip(self.values.items(), where, strict=True)
-        return {key: values[index] for (key, values), index in pairs}
+        """Values by key of some scenarios."""
+        sizes = self.row_count, *map(len, self.grid.values())
+        row, *places = np.unravel_index(np.arange(first, first + count), sizes)
+        start, stop = int(row[0]), int(row[-1]) + 1
+        if isinstance(self.rows, Draws):
+            found = self.rows.values(start, stop - start)
+        else:
+            found = {key: values[start:stop] for key, values in (self.rows or {}).items()}
+        if not self.grid:
+            return found
+        found = {key: values[row - start] for key, values in found.items()}
+        pairs = zip(self.grid.items(), places, strict=True)
+        return found | {key: values[place] for (key, values), place in pairs}
+
+    def variants(self) -> Iterator[tuple[int, Variants]]:
+        """All of them, some at a time, with the number of the first."""
+        np.empty(HELD_BYTES, np.uint8)
+        found, at_once = None, max(1, AT_ONCE // len(self.network.routes))
+        for first in range(0, self.count, at_once):
+            columns = self.columns(first, min(at_once, self.count - first))
+            found = found.others(columns) if found else Variants(self.network, columns)
+            yield first, found
 
     def columns(self, first: int, count: int) -> Columns:
         """The same with what `Mission.replace` displaces, for the variants of `base`."""
+        mission, laser, battery = self.mission, self.mission.laser, self.mission.battery
         found = self.stated(first, count)
         if not found:
-            return {"limits.deadline_s": np.full(count, self.mission.limits.deadline_s)}
+            return {"limits.deadline_s": np.full(count, mission.limits.deadline_s)}
         if PER_MINUTE in found:
             found[PER_SECOND] = found.pop(PER_MINUTE) / 60.0
-        laser, battery = self.mission.laser, self.mission.battery
         if laser and WAVELENGTH in found and f"laser.{COEFFICIENTS[0]}" not in found:
             same = found[WAVELENGTH] == laser.wavelength_nm
             known, which = np.unique(found[WAVELENGTH], return_inverse=True)
@@ -96,7 +115,7 @@ class Scenarios:
         for name in ENERGIES if sizes else ():
             stated_J, key = getattr(battery, name), f"battery.{name}"
             if stated_J is not None and key not in found:
-                same = np.logical_and.reduce([found[key] == self._now(key) for key in sizes])
+                same = np.logical_and.reduce([found[e] == now_of(mission, e) for e in sizes])
                 if same.any():
                     found[key] = np.where(same, stated_J, np.nan)
         return found
@@ -106,58 +125,41 @@ class Scenarios:
         columns = self.stated(first, count)
         for row in range(count):
             try:
-                yield self.mission.replace(
-                    self._whole({key: float(values[row]) for key, values in columns.items()})
-                )
+                values = {key: float(column[row]) for key, column in columns.items()}
+                yield self.mission.replace(as_stated(self.mission, values))
             except InputError as error:
                 yield error
 
-    def _now(self, key: str) -> float | None:
-        """The mission's own value of a key."""
-        table, _, name = key.partition(".")
-        name, _, axis = name.partition("[")
-        found = getattr(getattr(self.mission, table), name, None)
-        return found if found is None or not axis else found[int(axis[0])]
-
     def _first(self) -> dict[str, object]:
         """The first scenario as `Mission.replace` takes it, without what may contradict itself."""
-        first = {key: float(values[0]) for key, values in self.values.items()}
-        apart = {key for key in first if key in BOUND and self._now(key) is not None}
-        return self._whole({key: value for key, value in first.items() if key not in apart})
-
-    def _whole(self, values: Mapping[str, float]) -> dict[str, object]:
-        """Values with components as vectors, and whole numbers as such."""
-        found: dict[str, object] = {}
-        for key, value in values.items():
-            name, _, axis = key.partition("[")
-            if not axis:
-                allowed = number(key)
-                found[key] = int(value) if allowed and allowed.whole else value
-                continue
-            table, _, field = name.partition(".")
-            vector = found.setdefault(name, list(getattr(getattr(self.mission, table), field)))
-            assert isinstance(vector, list)
-            vector[int(axis[0])] = value
-        return found
+        first = {key: float(values[0]) for key, values in self.stated(0, 1).items()}
+        apart = {key for key in first if key in BOUND and now_of(self.mission, key) is not None}
+        return as_stated(self.mission, {key: first[key] for key in first if key not in apart})
 
 
-def scenarios(mission: Mission, ranges: Mapping[str, object], *, paired: bool) -> Scenarios:
-    """Scenarios of a mission, or all that is wrong with the ranges."""
-    faults = list[Fault]()
-    values = values_of(ranges, faults, paired=paired)
-    for key in values:
-        table, _, name = key.partition(".")
-        if "[" in name and getattr(getattr(mission, table), name.partition("[")[0], None) is None:
-            words = f"the mission states no {key.partition('[')[0]}, of which this is a component"
-            faults.append(Fault(key, "", words))
-    refuse(faults)
-    found = Scenarios(mission, values, paired)
+def check(found: Scenarios) -> None:
+    """Refuse scenarios that are too many, or not of their mission."""
     if found.count > MOST:
-        refuse([Fault("ranges", f"{found.count} scenarios", f"at most {MOST}")])
+        refuse([Fault("", f"{found.count} scenarios", f"at most {MOST}")])
+    values, mission = found.stated(0, 1), found.mission
+    faults = [
+        Fault(key, "", f"the mission states no {lacking}, of which this is a part")
+        for key in values
+        if (lacking := _lacking(mission, key))
+    ]
+    refuse(faults)
     if values:
         _refuse_wavelengths(found)
         mission.replace(found._first())
-    return found
+
+
+def _lacking(mission: Mission, key: str) -> str:
+    """The table, or the place or force, that a mission would have to state before a key."""
+    whole, _, axis = key.partition("[")
+    table, _, name = whole.partition(".")
+    if (section := getattr(mission, table)) is None:
+        return table
+    return whole if axis and getattr(section, name) is None else ""
 
 
 def values_of(ranges: object, faults: list[Fault], *, paired: bool) -> dict[str, Floats]:
@@ -199,7 +201,8 @@ def _column(key: str, stated: object, allowed: Number) -> tuple[Floats, Fault | 
 
 def _refuse_wavelengths(found: Scenarios) -> None:
     """Refuse wavelengths for which no conversion is known or stated."""
-    values, laser = found.values, found.mission.laser
+    stated_rows = {} if isinstance(found.rows, Draws) else found.rows or {}
+    values, laser = {**stated_rows, **found.grid}, found.mission.laser
     stated = [name for name in COEFFICIENTS if f"laser.{name}" in values]
     if WAVELENGTH not in values or laser is None or len(stated) == len(COEFFICIENTS):
         return

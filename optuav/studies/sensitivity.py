@@ -8,23 +8,31 @@ import numpy as np
 
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats
-from optuav.errors import Fault, refuse
+from optuav.errors import Fault, collected, refuse
 from optuav.mission import Mission, load
-from optuav.mission.messages import misfits, unknown
+from optuav.mission.messages import misfits, shown, unknown
 from optuav.mission.schema import Number
-from optuav.network.network import Network, build_network
-from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.plan.summary import tabulated
 from optuav.solving import solve
-from optuav.solving.best_plans import best_plans
 from optuav.solving.question import checked_question
+from optuav.studies.batch import best_of
 from optuav.studies.results import Pictures, Results, Row, fixed
-from optuav.studies.uncertainty import Chances, FixedPlan, Spread, chances, spreads, unstated
+from optuav.studies.samples import (
+    SEED,
+    WAVELENGTH,
+    Draws,
+    Spread,
+    independent,
+    spreads,
+    unstated,
+    with_conversion,
+)
+from optuav.studies.scenarios import Scenarios
+from optuav.studies.uncertainty import Chances, FixedPlan, chances
 
 SAMPLES = Number("-", ge=1, le=1e8, whole=True)
-SEED = Number("-", ge=0, le=2**63, whole=True)
 WORLD = ("battery", "rotor", "body", "laser", "link", "flight")
 """Tables of what is measured; [route] and [limits] state what is chosen."""
 STEP = 1e-4  # Step of the rates at the value of a key, relative to it
@@ -37,7 +45,6 @@ MOST_ROWS = 10
 MOVES_S = 5e-3  # Keys that move the hover time less than this are not printed [s]
 ZERO, SMALL, KINK = 1e-6, 5e-4, 1e-5
 """Elasticities below these are 0, or have no digit to show; beyond the last two sides differ."""
-WAVELENGTH = "laser.wavelength_nm"
 LONGEST_KEY = 34
 
 
@@ -107,8 +114,12 @@ def sensitivity(
         faults.append(unknown("perspective", perspective, known))
     if plan is not None and not plan:
         faults.append(Fault("plan", plan.status.value, "a plan that can be flown on a route"))
+    with collected(faults):
+        studied = load(mission)
+        if perspective == AVAILABLE and studied.battery.takes_turns:
+            words = "pooled, or another perspective: each sample would take seconds"
+            faults.append(Fault("battery.schedule", shown(studied.battery.schedule), words))
     refuse(faults)
-    studied = load(mission)
     stated = None if uncertainty is None else spreads(studied, uncertainty)
     varied = {each.key.name: each for each in (*unstated(studied), *(stated or ()))}
     taken = {other.name for each in stated or () for other in each.along}
@@ -117,23 +128,24 @@ def sensitivity(
     if uncertain is None:
         measured = (each for each in alone if each.key.name.partition(".")[0] in WORLD)
         uncertain = tuple(each for each in measured if "[" not in each.key.name)
-    best, network = solve(studied, perspective=perspective), build_network(studied)
+    best = solve(studied, perspective=perspective)
     held = FixedPlan.of(plan or best, studied) if plan or best else None
     hover_s, found, is_stated = best.hover_time_s if best else 0.0, None, stated is not None
     if uncertain:
-        found = chances(network, uncertain, perspective, held, samples, seed, stated=is_stated)
+        draws = Draws(studied, tuple(uncertain), int(samples), int(seed), independent)
+        found = chances(draws, perspective, held, stated=is_stated)
     facts = {
         "perspective": perspective,
         "hover_time_s": hover_s,
         "plan_hover_time_s": None if held is None else held.hover_time_s,
         "chances": found,
     }
-    rows = effects(network, alone, perspective, hover_s)
+    rows = effects(studied, alone, perspective, hover_s)
     return Results("optuav sensitivity", studied, facts, UNITS, rows, _tables, _figures)
 
 
 def effects(
-    network: Network, spreads: Sequence[Spread], perspective: Perspective, hover_time_s: float
+    mission: Mission, spreads: Sequence[Spread], perspective: Perspective, hover_time_s: float
 ) -> tuple[Row, ...]:
     """Return the effect of each key on the longest hover, the others held; the largest first."""
     steps = STEP * np.array([abs(each.key.now) or each.high - each.low for each in spreads])
@@ -142,9 +154,10 @@ def effects(
     ends = np.array([[each.key.low, each.key.high] for each in spreads])
     allowed = (values >= ends[:, :1]) & (values <= ends[:, 1:])
     values = np.where(allowed, values, values[:, 4:5])
-    question = checked_question(network.mission, perspective=perspective)
-    plans = best_plans(_one_by_one(network, spreads, values), question)
-    best_s = plans.hover_time_s.reshape(-1, 7)
+    question = checked_question(mission, perspective=perspective)
+    scenarios = Scenarios(mission, with_conversion(mission, _one_by_one(spreads, values)))
+    found_s = [plans.hover_time_s for *_, (plans,) in best_of(scenarios, [question])]
+    best_s = np.concatenate(found_s).reshape(-1, 7)
     lows_s, highs_s, *near_s = np.where(allowed, best_s, np.nan).T
     # To one side each, of second order: at the value itself another limit or route may take over.
     below = (near_s[0] - 4.0 * near_s[1] + 3.0 * near_s[2]) / (2.0 * steps)
@@ -182,8 +195,8 @@ def effects(
     return tuple(sorted(found, key=lambda row: -row["swing_s"]))
 
 
-def _one_by_one(network: Network, spreads: Sequence[Spread], values: Floats) -> Variants:
-    """Return variants in which one key alone differs, by its row of values (key, value)."""
+def _one_by_one(spreads: Sequence[Spread], values: Floats) -> dict[str, Floats]:
+    """Return columns of scenarios in which one key alone differs, by its row (key, value)."""
     count = values.shape[1]
     columns: dict[str, Floats] = {}
     for number, (spread, own) in enumerate(zip(spreads, values, strict=True)):
@@ -191,7 +204,7 @@ def _one_by_one(network: Network, spreads: Sequence[Spread], values: Floats) -> 
         for name, column in spread.columns(own):
             every = columns.setdefault(name, np.full(values.size, now[name]))
             every[count * number : count * (number + 1)] = column
-    return Variants(network, columns)
+    return columns
 
 
 def _tables(found: Results) -> Iterator[str]:

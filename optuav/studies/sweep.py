@@ -3,29 +3,39 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from contextvars import copy_context
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from optuav.arrays import Floats
-from optuav.errors import Fault, refuse, require
+from formulations.soc import PERSPECTIVES
+from optuav.errors import Fault, collected, refuse, require
 from optuav.mission import files
-from optuav.mission.messages import path_of, shown
-from optuav.studies.batch import Solved, labelled, tables, words_of
+from optuav.mission.messages import misfits, path_of, shown
+from optuav.studies.batch import (
+    CODED,
+    LABELS,
+    MEASURED,
+    Solved,
+    Variables,
+    labelled,
+    units,
+    variables,
+    words_of,
+)
 from optuav.studies.cluster import results
 from optuav.studies.methods import Progress
-from optuav.studies.parts import is_whole, part_of, read_part
-from optuav.studies.processes import worker_faults
-from optuav.studies.scenarios import ROW
-from optuav.studies.study import Document, Study, read_study
+from optuav.studies.processes import WORKERS
+from optuav.studies.scenarios import ROW, Scenarios
+from optuav.studies.study import Document, SweepPlan, read_plan, stated_problem
 
 if TYPE_CHECKING:
     import xarray
@@ -35,16 +45,21 @@ MANIFEST, PART = "manifest.json", "part-{:06}.parquet"
 LARGEST_MANIFEST = 200_000_000  # bytes
 PACKAGES = ("optuav", "numpy", "scipy", "pyarrow")
 """On whose versions the bytes of a part depend."""
+STAMP = b"optuav"
+"""Where the metadata of a part say which part of which sweep it is."""
 
 
 class Swept(NamedTuple):
     """What a sweep has done, and where."""
 
     directory: Path
+    hash: str  # Of the study, as in the manifest
     scenarios: int
     parts: int
     kept: int  # Parts that were there before
-    reasons: dict[str, dict[str, int]]  # By perspective the scenarios without a plan, and why
+    # By perspective.
+    hover_time_s: dict[str, dict[str, float]]  # The shortest and the longest, if there is a plan
+    reasons: dict[str, dict[str, int]]  # How many scenarios have no plan, by why
 
 
 def sweep(
@@ -76,8 +91,9 @@ def sweep(
     Returns
     -------
     Swept
-        ``directory``, the number of ``scenarios`` and of ``parts``, how many parts were ``kept``
-        from before, and by perspective for what ``reasons`` how many scenarios have no plan.
+        ``directory``, the ``hash`` of the study, the number of ``scenarios`` and of ``parts``, how
+        many parts were ``kept`` from before; and by perspective the shortest and the longest
+        ``hover_time_s``, and for what ``reasons`` how many scenarios have no plan.
 
     Raises
     ------
@@ -99,37 +115,43 @@ def sweep(
     ...     optuav.sweep(file).parts, optuav.sweep(file).kept
     (2, 2)
     """
+    return run(planned(path_of(study), workers, scheduler), workers, scheduler, progress)
+
+
+def planned(study: Path, workers: int, scheduler: str | None) -> SweepPlan:
+    """The plan of a study, refused with all its faults and those of who is to do it."""
     require("pyarrow", "sweeps")
-    faults = [*worker_faults(workers)]
+    faults = [*misfits(("workers", workers, WORKERS))]
     if scheduler is not None and workers != 1:
         words = "not with a scheduler, which has workers of its own"
         faults.append(Fault("workers", shown(workers), words))
+    with collected(faults):
+        plan = read_plan(study)
     refuse(faults)
-    stated = read_study(path_of(study))
-    manifest, directory = _manifest(stated), stated.output
-    begun = _is_begun(directory, manifest)
-    paths = [directory / PART.format(number) for number in range(stated.parts)]
-    left = [n for n, path in enumerate(paths) if not is_whole(path, manifest["hash"], n)]
-    kept = stated.parts - len(left)
-    done = stated.scenarios - sum(len(stated.part(number)) for number in left)
-    call = partial(_part, stated, manifest["hash"], manifest["versions"])
+    return plan
+
+
+def run(plan: SweepPlan, workers: int, scheduler: str | None, progress: Progress | None) -> Swept:
+    """Do what a plan asks for, less what has been done; see `sweep`."""
+    manifest, directory, every = _manifest(plan), plan.output, plan.scenarios.count
+    begun, stamp = _is_begun(directory, manifest), manifest["hash"]
+    paths = [directory / PART.format(number) for number in range(plan.parts)]
+    left = [n for n, path in enumerate(paths) if not is_whole(path, stamp, n)]
+    kept, done = plan.parts - len(left), every - sum(len(plan.part(n)) for n in left)
+    call = partial(part_of, plan, stamp, manifest["versions"])
     context = copy_context()
     context.run(files.only_ours.set, False)  # Broken parts, and those of another run, are replaced
-
-    def say(parts: int) -> None:
-        if progress is not None:
-            progress(done, stated.scenarios, f"{parts} of {stated.parts} parts")
-
+    tell = progress or (lambda *_: None)
     with closing(results(call, left, workers, scheduler)) as found:
         if not begun:
             files.make_directory(directory)
             files.write_text(directory / MANIFEST, json.dumps(manifest, indent=1) + "\n")
-        say(kept)
+        tell(done, every, f"{kept} of {plan.parts} parts")
         for parts, (number, content) in enumerate(found, kept + 1):
             context.run(files.write_files, {paths[number]: content})
-            done += len(stated.part(number))
-            say(parts)
-    return Swept(directory, stated.scenarios, stated.parts, kept, _reasons(paths, stated))
+            done += len(plan.part(number))
+            tell(done, every, f"{parts} of {plan.parts} parts")
+    return Swept(directory, stamp, every, plan.parts, kept, *_summary(paths, plan.perspectives))
 
 
 def open_sweep(path: str | Path) -> xarray.Dataset:
@@ -167,47 +189,118 @@ def open_sweep(path: str | Path) -> xarray.Dataset:
     directory = path_of(path)
     about = _read_manifest(directory)
     study, grid = about["study"], about["grid"]
-    asked, at_once = study["perspective"], study["scenarios_per_part"]
+    asked, name = study["perspective"], study["mission"]["name"]
+    facts = {"mission": name, "problem": repr(stated_problem(study["problem"]))}
+    labels = {} if isinstance(asked, str) else {"perspective": asked}
+    facts |= {"perspective": asked} if isinstance(asked, str) else {}
     rows = {ROW: about["rows"]} if about["rows"] else {}
-    sizes = {**rows, **{key: len(values) for key, values in grid.items()}}
-    count, per_row = math.prod(sizes.values()), math.prod(map(len, grid.values()))
+    shape = {key: len(each) for key, each in labels.items()} | rows
+    shape |= {key: len(values) for key, values in grid.items()}
+    side, per_row = shape.get("perspective", 1), math.prod(map(len, grid.values()))
+    count, at_once = per_row * (about["rows"] or 1), study["scenarios_per_part"]
     paths = [directory / PART.format(number) for number in range(-(-count // at_once))]
     missing = sum(not is_whole(each, about["hash"], n) for n, each in enumerate(paths))
     if missing:
         words = f"is not finished: {missing} of {len(paths)} parts are missing"
         raise files.refusal(directory, f"{words}; optuav sweep goes on with it")
-    several = {} if isinstance(asked, str) else {"perspective": len(asked)}
     buildings = [each["name"] for each in study["mission"].get("buildings", ())]
-    side = several.get("perspective", 1)  # Rows of a part for each scenario
-    known, values = words_of(buildings), tables(side * count)
-    of_rows: dict[str, list[Floats]] = {}
-    for number, each in enumerate(paths):
-        first = number * at_once
-        some = slice(first, min(first + at_once, count))
-        for name, column in read_part(each, known).items():
-            if name in values:
-                values[name].reshape(side, count)[:, some] = column.reshape(-1, side).T
-            elif name not in grid:
-                begin = -first % per_row * side  # Where a row begins
-                of_rows.setdefault(name, []).append(column[begin :: per_row * side])
-    keys = {key: np.concatenate(parts) for key, parts in of_rows.items()}
+    columns = read_parts(paths, {"perspective": [*PERSPECTIVES], **words_of(buildings)})
+    # A part has one line for each perspective of each scenario.
+    values = {
+        name: columns.pop(name).reshape(-1, side).T.reshape([*shape.values()]) for name in LABELS
+    }
+    keys = {key: each[:: side * per_row] for key, each in columns.items() if key != "perspective"}
     keys |= {key: np.array(stated) for key, stated in grid.items()}
-    found = Solved(keys, several | sizes, values, [*buildings, "none"])
-    return labelled(found, study["mission"]["name"], asked)
+    return labelled(Solved(labels, keys, shape, values, [*buildings, "none"], facts))
 
 
-def _part(study: Study, stamp: str, versions: dict[str, str], number: int) -> bytes:
-    """A part, refused where it would be made by other versions than the sweep."""
+def part_of(plan: SweepPlan, stamp: str, versions: Mapping[str, str], number: int) -> bytes:
+    """A part of a study as a file, the same bytes wherever it is made by the same packages.
+
+    Perspectives vary faster than scenarios. Numbers of words are stored as these words.
+    """
+    import pyarrow as pa
+    from pyarrow import parquet
+
     _refuse_others(versions, "a worker")
-    return part_of(study, stamp, number)
+    part, asked, whole = plan.part(number), plan.perspectives, plan.scenarios
+    keys, names = whole.stated(part.start, len(part)), whole.mission.buildings.names
+    found = variables([Scenarios(whole.mission, keys)], [plan.questions], names)
+    words = {"perspective": [*map(str, asked)], **words_of([*names])}
+    columns: dict[str, Any] = {key: np.repeat(each, len(asked)) for key, each in keys.items()}
+    columns["perspective"] = np.tile(np.arange(len(asked), dtype=np.int8), len(part))
+    columns |= {name: found[name][:, 0].T.ravel() for name in LABELS}  # No building is null
+    for name, each in words.items():
+        numbers = pa.array(columns[name], mask=columns[name] < 0)
+        columns[name] = pa.DictionaryArray.from_arrays(numbers, pa.array(each, pa.string()))
+    table, unit_of = pa.table(columns), units() | {name: LABELS[name][1] for name in MEASURED}
+    fields = [
+        field.with_metadata({"units": unit_of[field.name]}) if field.name in unit_of else field
+        for field in table.schema
+    ]
+    metadata, content = {STAMP: f"{stamp} {number}"}, io.BytesIO()
+    # What the library might choose otherwise in time is stated.
+    parquet.write_table(
+        table.cast(pa.schema(fields, metadata)),
+        content,
+        version="2.6",
+        compression="zstd",
+        compression_level=1,
+        use_dictionary=[*whole.grid, *words],
+        use_byte_stream_split=[name for name in (*keys, *MEASURED) if name not in whole.grid],
+        row_group_size=table.num_rows,
+        data_page_size=1 << 20,
+        write_page_checksum=True,
+    )
+    return content.getvalue()
 
 
-def _manifest(study: Study) -> Document:
+def is_whole(path: Path, stamp: str, number: int) -> bool:
+    """Whether a file is this part of this study, and has its end."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    try:
+        metadata = parquet.read_metadata(path).metadata or {}
+    except (OSError, pa.ArrowException):
+        return False
+    return metadata.get(STAMP) == f"{stamp} {number}".encode()
+
+
+def read_parts(
+    paths: Sequence[Path], words: Mapping[str, Sequence[str]], columns: list[str] | None = None
+) -> Variables:
+    """The columns of parts, all or some; of words their places among all words, −1 for none."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    tables, found = [], Variables()
+    try:
+        for path in paths:
+            table = parquet.read_table(path, columns=columns, page_checksum_verification=True)
+            tables.append(table)
+        whole = pa.concat_tables(tables)
+        for name, column in zip(whole.column_names, whole.itercolumns(), strict=True):
+            if name not in words:
+                found[name] = column.to_numpy()
+                continue
+            coded = column.unify_dictionaries().combine_chunks()
+            place = {word: number for number, word in enumerate(words[name])}
+            places = [*(place[word] for word in coded.dictionary.to_pylist()), -1]
+            kind = CODED.get(name, np.int8)
+            found[name] = np.array(places, kind).take(coded.indices.fill_null(-1))
+    except (OSError, KeyError, pa.ArrowException):
+        raise files.refusal(path, "is damaged, or from another version of optuav") from None
+    return found
+
+
+def _manifest(plan: SweepPlan) -> Document:
     """What is kept beside the parts of a study."""
+    scenarios = plan.scenarios
     stated = {
-        "rows": study.rows if ROW in study.sizes else None,
-        "grid": {key: values.tolist() for key, values in study.grid.items()},
-        "study": study.document,
+        "rows": scenarios.sizes.get(ROW),
+        "grid": {key: values.tolist() for key, values in scenarios.grid.items()},
+        "study": plan.document,
     }
     versions = {package: version(package) for package in PACKAGES}
     head = {"kind": KIND, "format": FORMAT, "hash": _hash(stated), "versions": versions}
@@ -249,18 +342,27 @@ def _read_manifest(directory: Path) -> Document:
     return found
 
 
-def _reasons(paths: Sequence[Path], study: Study) -> dict[str, dict[str, int]]:
-    """By perspective how many scenarios have no plan, by their reasons."""
-    words, asked = words_of([])["reason"], study.perspectives
+def _summary(paths: Sequence[Path], asked: Sequence[str]) -> tuple[Document, Document]:
+    """By perspective the shortest and the longest hover, and why how many have no plan."""
+    words = words_of([])["reason"]
     counts = np.zeros((len(asked), len(words)), dtype=int)
+    shortest_s, longest_s = np.full((2, len(asked)), np.nan)
     for path in paths:
-        reasons = read_part(path, {"reason": words}, ["reason"])["reason"].reshape(-1, len(asked))
+        part = read_parts([path], {"reason": words}, ["reason", "hover_time_s"])
+        reasons, hover_s = (part[n].reshape(-1, len(asked)) for n in ("reason", "hover_time_s"))
         counts += [np.bincount(each, minlength=len(words)) for each in reasons.T]
+        shortest_s = np.fmin(shortest_s, np.fmin.reduce(hover_s))
+        longest_s = np.fmax(longest_s, np.fmax.reduce(hover_s))
+    ends = {
+        name: {} if np.isnan(low_s) else {"shortest": float(low_s), "longest": float(high_s)}
+        for name, low_s, high_s in zip(asked, shortest_s, longest_s, strict=True)
+    }
     pairs = [zip(words[1:], each[1:], strict=True) for each in counts.tolist()]  # The first: none
-    return {name: {w: n for w, n in each if n} for name, each in zip(asked, pairs, strict=True)}
+    why = {name: {w: n for w, n in each if n} for name, each in zip(asked, pairs, strict=True)}
+    return ends, why
 
 
-def _refuse_others(versions: dict[str, str], source: str) -> None:
+def _refuse_others(versions: Mapping[str, str], source: str) -> None:
     """Refuse packages that are not of the stated versions."""
     words = "with which the sweep was begun: install it, or state another output"
     refuse(

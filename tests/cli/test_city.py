@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -156,3 +157,42 @@ def test_helsinki_is_a_mission() -> None:
     found = run("city", str(file), *options, warns=True)
     assert found.code == 0
     assert "heights that are assumed: 323 (b5606, " in found.out
+
+
+def test_an_answer_as_data(town: Path, tmp_path: Path) -> None:
+    """What was noted and what is amiss, the lists of buildings, and the files."""
+    bare = geojson(tmp_path, [({"building:levels": 4}, square(40)), ({}, square(400))], "a.geojson")
+    file, heights = tmp_path / "a.toml", ["--level-height-m", "2.5", "--default-height-m", "9"]
+    found = run("city", str(bare), *SITE, *heights, "--save", str(file), "--json")
+    data = json.loads(found.out)
+    assert data["kind"] == "optuav city"
+    assert data["crs"] == optuav.load(file).crs
+    assert (data["buildings"], data["written"]) == (2, [str(file)])
+    assert (data["level_heights"], data["assumed_heights"], data["mended"]) == (["b0"], ["b1"], [])
+    assert "heights that are assumed: 1 (b1)" in data["notes"]
+    assert all(isinstance(each, str) for each in data["warnings"])
+    assert optuav.load(file).buildings.roof_m[:, 2].tolist() == [10.0, 9.0]
+    assert "--json: goes with --save FILE" in refused("city", str(town), *SITE, "--json")
+
+
+def test_what_was_noted_is_not_lost_beside_a_mission_that_is_printed(town: Path) -> None:
+    found = run("city", str(town), *SITE, warns=True)
+    assert "3 buildings around longitude 13.000000" in found.err
+
+
+def test_places_that_are_hardly_meant_are_warned_of(town: Path) -> None:
+    """Far from every building, or below the ground."""
+    strange = {**PLACES, "--origin": place(-200_000, 0, 35), "--laser": place(150, -200, -3)}
+    found = run("city", str(town), *[w for each in strange.items() for w in each], warns=True)
+    assert found.code == 0
+    assert "warning: origin is 200 km away from the nearest building" in found.err
+    assert "warning: laser lies 3 m below the ground" in found.err
+
+
+def test_faults_of_places_the_file_and_the_mission_are_said_together(town: Path) -> None:
+    words = refused(
+        *("city", str(town), *SITE, "--origin", "1,2", "--from", "nowhere.toml"),
+        *("--default-height-m", "-3", "--crs", "foo", "--layer", "x"),
+    )
+    for option in ("origin", "--default-height-m", "--crs", "layer", "nowhere.toml"):
+        assert option in words

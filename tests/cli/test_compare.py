@@ -52,19 +52,27 @@ def test_largest_gap_is_the_largest() -> None:
 
 
 def test_every_engine_by_default() -> None:
-    found = run("compare", "small.toml", "--slots", "60", "--set", "buildings=[]", "--json")
-    methods = [row["method"] for row in json.loads(found.out)["rows"] if row["problem"] == "P3"]
-    assert methods == ["closed form", "LP", "CasADi wells", "grid 60 s", "MILP 60 s"]
+    """Those that take the perspective; in the paper's also those for what is linear."""
+    asked = ("compare", "small.toml", "--slots", "60", "--set", "buildings=[]", "--json")
+    for counted, expected in (
+        ((), ["bracket", "CasADi", "grid 60 s"]),
+        (
+            ("--perspective", "battery"),
+            ["closed form", "LP", "CasADi wells", "grid 60 s", "MILP 60 s"],
+        ),
+    ):
+        rows = json.loads(run(*asked, *counted).out)["rows"]
+        assert [row["method"] for row in rows if row["problem"] == "P3"] == expected
 
 
 def test_disagreement_is_loud_and_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
     """With an accuracy that no solver has."""
-    monkeypatch.setattr(methods, "ACCURACY_S", {"cvxpy": -1.0, "closed-form": 0.0})
+    monkeypatch.setattr(methods, "ACCURACY_S", {"casadi": -1.0, "bracket": 0.0})
     asked = (
         "compare",
         "small.toml",
         "--engines",
-        "cvxpy",
+        "casadi",
         "--slots",
         "60",
         "--set",
@@ -72,7 +80,7 @@ def test_disagreement_is_loud_and_exit_code_1(monkeypatch: pytest.MonkeyPatch) -
     )
     found = run(*asked)
     assert found.code == 1
-    assert "DISAGREE  P3, LP: " in found.out
+    assert "DISAGREE  P3, CasADi: " in found.out
     assert "NO" in found.out
     assert "agree." not in found.out
     as_json = run(*asked, "--json")
@@ -87,7 +95,7 @@ def test_an_engine_that_fails_is_exit_code_3(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(Casadi, "solve", fails)
     found = run("compare", "small.toml", "--engines", "casadi", "--slots", "60")
     assert found.code == 3
-    assert "FAILED  P3, CasADi wells: it broke" in found.out
+    assert "FAILED  P3, CasADi: it broke" in found.out
     assert run(*QUICK, "--time-limit-s", "1e-9").code == 3
 
 
@@ -166,9 +174,9 @@ def test_plans_by_trajectory_where_there_are_none() -> None:
         (("--slots", "1e-9"), "slots_s = 1e-09"),
         (("--slots", "inf"), "slots_s = inf"),
         (("--slots", "1,1.0"), "each length once"),
-        (("--engines", "grid,abacus"), "engines = 'abacus': some of closed-form, cvxpy"),
+        (("--engines", "grid,abacus"), "engines = 'abacus': some of bracket, casadi, grid"),
         (("--perspective", "wells"), "perspective = 'wells': one of battery, energy, adjusted"),
-        (("--perspective", "available"), "available where plans are compared"),
+        (("--engines", "cvxpy"), "engines = 'cvxpy': some of bracket, casadi, grid in the persp"),
         (
             ("--by", "problem"),
             "by = 'problem': some of perspective, trajectory; or method or schedule alone",

@@ -38,8 +38,17 @@ def test_what_is_printed_is_the_map_of_python() -> None:
     values = np.array(document["hover_time_s"], dtype=float)
     assert np.array_equal(values, found.to_numpy(), equal_nan=True)
     assert document["x_m"] == [-500, 0, 500, 1000, 1500, 2000, 2500]
-    assert document["reason_words"][document["reason"][0][0]] == "out_of_reach"
+    assert document["kind"] == "optuav map"
+    words = document["reason_words"][document["reason"][0][0]]
+    assert words.startswith("the device is out of reach of the hover point")
     assert document["reason"][1][3] == 0
+
+
+def test_a_best_point_at_the_edge_is_said_to_be_there() -> None:
+    """What is beyond the map may be better."""
+    said = run("map", "paper", "--over", "device", "--step", "500", "--bounds", "0,2000,1000,3000")
+    assert "Longest    " in said.out
+    assert ") m, at the edge of the map\n" in said.out
 
 
 def test_options_are_those_of_python() -> None:
@@ -101,7 +110,7 @@ def test_no_plan_anywhere_is_an_honest_no() -> None:
     ("arguments", "words"),
     [
         (("--over", "roof", "--step", "9"), "--over = 'roof': one of device, laser, hover-point"),
-        (("--over", "laser", "--step", "0"), "--step = 0.0: the distance between two points"),
+        (("--over", "laser", "--step", "0"), "--step = 0.0: a number, 0.001 <= x <= 1e6 [m]"),
         (("--over", "laser", "--step", "1", "--bounds", "a,b"), "--bounds = 'a,b': four numbers"),
         (("--over", "laser", "--step", "9", "--save", "a.png"), "--save = 'a.png': a name that"),
         (("--over", "laser", "--step", "9", "--save", "no/a.tif"), "there is no directory"),
@@ -115,12 +124,14 @@ def test_faults_are_one_message(arguments: tuple[str, ...], words: str, folder: 
 
 def test_faults_of_all_options_are_said_at_once() -> None:
     asked = ("--over", "roof", "--step", "0", "--bounds", "1,b", "--height-m", "inf")
+    asked = (*asked, "--perspective", "wels")
     said = refused("map", "paper", *asked, "--set", "limits.min_soc=3")
     for words in (
         "--over = 'roof'",
         "--step = 0.0",
         "--bounds = '1,b'",
         "--height-m = inf",
+        "--perspective = 'wels': one of",
         "min_soc",
     ):
         assert said.count(words) == 1

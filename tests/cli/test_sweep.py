@@ -20,6 +20,17 @@ scenarios_per_part = 4
 grid.limits.deadline_s = [600, 900]
 grid.battery.capacity_As = [30_000, 36_000, 42_000]
 """
+HOVER_S = {
+    name: [
+        optuav.solve(
+            optuav.load("paper").replace({"limits.deadline_s": s, "battery.capacity_As": c}),
+            perspective=name,
+        ).hover_time_s
+        for s in (600, 900)
+        for c in (30_000, 36_000, 42_000)
+    ]
+    for name in ("battery", "available")
+}
 
 
 @pytest.fixture
@@ -34,17 +45,27 @@ def test_it_says_what_is_done_and_what_was_there(study: Path) -> None:
     first = run("sweep", str(study))
     assert first.code == 0
     directory = study.with_suffix("")
+    battery, available = (
+        f"Plans {name} 6 Hover {name} {min(values):.2f} to {max(values):.2f} s"
+        for name, values in HOVER_S.items()
+    )
     assert words(first.out) == words(
-        f"Scenarios 6 Parts 2 Directory {directory} Plans battery 6 Plans available 6"
+        f"Scenarios 6 Parts 2 Directory {directory} {battery} {available}"
     )
     (directory / "part-000001.parquet").unlink()
     assert "Parts      2, 1 of them from before" in run("sweep", str(study)).out
     again = json.loads(run("sweep", str(study), "--json").out)
     assert again.pop("elapsed_s") >= 0.0
+    for name, ends in again.pop("hover_time_s").items():
+        assert [ends["shortest"], ends["longest"]] == pytest.approx(
+            [min(HOVER_S[name]), max(HOVER_S[name])], abs=1e-9
+        )
+    assert again.pop("hash") == json.loads((directory / "manifest.json").read_text())["hash"]
     assert again == {
         **{"kind": "optuav sweep", "directory": str(directory)},
         **{"scenarios": 6, "parts": 2, "kept": 2, "plans": {"battery": 6, "available": 6}},
         "without_plan": {"battery": 0, "available": 0},
+        "pictures": [],
         "reasons": {"battery": {}, "available": {}},
     }
 
@@ -88,9 +109,33 @@ def test_a_study_without_a_name_states_its_directory(
 
 def test_two_keys_are_a_map_for_each_perspective(study: Path, tmp_path: Path) -> None:
     said = run("sweep", str(study), "--plot", str(tmp_path / "pictures"))
-    names = sorted(path.name for path in (tmp_path / "pictures").iterdir())
-    assert names == ["hover-available.png", "hover-battery.png"]
-    assert all(f"wrote {tmp_path / 'pictures' / name}" in said.out for name in names)
+    pictures = sorted((tmp_path / "pictures").iterdir())
+    assert [each.name for each in pictures] == ["hover-available.png", "hover-battery.png"]
+    assert all(f"wrote {each}" in said.out for each in pictures)
+    again = run("sweep", str(study), "--plot", str(tmp_path / "pictures"), "--json")
+    assert sorted(json.loads(again.out)["pictures"]) == [*map(str, pictures)]
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("samples = { count = 9, battery.capacity_As = { percent = 5 } }", "hover.png"),
+        ("paired.battery.capacity_As = [42_000, 30_000, 36_000]", "hover.png"),
+        (
+            "paired.battery.capacity_As = [42_000, 30_000]\ngrid.limits.deadline_s = [600, 900]",
+            "hover-available.png",
+        ),
+    ],
+)
+def test_a_key_of_rows_is_drawn_as_one_of_a_grid(text: str, name: str, tmp_path: Path) -> None:
+    """From the standard input, which is read once."""
+    monkeypatch = pytest.MonkeyPatch()
+    with monkeypatch.context() as patch:
+        patch.chdir(tmp_path)
+        text = f'output = "found"\n{text}'
+        patch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
+        assert run("sweep", "-", "--plot", "pictures").code == 0
+    assert [each.name for each in (tmp_path / "pictures").iterdir()] == [name]
 
 
 @pytest.mark.parametrize(
@@ -102,10 +147,12 @@ def test_two_keys_are_a_map_for_each_perspective(study: Path, tmp_path: Path) ->
     ],
 )
 def test_what_cannot_be_drawn_is_refused_before_it_is_computed(more: str, study: Path) -> None:
-    """Three keys, samples, and a key with a single value."""
+    """Three keys, samples with two others, and a key with a single value."""
     study.write_text(STUDY.replace("grid.battery", f"{more}\ngrid.battery"))
     said = refused("sweep", str(study), "--plot", "pictures")
-    assert words(said) == "error: --plot: goes with [grid] alone, of one or two keys with values"
+    assert words(said) == (
+        "error: --plot: goes with one key or two, of several values each, one of them in [grid]"
+    )
     assert not study.with_suffix("").exists()
 
 
@@ -114,7 +161,9 @@ def test_faults_are_said_at_once_by_the_names_of_the_options(study: Path) -> Non
     said = refused("sweep", str(study))
     assert "colour = 3: unknown key" in said
     assert "problem = 'P9': one of" in said
-    assert "--workers = 0: a whole number" in refused("sweep", str(study), "--workers", "0")
+    both = refused("sweep", str(study), "--workers", "0")
+    assert "--workers = 0: a whole number" in both
+    assert "colour = 3: unknown key" in both
     study.write_text(STUDY)
     said = refused("sweep", str(study), "--scheduler", "nonsense")
     assert "--scheduler = 'nonsense': the address of a Dask scheduler" in said

@@ -29,7 +29,7 @@ Binding      P3.a state of charge  1 − (Q_fl + I_hv·Δ) / (N·B_i) ≥ η0
 To spare     688.848 s  P3.b hover time: 688.848 ≥ 0 s
              435.36 s   P3.b hover time: 688.848 ≤ 1124.21 s
 
-Proof        no point that satisfies these constraints is better:
+Proof        on this route no point that satisfies all of these is better:
              819.016 ×  P3.a state of charge  0.00122098·Δ ≤ 0.841068
              sum                              Δ ≤ 688.848
 
@@ -58,7 +58,7 @@ Binding      P4.a state of charge
 To spare     719.54 s   bounds of Δ: 719.54 ≥ 0 s
              392.144 s  bounds of T': 392.144 ≥ 0 s
 
-Proof        no point that satisfies these constraints is better:
+Proof        on this route no point that satisfies all of these is better:
              735.366 ×   P4.a state of charge
                                         0.00122098·Δ − 0.000138889·T' ≤ 0.824078
              0.102134 ×  P4.b deadline         Δ + T' ≤ 1111.68

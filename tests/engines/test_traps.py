@@ -410,7 +410,7 @@ class Unfit:
     name = "unfit"
 
 
-NO_ENGINE = r"engine = .*: a name, or an object with name, takes \(a Capability\) and solve"
+NO_ENGINE = r"engine = .*: a name, or an object with name, takes \(a Capability\), solve and comp"
 
 
 @pytest.mark.parametrize(

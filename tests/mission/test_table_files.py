@@ -64,10 +64,10 @@ def test_a_csv_file_states_what_tables_state(tmp_path: Path) -> None:
     later = mission.replace({"limits.deadline_s": 900})
     assert later.buildings.source == mission.buildings.source
     assert mission.replace({"buildings.c": None}).buildings.source is None
-    # Hashes of b"" and of b"abc" (RFC 7693 names only the longer digest; these are of coreutils).
-    empty = "0e5751c026e543b2e8ab2eb06099daa1d1e5df47778f7787faab45cdf12fe3a8"
-    table.write_bytes(b"")
-    assert fingerprint(table) == empty
+    # FIPS 180-4, the message "abc".
+    digest = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+    table.write_bytes(b"abc")
+    assert fingerprint(table) == digest
 
 
 def test_a_saved_mission_names_its_table(tmp_path: Path) -> None:
@@ -81,7 +81,7 @@ def test_a_saved_mission_names_its_table(tmp_path: Path) -> None:
     assert optuav.load(saved) == mission
     table = tmp_path / "maps" / "roofs.csv"
     table.write_text(ROOFS.replace("7e2", "7e1"), "utf-8")
-    with pytest.raises(optuav.InputError, match=r"roofs\.csv: is another table: its BLAKE2b hash"):
+    with pytest.raises(optuav.InputError, match=r"roofs\.csv: is another table: its SHA-256 hash"):
         mission.save(tmp_path / "other.toml")
     table.unlink()
     with pytest.raises(optuav.InputError, match=r"roofs\.csv: there is no such file"):
@@ -295,7 +295,7 @@ def test_a_plan_holds_what_it_uses_of_a_table(tmp_path: Path) -> None:
     plan.save(file)
     data = json.loads(file.read_text("utf-8"))
     table = tmp_path / "maps" / "roofs.csv"
-    named = {"path": "maps/roofs.csv", "blake2b": fingerprint(table), "buildings": 2}
+    named = {"path": "maps/roofs.csv", "sha256": fingerprint(table), "buildings": 2}
     assert data["buildings_file"] == named
     assert [each["name"] for each in data["mission"]["buildings"]] == ["c"]
     assert optuav.load_plan(file) == plan
@@ -316,7 +316,7 @@ def test_a_plan_holds_what_it_uses_of_a_table(tmp_path: Path) -> None:
     alone.save(moved)
     again = json.loads(moved.read_text("utf-8"))
     assert again["mission"] == data["mission"]
-    assert again["buildings_file"]["blake2b"] == named["blake2b"]
+    assert again["buildings_file"]["sha256"] == named["sha256"]
 
 
 def test_a_plan_keeps_what_is_in_its_way(tmp_path: Path) -> None:
@@ -342,13 +342,13 @@ def test_a_plan_keeps_what_is_in_its_way(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"path": "other.csv"}, r"other\.csv: is another table: its BLAKE2b hash is"),
-        ({"blake2b": "0" * 64}, "is another table"),
-        ({"blake2b": 3}, "path, blake2b and buildings of a table"),
-        ({"path": None}, "path, blake2b and buildings of a table"),
-        ({"buildings": True}, "path, blake2b and buildings of a table"),
-        ({"path": "\0"}, "path, blake2b and buildings of a table"),
-        (None, "path, blake2b and buildings of a table"),
+        ({"path": "other.csv"}, r"other\.csv: is another table: its SHA-256 hash is"),
+        ({"sha256": "0" * 64}, "is another table"),
+        ({"sha256": 3}, "path, sha256 and buildings of a table"),
+        ({"path": None}, "path, sha256 and buildings of a table"),
+        ({"buildings": True}, "path, sha256 and buildings of a table"),
+        ({"path": "\0"}, "path, sha256 and buildings of a table"),
+        (None, "path, sha256 and buildings of a table"),
     ],
 )
 def test_a_plan_is_refused_beside_another_table(

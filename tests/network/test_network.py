@@ -12,16 +12,20 @@ from hypothesis import strategies as st
 import optuav
 from optuav.mission import Mission
 from optuav.network.graph import edited_network
-from optuav.network.network import (
-    Network,
-    build_network,
-    trajectory_routes,
-)
+from optuav.network.network import Network, build_network
+from optuav.network.routes import usable_routes
 from optuav.options import ORDERS, TRAJECTORIES, Order
 from tests.examples import few
 from tests.mission.strategies import missions
 
 PAPER = optuav.load("paper")
+
+
+def trajectory_routes(network: Network, name: Any, order: Order | None = None) -> Any:
+    """Numbers of the flyable routes that a trajectory may use, in one order or in both."""
+    away_m = network.places.position_m[None, 3:] - network.mission.link.device_m
+    figures = network.routes.flyable[None], network.routes.flight_time_s[None], away_m
+    return usable_routes(network.routes, name, order, *figures).nonzero()[1]
 
 
 def chosen(mission: Mission, name: Any, order: Order | None = None) -> list[tuple[str, ...]]:

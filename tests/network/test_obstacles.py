@@ -340,15 +340,16 @@ def test_what_is_out_of_reach_blocks_nothing() -> None:
 
 
 def test_rectangles_need_no_geometry_library(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Walls along the axes are compared as numbers; slanting ones are shapely's."""
+    """Walls along the axes are compared as numbers, and others too; what grazes is shapely's."""
     boxes = [(40, 10), ((-20, -5), (-20, 5), (20, 5), (20, -5))]
     triangle = ((-20, -5), (20, -5), (-20, 5), (-20, -5))
     boxed, other = ([town((each, (-15, 0, 30))) for each in some] for some in (boxes, [triangle]))
     monkeypatch.setitem(sys.modules, "shapely", None)
     for mission in boxed:
         assert blocker(mission, (-50, 0, 5), (50, 0, 5)) == 0
+    assert blocker(other[0], (-50, 0, 5), (50, 0, 5)) == 0
     with pytest.raises(ImportError):
-        blocker(other[0], (-50, 0, 5), (50, 0, 5))
+        blocker(other[0], (-60, 15, 5), (60, -15, 5))
 
 
 def test_missions_share_the_prisms_of_equal_buildings() -> None:
@@ -373,26 +374,36 @@ def test_prisms_follow_footprints_and_roofs(key: str, value: object) -> None:
     assert not np.array_equal(*bounds_m) or not np.array_equal(before.roof_m, after.roof_m)
 
 
-def test_a_disc_within_a_footprint() -> None:
-    """Around the middle of its box: of a square half the side, of others as far as the wall."""
-    notch = ((0, 0), (30, 0), (30, 10), (14, 10), (14, 20), (30, 20), (30, 30), (0, 30))
-    rings: dict[Ring, float] = {
-        ((0, 0), (4, 0), (4, 4), (0, 4)): 2.0,
-        ((0, 0), (0, 4), (4, 4), (4, 0)): 2.0,
-        ((2, 0), (4, 2), (2, 4), (0, 2)): math.sqrt(2),
-        ((0, 0), (4, 0), (0, 4)): 0.0,
-        ((0, 0), (6, 0), (3, 9)): 1.5 * 3 / math.sqrt(10),
-        notch: 0.0,
-        tuple((30 - x, y) for x, y in notch): 0.0,
-        L_SHAPE: 0.0,
-    }
-    mission = town(*((ring, (*ring[0], 9.0)) for ring in rings))
-    obstacles = prisms.__wrapped__(mission.buildings)
-    some = np.array([5, 2, 5])
-    radii_m = np.array([*rings.values()])
-    assert obstacles.inscribed_m(some) == pytest.approx(radii_m[some], abs=2e-6)
-    assert (~np.isnan(obstacles.radius_m)).nonzero()[0].tolist() == [2, 5]
-    assert obstacles.inscribed_m(np.arange(len(rings))) == pytest.approx(radii_m, abs=2e-6)
+@pytest.mark.parametrize("apart_m", [1.0, 1e-3, 1e-5, 2e-6, 0.0])
+def test_ways_are_inside_as_geometry_says(apart_m: float) -> None:
+    """Ways along walls, past corners and between random points, next to them and far away.
+
+    Against shapely on the same footprints, the walls moved inwards.
+    """
+    draw = np.random.default_rng(7)
+    rings: list[Ring] = [L_SHAPE, ((0, 0), (6, 0), (3, 9)), ((2, 0), (4, 2), (2, 4), (0, 2))]
+    rings += [star(draw, (0, 0), False) for _ in range(5)]
+    rings += [ring[::-1] for ring in rings]
+    obstacles = prisms.__wrapped__(town(*((ring, (*ring[0], 9.0)) for ring in rings)).buildings)
+    walls = [shapely.buffer(shapely.Polygon(r), -1e-6, join_style="mitre") for r in rings]
+    number, ends = list[int](), list[object]()
+    for k, ring in enumerate(rings):
+        corners_m = np.array(ring, dtype=float)
+        low_m, high_m = corners_m.min(axis=0) - 2, corners_m.max(axis=0) + 2
+        for _ in range(400):
+            one, two = corners_m[draw.integers(len(ring), size=2)]
+            other = draw.uniform(low_m, high_m)
+            way = [(one, two), (one, other), (other, draw.uniform(low_m, high_m))][draw.integers(3)]
+            reach = draw.uniform(-1, 2, 2)[:, None] * (way[1] - way[0])
+            ends.append(way[0] + reach + draw.choice([-apart_m, apart_m], 2))
+            number.append(k)
+    ends_m = np.stack(ends)
+    found = sight._inside(obstacles, np.array(number), np.moveaxis(ends_m, 0, 2))
+    expected = [
+        walls[k].intersects(shapely.LineString(e)) for k, e in zip(number, ends_m, strict=True)
+    ]
+    assert np.array_equal(found, expected)
+    assert 0.05 < found.mean() < 0.95
 
 
 def test_polygons_are_made_when_they_are_asked_for() -> None:

@@ -13,15 +13,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from optuav import plots
-from optuav.plots.heat import contour_levels
+from optuav.plots.heat import contour_levels, heat_map
 
 Overlaps = Callable[[Figure], list[tuple[str, str]]]
 X, Y = np.array([0.0, 10.0, 20.0, 30.0]), np.array([5.0, 6.0, 9.0])
 
 
+WORDS = ("x [m]", "y [m]", "Δ [s]"), "hover"
+
+
 def drawn(values: np.ndarray, x: np.ndarray = X) -> Axes:
-    words = {"title": "hover", "x_label": "x [m]", "y_label": "y [m]", "label": "Δ [s]"}
-    return plots.heat_map(x, Y, values, **words)
+    return heat_map(x, Y, values, *WORDS)
 
 
 def contours(ax: Axes) -> list[np.ndarray]:
@@ -60,6 +62,19 @@ def test_cells_without_a_value_are_hatched(overlaps: Overlaps) -> None:
         ax = drawn(same)
         assert not contours(ax)
         assert overlaps(ax.figure) == []
+
+
+def test_where_contours_crowd_none_is_named() -> None:
+    """At a jump several run side by side; beside it each has its name."""
+    values = np.tile(np.r_[np.zeros(20), np.linspace(0.0, 100.0, 21) ** 2 / 100.0], (30, 1))
+    values[:, :20] += 100.0
+    ax = heat_map(np.arange(41.0), np.arange(30.0), values, *WORDS)
+    named = [each for each in ax.texts if each.get_text()]
+    assert named
+    jump = ax.transData.transform([(19.0, 0.0), (20.0, 0.0)])[:, 0]
+    for each in named:
+        box = each.get_window_extent()
+        assert box.x1 < jump[0] or box.x0 > jump[1]
 
 
 def test_the_same_values_are_the_same_bytes(tmp_path: Path) -> None:

@@ -53,9 +53,6 @@ def by_turns() -> optuav.Plan:
 ONE_PANEL: dict[str, Callable[..., Any]] = {
     "bars": lambda **ax: plots.bars([plots.Bar("a", "", 1.0)], title="t", y_label="y", **ax),
     "curves": lambda **ax: plots.curves([plots.Line("a", [0, 1], [0, 1])], **TEXTS, **ax),
-    "heat_map": lambda **ax: plots.heat_map(
-        [0.0, 1.0], [0.0, 2.0], [[0.0, 10.0], [20.0, 30.0]], label="z", **TEXTS, **ax
-    ),
     "hover_map": lambda **ax: plots.hover_map("paper", optuav.maps.laser("paper", 500), **ax),
     "plane": a_plane,
     "sites": lambda **ax: plots.sites(a_siting(), **ax),

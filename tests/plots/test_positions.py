@@ -44,13 +44,15 @@ def test_what_is_outside_the_map_is_not_in_its_legend(overlaps: Overlaps) -> Non
 
 def test_a_map_without_any_plan_is_drawn(overlaps: Overlaps) -> None:
     late = PAPER.replace({"limits.deadline_s": 30})
-    ax = plots.hover_map(late, optuav.maps.laser(late, ([-500, 2500], [-100, 100])))
+    ax = plots.hover_map(late, optuav.maps.laser(late, 200, bounds=(-500, -100, 2500, 100)))
     assert entries(ax.figure)[-1] == "no plan"
     assert overlaps(ax.figure) == []
 
 
 def test_a_mission_may_be_named_and_what_is_no_map_is_refused() -> None:
     ax = plots.hover_map("paper", optuav.maps.laser(PAPER, 1000))
-    assert ax.get_title(loc="left").startswith("paper: ")
+    assert ax.get_title(loc="left").startswith("paper, perspective available\n")
     with pytest.raises(optuav.InputError, match="a map, as the functions of"):
         plots.hover_map("paper", 3)  # type: ignore[arg-type]
+    with pytest.raises(optuav.InputError, match="a map, as the functions of"):
+        plots.hover_map("paper", optuav.maps.laser(PAPER, 1000)[:1])

@@ -62,6 +62,16 @@ def test_devices_that_none_serves_are_hollow_and_lasers_that_stay_have_no_line()
     assert not {"chosen", "laser", "device", "device and its laser"} & {*nobody}
 
 
+def test_a_picture_as_it_is_saved_has_room_for_its_legend(overlaps: Overlaps) -> None:
+    """Below the axes and their label, also where it is higher than wide."""
+    missions = [HAZE.replace({"link.device_m": [x, 2400, 0]}) for x in (200, 1800)]
+    sites_m = [[1000, 0, 50], [400, 1300, 83], [1600, 1300, 83]]
+    ax = plots.sites(optuav.place_laser(missions, sites_m, 2))
+    assert overlaps(ax.figure) == []
+    (legend,) = ax.figure.legends
+    assert legend.get_window_extent().y1 < ax.xaxis.label.get_window_extent().y0
+
+
 def test_what_is_no_answer_is_refused() -> None:
     with pytest.raises(optuav.InputError, match=r"found = 3: as optuav.place_laser returns it"):
         plots.sites(3)  # type: ignore[arg-type]

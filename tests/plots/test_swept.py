@@ -27,6 +27,15 @@ def test_lines_go_over_the_key_in_its_order() -> None:
         np.testing.assert_array_equal(line.get_ydata(), hover_s[[2, 1, 0]])
 
 
+def test_rows_of_one_key_are_drawn_as_a_grid_of_it() -> None:
+    found = optuav.batch("paper", {"limits.deadline_s": [1200.0, 600.0]}, paired=True)
+    ((name, ax),) = plots.swept(found)
+    (line,) = ax.get_lines()
+    assert (name, ax.get_xlabel()) == ("hover.png", "limits.deadline_s [s]")
+    np.testing.assert_array_equal(line.get_xdata(), [600.0, 1200.0])
+    np.testing.assert_array_equal(line.get_ydata(), found.hover_time_s.values[::-1])
+
+
 def test_maps_have_the_first_key_across_and_the_second_upwards() -> None:
     keys = {"battery.available_fraction": [0.6, 0.4, 0.5], "limits.deadline_s": [600, 700]}
     found = optuav.batch("paper", keys)
@@ -52,7 +61,7 @@ def test_nothing_to_draw_is_drawn_without_an_error() -> None:
     [
         ("paper", {}, {}),
         ("paper", {"limits.deadline_s": [600]}, {}),
-        ("paper", {"limits.deadline_s": [600, 700]}, {"paired": True}),
+        ("paper", {"limits.deadline_s": [6, 7], "laser.power_W": [1, 2]}, {"paired": True}),
         (["paper", "paper-table2"], {"limits.deadline_s": [600, 700]}, {}),
         (
             "paper",

@@ -238,5 +238,5 @@ def test_numbers_of_numpy_are_numbers_and_the_answer_is_plain_data() -> None:
     assert told["missions"] == ["paper"] * 4
     assert told["laser"] == [0, 0, 0, -1]
     assert told["hover_s"][3] == [None]
-    assert told["position_m"] == [CANDIDATES_M[told["sites"][0]].tolist()]
-    assert told["value"] == found.value
+    assert told["position_m"] == [CANDIDATES_M[told["selection"]["sites"][0]].tolist()]
+    assert told["value"] == told["selection"]["value"] == found.value

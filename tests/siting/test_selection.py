@@ -112,7 +112,7 @@ def assigned(hover_s: Floats, count: int) -> float:
 
 @pytest.mark.parametrize("count", [1, 3, 5])
 def test_mean_is_that_of_the_assignment_programme(count: int) -> None:
-    """A formulation that shares nothing with ours."""
+    """A formulation that shares nothing with ours, at sizes where rows have to be added."""
     hover_s = city(40, 20, seed=count)
     found = best_sites(hover_s, count)
     assert found.value == pytest.approx(assigned(hover_s, count), rel=1e-6)

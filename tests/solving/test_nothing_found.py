@@ -37,6 +37,7 @@ class Guess(Engine):
     """The closed form, which keeps some of its answers for itself."""
 
     kept: Sequence[int] = ()  # Numbers of the programmes of the first part that it answers
+    answered: Status = Status.OPTIMAL  # What it says of its answers
     name = "guess"
     takes = ClosedForm.takes
 
@@ -47,7 +48,7 @@ class Guess(Engine):
             self.name,
             "guessed",
             model,
-            [s if k else Status.UNKNOWN for s, k in zip(found.statuses, known, strict=True)],
+            [self.answered if k else Status.UNKNOWN for k in known],
             np.where(known, found.objective, np.nan),
             {name: np.where(known, each, np.nan) for name, each in found.values.items()},
         )
@@ -63,12 +64,24 @@ def test_an_engine_that_finds_nothing_is_not_taken_for_a_proof() -> None:
     assert compiled.solve().status is Status.UNKNOWN
 
 
-def test_a_best_among_some_routes_is_not_called_optimal() -> None:
-    """It answers the direct route alone, with 688.85 s; b1 gives 719.54 s."""
-    plan = optuav.solve("paper", perspective="battery", engine=Guess(kept=(0,)))
+@pytest.mark.parametrize(
+    ("answered", "status"),
+    [(Status.OPTIMAL, Status.FEASIBLE), (Status.LOCALLY_OPTIMAL, Status.LOCALLY_OPTIMAL)],
+)
+def test_a_best_among_some_routes_is_not_called_optimal(answered: Status, status: Status) -> None:
+    """It answers the direct route alone, with 688.85 s; b1 gives 719.54 s.
+
+    An explanation says so too, and speaks of that route.
+    """
+    engine = Guess(kept=(0,), answered=answered)
+    plan = optuav.solve("paper", perspective="battery", engine=engine)
     assert plan.hover_time_s == pytest.approx(688.848, abs=1e-3)
-    assert plan.status is Status.FEASIBLE
-    assert "not proved: on some routes guess found neither times nor proof" in plan.notes
+    assert plan.status is status
+    unproved = "not proved: on some routes guess found neither times nor proof"
+    assert unproved in plan.notes
+    explained = optuav.explain("paper", perspective="battery", engine=engine)
+    assert unproved in explained.notes
+    assert "on this route no point that satisfies all of these is better" in str(explained)
 
 
 def test_what_one_engine_leaves_open_another_may_prove() -> None:

@@ -45,14 +45,14 @@ def test_choice_in_slots_is_the_grid(form: Form) -> None:
     for deadline_s in (600.0, 1200.0):
         mission = three_buildings(deadline_s=deadline_s)
         grid = optuav.solve(mission, perspective="battery", slot_s=50.0)
-        found = optuav.route_choice(mission, form=form, slot_s=50.0)
+        found = optuav.route_choice(mission, perspective="battery", form=form, slot_s=50.0)
         assert (found.plan.route, found.plan.rest_time_s) == (grid.route, grid.rest_time_s)
         assert found.plan.hover_time_s == pytest.approx(grid.hover_time_s, abs=1e-9)
 
 
 def test_no_route_is_no_plan() -> None:
     """Infeasible with its reason, and no bound."""
-    found = optuav.route_choice(three_buildings(deadline_s=60.0))
+    found = optuav.route_choice(three_buildings(deadline_s=60.0), perspective="battery")
     assert found.plan.status is Status.INFEASIBLE
     assert (found.relaxation_s, found.gap_s) == (None, None)
     assert "the flight alone takes 75.79 s" in str(found)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ import optuav
 from optuav.arrays import Floats
 from optuav.errors import InputError
 from optuav.mission import Mission
-from optuav.studies import batch as machine
+from optuav.studies import scenarios as machine
 
 PAPER = optuav.load("paper")
 TIMES = ("hover_time_s", "rest_time_s", "flight_time_s", "mission_time_s")
@@ -322,6 +323,14 @@ def test_what_no_mission_could_state_is_refused(ranges: dict[str, Any], words: s
         optuav.batch_arrays(PAPER, ranges)
 
 
+def test_a_key_of_a_table_that_is_missing_is_one_fault() -> None:
+    """Rather than one for every other key of a laser."""
+    with pytest.raises(InputError) as caught:
+        optuav.batch_arrays(PAPER.replace({"laser": None}), {"laser.power_W": [900.0]})
+    (fault,) = caught.value.faults
+    assert str(fault).startswith("laser.power_W: the mission states no laser")
+
+
 def test_rows_that_belong_together_have_one_length() -> None:
     """Three deadlines and two sizes are no rows."""
     ranges = {"limits.deadline_s": [1, 2, 3], "limits.min_soc": [0.1, 0.2]}
@@ -426,6 +435,8 @@ def test_layouts_of_other_shapes_are_refused(roofs_m: Any) -> None:
     with pytest.raises(InputError) as caught:
         optuav.batch_arrays(PAPER, {"buildings": roofs_m, "limits.dedline_s": [1]})
     assert [fault.key for fault in caught.value.faults] == ["buildings", "limits.dedline_s"]
+    with pytest.raises(InputError, match="buildings: layouts of one mission, not of several"):
+        optuav.batch_arrays([PAPER, PAPER], {"buildings": roofs_m})
     with pytest.raises(InputError, match=r"layout 0: buildings\.b1"):
         optuav.batch_arrays(PAPER, {"buildings": [np.full((10, 3), 1e7)]})
 
@@ -453,6 +464,24 @@ def test_a_dataset_is_labelled_by_conventions() -> None:
     paired = optuav.batch(PAPER, {"limits.deadline_s": [800, 1200]}, paired=True)
     assert paired.hover_time_s.dims == ("scenario",)
     assert paired.attrs["perspective"] == "available"
+    for each in found.data_vars.values():
+        assert each.attrs["long_name"]
+
+
+def test_a_dataset_says_what_it_is_of(tmp_path: Path) -> None:
+    """The names of missions, wherever they come from, and the problem with all its options."""
+    pytest.importorskip("xarray")
+    ranges, problem = {"limits.deadline_s": [800, 1200]}, optuav.P4("b3", order="rest-first")
+    PAPER.save(tmp_path / "own.toml")
+    for mission in ("paper", PAPER, tmp_path / "own.toml"):
+        found = optuav.batch(mission, ranges, problem)
+        assert found.attrs["mission"] == "paper"
+        assert found.attrs["problem"] == "P4(building='b3', order='rest-first')"
+    both = optuav.batch(["paper", "paper-table2"], ranges, paired=True)
+    assert both.mission.values.tolist() == ["paper", "paper-table2"]
+    assert both.mission.dims == ("scenario",)
+    assert "mission" not in both.attrs
+    assert optuav.batch(["paper", "matrice350"], {}).mission.dims == ("mission",)
 
 
 def test_without_xarray_one_sentence_says_so() -> None:

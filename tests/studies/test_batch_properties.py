@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import optuav
 from optuav.arrays import Floats
 from optuav.mission import Mission
-from optuav.studies import batch as machine
+from optuav.studies import scenarios as machine
 from tests.examples import few
 from tests.studies.test_batch import PROBLEMS, alone, assert_same, missions
 

@@ -312,7 +312,7 @@ def small(**values: Any) -> optuav.Mission:
 @pytest.fixture(scope="module")
 def by_method() -> Results:
     """`paper` with one building, by the grid."""
-    return optuav.compare(small(), slots_s=SLOTS_S, engines=("grid",))
+    return optuav.compare(small(), slots_s=SLOTS_S, engines=("grid",), perspective="battery")
 
 
 def test_files_of_a_comparison(by_method: Results, tmp_path: Path) -> None:
@@ -351,7 +351,22 @@ def test_gaps_are_drawn_as_shares_of_a_slot_below_their_bound(by_method: Results
     assert levels == [0.0, pytest.approx(200.0)]
 
 
+def test_batteries_that_one_engine_alone_takes_are_refused_with_all_their_settings() -> None:
+    """Packs in turns are simulated, a charge that tapers has kinks: nothing is left to compare."""
+    settings = {"schedule": "alternating", "period_s": 60.0, "charging": "taper"}
+    mission = small(**{f"battery.{name}": value for name, value in settings.items()})
+    with pytest.raises(InputError) as refusal:
+        optuav.compare(mission, slots_s=[60.0])
+    keys = [fault.key for fault in refusal.value.faults]
+    assert keys == ["battery.schedule", "battery.charging"]
+    found = optuav.compare(mission, slots_s=[60.0], engines=["grid"], perspective="battery")
+    assert found.facts["agrees"]
+
+
 def test_an_engine_that_is_not_compared_is_refused() -> None:
-    """The bracket is for what is not linear: it is not left out in silence."""
+    """An engine for linear programmes is not left out of `available` in silence."""
+    words = "engines = 'cvxpy': some of bracket, casadi, grid in the perspective available"
+    with pytest.raises(InputError, match=words):
+        optuav.compare("paper", engines=["cvxpy"], slots_s=[60.0])
     with pytest.raises(InputError, match="engines = 'bracket': some of closed-form, cvxpy"):
-        optuav.compare("paper", engines=["bracket"], slots_s=[60.0])
+        optuav.compare("paper", engines=["bracket"], slots_s=[60.0], perspective="battery")

@@ -8,6 +8,7 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from optuav.status import Status
 from optuav.studies.results import Results, Row
 
 SLOTS_S = (1.0, 60.0)
+in_battery = partial(optuav.compare, perspective="battery")
 
 
 def two_buildings(name: str = "paper", **values: Any) -> optuav.Mission:
@@ -59,7 +61,7 @@ def cell(found: Results, problem: str, method: str) -> Row:
 @pytest.fixture(scope="module")
 def paper() -> Results:
     """The mission `paper` with two buildings, by every method."""
-    return optuav.compare(two_buildings(), slots_s=SLOTS_S)
+    return in_battery(two_buildings(), slots_s=SLOTS_S)
 
 
 def test_rows_and_columns(paper: Results) -> None:
@@ -139,7 +141,7 @@ def test_bounds_are_one_slot_or_two(paper: Results) -> None:
         two_buildings(), optuav.P4("b1", order="rest-first"), perspective="battery"
     ).flight_time_s
     whole = two_buildings(limits__deadline_s=flight_s + 1000.0)
-    compared = optuav.compare(whole, slots_s=(10.0,), engines=("grid",))
+    compared = in_battery(whole, slots_s=(10.0,), engines=("grid",))
     assert cell(compared, "P4 b1 rest-first", "grid 10 s")["largest_gap_s"] == 10.0
     assert cell(compared, "P4 b1 hover-first", "grid 10 s")["largest_gap_s"] == 20.0
 
@@ -165,12 +167,27 @@ def test_each_cell_says_how_it_knows(paper: Results) -> None:
 )
 def test_the_other_linear_perspectives(perspective: str) -> None:
     """CasADi takes their own statement; no wells are behind them."""
-    found = optuav.compare(one_building("paper-table2"), slots_s=(5.0,), perspective=perspective)
+    found = in_battery(one_building("paper-table2"), slots_s=(5.0,), perspective=perspective)
     assert found.facts["agrees"]
     methods = list(dict.fromkeys(row["method"] for row in found.rows))
     assert methods == ["closed form", "LP", "CasADi", "grid 5 s", "MILP 5 s"]
     slots = cell(found, "P3", "grid 5 s")["hover_time_s"]
     assert slots == (695.0 if perspective == "energy" else 950.0)  # Table II: 697 and 950
+
+
+def test_plans_that_can_be_flown_are_compared_by_default() -> None:
+    """Through both wells: SPEC's 597.270 s, and of slots no bound, as nothing there is linear."""
+    found = optuav.compare(two_buildings(), slots_s=(1.0,))
+    assert found.facts["perspective"] == "available"
+    assert found.facts["agrees"]
+    methods = list(dict.fromkeys(row["method"] for row in found.rows))
+    assert methods == ["bracket", "CasADi", "grid 1 s"]
+    for method in methods[:2]:
+        assert cell(found, "P1", method)["hover_time_s"] == pytest.approx(597.270, abs=1e-3)
+    in_slots = cell(found, "P3", "grid 1 s")
+    assert in_slots["hover_time_s"] == math.floor(cell(found, "P3", "bracket")["hover_time_s"])
+    assert in_slots["largest_gap_s"] is None
+    assert "has no bound where the model is not linear in the times.\n" in str(found)
 
 
 def test_no_bound_is_claimed_where_resting_discharges() -> None:
@@ -181,7 +198,7 @@ def test_no_bound_is_claimed_where_resting_discharges() -> None:
         flight__charge_power_W=None,
         laser=None,
     )
-    found = optuav.compare(mission, slots_s=(10.0,), engines=("grid", "cvxpy"))
+    found = in_battery(mission, slots_s=(10.0,), engines=("grid", "cvxpy"))
     assert found.facts["agrees"]
     in_slots = cell(found, "P4 b1 rest-first", "grid 10 s")
     assert in_slots["largest_gap_s"] is None
@@ -193,7 +210,7 @@ def test_no_bound_is_claimed_where_resting_discharges() -> None:
 def test_where_no_slots_fit_the_whole_hover_is_lost() -> None:
     """100 s are left of the deadline: less than a slot of hover and one of rest."""
     mission = one_building(limits__deadline_s=188.3)
-    found = optuav.compare(mission, slots_s=(60.0,), engines=("grid", "cvxpy"))
+    found = in_battery(mission, slots_s=(60.0,), engines=("grid", "cvxpy"))
     assert found.facts["agrees"]
     lost = cell(found, "P4 b1 rest-first", "grid 60 s")
     assert lost["status"] == "infeasible"
@@ -205,7 +222,7 @@ def test_where_no_slots_fit_the_whole_hover_is_lost() -> None:
 
 
 def test_what_is_infeasible_for_all_agrees_and_says_why() -> None:
-    found = optuav.compare(one_building(limits__deadline_s=60), slots_s=(10.0,))
+    found = in_battery(one_building(limits__deadline_s=60), slots_s=(10.0,))
     assert found.facts["agrees"]
     assert all(row["hover_time_s"] is None for row in found.rows)
     assert {row["status"] for row in found.rows} == {"infeasible"}
@@ -214,7 +231,7 @@ def test_what_is_infeasible_for_all_agrees_and_says_why() -> None:
 
 
 def test_of_what_cannot_fly_everything_agrees_that_there_is_no_plan() -> None:
-    found = optuav.compare(one_building(body__mass_kg=50), slots_s=(10.0,))
+    found = in_battery(one_building(body__mass_kg=50), slots_s=(10.0,))
     assert all(row["hover_time_s"] is None for row in found.rows)
     assert found.facts["agrees"]
     assert {row["status"] for row in found.rows} == {"infeasible"}
@@ -223,7 +240,7 @@ def test_of_what_cannot_fly_everything_agrees_that_there_is_no_plan() -> None:
 
 
 def test_a_mission_without_buildings_has_two_rows() -> None:
-    found = optuav.compare(optuav.load("paper").replace({"buildings": []}), slots_s=(10.0,))
+    found = in_battery(optuav.load("paper").replace({"buildings": []}), slots_s=(10.0,))
     assert names(found) == ["P3", "P1"]
     assert found.facts["agrees"]
 
@@ -248,12 +265,18 @@ def p3_alone() -> optuav.Mission:
 
 def test_an_engine_that_is_a_millisecond_off_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Cvxpy, "solve", later(Cvxpy.solve, -1e-3))
-    found = optuav.compare(p3_alone(), slots_s=(), engines=("cvxpy",))
+    found = in_battery(p3_alone(), slots_s=(), engines=("cvxpy",))
     assert not found.facts["agrees"]
     assert found.facts["disagreements"][0] == "P3, LP: 0.001 s from the closed form"
     assert "DISAGREE  P3, LP: 0.001 s from the closed form" in str(found)
     assert "All" not in str(found)
     assert found.to_dict()["agrees"] is False
+
+
+def test_a_local_optimum_below_the_bracket_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Casadi, "solve", later(Casadi.solve, -1e-3))
+    found = optuav.compare(p3_alone(), slots_s=(), engines=("casadi",))
+    assert found.facts["disagreements"][0] == "P3, CasADi: 0.001 s from the bracket"
 
 
 @pytest.mark.parametrize(("by_s", "agrees"), [(-9.0, True), (-11.0, True), (-20.0, False)])
@@ -262,7 +285,7 @@ def test_a_grid_beyond_the_bound_is_found_out(
 ) -> None:
     """P3 of `paper` loses 8.848 s to slots of 10 s; the bound is one slot more than is lost."""
     monkeypatch.setattr(grid.Grid, "solve", staticmethod(later(grid.solve, by_s)))
-    found = optuav.compare(p3_alone(), slots_s=(20.0,), engines=("grid",))
+    found = in_battery(p3_alone(), slots_s=(20.0,), engines=("grid",))
     assert cell(found, "P3", "grid 20 s")["gap_s"] == pytest.approx(8.848 - by_s, abs=1e-3)
     assert cell(found, "P3", "grid 20 s")["largest_gap_s"] == 20.0
     assert found.facts["agrees"] is agrees
@@ -271,7 +294,7 @@ def test_a_grid_beyond_the_bound_is_found_out(
 def test_slots_that_beat_continuous_times_are_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Solution, "verify", lambda *_: None)
     monkeypatch.setattr(grid.Grid, "solve", staticmethod(later(grid.solve, 10.0)))
-    found = optuav.compare(p3_alone(), slots_s=(10.0,), engines=("grid",))
+    found = in_battery(p3_alone(), slots_s=(10.0,), engines=("grid",))
     assert not found.facts["agrees"]
     assert cell(found, "P3", "grid 10 s")["gap_s"] == pytest.approx(-1.152, abs=1e-3)
     assert "-1.15!" in str(found)
@@ -282,7 +305,7 @@ def test_an_integer_programme_that_is_not_the_grid_is_found_out(
 ) -> None:
     """Even where both are within the bound."""
     monkeypatch.setattr(grid.Grid, "solve", staticmethod(later(grid.solve, -1.0)))
-    found = optuav.compare(p3_alone(), slots_s=(10.0,), engines=("grid", "cvxpy"))
+    found = in_battery(p3_alone(), slots_s=(10.0,), engines=("grid", "cvxpy"))
     assert found.facts["disagreements"][0] == "P3, MILP 10 s: grid 10 s finds Δ = 679.000000 s"
 
 
@@ -293,7 +316,7 @@ def test_a_plan_where_there_is_none_is_found_out(monkeypatch: pytest.MonkeyPatch
         return Solution("casadi", "", model, [Status.INFEASIBLE] * programmes, gone, unknowns)
 
     monkeypatch.setattr(Casadi, "solve", nothing)
-    found = optuav.compare(p3_alone(), slots_s=(), engines=("casadi",))
+    found = in_battery(p3_alone(), slots_s=(), engines=("casadi",))
     assert (
         found.facts["disagreements"][0] == "P3, CasADi wells: no plan, but one with Δ = 688.848 s"
     )
@@ -304,7 +327,7 @@ def test_an_engine_that_fails_is_no_disagreement(monkeypatch: pytest.MonkeyPatch
         raise SolverError("it broke")
 
     monkeypatch.setattr(Casadi, "solve", fails)
-    found = optuav.compare(p3_alone(), slots_s=(10.0,), engines=("casadi", "grid"))
+    found = in_battery(p3_alone(), slots_s=(10.0,), engines=("casadi", "grid"))
     assert found.facts["agrees"]
     assert found.facts["failures"] == ("P3, CasADi wells: it broke", "P1, CasADi wells: it broke")
     broken = cell(found, "P3", "CasADi wells")
@@ -313,7 +336,7 @@ def test_an_engine_that_fails_is_no_disagreement(monkeypatch: pytest.MonkeyPatch
 
 
 def test_a_time_limit_is_handed_to_the_engines() -> None:
-    found = optuav.compare(p3_alone(), slots_s=(1.0,), engines=("grid",), time_limit_s=1e-9)
+    found = in_battery(p3_alone(), slots_s=(1.0,), engines=("grid",), time_limit_s=1e-9)
     failure = "P3, grid 1 s: grid saw 0 of 689 cells within the time limit"
     assert found.facts["failures"][0] == failure
 
@@ -323,7 +346,7 @@ def test_a_time_limit_is_handed_to_the_engines() -> None:
 
 def test_the_same_question_gives_the_same_data() -> None:
     engines = ("cvxpy", "grid")
-    once, again = (optuav.compare(p3_alone(), slots_s=(60.0,), engines=engines) for _ in range(2))
+    once, again = (in_battery(p3_alone(), slots_s=(60.0,), engines=engines) for _ in range(2))
     assert again == once
     assert json.dumps(again.to_dict()) == json.dumps(once.to_dict())
     assert again.to_csv() == once.to_csv()
@@ -332,7 +355,7 @@ def test_the_same_question_gives_the_same_data() -> None:
 def test_times_taken_are_shown_only_on_request(paper: Results) -> None:
     assert "time_s" not in paper.to_dict()["rows"][0]
     assert "time_s" not in paper.records()[0]
-    timed = optuav.compare(p3_alone(), slots_s=(), engines=(), times=True)
+    timed = in_battery(p3_alone(), slots_s=(), engines=(), times=True)
     assert timed.to_dict()["rows"][0]["time_s"] > 0.0
     assert timed.records()[0]["time_s"] > 0.0
     assert timed.units["time_s"] == "s"
@@ -375,7 +398,7 @@ def test_printed_it_fits_80_columns(paper: Results) -> None:
 
 
 def test_where_nothing_is_feasible_one_sentence_takes_the_place_of_the_tables() -> None:
-    found = optuav.compare(two_buildings(limits__deadline_s=60), slots_s=(10.0,), engines=("grid",))
+    found = in_battery(two_buildings(limits__deadline_s=60), slots_s=(10.0,), engines=("grid",))
     head, gap, *words, last = str(found).splitlines()
     assert head.startswith("paper")
     assert not gap
@@ -388,7 +411,7 @@ def test_where_nothing_is_feasible_one_sentence_takes_the_place_of_the_tables() 
 
 def test_reasons_of_single_problems_are_shown_once_each() -> None:
     """At 80 s the direct flight fits, and no detour over a roof: P3 and P1 alone have plans."""
-    found = optuav.compare(two_buildings(limits__deadline_s=80), slots_s=(1.0,), engines=("grid",))
+    found = in_battery(two_buildings(limits__deadline_s=80), slots_s=(1.0,), engines=("grid",))
     text = " ".join(str(found).split())
     assert text.endswith("All 12 answers agree, 4 of them with a plan.")
     assert "P4 b1 rest-first has no plan: the flight alone takes 88.32 s" in text
@@ -404,7 +427,7 @@ def test_many_slots_and_long_names_fit_80_columns() -> None:
         }
     )
     slots = (7.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 1000.0, 12345.678)
-    text = str(optuav.compare(mission, slots_s=slots, engines=("grid",)))
+    text = str(in_battery(mission, slots_s=slots, engines=("grid",)))
     assert max(map(len, text.splitlines())) <= 80
     assert "the very highest [b" in text
     assert all(f"{slot_s:g} s" in text for slot_s in slots)
@@ -415,7 +438,7 @@ def test_many_slots_and_long_names_fit_80_columns() -> None:
 
 def test_all_faults_are_reported_at_once() -> None:
     with pytest.raises(InputError) as caught:
-        optuav.compare(
+        in_battery(
             "paper",
             slots_s=(0.0, math.nan),
             perspective="wells",
@@ -428,13 +451,13 @@ def test_all_faults_are_reported_at_once() -> None:
 
 def test_a_length_twice_is_refused() -> None:
     with pytest.raises(InputError, match="each length once"):
-        optuav.compare("paper", slots_s=(1.0, 1))
+        in_battery("paper", slots_s=(1.0, 1))
 
 
 def test_progress_counts_every_problem() -> None:
     """(P1), which takes longest, begins first; its rows are the last."""
     calls: list[tuple[int, int, str]] = []
-    found = optuav.compare(
+    found = in_battery(
         p3_alone(), slots_s=(10.0,), engines=("grid",), progress=lambda *news: calls.append(news)
     )
     assert calls == [(0, 2, "P1"), (1, 2, "P3")]

@@ -37,6 +37,23 @@ def test_samples_depend_on_the_seed_alone() -> None:
         assert (column != other[key]).any()
 
 
+def test_an_uncertain_wavelength_holds_the_conversion_as_in_a_sensitivity() -> None:
+    """Which `optuav.batch` takes: one statement of what is uncertain has one meaning."""
+    mission = optuav.load("matrice350")
+    drawn = optuav.samples(mission, {"laser.wavelength_nm": {"percent": 5}}, 4)
+    found = optuav.batch_arrays(mission, drawn, paired=True)["hover_time_s"]
+    for number, hover_s in enumerate(found):
+        row = {key: float(column[number]) for key, column in drawn.items()}
+        assert row.keys() > {"laser.wavelength_nm", "laser.emitter_slope"}
+        assert hover_s == pytest.approx(optuav.solve(mission.replace(row)).hover_time_s, abs=1e-9)
+    assert len({*found}) == 4
+    laser = mission.laser
+    assert laser is not None
+    assert (drawn["laser.emitter_slope"] == laser.emitter_slope).all()
+    both = {"laser": {"wavelength_nm": {"percent": 5}, "emitter_slope": {"percent": 5}}}
+    assert len({*optuav.samples(mission, both, 4)["laser.emitter_slope"]}) == 4
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [

@@ -14,10 +14,13 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.errors import InputError
+from optuav.mission.keys import stated_keys
 from optuav.network.network import build_network
 from optuav.network.variants import Variants
+from optuav.studies import scenarios as machine
 from optuav.studies.results import Results, Row
-from optuav.studies.uncertainty import Chances, FixedPlan, chances, drawn, spreadable, spreads
+from optuav.studies.samples import Draws, independent, spreads
+from optuav.studies.uncertainty import Chances, FixedPlan, chances
 
 SIZE = {"battery": {"capacity_As": {"percent": 10}}, "limits": {"min_soc": {"percent": 50}}}
 
@@ -86,7 +89,7 @@ def test_the_largest_effect_comes_first_and_a_lost_plan_is_the_largest() -> None
 def wide(mission: optuav.Mission) -> dict[str, dict[str, Any]]:
     """Every number within 40 % of its value, the flow between the wells a hundredfold."""
     stated: dict[str, dict[str, Any]] = {}
-    for key in spreadable(mission).values():
+    for key in stated_keys(mission).values():
         if key.whole or not key.now:
             continue
         share = 0.99 if key.name == "battery.flow_rate_per_s" else 0.4
@@ -142,9 +145,10 @@ def drawn_by(
 ) -> Chances:
     mission = optuav.load(name).replace(dict(changes))
     plan = FixedPlan.of(optuav.solve(mission, perspective=perspective), mission)
-    spread = spreads(mission, wide(mission))
-    network = build_network(mission)
-    return chances(network, spread, perspective, plan, count, 0, stated=True, at_once=at_once)
+    draws = Draws(mission, spreads(mission, wide(mission)), count, 0, independent)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(machine, "AT_ONCE", at_once * len(build_network(mission).routes))
+        return chances(draws, perspective, plan, stated=True)
 
 
 def test_the_same_seed_gives_the_same_result() -> None:
@@ -230,7 +234,7 @@ def test_a_fixed_plan_is_flyable_where_the_replay_says_so() -> None:
         "laser": {"visibility_km": {"percent": 30}},
         "limits": {"min_altitude_m": {"low": 55, "high": 61}},
     }
-    columns = drawn(spreads(mission, stated), 5, 0, 40)
+    columns = Draws(mission, spreads(mission, stated), 40, 5, independent).values(0, 40)
     variants = Variants(build_network(mission), columns)
     flyable = np.logical_and.reduce([*FixedPlan.of(plan, mission).kept(variants).values()])
     where = [float(each) for each in optuav.graph(mission).nodes["hover"]["position_m"]]
@@ -294,6 +298,18 @@ def test_arguments_that_are_refused(arguments: dict[str, Any], words: str) -> No
     with pytest.raises(InputError) as caught:
         optuav.sensitivity("paper", **arguments)
     assert words in str(caught.value)
+
+
+def test_packs_that_take_turns_are_not_taken_for_pooled_ones() -> None:
+    """On these the longest hover takes a search of seconds, for every sample."""
+    mission = optuav.load("paper").replace({"battery.schedule": "sequential", "battery.packs": 2})
+    with pytest.raises(InputError, match=r"battery\.schedule = 'sequential': pooled, or"):
+        optuav.sensitivity(mission)
+    found = optuav.sensitivity(mission, {}, perspective="battery")
+    row = effect(found, "limits.deadline_s")
+    changed = mission.replace({"limits.deadline_s": row["low"]})
+    expected = optuav.solve(changed, perspective="battery").hover_time_s
+    assert row["hover_low_s"] == pytest.approx(expected, abs=1e-9)
 
 
 def test_small_effects_are_shown_as_less_than_the_last_digit(

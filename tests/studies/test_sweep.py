@@ -22,8 +22,8 @@ from hypothesis import strategies as st
 import optuav
 from optuav.errors import InputError
 from optuav.mission import files
-from optuav.studies import batch as machine
-from optuav.studies.study import read_study
+from optuav.studies import scenarios as machine
+from optuav.studies.study import read_plan
 
 GRID = """
 perspective = ["battery", "available"]
@@ -161,7 +161,7 @@ def test_any_rows_are_those_of_the_whole(
     rows = [*itertools.product(*values)]
     count = min(count, max(1, len(rows) - first))
     first = min(first, len(rows) - count)
-    found = read_study(file).values(range(first, first + count))
+    found = read_plan(file).scenarios.stated(first, count)
     assert [*zip(*found.values(), strict=True)] == rows[first : first + count]
 
 
@@ -169,9 +169,9 @@ def test_no_row_needs_those_before_it(tmp_path: Path) -> None:
     """The last of 10⁹ rows, which would fill 24 GB, at once."""
     text = "samples.count = 10_000_000\nsamples.body.mass_kg = { percent = 10 }\n"
     text += "grid.limits.deadline_s = { low = 600, high = 1200, count = 100 }"
-    whole = read_study(study(tmp_path, text + "\nscenarios_per_part = 1_000_000"))
-    assert whole.scenarios == 10**9
-    last = whole.values(range(10**9 - 2, 10**9))
+    whole = read_plan(study(tmp_path, text + "\nscenarios_per_part = 1_000_000")).scenarios
+    assert whole.count == 10**9
+    last = whole.stated(10**9 - 2, 2)
     assert last["limits.deadline_s"][1] == 1200.0
     assert last["body.mass_kg"][0] == last["body.mass_kg"][1]
 

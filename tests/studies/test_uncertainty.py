@@ -14,10 +14,18 @@ import numpy as np
 import pytest
 
 import optuav
+from optuav.arrays import Floats
 from optuav.errors import InputError
-from optuav.studies.uncertainty import drawn, spreads
+from optuav.studies.samples import Draws, Spread, independent, spreads
 
 PAPER = optuav.load("paper")
+
+
+def drawn(
+    uncertain: tuple[Spread, ...], seed: int, first: int, count: int, mission: Any = PAPER
+) -> dict[str, Floats]:
+    """Samples as a sensitivity draws them."""
+    return Draws(mission, uncertain, first + count, seed, independent).values(first, count)
 
 
 def one(form: dict[str, Any]) -> Any:
@@ -81,7 +89,7 @@ def test_draws_follow_the_distribution_and_one_another_not() -> None:
 def test_keys_along_change_by_the_same_factor() -> None:
     mission = optuav.load("matrice350")
     form = {"low": 1000, "high": 1150, "along": ["flight.hover_current_A"]}
-    found = drawn(spreads(mission, {"flight": {"hover_power_W": form}}), 0, 0, 50)
+    found = drawn(spreads(mission, {"flight": {"hover_power_W": form}}), 0, 0, 50, mission)
     factor = found["flight.hover_power_W"] / 1103.5
     assert found["flight.hover_current_A"] == pytest.approx(24.65 * factor)
 

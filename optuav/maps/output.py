@@ -1,14 +1,15 @@
-"""Maps as files: GeoTIFF, and contours as GeoJSON."""
+"""Maps in words, as plain data, and as files: GeoTIFF, and contours as GeoJSON."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, require
 from optuav.mission.files import label, write_files
 from optuav.mission.messages import path_of, shown
@@ -17,9 +18,36 @@ if TYPE_CHECKING:
     import pyproj
     import xarray
 
-DEGREES, DECIMALS = "EPSG:4326", 7  # Longitudes and latitudes [deg], to a centimetre
-UNEVEN = 1e-6  # Most that two distances of a GeoTIFF's points may differ by [m]
+DEGREES, PRECISION_DEG = "EPSG:4326", 1e-7  # Longitudes and latitudes, to a centimetre
+UNEVEN = 1e-5  # Difference of distances of points that is none [m]
+NO_MAP = "a map, as the functions of optuav.maps return it"
 FORMATS = {".tif": "GeoTIFF", ".tiff": "GeoTIFF", ".geojson": "GeoJSON"}
+
+
+def summary(found: xarray.DataArray) -> str:
+    """What a map is of, where the hover is longest, and why some points have no plan."""
+    facts, values, places = found.attrs, found.to_numpy(), dict[str, str]()
+    height, width = found.shape
+    places["Map"] = f"{facts['mission']}, {facts['perspective']}: {facts['over']} on {width} × "
+    places["Map"] += f"{height} points at z = {facts['height_m']:.10g} m"
+    for name, axis in ("x", found.x), ("y", found.y):
+        places[name] = f"{float(axis[0]):.10g} to {float(axis[-1]):.10g} m"
+    if "best_m" in facts:
+        x, y, _ = facts["best_m"]
+        edge = ", at the edge of the map" * (facts["best_at"] == "edge")
+        places["Longest"] = f"{np.nanmax(values):.2f} s at ({x:.10g}, {y:.10g}) m{edge}"
+        places["Shortest"] = f"{np.nanmin(values):.2f} s"
+    lines = [f"{head:11}{words}" for head, words in places.items()]
+    return "\n".join([*lines, *(f"No plan    {count} points: {why}" for count, why in _why(found))])
+
+
+def to_dict(found: xarray.DataArray) -> dict[str, Any]:
+    """A map as plain data for JSON, None where there is no plan."""
+    rows = [[None if isnan(at) else at for at in row] for row in found.to_numpy().tolist()]
+    axes = {f"{name}_m": found[name].to_numpy().tolist() for name in ("x", "y")}
+    words = found.reason.attrs["words"].splitlines()
+    reasons = {"reason": found.reason.to_numpy().tolist(), "reason_words": words}
+    return {"kind": "optuav map", **found.attrs, **axes, "hover_time_s": rows, **reasons}
 
 
 def save(found: xarray.DataArray, path: str | Path) -> Path:
@@ -31,10 +59,10 @@ def save(found: xarray.DataArray, path: str | Path) -> Path:
         A map, as the functions of `optuav.maps` return it.
     path
         The file. As .tif or .tiff a GeoTIFF of the hover times [s], NaN without a plan, north up,
-        with the mission's reference system if it has one (needs rasterio); its points lie at one
-        distance along x, and at one along y. As .geojson the contours that a picture shows, in
-        longitude and latitude, each with its hover time ``hover_time_s`` (needs pyproj and
-        matplotlib); the mission states its ``crs``. What is there is replaced, whole or not at all.
+        with the mission's reference system if it has one (needs rasterio). As .geojson the contours
+        that a picture shows, in longitude and latitude, each with its hover time ``hover_time_s``
+        (needs geopandas and matplotlib); the mission states its ``crs``. What is there is
+        replaced, whole or not at all.
 
     Returns
     -------
@@ -56,9 +84,10 @@ def save(found: xarray.DataArray, path: str | Path) -> Path:
     'laser.tif'
     """
     file = path_of(path)
-    if "over" not in getattr(found, "attrs", {}):
-        words = "a map, as the functions of optuav.maps return it"
-        raise InputError([Fault("found", type(found).__name__, words)])
+    is_map = "over" in getattr(found, "attrs", {}) and {*found.dims} == {"x", "y"}
+    if not is_map or min(found.shape) < 2:
+        raise InputError([Fault("found", type(found).__name__, NO_MAP)])
+    found = found.sortby(["x", "y"]).transpose("y", "x")
     if (kind := FORMATS.get(file.suffix.lower())) is None:
         words = f"one of {', '.join(FORMATS)}"
         raise InputError([Fault("suffix", shown(file.suffix), words, label(file))])
@@ -72,12 +101,14 @@ def _geotiff(found: xarray.DataArray) -> bytes:
     from rasterio.io import MemoryFile
     from rasterio.transform import Affine
 
-    (left, across_m), (low, up_m) = (_even(found[axis].to_numpy(), axis) for axis in ("x", "y"))
-    height, width = found.shape
-    top = low + up_m * (height - 1)
+    steps_m = [np.diff(found[axis]) for axis in ("x", "y")]
+    if any(np.ptp(each) > UNEVEN for each in steps_m):
+        words = "points at one distance each way, as a GeoTIFF needs them"
+        raise InputError([Fault("found", type(found).__name__, words)])
+    (across_m, up_m), (height, width) = (float(each.mean()) for each in steps_m), found.shape
+    left, top, system = float(found.x[0]), float(found.y[-1]), _system(found)
     # The corner of the cell of which the first point is the middle.
     corner = Affine(across_m, 0.0, left - across_m / 2, 0.0, -up_m, top + up_m / 2)
-    system = _system(found)
     options: dict[str, Any] = {"crs": system and system.to_wkt(), "transform": corner}
     options |= {"dtype": "float64", "nodata": np.nan, "compress": "deflate", "count": 1}
     with MemoryFile() as memory:
@@ -92,44 +123,31 @@ def _geotiff(found: xarray.DataArray) -> bytes:
 
 def _geojson(found: xarray.DataArray) -> bytes:
     """Contours at round values, as lines of longitudes and latitudes."""
-    require("pyproj", "contours")
+    require("geopandas", "contours")
     require("matplotlib", "contours")
     import contourpy
-    import pyproj
+    import geopandas
+    import shapely
 
     from optuav.plots.heat import contour_levels
 
     if (system := _system(found)) is None:
         words = "is missing; GeoJSON holds longitudes and latitudes, so the mission states its crs"
         raise InputError([Fault("crs", "", words)])
-    back = pyproj.Transformer.from_crs(system, DEGREES, always_xy=True)
     values = found.to_numpy()
     lines: Any = contourpy.contour_generator(found.x.to_numpy(), found.y.to_numpy(), values)
-    features = []
-    for level in contour_levels(values):
-        parts = (np.column_stack(back.transform(*each.T)) for each in lines.lines(level))
-        corners = [np.round(each, DECIMALS).tolist() for each in parts]
-        if not corners:  # as where points without a plan lie between
-            continue
-        shape = {"type": "MultiLineString", "coordinates": corners}
-        facts = {"hover_time_s": level}
-        features.append({"type": "Feature", "properties": facts, "geometry": shape})
+    # None where points without a plan lie between.
+    parts = {each: shown for each in contour_levels(values) if (shown := lines.lines(each))}
+    shapes = geopandas.GeoSeries(map(shapely.MultiLineString, parts.values()), crs=system)
+    shapes = shapes.to_crs(DEGREES).set_precision(PRECISION_DEG, mode="pointwise")
+    table = geopandas.GeoDataFrame({"hover_time_s": [*parts]}, geometry=shapes)
     head = {"type": "FeatureCollection", "name": "optuav", **_facts(found)}
-    return f"{json.dumps({**head, 'features': features})}\n".encode()
+    return f"{json.dumps({**head, 'features': [*table.iterfeatures(drop_id=True)]})}\n".encode()
 
 
 def _facts(found: xarray.DataArray) -> dict[str, str]:
     """What the map is about, in words."""
     return {name: str(found.attrs[name]) for name in ("mission", "perspective", "over", "height_m")}
-
-
-def _even(points_m: Floats, axis: str) -> tuple[float, float]:
-    """The first point, and the distance to the next, where all have the same [m]."""
-    apart_m = np.diff(points_m)
-    if np.ptp(apart_m) > UNEVEN:
-        words = "points at one distance, as a GeoTIFF needs them"
-        raise InputError([Fault(axis, shown(points_m.tolist()), words)])
-    return float(points_m[0]), float(points_m[-1] - points_m[0]) / len(apart_m)
 
 
 def _system(found: xarray.DataArray) -> pyproj.CRS | None:
@@ -147,3 +165,12 @@ def _system(found: xarray.DataArray) -> pyproj.CRS | None:
     if any(axis.unit_name != "metre" for axis in system.axis_info[:2]):
         raise InputError([Fault("crs", shown(stated), "a reference system in metres")])
     return system
+
+
+def _why(found: xarray.DataArray) -> Iterator[tuple[int, str]]:
+    """Numbers of points without a plan and the reasons, the most frequent first."""
+    words = found.reason.attrs["words"].splitlines()
+    codes, counts = np.unique(found.reason.to_numpy(), return_counts=True)
+    for place in np.argsort(-counts, kind="stable"):
+        if codes[place]:
+            yield int(counts[place]), words[codes[place]]

@@ -25,7 +25,7 @@ HERE = PAPER.replace({"crs": PLANE, "buildings": PAPER.buildings[6:8]})
 
 def test_a_geotiff_has_every_point_in_its_place(tmp_path: Path) -> None:
     """Looked up by coordinates, NaN without a plan; the same bytes again, over the first."""
-    found = optuav.maps.hover_point(HERE, ([700, 800, 900], [2600, 2650, 2700, 2750]))
+    found = optuav.maps.hover_point(HERE, 50, bounds=(700, 2600, 900, 2750))
     file = optuav.maps.save(found, tmp_path / "hover.tif")
     content = file.read_bytes()
     with rasterio.open(file) as read:
@@ -92,13 +92,7 @@ def test_faults_leave_no_file(crs: str | None, name: str, words: str, tmp_path: 
     assert not [*tmp_path.iterdir()]
 
 
-def test_points_that_are_not_even_are_no_geotiff(tmp_path: Path) -> None:
-    found = optuav.maps.laser("paper", ([0, 100, 300], [0, 100]))
-    with pytest.raises(InputError, match=r"x = .*points at one distance"):
-        optuav.maps.save(found, tmp_path / "a.tif")
-
-
-@pytest.mark.parametrize(("library", "name"), [("rasterio", "a.tif"), ("pyproj", "a.geojson")])
+@pytest.mark.parametrize(("library", "name"), [("rasterio", "a.tif"), ("geopandas", "a.geojson")])
 def test_a_missing_library_is_one_sentence(
     library: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -117,3 +111,19 @@ def test_what_is_no_map_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=words):
         optuav.maps.save(3, tmp_path / "x.tif")  # type: ignore[arg-type]
     assert not [*tmp_path.iterdir()]
+
+
+def test_a_map_is_saved_as_it_lies_whatever_the_order_of_its_points(tmp_path: Path) -> None:
+    """Turned over or on its side it is the same map; with points left out another, or none."""
+    found = optuav.maps.laser("paper", 500)
+    content = optuav.maps.save(found, tmp_path / "a.tif").read_bytes()
+    for other in (found.T, found[::-1], found[:, ::-1]):
+        assert optuav.maps.save(other, tmp_path / "b.tif").read_bytes() == content
+    with rasterio.open(optuav.maps.save(found[::2], tmp_path / "c.tif")) as read:
+        assert read.res == (500.0, 1000.0)
+    for other in (found[:1], found[[0, 1, 3]], found[0]):
+        with pytest.raises(InputError, match=r"^found = DataArray: "):
+            optuav.maps.save(other, tmp_path / "d.tif")
+    with pytest.raises(InputError, match=r"^found = DataArray: "):
+        optuav.maps.save(optuav.maps.laser(HERE, 500)[:1], tmp_path / "d.geojson")
+    assert not [*tmp_path.glob("d.*")]

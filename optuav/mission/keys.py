@@ -1,0 +1,77 @@
+"""The numeric keys of missions: their units and ranges, and what a mission states of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from optuav.mission.messages import number
+from optuav.mission.mission import Mission
+from optuav.mission.schema import RATE_PER_MINUTE, SECTIONS, Number
+
+VECTORS = {
+    **dict.fromkeys(("route.origin_m", "route.destination_m", "route.hover_m"), "m"),
+    **{"laser.position_m": "m", "link.device_m": "m", "wind.force_N": "N"},
+}
+"""Keys with three components, each at most 1e6 either way, and their units."""
+INSIDE = 1e-9  # Distance of the outermost value from a bound that is excluded
+
+
+@dataclass(frozen=True)
+class Key:
+    """A numeric key that a mission states."""
+
+    name: str  # Dotted; of a component as ``wind.force_N[2]``
+    now: float
+    low: float
+    high: float
+    whole: bool  # Whether only whole numbers are allowed
+    unit: str  # As its range states it; ``"-"`` for a ratio
+
+
+def numeric_keys() -> dict[str, Number]:
+    """Ranges of all numeric keys of missions by name, components of places and forces by number."""
+    found = {"battery.flow_rate_per_min": RATE_PER_MINUTE}
+    for table, section in SECTIONS.items():
+        for name in section.model_fields if table != "buildings" else ():
+            if (allowed := number(key := f"{table}.{name}")) is not None:
+                found[key] = allowed
+    for key, unit in VECTORS.items():
+        found |= {f"{key}[{axis}]": Number(unit, ge=-1e6, le=1e6) for axis in range(3)}
+    return found
+
+
+def stated_keys(mission: Mission) -> dict[str, Key]:
+    """The numeric keys that a mission states, by name; a bound that is excluded is approached."""
+    found = dict[str, Key]()
+    for name, allowed in numeric_keys().items():
+        if (now := now_of(mission, name)) is not None:
+            low, high = allowed.ge, allowed.le
+            low = (allowed.gt or 0.0) + INSIDE if low is None else low
+            high = (allowed.lt or 0.0) - INSIDE if high is None else high
+            found[name] = Key(name, now, low, high, allowed.whole, allowed.unit)
+    return found
+
+
+def now_of(mission: Mission, key: str) -> float | None:
+    """A mission's own value of a numeric key; None where it states none."""
+    table, _, name = key.partition(".")
+    name, _, axis = name.partition("[")
+    stated: Any = getattr(getattr(mission, table), name, None)
+    found: float | None = stated[int(axis[0])] if axis and stated is not None else stated
+    return found
+
+
+def as_stated(mission: Mission, values: Mapping[str, float]) -> dict[str, Any]:
+    """Values of numeric keys as `Mission.replace` takes them: whole vectors, whole numbers."""
+    found = dict[str, Any]()
+    for key, value in values.items():
+        name, _, axis = key.partition("[")
+        if axis:
+            whole = found.setdefault(name, [now_of(mission, f"{name}[{k}]") for k in range(3)])
+            whole[int(axis[0])] = value
+        else:
+            allowed = number(key)
+            found[key] = int(value) if allowed and allowed.whole else value
+    return found
