@@ -54,7 +54,7 @@ def device(
         Distance between two points along x and along y, 0.001 <= x <= 1e6 [m]; at most 4 million
         points.
     bounds
-        Least x, least y, largest x and largest y, each |x| <= 1e6 [m], of which the first two are
+        Least x, least y, largest x and largest y, each -1e6 to 1e6 [m], of which the first two are
         those of a point; by default multiples of the distance around all that the mission has:
         places, buildings, and the coverage of the device.
     height_m

@@ -212,7 +212,8 @@ def _draw(
     style.settle(axes.plan)
     flat = [way.points[:, :2] for way in ways]
     corners_m, count = shown.mission.buildings.outlines()
-    walls = np.split(corners_m, np.cumsum(count[count > 0]))[:-1]
+    rings = np.split(corners_m, np.cumsum(count[count > 0]))[:-1]
+    walls = [np.concatenate([each, each[:1]]) for each in rings]
     faint = [*shown.sight_lines[0], *(walls if len(walls) <= MOST_NAMED else ())]
     style.place(axes.plan, plan_labels(shown, ways, times=times), flat, faint)
     # Every place of the ways once.
