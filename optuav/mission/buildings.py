@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, overload
 from pydantic import GetCoreSchemaHandler, Strict
 from pydantic_core import CoreSchema, core_schema
 
+from optuav.mission.messages import counted
 from optuav.mission.schema import Building, Listed
 
 if TYPE_CHECKING:
@@ -119,7 +120,7 @@ class Buildings(Sequence[Building]):
         return hash((self.names[:HASHED], *self.roofs[: 3 * HASHED], len(self.corners)))
 
     def __repr__(self) -> str:
-        return f"<{len(self)} buildings>"
+        return f"<{counted(len(self), 'building')}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Buildings, (self.names, self.roofs, self.corners, self.begins, self.source)

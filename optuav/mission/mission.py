@@ -12,7 +12,7 @@ from optuav.errors import MOST_SHOWN, Fault, InputError, printable
 from optuav.mission import schema, validation
 from optuav.mission.buildings import Buildings
 from optuav.mission.files import write_text
-from optuav.mission.messages import nearest, shown
+from optuav.mission.messages import counted, nearest, shown
 from optuav.mission.schema import MissionSection
 from optuav.mission.validation import Document, Key, StatedMission, keys_of, validate
 
@@ -169,8 +169,9 @@ class Mission(MissionSection):
             for point in (route.origin_m, route.destination_m, self.link.device_m)
         )
         source = f"a laser of {laser.power_W:g} W" if laser else "no laser"
+        buildings = counted(len(self.buildings), "building")
         lines = {
-            "Mission": f"{printable(self.name)}: {len(self.buildings)} buildings, {source}",
+            "Mission": f"{printable(self.name)}: {buildings}, {source}",
             "Route": f"{start} to {end} within {limits.deadline_s:g} s",
             "Device": f"{device}, outage at most {limits.outage_probability:g}",
             "Battery": f"{battery.packs} × {battery.capacity_As:g} A s, {battery.schedule}, "

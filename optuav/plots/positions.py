@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
-from optuav.mission.messages import shown
+from optuav.mission.messages import counted, shown
 from optuav.network.places import HOVER
 from optuav.network.scene import scene
 from optuav.plots import style
@@ -150,7 +150,8 @@ def sites(found: Siting) -> Axes:
         handles += ax.plot(*at_m.T, marker, **look) if len(at_m) else []
     style.root(ax).legend(handles=handles, **BELOW)
     title = f"{style.printed(found.missions[0].name)}: lasers on {len(chosen_m)} of "
-    ax.set_title(f"{title}{len(candidates_m)} candidates, perspective {found.perspective}")
+    every = counted(len(candidates_m), "candidate")
+    ax.set_title(f"{title}{every}, perspective {found.perspective}")
     style.group_thousands(ax)
     style.settle(ax)
     return ax
