@@ -61,7 +61,7 @@ def city(
     check_places(save, None, ".toml")
     places: dict[str, Any] = {name: numbers_in(text) for name, text in vars(site).items()}
     faults = list[Fault]()
-    words = f"LONGITUDE,LATITUDE,HEIGHT: {ON_EARTH}, height {COORDINATE.words}"
+    words = f"LONGITUDE,LATITUDE,HEIGHT: {ON_EARTH}; height: {COORDINATE.words}"
     for name, place in places.items():
         if len(place) != 3 or not (on_earth(place[:2]) and COORDINATE.accepts(place[2])):
             faults.append(Fault(name, repr(getattr(site, name)), words))

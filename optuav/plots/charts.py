@@ -171,12 +171,13 @@ def curves(
     >>> ax.get_legend().get_texts()[0].get_text()
     'square'
     """
-    ax, xy = ax or style.page(4.0).subplots(), ([e.x for e in lines], [e.y for e in lines])
+    ax = ax or style.page(4.0).subplots()
     for line, colour, dashes in zip(lines, cycle(LINES), cycle(DASHES), strict=False):
         (curve,) = ax.plot(line.x, line.y, color=colour, linestyle=dashes, zorder=3)
         curve.set(label=line.label, marker=line.marker, markersize=4.0)
-    x, values = (np.concatenate([np.asarray(each, dtype=float) for each in axis]) for axis in xy)
-    ax.set_xlim(style.margins(x[np.isfinite(x)].tolist(), least=0.0))
+        x = np.asarray(curve.get_xdata(orig=False))  # Also where y is not known
+        ax.update_datalim(np.stack([x, np.zeros_like(x)], axis=1), updatey=False)
+    values = np.concatenate([np.asarray(line.y, dtype=float) for line in lines])
     low, high = style.margins(values[np.isfinite(values)].tolist() + [0.0] * y_from_zero)
     low = max(low, 0.0) if y_from_zero else low
     ax.set_ylim(low, high + ROOM_ABOVE * (high - low) * bool(marks))

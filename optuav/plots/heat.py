@@ -68,7 +68,7 @@ def swept(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
     keys = [name for name in getattr(hover_s, "dims", ()) if name != "perspective"]
     stated = [each for each in keys if "units" in found[each].attrs]
     several = [each for each in stated if len(np.unique(found[each])) > 1]
-    if len(keys) not in (1, 2) or several != keys or "mission" not in known:
+    if len(keys) not in (1, 2) or several != keys or not known.keys() >= {"mission", "problem"}:
         words = "a dataset of one mission over one key or two, of several values each"
         raise InputError([Fault("found", ", ".join(map(str, keys)), words)])
     found = found.sortby(keys).drop_duplicates(keys)
