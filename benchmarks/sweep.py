@@ -59,10 +59,10 @@ def run() -> list[Row]:
         [min(each) for each in zip(*side, strict=True)] for side in zip(*pairs, strict=True)
     )
     words = f"two workers / one process, wall time, {load:.1f} others at work"
-    limit = FASTER if load < IDLE else None
+    limit, judged = (FASTER, "") if load < IDLE else (None, ": not judged")
     return [
-        Row(words, two[0], one[0], limit),
-        Row("the same by CPU time", two[1], one[1], limit),
+        Row(f"{words}{judged}", two[0], one[0], limit),
+        Row(f"the same by CPU time{judged}", two[1], one[1], limit),
     ]
 
 

@@ -12,6 +12,7 @@ Schedule: TypeAlias = Literal[
     "pooled", "sequential", "round-robin", "alternating", "most-available"
 ]
 
+LONGEST_HOVER = ("P1", "P3", "P4")  # Problems that ask for the longest hover
 ORDERS: tuple[Order, ...] = get_args(Order)
 TRAJECTORIES: tuple[Trajectory, ...] = get_args(Trajectory)
 HOVER_POINTS: tuple[HoverPoint, ...] = get_args(HoverPoint)

@@ -16,7 +16,7 @@ import numpy as np
 from optuav.arrays import Booleans, Floats
 from optuav.errors import Fault, InputError, decimal, refuse
 from optuav.mission.files import csv_rows, label, read_text
-from optuav.mission.messages import nearest, shown
+from optuav.mission.messages import counted, nearest, shown
 from optuav.mission.schema import short
 
 Read = TypeVar("Read")
@@ -240,11 +240,6 @@ def _value(cell: str, size: float) -> float:
     except ValueError:
         return math.nan
     return value if value == 0.0 or SMALLEST <= abs(value) <= LARGEST else math.nan
-
-
-def counted(count: int, noun: str) -> str:
-    """A number of things: ``"2 numbers"``."""
-    return f"{count} {noun}{'s' * (count > 1)}"
 
 
 def _fault(source: str, key: str, allowed: str, wrong: Sequence[tuple[int, str]]) -> Fault:

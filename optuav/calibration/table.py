@@ -18,12 +18,11 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from optuav.arrays import Floats
-from optuav.calibration.csv import counted
 from optuav.calibration.fit import Fit, Panel, Role, estimate, rounded
 from optuav.errors import Fault, InputError, collected, refuse
 from optuav.mission import Mission, load, shipped
 from optuav.mission.files import label, read_toml
-from optuav.mission.messages import nearest, number, shown
+from optuav.mission.messages import counted, nearest, number, shown
 from optuav.mission.schema import Number
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network

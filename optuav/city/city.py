@@ -13,7 +13,7 @@ import pyproj
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError
 from optuav.mission.buildings import Buildings
-from optuav.mission.messages import listed, shown
+from optuav.mission.messages import counted, listed, shown
 from optuav.mission.schema import COORDINATE, Number
 from optuav.mission.tables import corners_of, of_polygons
 
@@ -138,7 +138,7 @@ class City:
         """Yield sentences on how the buildings were made of the file."""
         longitude, latitude = self.origin
         yield (
-            f"{len(self.names)} buildings around longitude {longitude:.6f}, latitude "
+            f"{counted(len(self.names), 'building')} around longitude {longitude:.6f}, latitude "
             f"{latitude:.6f}, where x = y = 0: azimuthal equidistant projection, x east, y north"
         )
         for name, words in NOTED.items():

@@ -6,7 +6,7 @@ The format: https://www.cityjson.org/specs/ (versions 1.0 to 2.0).
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -17,13 +17,14 @@ import pandas as pd
 import pyproj
 import shapely
 
-from optuav.errors import Fault, InputError, printable
+from optuav.errors import Fault, InputError
 from optuav.mission.files import label, parse_json, read_text, refusal
 from optuav.mission.messages import shown
 
 LARGEST = 500_000_000  # bytes
 FARTHEST = 1e9  # Coordinates [m or deg], more than any reference system has
 MOST_VALUES = 100_000_000
+DEEPEST = 10  # Parts within parts
 KINDS = ("Building", "BuildingPart")
 
 
@@ -31,32 +32,37 @@ def solids(file: Path) -> Any:
     """The buildings of a CityJSON file as a table with outline and height; None if it is none.
 
     A building counts by its parts where it has some. The outline is all that its surfaces cover
-    from above, at the highest level of detail; its height reaches from its lowest corner to its
-    highest. The column `height` holds it; the others hold attributes, as `measuredHeight`.
+    from above, at the highest level of detail; its height reaches from the lowest corner of all
+    parts of the building to its own highest, 0 where it is flat. The column `height` holds it; the
+    others hold attributes, as `measuredHeight`.
     """
     document = parse_json(read_text(file, LARGEST), label(file), MOST_VALUES)
     if not isinstance(document, dict) or document.get("type") != "CityJSON":
         return None
+    at, found = "vertices or transform", list[tuple[Any, ...]]()
     try:
         corners_m = np.array(document["vertices"], dtype=float).reshape(-1, 3)
         if grid := document.get("transform"):
             corners_m = corners_m * grid["scale"] + grid["translate"]
         if not (np.abs(corners_m) < FARTHEST).all():
             raise refusal(file, f"has coordinates beyond {FARTHEST:g}")
-        found = [
-            (name, *_prism(each["geometry"], corners_m), each.get("attributes", {}))
-            for name, each in document["CityObjects"].items()
-            if each["type"] in KINDS and each.get("geometry")
-            if not _in_parts(each, document["CityObjects"])
-        ]
-        names, outlines, heights_m, attributes = zip(*found, strict=True) if found else ((),) * 4
-        table = pd.DataFrame([*attributes], index=[*names]).assign(height=heights_m)
-        return geopandas.GeoDataFrame(table, geometry=[*outlines], crs=_crs(document))
+        at, objects = "CityObjects", document["CityObjects"]
+        for name, each in objects.items():
+            at = f"CityObjects, {shown(name)}"
+            if each["type"] in KINDS and each.get("geometry") and not _in_parts(each, objects):
+                prism = _prism(each["geometry"], corners_m)
+                found.append((name, _whole(name, objects), *prism, each.get("attributes", {})))
+        columns = zip(*found, strict=True) if found else ((),) * 6
+        names, wholes, outlines, low_m, high_m, known = map(list, columns)
+        at = "metadata"
+        table = pd.DataFrame(known, index=names)
+        ground_m = pd.Series(low_m, dtype=float).groupby(wholes).transform("min").to_numpy()
+        table["height"] = np.where(np.equal(low_m, high_m), 0.0, high_m - ground_m)
+        return geopandas.GeoDataFrame(table, geometry=outlines, crs=_crs(document))
     except InputError:
         raise
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
-        words = f"is no CityJSON: {type(error).__name__}: {printable(str(error))}"
-        raise refusal(file, words) from None
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError):
+        raise refusal(file, f"is no CityJSON: {at} is not as specified") from None
 
 
 def _in_parts(building: dict[str, Any], objects: dict[str, Any]) -> bool:
@@ -64,15 +70,27 @@ def _in_parts(building: dict[str, Any], objects: dict[str, Any]) -> bool:
     return any(objects[child].get("geometry") for child in building.get("children", ()))
 
 
-def _prism(geometries: list[dict[str, Any]], corners_m: Any) -> tuple[Any, float]:
-    """Outline from above, and height [m]; of no area where no surface has any."""
+def _whole(name: str, objects: Mapping[str, Any]) -> str:
+    """The building that a part belongs to in the end."""
+    for _ in range(DEEPEST):
+        if not (above := objects[name].get("parents")):
+            return name
+        name = above[0]
+    raise ValueError
+
+
+def _prism(geometries: list[dict[str, Any]], corners_m: Any) -> tuple[Any, float, float]:
+    """Outline from above, of no area where no surface has any; lowest and highest corner [m]."""
     best = max(geometries, key=lambda each: float(each.get("lod", 0)))
     rings = [*_outer_rings(best["boundaries"])]
     seen = [shapely.Polygon(corners_m[ring, :2]) for ring in rings if len(ring) > 2]
-    used_m = corners_m[np.concatenate([*map(np.array, rings)]), 2]
+    used = np.concatenate([*map(np.array, rings)])
+    if (used < 0).any():
+        raise IndexError
+    used_m = corners_m[used, 2]
     # Walls are lines from above.
     outline = shapely.union_all([shapely.make_valid(each) for each in seen if each.area > 0.0])
-    return outline, float(np.ptp(used_m))
+    return outline, float(used_m.min()), float(used_m.max())
 
 
 def _outer_rings(boundaries: Any) -> Iterator[list[int]]:

@@ -23,7 +23,7 @@ from optuav.city.city import DEGREES, ON_EARTH, City, on_earth, plane
 from optuav.city.cityjson import FARTHEST, solids
 from optuav.errors import Fault, InputError, collected, printable, refuse
 from optuav.mission.files import label, refusal, refusals
-from optuav.mission.messages import listed, misfits, nearest, shown
+from optuav.mission.messages import counted, listed, misfits, nearest, shown
 from optuav.mission.schema import Number
 
 HEIGHT = Number("m", gt=0, le=1e6)
@@ -56,7 +56,8 @@ def read(
     ----------
     path
         A file that GDAL reads (GeoPackage, GeoJSON, shapefile, OpenStreetMap's .osm.pbf), or
-        CityJSON, whose solids count by their outline from above and their height.
+        CityJSON, whose solids count by their outline from above and their height over the lowest
+        corner of the building that they are a part of.
     layer
         The layer with the buildings; by default the only one with polygons, or the one of them that
         is named after buildings.
@@ -186,7 +187,7 @@ def _features(file: Path, layer: str | None, bbox: Any) -> Any:
     with refusals(file, "read"):
         if not file.exists():
             raise refusal(file, "there is no such file")
-    if file.suffix == ".json" and (frame := solids(file)) is not None:
+    if file.suffix.lower() in (".json", ".cityjson") and (frame := solids(file)) is not None:
         if layer is not None:
             raise InputError([Fault("layer", shown(layer), "CityJSON has none")])
         return frame
@@ -340,8 +341,8 @@ def _unknown_heights(
         words = f"no column of this name, and none for levels{hint}; or state default_height_m"
         yield Fault("height", shown(height), words, label(file))
         return
-    words = f"of {len(unknown)} buildings have no height; state default_height_m"
-    yield Fault("", "", f"{unknown.sum()} {words}", label(file))
+    words = f"of {counted(len(unknown), 'building')} without a height; "
+    yield Fault("", "", f"{unknown.sum()} {words}state default_height_m", label(file))
     stated = _stated(frame[unknown], height)
     for (number, value), given in zip(stated.items(), stated.notna(), strict=True):
         text = shown(value) if given else ""

@@ -54,15 +54,16 @@ def city(
     from optuav.city.city import NOTED, ON_EARTH, on_earth
     from optuav.mission import load
     from optuav.mission.files import LARGEST_TOML, STANDARD, write_files
+    from optuav.mission.schema import COORDINATE
     from optuav.mission.table_files import geoparquet
     from optuav.mission.template import template
 
-    check_places(save, None)
+    check_places(save, None, ".toml")
     places: dict[str, Any] = {name: numbers_in(text) for name, text in vars(site).items()}
     faults = list[Fault]()
-    words = f"LONGITUDE,LATITUDE,HEIGHT: {ON_EARTH}"
+    words = f"LONGITUDE,LATITUDE,HEIGHT: {ON_EARTH}; height: {COORDINATE.words}"
     for name, place in places.items():
-        if len(place) != 3 or not on_earth(place[:2]):
+        if len(place) != 3 or not (on_earth(place[:2]) and COORDINATE.accepts(place[2])):
             faults.append(Fault(name, repr(getattr(site, name)), words))
     bbox = None if map.bbox is None else numbers_in(map.bbox)
     if bbox is not None and len(bbox) != 4:

@@ -33,13 +33,16 @@ def map(
     from optuav import maps
     from optuav.maps.output import FORMATS, summary, to_dict
     from optuav.maps.positions import faults_of
+    from optuav.mission.files import STANDARD
     from optuav.mission.messages import unknown
 
     check_places(save, plot, *FORMATS)
     faults, ends = list[Fault](), None
+    if save == STANDARD:
+        faults.append(Fault("--save", "'-'", f"a name that ends in {' or '.join(FORMATS)}"))
     if over not in MOVED:
         faults.append(unknown("--over", over, MOVED))
-    if bounds is not None and not (ends := numbers_in(bounds)):
+    if bounds is not None and not (ends := numbers_in(bounds) or None):
         words = "four numbers of metres with commas between them, as in 0,0,500,800"
         faults.append(Fault("--bounds", repr(bounds), words))
     with collected(faults):

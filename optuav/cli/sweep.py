@@ -13,6 +13,7 @@ def sweep(
     study: Path,
     workers: int = 1,
     scheduler: str | None = None,
+    resume: bool = True,
     as_json: bool = False,
     plot: Path | None = None,
 ) -> None:
@@ -26,7 +27,7 @@ def sweep(
         refuse([Fault("plot", "", words)])
     began_s = time.monotonic()
     with progress("scenarios") as bar:
-        done = run(plan, workers, scheduler, bar)
+        done = run(plan, workers, scheduler, resume, bar)
     took_s = time.monotonic() - began_s
     written = list[Path]()
     if plot is not None:

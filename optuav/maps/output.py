@@ -12,7 +12,7 @@ import numpy as np
 
 from optuav.errors import Fault, InputError, require
 from optuav.mission.files import label, write_files
-from optuav.mission.messages import path_of, shown
+from optuav.mission.messages import counted, path_of, shown
 
 if TYPE_CHECKING:
     import pyproj
@@ -38,7 +38,8 @@ def summary(found: xarray.DataArray) -> str:
         places["Longest"] = f"{np.nanmax(values):.2f} s at ({x:.10g}, {y:.10g}) m{edge}"
         places["Shortest"] = f"{np.nanmin(values):.2f} s"
     lines = [f"{head:11}{words}" for head, words in places.items()]
-    return "\n".join([*lines, *(f"No plan    {count} points: {why}" for count, why in _why(found))])
+    none = [f"No plan    {counted(n, 'point')}: {why}" for n, why in _why(found)]
+    return "\n".join([*lines, *none])
 
 
 def to_dict(found: xarray.DataArray) -> dict[str, Any]:

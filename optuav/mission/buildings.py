@@ -17,6 +17,7 @@ from pydantic import GetCoreSchemaHandler, Strict
 from pydantic_core import CoreSchema, core_schema
 
 from optuav.frames import DataFrame, frame
+from optuav.mission.messages import counted
 from optuav.mission.schema import Building, Listed
 
 if TYPE_CHECKING:
@@ -120,7 +121,7 @@ class Buildings(Sequence[Building]):
         return hash((self.names[:HASHED], *self.roofs[: 3 * HASHED], len(self.corners)))
 
     def __repr__(self) -> str:
-        return f"<{len(self)} buildings>"
+        return f"<{counted(len(self), 'building')}>"
 
     def _repr_html_(self) -> str:
         from optuav.mission.display import buildings_html

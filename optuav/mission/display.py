@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element
 
 from optuav.errors import printable
 from optuav.markup import MOST_ROWS, element, folded, pairs, paragraph, shown, table
+from optuav.mission.messages import counted
 from optuav.mission.schema import MissionSection
 
 if TYPE_CHECKING:
@@ -21,9 +22,10 @@ def facts(mission: Mission) -> dict[str, str]:
         f"({', '.join(f'{each:g}' for each in point)}) m"
         for point in (route.origin_m, route.destination_m, mission.link.device_m)
     )
+    buildings = counted(len(mission.buildings), "building")
     source = f"a laser of {laser.power_W:g} W" if laser else "no laser"
     return {
-        "Mission": f"{printable(mission.name)}: {len(mission.buildings)} buildings, {source}",
+        "Mission": f"{printable(mission.name)}: {buildings}, {source}",
         "Route": f"{start} to {end} within {limits.deadline_s:g} s",
         "Device": f"{device}, outage at most {limits.outage_probability:g}",
         "Battery": f"{battery.packs} × {battery.capacity_As:g} A s, {battery.schedule}, "

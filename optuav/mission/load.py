@@ -70,7 +70,7 @@ _shipped = cache(_loaded)  # Nothing changes a mission, nor a file of the packag
 
 def load_all(missions: Any, faults: list[Fault]) -> list[Mission]:
     """One mission or several, as `load` takes them; what is wrong with them is among the faults."""
-    single = isinstance(missions, Mission | str | Path) or not isinstance(missions, Iterable)
+    single = isinstance(missions, Mission | str | Path | dict) or not isinstance(missions, Iterable)
     found = list[Mission]()
     for each in [missions] if single else missions:
         with collected(faults):

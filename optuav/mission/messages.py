@@ -86,6 +86,11 @@ def listed(names: Sequence[str]) -> str:
     return ", ".join(names[:10]) + (", …" if len(names) > 10 else "")
 
 
+def counted(count: int, noun: str) -> str:
+    """A number of things: ``"2 numbers"``."""
+    return f"{count} {noun}{'s' * (count != 1)}"
+
+
 def written_out(value: float) -> str:
     """A number with all its digits and no power of ten; rounding errors are not digits."""
     return f"{Decimal(f'{value:.{DIGITS}g}'):f}"

@@ -58,7 +58,7 @@ def build_legs(
     count, at_m = len(start), places.position_m
     rows = list[Floats]()
     for part in (slice(k, k + AT_ONCE) for k in range(0, max(count, 1), AT_ONCE)):
-        way_m = tuple((at_m[end[part]] - at_m[start[part]]).T)
+        way_m = tuple((at_m.take(end[part], axis=0) - at_m.take(start[part], axis=0)).T)
         loads, peak_m_s = vehicle.leg_loads(mission, way_m)
         rows.append(np.stack(np.broadcast_arrays(norm(way_m), peak_m_s, *loads.durations_s)))
     distance_m, top_m_s, *stages_s = figures = np.concatenate(rows, axis=1)
@@ -73,10 +73,11 @@ def build_legs(
         # A building in the way is the same there and back, and none where an end is not known.
         lines, line = shared_lines(start, end)
         known = np.isfinite(places.position_m).all(axis=1).take(lines).all(axis=1)
-        low_m, high_m = places.position_m[lines[known].T]
+        ways = lines[known]
+        low_m, high_m = (at_m.take(each, axis=0) for each in ways.T)
         blockers = np.full(len(lines), CLEAR, dtype=np.intp)
-        blockers[known] = crossed(obstacles, low_m, high_m, lines[known] - FIRST_BUILDING)
-        crosses = blockers[line]
+        blockers[known] = crossed(obstacles, low_m, high_m, ways - FIRST_BUILDING)
+        crosses = blockers.take(line)
     flyable = np.isfinite(durations_s).all(axis=0) & (crosses == CLEAR)
     drawn = durations_s, currents_A, powers_W
     edited = np.zeros(count, bool)
@@ -89,7 +90,10 @@ def shared_lines(start: Integers, end: Integers) -> tuple[Integers, Integers]:
     One line serves both directions, so that rounding cannot tell them apart.
     """
     most = max(start.max(initial=0), end.max(initial=0)) + 1
-    key, line = np.unique(
-        np.minimum(start, end) * most + np.maximum(start, end), return_inverse=True
-    )
-    return np.stack(np.divmod(key, most), axis=1), line
+    key = np.minimum(start, end) * most + np.maximum(start, end)
+    order = np.argsort(key, kind="stable")  # Fast, as the keys are sorted in long runs
+    key = key.take(order)
+    first = np.append(True, key[1:] != key[:-1])[: len(key)]
+    line = np.empty_like(order)
+    line[order] = np.cumsum(first) - 1
+    return np.stack(np.divmod(key[first], most), axis=1), line

@@ -184,6 +184,8 @@ def curves(
     for line, colour, dashes in zip(lines, cycle(LINES), cycle(DASHES), strict=False):
         (curve,) = ax.plot(line.x, line.y, color=colour, linestyle=dashes, zorder=3)
         curve.set(label=line.label, marker=line.marker, markersize=4.0)
+        x = np.asarray(curve.get_xdata(orig=False))  # Also where y is not known
+        ax.update_datalim(np.stack([x, np.zeros_like(x)], axis=1), updatey=False)
     values = np.concatenate([np.asarray(line.y, dtype=float) for line in lines])
     low, high = style.margins(values[np.isfinite(values)].tolist() + [0.0] * y_from_zero)
     low = max(low, 0.0) if y_from_zero else low

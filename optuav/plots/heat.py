@@ -15,6 +15,7 @@ from matplotlib.transforms import Bbox
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError
+from optuav.options import LONGEST_HOVER
 from optuav.plots import style
 from optuav.plots.charts import Line, curves
 from optuav.plots.style import BLACK, GREY, Look
@@ -26,7 +27,9 @@ COLOURS = "viridis"  # In the same order of brightness for colour-blind readers
 MOST_CONTOURS = 8
 NONE: Look = {"facecolor": "white", "edgecolor": GREY, "hatch": "////", "linewidth": 0.0}
 """The look of places without a value."""
-LONGEST = "longest hover Δ [s]"
+HOVER = "hover Δ [s]"
+LONGEST = f"longest {HOVER}"
+BELOW: Look = {"loc": "outside lower left", "ncols": 3}  # Place of a legend
 ROWS = ("scenario",)  # Dimension of rows of values
 
 
@@ -70,7 +73,7 @@ def _drawn(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
     keys = [name for name in getattr(hover_s, "dims", ()) if name != "perspective"]
     stated = [each for each in keys if "units" in found[each].attrs]
     several = [each for each in stated if len(np.unique(found[each])) > 1]
-    if len(keys) not in (1, 2) or several != keys or "mission" not in known:
+    if len(keys) not in (1, 2) or several != keys or not known.keys() >= {"mission", "problem"}:
         words = "a dataset of one mission over one key or two, of several values each"
         raise InputError([Fault("found", ", ".join(map(str, keys)), words)])
     found = found.sortby(keys).drop_duplicates(keys)
@@ -79,17 +82,21 @@ def _drawn(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
         hover_s = hover_s.expand_dims(perspective=[found.attrs["perspective"]])
     town, units = style.printed(known["mission"]), {key: found[key].attrs["units"] for key in keys}
     across, *upwards = (f"{key} [{'-' if unit == '1' else unit}]" for key, unit in units.items())
+    longest = known["problem"].partition("(")[0] in LONGEST_HOVER
+    words = LONGEST if longest else HOVER
     every = {name: hover_s.sel(perspective=name) for name in hover_s.perspective.values.tolist()}
     if not upwards:
         lines = [Line(name, found[keys[0]], values) for name, values in every.items()]
         none = bool(hover_s.isnull().all())
-        ax = curves(lines, title=town, x_label=across, y_label=LONGEST, y_from_zero=none)
+        ax = curves(lines, title=town, x_label=across, y_label=words, y_from_zero=none)
+        if none:
+            style.beside(ax, "no plan", (0.5, 0.5), (0.0, 0.0), xycoords="axes fraction")
         yield "hover.png", ax
         return
     x, y = (found[key].to_numpy() for key in keys)
     for name, values in every.items():
         table, title = values.transpose(*keys[::-1]).to_numpy(), f"{town}, perspective {name}"
-        yield f"hover-{name}.png", heat_map(x, y, table, (across, upwards[0], LONGEST), title)
+        yield f"hover-{name}.png", heat_map(x, y, table, (across, upwards[0], words), title)
 
 
 @style.applied()
@@ -104,17 +111,22 @@ def heat_map(
     """Draw a quantity over two others as colours, with contours at round values.
 
     Of growing numbers x and y, which are the middles of cells, and values (y, x), hatched where
-    they are NaN; with labels of all three. On a page of its own by default.
+    they are NaN; with labels of all three. By default on a page of its own with a legend, from the
+    first value of x and y to the last, as what lies beyond may not be allowed.
     """
-    ax = ax or style.page(4.4).subplots()
     known, columns, rows = np.isfinite(values), _edges(x), _edges(y)
+    ends = columns[[0, -1]], rows[[0, -1]]
+    if ax is None:
+        ax, ends = style.page(4.4).subplots(), (x[[0, -1]], y[[0, -1]])
+        if not known.all():
+            style.root(ax).legend(handles=[without_value("no plan")], **BELOW)
     ax.set(title=title, xlabel=labels[0], ylabel=labels[1])
     if not known.all():
         corner, size = (columns[0], rows[0]), (columns[-1] - columns[0], rows[-1] - rows[0])
         ax.add_patch(Rectangle(corner, *size, zorder=0.5, **NONE))
     shown = ax.pcolorfast(columns, rows, np.ma.masked_invalid(values), cmap=COLOURS)
     shown.set_zorder(0.8)
-    ax.set(xlim=columns[[0, -1]], ylim=rows[[0, -1]])
+    ax.set(xlim=ends[0], ylim=ends[1])
     if known.any():
         bar = style.root(ax).colorbar(shown, ax=ax, label=labels[2], shrink=0.9)
         bar.outline.set_linewidth(0.4)
@@ -126,7 +138,7 @@ def heat_map(
         lines = ax.contour(x, y, values, levels, colors=BLACK, linewidths=0.5)
         parts = zip(map(_named, levels), lines.allsegs, strict=True)
         ways = {name: ax.transData.transform(np.concatenate(each)) for name, each in parts if each}
-        _keep(ax.clabel(lines, fmt=_named, fontsize=6.5, inline=False), ways)
+        _keep(ax.clabel(lines, fmt=_named, fontsize=6.5, inline=False), ways, ax.bbox)
     return ax
 
 
@@ -135,15 +147,16 @@ def _named(level: float) -> str:
     return style.minus(f"{level:.10g}")
 
 
-def _keep(names: Iterable[Text], ways: Mapping[str, Floats]) -> None:
-    """Keep the names that lie on no other and on no way of another contour, by its name [px]."""
+def _keep(names: Iterable[Text], ways: Mapping[str, Floats], frame: Bbox) -> None:
+    """Keep the names in a frame that lie on no other and on no way of another contour [px]."""
     taken = list[Bbox]()
     for each in names:
         each.set_path_effects([withStroke(linewidth=1.5, foreground="white")])
         box = each.get_window_extent()
         others = [way for name, way in ways.items() if name != each.get_text()]
         crossed = any(((box.min <= way) & (way <= box.max)).all(axis=1).any() for way in others)
-        if crossed or any(box.overlaps(other) for other in taken):
+        cut = not (frame.contains(*box.min) and frame.contains(*box.max))
+        if cut or crossed or any(box.overlaps(other) for other in taken):
             each.remove()
         else:
             taken.append(box)

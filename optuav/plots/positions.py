@@ -15,7 +15,7 @@ from matplotlib.transforms import offset_copy
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
-from optuav.mission.messages import shown
+from optuav.mission.messages import counted, shown
 from optuav.network.places import HOVER
 from optuav.network.scene import scene
 from optuav.plots import style
@@ -158,7 +158,8 @@ def sites(found: Siting, *, ax: Axes | None = None) -> Axes:
         handles += ax.plot(*at_m.T, marker, **look) if len(at_m) else []
     _legend_below(ax, handles)
     title = f"{style.printed(found.missions[0].name)}: lasers on {len(chosen_m)} of "
-    ax.set_title(f"{title}{len(candidates_m)} candidates, perspective {found.perspective}")
+    every = counted(len(candidates_m), "candidate")
+    ax.set_title(f"{title}{every}, perspective {found.perspective}")
     style.group_thousands(ax)
     style.settle(ax)
     return ax

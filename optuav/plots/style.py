@@ -67,8 +67,10 @@ DIRECTIONS = ((1, 1), (1, -1), (-1, 1), (-1, -1), (1, 0), (-1, 0), (0, 1), (0, -
 CLEARANCE = 1.5  # Least distance between two labels [pt]
 STRONG, FAINT = 1.0, 4.0  # Distance of the dots that stand for a line [pt]
 MOST_DOTS = 4000  # Most dots along a line
-OUTSIDE, PER_POINT = 1000.0, 0.5
-"""Costs of leaving the axes, and of each point of distance; a covered dot costs 1."""
+OUTSIDE, ON_PLACE, PER_POINT = 1000.0, 100.0, 0.5
+"""Costs of leaving the axes, of the place of another label, and of each point of distance; a dot
+that is covered costs 1."""
+MARKER = 4.0  # Distance of a label from places of others [pt]
 MOST_COVERED = 2  # Most dots that a label covers which is not needed
 LEADER = {"arrowstyle": "-", "linewidth": 0.4, "color": GREY, "shrinkA": 0.0, "shrinkB": 2.0}
 
@@ -322,17 +324,19 @@ def place(
     spaced = ((lines, STRONG * pixels), ([*faint, *points], FAINT * pixels))
     dotted = (_dots(ax, line, gap) for found, gap in spaced for line in found)
     dots = np.concatenate([np.empty((0, 2)), *dotted])
+    places = np.array([label.at for label in labels if label.needed]).reshape(-1, 2)
     taken: list[Bbox] = []
     for label in sorted(labels, key=lambda each: not each.needed):
         look: Look = {**LABEL, "color": label.colour, "fontsize": label.size}
         text = beside(ax, label.text, label.at, (0.0, 0.0), **look)
         size = text.get_window_extent()
         text.remove()
-        spots = []
+        spots, others = [], ax.transData.transform(places[(places != label.at).any(axis=1)])
         for cost, far, box in _spots(ax, label, size, pixels):
             padded = box.padded(CLEARANCE * pixels)
             if not any(padded.overlaps(other) for other in taken):
-                covered = int(((dots >= box.min) & (dots <= box.max)).all(axis=1).sum())
+                hides = ON_PLACE * _within(box.padded(MARKER * pixels), others)
+                covered = _within(box, dots) + hides
                 if covered <= MOST_COVERED or label.needed:
                     spots.append((cost + covered, far, box))
         if spots:
@@ -369,6 +373,11 @@ def _spots(ax: Axes, label: Label, size: Bbox, pixels: float) -> Iterator[tuple[
         if inside or label.needed:
             box = Bbox.from_bounds(left, low, size.width, size.height)
             yield PER_POINT * ring + OUTSIDE * (not inside), ring in FAR, box
+
+
+def _within(box: Bbox, points: Floats) -> int:
+    """How many points (n, 2) [px] lie in a box."""
+    return int(((points >= box.min) & (points <= box.max)).all(axis=1).sum())
 
 
 def _dots(ax: Axes, line: npt.ArrayLike, spacing: float) -> Floats:

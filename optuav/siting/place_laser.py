@@ -16,7 +16,7 @@ from optuav.arrays import Floats, Integers
 from optuav.errors import Fault, folded, line_width, printable, refuse
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission, load_all
-from optuav.mission.messages import listed, misfits, shown, unknown
+from optuav.mission.messages import counted, listed, misfits, shown, unknown
 from optuav.mission.schema import Number
 from optuav.options import Perspective
 from optuav.siting.places import hover_table, refined
@@ -99,7 +99,14 @@ class Siting:
         """One of the missions, 0 the first, with its laser where that lets it hover longest.
 
         Unchanged without a plan.
+
+        Raises
+        ------
+        InputError
+            If there is no such mission.
         """
+        known = Number("-", ge=0, lt=len(self.missions), whole=True)
+        refuse(misfits(("number", number, known)))
         mission, laser = self.missions[number], int(self.laser[number])
         if laser < 0:
             return mission
@@ -107,15 +114,20 @@ class Siting:
 
     def to_dict(self) -> dict[str, Any]:
         """The answer as plain data, ready for JSON; None for a hover without a plan."""
-        hover_s = [[None if isnan(each) else each for each in row] for row in self.hover_s.tolist()]
+        candidate_hover_s, hover_s = (
+            [[None if isnan(each) else each for each in row] for row in table.tolist()]
+            for table in (self.candidate_hover_s, self.hover_s)
+        )
         return {
             "kind": "optuav siting",
             "missions": [mission.name for mission in self.missions],
+            "candidates_m": self.candidates_m.tolist(),
             "perspective": self.perspective,
             "at_least_s": self.at_least_s,
             "selection": {**asdict(self.selection), "gap": self.gap},
             "value": self.value,
             "position_m": self.position_m.tolist(),
+            "candidate_hover_s": candidate_hover_s,
             "hover_s": hover_s,
             "laser": self.laser.tolist(),
         }
@@ -137,8 +149,8 @@ class Siting:
     def summary(self) -> str:
         """Sites, value, bound and gap, greedy choice and refinement in a few lines."""
         best, every, own = self.selection, len(self.missions), self.laser
-        placed = f"{len(best.sites)} of {len(self.candidates_m)} candidates for "
-        lines = [("Placed", f"{placed}{every} mission{'s' * (every > 1)}, {self.perspective}")]
+        placed = f"{len(best.sites)} of {counted(len(self.candidates_m), 'candidate')} for "
+        lines = [("Placed", f"{placed}{counted(every, 'mission')}, {self.perspective}")]
         for laser, (site, at_m) in enumerate(zip(best.sites, self.position_m, strict=True)):
             where = f"{_point(self.candidates_m[site])}, serves {int((own == laser).sum())}"
             far_m = float(np.linalg.norm(at_m - self.candidates_m[site]))

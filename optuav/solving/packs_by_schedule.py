@@ -20,10 +20,11 @@ from optuav.engines.registry import AUTO
 from optuav.errors import SolverError, refuse
 from optuav.network.network import Network
 from optuav.network.timeline import full_packs, pack_loads, route_phases
+from optuav.options import LONGEST_HOVER
 from optuav.physics.packs import Packs
 from optuav.plan import Plan
 from optuav.solving.outcome import Part, plan_without, proof_of_none, route_plan
-from optuav.solving.question import LONGEST_HOVER, Question, not_with
+from optuav.solving.question import Question, not_with
 from optuav.status import Status
 
 ENGINE = "simulation"

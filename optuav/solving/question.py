@@ -34,7 +34,6 @@ PROBLEMS: Mapping[str, Formulation] = {e.name: e for e in (P1(), P2(), P2(tight=
 """Names that stand for problems with their defaults."""
 PROBLEM_NAMES = (*PROBLEMS, "P4")  # Names of all problems of the paper; P4 needs a building too
 OF_THE_PAPER = tuple(dict.fromkeys([*map(type, PROBLEMS.values()), P4]))
-LONGEST_HOVER = ("P1", "P3", "P4")  # Those that ask for the longest hover
 ASKED = "one perspective, or a list of different ones"
 LIMIT = Number("s", gt=0.0, le=1e9)
 RESTS = Number("-", ge=0, le=10, whole=True)

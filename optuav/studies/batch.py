@@ -87,11 +87,11 @@ def batch_arrays(
     Returns
     -------
     dict
-        By name the values of every key, and what `optuav.batch` calls variables, with one axis a
-        key in their order, and before these one for several missions or layouts; or one for all if
-        they are paired; and first one for several perspectives. The words for the numbers in
-        `building`, `order`, `status` and `reason` are under the same names with ``_words``, as in
-        ``found["reason_words"][found["reason"]]``.
+        By name the values of every key, and what `optuav.batch` calls variables. Their axes are
+        one for several perspectives, one for several missions or layouts, and one for every key,
+        in their order; paired values have one axis instead of the latter two kinds. The words for
+        the numbers in `building`, `order`, `status` and `reason` are under the same names with
+        ``_words``, as in ``found["reason_words"][found["reason"]]``.
 
     Raises
     ------
@@ -144,11 +144,11 @@ def batch(
     Returns
     -------
     xarray.Dataset
-        With one dimension a key, before them ``"mission"`` if there are several, or ``"layout"``;
-        or ``"scenario"`` for all if they are paired; and first ``"perspective"`` if there are
-        several. Its variables are
-        ``hover_time_s``, ``rest_time_s``, ``flight_time_s`` and ``mission_time_s`` [s] of the best
-        plan; ``soc_battery``, ``soc_energy`` and ``soc_adjusted``, the state of charge at its end
+        Its dimensions are ``"perspective"`` if there are several; ``"mission"`` or ``"layout"`` if
+        there are several; and every key, in their order. Paired values have the one dimension
+        ``"scenario"`` instead of missions, layouts and keys. Its variables are ``hover_time_s``,
+        ``rest_time_s``, ``flight_time_s`` and ``mission_time_s`` [s] of the best plan;
+        ``soc_battery``, ``soc_energy`` and ``soc_adjusted``, the state of charge at its end
         [-]; and as numbers, whose words are in the attributes ``flag_meanings`` and ``words``:
         ``building`` and ``order`` of its route (−1 and 0 for none; of several rests the first),
         ``status``, and ``reason``, why there is no plan (0 where there is one). ``proved`` is true
@@ -208,6 +208,8 @@ def _solved(
     faults, keys = list[Fault](), dict[str, Floats]()
     wholes, asked = load_all(mission, faults), perspectives_of(perspective, faults)
     several = "" if isinstance(mission, Mission | str | Path) else "mission"
+    if not isinstance(paired, bool):
+        faults.append(Fault("paired", shown(paired), "true or false"))
     if not (wholes or faults):
         faults.append(Fault("mission", shown(mission), "a mission, or several of them"))
     if isinstance(ranges, Mapping) and ROOFS in ranges:

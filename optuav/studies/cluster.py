@@ -35,8 +35,10 @@ def results(
         try:
             with ThreadPoolExecutor(1) as alone:  # A notebook has a loop of its own
                 alone.submit(asyncio.run, _reach(scheduler)).result()
-        except (OSError, ValueError) as error:
-            words = f"the address of a Dask scheduler, as tcp://10.0.0.1:8786; {error}"
+        except Exception as error:  # Each kind of address has errors of its own
+            words = "the address of a Dask scheduler, as tcp://10.0.0.1:8786"
+            if not isinstance(error, ValueError):  # Of which the words are Python's
+                words += f"; {str(error) or f'no answer within {PATIENCE_S} s'}"
             raise InputError([Fault("scheduler", repr(scheduler), words)]) from None
     return _shared(function, numbers, min(workers, len(numbers)), scheduler)
 
@@ -77,12 +79,20 @@ def local_cluster(workers: int) -> Any:
 
 
 async def _reach(scheduler: str) -> None:
-    """Raise an error where nothing answers: a client would try again while it is deleted."""
-    from distributed.comm import connect
+    """Raise an error where no scheduler answers: a client would try again, or wait for ever."""
+    from distributed.core import connect, send_recv
     from distributed.security import Security
 
-    stated = Security().get_connection_args("client")
-    await (await connect(scheduler, timeout=PATIENCE_S, **stated)).close()
+    async def kind() -> str:
+        stated = Security().get_connection_args("client")
+        there = await connect(scheduler, timeout=PATIENCE_S, **stated)
+        try:
+            return str((await send_recv(there, op="identity"))["type"])
+        finally:
+            there.abort()
+
+    if (found := await asyncio.wait_for(kind(), PATIENCE_S)) != "Scheduler":
+        raise ConnectionError(f"a {found} of Dask answers there")
 
 
 def _called(

@@ -27,8 +27,8 @@ COMPARED: Mapping[str, tuple[str, ...]] = {
     AVAILABLE: ("bracket", "casadi", "grid"),
 }
 """Engines whose answers are compared by how charge is counted; the first is the reference."""
-SINGLE = {"schedule": "pooled", "charging": "constant"}
-"""What several engines take under `available`; the battery's other settings have one way each."""
+TAKEN_BY_ALL = {"schedule": "pooled", "charging": "constant"}
+"""Settings of the battery that all engines compared under `available` take."""
 SLOTS_S = (0.5, 1.0, 5.0, 10.0, 60.0)
 PERIODS_S = (60.0,)
 PERIOD = Number("s", ge=1e-3, le=1e7)
@@ -139,10 +139,10 @@ def compare(
     refuse([*_faults(names, perspective, given), *misfits(("workers", workers, WORKERS))])
     studied, counted = load(mission), perspective or AVAILABLE
     if names == ("method",):
-        chosen = {name: getattr(studied.battery, name) for name in SINGLE if counted == AVAILABLE}
-        others = ((name, value) for name, value in chosen.items() if value != SINGLE[name])
-        words = "{!r}, or another perspective: under available one engine alone takes it"
-        refuse(Fault(f"battery.{n}", repr(v), words.format(SINGLE[n])) for n, v in others)
+        rest = "or another perspective: under available not all engines take it"
+        stated = ((n, getattr(studied.battery, n), only) for n, only in TAKEN_BY_ALL.items())
+        others = (each for each in stated if counted == AVAILABLE and each[1] != each[2])
+        refuse(Fault(f"battery.{n}", repr(own), f"{only!r}, {rest}") for n, own, only in others)
         lengths_s, able = SLOTS_S if slots is None else slots, COMPARED[counted]
         some = able if engines is None else (able[0], *engines)
         return compare_methods(

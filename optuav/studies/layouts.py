@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal, TypeAlias, get_args
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
@@ -20,14 +20,17 @@ from optuav.studies.samples import SEED
 Kind: TypeAlias = Literal["uniform", "grid", "manhattan"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 COUNT = Number("-", ge=1, le=1e6, whole=True)
-BUILDINGS = Number("-", ge=1, le=MOST_ITEMS, whole=True)
+HEIGHT = Number("m", ge=0, le=1e4)
 OPTIONS = {
-    "height_m": Number("m", ge=0, le=1e4),
+    "buildings": Number("-", ge=1, le=MOST_ITEMS, whole=True),
     "size_m": Number("m", ge=1e-3, le=1e4),
     "built_up": Number("-", gt=0, lt=1),
     "per_km2": Number("1/km2", gt=0, le=1e6),
     "height_scale_m": Number("m", gt=0, le=1e3),
 }
+SQUARES: dict[str, Any] = {"buildings": 10, "heights_m": (60.0, 100.0), "size_m": 40.0}
+TOWN: dict[str, Any] = {"built_up": 0.3, "per_km2": 500.0, "height_scale_m": 15.0}
+"""Options of the kinds uniform and grid, and those of manhattan, with their defaults."""
 MOST_TRIES = 1000
 ROOFS = "buildings"  # The key of whole layouts in ranges
 
@@ -37,13 +40,13 @@ def layouts(
     count: int,
     kind: Kind = "uniform",
     *,
-    area_m: tuple[float, float, float, float] = (0.0, 0.0, 2000.0, 2000.0),
-    buildings: int = 10,
-    heights_m: tuple[float, float] = (60.0, 100.0),
-    size_m: float = 40.0,
-    built_up: float = 0.3,
-    per_km2: float = 500.0,
-    height_scale_m: float = 15.0,
+    area_m: Sequence[float] | Floats = (0.0, 0.0, 2000.0, 2000.0),
+    buildings: int | None = None,
+    heights_m: Sequence[float] | Floats | None = None,
+    size_m: float | None = None,
+    built_up: float | None = None,
+    per_km2: float | None = None,
+    height_scale_m: float | None = None,
     seed: int = 0,
 ) -> list[Mission]:
     """Make missions with random buildings in place of all that there are.
@@ -65,17 +68,19 @@ def layouts(
     area_m
         The area (x low, y low, x high, y high) [m] in which the centres of buildings lie.
     buildings
-        Number of buildings, 1 to 100 000; of a grid the most that a square grid has no more than.
+        Number of buildings, 1 to 100 000, by default 10; a ``"grid"`` has the largest square number
+        up to that. Not for ``"manhattan"``.
     heights_m
-        Lowest and highest roof [m], all heights between being equally likely; not for
-        ``"manhattan"``.
+        Lowest and highest roof [m], by default 60 and 100, all heights between being equally
+        likely; not for ``"manhattan"``.
     size_m
-        Length of the sides of a building [m], 0.001 to 1e4; not for ``"manhattan"``.
+        Length of the sides of a building [m], 0.001 to 1e4, by default 40; not for ``"manhattan"``.
     built_up, per_km2, height_scale_m
         α, the share of the land that is built on, 0 to 1; β, buildings per km²; and γ, the scale of
-        the Rayleigh distribution of heights [m], of ``"manhattan"`` [1]_: sides of 1000 √(α/β) m
-        with streets of 1000/√β m less that between them. A suburb has 0.1, 750 and 8, a city 0.3,
-        500 and 15, its centre 0.5, 300 and 20, and skyscrapers 0.5, 300 and 50 [2]_.
+        the Rayleigh distribution of heights [m], by default 0.3, 500 and 15, for ``"manhattan"``
+        alone [1]_: sides of 1000 √(α/β) m with streets of 1000/√β m less that between them. A
+        suburb has 0.1, 750 and 8, a city 0.3, 500 and 15, its centre 0.5, 300 and 20, and
+        skyscrapers 0.5, 300 and 50 [2]_.
     seed
         Seed of the layouts, 0 to 2**63.
 
@@ -104,15 +109,20 @@ def layouts(
     >>> found["hover_time_s"].shape
     (20,)
     """
-    stated = {"built_up": built_up, "per_km2": per_km2, "height_scale_m": height_scale_m}
-    checked = [(name, value, OPTIONS[name]) for name, value in stated.items()]
-    checked += [("size_m", size_m, OPTIONS["size_m"]), ("count", count, COUNT)]
-    checked += [("buildings", buildings, BUILDINGS), ("seed", seed, SEED)]
-    faults = [*misfits(*checked)]
+    given: dict[str, Any] = {"buildings": buildings, "heights_m": heights_m, "size_m": size_m}
+    given |= {"built_up": built_up, "per_km2": per_km2, "height_scale_m": height_scale_m}
+    given = {name: value for name, value in given.items() if value is not None}
+    options = {**SQUARES, **TOWN, **given}
+    checked = [(name, options[name], number) for name, number in OPTIONS.items()]
+    faults = [*misfits(*checked, ("count", count, COUNT), ("seed", seed, SEED))]
     if kind not in KINDS:
         faults.append(unknown("kind", kind, KINDS))
-    if not _ordered(heights_m, 2, OPTIONS["height_m"]):
-        words = f"two heights, the lower first, each {OPTIONS['height_m'].words}"
+    else:
+        others, words = (SQUARES, "uniform or grid") if kind == "manhattan" else (TOWN, "manhattan")
+        wrong = (name for name in given if name in others)
+        faults += [Fault(name, shown(given[name]), f"goes with the kind {words}") for name in wrong]
+    if not _ordered(options["heights_m"], 2, HEIGHT):
+        words = f"two heights, the lower first, each {HEIGHT.words}"
         faults.append(Fault("heights_m", shown(heights_m), words))
     if not _ordered(area_m, 4, Number("m", ge=-1e6, le=1e6)):
         words = "(x low, y low, x high, y high), low < high, each |x| <= 1e6 [m]"
@@ -120,21 +130,21 @@ def layouts(
     refuse(faults)
     base = load(mission)
     low_m, high_m = np.array(area_m[:2], float), np.array(area_m[2:], float)
-    side_m = 1000.0 * math.sqrt(built_up / per_km2) if kind == "manhattan" else float(size_m)
-    step_m = np.full(2, 1000.0 / math.sqrt(per_km2))
+    most, side_m = options["buildings"], float(options["size_m"])
+    step_m = np.full(2, 1000.0 / math.sqrt(options["per_km2"]))
     if kind == "grid":
-        across = math.isqrt(buildings)
-        step_m = (high_m - low_m) / across
+        step_m = (high_m - low_m) / math.isqrt(most)
     elif kind == "manhattan":
+        side_m = 1000.0 * math.sqrt(options["built_up"] / options["per_km2"])
         expected = float(np.prod((high_m - low_m) / step_m))
         if expected > MOST_ITEMS:
             words = f"at most {MOST_ITEMS} buildings in the area"
-            refuse([Fault("per_km2", f"{per_km2:g}", words)])
+            refuse([Fault("per_km2", f"{options['per_km2']:g}", words)])
     found = []
     for number in range(count):
         draw = np.random.default_rng([seed, number])
         if kind == "uniform":
-            at_m = _anywhere(draw, base, low_m, high_m, side_m, buildings)
+            at_m = _anywhere(draw, base, low_m, high_m, side_m, most)
         else:
             shift = draw.random(2) if kind == "manhattan" else np.full(2, 0.5)
             x_m, y_m = (
@@ -143,10 +153,11 @@ def layouts(
             at_m = np.stack(np.meshgrid(x_m, y_m), axis=-1).reshape(-1, 2)
             at_m = at_m[_free(base, at_m, side_m)]
         if kind == "manhattan":
-            roofs_m = draw.rayleigh(height_scale_m, len(at_m))
+            roofs_m = draw.rayleigh(options["height_scale_m"], len(at_m))
         else:
-            roofs_m = draw.uniform(*heights_m, len(at_m))
-        if len(at_m) < (buildings if kind == "uniform" else 1):
+            lowest_m, highest_m = options["heights_m"]
+            roofs_m = draw.uniform(lowest_m, highest_m, len(at_m))
+        if len(at_m) < (most if kind == "uniform" else 1):
             refuse([Fault("area_m", shown(area_m), "an area with room for the buildings")])
         names = [f"r{k + 1}" for k in range(len(at_m))]
         table: dict[str, Iterable[object]] = {"name": names, "z_m": roofs_m}
@@ -179,13 +190,17 @@ def relocated(mission: Mission, roofs_m: object) -> list[Mission]:
                 row["footprint_m"] = (np.array(outline) + (place_m - before_m)[:2]).tolist()
         with collected(wrong):
             found.append(mission.replace({"buildings": rows}))
-        faults += [replace(each, key=f"layout {number}: {each.key}") for each in wrong]
+        for each in wrong[:1]:
+            more = f"; and {len(wrong) - 1} more in this layout" if len(wrong) > 1 else ""
+            key = f"layout {number}: {each.key}"
+            faults.append(replace(each, key=key, allowed=f"{each.allowed}{more}"))
     refuse(faults)
     return found
 
 
 def _ordered(values: object, count: int, number: Number) -> bool:
     """Whether these are so many numbers, the lower half not above the upper."""
+    values = values.tolist() if isinstance(values, np.ndarray) else values
     if not isinstance(values, tuple | list) or len(values) != count:
         return False
     if not all(map(number.accepts, values)):

@@ -145,7 +145,7 @@ def check(found: Scenarios) -> None:
     faults = [
         Fault(key, "", f"the mission states no {lacking}, of which this is a part")
         for key in values
-        if (lacking := _lacking(mission, key))
+        if (lacking := _lacking(mission, key, values))
     ]
     refuse(faults)
     if values:
@@ -153,13 +153,15 @@ def check(found: Scenarios) -> None:
         mission.replace(found._first())
 
 
-def _lacking(mission: Mission, key: str) -> str:
+def _lacking(mission: Mission, key: str, values: Mapping[str, Floats]) -> str:
     """The table, or the place or force, that a mission would have to state before a key."""
     whole, _, axis = key.partition("[")
     table, _, name = whole.partition(".")
     if (section := getattr(mission, table)) is None:
         return table
-    return whole if axis and getattr(section, name) is None else ""
+    if not axis or getattr(section, name) is not None:
+        return ""
+    return "" if all(f"{whole}[{k}]" in values for k in range(3)) else whole
 
 
 def values_of(ranges: object, faults: list[Fault], *, paired: bool) -> dict[str, Floats]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
+from annotated_types import MinLen
 from pydantic import BaseModel, ValidationError
 
 from formulations.formulation import Formulation
@@ -43,7 +44,7 @@ class StudyFile(BaseModel, extra="forbid", strict=True, allow_inf_nan=False):
     paired: Annotated[Document, Allowed("a table [paired] of keys")] = {}
     samples: Annotated[Document, Allowed("a table [samples] of keys")] = {}
     scenarios_per_part: Annotated[int, PART] = 100_000
-    output: Annotated[str, Allowed("the path of a directory")] = ""
+    output: Annotated[str, MinLen(1), Allowed("the path of a directory")] = ""
 
 
 @dataclass(frozen=True)

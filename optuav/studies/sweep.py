@@ -45,8 +45,8 @@ MANIFEST, PART = "manifest.json", "part-{:06}.parquet"
 LARGEST_MANIFEST = 200_000_000  # bytes
 PACKAGES = ("optuav", "numpy", "scipy", "pyarrow")
 """On whose versions the bytes of a part depend."""
-STAMP = b"optuav"
-"""Where the metadata of a part say which part of which sweep it is."""
+STAMP, HASH = b"optuav", 64
+"""Where the metadata of a part say which part of which sweep it is, before so many digits."""
 
 
 class Swept(NamedTuple):
@@ -67,6 +67,7 @@ def sweep(
     *,
     workers: int = 1,
     scheduler: str | None = None,
+    resume: bool = True,
     progress: Progress | None = None,
 ) -> Swept:
     r"""Find the best plans of all scenarios of a study, in parts of which none is computed twice.
@@ -85,6 +86,8 @@ def sweep(
         Number of processes of this machine that share the work, 1 to 1000.
     scheduler
         Address of a Dask scheduler, whose workers do the work instead; without `workers`.
+    resume
+        Whether parts that are there and whole stay; otherwise all are computed again.
     progress
         Called with the number of scenarios done, that of all, and words.
 
@@ -115,7 +118,8 @@ def sweep(
     ...     optuav.sweep(file).parts, optuav.sweep(file).kept
     (2, 2)
     """
-    return run(planned(path_of(study), workers, scheduler), workers, scheduler, progress)
+    plan = planned(path_of(study), workers, scheduler)
+    return run(plan, workers, scheduler, resume, progress)
 
 
 def planned(study: Path, workers: int, scheduler: str | None) -> SweepPlan:
@@ -131,12 +135,18 @@ def planned(study: Path, workers: int, scheduler: str | None) -> SweepPlan:
     return plan
 
 
-def run(plan: SweepPlan, workers: int, scheduler: str | None, progress: Progress | None) -> Swept:
+def run(
+    plan: SweepPlan,
+    workers: int,
+    scheduler: str | None,
+    resume: bool,
+    progress: Progress | None,
+) -> Swept:
     """Do what a plan asks for, less what has been done; see `sweep`."""
     manifest, directory, every = _manifest(plan), plan.output, plan.scenarios.count
     begun, stamp = _is_begun(directory, manifest), manifest["hash"]
     paths = [directory / PART.format(number) for number in range(plan.parts)]
-    left = [n for n, path in enumerate(paths) if not is_whole(path, stamp, n)]
+    left = [n for n, path in enumerate(paths) if not (resume and is_whole(path, stamp, n))]
     kept, done = plan.parts - len(left), every - sum(len(plan.part(n)) for n in left)
     call = partial(part_of, plan, stamp, manifest["versions"])
     context = copy_context()
@@ -145,7 +155,8 @@ def run(plan: SweepPlan, workers: int, scheduler: str | None, progress: Progress
     with closing(results(call, left, workers, scheduler)) as found:
         if not begun:
             files.make_directory(directory)
-            files.write_text(directory / MANIFEST, json.dumps(manifest, indent=1) + "\n")
+            text = json.dumps(manifest, indent=1) + "\n"
+            context.run(files.write_text, directory / MANIFEST, text)
         tell(done, every, f"{kept} of {plan.parts} parts")
         for parts, (number, content) in enumerate(found, kept + 1):
             context.run(files.write_files, {paths[number]: content})
@@ -201,7 +212,7 @@ def open_sweep(path: str | Path) -> xarray.Dataset:
     paths = [directory / PART.format(number) for number in range(-(-count // at_once))]
     missing = sum(not is_whole(each, about["hash"], n) for n, each in enumerate(paths))
     if missing:
-        words = f"is not finished: {missing} of {len(paths)} parts are missing"
+        words = f"is not finished: {missing} of {len(paths)} parts are missing or damaged"
         raise files.refusal(directory, f"{words}; optuav sweep goes on with it")
     buildings = [each["name"] for each in study["mission"].get("buildings", ())]
     columns = read_parts(paths, {"perspective": [*PERSPECTIVES], **words_of(buildings)})
@@ -238,10 +249,10 @@ def part_of(plan: SweepPlan, stamp: str, versions: Mapping[str, str], number: in
         field.with_metadata({"units": unit_of[field.name]}) if field.name in unit_of else field
         for field in table.schema
     ]
-    metadata, content = {STAMP: f"{stamp} {number}"}, io.BytesIO()
+    mark, content = f"{stamp} {number} ", io.BytesIO()
     # What the library might choose otherwise in time is stated.
     parquet.write_table(
-        table.cast(pa.schema(fields, metadata)),
+        table.cast(pa.schema(fields, {STAMP: mark + HASH * "0"})),
         content,
         version="2.6",
         compression="zstd",
@@ -252,19 +263,24 @@ def part_of(plan: SweepPlan, stamp: str, versions: Mapping[str, str], number: in
         data_page_size=1 << 20,
         write_page_checksum=True,
     )
-    return content.getvalue()
+    return _sealed(content.getvalue(), mark)
+
+
+def _sealed(content: bytes, mark: str) -> bytes:
+    """A part with the hash of its other bytes behind a mark."""
+    start = content.rfind(mark.encode()) + len(mark)
+    head, tail = content[:start], content[start + HASH :]
+    return b"".join([head, hashlib.sha256(head + tail).hexdigest().encode(), tail])
 
 
 def is_whole(path: Path, stamp: str, number: int) -> bool:
-    """Whether a file is this part of this study, and has its end."""
-    import pyarrow as pa
-    from pyarrow import parquet
-
+    """Whether a file is this part of this study, to the last byte."""
+    mark = f"{stamp} {number} "
     try:
-        metadata = parquet.read_metadata(path).metadata or {}
-    except (OSError, pa.ArrowException):
+        content = path.read_bytes()
+    except OSError:
         return False
-    return metadata.get(STAMP) == f"{stamp} {number}".encode()
+    return mark.encode() in content and content == _sealed(content, mark)
 
 
 def read_parts(
@@ -277,8 +293,7 @@ def read_parts(
     tables, found = [], Variables()
     try:
         for path in paths:
-            table = parquet.read_table(path, columns=columns, page_checksum_verification=True)
-            tables.append(table)
+            tables.append(parquet.read_table(path, columns=columns))
         whole = pa.concat_tables(tables)
         for name, column in zip(whole.column_names, whole.itercolumns(), strict=True):
             if name not in words:
@@ -314,11 +329,13 @@ def _hash(manifest: Document) -> str:
 
 
 def _is_begun(directory: Path, manifest: Document) -> bool:
-    """Whether a directory holds this sweep, or nothing; anything else is refused."""
+    """Whether a directory holds parts of this sweep; those of anything else are refused."""
     with files.refusals(directory, "read"):
         there = {each.name for each in directory.iterdir()} if directory.is_dir() else set()
     if MANIFEST in there:
         found = _read_manifest(directory)
+        if not there - {MANIFEST, files.TEMPORARY}:
+            return False
         if found["hash"] != manifest["hash"]:
             words = "holds the parts of another study: state another output, or delete it"
             raise files.refusal(directory, words)

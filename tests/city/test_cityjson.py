@@ -28,6 +28,8 @@ SHELL = [
     *([[0, 4, 7, 3]], [[1, 2, 6, 5]], [[4, 8, 9, 7]], [[5, 6, 9, 8]]),
 ]
 SOLID = {"type": "Solid", "lod": "2.0", "boundaries": [SHELL]}
+BEFORE = {"type": "MultiSurface", "lod": "1", "boundaries": [[[0, 1, 2, -1]]]}
+PART = {"type": "BuildingPart", "geometry": [SOLID]}
 FLAT = {"type": "MultiSurface", "lod": "0", "boundaries": [[[0, 1, 2, 3]]]}
 
 
@@ -66,11 +68,33 @@ def test_parts_count_in_place_of_the_building_that_they_make(tmp_path: Path) -> 
     assert read(written(tmp_path, content)).names == ("nave", "tower")
 
 
+def test_a_part_that_stands_on_another_reaches_from_the_ground(tmp_path: Path) -> None:
+    """A tower of 50 m on a podium of 10 m has its roof at 60 m, in another building at 50 m."""
+    above = [[[n + 10 for n in ring] for ring in face] for face in SHELL]
+    tower = {"type": "Solid", "lod": "2.0", "boundaries": [above]}
+    parts = {
+        "podium": {"type": "BuildingPart", "parents": ["house"], "geometry": [SOLID]},
+        "tower": {"type": "BuildingPart", "parents": ["podium"], "geometry": [tower]},
+        "other": {"type": "Building", "geometry": [tower]},
+    }
+    content = document(house={"type": "Building", "children": ["podium"]}, **parts)
+    content["vertices"] = [[x, y, z * 10 // 9] for x, y, z in CORNERS]
+    content["vertices"] += [[x, y, 100 + z * 50 // 9] for x, y, z in CORNERS]
+    city = read(written(tmp_path, content))
+    roofs_m = dict(zip(city.names, city.position_m[:, 2].tolist(), strict=True))
+    assert roofs_m == pytest.approx({"podium": 10.0, "tower": 60.0, "other": 50.0})
+
+
+def test_a_file_may_be_named_cityjson(tmp_path: Path) -> None:
+    file = written(tmp_path, document(house={"type": "Building", "geometry": [SOLID]}))
+    assert read(file.rename(tmp_path / "town.cityjson")).names == ("house",)
+
+
 def test_a_flat_outline_has_no_height_but_attributes_may(tmp_path: Path) -> None:
     attributes = {"measuredHeight": 11.0, "storeysAboveGround": 3}
     house = {"type": "Building", "geometry": [FLAT], "attributes": attributes}
     file = written(tmp_path, document(house=house))
-    with pytest.raises(optuav.InputError, match="1 of 1 buildings have no height"):
+    with pytest.raises(optuav.InputError, match="1 of 1 building without a height"):
         read(file)
     assert read(file, height="measuredHeight").position_m[0, 2] == 11.0
     assert read(file, levels="storeysAboveGround").position_m[0, 2] == 9.0
@@ -83,7 +107,9 @@ def test_a_flat_outline_has_no_height_but_attributes_may(tmp_path: Path) -> None
         ("metadata", {"referenceSystem": "local"}, "a code of EPSG"),
         ("vertices", [[0, 0, 0]], "is no CityJSON"),
         ("vertices", "none", "is no CityJSON"),
-        ("CityObjects", {"house": {}}, "is no CityJSON"),
+        ("CityObjects", {"house": {}}, "is no CityJSON: CityObjects, 'house' is not as specified"),
+        ("CityObjects", {"a": {**PART, "parents": ["a"]}}, "is no CityJSON: CityObjects, 'a'"),
+        ("CityObjects", {"a": {**PART, "geometry": [BEFORE]}}, "is no CityJSON: CityObjects, 'a'"),
         ("CityObjects", {}, "has no buildings"),
         ("transform", {"scale": [1, 1, 1]}, "is no CityJSON"),
     ],

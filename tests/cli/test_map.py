@@ -113,12 +113,15 @@ def test_no_plan_anywhere_is_an_honest_no() -> None:
         (("--over", "laser", "--step", "0"), "--step = 0.0: a number, 0.001 <= x <= 1e6 [m]"),
         (("--over", "laser", "--step", "1", "--bounds", "a,b"), "--bounds = 'a,b': four numbers"),
         (("--over", "laser", "--step", "9", "--save", "a.png"), "--save = 'a.png': a name that"),
+        (("--over", "laser", "--step", "9", "--save", "-"), "--save = '-': a name that ends in"),
         (("--over", "laser", "--step", "9", "--save", "no/a.tif"), "there is no directory"),
         (("--over", "laser", "--step", "500", "--save", "a.geojson"), "crs: is missing"),
     ],
 )
 def test_faults_are_one_message(arguments: tuple[str, ...], words: str, folder: Path) -> None:
-    assert words in refused("map", "paper", *arguments)
+    said = refused("map", "paper", *arguments)
+    assert words in said
+    assert said.count("--") == words.count("--")
     assert not [*folder.iterdir()]
 
 

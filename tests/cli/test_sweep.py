@@ -92,8 +92,9 @@ def test_what_is_broken_is_replaced_unasked(study: Path) -> None:
     part = study.with_suffix("") / "part-000001.parquet"
     whole = part.read_bytes()
     part.write_bytes(b"x" * len(whole))
-    assert "2, 1 of them from before" in run("sweep", str(study)).out
+    assert "2, 1 of them from before" in run("sweep", str(study), "--resume").out
     assert part.read_bytes() == whole
+    assert "from before" not in run("sweep", str(study), "--no-resume").out
 
 
 def test_a_study_without_a_name_states_its_directory(

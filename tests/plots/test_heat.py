@@ -33,13 +33,13 @@ def contours(ax: Axes) -> list[np.ndarray]:
 
 
 def test_contours_run_where_the_values_are(overlaps: Overlaps) -> None:
-    """Of the plane 4 x, the contour of 20 is at x = 5, that of 100 at x = 25; axes span cells."""
+    """Of the plane 4 x, the contour of 20 is at x = 5, of 100 at x = 25; axes end at values."""
     ax = drawn(np.tile(4.0 * X, (3, 1)))
     assert contour_levels(np.array([0.0, 120.0, np.nan])) == [20.0, 40.0, 60.0, 80.0, 100.0]
     at = sorted({round(float(x), 6) for each in contours(ax) for x in each[:, 0]})
     assert at == [5.0, 10.0, 15.0, 20.0, 25.0]
-    assert ax.get_xlim() == (-5.0, 35.0)
-    assert ax.get_ylim() == (4.5, 10.5)
+    assert ax.get_xlim() == (0.0, 30.0)
+    assert ax.get_ylim() == (5.0, 9.0)
     assert overlaps(ax.figure) == []
 
 
@@ -75,6 +75,16 @@ def test_where_contours_crowd_none_is_named() -> None:
     for each in named:
         box = each.get_window_extent()
         assert box.x1 < jump[0] or box.x0 > jump[1]
+
+
+def test_no_name_of_a_contour_is_cut() -> None:
+    """The contour of 20 runs along the lower edge, where half of its name would be outside."""
+    values = np.tile(19.7 + np.arange(100.0)[:, None], (1, 40))
+    ax = heat_map(np.arange(40.0), np.arange(100.0), values, *WORDS)
+    assert {"40", "60"} <= {each.get_text() for each in ax.texts}
+    for each in ax.texts:
+        box = each.get_window_extent()
+        assert ax.bbox.y0 <= box.y0 < box.y1 <= ax.bbox.y1
 
 
 def test_the_same_values_are_the_same_bytes(tmp_path: Path) -> None:

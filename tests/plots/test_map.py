@@ -14,12 +14,14 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
+from matplotlib.text import Text
 
 import optuav
 from optuav import plots
 from optuav.errors import InputError
 from optuav.network import vehicle
 from optuav.physics import link
+from optuav.plots import style
 from optuav.plots.style import VERMILLION
 
 TRAJECTORIES = ("direct", "traj1", "traj2", "optimal")
@@ -129,6 +131,21 @@ def test_many_buildings_are_all_drawn_but_not_all_named(
     written = [text.get_text().splitlines()[0] for text in axes.plan.texts if text.get_text()]
     assert 0 < sum(words.startswith("house") for words in written) < 60
     assert set(plan.route) - {"origin", "hover", "destination"} <= set(written)
+
+
+def test_a_label_keeps_off_the_place_of_another() -> None:
+    """Where it lies least on lines is the end of a route."""
+    ax = style.page(3.0).subplots()
+    ax.set(xlim=(0.0, 100.0), ylim=(0.0, 100.0))
+    style.settle(ax)
+    crowd = [[(0.0, y), (49.0, y)] for y in range(0, 100, 2)]
+    crowd += [[(0.0, y), (100.0, y)] for y in [*range(0, 48, 2), *range(54, 100, 2)]]
+    places = {"a place that has a name": (50.0, 50.0), "end": (60.0, 51.0)}
+    labels = [style.Label(words, at) for words, at in places.items()]
+    style.place(ax, labels, crowd)
+    style.root(ax).draw_without_rendering()
+    end = ax.transData.transform(labels[1].at)
+    assert not Text.get_window_extent(ax.texts[0]).contains(*end)  # Without its leading line
 
 
 def test_a_mission_alone_shows_the_direct_route(paper: optuav.Plan) -> None:

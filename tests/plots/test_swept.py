@@ -48,9 +48,25 @@ def test_maps_have_the_first_key_across_and_the_second_upwards() -> None:
     np.testing.assert_array_equal(shown.reshape(expected.shape), expected)
 
 
-def test_nothing_to_draw_is_drawn_without_an_error() -> None:
+def test_a_hover_that_is_not_the_longest_is_not_called_so() -> None:
+    """P2 asks for the most charge."""
+    found = optuav.batch("paper", {"limits.deadline_s": [600, 700]}, "P2")
+    ((_, ax),) = plots.swept(found)
+    assert ax.get_ylabel() == "hover Δ [s]"
+
+
+def test_places_without_a_plan_are_named_in_a_legend() -> None:
+    keys = {"battery.available_fraction": [0.4, 0.5], "limits.deadline_s": [20, 600]}
+    ((_, ax),) = plots.swept(optuav.batch("paper", keys))
+    (legend,) = ax.figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["no plan"]
+
+
+def test_nothing_to_draw_is_drawn_over_what_was_swept() -> None:
     found = optuav.batch("paper", {"limits.deadline_s": [10, 20]})
     ((_, ax),) = plots.swept(found)
+    assert ax.get_xlim() == pytest.approx((9.5, 20.5))
+    assert "no plan" in [text.get_text() for text in ax.texts]
     assert np.isnan(np.asarray(ax.get_lines()[0].get_ydata(), dtype=float)).all()
     grid = {"limits.deadline_s": [10, 20], "battery.capacity_As": [30_000, 40_000]}
     assert len([*plots.swept(optuav.batch("paper", grid))]) == 1

@@ -238,5 +238,16 @@ def test_numbers_of_numpy_are_numbers_and_the_answer_is_plain_data() -> None:
     assert told["missions"] == ["paper"] * 4
     assert told["laser"] == [0, 0, 0, -1]
     assert told["hover_s"][3] == [None]
+    assert told["candidates_m"] == CANDIDATES_M.tolist()
+    assert [len(row) for row in told["candidate_hover_s"]] == [len(CANDIDATES_M)] * 4
+    assert told["candidate_hover_s"][3] == [None] * len(CANDIDATES_M)
     assert told["position_m"] == [CANDIDATES_M[told["selection"]["sites"][0]].tolist()]
     assert told["value"] == told["selection"]["value"] == found.value
+
+
+@pytest.mark.parametrize("number", [4, -1, "a", 0.5])
+def test_a_mission_that_is_none_of_them(number: Any) -> None:
+    found = optuav.place_laser(devices(), CANDIDATES_M[:1], refine=False)
+    assert "1 of 1 candidate for 4 missions" in str(found)
+    with pytest.raises(optuav.InputError, match=r"number = .*0 <= x < 4"):
+        found.mission(number)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import gc
 import os
 import socket
 import subprocess
@@ -9,6 +11,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 
 import pytest
@@ -84,7 +87,9 @@ def test_one_process_needs_no_cluster(monkeypatch: pytest.MonkeyPatch) -> None:
         list(cluster.results(lambda n: n * n, [3], 2, None))
 
 
-@pytest.mark.parametrize("address", ["nonsense", "foo://127.0.0.1:1", "tcp://127.0.0.1:{free}"])
+@pytest.mark.parametrize(
+    "address", ["nonsense", "foo://127.0.0.1:1", "tcp://127.0.0.1:{free}", "inproc://x", ""]
+)
 def test_no_scheduler_is_one_error_in_time(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cluster, "PATIENCE_S", 0.5)
     with socket.create_server(("127.0.0.1", 0)) as free:
@@ -93,6 +98,33 @@ def test_no_scheduler_is_one_error_in_time(address: str, monkeypatch: pytest.Mon
     with pytest.raises(InputError, match=r"scheduler = '.*': the address of a Dask scheduler"):
         list(cluster.results(lambda n: n, [1], 1, address))
     assert time.monotonic() - began_s < 10.0
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.parametrize(
+    "address", ["{http}", "{worker}", "tls://{http}", "ws://{http}", "ucx://{http}"]
+)
+def test_what_is_no_scheduler_is_one_error_in_time(
+    address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A server that says nothing until it is asked for a page, a worker, and other protocols."""
+    from distributed.core import Server
+
+    class Worker(Server):
+        """What answers as a worker does."""
+
+    monkeypatch.setattr(cluster, "PATIENCE_S", 0.5)
+
+    async def refused() -> None:
+        async with Worker({}) as worker:
+            await worker.listen("tcp://127.0.0.1:0")
+            page = HTTPServer(("127.0.0.1", 0), BaseHTTPRequestHandler)
+            where = address.format(http=f"127.0.0.1:{page.server_port}", worker=worker.address)
+            with page, pytest.raises(InputError, match="the address of a Dask scheduler, as tcp"):
+                await asyncio.to_thread(cluster.results, lambda n: n, [1], 1, where)
+
+    asyncio.run(asyncio.wait_for(refused(), 10.0))
+    gc.collect()  # Of the connection that distributed leaves where nothing answers
 
 
 def test_without_a_scheduler_nothing_is_written(

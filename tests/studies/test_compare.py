@@ -351,8 +351,8 @@ def test_gaps_are_drawn_as_shares_of_a_slot_below_their_bound(by_method: Results
     assert levels == [0.0, pytest.approx(200.0)]
 
 
-def test_batteries_that_one_engine_alone_takes_are_refused_with_all_their_settings() -> None:
-    """Packs in turns are simulated, a charge that tapers has kinks: nothing is left to compare."""
+def test_batteries_that_not_all_engines_take_are_refused_with_all_their_settings() -> None:
+    """Packs in turns are simulated, and a charge that tapers has kinks, which CasADi refuses."""
     settings = {"schedule": "alternating", "period_s": 60.0, "charging": "taper"}
     mission = small(**{f"battery.{name}": value for name, value in settings.items()})
     with pytest.raises(InputError) as refusal:

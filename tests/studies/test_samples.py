@@ -89,7 +89,9 @@ def test_towns_after_itu_r_p1410_have_its_statistics() -> None:
 def test_no_building_stands_around_an_end_and_none_outside(kind: Any) -> None:
     """Origin, destination and laser stay free; the first towns do not depend on how many follow."""
     base = optuav.load("paper")
-    options: dict[str, Any] = {"buildings": 400, "size_m": 60.0, "per_km2": 80.0, "seed": 5}
+    squares = {"buildings": 400, "size_m": 60.0}
+    options: dict[str, Any] = {"per_km2": 80.0} if kind == "manhattan" else squares
+    options["seed"] = 5
     towns = optuav.layouts(base, 3, kind, **options)
     assert base.laser is not None
     ends = base.route.origin_m, base.route.destination_m, base.laser.position_m
@@ -114,12 +116,21 @@ def test_no_building_stands_around_an_end_and_none_outside(kind: Any) -> None:
         ({"area_m": (0.0, 0.0, 10.0, 10.0)}, "with room for the buildings"),
         ({"built_up": 1.0}, "built_up"),
         ({"kind": "manhattan", "per_km2": 1e6}, "at most 100000 buildings"),
+        ({"kind": "grid", "per_km2": 9}, "per_km2 = 9: goes with the kind manhattan"),
+        ({"kind": "manhattan", "size_m": 9}, "size_m = 9: goes with the kind uniform or grid"),
     ],
 )
 def test_layouts_refuse_what_cannot_be_built(options: dict[str, Any], words: str) -> None:
     """Each with its field and what is allowed."""
     with pytest.raises(InputError, match=words):
         optuav.layouts("paper", **{"count": 2, **options})
+
+
+def test_the_area_and_the_heights_may_be_arrays() -> None:
+    area_m, heights_m = (100.0, 0.0, 900.0, 800.0), (20.0, 30.0)
+    listed = optuav.layouts("paper", 1, area_m=area_m, heights_m=heights_m)
+    arrays = {"area_m": np.array(area_m), "heights_m": np.array(heights_m)}
+    assert optuav.layouts("paper", 1, **arrays) == listed
 
 
 def test_what_is_no_path_and_no_mapping_is_refused() -> None:
