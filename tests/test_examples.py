@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?![\w.])")
 
-LONG = ("14_two_packs", "20_what_matters_most", "25_on_a_cluster")
+LONG = ("16_two_packs", "20_what_matters_most", "27_on_a_cluster")
 """Examples that take long, over packs, samples and clusters that have tests of their own."""
 
 pytestmark = pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)

@@ -1,5 +1,5 @@
 # %% [markdown]
-# # (P3), three ways and a fourth
+# # Hover without a rest
 #
 # Without a rest there is one unknown: how long to hover. The answer is a division. That makes (P3)
 # a good example to see what engines do, and what each of them knows about its answer.

@@ -106,7 +106,7 @@ assert math.isnan(flight.leg(airframe, motor, tuple(way_m), storm_N).loads.durat
 # %% [markdown]
 # ## Picture
 #
-# `python 02_one_leg.py pictures` writes it into the folder `pictures`.
+# `python 21_one_leg.py pictures` writes it into the folder `pictures`.
 
 # %%
 if find_spec("matplotlib") and "pictures" in sys.argv[1:]:
