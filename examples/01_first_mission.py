@@ -4,18 +4,21 @@
 # A drone flies from an origin to a destination. On its way it hovers within reach of a device on
 # the ground for as long as it can, and it may rest once on a roof, where a laser charges it.
 #
+# **Before this lesson:** a little Python, and nothing else. **Time:** 25 minutes.
+#
 # **Learning intentions.** After this page you can
 #
 # - load a mission and look up what it states;
 # - solve it and read the plan: where, when, for how long, and which limits bind;
-# - distinguish an optimal plan from a plan that can be flown;
+# - distinguish what a perspective promises from a plan that can be flown;
 # - change a value and say why the answer changes.
+#
+# Many cells are preceded by a question. Write your answer down *before* you run the cell: a guess
+# that turns out wrong teaches more than a number that was only read.
 
 # %%
-import math
 import sys
 import tempfile
-from importlib.util import find_spec
 from pathlib import Path
 
 import optuav
@@ -34,67 +37,98 @@ print(f"{len(mission.buildings)} buildings to rest on")
 #
 # `solve` compares the direct flight with a rest on every building, before the hover point and
 # after it, and returns the plan with the longest hover.
+#
+# **Before you run:** hovering draws 88 A from the packs. How long could the drone hover if it did
+# not have to fly anywhere? Will the plan reach that?
 
 # %%
-plan = optuav.solve(mission, perspective="battery")
+plan = optuav.solve(mission)
 print(plan.summary())
 
-assert plan.status == "optimal"
-assert plan.route == ("origin", "b1", "hover", "destination")
-assert math.isclose(plan.hover_time_s, 719.5399, abs_tol=1e-4)
-assert math.isclose(plan.rest_time_s, 392.1438, abs_tol=1e-4)
+# %% [markdown]
+# On a map: the route, the disc in which the device is in reach, the laser and its roofs, and below
+# it the heights along the way.
+
+# %%
+optuav.plots.mission_map(plan)
+
+# %% [markdown]
+# ## Two answers to one question
+#
+# A battery has two wells, and only the *available* one feeds the rotors. `solve` takes that into
+# account: its perspective is `available`. The paper behind this mission counts all charge alike,
+# the perspective `battery`. Both say of themselves that they found the longest hover.
+#
+# **Before you run:** which of the two hovers longer? Do they rest on the same roof?
+
+# %%
+promised = optuav.solve(mission, perspective="battery")
+capacity_As = mission.battery.packs * mission.battery.capacity_As
+ends = {"available": plan.phases[-1], "battery": promised.phases[-1]}
+rows = {
+    "route": [" → ".join(each.route[1:-1]) for each in (plan, promised)],
+    "hover": [f"{each.hover_time_s:.2f} s" for each in (plan, promised)],
+    "rest": [f"{each.rest_time_s:.2f} s" for each in (plan, promised)],
+    "mission": [f"{each.mission_time_s:.1f} s" for each in (plan, promised)],
+    "charge at the end": [f"{each.soc['battery']:.1%}" for each in (plan, promised)],
+    "available well": [f"{each.available_As[0] / capacity_As:z.1%}" for each in ends.values()],
+    "can be flown": ["yes" if each.flyable else "no" for each in (plan, promised)],
+}
+print(f"{'':20}{'available':>14}{'battery':>14}")
+for name, (ours, theirs) in rows.items():
+    print(f"{name:20}{ours:>14}{theirs:>14}")
+
+# %% [markdown]
+# The plan of the paper's perspective lands with 5 % of the charge, as it was asked to, but with an
+# available well below zero, which no battery can have. The plan says so itself:
+
+# %%
+for warning in promised.warnings:
+    print("Warning:", warning)
+
+# %% [markdown]
+# Both wells over time, of both plans, one well on top of the other. The upper plan is driven past
+# full at its rest, and falls when nothing is left of the available well. A later lesson,
+# [When the battery runs dry](04_when_the_battery_runs_dry.py), takes this picture apart.
+
+# %%
+optuav.plots.wells([promised, plan])
 
 # %% [markdown]
 # ## Check it by hand
 #
-# Two limits bind, and both can be checked from the phases. Currents are counted into the battery:
-# negative while hovering, positive while resting in sight of the laser.
+# Two limits bind in the paper's perspective, and both can be checked from the phases. Currents are
+# counted into the battery: negative while hovering, positive while resting in sight of the laser.
 
 # %%
-capacity_As = mission.battery.packs * mission.battery.capacity_As
-drawn_As = -sum(phase.current_A * phase.duration_s for phase in plan.phases)
-print(f"charge drawn {drawn_As:.1f} A s, allowed {(1 - mission.limits.min_soc) * capacity_As:.1f}")
-print(f"time used {plan.mission_time_s:.1f} s, allowed {mission.limits.deadline_s:.1f} s")
-
-assert math.isclose(drawn_As, (1 - mission.limits.min_soc) * capacity_As)
-assert math.isclose(plan.mission_time_s, mission.limits.deadline_s)
-
-# %% [markdown]
-# ## Optimal, and yet it cannot be flown
-#
-# The state of charge counts all charge in the battery. But a battery that is drained fast leaves
-# part of its charge bound, and stops when the *available* well is empty, here before the landing.
-# The paper's problem does not include this limit; the plan checks it and warns.
-
-# %%
-for warning in plan.warnings:
-    print("Warning:", warning)
-last = plan.phases[-1]
-print(f"at the end: available {last.available_As[0]:.0f} A s, bound {last.bound_As[0]:.0f} A s")
-
-assert plan.runs_dry_s is not None
-assert plan.runs_dry_s < plan.mission_time_s
-assert round(100 * last.available_As[0] / capacity_As) == -13
-assert math.isclose(last.available_As[0] + last.bound_As[0], 0.05 * capacity_As)
+drawn_As = -sum(phase.current_A * phase.duration_s for phase in promised.phases)
+allowed_As = (1 - mission.limits.min_soc) * capacity_As
+print(f"charge drawn {drawn_As:.1f} A s, allowed {allowed_As:.1f}")
+print(f"time used {promised.mission_time_s:.1f} s, allowed {mission.limits.deadline_s:.1f} s")
+hover, rest = promised.phases[3], promised.phases[1]
+price = -hover.current_A / rest.current_A
+print(f"a second of hovering costs as much charge as {price:.2f} s of rest give")
 
 # %% [markdown]
 # ## Change a value
 #
-# A mission never changes; `replace` makes a new one. With a deadline of 800 s there is too little
-# time left to rest: the direct flight wins, and charge alone binds.
+# A mission never changes; `replace` makes a new one.
+#
+# **Before you run:** with a deadline of 800 s in place of 1200 s, will the drone of the paper's
+# perspective still rest? And does the plan that can be flown lose hover time?
 
 # %%
-hurried = optuav.solve(mission.replace({"limits.deadline_s": 800}), perspective="battery")
-print(" → ".join(hurried.route), f"hovers {hurried.hover_time_s:.2f} s; binding:", *hurried.binding)
-hover, rest = plan.phases[3], plan.phases[1]
-price = -hover.current_A / rest.current_A
-print(f"a second of hovering costs as much charge as {price:.2f} s of rest give")
-
-assert (hover.kind, rest.kind) == ("hover", "rest")
-assert hurried.rest_time_s == 0.0
-assert math.isclose(hurried.hover_time_s, 688.848, abs_tol=1e-3)
+hurried = mission.replace({"limits.deadline_s": 800})
+sooner = {each: optuav.solve(hurried, perspective=each) for each in ("available", "battery")}
+for name, each in sooner.items():
+    print(f"{name:10} {' → '.join(each.route)}: hover {each.hover_time_s:.2f} s, ", end="")
+    print(f"rest {each.rest_time_s:.2f} s; binding:", *each.binding)
 
 # %% [markdown]
+# There is too little time left for the rest that the paper's plan needs: the direct flight wins,
+# and charge alone binds. The plan that can be flown keeps a rest, a shorter one on another roof: it
+# is limited by the well and hardly by time.
+#
 # ## Keep the plan
 #
 # The file contains the mission as well, and reading it gives the same plan, to the last digit.
@@ -102,15 +136,4 @@ assert math.isclose(hurried.hover_time_s, 688.848, abs_tol=1e-3)
 # %%
 with tempfile.TemporaryDirectory() as directory:
     plan.save(Path(directory) / "plan.json")
-    assert optuav.load_plan(Path(directory) / "plan.json") == plan
-
-# %% [markdown]
-# ## Pictures
-#
-# `python 01_first_mission.py pictures` writes them into the folder `pictures`.
-
-# %%
-if find_spec("matplotlib") and "pictures" in sys.argv[1:]:
-    from optuav.plots import save_pictures
-
-    save_pictures(plan, Path("pictures"))
+    print("the same plan again:", optuav.load_plan(Path(directory) / "plan.json") == plan)

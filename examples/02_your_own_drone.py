@@ -5,6 +5,9 @@
 # capacity over time is a current. This page goes from ten numbers to a plan, and asks whether a
 # laser is worth the weight of its receiver.
 #
+# **Before this lesson:** [A first mission](01_first_mission.py).
+# **Time:** 30 minutes.
+#
 # **Learning intentions.** After this page you can
 #
 # - turn a flight time into a current and a power, and scale both with the payload;
@@ -13,7 +16,6 @@
 # - say how much received power keeps a drone in the air for ever.
 
 # %%
-import math
 import sys
 
 import optuav
@@ -34,25 +36,32 @@ sheet = optuav.Datasheet(
     laser_power_W=5000,
 )
 mission = sheet.mission()
+
+# %% [markdown]
+# **Before you run:** the datasheet promises 36 minutes of hover with an empty battery, without
+# payload. This drone carries 250 g and must keep 20 %. Guess its hover time.
+
+# %%
 plan = optuav.solve(mission, perspective="battery")
 print(plan.summary())
 
-assert plan
+# %%
+optuav.plots.wells([plan])
 
 # %% [markdown]
 # ## What a flight time says
 #
 # Two packs of 5.88 Ah in 36 minutes are 19.6 A, without payload. Rotors push air down: lifting a
 # weight W takes a power proportional to W^1.5, so the payload counts more than its mass.
+#
+# **Before you run:** the payload adds 6.6 % to the mass. How many percent does it add to the
+# current?
 
 # %%
 bare_A = 2 * 5.88 / (36 / 60)
 loaded_A = bare_A * (1 + 0.25 / 3.77) ** 1.5
 print(f"hover: {bare_A:.2f} A bare, {loaded_A:.2f} A with the payload")
 print(f"mission: {mission.flight.hover_current_A} A, {mission.flight.hover_power_W} W")
-
-assert math.isclose(mission.flight.hover_current_A, loaded_A, rel_tol=1e-4)
-assert math.isclose(sheet.load_factor, loaded_A / bare_A)
 
 # %% [markdown]
 # The datasheet says nothing about the rest. Places, link, wells of the battery and acceleration are
@@ -68,14 +77,13 @@ same = [
 ]
 print("not from the datasheet:", ", ".join(same))
 
-assert same == ["route", "link", "wind", "buildings"]
-assert mission.battery.available_fraction == shipped.battery.available_fraction
-
 # %% [markdown]
 # ## Is the laser worth its receiver?
 #
 # Compare with the drone without laser and receiver. A light receiver pays; a heavy one costs more
 # than the laser brings. In between is the mass at which the two are equal.
+#
+# **Before you run:** 200 g, 1 kg, or 5 kg?
 
 
 # %%
@@ -94,15 +102,16 @@ while high_kg - low_kg > 1e-6:
     low_kg, high_kg = (middle_kg, high_kg) if worth else (low_kg, middle_kg)
 print(f"the laser carries a receiver of {low_kg:.2f} kg, and no more")
 
-assert hover_s(0.25, 5000) > without_s > hover_s(0.25, 0.0)
-assert math.isclose(hover_s(low_kg, 5000), without_s, rel_tol=1e-4)
-
 # %% [markdown]
 # ## For ever
 #
 # If the received power equals the power of the hover, the net hover current is 0, and only the
 # deadline ends the flight. The receiver then has to feed the motors directly: it delivers more than
 # the packs may be charged with.
+#
+# **Before you run:** with 90 % of the power that carries the drone, the battery has to give the
+# remaining tenth. By how much does the hover grow from 90 % to 99 %: by a tenth, to twice, or to
+# ten times?
 
 # %%
 direct = mission.replace({"battery.charge_current_A": 30, "limits.deadline_s": 1e6})
@@ -117,7 +126,3 @@ for share in (0.9, 0.99, 1.01):
     )
     hours[share] = plan.hover_time_s / 3600
     print(f"{share:.0%} of that: {hours[share]:.1f} h")
-
-assert math.isclose(hours[0.99] / hours[0.9], 10, rel_tol=1e-3)
-assert plan.binding == ("P3.b hover time",)
-assert math.isclose(plan.mission_time_s, 1e6)

@@ -4,6 +4,9 @@
 # Without a rest there is one unknown: how long to hover. The answer is a division. That makes (P3)
 # a good example to see what engines do, and what each of them knows about its answer.
 #
+# **Before this lesson:** [Declare a problem](05_declare_a_problem.py).
+# **Time:** 30 minutes.
+#
 # **Learning intentions.** After this page you can
 #
 # - give one declaration to four engines and compare their answers and proofs;
@@ -11,8 +14,9 @@
 # - check the answer of an engine independently.
 
 # %%
-import math
 import sys
+
+import numpy as np
 
 import optuav
 from optuav.modelling.classify import traits
@@ -28,7 +32,10 @@ print(program)
 # ## By hand
 #
 # All charge down to η0 may be drawn. The legs take their share, and the rest lasts as long as the
-# hover current allows. The deadline of 1200 s does not matter here.
+# hover current allows.
+#
+# **Before you run:** take B = 72 000 A s, η0 = 5 %, and the numbers printed above, and divide. Does
+# the deadline of 1200 s matter?
 
 # %%
 numbers = program.parts[0].model.row(0)
@@ -38,14 +45,13 @@ by_hand_s = usable_As / numbers["hover_current_A"]
 time_left_s = numbers["deadline_s"] - numbers["flight_time_s"]
 print(f"{usable_As:.1f} A s last {by_hand_s:.4f} s; the deadline would allow {time_left_s:.2f} s")
 
-assert by_hand_s < time_left_s
-assert math.isclose(by_hand_s, 688.848, abs_tol=1e-3)
-
 # %% [markdown]
 # ## Three engines
 #
 # `closed-form` visits the vertices of a linear programme, `cvxpy` passes it to a simplex code, and
 # `grid` tries every whole slot of a second, as the paper does. Each states its proof.
+#
+# **Before you run:** which of the three will give another number than you?
 
 # %%
 plans = {
@@ -55,10 +61,6 @@ plans = {
 for engine, plan in plans.items():
     print(f"{engine:<12}{plan.hover_time_s:12.6f} s  {plan.status.value}: {plan.proof}")
 
-assert math.isclose(plans["closed-form"].hover_time_s, by_hand_s, abs_tol=1e-9)
-assert math.isclose(plans["cvxpy"].hover_time_s, by_hand_s, abs_tol=1e-6)
-assert plans["grid"].hover_time_s == math.floor(by_hand_s)  # whole slots of a second
-
 # %% [markdown]
 # ## The fourth: through both wells
 #
@@ -66,6 +68,9 @@ assert plans["grid"].hover_time_s == math.floor(by_hand_s)  # whole slots of a s
 # charge flows between two wells, and the exponential of the hover time appears. That is no longer
 # linear, and the engines for linear models refuse it. CasADi takes it; it finds a *local* optimum,
 # and says so.
+#
+# **Before you run:** charge that is still bound at the end is of no use to the rotors, and yet this
+# perspective only asks for the sum of both wells. Longer than before, shorter, or the same?
 
 # %%
 wells = optuav.formulate(mission, "P3", perspective="wells", engine="casadi")
@@ -78,22 +83,18 @@ except optuav.InputError as error:
 fourth = wells.solve()
 print(f"{fourth.engine:<12}{fourth.hover_time_s:12.6f} s  {fourth.status.value}: {fourth.proof}")
 
-assert not traits(wells.parts[0].model).linear
-assert refusal.endswith("bracket, casadi, grid")
-assert fourth.status == "locally_optimal"
-assert math.isclose(fourth.hover_time_s, by_hand_s, abs_tol=1e-6)
-
 # %% [markdown]
 # The answers agree to a microsecond, and they must. What leaves one well enters the other:
 # dy1/dt + dy2/dt = I. The sum counts coulombs and does not depend on the flow between the wells. So
 # this optimum is global; but the argument shows that, and not the solver.
+#
+# **Before you run:** does the answer change if nothing flows between the wells, or much?
 
 # %%
 for rate_per_s in (0.0, 4.5e-5, 1e-2):
     changed = mission.replace({"battery.flow_rate_per_s": rate_per_s})
     hover_s = optuav.solve(changed, "P3", perspective="wells").hover_time_s
     print(f"flow {rate_per_s:7.1e} per second: {hover_s:.6f} s")
-    assert math.isclose(hover_s, by_hand_s, abs_tol=1e-6)
 
 # %% [markdown]
 # ## Check the answer, not the engine
@@ -104,9 +105,23 @@ for rate_per_s in (0.0, 4.5e-5, 1e-2):
 # %%
 for plan in (*plans.values(), fourth):
     rows = program.check({"hover_time_s": plan.hover_time_s})
-    assert rows.satisfied
+    print(f"{plan.engine:<12}", "feasible" if rows.satisfied else "not feasible")
 (too_long, *_) = program.check({"hover_time_s": by_hand_s + 1e-3})
 print(f"{too_long.label}: {too_long.slack:.2e} at a millisecond more, {too_long.declared_at}")
 
-assert not too_long.satisfied
-assert math.isclose(too_long.slack, -1e-3 * numbers["hover_current_A"] / battery_As, rel_tol=1e-4)
+# %% [markdown]
+# ## As a picture
+#
+# The slack of the state of charge over the hover time, a straight line in this perspective: the
+# answer is where it crosses zero.
+
+# %%
+hovers_s = np.linspace(0.0, 900.0, 181)
+slack = program.check({"hover_time_s": hovers_s})[0].slack
+optuav.plots.curves(
+    [optuav.plots.Line("state of charge at the end, less η0", hovers_s, 100.0 * slack)],
+    title="How much charge is left over",
+    x_label="hover time Δ [s]",
+    y_label="slack [% of B]",
+    marks=[optuav.plots.Mark(by_hand_s, "longest hover")],
+)

@@ -5,6 +5,9 @@
 # same: it has a binary λ for each route, exactly one of them 1, and the solver chooses. There are
 # two ways to write that. Both are correct, but one gives the solver a bound that is hardly of use.
 #
+# **Before this lesson:** [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py).
+# **Time:** 40 minutes.
+#
 # **Learning intentions.** After this page you can
 #
 # - join alternatives into one programme with a binary choice;
@@ -13,7 +16,6 @@
 # - name the inequality from which it follows that one stop is enough.
 
 # %%
-import math
 import sys
 
 import optuav
@@ -30,43 +32,55 @@ for building in ("b1", "b9"):
     alone_s[building] = plan.hover_time_s
 print({name: f"{hover_s:.3f} s" for name, hover_s in alone_s.items()})
 
+# %%
+optuav.plots.mission_map(few)
+
 # %% [markdown]
 # ## Big M
 #
 # All routes share Δ and T'. Every constraint gets a term M (1 − λ) that switches it off where its
 # route is not chosen. M must be large enough, and should be no larger: here each follows from the
 # deadline, and is printed.
+#
+# **Before you run:** three routes, so three copies of each constraint. How many constraints does
+# the programme have, and how many of them do anything at the answer?
 
 # %%
 big = optuav.route_choice(few, perspective="battery", form="big-M", order="rest-first")
 print(big.model)
 print(big.plan.proof, big.plan.route)
 
-assert math.isclose(big.plan.hover_time_s, max(alone_s.values()), abs_tol=1e-5)
-assert big.plan.route[1] == "b1"
-
 # %% [markdown]
 # ## The relaxation
 #
 # Branch and bound starts from the programme with 0 ≤ λ ≤ 1. Its optimum bounds every choice. But
-# with a third of each route, the constraints of all are relaxed: the bound is far away, the λ mean
-# nothing, and the solver has to try the routes.
+# with a third of each route, the constraints of all are relaxed.
+#
+# **Before you run:** no route hovers longer than 720 s. Guess the bound.
 
 # %%
 shares = {name: round(share, 3) for name, share in big.shares.items()}
 print(f"bound {big.relaxation_s:.3f} s with", shares)
 
-assert big.relaxation_s > 1.4 * big.plan.hover_time_s
-assert math.isclose(sum(big.shares.values()), 1.0)
-assert all(0.1 < share < 0.9 for share in big.shares.values())
+# %% [markdown]
+# The bound is far away, the λ mean nothing, and the solver has to try the routes.
+
+# %%
+optuav.plots.bars(
+    [optuav.plots.Bar(route, "", hover_s) for route, hover_s in alone_s.items()],
+    title="Each route by itself, and what the relaxation promises",
+    y_label="longest hover [s]",
+    level=optuav.plots.Mark(big.relaxation_s, "bound with a big M"),
+)
 
 # %% [markdown]
 # ## Convex hull
 #
 # Now every route has a Δ and a T' of its own, and its constraints are multiplied by its λ instead:
-# a·x ≤ b becomes a·x_r ≤ b λ_r. With λ = 0 the route has no hover. There are more unknowns, but the
-# relaxation is as good as the best route: half of one route and half of another is no better than
-# the better of the two.
+# a·x ≤ b becomes a·x_r ≤ b λ_r. With λ = 0 the route has no hover.
+#
+# **Before you run:** take half of one route and half of another. How long does that mixture hover,
+# at most? So what is the bound?
 
 # %%
 hull = optuav.route_choice(few, perspective="battery", form="hull", order="rest-first")
@@ -74,8 +88,9 @@ print(hull.model)
 for choice in (big, hull):
     print(f"{choice.form}: {traits(choice.model)}, and a bound of {choice.relaxation_s:.3f} s")
 
-assert math.isclose(hull.relaxation_s, big.plan.hover_time_s, abs_tol=1e-5)
-assert len(hull.model.variables) > len(big.model.variables)
+# %% [markdown]
+# There are more unknowns, but the relaxation is as good as the best route: half of one route and
+# half of another is no better than the better of the two.
 
 # %% [markdown]
 # ## All routes
@@ -90,11 +105,8 @@ choices = {
     for form in ("hull", "big-M")
 }
 for choice in choices.values():
-    print(choice, end="\n\n")
-    assert choice.plan.route == best.route
-    assert math.isclose(choice.plan.hover_time_s, best.hover_time_s, abs_tol=1e-5)
-assert abs(choices["hull"].gap_s) < 1e-5
-assert choices["big-M"].gap_s > 400.0
+    print(choice)
+    print("as one by one:", choice.plan.route == best.route, end="\n\n")
 
 # %% [markdown]
 # ## Why one stop
@@ -107,6 +119,3 @@ graph = optuav.graph(mission)
 graph.edges["origin", "b1"].update(duration_s=1.0, charge_As=10.0, energy_J=100.0)
 edited = optuav.route_choice(mission, perspective="battery", graph=graph)
 print(edited.notes[-1])
-
-assert "one stop is enough" in choices["hull"].notes[-1]
-assert "more than one stop" in edited.notes[-1]

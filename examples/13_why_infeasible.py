@@ -4,6 +4,9 @@
 # "Infeasible" alone is a correct answer of little help. Which constraints conflict, how can I check
 # that they do, and what should I change?
 #
+# **Before this lesson:** [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py).
+# **Time:** 30 minutes.
+#
 # **Learning intentions.** After this page you can
 #
 # - read a certificate of infeasibility, and check it with pencil and paper;
@@ -11,9 +14,10 @@
 # - choose among the smallest changes that repair a mission, and verify one.
 
 # %%
-import math
 import sys
 from fractions import Fraction
+
+import numpy as np
 
 import optuav
 
@@ -31,14 +35,13 @@ try:
 except optuav.NoPlanError as error:
     print("NoPlanError:", error)
 
-assert not plan
-assert plan.status == "infeasible"
-
 # %% [markdown]
 # ## No single constraint is the reason
 #
 # Without a rest there is too little charge. With enough rest the deadline is missed. Each
 # constraint can be satisfied, but not both together, and trying points can never prove that.
+#
+# **Before you run:** at which of the four rests below is the charge enough?
 
 # %%
 program = optuav.formulate(mission, problem, perspective="battery")
@@ -46,7 +49,27 @@ for rest_s in (0.0, 60.0, 120.0, 180.0):
     rows = program.check({"hover_time_s": 0.0, "rest_time_s": rest_s})
     broken = [f"{row.label} by {-row.slack:.3f}" for row in rows if not row.satisfied]
     print(f"T' = {rest_s:5.1f} s violates {' and '.join(broken)}")
-    assert len(broken) == 1
+
+# %% [markdown]
+# Each constraint leaves a longest hover for every rest. Where the one is above zero at last, the
+# other is below it already:
+
+# %%
+rests_s = np.linspace(120.0, 150.0, 61)
+given = program.parts[0].model.row(0)
+usable_As = (1 - given["min_soc"]) * given["packs"] * given["capacity_As"]
+usable_As = usable_As - given["flight_charge_As"] + given["rest_current_A"] * rests_s
+time_s = given["deadline_s"] - given["flight_time_s"] - rests_s
+optuav.plots.curves(
+    [
+        optuav.plots.Line("by charge", rests_s, usable_As / given["hover_current_A"]),
+        optuav.plots.Line("by the deadline", rests_s, time_s),
+        optuav.plots.Line("least hover", rests_s, 0.0 * rests_s),
+    ],
+    title="The longest hover that each constraint leaves",
+    x_label="rest time T' [s]",
+    y_label="hover time Δ [s]",
+)
 
 # %% [markdown]
 # ## The certificate
@@ -61,40 +84,39 @@ print(explanation)
 (conflict,) = explanation.conflicts
 (certificate,) = conflict.certificates
 
-assert certificate.labels == ("P4.a state of charge", "P4.b deadline", "bounds of Δ")
-
 # %% [markdown]
 # Check it. The rows read Σ coefficient · unknown ≤ limit, with exact fractions, so that there is no
-# rounding error. Every coefficient of the sum must be 0 and its limit negative, which says that
-# 0 ≤ a negative number.
+# rounding error.
+#
+# **Before you run:** what must the coefficients of the sum be, and what its limit, so that no point
+# at all can satisfy it?
 
 # %%
 total = {"Δ": Fraction(0), "T'": Fraction(0)}
 limit = Fraction(0)
 for row in certificate.rows:
-    assert row.multiplier >= 0
     limit += row.multiplier * row.limit
     for symbol, coefficient in row.coefficients.items():
         total[symbol] += row.multiplier * coefficient
 print("the sum:", *(f"{value}·{symbol} +" for symbol, value in total.items()), f"... ≤ {limit}")
+print("the certificate holds:", certificate.holds())
 
-assert total == {"Δ": 0, "T'": 0}
-assert limit < 0
-assert certificate.holds()
 
 # The rows are those of the statement: at any point, limit less left side is the slack.
 point = {"Δ": Fraction(10), "T'": Fraction(20)}
 stated = program.check({"hover_time_s": 10.0, "rest_time_s": 20.0})
 for row, declared in zip(certificate.rows, stated, strict=False):
     slack = row.limit - sum(a * point[symbol] for symbol, a in row.coefficients.items())
-    assert row.label == declared.label
-    assert math.isclose(slack, declared.slack, abs_tol=1e-12)
+    print(f"{row.label}: slack {float(slack):.6f}, by the statement {declared.slack:.6f}")
 
 # %% [markdown]
 # ## Repairs
 #
 # Each repair changes one number of the mission as little as possible, and was verified by solving
-# again. Which of them is cheap, a solver cannot know: a larger battery, or 5.5 s more time?
+# again. Which of them is cheap, a solver cannot know: a larger battery, or some seconds more time?
+#
+# **Before you run:** the repair is the smallest on a grid of a certain resolution. What should
+# happen one step below it?
 
 # %%
 extension = next(each for each in explanation.repairs if each.key == "limits.deadline_s")
@@ -102,7 +124,6 @@ for value in (extension.value, extension.value - extension.resolution):
     changed = mission.replace({extension.key: value})
     repaired = optuav.solve(changed, problem, perspective="battery")
     print(f"{extension.key} = {value:g}: {repaired.status.value}")
-    assert bool(repaired) == (value == extension.value)
 
 # %% [markdown]
 # ## Physics first
@@ -112,7 +133,3 @@ for value in (extension.value, extension.value - extension.resolution):
 # %%
 heavy = optuav.explain(optuav.load("paper").replace({"body.mass_kg": 5}))
 print(heavy)
-lighter = next(each for each in heavy.repairs if each.key == "body.mass_kg")
-
-assert heavy.conflicts == ()
-assert lighter.value < 17.2158 / 9.8  # full thrust over gravity

@@ -5,6 +5,10 @@
 # be for the 700 s of hover that I need? Which battery should I buy? Each question is one class, and
 # all that works on the problems of the paper works on it: printing, checking, engines, prices.
 #
+# **Before this lesson:** [Declare a problem](05_declare_a_problem.py),
+# [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py).
+# **Time:** 45 minutes.
+#
 # **Learning intentions.** After this page you can
 #
 # - state a problem of your own as a class with one method;
@@ -12,9 +16,10 @@
 # - check an answer by turning the question around.
 
 # %%
-import math
 import sys
 from dataclasses import dataclass
+
+import numpy as np
 
 import optuav
 from optuav.engines.registry import takers
@@ -56,31 +61,45 @@ class LeastRest(optuav.Formulation):
 at_b1 = LeastRest(WANTED_S, building="b1", order="rest-first")
 program = optuav.formulate(mission, at_b1, perspective="battery")
 print(program)
+
+# %% [markdown]
+# **Before you run:** (P1) hovers 719.5 s with 392 s of rest on b1. Is 392 s needed for 700 s too?
+# 20 s of hover less are worth 8.8 times as much rest on the side of the charge.
+
+# %%
 found = traits(program.parts[0].model)
 print(f"{found}; taken by {', '.join(takers(found, slots=False))}")
 for engine in takers(found, slots=False):
     slot_s = 10.0 if engine == "grid" else None
     plan = optuav.solve(mission, at_b1, perspective="battery", engine=engine, slot_s=slot_s)
     print(f"{engine:<12}{plan.rest_time_s:10.4f} s  {plan.proof}")
-    assert math.isclose(plan.hover_time_s, WANTED_S)
 
+
+# %%
 best = optuav.solve(mission, LeastRest(WANTED_S), perspective="battery")
 print("over all routes:", " → ".join(best.route), f"rests {best.rest_time_s:.4f} s")
 rows = program.check({"hover_time_s": WANTED_S, "rest_time_s": best.rest_time_s - 1.0})
-assert best.route == ("origin", "b1", "hover", "destination")
-assert [row.label for row in rows if not row.satisfied] == ["state of charge"]
+print("a second less would violate:", *(row.label for row in rows if not row.satisfied))
 
 # %% [markdown]
-# Turned around: if the deadline leaves exactly that much rest, (P1) hovers as long as was wanted.
+# ## Turned around
+#
+# Suppose that the deadline leaves exactly that much rest.
+#
+# **Before you run:** how long does (P1) hover then?
 
 # %%
 tight = mission.replace({"limits.deadline_s": best.mission_time_s})
 longest_s = optuav.solve(tight, perspective="battery").hover_time_s
-assert math.isclose(longest_s, WANTED_S, abs_tol=1e-6)
+print(f"(P1) with a deadline of {best.mission_time_s:.1f} s hovers {longest_s:.4f} s")
 
 # %% [markdown]
-# Prices are in seconds of rest now. Up to 688 s the direct route is enough; beyond, a second of
-# hover costs the rest in which the laser returns its charge; from 719 s on, time is too short.
+# ## What a second of hover costs
+#
+# Prices are in seconds of rest now.
+#
+# **Before you run:** the direct route hovers 688 s without a rest, and 719.5 s are the most. What
+# does a second more cost at 680 s, at 700 s, and at 720 s?
 
 # %%
 compiled = optuav.formulate(mission, LeastRest(WANTED_S), perspective="battery").compile()
@@ -90,14 +109,34 @@ for wanted_s in (680.0, 690.0, 700.0, 710.0, 720.0):
         price = answer.shadow_prices()["wanted_hover_s"].more
         rest_s = answer.point(0).get("rest_time_s", 0.0)
         print(f"{wanted_s:.0f} s: rest {rest_s:7.3f} s, a second more costs {price:.3f} s")
-        assert math.isclose(price, 87.91038 / 10.0 if rest_s else 0.0, rel_tol=1e-6)
-assert answer.status == "infeasible"
+    else:
+        print(f"{wanted_s:.0f} s: {answer.status.value}")
+
+# %% [markdown]
+# Up to 688 s the direct route is enough; beyond, a second of hover costs the rest in which the
+# laser returns its charge; from 719 s on, time is too short. The step is the flight to the roof,
+# which has to be paid for first.
+
+# %%
+wishes_s = np.arange(670.0, 719.0, 0.5)
+answers = [compiled.solve(wanted_hover_s=each) for each in wishes_s]
+rests_s = [each.objective[0] for each in answers]
+optuav.plots.curves(
+    [optuav.plots.Line("least rest", wishes_s, rests_s)],
+    title="What a wanted hover costs",
+    x_label="wanted hover [s]",
+    y_label="least rest T' [s]",
+    y_from_zero=True,
+)
 
 # %% [markdown]
 # ## Smallest battery for a wanted hover time
 #
 # Now the capacity of a pack is unknown. The state of charge divides by it, which is not linear; the
 # same limit in ampere-seconds is. With three unknowns, `auto` takes `cvxpy`, not `closed-form`.
+#
+# **Before you run:** the drone has packs of 36 000 A s and hovers 719.5 s. How much smaller may a
+# pack be for 700 s: by a third, or by a thirtieth?
 
 
 # %%
@@ -119,5 +158,3 @@ print(smallest.engine, {name: round(value, 1) for name, value in smallest.point(
 lighter = mission.replace({"battery.capacity_As": smallest.point(0)["pack_As"]})
 longest_s = optuav.solve(lighter, perspective="battery").hover_time_s
 print(f"with that pack (P1) hovers {longest_s:.6f} s")
-assert (smallest.engine, lighter.battery.capacity_As < 36_000.0) == ("cvxpy", True)
-assert math.isclose(longest_s, WANTED_S, abs_tol=1e-6)

@@ -4,6 +4,10 @@
 # A drone with two battery packs may use them as one, or in turns. Turns let the laser charge a pack
 # while the other works; but a pack that carries everything alone is drained twice as fast.
 #
+# **Before this lesson:** [Two wells](03_two_wells.py),
+# [When the battery runs dry](04_when_the_battery_runs_dry.py).
+# **Time:** 30 minutes.
+#
 # **Learning intentions.** After this page you can
 #
 # - name the schedules, and compute how long packs last under each;
@@ -11,7 +15,6 @@
 # - find the longest hover under a schedule, and say how certain that answer is.
 
 # %%
-import math
 
 import optuav
 from optuav.network.network import build_network
@@ -26,6 +29,8 @@ cell = {"capacity_As": 7200.0, "available_fraction": 0.625, "flow_rate_per_s": 4
 #
 # One minute of work and one minute of idling, repeated. Here a positive current *discharges*.
 # Pooled packs share every job; in sequence the second pack waits while full, and cannot recover.
+#
+# **Before you run:** order the five schedules by how long the packs last.
 
 # %%
 load = [(8.0, 60.0), (0.0, 60.0)]
@@ -41,39 +46,43 @@ life_s = {
 }
 for name, seconds in life_s.items():
     print(f"{name:<15}{seconds:9.1f} s")
-
 alone = Battery(7200.0, 0.625, 4.5e-5)
-assert life_s["sequential"] < life_s["round-robin"] <= life_s["pooled"]
-assert life_s["sequential"] < 2 * lifetime(load, **cell) + 120.0
-assert math.isclose(lifetime([(3.0, 1.0)], **cell), time_to_empty(alone, alone.full, -3.0))
+print("one pack alone lasts for", f"{lifetime([(3.0, 1.0)], **cell):.1f} s")
+print("by the closed form:", f"{float(time_to_empty(alone, alone.full, -3.0)):.1f} s")
 
 # %% [markdown]
 # An empty pack is not used again; the other takes over in the middle of the job. A load that
 # charges what it draws may last for ever: `horizon_s` states how long to follow it.
+#
+# **Before you run:** a minute with 1 A is followed by a minute of charging with 1 A, or with 0.5 A.
+# Which of the two ends?
 
 # %%
-assert lifetime([(1.0, 60.0), (-1.0, 60.0)], **cell, horizon_s=86_400.0) == math.inf
-assert lifetime([(1.0, 60.0), (-0.5, 60.0)], **cell) < math.inf
+for back_A in (1.0, 0.5):
+    lasts_s = lifetime([(1.0, 60.0), (-back_A, 60.0)], **cell, horizon_s=86_400.0)
+    print(f"{back_A} A back: {lasts_s:.0f} s")
 
 # %% [markdown]
 # ## Turns as short as you like
 #
 # Under a constant load, quick turns halve the mean load of each pack, as pooling does.
+#
+# **Before you run:** are turns of ten minutes better or worse than pooling? And of six seconds?
 
 # %%
 pooled_s = lifetime([(8.0, 1.0)], packs=2, **cell)
 for period_s in (600.0, 60.0, 6.0):
     turns_s = lifetime([(8.0, 1e4)], packs=2, schedule="alternating", period_s=period_s, **cell)
     print(f"turns of {period_s:5.0f} s: {turns_s:8.2f} s, pooled {pooled_s:8.2f} s")
-    assert turns_s < pooled_s + period_s
-
-assert abs(turns_s - pooled_s) < 1.0
 
 # %% [markdown]
 # ## In a mission
 #
 # A job is a phase: a leg, a hover, a rest. While it hovers, the pack that flies gives the whole
 # current and the laser charges the other one until it is full; after that the light is lost.
+#
+# **Before you run:** at last the laser can charge all the time. Does any schedule hover longer than
+# the pooled packs?
 
 # %%
 paper = optuav.load("paper")
@@ -90,14 +99,17 @@ direct = {
 for name, plan in direct.items():
     print(f"{name:<15}{plan.hover_time_s:8.2f} s  ({plan.proof})")
 
-assert direct["sequential"].hover_time_s < direct["round-robin"].hover_time_s
-assert direct["round-robin"].hover_time_s < direct["alternating"].hover_time_s
-assert "not proved" in direct["sequential"].proof
-
 # %% [markdown]
 # ## Who flew when
 #
-# Follow the plan's phases pack by pack: in sequence, the second pack takes over in the air.
+# The available wells of both packs, in sequence and in turns; strips below say which pack flies and
+# which the laser charges.
+
+# %%
+optuav.plots.packs([direct["sequential"], direct["alternating"], direct["pooled"]])
+
+# %% [markdown]
+# The same from the plan's phases, pack by pack: in sequence, the second pack takes over in the air.
 
 # %%
 mission = direct["sequential"].mission
@@ -107,6 +119,3 @@ for stretch in flown.stretches[1]:
     start_s, duration_s = float(stretch.start_s[0]), float(stretch.duration_s[0])
     if duration_s > 0.0:  # one ends at once, as the laser finds the other pack full
         print(f"from {start_s:6.1f} s for {duration_s:6.1f} s: pack {stretch.carrier[0] + 1} flies")
-
-assert flown.ended_s is None
-assert [int(each.carrier[0]) for each in flown.stretches[1] if each.emptied[0]] == [0]

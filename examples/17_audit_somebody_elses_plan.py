@@ -4,6 +4,9 @@
 # A plan states where to rest, where to hover, and for how long. Can the battery deliver it? A judge
 # must neither trust the plan's figures nor use the code that found them, so it simulates the plan.
 #
+# **Before this lesson:** [When the battery runs dry](04_when_the_battery_runs_dry.py).
+# **Time:** 30 minutes.
+#
 # **Learning intentions.** After this page you can
 #
 # - audit an itinerary, and read a violated limit: when, by how much, against what;
@@ -36,27 +39,35 @@ stops = [
     { at = "b10", kind = "rest", duration_s = 254.2 },
 ]
 """)
+print("their plan:", theirs.name)
 
 # %% [markdown]
 # ## The verdict
 #
 # `optuav audit theirs.toml` prints the same. The legs follow from the stops.
+#
+# **Before you run:** without a rest, this drone can hover 577 s. The plan above rests twice and
+# wants 660 s. Which limits will it violate?
 
 # %%
 verdict = optuav.audit(theirs)
 print(verdict)
-dry, late = verdict.violations
-assert (dry.kind, late.kind) == ("empty", "deadline")
-assert late.value > late.limit == verdict.subject.mission.limits.deadline_s
+
+# %%
+dry = verdict.violations[0]
+exact = optuav.replay(verdict.subject)
+optuav.plots.profile(exact)
 
 # %% [markdown]
 # ## Who judges the judge?
 #
 # The simulation uses the closed form of the battery model. A matrix exponential solves the model's
-# equations too: at the moment that was found, it should leave nothing in the available well.
+# equations too.
+#
+# **Before you run:** at the moment that was found, how much should it leave in the available well?
 
 # %%
-exact, given = optuav.replay(verdict.subject), verdict.subject.mission.battery
+given = verdict.subject.mission.battery
 B, share, flow = given.packs * given.capacity_As, given.available_fraction, given.flow_rate_per_s
 out, back = flow / share, flow / (1 - share)
 wells = np.array([share * B, (1 - share) * B, 1.0])
@@ -66,26 +77,25 @@ for stage in (stage for phase in exact.phases for stage in phase.stages):
     wells = expm((end_s - begin_s) * rates) @ wells
 print(f"{wells[0]:.6f} A s available and {wells[1]:.0f} A s bound at {dry.time_s:.6f} s")
 
-assert abs(wells[0]) < 1e-6 * B
-
 # %% [markdown]
 # ## Empty, with charge left
 #
 # Counting coulombs includes the bound charge; by nominal energy the battery was empty long before.
 # Neither describes the well that feeds the rotors. `exact.to_frame()` gives the table to pandas.
+#
+# **Before you run:** what does each of the two perspectives say is left when the rotors stop?
 
 # %%
 trace = exact.trace
 at_dry = {name: float(np.interp(dry.time_s, trace.time_s, soc)) for name, soc in trace.soc.items()}
 print({name: f"{100 * soc:.1f} %" for name, soc in at_dry.items()})
 
-assert at_dry["battery"] > 0.1
-assert at_dry["energy"] < 0.0
-
 # %% [markdown]
 # ## What could be flown
 #
 # Keep the rests and shorten the hover until the audit passes, by one simulation a try.
+#
+# **Before you run:** how many tries does halving need to get from 660 s to a millisecond?
 
 # %%
 before, hover, after = verdict.subject.stops
@@ -96,28 +106,27 @@ def flyable(hover_s):
     return optuav.replay(optuav.Itinerary(verdict.subject.mission, stops)).flyable
 
 
-short_s, long_s = 0.0, hover.duration_s  # flyable, and not
+short_s, long_s, tries = 0.0, hover.duration_s, 0  # flyable, and not
 while long_s - short_s > 1e-3:
     middle_s = 0.5 * (short_s + long_s)
     short_s, long_s = (middle_s, long_s) if flyable(middle_s) else (short_s, middle_s)
-print(f"{short_s:.4f} s of hover can be flown, {long_s:.4f} s cannot")
-
-assert 605.0 < short_s < 606.0
+    tries += 1
+print(f"{short_s:.4f} s of hover can be flown, {long_s:.4f} s cannot, after {tries} tries")
 
 # %% [markdown]
 # ## A figure that was changed
 #
 # A saved plan states many figures, and each is compared with the simulation. `optuav.load_plan`
 # refuses a file that contradicts itself; the audit reads it and says where.
+#
+# **Before you run:** somebody writes that the hover draws 5 A less. Does the verdict change?
 
 # %%
 saved = Path(folder.name, "plan.json")
 optuav.solve("paper", "P3", perspective="energy").save(saved)
-assert optuav.audit(saved)
+print("as saved:", "passes" if optuav.audit(saved) else "fails")
 data = json.loads(saved.read_text("utf-8"))
 data["phases"][1]["stages"][0]["current_A"] += 5.0
 saved.write_text(json.dumps(data), "utf-8")
-(spoiled,) = optuav.audit(saved).violations
-print(spoiled)
+print(*optuav.audit(saved).violations, sep="\n")
 folder.cleanup()
-assert spoiled.kind == "mismatch"

@@ -4,6 +4,10 @@
 # The paper rests once, hovers in one piece, and says that more stops never pay. If only the total
 # charge counts, that is a theorem. If the battery must not run dry, it is wrong.
 #
+# **Before this lesson:** [When the battery runs dry](04_when_the_battery_runs_dry.py),
+# [Which building?](12_which_building_milp.py).
+# **Time:** 35 minutes.
+#
 # **Learning intentions.** After this page you can
 #
 # - say why one rest is enough in the perspectives of the paper, and what the proof needs;
@@ -12,7 +16,6 @@
 
 # %%
 import itertools
-import math
 import sys
 
 import optuav
@@ -29,13 +32,15 @@ mission = optuav.load("paper")
 # The charge at the end is linear in the times. So all rest can be moved to the building that
 # charges best, and the other stops left out. The flight is then no longer, by the triangle
 # inequality.
+#
+# **Before you run:** up to three rests and two hovers are allowed below. Will they be used?
 
 # %%
 for perspective in ("battery", "energy", "adjusted"):
     one = optuav.solve(mission, perspective=perspective)
     more = optuav.solve(mission, optuav.P1(stops=3, hovers=2), perspective=perspective)
     print(f"{perspective:<10}{one.hover_time_s:8.3f} s, with more stops {more.hover_time_s:8.3f} s")
-    assert more.phases == one.phases
+    print("  the same plan:", more.phases == one.phases)
 print(more.notes[-1])
 
 # %% [markdown]
@@ -43,7 +48,9 @@ print(more.notes[-1])
 #
 # Suppose that measured legs make b1 → b9 → hover faster than the leg b1 → hover: one is an edge
 # from roof to roof, added to the graph. Then all sequences of stops are compared, each by a linear
-# programme, and the edge between the roofs brings 20.5 s.
+# programme.
+#
+# **Before you run:** does the drone rest on one of the two roofs, or on both?
 
 # %%
 legs = optuav.graph(mission)
@@ -55,8 +62,6 @@ windy = [
 ]
 for plan in windy:
     print(f"{plan.hover_time_s:8.3f} s by {' → '.join(plan.route)}")
-assert math.isclose(windy[1].hover_time_s - windy[0].hover_time_s, 20.5, abs_tol=0.05)
-assert windy[1].route[1:3] == ("b1", "b9")
 
 # %% [markdown]
 # ## By the available well, it is not
@@ -64,6 +69,9 @@ assert windy[1].route[1:3] == ("b1", "b9")
 # Under `available` the well that feeds the rotors may never run dry. Rests before and after the
 # hover have different effects: the first replaces what the flight out took, the second lets bound
 # charge flow over for the flight home. One rest can do only one of the two.
+#
+# **Before you run:** one rest brings 20 s over the direct flight. How much does a second one bring?
+# And a hover in two pieces?
 
 # %%
 plans = {
@@ -76,16 +84,16 @@ for (stops, hovers), plan in plans.items():
     stays = ", ".join(f"{stop.kind} {stop.at} {stop.duration_s:.2f} s" for stop in plan.stops)
     print(f"rests {stops}, hovers {hovers}: {plan.hover_time_s:8.3f} s  ({stays})")
 
-assert math.isclose(plans[0, 1].hover_time_s, 577.524, abs_tol=1e-3)
-assert math.isclose(plans[1, 1].hover_time_s, 597.270, abs_tol=1e-3)
-assert math.isclose(plans[2, 1].hover_time_s, 605.456, abs_tol=1e-3)
-assert math.isclose(plans[1, 2].hover_time_s, 598.976, abs_tol=1e-3)
+# %%
+optuav.plots.wells([plans[1, 1], plans[2, 1], plans[1, 2]])
 
 # %% [markdown]
 # ## What the well does meanwhile
 #
 # The plan with two rests lands twice with an empty available well: on b10, and at the end. The rest
 # in between adds what the laser delivers, and what flows over from the bound well.
+#
+# **Before you run:** which of the two is more, in 254 s of rest at 10 A?
 
 # %%
 best = plans[2, 1]
@@ -100,19 +108,21 @@ arrival, rest = (
 charged_As = rest.current_A * rest.duration_s
 flowed_As = rest.available_As[0] - arrival.available_As[0] - charged_As
 print(f"on b10 {charged_As:.0f} A s from the laser, {flowed_As:.0f} A s from the bound well")
-assert abs(arrival.available_As[0]) < 1.0
-assert flowed_As > 0.0
-assert wells.total_As / optuav.network.vehicle.pool(mission).capacity_As > 0.17
 
 # %% [markdown]
 # ## With more time, hover twice
 #
-# At 2400 s the best plan hovers until the well is empty, rests for 1538 s, and hovers again. A rest
-# before the first hover would not help, because the battery is still full.
+# **Before you run:** with a deadline of 2400 s, where would you put one rest among two hovers, and
+# for how long?
 
 # %%
 longer = mission.replace({"limits.deadline_s": 2400.0})
 split = optuav.solve(longer, optuav.P1(hovers=2), perspective="available")
 print(split.summary())
-assert math.isclose(split.hover_time_s, 742.834, abs_tol=1e-3)
-assert optuav.audit(split).flyable
+
+# %%
+optuav.plots.wells([split])
+
+# %% [markdown]
+# The best plan hovers until the well is nearly empty, rests for most of the time, and hovers again.
+# A rest before the first hover would not help, because the battery is still full.

@@ -6,6 +6,9 @@
 # determine how long the battery lasts: a large load gets less charge out of it, and in a pause some
 # becomes available again.
 #
+# **Before this lesson:** [Two wells](03_two_wells.py).
+# **Time:** 35 minutes.
+#
 # **Learning intentions.** After this page you can
 #
 # - fit the three numbers to lifetimes, and say how certain they are;
@@ -28,7 +31,8 @@ for name, observed_s, fitted_s in zip(
 ):
     print(f"{name:8}{observed_s:9.1f} s{fitted_s:9.1f} s{fitted_s - observed_s:+8.2f} s")
 
-assert all(abs(a / b - 1) < 2e-3 for a, b in zip(lifetimes.fitted, lifetimes.observed, strict=True))
+# %%
+optuav.plots.fit(fit)
 
 # %% [markdown]
 # ## How certain?
@@ -36,21 +40,22 @@ assert all(abs(a / b - 1) < 2e-3 for a, b in zip(lifetimes.fitted, lifetimes.obs
 # An interval that is meant to hold the truth 95 times in 100, by the profile likelihood: all values
 # with which some battery fits nearly as well as the best. Here the truth is known: 660 A s, ω =
 # 0.166, k' = 0.122/min.
+#
+# **Before you run:** which of the three will be known best, and which worst?
 
 # %%
 truth = (660.0, 0.166, 0.122 / 60 * 0.166 * (1 - 0.166))  # k_F = k' ω (1 − ω)
 for value, true in zip(fit.values, truth, strict=True):
     print(
         f"{value.key:28}{value.value:12.5g}  {value.interval.low:.5g} … {value.interval.high:.5g}"
+        f"  truth {true:.5g}"
     )
-    assert value.interval.low < true < value.interval.high
 
 # %% [markdown]
 # ## Many numbers, little information
 #
-# Ten more discharges at the same current make only the mean more certain: a large battery that
-# gives a small share of its charge lasts as long as a small one that gives a large share. The fit
-# says so, and states no value.
+# **Before you run:** somebody measured ten discharges, all at 0.5 A. How many of the three numbers
+# can be found from them?
 
 # %%
 rows = [f"run {n},0.5,{271.8 + 0.4 * (-1) ** n}" for n in range(10)]
@@ -60,13 +65,14 @@ with tempfile.TemporaryDirectory() as place:
     blind = optuav.fit_kibam([file])
 for warning in blind.warnings:
     print("-", warning)
-
-assert not any(value.determined for value in blind.values)
-assert blind.changes == {}
+print("determined:", sum(value.determined for value in blind.values), "of", len(blind.values))
 
 # %% [markdown]
-# Two batteries that last equally long under that load differ under a load with pauses. That is the
-# measurement to make next.
+# Ten discharges at one current make only the mean more certain: a large battery that gives a small
+# share of its charge lasts as long as a small one that gives a large share. The fit says so, and
+# states no value.
+#
+# **Before you run:** here are two such batteries. Which load would tell them apart?
 
 # %%
 small = {"capacity_As": 660.0, "available_fraction": truth[1], "flow_rate_per_s": truth[2]}
@@ -75,14 +81,18 @@ steady, pulsed = [(0.5, 1e6)], [(0.5, 60.0), (0.0, 120.0)]
 for load in (steady, pulsed):
     print([f"{lifetime(load, **each):.0f} s" for each in (small, large)])
 
-assert abs(lifetime(steady, **large) / lifetime(steady, **small) - 1) < 0.03
-assert lifetime(pulsed, **large) / lifetime(pulsed, **small) > 1.05
+# %% [markdown]
+# They last equally long under the steady load, and differ under one with pauses: that is the
+# measurement to make next.
 
 # %% [markdown]
 # ## Into the mission
 #
 # The fit writes a mission file that states the three keys, with intervals and origin as comments.
 # `optuav calibrate kibam examples/data/lifetimes.csv --save cell.toml` does the same.
+#
+# **Before you run:** with these wells, and the capacity as it was, does the plan of the perspective
+# `battery` hover longer? Does it fall earlier?
 
 # %%
 print(fit.to_toml())
@@ -90,7 +100,5 @@ mission = optuav.load("paper").replace(
     {key: value for key, value in fit.changes.items() if key != "battery.capacity_As"}
 )
 plans = [optuav.solve(each, "P3", perspective="battery") for each in ("paper", mission)]
-print([f"runs dry at {plan.runs_dry_s:.0f} s" for plan in plans])
-
-assert plans[0].hover_time_s == plans[1].hover_time_s  # coulombs do not know of wells
-assert plans[1].runs_dry_s < plans[0].runs_dry_s
+for plan in plans:
+    print(f"hover {plan.hover_time_s:.2f} s, runs dry at {plan.runs_dry_s:.0f} s")

@@ -5,6 +5,10 @@
 # happens to a plan when all of them are a little wrong at once? The ranges are from the comments of
 # `matrice350`, most of them assumed; the current is 969 to 1150 W over 44.76 V.
 #
+# **Before this lesson:** [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py),
+# [Your own drone](02_your_own_drone.py).
+# **Time:** 40 minutes.
+#
 # **Learning intentions.** After this page you can
 #
 # - read an elasticity, and get it from a shadow price with pencil and paper;
@@ -13,10 +17,7 @@
 # - give a plan the margin that it needs.
 
 # %%
-import math
 import sys
-
-import numpy as np
 
 import optuav
 
@@ -36,11 +37,16 @@ found = optuav.sensitivity(mission, stated)
 longest_s = found.facts["hover_time_s"]
 print(found)
 
+# %%
+found.plot()
+
 # %% [markdown]
 # ## An elasticity by hand
 #
 # The shadow price of the capacity of a pack is in seconds of hover per ampere-second. Times the
 # capacity over the hover time, it is percent per percent.
+#
+# **Before you run:** one percent more capacity: one percent more hover, less, or more?
 
 # %%
 prices = optuav.formulate(mission).shadow_prices()
@@ -50,28 +56,24 @@ exact = by_key["battery.capacity_As"]["local_elasticity"]
 by_hand = price * mission.battery.capacity_As / longest_s
 print(f"{price:.5f} s per As, {by_hand:.4f} % by %; the table has {exact:.4f}")
 
-assert math.isclose(by_hand, exact, rel_tol=1e-6)
-
 # %% [markdown]
 # Keys that are factors of one product have the same elasticity: the power that the laser draws, the
 # share that becomes light, and the share of that which becomes electricity. Ranges may differ.
+#
+# **Before you run:** so which of the three is worth measuring better?
 
 # %%
 factors = [by_key[f"laser.{name}"] for name in ("power_W", "emitter_slope", "receiver_slope")]
 for each in factors:
     print(f"{each['key']:24}{each['local_elasticity']:8.4f}, swing {each['swing_s']:6.1f} s")
-rates = [each["local_elasticity"] for each in factors]
-
-assert np.allclose(rates, rates[0], rtol=1e-6)
-assert factors[2]["swing_s"] > factors[0]["swing_s"]
 
 # %% [markdown]
 # ## What the tornado hides
 #
 # An exact rate holds for small steps only. The share of the charge that is available at once has
-# rate 0, because charge and time end this hover and not the wells; with a tenth less, the wells do.
-# A key without effect in its whole range may have one outside it, such as the flow between the
-# wells: a slow flow decides whether a plan that counts charge alone can be flown.
+# rate 0, because charge and time end this hover and not the wells.
+#
+# **Before you run:** is it safe to assume any other share, then?
 
 # %%
 share = by_key["battery.available_fraction"]
@@ -82,17 +84,18 @@ slow = mission.replace({"battery.flow_rate_per_s": 1e-5, "battery.available_frac
 plan = optuav.solve(slow, perspective="battery")
 print(f"effect of k_F: {wells['swing_s']:.3f} s; with slow wells:", *plan.warnings)
 
-assert abs(share["local_elasticity"]) < 1e-9
-assert share["hover_low_s"] < longest_s - 50.0
-assert math.isclose(wells["swing_s"], 0.0, abs_tol=1e-6)
-assert plan.runs_dry_s is not None
-assert optuav.solve(slow).hover_time_s < plan.hover_time_s
+# %% [markdown]
+# With a tenth less, the wells end the hover. And a key without effect in its whole range may have
+# one outside it, such as the flow between the wells: a slow flow decides whether a plan that counts
+# charge alone can be flown.
 
 # %% [markdown]
 # ## Everything at once
 #
-# Asymmetric ranges move the median away from the hover of the mission itself. And the best plan,
-# which uses all the charge that it may, can be flown in about half of the samples only.
+# Now all numbers are drawn at once, each from its range.
+#
+# **Before you run:** the best plan uses all the charge that it may. In what share of the samples
+# can it be flown?
 
 # %%
 chances = found.facts["chances"]
@@ -100,14 +103,17 @@ for share, hover_s in chances.quantiles_s.items():
     print(f"{share:4.0%} of the samples hover less than {hover_s:7.1f} s")
 print(f"the mission itself {longest_s:.1f} s; that plan can be flown in {chances.flyable:.1%}")
 
-assert len(chances.hover_times_s) == chances.samples
-assert np.isclose(np.mean(chances.hover_times_s < chances.quantiles_s[0.25]), 0.25, atol=1e-3)
-assert chances.flyable <= min(chances.kept.values())
+# %% [markdown]
+# Asymmetric ranges move the median away from the hover of the mission itself, and a plan without a
+# margin is a coin toss.
 
 # %% [markdown]
 # ## A margin
 #
-# Plan to keep more charge than is required. How much hover does that cost?
+# Plan to keep more charge than is required.
+#
+# **Before you run:** how much charge would you plan to keep, so that nine flights of ten succeed,
+# and how much hover does it cost?
 
 # %%
 flyable = []
@@ -116,8 +122,5 @@ for reserve in (0.2, 0.25, 0.3, 0.35):
     held = optuav.sensitivity(mission, stated, plan=plan, samples=2000).facts["chances"].flyable
     flyable.append(held)
     print(f"planned to keep {reserve:.0%}: hover {plan.hover_time_s:7.1f} s, flown in {held:.1%}")
-
-assert flyable == sorted(flyable)
-assert flyable[-1] > flyable[0] + 0.2
 again = optuav.sensitivity(mission, stated, plan=plan, samples=2000).facts["chances"]
-assert again.flyable == flyable[-1]  # the same seed, the same samples
+print("the same seed, the same samples:", again.flyable == flyable[-1])

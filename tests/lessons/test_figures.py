@@ -1,0 +1,467 @@
+"""Each lesson runs without a warning, and its names hold the figures that its words speak of."""
+
+from __future__ import annotations
+
+import io
+import math
+import runpy
+import sys
+import warnings
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import optuav
+
+ROOT = Path(__file__).parents[2]
+LESSONS = {path.stem: path for path in (ROOT / "examples").glob("*.py")}
+
+slow, soak = pytest.mark.slow, pytest.mark.soak
+"""Those about packs, samples and clusters, which have tests of their own, run in `make soak`."""
+
+
+@pytest.fixture
+def ran(
+    request: pytest.FixtureRequest,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> Any:
+    """The names of the lesson that a test is called after, as they are at its end.
+
+    It runs in a folder of its own, in which it leaves nothing behind, and on a console without
+    Greek.
+    """
+    lesson = LESSONS[request.function.__name__.removeprefix("test_")]
+    monkeypatch.chdir(tmp_path)
+    console = io.TextIOWrapper(io.BytesIO(), "cp1252")
+    with monkeypatch.context() as patch, warnings.catch_warnings():
+        warnings.simplefilter("error")
+        patch.setattr(sys, "stdout", console)
+        names = runpy.run_path(str(lesson), run_name="__main__")
+    console.seek(0)
+    assert len(console.read().splitlines()) >= 5
+    assert capsys.readouterr().err == ""
+    assert list(tmp_path.iterdir()) == []
+    return SimpleNamespace(**names)
+
+
+def near(value: float, expected: float, digits: int) -> bool:
+    """Whether a number is the expected one, which has so many decimals."""
+    return math.isclose(value, expected, abs_tol=0.51 * 10.0**-digits)
+
+
+@slow
+def test_01_first_mission(ran: Any) -> None:
+    assert ran.plan.route == ("origin", "hover", "b10", "destination")
+    assert near(ran.plan.hover_time_s, 597.270, 3)
+    assert (ran.plan.flyable, ran.promised.flyable) == (True, False)
+    assert ran.promised.route == ("origin", "b1", "hover", "destination")
+    assert near(ran.promised.hover_time_s, 719.5399, 4)
+    assert near(ran.promised.rest_time_s, 392.1438, 4)
+    assert near(100.0 * ran.ends["battery"].available_As[0] / ran.capacity_As, -13, 0)
+    assert math.isclose(ran.drawn_As, 0.95 * 72_000.0)
+    assert (ran.hover.kind, ran.rest.kind) == ("hover", "rest")
+    assert near(ran.price, 87.91 / 10.0, 3)
+    assert ran.sooner["battery"].rest_time_s == 0.0
+    assert near(ran.sooner["battery"].hover_time_s, 688.848, 3)
+    later = ran.sooner["available"]
+    assert 0.0 < later.rest_time_s < ran.plan.rest_time_s
+    assert later.route[2] != ran.plan.route[2]
+
+
+@slow
+def test_02_your_own_drone(ran: Any) -> None:
+    assert math.isclose(ran.mission.flight.hover_current_A, ran.loaded_A, rel_tol=1e-4)
+    assert math.isclose(ran.sheet.load_factor, ran.loaded_A / ran.bare_A)
+    assert ran.same == ["route", "link", "wind", "buildings"]
+    assert ran.mission.battery.available_fraction == ran.shipped.battery.available_fraction
+    assert ran.hover_s(0.25, 5000) > ran.without_s > ran.hover_s(0.25, 0.0)
+    assert math.isclose(ran.hover_s(ran.low_kg, 5000), ran.without_s, rel_tol=1e-4)
+    assert math.isclose(ran.hours[0.99] / ran.hours[0.9], 10, rel_tol=1e-3)
+    assert ran.plan.binding == ("P3.b hover time",)
+    assert math.isclose(ran.plan.mission_time_s, 1e6)
+
+
+@slow
+def test_03_two_wells(ran: Any) -> None:
+    """Lifetimes of Jongerden and Haverkort's test loads, and ten minutes of hovering."""
+    shares = list(ran.delivered.values())
+    assert shares == sorted(shares, reverse=True)
+    assert math.isclose(ran.cell.rate_per_s * 60.0, 0.122)
+    assert math.isclose(ran.left.available_As, 0.0, abs_tol=1e-9)
+    assert ran.rested.available_As > 0.0
+    assert math.isclose(ran.rested.total_As, ran.empty.total_As)
+    expected_min = {
+        "CL250": (4.53, 12.16),
+        "CL500": (2.02, 4.53),
+        "CLalt": (2.58, 6.45),
+        "ILs250": (10.80, 44.78),
+        "ILs500": (4.30, 10.80),
+        "ILsalt": (4.80, 16.93),
+        "ILl250": (21.86, 84.90),
+        "ILl500": (6.53, 21.86),
+    }
+    assert ran.lifetimes_min.keys() == expected_min.keys()
+    for name, found_min in ran.lifetimes_min.items():
+        assert np.allclose(found_min, expected_min[name], rtol=0.0, atol=0.0051)
+        assert found_min[1] > 2 * found_min[0]
+    assert near(ran.wells.available_As, 5696.064, 3)
+    assert near(ran.wells.bound_As, 13_557.936, 3)
+
+
+@slow
+def test_04_when_the_battery_runs_dry(ran: Any) -> None:
+    assert near(ran.promised["P3"].hover_time_s, 688.85, 2)
+    assert near(ran.promised["P1"].hover_time_s, 719.54, 2)
+    assert near(ran.dry_s, 660.26, 2)
+    assert near(ran.bound_As, 13_366, 0)
+    assert ran.hover_A > 20.0 * ran.most_A
+    assert set(ran.faults) == {"full", "empty"}
+    assert near(ran.faults["empty"].time_s, 1095.5, 2)
+    assert ran.verdicts == {"battery": [False, False], "available": [True, True]}
+    assert near(ran.flown["P3"].hover_time_s, 577.52, 2)
+    assert near(ran.flown["P1"].hover_time_s, 597.27, 2)
+    assert ran.flown["P1"].route == ("origin", "hover", "b10", "destination")
+    assert ran.prices["deadline_s"].more == ran.prices["min_soc"].more == 0.0
+    assert ran.prices["available_fraction"].more > 0.0 < ran.prices["flow_rate_per_s"].more
+
+
+@slow
+def test_05_declare_a_problem(ran: Any) -> None:
+    assert ran.evaluate(ran.left, ran.ten_minutes) == 1.0 - 90 * 600 / 60_000
+    assert [each.label for each in ran.model.constraints] == ["state of charge", "deadline"]
+    soc, time, *_ = ran.check(ran.model, ran.guess)
+    assert math.isclose(soc.slack, 1.0 - (90 * 650 - 10 * 200) / 60_000 - 0.1)
+    assert (time.satisfied, time.slack) == (True, 50.0)
+    assert ran.many[0].satisfied.tolist() == [True, True, False]
+    assert math.isclose(ran.solution.point(0)["hover_time_s"], 630.0)
+    assert all(row.satisfied for row in ran.check(ran.model, ran.solution.point(0)))
+    assert (ran.traits(ran.model).linear, ran.traits(ran.wells).linear) == (True, False)
+    assert ran.takers(ran.traits(ran.wells), slots=False) == ("bracket", "casadi", "grid")
+
+
+@slow
+def test_06_hover_without_a_rest(ran: Any) -> None:
+    assert ran.by_hand_s < ran.time_left_s
+    assert near(ran.by_hand_s, 688.848, 3)
+    assert math.isclose(ran.plans["closed-form"].hover_time_s, ran.by_hand_s, abs_tol=1e-9)
+    assert math.isclose(ran.plans["cvxpy"].hover_time_s, ran.by_hand_s, abs_tol=1e-6)
+    assert ran.plans["grid"].hover_time_s == math.floor(ran.by_hand_s)
+    assert ran.refusal.endswith("bracket, casadi, grid")
+    assert ran.fourth.status == "locally_optimal"
+    assert math.isclose(ran.fourth.hover_time_s, ran.by_hand_s, abs_tol=1e-6)
+    assert math.isclose(ran.hover_s, ran.by_hand_s, abs_tol=1e-6)
+    assert ran.rows.satisfied
+    assert not ran.too_long.satisfied
+    a_millisecond = 1e-3 * ran.numbers["hover_current_A"] / ran.battery_As
+    assert math.isclose(ran.too_long.slack, -a_millisecond, rel_tol=1e-4)
+
+
+@slow
+def test_07_p4_plane_and_shadow_prices(ran: Any) -> None:
+    assert np.allclose(ran.corner, [719.5399, 392.1438], rtol=0.0, atol=5e-5)
+    assert np.allclose(ran.corner, list(ran.best.point(0).values()))
+    assert ran.best.binding_labels(0) == ("P4.a state of charge", "P4.b deadline")
+    assert min(ran.y1, ran.y2) >= 0.0
+    assert math.isclose(ran.bound_s, ran.corner[0])
+    assert math.isclose(ran.weights["P4.b deadline"], ran.y2)
+    assert math.isclose(ran.weights["P4.a state of charge"], ran.y1 * ran.battery_As)
+    assert ran.prices == ran.program.shadow_prices()
+    assert not any(price.has_kink for price in ran.prices.values())
+    longer_s = ran.compiled.solve(deadline_s=1800).objective[0]
+    assert math.isclose(longer_s, ran.best.objective[0] + ran.hover_s)
+    assert ran.price.has_kink
+    assert np.allclose(np.diff(ran.hovers), [ran.price.less, ran.price.more])
+    assert near(ran.price.less, 1.0, 4)
+    assert near(ran.price.more, 10.0 / 97.91038, 4)
+    assert math.isclose(ran.tight.point(0)["rest_time_s"], 0.0, abs_tol=1e-9)
+
+
+@slow
+def test_09_grid_or_continuous(ran: Any) -> None:
+    assert math.isclose(ran.best.hover_time_s + ran.best.rest_time_s, ran.left_s)
+    assert (ran.plan.engine, ran.plan.hover_time_s) == ("cvxpy", 660.0)
+    assert 0.0 <= ran.gap_s < 2.0 * ran.SLOTS_S[-1]
+    assert all(0.0 <= lost < 1.0 for slots, lost in ran.lost.items() if slots == round(slots))
+    assert all(0.0 <= lost < 2.0 for lost in ran.lost.values())
+    assert max(ran.lost.values()) > 1.0
+    assert round(ran.by_slots.hover_time_s, 2) == 740.65
+    assert ran.tree.hover_time_s == ran.cells.hover_time_s <= ran.best.hover_time_s
+    assert ran.tree.rest_time_s == ran.cells.rest_time_s
+
+
+@slow
+def test_12_which_building_milp(ran: Any) -> None:
+    assert math.isclose(ran.big.plan.hover_time_s, max(ran.alone_s.values()), abs_tol=1e-5)
+    assert ran.big.plan.route[1] == "b1"
+    assert ran.big.relaxation_s > 1.4 * ran.big.plan.hover_time_s
+    assert math.isclose(sum(ran.big.shares.values()), 1.0)
+    assert all(0.1 < share < 0.9 for share in ran.big.shares.values())
+    assert math.isclose(ran.hull.relaxation_s, ran.big.plan.hover_time_s, abs_tol=1e-5)
+    assert len(ran.hull.model.variables) > len(ran.big.model.variables)
+    for choice in ran.choices.values():
+        assert choice.plan.route == ran.best.route
+        assert math.isclose(choice.plan.hover_time_s, ran.best.hover_time_s, abs_tol=1e-5)
+    assert abs(ran.choices["hull"].gap_s) < 1e-5
+    assert ran.choices["big-M"].gap_s > 400.0
+    assert "one stop is enough" in ran.choices["hull"].notes[-1]
+    assert "more than one stop" in ran.edited.notes[-1]
+
+
+@slow
+def test_13_why_infeasible(ran: Any) -> None:
+    assert (bool(ran.plan), ran.plan.status.value) == (False, "infeasible")
+    assert ran.broken == ["P4.b deadline by 47.645"]
+    expected = ("P4.a state of charge", "P4.b deadline", "bounds of Δ")
+    assert ran.certificate.labels == expected
+    assert all(row.multiplier >= 0 for row in ran.certificate.rows)
+    assert (ran.total, ran.limit < 0) == ({"Δ": 0, "T'": 0}, True)
+    assert ran.certificate.holds()
+    assert math.isclose(ran.slack, ran.declared.slack, abs_tol=1e-12)
+    at = ran.mission.replace({ran.extension.key: ran.extension.value})
+    assert optuav.solve(at, ran.problem, perspective="battery")
+    assert not ran.repaired  # One step below it
+    assert ran.heavy.conflicts == ()
+    lighter = next(each for each in ran.heavy.repairs if each.key == "body.mass_kg")
+    assert lighter.value < 17.2158 / 9.8  # Full thrust over gravity
+
+
+@slow
+def test_14_your_own_formulation(ran: Any) -> None:
+    assert math.isclose(ran.plan.hover_time_s, 700.0)
+    assert ran.best.route == ("origin", "b1", "hover", "destination")
+    assert [row.label for row in ran.rows if not row.satisfied] == ["state of charge"]
+    dear = ran.compiled.solve(wanted_hover_s=700.0).shadow_prices()["wanted_hover_s"].more
+    assert math.isclose(dear, 87.91038 / 10.0, rel_tol=1e-6)
+    free = ran.compiled.solve(wanted_hover_s=680.0).shadow_prices()["wanted_hover_s"].more
+    assert math.isclose(free, 0.0, abs_tol=1e-9)
+    assert ran.answer.status == "infeasible"
+    assert ran.smallest.engine == "cvxpy"
+    assert ran.lighter.battery.capacity_As < 36_000.0
+    assert math.isclose(ran.longest_s, 700.0, abs_tol=1e-6)
+
+
+@slow
+def test_15_bracket_or_solver(ran: Any) -> None:
+    proved_s, local_s, cells_s = (plan.hover_time_s for plan in ran.plans)
+    assert math.isclose(proved_s, local_s, abs_tol=1e-6)
+    assert 0.0 <= proved_s - cells_s < 2.0
+    assert near(ran.longest, 678.3, 1)
+    hovers_s = (0.0, 300.0, 350.0, 650.0)
+    assert [ran.flyable(ran.island, each) for each in hovers_s] == [False, False, True, True]
+    assert not ran.flyable(ran.island, ran.longest + 1.0)
+    assert near(ran.most, 176.5, 1)
+    hovers_s = (20.0, 40.0, 160.0, 180.0)
+    assert [ran.flyable(ran.full, each) for each in hovers_s] == [False, True, True, False]
+    assert near(ran.best.hover_time_s, 106.0, 1)
+    assert list(ran.by_rest.values()) == [106, 77, 48, None]
+    assert ran.found.proved.all()
+    assert near(ran.found.hover_time_s[-1], 688.85, 2)
+    assert near(np.interp(0.8, ran.shares, ran.found.hover_time_s), 577.52, 2)
+
+
+@soak
+def test_16_two_packs(ran: Any) -> None:
+    life_s = ran.life_s
+    assert life_s["sequential"] < life_s["round-robin"] <= life_s["pooled"]
+    alone_s = ran.lifetime(ran.load, **ran.cell)
+    assert life_s["sequential"] < 2 * alone_s + 120.0
+    full = ran.alone.full
+    by_formula_s = ran.time_to_empty(ran.alone, full, -3.0)
+    assert math.isclose(ran.lifetime([(3.0, 1.0)], **ran.cell), by_formula_s)
+    assert ran.lifetime([(1.0, 60.0), (-1.0, 60.0)], **ran.cell, horizon_s=86_400.0) == math.inf
+    assert ran.lasts_s < math.inf
+    assert abs(ran.turns_s - ran.pooled_s) < 1.0
+    hover_s = {name: plan.hover_time_s for name, plan in ran.direct.items()}
+    assert hover_s["sequential"] < hover_s["round-robin"] < hover_s["alternating"]
+    assert "not proved" in ran.direct["sequential"].proof
+    assert ran.flown.ended_s is None
+    assert [int(each.carrier[0]) for each in ran.flown.stretches[1] if each.emptied[0]] == [0]
+
+
+@slow
+def test_17_audit_somebody_elses_plan(ran: Any) -> None:
+    dry, late = ran.verdict.violations
+    assert (dry.kind, late.kind) == ("empty", "deadline")
+    assert late.value > late.limit == 1200.0
+    assert abs(ran.wells[0]) < 1e-6 * ran.B
+    assert ran.at_dry["battery"] > 0.1
+    assert ran.at_dry["energy"] < 0.0
+    assert near(ran.short_s, 605.45, 2)
+
+
+@slow
+def test_18_is_one_stop_enough(ran: Any) -> None:
+    assert ran.more.phases == ran.one.phases
+    assert near(ran.windy[1].hover_time_s - ran.windy[0].hover_time_s, 20.5, 1)
+    assert ran.windy[1].route[1:3] == ("b1", "b9")
+    expected_s = {(0, 1): 577.524, (1, 1): 597.270, (2, 1): 605.456, (1, 2): 598.976}
+    assert all(near(ran.plans[key].hover_time_s, each, 3) for key, each in expected_s.items())
+    assert abs(ran.arrival.available_As[0]) < 1.0
+    assert 0.0 < ran.flowed_As < ran.charged_As
+    assert ran.wells.total_As / 72_000.0 > 0.17
+    assert near(ran.split.hover_time_s, 742.834, 3)
+    assert optuav.audit(ran.split).flyable
+
+
+@slow
+def test_19_fit_a_battery(ran: Any) -> None:
+    assert np.allclose(ran.lifetimes.fitted, ran.lifetimes.observed, rtol=2e-3)
+    for value, true in zip(ran.fit.values, ran.truth, strict=True):
+        assert value.interval.low < true < value.interval.high
+    assert not any(value.determined for value in ran.blind.values)
+    assert ran.blind.changes == {}
+    life_s = [
+        [ran.lifetime(load, **each) for each in (ran.small, ran.large)]
+        for load in (ran.steady, ran.pulsed)
+    ]
+    assert math.isclose(*life_s[0], rel_tol=0.03)
+    assert life_s[1][1] > 1.05 * life_s[1][0]
+    assert ran.plans[0].hover_time_s == ran.plans[1].hover_time_s  # Coulombs know of no wells
+    assert ran.plans[1].runs_dry_s < ran.plans[0].runs_dry_s
+
+
+@soak
+def test_20_what_matters_most(ran: Any) -> None:
+    assert math.isclose(ran.by_hand, ran.exact, rel_tol=1e-6)
+    rates = [each["local_elasticity"] for each in ran.factors]
+    assert np.allclose(rates, rates[0], rtol=1e-6)
+    assert ran.factors[2]["swing_s"] > ran.factors[0]["swing_s"]
+    of_share = ran.by_key["battery.available_fraction"]
+    assert abs(of_share["local_elasticity"]) < 1e-9
+    assert of_share["hover_low_s"] < ran.longest_s - 50.0
+    assert math.isclose(ran.wells["swing_s"], 0.0, abs_tol=1e-6)
+    dry = optuav.solve(ran.slow, perspective="battery")
+    assert dry.runs_dry_s is not None
+    assert optuav.solve(ran.slow).hover_time_s < dry.hover_time_s
+    assert len(ran.chances.hover_times_s) == ran.chances.samples
+    below = np.mean(ran.chances.hover_times_s < ran.chances.quantiles_s[0.25])
+    assert math.isclose(below, 0.25, abs_tol=1e-3)
+    assert 0.4 < ran.chances.flyable <= min(ran.chances.kept.values())
+    assert ran.flyable == sorted(ran.flyable)
+    assert ran.flyable[-1] > ran.flyable[0] + 0.2
+    assert ran.again.flyable == ran.flyable[-1]
+
+
+@slow
+def test_21_one_leg(ran: Any) -> None:
+    assert near(ran.leg.loads.duration_s, 37.8961, 4)
+    assert near(sum(ran.leg.turn_times_s), 3.1165, 4)
+    assert near(ran.leg.loads.charge_As, 3921.555, 3)
+    assert near(ran.leg.loads.energy_J, 63_533, 0)
+    assert near(ran.leg.peak_speed_m_s, 154.89, 2)
+    balance_N = ran.thrust_N * ran.f + ran.gravity_N
+    assert np.allclose(balance_N, ran.airframe.mass_kg * ran.acceleration, atol=1e-12)
+    assert math.isclose(ran.thrust_N * ran.f[2], ran.airframe.weight_N)
+    windy_s = ran.windy.loads.duration_s
+    assert np.allclose(windy_s, windy_s[::-1])
+    assert (np.diff(windy_s[3:]) > 0).all()
+    assert near(ran.limit_N, 11.5791, 4)
+
+
+@slow
+def test_23_sweep_ten_parameters(ran: Any) -> None:
+    assert (ran.done.kept, ran.done.directory.name) == (0, ran.file.stem)
+    assert (ran.again.kept, ran.same) == (ran.again.parts - 2, True)
+    assert len(ran.keys) == len(ran.most) == 10
+    assert ran.most[0] == "battery.capacity_As"
+    assert 0.5 < sum(ran.share.values()) < 1.1
+    assert ran.most[-1] in ran.silent
+    assert abs(ran.hover_s.mean() - ran.half.mean()) < 0.1 * ran.hover_s.std()
+
+
+@slow
+def test_24_random_layouts_with_confidence(ran: Any) -> None:
+    assert ran.found["hover_time_s"].shape == (60, 2)
+    assert math.isclose(ran.alone.hover_time_s, ran.found["hover_time_s"][0, 1], rel_tol=1e-12)
+    half = ran.interval(ran.hover_s[:30, 1])
+    assert half[1] > ran.means[1][1]
+    assert abs(half[0] - ran.means[1][0]) < half[1] + ran.means[1][1]
+    assert ran.more_s >= 0.0
+    assert ran.sure_s < ran.apart_s
+    assert 0 < (~ran.flown).sum() < 60
+    assert (ran.found["reason"][ran.flown] == 0).all()
+    assert ran.found["proved"].all()
+
+
+@slow
+def test_25_a_real_town(ran: Any) -> None:
+    assert len(ran.city.assumed_heights) >= 316  # Some are of several parts
+    assert math.isclose(ran.by_hand, 360.8, rel_tol=0.01)
+    assert ran.city.point_m(*ran.square, 0) == (0, 0, 0)
+    assert ran.plan.flyable
+    assert ran.plan.hover_time_s > 0
+    assert ran.seen == sorted(ran.seen)
+    assert ran.seen[-1] > ran.seen[0]
+    assert np.ptp(ran.guesses_s) < 0.01 * ran.plan.hover_time_s
+
+
+@slow
+def test_26_where_to_put_the_laser(ran: Any) -> None:
+    assert ran.one.gap == 0.0
+    assert ran.one.selection.sites == (int(ran.means_s.argmax()),)
+    assert math.isclose(ran.one.value, ran.means_s.max())
+    assert (len(ran.trios), math.isclose(ran.three.value, ran.best_s)) == (120, True)
+    assert ran.three.selection.greedy_value <= ran.three.value
+    assert ran.three.value <= min(ran.bounds_s) < 1.005 * ran.three.value
+    assert min(ran.bounds_s) < ran.bounds_s[1] < ran.bounds_s[0]
+    assert ran.four.greedy_value < ran.four.value - 1.0
+    assert not {*ran.four.greedy_sites[:2]} & {*ran.four.sites}
+    assert ran.moved.value > ran.moved.selection.value
+    assert ran.steps_s.max() > 1.0 > 1000.0 * np.median(ran.steps_s)
+
+
+@soak
+def test_27_on_a_cluster(ran: Any) -> None:
+    assert ran.address.startswith("tcp://")
+    assert len(ran.seen) == ran.shared.parts + 1
+    assert ran.seen == sorted(ran.seen)
+    assert ran.seen[-1] == ran.shared.scenarios
+    assert ran.files[0] == ran.files[1]
+    assert len(ran.files[0]) == ran.alone.parts + 1
+    assert ran.again.kept == ran.again.parts
+    by = {each: ran.longest.sel(perspective=each) for each in ("available", "battery")}
+    assert by["available"] < by["battery"]
+
+
+@slow
+def test_A1_energy_or_battery(ran: Any) -> None:
+    """The column Δ of Table II, its other cells where they agree, and the one that cannot be."""
+    hovers_s = [round(plan.hover_time_s, 2) for plan in ran.plans.values()]
+    assert hovers_s == [740.65, 697.0, 740.65, 950.0, 697.0, 950.0]
+    assert all(near(plan.flight_time_s, 59.35, 2) for plan in ran.plans.values())
+    found = {
+        plan.hover_time_s: [round(100 * plan.soc[name], 2) for name in ("battery", "energy")]
+        for plan in (ran.long, ran.short)
+    }
+    assert found == {950.0: [5.09, -25.58], 697.0: [28.31, 5.01]}
+    adjusted = [ran.plans[800, "energy"], ran.plans[800, "battery"], ran.long]
+    assert [round(100 * plan.soc["adjusted"], 1) for plan in adjusted] == [28.3, 24.3, 5.1]
+    assert near(100.0 * ran.by_line, -0.27, 2)
+    assert near(ran.hover_V, 14.330, 3)
+    assert near(ran.flight_V, 15.41, 2)
+    assert ran.short.soc["battery"] > ran.mission.limits.min_soc
+    assert near(ran.stated[0], 955.28, 2)
+    assert abs(ran.same[1] - ran.same[0]) < 0.01 < abs(ran.stated[1] - ran.stated[0])
+
+
+@slow
+def test_A2_reproduce_a_table(ran: Any) -> None:
+    assert near(ran.flight_s, 59.35, 2)
+    ours = ran.ours
+    assert math.isclose(ran.current_A, ours.hover_current_A - ours.charge_current_A, rel_tol=1e-3)
+    assert math.isclose(ran.power_W, ours.hover_power_W - ours.charge_power_W, rel_tol=1e-3)
+    assert near(ran.plan.hover_time_s, 950.0, 2)
+    assert near(ran.left, 24.27, 2)
+    assert ran.high < 0.0
+    assert ran.loads_exist(ran.CONSISTENT)
+    assert not ran.loads_exist((*ran.CONSISTENT, (2, 740.65, "-12.79")))
+    assert not ran.loads_exist((*ran.CONSISTENT, (3, 950.0, "11.71")))
+    assert not ran.loads_exist((*ran.CONSISTENT, (3, 697.0, "33.17")))
+    assert len(ran.verdicts) - ran.verdicts.count(ran.Verdict.CONTRADICTS) == 26
+    assert ran.verdicts.count(ran.Verdict.FITTED) == 14
+    assert ran.verdicts.count(ran.Verdict.WITHIN) == 2
