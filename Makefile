@@ -8,7 +8,7 @@ SITE := docs/_build/html
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
-.PHONY: run test test-portable test-lowest doctest docs docs-open lint bench bench-modellers soak
+.PHONY: run test test-portable test-lowest doctest docs docs-open lessons lint bench bench-modellers soak
 .PHONY: pins clean
 
 run: $(VENV)/run.stamp
@@ -29,6 +29,10 @@ docs: $(VENV)/docs.stamp
 docs-open:
 	@test -f $(SITE)/index.html || { echo "there is no site yet: make docs" >&2; exit 1; }
 	@echo "open $(CURDIR)/$(SITE)/index.html"
+
+# The notebooks in the package, and build/lessons for nbgrader and Otter.
+lessons: $(VENV)/dev.stamp
+	$(BIN)/python docs/make_lessons.py
 
 # A selection: make test-portable TESTS="tests/cli -x"
 test-portable: $(VENV)/dev.stamp

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
+import sys
 from hashlib import sha256
 from os.path import relpath
 from pathlib import Path
@@ -16,6 +16,9 @@ import optuav
 from optuav.modelling.writer import Latex, parts_of
 
 DOCS = Path(__file__).parent
+sys.path.insert(0, str(DOCS))
+from make_lessons import without_solutions  # noqa: E402
+
 ROOT = DOCS.parent
 COPIES = {
     **{
@@ -108,8 +111,11 @@ def copy_pages() -> None:
     """Bring the copies up to date; what was made of an original or a name that is gone goes too."""
     for original, copy in COPIES.items():
         copy.parent.mkdir(parents=True, exist_ok=True)
-        if not copy.exists() or copy.read_bytes() != original.read_bytes():
-            shutil.copyfile(original, copy)
+        content = original.read_bytes()
+        if original.suffix == ".py":
+            content = without_solutions(content.decode()).encode()
+        if not copy.exists() or copy.read_bytes() != content:
+            copy.write_bytes(content)
     for folder in ("lessons", "project"):
         for path in (DOCS / folder).rglob("*"):
             if path.is_file() and path not in ORIGINALS:

@@ -137,3 +137,58 @@ for name, each in sooner.items():
 with tempfile.TemporaryDirectory() as directory:
     plan.save(Path(directory) / "plan.json")
     print("the same plan again:", optuav.load_plan(Path(directory) / "plan.json") == plan)
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("01.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+# Charge would last longer than the deadline allows, so time ends the hover.
+answer_1 = task["limits.deadline_s"] - 75.79
+### END SOLUTION
+
+# %%
+grade = exercises.check("01.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("01.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+# What is kept back in addition, over the current.
+answer_2 = (task["limits.min_soc"] - 0.05) * 2 * 36_000 / 87.91
+### END SOLUTION
+
+# %%
+grade = exercises.check("01.2", answer_2, student)
+print(grade)
+
+# %%
+task = exercises.task("01.3", student)
+print(task)
+
+# %%
+answer_3 = ...
+### BEGIN SOLUTION
+# 95 % of both packs less 7843 A s of flight, at 87.91 A, against the time that is left.
+lasts_s = (0.95 * 2 * task["battery.capacity_As"] - 7843) / 87.91
+answer_3 = "charge" if lasts_s < 1200 - 75.79 else "deadline"
+### END SOLUTION
+
+# %%
+grade = exercises.check("01.3", answer_3, student)
+print(grade)

@@ -126,3 +126,55 @@ for share in (0.9, 0.99, 1.01):
     )
     hours[share] = plan.hover_time_s / 3600
     print(f"{share:.0%} of that: {hours[share]:.1f} h")
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("02.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+answer_1 = 2 * task["capacity_mAh"] / 1000 / (task["hover_min"] / 60)
+### END SOLUTION
+
+# %%
+grade = exercises.check("02.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("02.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+answer_2 = 20 * (1 + task["payload_kg"] / task["mass_kg"]) ** 1.5
+### END SOLUTION
+
+# %%
+grade = exercises.check("02.2", answer_2, student)
+print(grade)
+
+# %%
+task = exercises.task("02.3", student)
+print(task)
+
+# %%
+answer_3 = ...
+### BEGIN SOLUTION
+# The charge that is left for the hover is the same; the time is divided by the factor.
+answer_3 = 100 * (1 - 1 / (1 + task["more"]))
+### END SOLUTION
+
+# %%
+grade = exercises.check("02.3", answer_3, student)
+print(grade)

@@ -152,3 +152,56 @@ drone = Battery(72_000.0, 0.8, 4.5e-5)
 wells = step(drone, Wells(57_600.0, 14_400.0), Stage(-87.91, 600.0))
 print(f"a drone after ten minutes of hovering: available {wells.available_As:.1f} A s,")
 print(f"bound {wells.bound_As:.1f} A s; together {wells.total_As / drone.capacity_As:.1%} of full")
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("03.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+answer_1 = task["available_fraction"] * task["capacity_As"] / task["current_A"]
+### END SOLUTION
+
+# %%
+grade = exercises.check("03.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("03.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+# Wells at the same height hold charge in proportion to their widths.
+answer_2 = 0.8 * (task["available_As"] + task["bound_As"])
+### END SOLUTION
+
+# %%
+grade = exercises.check("03.2", answer_2, student)
+print(grade)
+
+# %%
+task = exercises.task("03.3", student)
+print(task)
+
+# %%
+answer_3 = ...
+### BEGIN SOLUTION
+# A full well stands at B; the other at the share that is left of it.
+answer_3 = 4.5e-5 * task["capacity_As"] * (1 - task["left"])
+### END SOLUTION
+
+# %%
+grade = exercises.check("03.3", answer_3, student)
+print(grade)

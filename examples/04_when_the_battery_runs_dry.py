@@ -116,3 +116,66 @@ for name in ("capacity_As", "available_fraction", "flow_rate_per_s", "deadline_s
 # %% [markdown]
 # Time and the charge to be kept have the price 0. The size of the available well matters most,
 # which a larger battery has too; little flows into it within ten minutes.
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("04.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+# Between a full well, which stands at B, and an empty one.
+answer_1 = 4.5e-5 * 2 * task["battery.capacity_As"]
+### END SOLUTION
+
+# %%
+grade = exercises.check("04.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("04.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+# After one leg the well is nearly full, and a rest fills it; after the hover it is nearly empty.
+answer_2 = "full" if task["order"] == "rest first" else "empty"
+### END SOLUTION
+
+# %%
+grade = exercises.check("04.2", answer_2, student)
+print(grade)
+
+# %%
+task = exercises.task("04.3", student)
+print(task)
+
+# %%
+answer_3 = ...
+### BEGIN SOLUTION
+# Hover until the well is nearly empty, then rest on b10 for the flight home. The hover is shortened
+# until the audit agrees.
+from optuav.judge import Stop
+
+hover_s = 900.0
+while True:
+    stops = Stop("hover", "hover", hover_s), Stop("b10", "rest", 270.0)
+    answer_3 = optuav.Itinerary(task.mission, stops)
+    if optuav.audit(answer_3):
+        break
+    hover_s -= 2.0
+### END SOLUTION
+
+# %%
+grade = exercises.check("04.3", answer_3, student)
+print(grade)

@@ -134,3 +134,61 @@ print(*traits(wells).nonlinear or (), sep=": ")
 
 # %%
 print(optuav.formulate("paper", optuav.P4("b1", order="rest-first"), perspective="battery"))
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("05.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+from optuav.modelling import Model
+
+answer_1 = Model("longest hover")
+hover = answer_1.variable("hover_time_s", "Δ", unit="s")
+rest = answer_1.variable("rest_time_s", "T'", unit="s")
+answer_1.maximise(hover)
+drawn_As = task["hover_A"] * hover - task["rest_A"] * rest
+answer_1.subject_to("charge", drawn_As <= task["usable_As"], unit="A s")
+answer_1.subject_to("deadline", hover + rest <= task["left_s"], unit="s")
+### END SOLUTION
+
+# %%
+grade = exercises.check("05.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("05.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+
+
+### BEGIN SOLUTION
+class Early(optuav.Formulation):
+    """Longest hover of a UAV that is back early."""
+
+    def declare(self, model, given):
+        hover, rest = given.hover_and_rest(model)
+        model.maximise(hover)
+        model.subject_to("state of charge", given.soc_end(hover, rest) >= given.min_soc)
+        early = hover + rest <= given.time_left - task["margin_s"]
+        model.subject_to("back early", early, unit="s")
+
+
+answer_2 = Early()
+### END SOLUTION
+
+# %%
+grade = exercises.check("05.2", answer_2, student)
+print(grade)

@@ -125,3 +125,58 @@ optuav.plots.curves(
     y_label="slack [% of B]",
     marks=[optuav.plots.Mark(by_hand_s, "longest hover")],
 )
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("06.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+answer_1 = (0.95 * 2 * task["battery.capacity_As"] - 7843.1) / 87.91
+### END SOLUTION
+
+# %%
+grade = exercises.check("06.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("06.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+lasts_s = ((1 - task["limits.min_soc"]) * 72_000 - 7843.1) / 87.91
+answer_2 = lasts_s // task["slot_s"] * task["slot_s"]
+### END SOLUTION
+
+# %%
+grade = exercises.check("06.2", answer_2, student)
+print(grade)
+
+# %%
+task = exercises.task("06.3", student)
+print(task)
+
+# %%
+answer_3 = ...
+### BEGIN SOLUTION
+# Charge over I_hv reads Δ ≤ a number; the deadline has slack.
+from fractions import Fraction
+
+answer_3 = {"charge": Fraction(1, task["hover_A"]), "deadline": 0}
+### END SOLUTION
+
+# %%
+grade = exercises.check("06.3", answer_3, student)
+print(grade)

@@ -122,3 +122,58 @@ optuav.plots.curves(
     y_label="longest hover Δ [s]",
     marks=[optuav.plots.Mark(kink_s, "the kink")],
 )
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("07.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+answer_1 = task["rest_A"] / (task["hover_A"] + task["rest_A"])
+### END SOLUTION
+
+# %%
+grade = exercises.check("07.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("07.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+# y1 (I_hv, −I_rest) + y2 (1, 1) = (1, 0): from the second, y2 = I_rest y1.
+from fractions import Fraction
+
+charge = Fraction(1, task["hover_A"] + task["rest_A"])
+answer_2 = {"charge": charge, "deadline": task["rest_A"] * charge}
+### END SOLUTION
+
+# %%
+grade = exercises.check("07.2", answer_2, student)
+print(grade)
+
+# %%
+task = exercises.task("07.3", student)
+print(task)
+
+# %%
+answer_3 = ...
+### BEGIN SOLUTION
+answer_3 = task["usable_As"] / task["hover_A"] + 100
+### END SOLUTION
+
+# %%
+grade = exercises.check("07.3", answer_3, student)
+print(grade)

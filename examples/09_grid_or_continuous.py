@@ -111,3 +111,28 @@ for slot_s in (10.0, 60.0):
     )
     for plan in (cells, tree):
         print(f"slots of {slot_s:g} s: {plan.hover_time_s:g} s of hover, {plan.proof}")
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("09.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+# With h slots, a hover of k slots leaves h − k rests: (h − 1) + (h − 2) + ... + 1 pairs.
+slots = int(task["left_s"] // task["slot_s"])
+answer_1 = slots * (slots - 1) // 2
+### END SOLUTION
+
+# %%
+grade = exercises.check("09.1", answer_1, student)
+print(grade)

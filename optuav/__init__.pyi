@@ -6,6 +6,7 @@ from formulations.p2 import P2 as P2
 from formulations.p3 import P3 as P3
 from formulations.p4 import P4 as P4
 from optuav import city as city
+from optuav import exercises as exercises
 from optuav import maps as maps
 from optuav import plots as plots
 from optuav.calibration import Fit as Fit

@@ -27,7 +27,7 @@ NUMBERS: Mapping[Any, Callable[[str], float]] = {
     **dict.fromkeys((int, int | None), integer),
 }
 """What reads an option, by the type of its parameter."""
-WRITTEN = {"save", "plot", "animate", "out", "file"}
+WRITTEN = {"save", "plot", "animate", "out", "file", "directory"}
 """Parameters that name a file or a directory to be written."""
 
 

@@ -181,7 +181,7 @@ def certificates(
     the first that is violated is named; those that are not linear are left out. In slots the
     unknowns take at least their first slot, but not only whole ones.
     """
-    rows = _rows(linear_part(model), parameters, slot_s)
+    rows = inequalities(linear_part(model), parameters, slot_s)
     symbols = [each.symbol for each in model.variables]
     while True:
         columns = [_column(row, symbols, ROUNDING) for row in rows]
@@ -207,7 +207,7 @@ def bound(model: Model, parameters: Values, binding: Collection[str]) -> Certifi
         return None
     symbols = [each.symbol for each in model.variables]
     goal = [Fraction(float(x)) for x in linear_form(model, parameters).directions[0, :, 0]]
-    rows = [row for row in _rows(model, parameters) if row.label in binding]
+    rows = [row for row in inequalities(model, parameters) if row.label in binding]
     weights = combination([_column(row, symbols)[:-1] for row in rows], goal)
     if not weights or not any(weights):
         return None
@@ -235,7 +235,7 @@ def is_own(parameter: Parameter) -> bool:
     return parameter.varies and all(parameter.name != each.name for each in QUANTITIES)
 
 
-def _rows(model: Model, parameters: Values, slot_s: float | None = None) -> list[Row]:
+def inequalities(model: Model, parameters: Values, slot_s: float | None = None) -> list[Row]:
     """The rows of a linear programme that limit something; an infinite limit does not."""
     form = linear_form(model, parameters)
     symbols = [each.symbol for each in model.variables]

@@ -1,0 +1,183 @@
+"""Makes editions of the lessons from their sources: ``make lessons``.
+
+The source of a lesson is a script in cells, ``examples/*.py``. Its exercises have worked
+solutions, in lines between ``### BEGIN SOLUTION`` and ``### END SOLUTION``, and each is followed by
+a cell that prints its grade. The student edition, notebooks without solutions, is part of the
+package; editions for nbgrader and for Otter, which take the solutions out themselves, go to
+``build/lessons``.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[1]
+SOURCES = ROOT / "examples"
+STUDENT = ROOT / "optuav" / "lessons"
+BUILD = ROOT / "build" / "lessons"
+BEGIN, END = "### BEGIN SOLUTION", "### END SOLUTION"
+LINK = re.compile(r"\]\((\w+)\.py\)")  # From one lesson to another
+SOLUTION = re.compile(rf"^ *{BEGIN}\n.*?^ *{END}\n?", re.MULTILINE | re.DOTALL)
+CHECK = re.compile(
+    r'^(grade = exercises\.check\("([\w.]+)", (\w+), student\))\nprint\(grade\)$', re.MULTILINE
+)
+KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
+NBGRADER = """\
+c = get_config()
+c.CourseDirectory.course_id = "optuav"
+c.ClearSolutions.code_stub = {"python": "# your answer"}
+"""
+OTTER = "# ASSIGNMENT CONFIG\nexport_cell: false\ntests:\n  ok_format: false"
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell of a notebook."""
+
+    kind: str  # code, markdown or raw
+    source: str
+    metadata: dict[str, Any] = field(default_factory=dict)
+
+
+def cells(text: str) -> list[Cell]:
+    """The cells of a script; prose without the marks of comments."""
+    found = []
+    for part in re.split(r"^# %%", text, flags=re.MULTILINE)[1:]:
+        head, _, body = part.partition("\n")
+        if head.strip() == "[markdown]":
+            prose = re.sub(r"^# ?", "", body.strip("\n"), flags=re.MULTILINE)
+            found.append(Cell("markdown", prose))
+        else:
+            found.append(Cell("code", body.strip("\n")))
+    return found
+
+
+def without_solutions(text: str) -> str:
+    """A lesson as students get it."""
+    return SOLUTION.sub("", text)
+
+
+def notebook(name: str, content: Iterable[Cell]) -> str:
+    """A notebook without outputs, the same at every run."""
+    written = [
+        {
+            "cell_type": each.kind,
+            **({"execution_count": None, "outputs": []} if each.kind == "code" else {}),
+            "id": f"{name.split('_', maxsplit=1)[0]}-{number:02}",
+            "metadata": each.metadata,
+            "source": LINK.sub(r"](\1.ipynb)", each.source).splitlines(keepends=True),
+        }
+        for number, each in enumerate(content)
+    ]
+    whole = {
+        "cells": [dict(sorted(each.items())) for each in written],
+        "metadata": {"kernelspec": KERNEL, "language_info": {"name": "python"}},
+        "nbformat": 4,
+        "nbformat_minor": 5,
+    }
+    return json.dumps(whole, indent=1, ensure_ascii=False) + "\n"
+
+
+def for_nbgrader(content: Sequence[Cell]) -> Iterator[Cell]:
+    """Cells with what nbgrader knows of them: answers with solutions, and locked checks."""
+    for number, each in enumerate(content):
+        check = CHECK.search(each.source)
+        if BEGIN in each.source:
+            following = CHECK.search(content[number + 1].source)
+            assert following, each.source
+            yield _graded(each.source, f"answer-{following[2]}", solution=True)
+        elif check:
+            source = f"{each.source}\nassert grade, grade"
+            yield _graded(source, f"check-{check[2]}", solution=False)
+        else:
+            yield each
+
+
+def _graded(source: str, name: str, *, solution: bool) -> Cell:
+    known = {"grade": not solution, "grade_id": name, "locked": not solution, "schema_version": 3}
+    points = {} if solution else {"points": 1}
+    return Cell(
+        "code", source, {"nbgrader": {**known, **points, "solution": solution, "task": False}}
+    )
+
+
+def for_otter(content: Sequence[Cell]) -> Iterator[Cell]:
+    """Cells with the raw ones between which Otter looks for questions, solutions and tests."""
+    yield Cell("raw", OTTER)
+    for number, each in enumerate(content):
+        check = CHECK.search(each.source)
+        if BEGIN in each.source:
+            following = CHECK.search(content[number + 1].source)
+            assert following, each.source
+            source = each.source.replace(BEGIN, "# BEGIN SOLUTION NO PROMPT")
+            yield Cell("raw", f"# BEGIN QUESTION\nname: {_question(following[2])}\npoints: 1")
+            yield Cell("raw", "# BEGIN SOLUTION")
+            yield Cell("code", source.replace(END, "# END SOLUTION"))
+            yield Cell("raw", "# END SOLUTION")
+        elif check:
+            test = (
+                f"def test_{_question(check[2])}({check[3]}, student):\n"
+                "    from optuav import exercises\n\n"
+                f"    {check[1]}\n"
+                "    assert grade, str(grade)"
+            )
+            yield Cell("raw", "# BEGIN TESTS")
+            yield Cell("code", test)
+            yield Cell("raw", "# END TESTS")
+            yield Cell("raw", "# END QUESTION")
+        else:
+            yield each
+
+
+def _question(number: str) -> str:
+    """Number of an exercise as a name."""
+    return f"q{number.replace('.', '_')}"
+
+
+def student_files() -> dict[Path, bytes]:
+    """The student edition, and the data of the lessons, by place."""
+    found = {
+        STUDENT / f"{path.stem}.ipynb": notebook(
+            path.stem, cells(without_solutions(path.read_text("utf-8")))
+        ).encode()
+        for path in sorted(SOURCES.glob("*.py"))
+    }
+    return found | {STUDENT / "data" / path.name: path.read_bytes() for path in data()}
+
+
+def data() -> list[Path]:
+    """The files that lessons read."""
+    return sorted(each for each in (SOURCES / "data").iterdir() if each.suffix in (".csv", ".toml"))
+
+
+def other_files() -> dict[Path, bytes]:
+    """The editions for nbgrader and Otter, by place."""
+    found = {BUILD / "nbgrader" / "nbgrader_config.py": NBGRADER.encode()}
+    for path in sorted(SOURCES.glob("*.py")):
+        content, name = cells(path.read_text("utf-8")), path.stem
+        assignment = BUILD / "nbgrader" / "source" / name
+        found[assignment / f"{name}.ipynb"] = notebook(name, for_nbgrader(content)).encode()
+        found[BUILD / "otter" / f"{name}.ipynb"] = notebook(name, for_otter(content)).encode()
+        for each in data() if '"data"' in path.read_text("utf-8") else ():
+            found[assignment / "data" / each.name] = each.read_bytes()
+            found[BUILD / "otter" / "data" / each.name] = each.read_bytes()
+    return found
+
+
+def main() -> None:
+    """Write all editions in the place of those before."""
+    for folder in (STUDENT, BUILD):
+        shutil.rmtree(folder, ignore_errors=True)
+    for path, content in {**student_files(), **other_files()}.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,119 @@
+"""What students call: the numbers of all exercises, a task, and its grade."""
+
+from collections.abc import Mapping
+from functools import cache
+from importlib import import_module
+from types import EllipsisType
+
+from optuav.errors import Fault, InputError
+from optuav.exercises.exercise import Exercise, Grade, Task
+from optuav.mission.messages import nearest
+
+PARTS = ("first_flights", "optimisation")
+"""Files of exercises, one a part of the course, in its order."""
+
+
+@cache
+def _exercises() -> Mapping[str, Exercise]:
+    """Every exercise by number."""
+    parts = (vars(import_module(f"optuav.exercises.{part}")) for part in PARTS)
+    every = (each for part in parts for each in part.values())
+    return {each.number: each for each in every if isinstance(each, Exercise)}
+
+
+def numbers(lesson: str = "") -> tuple[str, ...]:
+    """The numbers of the exercises, in order.
+
+    Parameters
+    ----------
+    lesson
+        Number of a lesson, as ``"01"``; of all lessons by default.
+
+    Returns
+    -------
+    Numbers as `task` and `check` take them; none for a lesson without exercises.
+
+    Examples
+    --------
+    >>> from optuav import exercises
+    >>> exercises.numbers("01")[0]
+    '01.1'
+    """
+    return tuple(each for each in _exercises() if each.startswith(f"{lesson}." if lesson else ""))
+
+
+def task(number: str, student: str = "") -> Task:
+    """An exercise with the numbers of a student, to read and to work with.
+
+    Parameters
+    ----------
+    number
+        Its number, as ``"01.2"``; `numbers` lists them.
+    student
+        Any text that names the student, such as a matriculation number; without one, the numbers
+        are those of the lessons' worked solutions.
+
+    Returns
+    -------
+    Task
+        Its text, and the mission, the model and the numbers that it is about.
+
+    Raises
+    ------
+    InputError
+        If there is no such exercise, or the student is no text.
+
+    Examples
+    --------
+    >>> from optuav import exercises
+    >>> found = exercises.task("01.1", student="ada")
+    >>> found.mission.limits.deadline_s == found["limits.deadline_s"]
+    True
+    """
+    known, faults = _exercises(), list[Fault]()
+    if not isinstance(number, str) or number not in known:
+        words = f"no exercise has this number; there are {', '.join(known)}"
+        faults.append(Fault("number", repr(number), words + nearest(number, known)))
+    if not isinstance(student, str):
+        faults.append(Fault("student", repr(student), "a text, as student='123456'"))
+    if faults:
+        raise InputError(faults)
+    return known[number].task(student.strip())
+
+
+def check(number: str, answer: object, student: str = "") -> Grade:
+    """Grade an answer to an exercise, with a hint where it is not correct.
+
+    Parameters
+    ----------
+    number
+        Number of the exercise, as ``"01.2"``.
+    answer
+        What the task asks for. To predict: a number or a word. To declare: a `Formulation`, its
+        class if it has no fields of its own, or a `Model`. To prove: the multiplier of each
+        constraint by label, as fractions or other numbers; a float is read as the nearest fraction
+        whose denominator is at most a million. To design: an `Itinerary`, a `Plan`, or stops as
+        ``("b1", "rest", 100.0)``. An ellipsis ``...`` stands for no answer yet.
+    student
+        The text for which the task was made.
+
+    Returns
+    -------
+    Grade
+        True where the answer is correct.
+
+    Raises
+    ------
+    InputError
+        If there is no such exercise, or the answer is none of its kind; a wrong one is graded.
+
+    Examples
+    --------
+    >>> from optuav import exercises
+    >>> print(exercises.check("01.1", ...))
+    exercise 01.1: no answer yet
+    """
+    asked = task(number, student)
+    if isinstance(answer, EllipsisType):
+        return Grade(number, "no answer yet")
+    return _exercises()[number].grade(asked, answer)

@@ -1,0 +1,140 @@
+"""Declare: a problem with the feasible set and the optimum of another that is stated otherwise."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields, replace
+from functools import partial
+
+import numpy as np
+
+from formulations.formulation import Formulation
+from optuav.arrays import Booleans, Floats
+from optuav.engines.registry import preferred
+from optuav.engines.solution import Solution
+from optuav.errors import Fault, InputError
+from optuav.exercises.exercise import Draws, Exercise, Grade, Task
+from optuav.modelling import Check, Checks, Model, check
+from optuav.modelling.classify import traits
+from optuav.modelling.traversal import evaluate
+from optuav.solving import Program, formulate
+from optuav.solving.outcome import Part
+
+SIDE = 21  # Values of each unknown on the grid of points
+NEARBY = (0.9, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1)  # Times the optimum, where limits meet
+AMBIGUOUS = 1e-6  # Slack below which a point is left out, relative to max(1, |right side|)
+SAME = 1e-5  # How far two optima may differ, relative to max(1, |optimum|)
+
+
+def declare(
+    number: str,
+    text: str,
+    *,
+    mission: str = "paper",
+    draws: Draws | None = None,
+    fixed: Mapping[str, object] | None = None,
+) -> Callable[[Callable[[Task], Program | Model]], Exercise]:
+    """An exercise whose answer is equivalent to a model, or to a program of one route."""
+
+    def declared(function: Callable[[Task], Program | Model]) -> Exercise:
+        grade = partial(_grade, function)
+        return Exercise(number, "declare", text, grade, mission, draws or {}, fixed or {})
+
+    return declared
+
+
+def _grade(function: Callable[[Task], Program | Model], task: Task, answer: object) -> Grade:
+    """The grade of a formulation or a model."""
+    asked = function(task)
+    wanted = asked if isinstance(asked, Model) else _of_one_route(asked.parts[0])
+    model = _model_of(answer, asked, task)
+    names = {each.name for each in wanted.variables}
+    if (stated := {each.name for each in model.variables}) != names:
+        words = f"a problem with the unknowns {', '.join(sorted(names))}"
+        raise InputError([Fault("answer", f"unknowns {', '.join(sorted(stated))}", words)])
+    best = _solved(wanted)
+    points = _points({name: float(each[0]) for name, each in best.values.items()})
+    differs = _difference(task, points, check(wanted, points), check(model, points))
+    if differs is not None:
+        return differs
+    own = _solved(model)
+    if not own.status.has_answer:
+        words = f"the feasible set is right, but your problem is {own.status.value}"
+        return Grade.wrong(task, words, "look at the objective")
+    reached = float(np.asarray(evaluate(wanted.objective, own.point(0))))
+    if abs(reached - best.objective[0]) > SAME * max(1.0, abs(best.objective[0])):
+        at = _words({name: values[0] for name, values in own.values.items()})
+        words = f"the feasible set is right, but the optimum is another; yours is {at}"
+        return Grade.wrong(task, words, "look at what is maximised or minimised")
+    return Grade.correct(task, f"same feasible set at {_count(points)} points, same optimum")
+
+
+def _model_of(answer: object, asked: Program | Model, task: Task) -> Model:
+    """The model that an answer declares, a formulation for the route of the program."""
+    if isinstance(answer, Model):
+        return answer
+    words = "a Model of optuav.modelling"
+    if isinstance(asked, Program):
+        if isinstance(answer, type) and issubclass(answer, Formulation):
+            answer = answer()
+        open_ = {"building", "order"}
+        if isinstance(answer, Formulation) and open_ <= {f.name for f in fields(answer) if f.init}:
+            question, rests = asked.question, asked.parts[0].rests
+            building, order = question.problem.building, question.problem.order
+            answer = replace(answer, building=building, order=order)
+            program = formulate(task.mission, answer, perspective=question.perspective)
+            return _of_one_route(next(each for each in program.parts if each.rests == rests))
+        words = "an optuav.Formulation of any building and order"
+    raise InputError([Fault("answer", f"{answer!r:.80}", words)])
+
+
+def _of_one_route(part: Part) -> Model:
+    """The declaration with the numbers of its first route."""
+    return part.model.with_values(part.model.row(0))
+
+
+def _solved(model: Model) -> Solution:
+    return preferred(traits(model), slots=False).solve(model, 1)
+
+
+def _points(best: Mapping[str, float]) -> dict[str, Floats]:
+    """A grid up to twice the optimum, and points close to it."""
+    sides = (np.linspace(0.0, 2.0 * x or 100.0, SIDE) for x in best.values())
+    near = (np.multiply(x or 1.0, NEARBY) for x in best.values())
+    grids = (np.meshgrid(*each) for each in (sides, near))
+    columns = (np.concatenate([one.ravel(), two.ravel()]) for one, two in zip(*grids, strict=True))
+    return dict(zip(best, columns, strict=True))
+
+
+def _count(points: Mapping[str, Floats]) -> int:
+    return next(iter(points.values())).size
+
+
+def _difference(
+    task: Task, points: Mapping[str, Floats], wanted: Checks, stated: Checks
+) -> Grade | None:
+    """The first point at which one statement holds and the other does not."""
+    count = _count(points)
+    holds, own = (
+        np.all([np.broadcast_to(row.satisfied, count) for row in rows], axis=0)
+        for rows in (wanted, stated)
+    )
+    clear = np.all([np.broadcast_to(_is_clear(row), count) for row in (*wanted, *stated)], axis=0)
+    if not (differ := np.flatnonzero((holds != own) & clear)).size:
+        return None
+    first = differ[0]
+    rows = stated if holds[first] else wanted
+    broken = next(r.label for r in rows if not np.broadcast_to(r.satisfied, count)[first])
+    at = _words({name: values[first] for name, values in points.items()})
+    if holds[first]:
+        words = f"{at} is feasible, but your problem excludes it"
+        return Grade.wrong(task, words, f"it violates your constraint {broken!r}")
+    words = f"your problem allows {at}, which is not feasible"
+    return Grade.wrong(task, words, f"what excludes it is known in the lesson as {broken!r}")
+
+
+def _is_clear(row: Check) -> Booleans:
+    """Whether rounding cannot decide if a constraint holds."""
+    return np.asarray(np.abs(row.slack) > AMBIGUOUS * np.maximum(1.0, np.abs(row.right)))
+
+
+def _words(point: Mapping[str, float]) -> str:
+    return "(" + ", ".join(f"{name} = {value:.6g}" for name, value in point.items()) + ")"

@@ -1,0 +1,60 @@
+"""Design: an itinerary that the judge audits, its hover time over the best that is proved."""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+
+from optuav.errors import Fault, InputError
+from optuav.exercises.exercise import Draws, Exercise, Grade, Task
+from optuav.judge import Itinerary, Stop, audit
+from optuav.plan import Plan
+
+
+def design(
+    number: str,
+    text: str,
+    *,
+    least: float,
+    mission: str = "paper",
+    draws: Draws | None = None,
+    fixed: Mapping[str, object] | None = None,
+) -> Callable[[Callable[[Task], float]], Exercise]:
+    """An exercise whose answer is an itinerary; its hover is to be a share of the best [s]."""
+
+    def declared(function: Callable[[Task], float]) -> Exercise:
+        grade = partial(_grade, function, least)
+        return Exercise(number, "design", text, grade, mission, draws or {}, fixed or {})
+
+    return declared
+
+
+def _grade(best_s: Callable[[Task], float], least: float, task: Task, answer: object) -> Grade:
+    """The grade of an itinerary: what it breaks, or how long it hovers."""
+    itinerary = _itinerary(answer, task)
+    if itinerary is None:
+        return Grade.wrong(task, "it flies another mission", "build it on task.mission")
+    found = audit(itinerary)
+    if not found or found.replay is None:
+        events = found.replay.violations if found.replay else found.events
+        worst = events[0]
+        words = f"it cannot be flown: at {worst.time_s:.1f} s {worst.words}"
+        return Grade.wrong(task, words, "optuav.audit(itinerary) lists all that it breaks")
+    share = found.replay.times_s["hover_time_s"] / best_s(task)
+    words = f"it can be flown, and hovers {share:.1%} of the best"
+    if share < least:
+        return Grade.wrong(task, words, f"at least {least:.0%} is asked for", score=share)
+    return Grade.correct(task, words, min(share, 1.0))
+
+
+def _itinerary(answer: object, task: Task) -> Itinerary | Plan | None:
+    """The itinerary that an answer is; None if it is one of another mission."""
+    if isinstance(answer, Plan | Itinerary):
+        return answer if answer.mission == task.mission else None
+    words = 'an optuav.Itinerary, or stops in order as ("b1", "rest", 100.0)'
+    if not isinstance(answer, Sequence) or isinstance(answer, str):
+        raise InputError([Fault("answer", f"{answer!r:.80}", words)])
+    stops = list[Stop]()
+    for number, stop in enumerate(answer):
+        if not isinstance(stop, Stop) and not (isinstance(stop, tuple | list) and len(stop) == 3):
+            raise InputError([Fault(f"answer[{number}]", f"{stop!r:.80}", words)])
+        stops.append(stop if isinstance(stop, Stop) else Stop(*stop))
+    return Itinerary(task.mission, tuple(stops))

@@ -1,0 +1,197 @@
+"""What an exercise is made of: numbers drawn for each student, its task, and grades of answers."""
+
+import math
+import operator
+import re
+import textwrap
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import reduce
+from hashlib import sha256
+from typing import Any, Literal, TypeAlias
+
+from optuav.mission import Mission, load
+from optuav.modelling import Model
+from optuav.modelling.expression import Operand
+
+Kind: TypeAlias = Literal["predict", "declare", "prove", "design"]
+Draws: TypeAlias = Mapping[str, Sequence[float | str]]
+"""What a student's numbers are chosen from, by key of the mission or by name."""
+
+CORRECT, WRONG = "correct", "not correct"
+NUMBER = re.compile(r"\{([\w.]+)(?::([^}]*))?\}")
+
+
+def decimals(first: float, last: float, step: float) -> tuple[float, ...]:
+    """Numbers from the first to the last in equal steps, each the float of its short decimal."""
+    return tuple(round(first + k * step, 9) for k in range(round((last - first) / step) + 1))
+
+
+@dataclass(frozen=True)
+class Task:
+    """An exercise with a student's numbers.
+
+    Parameters
+    ----------
+    number, kind
+        Number of the exercise, and what is to be done: predict, declare, prove or design.
+    text
+        What is asked, with the numbers.
+    numbers
+        What was drawn for the student, by key of the mission or by name; ``task["name"]`` too.
+    mission
+        The mission in question, with the numbers in it.
+    model
+        The model whose optimum or conflict is to be proved; None in other exercises.
+    """
+
+    number: str
+    kind: Kind
+    text: str
+    numbers: Mapping[str, float | str]
+    mission: Mission
+    model: Model | None = None
+
+    def __getitem__(self, name: str) -> Any:
+        return self.numbers[name]
+
+    def __str__(self) -> str:
+        lines = [f"Exercise {self.number} ({self.kind})", *textwrap.wrap(self.text, 80)]
+        return "\n".join([*lines, "", str(self.model)] if self.model else lines)
+
+    def __repr__(self) -> str:
+        return f"<Task {self.number}: {self.kind}>"
+
+    def _repr_html_(self) -> str:
+        from optuav import markup
+        from optuav.modelling.mathml import html
+
+        heading = markup.element("strong", f"Exercise {self.number} ({self.kind})")
+        model = html(self.model) if self.model else []
+        return markup.shown(markup.element("p", heading), markup.element("p", self.text), *model)
+
+
+@dataclass(frozen=True)
+class Grade:
+    """What a grader says of an answer; true where it is correct.
+
+    Parameters
+    ----------
+    number
+        Number of the exercise.
+    verdict
+        ``"correct"``, ``"not correct"`` or ``"no answer yet"``.
+    words
+        What is off, or how good the answer is.
+    hint
+        What to think about next; never the answer.
+    score
+        From 0 to 1; of an itinerary its hover time as a share of the best.
+    """
+
+    number: str
+    verdict: str
+    words: str = ""
+    hint: str = ""
+    score: float = 0.0
+
+    def __bool__(self) -> bool:
+        return self.verdict == CORRECT
+
+    def __str__(self) -> str:
+        head = f"exercise {self.number}: {self.verdict}"
+        lines = [f"{head}; {self.words}" if self.words else head]
+        lines += [f"Hint: {self.hint}"] if self.hint else []
+        return "\n".join(textwrap.fill(each, 80, subsequent_indent="  ") for each in lines)
+
+    def __repr__(self) -> str:
+        return f"<Grade {self.number}: {self.verdict}>"
+
+    def _repr_html_(self) -> str:
+        from optuav import markup
+
+        said = "; ".join(filter(None, (f"Exercise {self.number}: {self.verdict}", self.words)))
+        content = [markup.paragraph(said, good=bool(self))]
+        content += [markup.paragraph(f"Hint: {self.hint}")] if self.hint else []
+        return markup.shown(*content)
+
+    @classmethod
+    def correct(cls, task: Task, words: str = "", score: float = 1.0) -> "Grade":
+        """The grade of a correct answer."""
+        return cls(task.number, CORRECT, words, score=score)
+
+    @classmethod
+    def wrong(cls, task: Task, words: str, hint: str = "", score: float = 0.0) -> "Grade":
+        """The grade of an answer that is not correct."""
+        return cls(task.number, WRONG, words, hint, score)
+
+
+@dataclass(frozen=True)
+class Exercise:
+    """An exercise as a part of the course declares it."""
+
+    number: str
+    kind: Kind
+    text: str  # With names of numbers in braces, as {limits.deadline_s} or {limits.min_soc:.0%}
+    grade: Callable[[Task, object], Grade]
+    mission: str = "paper"
+    draws: Draws = field(default_factory=dict)
+    fixed: Mapping[str, object] = field(default_factory=dict)  # Other keys of the mission
+    model: Callable[[Task], Model] | None = None
+
+    def task(self, student: str) -> Task:
+        """The task of a student: each number is chosen by a hash, and so the same anywhere."""
+        numbers = {name: self._drawn(name, student) for name in self.draws}
+        stated = {name: each for name, each in numbers.items() if "." in name}
+        mission = load(self.mission).replace({**self.fixed, **stated})
+        text = NUMBER.sub(lambda found: _written(numbers[found[1]], found[2]), self.text)
+        task = Task(self.number, self.kind, text, numbers, mission)
+        return replace(task, model=self.model(task)) if self.model else task
+
+    def _drawn(self, name: str, student: str) -> float | str:
+        choices = self.draws[name]
+        digest = sha256("\n".join((self.number, name, student)).encode()).digest()
+        return choices[int.from_bytes(digest[:8], "big") % len(choices)]
+
+
+def programme(
+    title: str,
+    goal: Mapping[str, tuple[str, str, float]],
+    rows: Mapping[str, tuple[Mapping[str, float], float]],
+    *,
+    sense: Literal["maximise", "minimise"] = "maximise",
+    unit: str = "1",
+) -> Model:
+    """A linear model from its numbers.
+
+    The goal has symbol, unit and coefficient of each unknown; the rows have coefficients and limit,
+    and are ≤ where the goal is maximised, else ≥.
+    """
+    model = Model(title)
+    unknowns = {name: model.variable(name, each[0], unit=each[1]) for name, each in goal.items()}
+
+    def total(coefficients: Mapping[str, float]) -> Operand:
+        terms = [
+            c * unknowns[name] if c != 1.0 else unknowns[name]
+            for name, c in coefficients.items()
+            if c
+        ]
+        return reduce(operator.add, terms)
+
+    (model.maximise if sense == "maximise" else model.minimise)(
+        total({name: each[2] for name, each in goal.items()})
+    )
+    for label, (coefficients, limit) in rows.items():
+        side = total(coefficients)
+        model.subject_to(label, side <= limit if sense == "maximise" else side >= limit, unit=unit)
+    return model
+
+
+def _written(value: float | str, form: str | None) -> str:
+    """A number in a text."""
+    return value if isinstance(value, str) else format(value, form or ".10g").replace("%", " %")
+
+
+def is_close(value: float, other: float, within: float) -> bool:
+    """Whether two figures agree within an amount, with room for the last digits."""
+    return math.isfinite(other) and abs(value - other) <= within * (1.0 + 1e-9)

@@ -1,0 +1,147 @@
+"""Exercises of the second part: declarations, duality, slots and routes as programmes."""
+
+import math
+
+import optuav
+from optuav.exercises.declare import declare
+from optuav.exercises.exercise import Task, decimals, programme
+from optuav.exercises.predict import Predictions, predict
+from optuav.exercises.prove import prove
+from optuav.modelling import Model
+from optuav.solving import Program
+
+TIMES = {"hover_time_s": ("Δ", "s", 1.0), "rest_time_s": ("T'", "s", 0.0)}
+CURRENTS = {"hover_A": range(60, 121, 2), "rest_A": range(4, 13)}
+
+
+def _with_rest(task: Task, **more: tuple[dict[str, float], float]) -> Model:
+    """The longest hover with a rest, in whole numbers, with more rows."""
+    drawn = {"hover_time_s": task["hover_A"], "rest_time_s": -task["rest_A"]}
+    time = {"hover_time_s": 1.0, "rest_time_s": 1.0}
+    rows = {"charge": (drawn, task["usable_As"]), "deadline": (time, task["left_s"])}
+    return programme("longest hover with a rest", TIMES, rows | more)
+
+
+@declare(
+    "05.1",
+    "Declare a Model with the unknowns hover_time_s and rest_time_s: the longest hover, where "
+    "hovering draws {hover_A} A and resting returns {rest_A} A, at most {usable_As} A s may be "
+    "drawn in all, and both together last {left_s} s at most.",
+    draws={**CURRENTS, "usable_As": range(40_000, 70_001, 1000), "left_s": range(800, 1201, 50)},
+)
+def _longest_hover(task: Task) -> Model:
+    return _with_rest(task)
+
+
+@declare(
+    "05.2",
+    "Declare a formulation: as P4, but the UAV is to be back {margin_s} s before the deadline. It "
+    "is compared with P4 on {building}, hover first, in the perspective battery.",
+    draws={"margin_s": range(20, 201, 5), "building": tuple(f"b{k}" for k in range(1, 11))},
+)
+def _early(task: Task) -> Program:
+    deadline_s = task.mission.limits.deadline_s - task["margin_s"]
+    sooner = task.mission.replace({"limits.deadline_s": deadline_s})
+    problem = optuav.P4(task["building"], order="hover-first")
+    return optuav.formulate(sooner, problem, perspective="battery")
+
+
+@predict(
+    "06.1",
+    "One pack of `paper` holds {battery.capacity_As} A s. How long [s] is the hover of P3 in the "
+    "perspective battery, if flights draw 7843.1 A s in all, hovering draws 87.91 A and 5 % of the "
+    "charge are kept?",
+    unit="s",
+    within=0.5,
+    draws={"battery.capacity_As": range(30_000, 50_001, 100)},
+)
+def _by_hand(task: Task) -> Predictions:
+    hover_s = optuav.solve(task.mission, "P3", perspective="battery").hover_time_s
+    yield hover_s, "usable charge is 95 % of both packs less what the flights draw"
+    yield hover_s + 7843.1 / 87.91, "the flights draw their share first"
+    yield hover_s + 3600.0 * task["battery.capacity_As"] / 36_000.0 / 87.91, "5 % stay in the packs"
+
+
+@predict(
+    "06.2",
+    "In slots of {slot_s} s, how long [s] is the hover of P3 (1200 s, perspective battery, "
+    "min_soc {limits.min_soc:.1%})? In continuous times it is the usable charge over 87.91 A; "
+    "flights draw 7843.1 A s of 72 000 A s.",
+    unit="s",
+    within=0.01,
+    draws={"slot_s": range(7, 61), "limits.min_soc": decimals(0.05, 0.2, 0.005)},
+)
+def _in_slots(task: Task) -> Predictions:
+    slot_s = task["slot_s"]
+    plan = optuav.solve(task.mission, "P3", perspective="battery", slot_s=slot_s)
+    hover_s = plan.hover_time_s
+    yield hover_s, "only whole slots count, and the charge of a slot that is begun is needed too"
+    yield hover_s + slot_s, "rounded up, the charge does not last"
+
+
+@prove(
+    "06.3",
+    "Prove the optimum: give the multiplier of each constraint, as a dict by label.",
+    draws={"hover_A": range(60, 121), "usable_As": range(50_000, 60_001, 500)},
+)
+def _one_unknown(task: Task) -> Model:
+    rows = {
+        "charge": ({"hover_time_s": task["hover_A"]}, task["usable_As"]),
+        "deadline": ({"hover_time_s": 1.0}, 1100.0),
+    }
+    return programme("longest hover without a rest", {"hover_time_s": TIMES["hover_time_s"]}, rows)
+
+
+@predict(
+    "07.1",
+    "Charge and deadline bind. Hovering draws {hover_A} A, resting returns {rest_A} A. How many "
+    "seconds of hover does one more second of deadline bring?",
+    within=0.002,
+    draws=CURRENTS,
+)
+def _price_of_time(task: Task) -> Predictions:
+    hover_A, rest_A = task["hover_A"], task["rest_A"]
+    yield (
+        rest_A / (hover_A + rest_A),
+        "of the second, part is hover and part is rest that pays for it",
+    )
+    yield rest_A / hover_A, "the rest that pays for the hover takes time of the same second"
+    yield hover_A / (hover_A + rest_A), "that is the part of the second that is rest"
+
+
+@prove(
+    "07.2",
+    "Prove the optimum of this P4 in whole numbers: give the multiplier of each constraint, as a "
+    "dict by label. Multipliers of bounds may be left out where they are 0.",
+    draws={**CURRENTS, "usable_As": range(50_000, 60_001, 500), "left_s": range(1050, 1201, 10)},
+)
+def _two_lines(task: Task) -> Model:
+    return _with_rest(task)
+
+
+@predict(
+    "07.3",
+    "The price of the deadline has a kink where the best plan stops resting. Usable charge is "
+    "{usable_As} A s, hovering draws {hover_A} A, and flights take 100 s. At which deadline [s]?",
+    unit="s",
+    within=1.0,
+    draws={**CURRENTS, "usable_As": range(50_000, 60_001, 500)},
+)
+def _kink(task: Task) -> Predictions:
+    hover_s = task["usable_As"] / task["hover_A"]
+    yield hover_s + 100.0, "up to there all time is hover; then the charge is used up"
+    yield hover_s, "the deadline is that of the whole mission"
+
+
+@predict(
+    "09.1",
+    "The flight leaves {left_s} s of the deadline. How many pairs of a hover and a rest, both of "
+    "at least one whole slot of {slot_s} s, does the grid visit?",
+    within=0.1,
+    draws={"left_s": range(300, 1101, 7), "slot_s": (2.0, 5.0, 10.0, 20.0)},
+)
+def _cells(task: Task) -> Predictions:
+    slots = math.floor(task["left_s"] / task["slot_s"])
+    yield slots * (slots - 1) // 2, "count the pairs for a hover of 1 slot, of 2 slots, and so on"
+    yield slots * slots, "hover and rest together must fit into the time that is left"
+    yield slots * (slots + 1) // 2, "a rest takes at least one slot as well"

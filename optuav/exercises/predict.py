@@ -1,0 +1,80 @@
+"""Predict: a figure or a word, with hints for the mistakes that are often made."""
+
+import math
+import numbers
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from typing import Any, TypeAlias
+
+from optuav.errors import Fault, InputError
+from optuav.exercises.exercise import Draws, Exercise, Grade, Task, is_close
+
+Predictions: TypeAlias = Iterator[tuple[float | str, str]]
+"""The true answer with a hint for any other one; then wrong answers with a hint for each."""
+
+FACTORS = (60.0, 100.0, 1000.0, 3600.0)  # Minutes, per cent, thousands, hours
+
+
+def predict(
+    number: str,
+    text: str,
+    *,
+    unit: str = "",
+    within: float = 0.0,
+    among: Sequence[str] = (),
+    mission: str = "paper",
+    draws: Draws | None = None,
+    fixed: Mapping[str, object] | None = None,
+) -> Callable[[Callable[[Task], Predictions]], Exercise]:
+    """An exercise whose answer is a figure in a unit within a tolerance, or one of some words."""
+
+    def declared(function: Callable[[Task], Predictions]) -> Exercise:
+        grade = (
+            partial(_word, function, among) if among else partial(_figure, function, unit, within)
+        )
+        return Exercise(number, "predict", text, grade, mission, draws or {}, fixed or {})
+
+    return declared
+
+
+def _figure(
+    function: Callable[[Task], Predictions], unit: str, within: float, task: Task, answer: object
+) -> Grade:
+    """The grade of a figure."""
+    value, found = figure_of(answer, unit), function(task)
+    truth, hint = next(found)
+    assert not isinstance(truth, str)
+    if is_close(value, truth, within):
+        return Grade.correct(task, f"within {within:g} {unit}".rstrip())
+    for wrong, words in found:
+        if not isinstance(wrong, str) and is_close(value, wrong, within):
+            return Grade.wrong(task, "a common mistake", words)
+    near = max(within, 0.01 * abs(truth))
+    if any(is_close(x, truth, near) for k in FACTORS for x in (value * k, value / k)):
+        return Grade.wrong(task, "off by a power of ten or of sixty", f"the unit is {unit or 1}")
+    if is_close(-value, truth, within):
+        return Grade.wrong(task, "the sign is wrong", hint)
+    return Grade.wrong(task, "too large" if value > truth else "too small", hint)
+
+
+def figure_of(answer: object, unit: str = "") -> float:
+    """The finite number that an answer is; `InputError` if it is none."""
+    given: Any = answer
+    if isinstance(answer, numbers.Real) and not isinstance(answer, bool) and math.isfinite(given):
+        return float(given)
+    words = f"a finite number [{unit}]" if unit else "a finite number"
+    raise InputError([Fault("answer", f"{answer!r:.80}", words)])
+
+
+def _word(
+    function: Callable[[Task], Predictions], among: Sequence[str], task: Task, answer: object
+) -> Grade:
+    """The grade of a word."""
+    if not isinstance(answer, str) or answer.strip() not in among:
+        words = f"one of {', '.join(map(repr, among))}"
+        raise InputError([Fault("answer", f"{answer!r:.80}", words)])
+    found = function(task)
+    truth, hint = next(found)
+    if answer.strip() == truth:
+        return Grade.correct(task)
+    return Grade.wrong(task, "another one", dict(found).get(answer.strip(), hint))

@@ -1,0 +1,239 @@
+"""Graders take right answers, refuse wrong ones with a hint, and never print the answer."""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+import optuav
+from optuav import exercises
+from optuav.exercises import course
+from optuav.judge import Stop
+from optuav.modelling import Model
+from tests.exercises.worked import answers, editions, sections
+
+STUDENTS = ("", "ada", "s1234567")
+NUMBERS = exercises.numbers()
+KINDS = {number: exercises.task(number).kind for number in NUMBERS}
+FIGURE = re.compile(r"(?<![\w.])\d+(?:\.\d+)?")
+
+
+def test_every_exercise_stands_in_its_lesson_once() -> None:
+    found = [
+        (name.split("_")[0], check[2])
+        for name, cells in sections().items()
+        for source in cells
+        if (check := editions().CHECK.search(source)) is not None
+    ]
+    assert sorted(number for _, number in found) == sorted(NUMBERS)
+    assert all(number.startswith(f"{lesson}.") for lesson, number in found)
+    assert {*KINDS.values()} == {"predict", "declare", "prove", "design"}
+
+
+@pytest.mark.parametrize("student", STUDENTS)
+@pytest.mark.parametrize("number", NUMBERS)
+def test_the_worked_solution_is_correct(number: str, student: str) -> None:
+    grade = exercises.check(number, answers(student)[number], student)
+    assert grade, grade
+    assert grade.score > 0.9
+    assert not grade.hint
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_a_copied_answer_fails(number: str) -> None:
+    """With the numbers of four of five others at least; of two words one may be copied."""
+    if isinstance(answer := answers("ada")[number], str):
+        pytest.skip("a word")
+    others = ("grace", "emmy", "kurt", "alan", "sofia")
+    assert sum(not exercises.check(number, answer, each) for each in others) >= 4
+
+
+@pytest.mark.parametrize("number", [each for each in NUMBERS if KINDS[each] == "predict"])
+def test_hints_do_not_print_the_answer(number: str) -> None:
+    """No figure in them is near it, whether the answer is off by a little, a unit or a sign."""
+    truth = answers("")[number]
+    if isinstance(truth, str):
+        pytest.skip("a word")
+    function = course._exercises()[number].grade.args[0]  # type: ignore[attr-defined]
+    usual = [wrong for wrong, _ in function(exercises.task(number))][1:]
+    for wrong in (1.3 * truth, 0.7 * truth, truth / 60, 1000 * truth, -truth, *usual):
+        grade = exercises.check(number, wrong)
+        assert not grade, (wrong, truth)
+        assert grade.words
+        assert grade.hint
+        said = [float(each) for each in FIGURE.findall(f"{grade.words} {grade.hint}")]
+        assert all(abs(each - truth) > 0.002 * abs(truth) for each in said), grade
+
+
+def test_numbers_are_the_same_on_every_machine() -> None:
+    """By SHA-256 of number, name and student, without blanks around it; Python salts its own."""
+    drawn = [exercises.task("01.1", each)["limits.deadline_s"] for each in ("", "ada", " ada ")]
+    assert drawn == [548.0, 598.0, 598.0]
+    assert exercises.task("06.1", "grace")["battery.capacity_As"] == 40_800
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        (548.0, "flight is part of the mission"),
+        (688.8, "so long lasts the charge"),
+        (472.21 / 60.0, "the unit is s"),
+        (-472.21, "the sign is wrong"),
+        (480.0, "too large"),
+        (460.0, "too small"),
+    ],
+)
+def test_a_usual_mistake_has_a_hint_of_its_own(wrong: float, words: str) -> None:
+    grade = exercises.check("01.1", wrong)
+    assert not grade
+    assert words in str(grade).replace("\n  ", " ")
+
+
+@pytest.mark.parametrize("answer", [float("nan"), float("inf"), True, None, "472", [472.0]])
+def test_an_answer_that_is_no_figure_is_refused(answer: object) -> None:
+    with pytest.raises(optuav.InputError, match=r"^answer = .*: a finite number \[s\]$"):
+        exercises.check("01.1", answer)
+
+
+def test_what_is_asked_must_exist() -> None:
+    """All faults at once, with the numbers that there are and the nearest."""
+    with pytest.raises(optuav.InputError) as caught:
+        exercises.check("1.1", 1.0, student=7)  # type: ignore[arg-type]
+    assert [fault.key for fault in caught.value.faults] == ["number", "student"]
+    assert ", ".join(NUMBERS) in str(caught.value)
+    with pytest.raises(optuav.InputError, match="'charge', 'deadline'"):
+        exercises.check("01.3", "time")
+
+
+def test_no_answer_yet() -> None:
+    grade = exercises.check("05.1", ...)
+    assert (bool(grade), grade.verdict, grade.score) == (False, "no answer yet", 0.0)
+
+
+# Declarations
+
+
+def longest(
+    task: Any, *, hover_A: float = 0.0, deadline: bool = True, minimise: bool = False
+) -> Model:
+    """An answer to 05.1, right or wrong."""
+    model = Model("longest hover")
+    hover = model.variable("hover_time_s", "Δ", unit="s")
+    rest = model.variable("rest_time_s", "T'", unit="s")
+    (model.minimise if minimise else model.maximise)(hover)
+    drawn_As = (task["hover_A"] + hover_A) * hover - task["rest_A"] * rest
+    model.subject_to("charge of mine", drawn_As <= task["usable_As"])
+    if deadline:
+        model.subject_to("deadline of mine", hover + rest <= task["left_s"])
+    return model
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"hover_A": 1.0}, "is feasible, but your problem excludes it Hint: it violates your "),
+        ({"hover_A": -1.0}, "which is not feasible Hint: what excludes it is known"),
+        ({"deadline": False}, "which is not feasible Hint: what excludes it is known"),
+        ({"minimise": True}, "the optimum is another; yours is (hover_time_s = 0"),
+    ],
+)
+def test_a_wrong_declaration_is_told_where_it_differs(options: dict[str, Any], words: str) -> None:
+    grade = exercises.check("05.1", longest(exercises.task("05.1"), **options))
+    assert not grade
+    assert words in " ".join(str(grade).split())
+
+
+def test_a_declaration_has_the_unknowns_of_the_task() -> None:
+    model = Model("another")
+    model.maximise(model.variable("x", "x", unit="s", upper=1.0))
+    with pytest.raises(optuav.InputError, match="the unknowns hover_time_s, rest_time_s"):
+        exercises.check("05.1", model)
+    with pytest.raises(optuav.InputError, match=r"a Model of optuav\.modelling"):
+        exercises.check("05.1", optuav.P3())
+
+
+def test_a_formulation_may_be_a_class_or_an_object() -> None:
+    """P4 as it is keeps no time in reserve; the point at which that matters is named."""
+    grade = exercises.check("05.2", optuav.P4("b1"))
+    assert not grade
+    assert "P4.b deadline" in grade.hint
+    with pytest.raises(optuav.InputError, match="of any building and order"):
+        exercises.check("05.2", optuav.P1())
+
+    class Reserve(optuav.Formulation):
+        """Longest hover with a reserve of time."""
+
+        def declare(self, model: Model, given: Any) -> None:
+            hover, rest = given.hover_and_rest(model)
+            model.maximise(2.0 * hover)
+            model.subject_to("charge", given.soc_end(hover, rest) >= given.min_soc)
+            left = given.time_left - exercises.task("05.2")["margin_s"]
+            model.subject_to("time", hover + rest <= left)
+
+    assert exercises.check("05.2", Reserve)
+    assert exercises.check("05.2", Reserve(building="b3"))
+
+
+# Proofs
+
+
+def test_each_condition_of_a_proof_is_named() -> None:
+    task = exercises.task("07.2")
+    charge = Fraction(1, task["hover_A"] + task["rest_A"])
+    right = {"charge": charge, "deadline": task["rest_A"] * charge}
+    assert exercises.check("07.2", right)
+    assert exercises.check("07.2", {name: float(each) for name, each in right.items()})
+    negative = exercises.check("07.2", {**right, "deadline": -right["deadline"]})
+    assert negative.words.startswith("sign: the multiplier of 'deadline'")
+    short = exercises.check("07.2", {"charge": charge})
+    assert short.words.startswith("stationarity: the rows add up to")
+    # Without the charge, the deadline alone bounds Δ, with the bound of T': valid, but too high.
+    weak = exercises.check("07.2", {"deadline": 1, "bounds of T'": 1})
+    assert weak.words.startswith("gap: ")
+
+
+def test_a_proof_needs_numbers_by_known_names() -> None:
+    wrong = {"charge": float("nan"), "deadline": "1/98", "time": 1.0, "bounds of Δ": True}
+    with pytest.raises(optuav.InputError) as caught:
+        exercises.check("07.2", wrong)
+    assert [fault.key for fault in caught.value.faults] == [*wrong]
+    assert "charge, deadline, bounds of Δ, bounds of T'" in str(caught.value)
+    with pytest.raises(optuav.InputError, match="numbers by name"):
+        exercises.check("07.2", [1.0, 2.0])
+
+
+# Designs
+
+
+def test_an_itinerary_is_scored_or_told_what_it_breaks() -> None:
+    task = exercises.task("04.3")
+    best = optuav.solve(task.mission)
+    assert exercises.check("04.3", best).score == pytest.approx(1.0)
+    dry = exercises.check("04.3", [("hover", "hover", best.hover_time_s + 50.0)])
+    assert "it cannot be flown: at" in dry.words
+    short = exercises.check("04.3", [Stop("hover", "hover", 0.5 * best.hover_time_s)])
+    assert (bool(short), round(short.score, 6)) == (False, 0.5)
+    assert "hovers 50.0% of the best" in short.words
+    elsewhere = exercises.check("04.3", optuav.solve("paper"))
+    assert elsewhere.words == "it flies another mission"
+
+
+@pytest.mark.parametrize("answer", [3.0, "hover", [("hover", 10.0)], [("roof", "hover", 1.0)]])
+def test_an_itinerary_has_stops(answer: object) -> None:
+    with pytest.raises(optuav.InputError):
+        exercises.check("04.3", answer)
+
+
+@pytest.mark.parametrize("number", ["01.1", "05.1", "07.2", "04.3"])
+def test_notebooks_show_tasks_and_grades(number: str) -> None:
+    """As well-formed HTML, with any name of a student."""
+    student = "<script>alert(1)</script>"
+    shown = exercises.task(number, student)._repr_html_()
+    page = exercises.check(number, answers("")[number], student)._repr_html_()
+    for each in (shown, page):
+        assert "<script" not in each
+        ElementTree.fromstring(each.replace("<br>", "<br/>"))
