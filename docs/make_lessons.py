@@ -91,10 +91,10 @@ def for_nbgrader(content: Sequence[Cell]) -> Iterator[Cell]:
         if BEGIN in each.source:
             following = CHECK.search(content[number + 1].source)
             assert following, each.source
-            yield _graded(each.source, f"answer-{following[2]}", solution=True)
+            yield _graded(each.source, f"answer-{_question(following[2])}", solution=True)
         elif check:
             source = f"{each.source}\nassert grade, grade"
-            yield _graded(source, f"check-{check[2]}", solution=False)
+            yield _graded(source, f"check-{_question(check[2])}", solution=False)
         else:
             yield each
 
@@ -136,7 +136,7 @@ def for_otter(content: Sequence[Cell]) -> Iterator[Cell]:
 
 
 def _question(number: str) -> str:
-    """Number of an exercise as a name."""
+    """Number of an exercise as a name, in which a dot is not allowed."""
     return f"q{number.replace('.', '_')}"
 
 

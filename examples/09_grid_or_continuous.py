@@ -136,3 +136,17 @@ answer_1 = slots * (slots - 1) // 2
 # %%
 grade = exercises.check("09.1", answer_1, student)
 print(grade)
+
+# %%
+task = exercises.task("09.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+answer_2 = task["best_s"] // task["slot_s"] * task["slot_s"]
+### END SOLUTION
+
+# %%
+grade = exercises.check("09.2", answer_2, student)
+print(grade)

@@ -119,3 +119,82 @@ graph = optuav.graph(mission)
 graph.edges["origin", "b1"].update(duration_s=1.0, charge_As=10.0, energy_J=100.0)
 edited = optuav.route_choice(mission, perspective="battery", graph=graph)
 print(edited.notes[-1])
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("12.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+# The left side is largest where all the time is hover.
+answer_1 = task["hover_A"] * task["left_s"] - task["usable_As"]
+### END SOLUTION
+
+# %%
+grade = exercises.check("12.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("12.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+# The rows meet where first + M (1 − λ) = second + M λ; adding them gives twice Δ.
+answer_2 = (task["first_s"] + task["second_s"] + task["M"]) / 2
+### END SOLUTION
+
+# %%
+grade = exercises.check("12.2", answer_2, student)
+print(grade)
+
+# %%
+task = exercises.task("12.3", student)
+print(task)
+
+# %%
+answer_3 = ...
+### BEGIN SOLUTION
+from optuav.modelling import Model
+
+answer_3 = Model("longest hover, direct or by way of a building")
+hover = answer_3.variable("hover_time_s", "Δ", unit="s")
+rest = answer_3.variable("rest_time_s", "T'", unit="s")
+by_way = answer_3.variable("by_way", "λ", unit="1", binary=True)
+answer_3.maximise(hover)
+drawn_As = task["hover_A"] * hover - task["rest_A"] * rest
+answer_3.subject_to("charge", drawn_As <= task["usable_As"] + 1000 * (1 - by_way), unit="A s")
+answer_3.subject_to("deadline", hover + rest <= task["left_s"] + 20 * (1 - by_way), unit="s")
+answer_3.subject_to("rest only by way", rest <= 2000 * by_way, unit="s")
+### END SOLUTION
+
+# %%
+grade = exercises.check("12.3", answer_3, student)
+print(grade)
+
+# %%
+task = exercises.task("12.4", student)
+print(task)
+
+# %%
+answer_4 = ...
+### BEGIN SOLUTION
+# One by one, as Algorithm 2 does it, and audited by the grader.
+plans = [optuav.solve(task.mission, optuav.P4(roof)) for roof in task.mission.buildings.names]
+answer_4 = max(plans, key=lambda plan: plan.hover_time_s)
+### END SOLUTION
+
+# %%
+grade = exercises.check("12.4", answer_4, student)
+print(grade)

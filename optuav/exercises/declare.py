@@ -18,8 +18,8 @@ from optuav.modelling.traversal import evaluate
 from optuav.solving import Program, formulate
 from optuav.solving.outcome import Part
 
-SIDE = 21  # Values of each unknown on the grid of points
-NEARBY = (0.9, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1)  # Times the optimum, where limits meet
+SIDE = 13  # Values of each unknown on the grid of points
+HALVED = 12  # How often a step of the grid is halved where a limit crosses it
 AMBIGUOUS = 1e-6  # Slack below which a point is left out, relative to max(1, |right side|)
 SAME = 1e-5  # How far two optima may differ, relative to max(1, |optimum|)
 
@@ -51,7 +51,7 @@ def _grade(function: Callable[[Task], Program | Model], task: Task, answer: obje
         words = f"a problem with the unknowns {', '.join(sorted(names))}"
         raise InputError([Fault("answer", f"unknowns {', '.join(sorted(stated))}", words)])
     best = _solved(wanted)
-    points = _points({name: float(each[0]) for name, each in best.values.items()})
+    points = _points(wanted, best.point(0))
     differs = _difference(task, points, check(wanted, points), check(model, points))
     if differs is not None:
         return differs
@@ -64,7 +64,8 @@ def _grade(function: Callable[[Task], Program | Model], task: Task, answer: obje
         at = _words({name: values[0] for name, values in own.values.items()})
         words = f"the feasible set is right, but the optimum is another; yours is {at}"
         return Grade.wrong(task, words, "look at what is maximised or minimised")
-    return Grade.correct(task, f"same feasible set at {_count(points)} points, same optimum")
+    count = next(iter(points.values())).size
+    return Grade.correct(task, f"same feasible set at {count} points, same optimum")
 
 
 def _model_of(answer: object, asked: Program | Model, task: Task) -> Model:
@@ -95,34 +96,59 @@ def _solved(model: Model) -> Solution:
     return preferred(traits(model), slots=False).solve(model, 1)
 
 
-def _points(best: Mapping[str, float]) -> dict[str, Floats]:
-    """A grid up to twice the optimum, and points close to it."""
-    sides = (np.linspace(0.0, 2.0 * x or 100.0, SIDE) for x in best.values())
-    near = (np.multiply(x or 1.0, NEARBY) for x in best.values())
-    grids = (np.meshgrid(*each) for each in (sides, near))
-    columns = (np.concatenate([one.ravel(), two.ravel()]) for one, two in zip(*grids, strict=True))
-    return dict(zip(best, columns, strict=True))
+def _points(model: Model, best: Mapping[str, float]) -> dict[str, Floats]:
+    """A grid up to twice the optimum, and points on either side of the limits along its lines.
+
+    Of a binary unknown both values.
+    """
+    typical = float(np.mean([x for x in best.values() if x] or [1.0]))
+    axes = [
+        np.arange(2.0)
+        if each.binary
+        else np.linspace(0.0, 2.0 * (best[each.name] or typical), SIDE)
+        for each in model.variables
+    ]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"))
+
+    def holds(points: Floats) -> Booleans:
+        return _all(check(model, dict(zip(best, points, strict=True))), points[0].shape)
+
+    inside, found = holds(grid), [grid.reshape(len(grid), -1)]
+    for number, unknown in enumerate(model.variables):
+        if unknown.binary:
+            continue
+        before, after = (
+            np.moveaxis(grid, number + 1, -1)[..., cut] for cut in (slice(-1), slice(1, None))
+        )
+        along = np.moveaxis(inside, number, -1)
+        crossed = along[..., :-1] != along[..., 1:]
+        first, last, known = before[:, crossed], after[:, crossed], along[..., :-1][crossed]
+        for _ in range(HALVED):
+            middle = 0.5 * (first + last)
+            same = holds(middle) == known
+            first, last = np.where(same, middle, first), np.where(same, last, middle)
+        found += [first, last]
+    return dict(zip(best, np.concatenate(found, axis=1), strict=True))
 
 
-def _count(points: Mapping[str, Floats]) -> int:
-    return next(iter(points.values())).size
+def _all(rows: Checks, shape: tuple[int, ...]) -> Booleans:
+    """Whether all constraints hold, by point."""
+    return np.asarray(np.all([np.broadcast_to(row.satisfied, shape) for row in rows], axis=0))
 
 
 def _difference(
     task: Task, points: Mapping[str, Floats], wanted: Checks, stated: Checks
 ) -> Grade | None:
     """The first point at which one statement holds and the other does not."""
-    count = _count(points)
-    holds, own = (
-        np.all([np.broadcast_to(row.satisfied, count) for row in rows], axis=0)
-        for rows in (wanted, stated)
-    )
-    clear = np.all([np.broadcast_to(_is_clear(row), count) for row in (*wanted, *stated)], axis=0)
-    if not (differ := np.flatnonzero((holds != own) & clear)).size:
+    shape = next(iter(points.values())).shape
+    holds, own = _all(wanted, shape), _all(stated, shape)
+    clear = [np.broadcast_to(_is_clear(row), shape) for row in (*wanted, *stated)]
+    differ = np.flatnonzero((holds != own) & np.all(clear, axis=0))
+    if not differ.size:
         return None
     first = differ[0]
     rows = stated if holds[first] else wanted
-    broken = next(r.label for r in rows if not np.broadcast_to(r.satisfied, count)[first])
+    broken = next(each.label for each in rows if not np.broadcast_to(each.satisfied, shape)[first])
     at = _words({name: values[first] for name, values in points.items()})
     if holds[first]:
         words = f"{at} is feasible, but your problem excludes it"
@@ -132,8 +158,9 @@ def _difference(
 
 
 def _is_clear(row: Check) -> Booleans:
-    """Whether rounding cannot decide if a constraint holds."""
-    return np.asarray(np.abs(row.slack) > AMBIGUOUS * np.maximum(1.0, np.abs(row.right)))
+    """Whether rounding cannot decide if a constraint holds; it leaves nothing of a slack of 0."""
+    size = np.abs(row.slack)
+    return np.asarray((size == 0.0) | (size > AMBIGUOUS * np.maximum(1.0, np.abs(row.right))))
 
 
 def _words(point: Mapping[str, float]) -> str:

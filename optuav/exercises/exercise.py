@@ -4,7 +4,7 @@ import math
 import operator
 import re
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from hashlib import sha256
@@ -160,7 +160,7 @@ def programme(
     rows: Mapping[str, tuple[Mapping[str, float], float]],
     *,
     sense: Literal["maximise", "minimise"] = "maximise",
-    unit: str = "1",
+    binary: Collection[str] = (),
 ) -> Model:
     """A linear model from its numbers.
 
@@ -168,22 +168,21 @@ def programme(
     and are ≤ where the goal is maximised, else ≥.
     """
     model = Model(title)
-    unknowns = {name: model.variable(name, each[0], unit=each[1]) for name, each in goal.items()}
+    unknowns = {
+        name: model.variable(name, symbol, unit=unit, binary=name in binary)
+        for name, (symbol, unit, _) in goal.items()
+    }
 
     def total(coefficients: Mapping[str, float]) -> Operand:
-        terms = [
-            c * unknowns[name] if c != 1.0 else unknowns[name]
-            for name, c in coefficients.items()
-            if c
-        ]
-        return reduce(operator.add, terms)
+        terms = [(c, unknowns[name]) for name, c in coefficients.items() if c]
+        return reduce(operator.add, (x if c == 1.0 else c * x for c, x in terms))
 
     (model.maximise if sense == "maximise" else model.minimise)(
         total({name: each[2] for name, each in goal.items()})
     )
     for label, (coefficients, limit) in rows.items():
         side = total(coefficients)
-        model.subject_to(label, side <= limit if sense == "maximise" else side >= limit, unit=unit)
+        model.subject_to(label, side <= limit if sense == "maximise" else side >= limit)
     return model
 
 

@@ -3,7 +3,9 @@
 import math
 
 import optuav
+from optuav.engines import closed_form
 from optuav.exercises.declare import declare
+from optuav.exercises.design import design
 from optuav.exercises.exercise import Task, decimals, programme
 from optuav.exercises.predict import Predictions, predict
 from optuav.exercises.prove import prove
@@ -12,6 +14,8 @@ from optuav.solving import Program
 
 TIMES = {"hover_time_s": ("Δ", "s", 1.0), "rest_time_s": ("T'", "s", 0.0)}
 CURRENTS = {"hover_A": range(60, 121, 2), "rest_A": range(4, 13)}
+NUMBERS = {**CURRENTS, "usable_As": range(50_000, 60_001, 500), "left_s": range(1050, 1201, 10)}
+"""Of (P4) in whole numbers; charge and deadline bind at most of them."""
 
 
 def _with_rest(task: Task, **more: tuple[dict[str, float], float]) -> Model:
@@ -113,7 +117,7 @@ def _price_of_time(task: Task) -> Predictions:
     "07.2",
     "Prove the optimum of this P4 in whole numbers: give the multiplier of each constraint, as a "
     "dict by label. Multipliers of bounds may be left out where they are 0.",
-    draws={**CURRENTS, "usable_As": range(50_000, 60_001, 500), "left_s": range(1050, 1201, 10)},
+    draws=NUMBERS,
 )
 def _two_lines(task: Task) -> Model:
     return _with_rest(task)
@@ -145,3 +149,93 @@ def _cells(task: Task) -> Predictions:
     yield slots * (slots - 1) // 2, "count the pairs for a hover of 1 slot, of 2 slots, and so on"
     yield slots * slots, "hover and rest together must fit into the time that is left"
     yield slots * (slots + 1) // 2, "a rest takes at least one slot as well"
+
+
+@predict(
+    "09.2",
+    "Whole slots of {slot_s} s fill the time that is left, and the longest hover in continuous "
+    "times is {best_s} s. How long [s] is the hover that the grid finds at least?",
+    unit="s",
+    within=0.01,
+    draws={"slot_s": range(7, 61), "best_s": decimals(600.5, 760.5, 1.0)},
+)
+def _rounded_down(task: Task) -> Predictions:
+    slots = math.floor(task["best_s"] / task["slot_s"])
+    yield slots * task["slot_s"], "round the best hover down, and rest in all other slots"
+    yield (slots + 1) * task["slot_s"], "a longer hover than the best one is not feasible"
+    yield task["best_s"] - task["slot_s"], "less than one slot is lost, and a hover is whole slots"
+
+
+@predict(
+    "12.1",
+    "The charge row of a route reads {hover_A} Δ − {rest_A} T' ≤ {usable_As} + M (1 − λ), and the "
+    "deadline leaves {left_s} s. What is the smallest M [A s] that switches the row off where λ = "
+    "0, whatever times from 0 to the deadline are chosen?",
+    unit="A s",
+    within=1.0,
+    draws=NUMBERS,
+)
+def _big_m(task: Task) -> Predictions:
+    most_As = task["hover_A"] * task["left_s"]
+    yield most_As - task["usable_As"], "at which times is the left side largest, and by how much?"
+    yield most_As, "the right side has charge without M as well"
+    hint = "no rest makes the left side larger"
+    yield most_As + task["rest_A"] * task["left_s"] - task["usable_As"], hint
+
+
+@predict(
+    "12.2",
+    "One of two routes is chosen: maximise Δ subject to Δ ≤ {first_s} + {M} (1 − λ) and Δ ≤ "
+    "{second_s} + {M} λ, λ binary. What is the optimum [s] of the relaxation, 0 ≤ λ ≤ 1?",
+    unit="s",
+    within=0.5,
+    draws={
+        "first_s": range(600, 701, 4),
+        "second_s": range(702, 803, 4),
+        "M": range(200, 1001, 20),
+    },
+)
+def _relaxation(task: Task) -> Predictions:
+    goal = {"hover_time_s": ("Δ", "s", 1.0), "first": ("λ", "1", 0.0)}
+    rows = {
+        "first": ({"hover_time_s": 1.0, "first": task["M"]}, task["first_s"] + task["M"]),
+        "second": ({"hover_time_s": 1.0, "first": -task["M"]}, task["second_s"]),
+        "choice": ({"first": 1.0}, 1.0),
+    }
+    relaxed = closed_form.solve(programme("relaxation", goal, rows), 1)
+    yield float(relaxed.objective[0]), "both rows bound Δ; for which λ is the nearer one farthest?"
+    yield task["second_s"], "that is the optimum with a binary λ, and the bound of the convex hull"
+    yield task["second_s"] + task["M"], "with λ = 1 the first row is not switched off"
+
+
+@declare(
+    "12.3",
+    "Declare a Model with the unknowns hover_time_s, rest_time_s and by_way (binary): the longest "
+    "hover, where by_way = 1 is a route with a rest and by_way = 0 the direct one. On both, "
+    "{hover_A} Δ − {rest_A} T' ≤ Q and Δ + T' ≤ T. By way, Q = {usable_As} A s and T = {left_s} s; "
+    "direct, Q is 1000 A s more and T is 20 s more, but T' = 0.",
+    draws=NUMBERS,
+)
+def _choice(task: Task) -> Model:
+    drawn = {"hover_time_s": task["hover_A"], "rest_time_s": -task["rest_A"]}
+    time, left_s = {"hover_time_s": 1.0, "rest_time_s": 1.0}, task["left_s"]
+    rows = {
+        "charge": ({**drawn, "by_way": 1000.0}, task["usable_As"] + 1000.0),
+        "deadline": ({**time, "by_way": 20.0}, left_s + 20.0),
+        "no rest on the direct route": ({"rest_time_s": 1.0, "by_way": -left_s}, 0.0),
+    }
+    goal = {**TIMES, "by_way": ("λ", "1", 0.0)}
+    return programme("direct, or by way of a building", goal, rows, binary=["by_way"])
+
+
+@design(
+    "12.4",
+    "The roofs b9 and b10 are closed, and one pack holds {battery.capacity_As} A s. Which building "
+    "is best now, before or after the hover? Design an itinerary that can be flown and hovers at "
+    "least 99.5 % of the best with one rest.",
+    least=0.995,
+    draws={"battery.capacity_As": range(30_000, 42_001, 200)},
+    fixed={"buildings.b9": None, "buildings.b10": None},
+)
+def _closed_roofs(task: Task) -> float:
+    return optuav.solve(task.mission).hover_time_s

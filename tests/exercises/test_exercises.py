@@ -178,6 +178,21 @@ def test_a_formulation_may_be_a_class_or_an_object() -> None:
     assert exercises.check("05.2", Reserve(building="b3"))
 
 
+def test_points_of_a_choice_have_both_values() -> None:
+    """The direct route is compared too, although all of its points have no rest."""
+    task = exercises.task("12.3")
+    model = Model("longest hover, with one charge for both routes")
+    hover = model.variable("hover_time_s", "Δ", unit="s")
+    rest = model.variable("rest_time_s", "T'", unit="s")
+    by_way = model.variable("by_way", "λ", unit="1", binary=True)
+    model.maximise(hover)
+    model.subject_to("charge", task["hover_A"] * hover <= task["usable_As"] + task["rest_A"] * rest)
+    model.subject_to("deadline", hover + rest <= task["left_s"] + 20 * (1 - by_way))
+    model.subject_to("rest", rest <= 2000 * by_way)
+    grade = exercises.check("12.3", model)
+    assert "rest_time_s = 0, by_way = 0) is feasible, but your problem excludes it" in grade.words
+
+
 # Proofs
 
 

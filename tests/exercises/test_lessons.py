@@ -89,7 +89,7 @@ def test_nbgrader_finds_answers_and_checks() -> None:
     cells = made("nbgrader", "05_declare_a_problem")["cells"]
     known = [(each["metadata"]["nbgrader"], each) for each in cells if each["metadata"]]
     names = [each["grade_id"] for each, _ in known]
-    assert names == ["answer-05.1", "check-05.1", "answer-05.2", "check-05.2"]
+    assert names == ["answer-q05_1", "check-q05_1", "answer-q05_2", "check-q05_2"]
     for data, cell in known:
         text = "".join(cell["source"])
         assert ("### BEGIN SOLUTION" in text) == data["solution"] == (not data["grade"])
