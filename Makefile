@@ -5,11 +5,12 @@ PYTHON ?= python3
 VENV ?= .venv
 EXAMPLES ?= 500
 SITE := docs/_build/html
+VENDOR := optuav/explorer/static/vendor
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
-.PHONY: run test test-portable test-lowest doctest docs docs-open lessons lint bench bench-modellers soak
-.PHONY: pins clean
+.PHONY: run test test-browser test-portable test-lowest doctest docs docs-open lessons lint
+.PHONY: bench bench-modellers soak pins vendor clean
 
 run: $(VENV)/run.stamp
 	$(BIN)/optuav solve paper --plot plan-paper
@@ -17,6 +18,10 @@ run: $(VENV)/run.stamp
 
 test: lint
 	$(BIN)/python -m pytest -n 2 --dist worksteal
+
+# The explorer in a headless Chromium, which is not installed here.
+test-browser: $(VENV)/dev.stamp
+	$(BIN)/python -m pytest -q tests/explorer/test_browser.py
 
 doctest: $(VENV)/dev.stamp
 	$(BIN)/python -m pytest -q tests/test_examples_of_public_names.py
@@ -69,6 +74,19 @@ pins:
 	$(VENV)-pins/bin/python -m pip freeze --all --exclude pip --exclude optuav \
 	    | grep -vxFf requirements-dev.txt >> requirements-docs.txt
 	rm -rf $(VENV)-pins
+
+# The libraries of the explorer's page and the licences of all that is in them, from npm.
+vendor:
+	rm -rf build/vendor
+	mkdir -p build/vendor
+	set -e; while read -r package file; do \
+	    name=$$(basename $${package%@*}); \
+	    packed=$$(npm pack --silent --pack-destination build/vendor $$package); \
+	    tar -xzf build/vendor/$$packed -C build/vendor; \
+	    cp build/vendor/package/LICENSE $(VENDOR)/$$name.LICENSE; \
+	    [ -z "$$file" ] || cp build/vendor/package/$$file $(VENDOR)/; \
+	    rm -rf build/vendor/package; \
+	done < $(VENDOR)/versions.txt
 
 clean:
 	rm -rf $(VENV) $(VENV)-bench $(VENV)-lowest .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache build dist docs/_build docs/api docs/lessons docs/project plan-paper plan-matrice350 reproduced

@@ -25,6 +25,7 @@ from optuav.errors import InputError as InputError
 from optuav.errors import NoPlanError as NoPlanError
 from optuav.errors import OptuavError as OptuavError
 from optuav.errors import SolverError as SolverError
+from optuav.explorer.widget import explore as explore
 from optuav.judge import Itinerary as Itinerary
 from optuav.judge import audit as audit
 from optuav.judge import replay as replay

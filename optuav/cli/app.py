@@ -24,7 +24,8 @@ COMMANDS = {
     **dict.fromkeys(("compare", "reproduce", "sensitivity", "ledger"), "studies"),
     **{"formulate": "solve", "calibrate": "calibrate"},
     **dict.fromkeys(("show", "validate", "new", "missions"), "missions"),
-    **{"city": "city", "map": "maps", "sweep": "sweep", "lessons": "lessons"},
+    **{"city": "city", "map": "maps", "sweep": "sweep"},
+    **{"explore": "explore", "lessons": "lessons"},
 }
 """Every command, in the order of the help, with the module that has its function."""
 USAGE_ERROR: Any = typer.BadParameter.__base__  # of any wrong command line; it has no public name

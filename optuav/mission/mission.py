@@ -232,8 +232,6 @@ class Mission(MissionSection):
             If the directory is missing or cannot be written to, or the table of its buildings is
             missing or has changed.
         """
-        import tomli_w
-
         if source := self.buildings.source:
             from optuav.mission.table_files import named_from
 
@@ -241,11 +239,18 @@ class Mission(MissionSection):
             document |= {k: v for k, v in self._document().items() if k != "buildings"}
         else:
             document = self.to_dict()
-        text = tomli_w.dumps(document)
-        # Each array on one line; strings are safe, as their line breaks are written escaped.
-        for pattern, joint in ((r"\[\n +", "["), (r",\n *\]", "]"), (r",\n +", ", ")):
-            text = re.sub(pattern, joint, text)
-        write_text(Path(path), text)
+        write_text(Path(path), toml_of(document))
+
+
+def toml_of(document: Document) -> str:
+    """Plain data of a mission as the text of its file, each array on one line."""
+    import tomli_w
+
+    text = tomli_w.dumps(document)
+    # Strings are safe, as their line breaks are written escaped.
+    for pattern, joint in ((r"\[\n +", "["), (r",\n *\]", "]"), (r",\n +", ", ")):
+        text = re.sub(pattern, joint, text)
+    return text
 
 
 def overlay(base: Document, stated: Document) -> tuple[Document, dict[Key, str]]:

@@ -49,14 +49,8 @@ class Levels(NamedTuple):
 
 def html(plan: Plan) -> str:
     """The plan as HTML."""
-    verdict = f"{plan.problem}, {plan.status.value.replace('_', ' ')}"
     if not plan:
-        return shown(
-            paragraph(f"No plan: {verdict}", good=False), pairs(heading(plan)), *_notes(plan)
-        )
-    verdict = f"Hover {plan.hover_time_s:.2f} s ({verdict})"
-    if plan.flyable is not None:
-        verdict += ", can be flown" if plan.flyable else ", cannot be flown"
+        return shown(paragraph(verdict(plan), good=False), pairs(heading(plan)), *_notes(plan))
     rows = [
         (kind, f"{phase.start_place} → {phase.end_place}" if place else phase.end_place, *numbers)
         for phase, (kind, *numbers) in zip(plan.phases, figures(plan), strict=True)
@@ -65,13 +59,22 @@ def html(plan: Plan) -> str:
     stays = ((each.kind, each.start_s, each.duration_s) for each in plan.phases)
     legend = f"{LEGEND} {EDITED}" if any(each.edited for each in plan.phases) else LEGEND
     return shown(
-        paragraph(verdict, good=plan.flyable is not False),
+        paragraph(verdict(plan), good=plan.flyable is not False),
         picture(levels(plan), stays, vehicle.pool(plan.mission).capacity_As, plan.runs_dry_s),
         pairs((name, f"{time_s:.2f} s, {remark}") for name, time_s, remark in times(plan)),
         folded("Question and answer", pairs([*heading(plan), *outcome(plan)])),
         folded(f"Phases ({len(rows)})", table(HEADINGS, rows), paragraph(legend), is_open=True),
         *_notes(plan),
     )
+
+
+def verdict(plan: Plan) -> str:
+    """The answer in one sentence."""
+    known = f"{plan.problem}, {plan.status.value.replace('_', ' ')}"
+    if not plan:
+        return f"No plan: {known}"
+    flies = {None: "", True: ", can be flown", False: ", cannot be flown"}[plan.flyable]
+    return f"Hover {plan.hover_time_s:.2f} s ({known}){flies}"
 
 
 def _notes(plan: Plan) -> list[Element]:

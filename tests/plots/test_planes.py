@@ -18,7 +18,8 @@ from formulations.soc import StepEnd
 from optuav import plots
 from optuav.errors import InputError
 from optuav.modelling import Constraint, Relation
-from optuav.plots.planes import constraint_name
+from optuav.plan.plane import constraint_name
+from optuav.plots import style
 
 Drawn = tuple[Axes, list[optuav.Plan]]
 Overlaps = Callable[[Figure], list[tuple[str, str]]]
@@ -183,7 +184,7 @@ def test_limits_of_the_well_are_named_by_the_route_where_a_plan_has_it() -> None
     moments = StepEnd(2, 1, "", lands=False), StepEnd(2, 2, "", lands=True)
     some = Relation(0.0, ">=", 0.0)
     dry = [Constraint("P1.b not dry", some, kind="dry", moment=each) for each in moments]
-    route = ("origin", "hover", "the $ roof", "destination")
+    route = [*map(style.printed, ("origin", "hover", "the $ roof", "destination"))]
     assert constraint_name(dry[0], route) == (
         "available well empty, stage 1 of flight to the \\$ roof"
     )

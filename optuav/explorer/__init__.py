@@ -1,0 +1,1 @@
+"""The explorer: a mission with sliders, in a browser or a notebook."""

@@ -1,0 +1,165 @@
+"""What the explorer is asked: changes of a mission, a problem, and the controls that state them."""
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any, get_args
+
+import numpy as np
+
+from formulations.formulation import Formulation
+from optuav.errors import Fault, InputError, collected, refuse
+from optuav.mission import Mission
+from optuav.mission.keys import now_of
+from optuav.mission.messages import number, shown, unknown
+from optuav.mission.schema import SECTIONS
+from optuav.network import vehicle
+from optuav.options import ORDERS, TRAJECTORIES, Perspective, ProblemName
+from optuav.physics import rotor
+from optuav.solving.question import problem_of
+
+DRAGGED = ("link.device_m", "laser.position_m")  # Places that can be moved, beside roofs
+ROOF = re.compile(r"buildings\.(.+)\.position_m")
+WIND = "wind.force_N"
+STEPS = 200  # Of a slider, at most
+HIGHEST_SOC = 0.95  # End of the slider of η0, which has to be less than 1
+FILES = ("mission", "plan")
+OPTIONS: Mapping[str, tuple[str, ...]] = {
+    "problem": get_args(ProblemName),
+    "perspective": get_args(Perspective),
+    "trajectory": TRAJECTORIES,
+    "order": ORDERS,
+}
+"""The values of each option that has names."""
+DESCRIPTION = re.compile(r"(.+?)(?: \[([^]]*)\])?[.;](?: .*)?", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class State:
+    """A question to the explorer, as the page states it and a link keeps it."""
+
+    changes: Mapping[str, Any] = field(default_factory=dict)  # By mission key
+    problem: ProblemName = "P1"
+    perspective: Perspective = "available"
+    trajectory: str | None = None
+    building: str | None = None  # With one, P4 in place of P1
+    order: str | None = None
+    repairs: bool = False  # Whether to seek changes that make an infeasible mission feasible
+    file: str | None = None  # Of `FILES`, one whose text is wanted too
+    number: int = 0  # Of the question, which the answer repeats
+
+    @classmethod
+    def of(cls, stated: object) -> "State":
+        """The state that plain data state; refused with all that is wrong."""
+        if not isinstance(stated, Mapping) or not isinstance(stated.get("changes", {}), Mapping):
+            raise InputError([Fault("", shown(stated), "a state with changes by mission key")])
+        known = [each.name for each in fields(cls)]
+        faults = [unknown("state", name, known) for name in stated if name not in known]
+        options = {**OPTIONS, "file": FILES}
+        faults += [
+            unknown(name, stated[name], choices)
+            for name, choices in options.items()
+            if stated.get(name) is not None and stated[name] not in choices
+        ]
+        building = stated.get("building")
+        if building is not None and not isinstance(building, str):
+            faults.append(Fault("building", shown(building), "the name of a building"))
+        if not isinstance(stated.get("number", 0), int):
+            faults.append(Fault("number", shown(stated["number"]), "a whole number"))
+        refuse(faults)
+        return cls(**{name: value for name, value in stated.items() if value is not None})
+
+    @property
+    def question(self) -> Formulation:
+        """The problem with its options."""
+        if self.building is not None:
+            return problem_of("P4", building=self.building, order=self.order)
+        return problem_of(self.problem, trajectory=self.trajectory, order=self.order)
+
+    def mission(self, base: Mission) -> Mission:
+        """A mission with the changes; footprints move with their roofs."""
+        allowed, values, faults = {each.key for each in controls(base)}, dict[str, Any](), []
+        allowed |= {each for each in DRAGGED if base.laser or each != "laser.position_m"}
+        for key, value in self.changes.items():
+            roof = ROOF.fullmatch(key)
+            if key not in allowed and (roof is None or roof[1] not in base.buildings.names):
+                faults.append(Fault(key, shown(value), "the explorer does not change it"))
+                continue
+            values[key] = value
+            if roof is not None:
+                values |= _moved(base, roof[1], value)
+        with collected(faults):
+            changed = base.replace(values) if values else base
+        refuse(faults)
+        return changed
+
+
+def _moved(base: Mission, name: str, position_m: object) -> dict[str, Any]:
+    """The footprint of a building whose roof moves, where it is a polygon on the map."""
+    building = base.buildings[base.buildings.names.index(name)]
+    footprint = building.footprint_m
+    if not footprint or not isinstance(footprint[0], tuple):
+        return {}
+    try:
+        step_m = np.subtract(np.asarray(position_m, dtype=float), building.position_m)[:2]
+    except (TypeError, ValueError):
+        return {}  # The position itself is refused
+    return {f"buildings.{name}.footprint_m": np.add(footprint, step_m).tolist()}
+
+
+@dataclass(frozen=True)
+class Control:
+    """A slider and the field beside it, for a number or one component of a vector."""
+
+    key: str
+    axis: int | None
+    label: str
+    unit: str
+    low: float
+    high: float
+    step: float
+    value: float
+
+
+def controls(mission: Mission) -> Iterator[Control]:
+    """The sliders of a mission, around its own values."""
+    keys = ["limits.deadline_s", "limits.min_soc", "battery.capacity_As"]
+    if mission.laser is not None:
+        stated = now_of(mission, "flight.charge_current_A") is not None
+        charging = "flight" if stated else "battery"
+        keys += ["laser.power_W", f"{charging}.charge_current_A"]
+    for key in keys:
+        allowed, value = number(key), now_of(mission, key)
+        assert allowed is not None
+        assert value is not None
+        low, high = 0.0, 2.0 * value or 10.0
+        if key == "limits.min_soc":
+            low, high = 0.0, HIGHEST_SOC
+        step = _round_step(high)
+        yield _control(key, None, step if allowed.ge != 0.0 else low, high, step, value)
+    if mission.flight.model == "rotors":
+        motor, airframe = vehicle.motor(mission), vehicle.airframe(mission)
+        most_N = float(rotor.largest_wind(motor, airframe.weight_N, (1.0, 0.0, 0.0)))
+        most_N = math.ceil(most_N if math.isfinite(most_N) else airframe.weight_N)
+        for axis in (0, 1):
+            value = mission.wind.force_N[axis]
+            yield _control(WIND, axis, -most_N, most_N, _round_step(most_N), value)
+
+
+def _control(
+    key: str, axis: int | None, low: float, high: float, step: float, value: float
+) -> Control:
+    """A control with its label and unit, from the description of its key."""
+    table, _, name = key.partition(".")
+    found = DESCRIPTION.fullmatch(SECTIONS[table].descriptions()[name])
+    label, unit = (found[1], found[2] or "") if found else (name, "")
+    if axis is not None:
+        label = f"{label.removesuffix(' (x, y, z)')}, {'xyz'[axis]}"
+    return Control(key, axis, label, unit.replace("-", ""), low, high, step, value)
+
+
+def _round_step(high: float) -> float:
+    """A step of 1, 2 or 5 times a power of ten of which `STEPS` make the whole range, or fewer."""
+    size = 10.0 ** math.floor(math.log10(high / STEPS))
+    return next(size * each for each in (1, 2, 5, 10, 20) if high / (size * each) <= STEPS)

@@ -1,0 +1,133 @@
+"""The (Δ, T') plane of a problem: which times its constraints admit, sampled, and its grid.
+
+A problem without a rest has Δ alone: its plane is the same for all rest times.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from formulations.soc import StepEnd
+from optuav.arrays import Booleans, Floats
+from optuav.engines import grid
+from optuav.modelling import Constraint, Model
+from optuav.modelling.check import evaluated
+
+REACHED = {"dry": "empty", "past full": "full"}
+"""What the available well is where one of its limits binds, by the kind of the constraint."""
+MOST_POINTS = 40  # Most points of the grid that are shown along an axis
+BEYOND = 1.5  # How far the grid is shown, as a multiple of how far it is feasible
+MARGIN = 0.07  # Share of the plane that is shown beyond the grid
+
+
+class Cut(NamedTuple):
+    """A constraint without which more would be feasible."""
+
+    constraint: Constraint
+    excess: Floats  # By how much it holds (Δ, T'); it forbids where that is negative
+    others_hold: Booleans  # Where all other constraints hold (Δ, T')
+
+    @property
+    def forbids(self) -> bool:
+        """Whether it has a forbidden side: an equality holds on its line alone."""
+        return self.constraint.relation.sense != "=="
+
+
+def constraint_name(constraint: Constraint, route: Sequence[str]) -> str:
+    """The label of a constraint; for one of the available well, what happens on the route."""
+    moment = constraint.moment
+    if constraint.kind not in REACHED or not isinstance(moment, StepEnd):
+        return constraint.label
+    well = f"available well {REACHED[constraint.kind]}"
+    if moment.stay:
+        return f"{well} {moment}"
+    end = f"to {route[moment.flight]}" if route else f"{moment.flight}"
+    if moment.lands:
+        return f"{well}, end of flight {end}"
+    return f"{well}, stage {moment.stage} of flight {end}"
+
+
+def worth_seeing(
+    model: Model,
+    parameters: Mapping[str, object],
+    slot_s: float,
+    marked: Sequence[tuple[float, float]],
+    samples: int,
+) -> list[Floats]:
+    """The grid [s], Δ and T', as far as it is feasible and somewhat farther, if that is much less.
+
+    Points (T', Δ) that are marked belong to it.
+    """
+    counted = [*grid.axes(model, parameters, slot_s), np.zeros(1)][:2]
+    y, x = (np.linspace(0.0, values_s.max(initial=0.0), samples) for values_s in counted)
+    excesses = _excesses(model, parameters, x, y)
+    holds = [excess >= 0.0 for each, excess in excesses if each.relation.sense != "=="]
+    feasible = np.all([np.ones((samples, samples), dtype=bool), *holds], axis=0)
+    reached = (y[feasible.any(axis=1)], 1), (x[feasible.any(axis=0)], 0)
+    seen = []
+    for values_s, (inside, number) in zip(counted, reached, strict=True):
+        farthest = BEYOND * max([*inside, *(point[number] for point in marked)], default=np.inf)
+        cut = values_s[values_s <= farthest]
+        seen.append(cut if len(cut) > 1 and farthest < 0.7 * values_s.max() else values_s)
+    return seen
+
+
+def limits(values_s: Floats, marked: Sequence[float]) -> tuple[float, float]:
+    """Ends of an axis that shows values of the grid and what is marked, with a margin [s]."""
+    highest = max([0.0, *values_s[-1:], *marked]) or 1.0
+    return -MARGIN * highest, (1.0 + MARGIN) * highest
+
+
+def thinned(counted: Sequence[Floats], most: int = MOST_POINTS) -> tuple[list[Floats], int]:
+    """Every n-th value of both axes of the grid, and one of how many points is left."""
+    every = [max(1, math.ceil(len(values_s) / most)) for values_s in counted]
+    return [values_s[::n] for values_s, n in zip(counted, every, strict=True)], math.prod(every)
+
+
+def feasible(
+    model: Model, parameters: Mapping[str, object], upward_s: Floats, across_s: Floats
+) -> Booleans:
+    """Whether points of the grid satisfy all constraints (Δ, T')."""
+    x, y = np.meshgrid(across_s, upward_s)
+    points = dict(zip((each.name for each in model.variables), (y, x), strict=False))
+    rows = evaluated(model, {**parameters, **points})
+    return np.asarray(np.all([np.broadcast_to(row.satisfied, x.shape) for row in rows], axis=0))
+
+
+def cuts(model: Model, parameters: Mapping[str, object], x: Floats, y: Floats) -> Iterator[Cut]:
+    """The constraints without which more would be feasible, one of those that do the same.
+
+    Evaluated at rest times x and hover times y [s].
+    """
+    kept = [(each, e, e >= 0.0) for each, e in _excesses(model, parameters, x, y)]
+    bounding = [each for each in kept if each[0].relation.sense != "=="]
+
+    def all_hold(but: Booleans | None = None) -> Booleans:
+        others = [held for *_, held in bounding if held is not but]
+        return np.all(others, axis=0) if others else np.ones((len(y), len(x)), dtype=bool)
+
+    inside = all_hold()
+    for cut in list(bounding):
+        # What holds nowhere is named, though another constraint forbids everything as well.
+        if cut[2].any() and (all_hold(but=cut[2]) == inside).all():
+            bounding.remove(cut)
+            kept.remove(cut)
+    for constraint, excess, own in kept:
+        yield Cut(constraint, excess, all_hold(but=own))
+
+
+def _excesses(
+    model: Model, parameters: Mapping[str, object], x: Floats, y: Floats
+) -> Iterator[tuple[Constraint, Floats]]:
+    """Constraints and by how much they hold (y, x); they forbid where that is negative.
+
+    What is short by no more than the tolerance of a check holds.
+    """
+    names = [each.name for each in model.variables]
+    point = dict(zip(names, (y[:, None], x), strict=False))
+    for row in evaluated(model, {**parameters, **point}):
+        held = np.where(row.satisfied, np.maximum(row.slack, 0.0), row.slack)
+        excess = row.left - row.right if row.sense == "==" else held
+        yield row.constraint, np.broadcast_to(np.asarray(excess, dtype=float), (len(y), len(x)))

@@ -1,0 +1,212 @@
+"""What the explorer answers: the known figures of `paper`, true curves, and faults in words."""
+
+from __future__ import annotations
+
+import json
+import math
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import optuav
+from optuav.errors import InputError
+from optuav.explorer.answers import MOST_BUILDINGS, answers, refuse_many
+from optuav.mission import Mission
+
+BATTERY = {"perspective": "battery"}
+HOVER_S, REST_S = 719.5399, 392.1438
+"""The optimum of `paper` in the perspective battery, resting on b1 first."""
+CAPACITY_As = 72_000.0
+SECONDS = 10.0 / 87.9104  # Of hover that a second of rest charges: the ratio of both currents
+
+
+@pytest.fixture(scope="module")
+def paper() -> Mission:
+    return optuav.load("paper")
+
+
+@pytest.fixture(scope="module")
+def by_battery(paper: Mission) -> dict[str, Any]:
+    return answers(paper, BATTERY)
+
+
+def fields(answer: dict[str, Any]) -> dict[str, np.ndarray]:
+    """What constraints leave over in the plane (Δ, T'), by name."""
+    plane = answer["plane"]
+    shape = (plane["samples"], plane["samples"])
+    return {e["name"]: np.reshape(e["excess"], shape) for e in plane["constraints"]}
+
+
+def times(answer: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+    """Hover and rest times of the samples of the plane [s]."""
+    plane = answer["plane"]
+    y, x = (np.linspace(*plane[name], plane["samples"]) for name in ("hover_s", "rest_s"))
+    return y[:, None], x[None]
+
+
+@pytest.mark.parametrize(
+    ("state", "hover_s"),
+    [
+        ({}, 597.270),
+        (BATTERY, 719.540),
+        ({"problem": "P3"}, 577.524),
+        ({**BATTERY, "problem": "P3"}, 688.848),
+        ({"building": "b9", "order": "hover-first"}, 597.270),
+        ({**BATTERY, "changes": {"limits.deadline_s": 800}}, 688.848),
+    ],
+)
+def test_answers_are_the_known_ones(paper: Mission, state: dict[str, Any], hover_s: float) -> None:
+    """Those that the publication's parameters give, printed and in the picture of the wells."""
+    found = answers(paper, state)
+    assert found["verdict"]["text"].startswith(f"Hover {hover_s:.2f} s")
+    stays = [e for e in found["wells"]["phases"] if e["kind"] == "hover"]
+    assert sum(e["end_s"] - e["start_s"] for e in stays) == pytest.approx(hover_s, abs=1e-3)
+    assert found["plane"]["best"][1] == pytest.approx(hover_s, abs=1e-3)
+
+
+def test_curves_are_where_the_limits_are(by_battery: dict[str, Any]) -> None:
+    """Deadline and charge meet at the optimum; the deadline is a straight line through it."""
+    hover_s, rest_s = times(by_battery)
+    found = fields(by_battery)
+    deadline = found["P1.d hover time"]
+    spare_s = HOVER_S + REST_S - hover_s - rest_s
+    assert (np.sign(deadline) == np.sign(spare_s))[np.abs(spare_s) > 1.0].all()
+    # Linear: where one falls to 0 follows from any two samples along Δ.
+    charge = found["P1.b state of charge"].astype(float)
+    across = int(np.abs(rest_s - REST_S).argmin())
+    column, upward = charge[:, across], hover_s[:, 0]
+    zero_s = np.interp(0.0, column[::-1], upward[::-1])
+    gained_s = (rest_s[0, across] - REST_S) * SECONDS
+    assert zero_s - gained_s == pytest.approx(HOVER_S, abs=0.2)
+
+
+def test_the_grid_is_feasible_below_all_curves(by_battery: dict[str, Any]) -> None:
+    """Its points are judged one by one, apart from the curves."""
+    grid, best = by_battery["plane"]["grid"], by_battery["plane"]["best"]
+    y, x = np.meshgrid(grid["hover_s"], grid["rest_s"], indexing="ij")
+    below = (x + y <= HOVER_S + REST_S) & (y <= HOVER_S + (x - REST_S) * SECONDS)
+    assert (np.array(grid["feasible"]) == below).all()
+    assert below.any()
+    assert not below.all()
+    assert best == pytest.approx((REST_S, HOVER_S), abs=1e-3)
+
+
+def test_wells_are_those_of_the_known_plan(by_battery: dict[str, Any]) -> None:
+    """The plan of the perspective battery takes what is not there: −13 % of B at its end."""
+    wells = by_battery["wells"]
+    available = np.subtract(wells["total_As"], wells["bound_As"])
+    assert available[0] == pytest.approx(0.8 * CAPACITY_As)
+    assert available[-1] / CAPACITY_As == pytest.approx(-0.13, abs=0.005)
+    assert wells["total_As"][-1] == pytest.approx(0.05 * CAPACITY_As, rel=1e-4)
+    assert wells["lacks"]
+    assert 0.0 < wells["overfull_s"] < wells["dry_s"] < wells["time_s"][-1]
+    assert not by_battery["verdict"]["good"]
+
+
+def test_the_map_shows_the_reach_of_the_link(paper: Mission) -> None:
+    found = answers(paper, {})["map"]
+    assert found["hover"] == pytest.approx((1000.0, 2501.0152, 50.0), abs=1e-3)
+    rim = np.subtract(found["rim"], found["device"][:2])
+    assert np.hypot(*rim.T) == pytest.approx(math.sqrt(501.4836**2 - 50.0**2), abs=1e-2)
+    assert found["route"][0] == [0.0, 0.0, 50.0]
+    assert {e["name"] for e in found["buildings"] if e["lit"]} == {f"b{k}" for k in range(1, 11)}
+
+
+def test_a_faulty_state_is_refused_with_all_that_is_wrong(paper: Mission) -> None:
+    """By key, so that the page can mark its field; and never with an exception."""
+    changes = {"limits.min_soc": 2, "limits.deadline_s": "x", "route.origin_m": [0, 0, 0]}
+    found = answers(paper, {"changes": changes, "number": 7})
+    assert {e["key"] for e in found["faults"]} == changes.keys()
+    assert found["number"] == 7
+    for state in (
+        *(None, [], {"changes": 3}, {"perspective": "none"}, {"perspective": ["battery"]}),
+        *({"building": "b99"}, {"building": 3}, {"other": 1}, {"number": "x"}),
+        *({"trajectory": "direct", "order": "rest-first"}, {"problem": "P3", "order": "x"}),
+        {"changes": {"link.device_m": [0, 0]}},
+        {"changes": {"link.device_m": None}},
+        {"changes": {"buildings.b1.position_m": "here"}},
+        {"changes": {"buildings.b11.position_m": [0, 0, 0]}},
+        {"changes": {"buildings_file": "/etc/passwd"}},
+    ):
+        assert [*answers(paper, state)] == ["number", "faults"], state
+
+
+def test_without_a_plan_reasons_stand_and_repairs_when_asked(paper: Mission) -> None:
+    """To seek repairs takes a second: it is left to a click."""
+    late = {"changes": {"limits.deadline_s": 60.0}, "problem": "P3"}
+    found = answers(paper, late)
+    assert found["verdict"] == {"text": "No plan: P3, infeasible", "good": False}
+    assert "75.79 s" in found["reasons"][0]
+    assert (found["wells"], found["repairs"], found["plane"]["best"]) == (None, [], None)
+    assert [e["holds_nowhere"] for e in found["plane"]["constraints"]] == [True]
+    repairs = answers(paper, {**late, "repairs": True})["repairs"]
+    assert ("limits.deadline_s >= 75.8", "now 60") in repairs
+
+
+def test_every_answer_is_json(paper: Mission) -> None:
+    """Without NaN, whatever is missing: laser, reach, buildings, rotors, room for a grid."""
+    for mission, state in (
+        (paper.replace({"laser": None}), {}),
+        (paper.replace({"link.device_m": [1000, 3000, 900]}), {}),
+        (paper.replace({"buildings": []}), {"perspective": "energy"}),
+        (optuav.load("paper-table2"), {"problem": "P2", **BATTERY}),
+        (paper.replace({"limits.slot_s": 0.001, "limits.deadline_s": 1e7}), BATTERY),
+        (paper, {"changes": {"wind.force_N": [0, 0, -20]}}),
+    ):
+        assert "faults" not in json.loads(json.dumps(answers(mission, state), allow_nan=False))
+
+
+def test_without_a_laser_nothing_of_it_is_to_be_set(paper: Mission) -> None:
+    dark = paper.replace({"laser": None})
+    keys = {each["key"] for each in answers(dark, {})["controls"]}
+    assert keys == {"limits.deadline_s", "limits.min_soc", "battery.capacity_As", "wind.force_N"}
+    moved = answers(dark, {"changes": {"laser.position_m": [0, 0, 0]}})
+    assert [each["key"] for each in moved["faults"]] == ["laser.position_m"]
+
+
+def test_a_roof_takes_its_walls_along(paper: Mission) -> None:
+    """Also where they are a polygon on the map, which has to hold the roof's place."""
+    corners = [[40, 290], [60, 290], [50, 320]]
+    walled = paper.replace({"buildings.b1.footprint_m": corners})
+    found = answers(walled, {"changes": {"buildings.b1.position_m": [150, 280, 60]}})
+    (ring,) = [e["ring"] for e in found["map"]["buildings"] if e["name"] == "b1"]
+    assert ring == [[140.0, 270.0], [160.0, 270.0], [150.0, 300.0]]
+
+
+def test_files_hold_what_is_shown(paper: Mission, tmp_path: Path) -> None:
+    state = {"changes": {"limits.deadline_s": 900.0, "laser.position_m": [900, 0, 50]}, **BATTERY}
+    mission, plan = (
+        answers(paper, {**state, "file": name})["file"] for name in ("mission", "plan")
+    )
+    assert (mission["name"], plan["name"]) == ("paper.toml", "paper.json")
+    changed = paper.replace(state["changes"])
+    assert Mission.from_dict(tomllib.loads(mission["text"])) == changed
+    (tmp_path / "plan.json").write_text(plan["text"], "utf-8")
+    assert optuav.load_plan(tmp_path / "plan.json").mission == changed
+
+
+def test_names_of_files_are_no_paths(paper: Mission) -> None:
+    named = paper.replace({"name": "../<b>/x"})
+    assert answers(named, {"file": "plan"})["file"]["name"] == "b-x.json"
+
+
+def test_sliders_reach_as_far_as_their_keys_allow(paper: Mission) -> None:
+    """Both ends of every slider are values that the mission takes."""
+    for control in answers(paper, {})["controls"]:
+        for value in (control["low"], control["high"]):
+            stated = value
+            if control["whole"]:
+                stated = [*control["whole"]]
+                stated[control["axis"]] = value
+            assert "faults" not in answers(paper, {"changes": {control["key"]: stated}, **BATTERY})
+
+
+def test_more_buildings_than_a_page_draws_are_refused(paper: Mission) -> None:
+    count = MOST_BUILDINGS + 1
+    columns = {"name": [f"r{k}" for k in range(count)], "x_m": range(count)}
+    town = paper.with_buildings({**columns, "y_m": [9e3] * count, "z_m": [9.0] * count})
+    with pytest.raises(InputError, match="at most 2000"):
+        refuse_many(town)

@@ -1,0 +1,242 @@
+"""The explorer's page in a headless Chromium, driven as a reader would drive it."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import pytest
+
+import optuav
+from optuav.explorer.server import Server
+
+playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+CHROMIUM = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), ""
+)
+pytestmark = pytest.mark.skipif(not CHROMIUM, reason="Chromium is not installed")
+
+EVIL = "<img src=x onerror=\"document.title='run'\">"
+Open = Callable[..., Any]
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with playwright.sync_playwright() as running:
+        # The sandbox of Chromium refuses to start for root, as in many containers.
+        flags = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
+        launched = running.chromium.launch(executable_path=CHROMIUM, args=flags)
+        yield launched
+        launched.close()
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    mission = optuav.load("paper").replace({"buildings.b7.name": EVIL, "name": f"{EVIL} paper"})
+    with Server(mission) as server:
+        threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
+        yield server.address
+        server.shutdown()
+
+
+@pytest.fixture
+def open_page(browser: Any, address: str) -> Iterator[Open]:
+    """A function that opens the page; no page may have reported an error."""
+    contexts, errors = [], []
+
+    def opened(width: int = 1200, scheme: str = "light", fragment: str = "") -> Any:
+        view = {"width": width, "height": 900}
+        context = browser.new_context(viewport=view, color_scheme=scheme)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", lambda each: each.type == "error" and errors.append(each.text))
+        page.on("pageerror", lambda each: errors.append(str(each)))
+        page.goto(address + fragment)
+        page.locator("figure.plane svg[viewBox]").first.wait_for()
+        return page
+
+    yield opened
+    for context in contexts:
+        context.close()
+    assert errors == []
+
+
+def says(page: Any, words: str | re.Pattern[str]) -> None:
+    """Wait until the verdict is as it should be."""
+    playwright.expect(page.locator("header .verdict")).to_contain_text(words)
+
+
+def state(page: Any) -> Any:
+    """The state in the address."""
+    return json.loads(unquote(page.url.partition("#")[2]))
+
+
+def test_every_slider_moves_its_key_and_the_plan(open_page: Open) -> None:
+    """By the keyboard, as a reader without a mouse does; and reset takes all back."""
+    page = open_page()
+    says(page, "Hover 597.27 s (P1, optimal), can be flown")
+    sliders = page.locator("input[type=range]")
+    seen = set()
+    for number in range(sliders.count()):
+        slider = sliders.nth(number)
+        before = page.locator("header .verdict").text_content()
+        key, _, axis = slider.get_attribute("data-key").partition("|")
+        for _ in range(4):
+            slider.press("PageDown" if key == "battery.capacity_As" else "PageUp")
+        value = float(slider.input_value())
+        field = page.locator(f"input[type=text][data-key='{key}|{axis}']")
+        playwright.expect(field).to_have_value(f"{value:g}")
+        stated = state(page)["state"]["changes"][key]
+        assert (stated if axis == "null" else stated[int(axis)]) == value
+        if key in ("battery.capacity_As", "battery.charge_current_A", "wind.force_N"):
+            playwright.expect(page.locator("header .verdict")).not_to_have_text(before)
+        seen.add(key)
+    assert len(seen) == 6
+    page.get_by_role("button", name="Reset").click()
+    says(page, "Hover 597.27 s")
+    assert state(page)["state"] == {"changes": {}}
+
+
+def test_the_question_is_chosen(open_page: Open) -> None:
+    """Known answers by perspective, trajectory, building and problem; none contradicts another."""
+    page = open_page()
+    for name, value, words in (
+        ("Perspective", "battery", "Hover 719.54 s (P1, optimal), cannot be flown"),
+        ("Trajectory", "direct", "Hover 688.85 s"),
+        ("Trajectory", "optimal", "Hover 719.54 s"),
+        ("Rest on", "b1", "(P4, optimal)"),
+        ("Order", "rest-first", "Hover 719.54 s (P4"),
+        ("Rest on", "", "(P1, optimal)"),
+        ("Problem", "P3", "Hover 688.85 s (P3"),
+        ("Perspective", "available", "Hover 577.52 s (P3"),
+        ("Problem", "P2", "(P2, optimal)"),
+    ):
+        page.get_by_label(name, exact=True).select_option(value)
+        says(page, words)
+        assert page.locator(".faults li").count() == 0
+
+
+@pytest.mark.parametrize(
+    ("key", "name"),
+    [
+        ("link.device_m", "device"),
+        ("laser.position_m", "laser"),
+        ("buildings.b10.position_m", "roof of b10"),
+    ],
+)
+def test_points_are_dragged_and_moved_by_keys(open_page: Open, key: str, name: str) -> None:
+    """The map, the state and the label of the point follow; the focus stays where it is."""
+    page = open_page()
+    point = page.locator(f"circle[data-key='{key}']")
+    point.scroll_into_view_if_needed()
+    box = point.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    before = point.get_attribute("aria-label")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x - 10, y + 12)
+    page.mouse.move(x - 25, y + 30, steps=3)
+    page.mouse.up()
+    playwright.expect(point).not_to_have_attribute("aria-label", before)
+    at = state(page)["state"]["changes"][key]
+    label = f"{name} at x {at[0]} m, y {at[1]} m"
+    playwright.expect(point).to_have_attribute("aria-label", re.compile(label))
+    page.keyboard.press("ArrowUp")
+    page.keyboard.press("Shift+ArrowRight")
+    moved = [at[0] + 100, at[1] + 10]
+    label = f"{name} at x {moved[0]} m, y {moved[1]} m"
+    playwright.expect(point).to_have_attribute("aria-label", re.compile(label))
+    assert state(page)["state"]["changes"][key][:2] == moved
+    assert page.evaluate("document.activeElement.dataset.key") == key
+    plan = optuav.solve(optuav.load("paper").replace(state(page)["state"]["changes"]))
+    says(page, f"Hover {plan.hover_time_s:.2f} s" if plan else "No plan")
+
+
+def test_a_pinned_plan_stands_beside_and_a_link_has_both(open_page: Open) -> None:
+    page = open_page()
+    page.get_by_role("button", name="Pin to compare").click()
+    page.locator("input[data-key='limits.deadline_s|null'][type=text]").fill("900")
+    says(page, "Hover 591.57 s")
+    playwright.expect(page.locator(".pinned .verdict")).to_contain_text("Hover 597.27 s")
+    again = open_page(fragment=f"#{page.url.partition('#')[2]}")
+    says(again, "Hover 591.57 s")
+    playwright.expect(again.locator(".pinned .verdict")).to_contain_text("Hover 597.27 s")
+    assert (
+        again.locator("input[data-key='limits.deadline_s|null'][type=text]").input_value() == "900"
+    )
+    again.get_by_role("button", name="Unpin").click()
+    playwright.expect(again.locator(".pinned")).to_have_count(0)
+
+
+def test_a_bad_value_is_told_and_the_picture_stays(open_page: Open) -> None:
+    page = open_page()
+    drawn = page.locator("figure.map svg").first.inner_html()
+    field = page.locator("input[data-key='limits.min_soc|null'][type=text]")
+    field.fill("much")
+    told = page.locator(".faults li")
+    playwright.expect(told).to_have_text("limits.min_soc = 'much': a number, 0 <= x < 1 [-]")
+    playwright.expect(field).to_have_attribute("aria-invalid", "true")
+    assert page.locator("figure.map svg").first.inner_html() == drawn
+    field.fill("0.1")
+    playwright.expect(told).to_have_count(0)
+    page.locator("input[data-key='limits.deadline_s|null'][type=text]").fill("60")
+    says(page, "No plan: P1, infeasible")
+    page.get_by_role("button", name="What would make it feasible?").click()
+    playwright.expect(page.locator(".tables")).to_contain_text("limits.deadline_s >= 75.8")
+
+
+def test_files_are_saved(open_page: Open, tmp_path: Path) -> None:
+    """A mission and a plan that are read back, and pictures of all figures."""
+    page = open_page()
+    begins = {}
+    for name in ("Mission (TOML)", "Plan (JSON)", "Picture (SVG)", "Picture (PNG)"):
+        with page.expect_download() as download:
+            page.get_by_role("button", name=name).click()
+        kind = Path(download.value.suggested_filename).suffix
+        download.value.save_as(tmp_path / f"saved{kind}")
+        begins[kind] = (tmp_path / f"saved{kind}").read_bytes()[:5]
+    assert optuav.load(tmp_path / "saved.toml").name == f"{EVIL} paper"
+    assert optuav.load_plan(tmp_path / "saved.json").hover_time_s == pytest.approx(597.27, abs=0.01)
+    assert (begins[".svg"], begins[".png"]) == (b"<svg ", b"\x89PNG\r")
+    picture = (tmp_path / "saved.svg").read_text("utf-8")
+    assert picture.count("<svg") >= 4
+    assert "var(" not in picture
+    assert "Hover 597.27 s" in picture
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [400, 1200])
+def test_it_fits_any_width_in_light_and_dark(
+    open_page: Open, width: int, scheme: str, tmp_path: Path
+) -> None:
+    """Nothing is wider than the window, and the ground is as dark as the reader wants it."""
+    page = open_page(width, scheme)
+    says(page, "597.27")
+    page.screenshot(path=tmp_path / "page.png", full_page=True)
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    ground = page.evaluate("getComputedStyle(document.documentElement).backgroundColor")
+    words = page.evaluate("getComputedStyle(document.querySelector('.verdict')).color")
+    bright = [sum(map(int, re.findall(r"\d+", each)[:3])) for each in (ground, words)]
+    assert (bright[0] > bright[1]) == (scheme == "light")
+    for figure in ("map", "plane", "wells"):
+        box = page.locator(f"figure.{figure} svg[viewBox]").first.bounding_box()
+        assert box["x"] >= 0.0
+        assert box["x"] + box["width"] <= width
+        assert box["height"] > 150.0
+
+
+def test_names_stay_text(open_page: Open) -> None:
+    """Whatever a mission calls itself or its buildings."""
+    page = open_page()
+    page.get_by_label("Rest on", exact=True).select_option(EVIL)
+    says(page, "(P4, optimal)")
+    playwright.expect(page.locator("figure.plane figcaption")).to_contain_text(EVIL)
+    assert page.locator("img").count() == 0
+    assert page.title() == "optuav explore"

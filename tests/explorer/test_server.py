@@ -1,0 +1,167 @@
+"""The explorer's server: for this machine and this address alone, and whole answers."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import pytest
+
+import optuav
+from optuav.explorer.server import LARGEST_BYTES, Server
+from tests.cli.run import refused
+
+JSON = {"Content-Type": "application/json"}
+
+
+class Answer(NamedTuple):
+    """What the server sent."""
+
+    status: int
+    headers: Any
+    body: str
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[Server]:
+    with Server(optuav.load("paper")) as serving:
+        threading.Thread(target=serving.serve_forever, args=(0.01,), daemon=True).start()
+        yield serving
+        serving.shutdown()
+
+
+def ask(server: Server, method: str, path: str, body: str | None = None, **headers: str) -> Answer:
+    """What the server sends for a path below its token."""
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
+    stated = {name.replace("_", "-"): value for name, value in headers.items()}
+    place = path if path.startswith("/") else f"/{server.token}/{path}"
+    connection.request(method, place, body, stated)
+    answer = connection.getresponse()
+    found = Answer(answer.status, answer.headers, answer.read().decode())
+    connection.close()
+    return found
+
+
+def test_the_page_and_its_files_are_sent(server: Server) -> None:
+    kinds = {
+        "": "html",
+        "page.js": "javascript",
+        "explorer.js": "javascript",
+        "explorer.css": "css",
+    }
+    for name, kind in kinds.items():
+        found = ask(server, "GET", name)
+        assert found.status == 200
+        assert found.headers["Content-Type"] == f"text/{kind}; charset=utf-8"
+    assert "export function render" in ask(server, "GET", "explorer.js?again").body
+
+
+def test_nothing_of_another_host_is_named(server: Server) -> None:
+    """The page works without a network: all that it loads is relative."""
+    page = ask(server, "GET", "").body + ask(server, "GET", "page.js").body
+    assert not re.search(r"(?:src|href|from|fetch)\W{1,3}(?:https?:)?//", page)
+
+
+def test_every_answer_keeps_the_page_to_itself(server: Server) -> None:
+    for found in (ask(server, "GET", ""), ask(server, "GET", "/"), ask(server, "PUT", "answers")):
+        assert found.headers["Content-Security-Policy"].startswith("default-src 'self';")
+        assert "frame-ancestors 'none'" in found.headers["Content-Security-Policy"]
+        assert found.headers["X-Content-Type-Options"] == "nosniff"
+        assert found.headers["Referrer-Policy"] == "no-referrer"
+        assert "Access-Control-Allow-Origin" not in found.headers
+
+
+def test_a_state_is_answered(server: Server) -> None:
+    state = json.dumps({"changes": {"limits.deadline_s": 800}, "perspective": "battery"})
+    found = json.loads(ask(server, "POST", "answers", state, **JSON).body)
+    assert found["verdict"]["text"].startswith("Hover 688.85 s")
+    faulty = ask(server, "POST", "answers", '{"changes": {"limits.deadline_s": -1}}', **JSON)
+    assert faulty.status == 200
+    assert "0 < x <= 1e7 [s]" in json.loads(faulty.body)["faults"][0]["words"]
+
+
+@pytest.mark.parametrize(
+    "path", ["/", "/answers", "/x/", "/x/answers", "/{token}", "/{token}x/", "/%00/", "//"]
+)
+def test_without_the_token_there_is_nothing(server: Server, path: str) -> None:
+    """Not the page, not an answer; and the token is not told."""
+    place = path.replace("{token}", server.token)
+    for method in ("GET", "POST"):
+        found = ask(server, method, place, "{}", **JSON)
+        assert found.status == 404
+        assert server.token not in found.body
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "../server.py",
+        "../../../pyproject.toml",
+        "vendor/d3.min.js",
+        "%2e%2e/server.py",
+        "index.html",
+    ],
+)
+def test_only_the_files_of_the_page_are_sent(server: Server, name: str) -> None:
+    assert ask(server, "GET", name).status == 404
+
+
+@pytest.mark.parametrize("host", ["example.org", "example.org:80", "", "127.0.0.1", "[::1]:1"])
+def test_another_host_is_refused(server: Server, host: str) -> None:
+    """A name that leads here, by which a page from elsewhere would pass for this one."""
+    assert ask(server, "GET", "", Host=host).status == 403
+
+
+@pytest.mark.parametrize("origin", ["http://example.org", "null", "https://127.0.0.1"])
+def test_another_page_is_refused(server: Server, origin: str) -> None:
+    assert ask(server, "POST", "answers", "{}", **JSON, Origin=origin).status == 403
+    own = f"http://127.0.0.1:{server.server_port}"
+    assert ask(server, "POST", "answers", "{}", **JSON, Origin=own).status == 200
+
+
+def test_what_is_no_state_is_refused(server: Server) -> None:
+    """By its size before it is read, by its kind, and where it is no JSON, however deep."""
+    size = {"Content_Length": str(LARGEST_BYTES + 1)}
+    assert ask(server, "POST", "answers", "{}", **JSON, **size).status == 413
+    assert ask(server, "POST", "answers", "{}", **JSON, Content_Length="-5").status == 411
+    assert ask(server, "POST", "answers", "{}", Content_Type="text/plain").status == 415
+    assert ask(server, "POST", "other", "{}", **JSON).status == 404
+    for text in ("", "{", "[" * 30_000, '{"number": NaN}', "\0"):
+        found = ask(server, "POST", "answers", text, **JSON)
+        assert found.status in (200, 400)
+        assert "faults" in json.loads(found.body)
+
+
+def test_a_port_in_use_is_one_clear_error() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        words = refused("explore", "paper", "--port", port, "--no-browser")
+    assert words.startswith(f"error: --port = {port}: cannot be served at")
+    assert refused("explore", "--port", "70000").startswith("error: --port = 70000: ")
+    assert "shipped" in refused("explore", "nowhere")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of a terminal are sent to groups on POSIX")
+def test_it_serves_until_it_is_interrupted() -> None:
+    """The whole command: it tells its address, answers there, and leaves on Ctrl-C."""
+    command = [sys.executable, "-m", "optuav", "explore", "--no-browser"]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(command, start_new_session=True, **pipes) as process:
+        address = process.stdout.readline().strip()
+        _, _, host, token, _ = address.split("/")
+        connection = http.client.HTTPConnection(host, timeout=20)
+        connection.request("GET", f"/{token}/")
+        assert connection.getresponse().status == 200
+        os.killpg(process.pid, signal.SIGINT)
+        _, errors = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert errors == "\ninterrupted\n"
