@@ -56,7 +56,8 @@ optuav.plots.plane(program.parts[0].model, given, [program.solve()])
 # ## The proof
 #
 # Multiply the charge line by y1 and the deadline by y2, so that the sum reads Δ ≤ a number. No
-# feasible point can exceed it, and the corner attains it: that is linear programming duality.
+# feasible point can exceed it, and the corner attains it: that is linear programming duality, which
+# [the next lesson](08_duality_and_kkt.py) takes further.
 #
 # **Before you run:** which y1 and y2 make T' vanish from the sum, and leave one Δ?
 

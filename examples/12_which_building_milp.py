@@ -5,7 +5,8 @@
 # same: it has a binary λ for each route, exactly one of them 1, and the solver chooses. There are
 # two ways to write that. Both are correct, but one gives the solver a bound that is hardly of use.
 #
-# **Before this lesson:** [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py).
+# **Before this lesson:** [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py),
+# [Discrete, relaxed, continuous](10_discrete_relaxed_continuous.py).
 # **Time:** 40 minutes.
 #
 # **Learning intentions.** After this page you can

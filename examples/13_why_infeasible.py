@@ -4,7 +4,8 @@
 # "Infeasible" alone is a correct answer of little help. Which constraints conflict, how can I check
 # that they do, and what should I change?
 #
-# **Before this lesson:** [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py).
+# **Before this lesson:** [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py),
+# [Duality and KKT](08_duality_and_kkt.py).
 # **Time:** 30 minutes.
 #
 # **Learning intentions.** After this page you can

@@ -4,7 +4,8 @@
 # Under `available` the problem is nonlinear. A local solver finds a plan, but does not know whether
 # another one is better. The engine `bracket` proves it: no longer hover is feasible.
 #
-# **Before this lesson:** [When the battery runs dry](04_when_the_battery_runs_dry.py).
+# **Before this lesson:** [When the battery runs dry](04_when_the_battery_runs_dry.py),
+# [Convexity and a bad local optimum](11_convexity_and_a_bad_local_optimum.py).
 # **Time:** 40 minutes.
 #
 # **Learning intentions.** After this page you can

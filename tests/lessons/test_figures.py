@@ -465,3 +465,73 @@ def test_A2_reproduce_a_table(ran: Any) -> None:
     assert len(ran.verdicts) - ran.verdicts.count(ran.Verdict.CONTRADICTS) == 26
     assert ran.verdicts.count(ran.Verdict.FITTED) == 14
     assert ran.verdicts.count(ran.Verdict.WITHIN) == 2
+
+
+@slow
+def test_08_duality_and_kkt(ran: Any) -> None:
+    """The dual's optimum is the primal's, and multipliers are what the numbers are worth."""
+    assert near(ran.hover_s, 719.5399, 4)
+    assert math.isclose(ran.weights.objective[0], ran.hover_s, rel_tol=1e-9)
+    assert near(ran.price_charge, 1.0 / 97.91038, 6)
+    assert near(ran.price_time, 10.0 / 97.91038, 6)
+    assert ran.plans_s.max() < ran.hover_s < ran.bounds_s.min()
+    weights = np.array([ran.price_charge, ran.price_time])
+    assert np.allclose(weights @ ran.slopes, [1.0, 0.0], atol=1e-9)
+    for name, worth in ran.by_hand.items():
+        assert math.isclose(worth, ran.prices[name].more, rel_tol=1e-6)
+    assert math.isclose(72_000.0 / 87.91038, ran.battery_As / ran.I_hv, rel_tol=1e-6)
+    charge, _ = ran.alone.multipliers_at(0).values()
+    assert near(charge, 819.016, 3)
+    assert (near(ran.kink.less, 1.0, 6), near(ran.kink.more, 0.102134, 6)) == (True, True)
+
+
+@slow
+def test_10_discrete_relaxed_continuous(ran: Any) -> None:
+    """Times are the machine's; counts, bounds and answers are not."""
+    assert near(ran.best_s, 719.5399, 3)
+    assert ran.nodes > ran.routes == 21
+    bounds_s, plans_s = np.transpose(ran.history)
+    assert near(bounds_s[0], 1124.208, 3)
+    assert (np.diff(bounds_s) <= 1e-6).all()
+    assert (np.diff(plans_s) >= 0.0).all()
+    assert math.isclose(bounds_s[-1], plans_s[-1], rel_tol=1e-9)
+    assert ran.search(2, 1.0) == 719.0
+    assert ran.search(1, 1.0) == math.floor((0.95 * 72_000.0 - 9066.41545624) / 87.91038)
+    assert ran.search(3, 20.0) <= ran.search(3, 10.0) < ran.exact.hover_time_s
+    assert near(ran.choice.relaxation_s, 719.540, 3)
+
+
+@slow
+def test_11_convexity_and_a_bad_local_optimum(ran: Any) -> None:
+    """IPOPT reports success at a sixteenth of the hover that the bracket proves."""
+    assert ran.halfway(ran.linear, 0.0, 1200.0) == 1.0
+    assert 0.5 < ran.halfway(ran.program, 54.0, 57.0) < 0.9
+    assert near(ran.best.hover_time_s, 1052.276, 2)
+    assert ran.best.proof.startswith("bracketed")
+    assert ran.says == "Solve_Succeeded"
+    assert near(ran.stopped_s, 66.278, 2)
+    assert [abs(each) > 1.0 for each in ran.multipliers] == [True, False, False]
+    assert math.isclose(ran.multipliers[0] * ran.at[0], 1.0, rel_tol=1e-4)
+    good = {float(start_s) for start_s in ran.starts_s[ran.good]}
+    assert not any(start_s <= 60.0 for start_s in good)
+    assert all(start_s in good for start_s in ran.starts_s if start_s >= 900.0)
+    found = {engine: plan.status.value for engine, plan in ran.plans.items()}
+    assert found == {"casadi": "locally_optimal", "grid": "optimal", "bracket": "optimal"}
+    feasible = ran.feasible(ran.program, np.array([30.0, 500.0, 1000.0]), np.full(3, 54.0))
+    assert feasible.tolist() == [True, False, True]
+
+
+@slow
+def test_22_link_and_laser(ran: Any) -> None:
+    assert near(ran.radius_m, 501.4836, 4)
+    assert np.allclose(ran.hover_m, [1000.0, 2501.0152, 50.0], atol=5e-5)
+    assert math.isclose(ran.simulated, ran.formula, rel_tol=0.05)
+    clear = ran.laser.attenuation(1550.0, 10.0)
+    assert near(clear, 0.1019, 4)
+    assert math.isclose(math.exp(-clear * 2.5), 0.775, abs_tol=5e-4)
+    assert near(ran.received_W["clear"][0], 0.5434 * (0.34 * 1000.0 - 1.1) - 0.2761, 9)
+    assert near(ran.cap_W, 111.0, 9)
+    assert ran.reach_m["fog"] < ran.reach_m["haze"] < ran.reach_m["clear"] == 3000.0
+    assert near(ran.longest["available"][-1], 597.270, 3)
+    assert near(ran.longest["battery"][-1], 719.540, 3)
+    assert all((np.diff(hover_s) >= -1e-6).all() for hover_s in ran.longest.values())

@@ -18,7 +18,17 @@ NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?![\w.])")
 LINK = re.compile(r"\]\((\w+\.py)\)")
 MAKES_NO_PICTURE = {"print", "write_text", "save", "kill", "wait", "update", "unlink", "cleanup"}
 MAKES_NO_PICTURE |= {"reconfigure", "add_edge", "maximise", "minimise", "subject_to"}
-MAKES_NO_PICTURE |= {"prefer_small", "plot"}
+MAKES_NO_PICTURE |= {
+    "prefer_small",
+    "plot",
+    "heappush",
+    "append",
+    "simplefilter",
+    "set_xlim",
+    "set_ylim",
+    "set_xscale",
+    "set_yscale",
+}
 
 pytestmark = pytest.mark.parametrize("lesson", LESSONS, ids=lambda path: path.stem)
 

@@ -1,0 +1,255 @@
+# %% [markdown]
+# # Convexity and a bad local optimum
+#
+# A solver that walks uphill stops where no step leads further up. Whether that is the summit
+# depends on the shape of what is feasible. In the linear problems of the last lessons it always is.
+# With the two wells of a battery it need not be, and here is a mission on which a good solver stops
+# at a sixteenth of the best hover, and reports success.
+#
+# **Before this lesson:** [Two wells](03_two_wells.py),
+# [Declare a problem](05_declare_a_problem.py), [Duality and KKT](08_duality_and_kkt.py).
+# **Time:** 45 minutes.
+#
+# **Learning intentions.** After this page you can
+#
+# - test by midpoints whether a feasible set is convex, and say why a local optimum is then global;
+# - explain from the two wells how a feasible set falls into two parts;
+# - find the starts from which a local solver ends at a bad point, and check its KKT conditions
+#   there;
+# - say what many starts are worth, and what a proof adds.
+
+# %%
+import sys
+import warnings
+from dataclasses import dataclass
+
+import casadi
+import numpy as np
+
+import optuav
+from optuav.physics.kibam import Battery, Stage, step
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
+
+Line, Mark = optuav.plots.Line, optuav.plots.Mark
+
+# %% [markdown]
+# ## Convex: halfway between two feasible points
+#
+# A set is convex if everything on the line between two of its points is in it too. Linear
+# constraints make convex sets. If a better point exists anywhere in a convex set, the line towards
+# it is feasible and leads uphill from the first step: nobody can be stuck at a bad local optimum.
+#
+# Draw pairs of feasible points of (P4), and look halfway between them.
+#
+# **Before you run:** in how many of the cases will the point halfway be infeasible?
+
+
+# %%
+def feasible(program, hovers_s, rests_s):
+    """Whether points satisfy all constraints."""
+    rows = program.check({"hover_time_s": hovers_s, "rest_time_s": rests_s})
+    return np.all([np.broadcast_to(row.satisfied, hovers_s.shape) for row in rows], axis=0)
+
+
+def halfway(program, least_rest_s, most_rest_s):
+    """Share of pairs of random feasible points whose point halfway is feasible too."""
+    random = np.random.default_rng(1)
+    hovers_s = random.uniform(0.0, 1200.0, 10_000)
+    rests_s = random.uniform(least_rest_s, most_rest_s, 10_000)
+    inside = feasible(program, hovers_s, rests_s)
+    hovers_s, rests_s = hovers_s[inside], rests_s[inside]
+    middle = 0.5 * (hovers_s[1:] + hovers_s[:-1]), 0.5 * (rests_s[1:] + rests_s[:-1])
+    return feasible(program, *middle).mean()
+
+
+paper = optuav.load("paper")
+linear = optuav.formulate(paper, optuav.P4("b9", order="hover-first"), perspective="battery")
+print(f"(P4), linear: {halfway(linear, 0.0, 1200.0):.1%} of the points halfway are feasible")
+
+# %% [markdown]
+# ## A mission with two answers
+#
+# A strong laser carries nearly all of the hover: it gives 95 A of the 98 A that hovering takes. The
+# battery has a small available well, into which bound charge flows quickly. And there is something
+# to unload on the roof of b9: after the hover, the drone has to stay there for 54 s at least. That
+# is one constraint more than (P4) has.
+
+
+# %%
+@dataclass(frozen=True)
+class Unload(optuav.Formulation):
+    """Longest hover before a rest of at least so long."""
+
+    least_rest_s: float
+
+    def declare(self, model, given):
+        hover, rest = given.hover_and_rest(model)
+        model.maximise(hover)
+        model.prefer_small(rest)
+        model.subject_to("time to unload", rest >= self.least_rest_s, unit="s")
+        model.subject_to("state of charge", given.soc_end(hover, rest) >= given.min_soc)
+        given.keep_wells(model, "battery", hover, rest)
+        given.keep_deadline(model, "deadline", hover, rest)
+
+
+LEAST_REST_S = 54.0
+bright = {"battery.charge_current_A": 95.0, "laser.power_W": 13_000.0}
+quick = {"battery.available_fraction": 0.4, "battery.flow_rate_per_s": 1e-3}
+mission = paper.replace(bright | quick)
+unload = Unload(LEAST_REST_S, building="b9", order="hover-first")
+program = optuav.formulate(mission, unload)
+(part,) = program.parts
+best = optuav.solve(mission, unload)
+print(f"the best: hover {best.hover_time_s:.3f} s, rest {best.rest_time_s:.3f} s")
+print(f"halfway between feasible points: {halfway(program, LEAST_REST_S, 57.0):.1%} are feasible")
+
+# %%
+ax = optuav.plots.plane(part.model, part.model.row(0), [best])
+ax.set_xlim(45.0, 62.0)
+ax
+
+# %% [markdown]
+# The feasible set is in two parts, between the line of the time to unload and that of the full
+# well: a corner at the bottom, and a strip far above it.
+#
+# ## Why two parts
+#
+# The laser fills the available well on the roof with 95 A. It must not be driven past full: that is
+# the line "full after the rest". How much room there is depends on the hover before. After the
+# flight out the available well is lower than the bound one, and charge flows into it: for the first
+# minutes of the hover it *rises*, although the drone draws more than the laser gives. Later the
+# wells are level, and both fall slowly.
+#
+# **Before you run:** so for which hovers does a rest of 54 s drive the well past full: short ones,
+# long ones, or those in between?
+
+# %%
+out, hover, back, rest, home = best.phases
+pack = mission.battery
+battery = Battery(pack.packs * pack.capacity_As, pack.available_fraction, pack.flow_rate_per_s)
+
+
+def flown(wells, leg):
+    """Both wells after the stages of a leg."""
+    for stage in leg.stages:
+        wells = step(battery, wells, Stage(stage.current_A, stage.duration_s))
+    return wells
+
+
+def after_hover_and_rest(hover_s, rest_s):
+    """Both wells at the end of the rest, and at the landing; of numbers, arrays or symbols."""
+    wells = step(battery, flown(battery.full, out), Stage(hover.current_A, hover_s))
+    rested = step(battery, flown(wells, back), Stage(rest.current_A, rest_s))
+    return rested, flown(rested, home)
+
+
+hovers_s = np.linspace(0.0, 1100.0, 441)
+rested, _ = after_hover_and_rest(hovers_s, LEAST_REST_S)
+full_As = float(battery.full.available_As)
+fits = rested.available_As <= full_As
+ends_s = hovers_s[1:][fits[1:] != fits[:-1]]
+print("the well is full at the end of the rest after a hover of", *ends_s.round(), "s")
+optuav.plots.curves(
+    [
+        Line("after a rest of 54 s", hovers_s, rested.available_As),
+        Line("full", hovers_s, np.full(len(hovers_s), full_As)),
+    ],
+    title="The available well at the end of the rest",
+    x_label="hover time Δ [s]",
+    y_label="available y1 [A s]",
+)
+
+# %% [markdown]
+# ## Uphill from one start
+#
+# IPOPT is an interior-point solver, one of the best. CasADi hands it the objective, the constraints
+# and their slopes: the functions above take symbols as well as numbers. Only one thing is left to
+# choose, where it starts.
+#
+# **Before you run:** it starts with a hover of 30 s. Where will it stop, and what will it report?
+
+# %%
+x = casadi.SX.sym("x", 2)  # Δ and T'
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore", FutureWarning)  # Types of results that NumPy will not change
+    rested, landed = after_hover_and_rest(x[0], x[1])
+time_left_s = mission.limits.deadline_s - best.flight_time_s - x[0] - x[1]
+room = (full_As - rested.available_As) / battery.capacity_As
+left = landed.available_As / battery.capacity_As
+problem = {"x": x, "f": -x[0], "g": casadi.vertcat(room, left, time_left_s)}
+options = {"print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes"}
+solver = casadi.nlpsol("uphill", "ipopt", problem, options)
+
+
+def uphill(hover_s):
+    """Where IPOPT stops from a start, what it says, and the multipliers of the constraints."""
+    found = solver(x0=[hover_s, LEAST_REST_S], lbx=[0.0, LEAST_REST_S], lbg=0.0)
+    stopped_s = float(found["x"][0])
+    return stopped_s, solver.stats()["return_status"], np.asarray(found["lam_g"]).ravel()
+
+
+stopped_s, says, multipliers = uphill(30.0)
+print(f"started at {30.0:.0f} s, stopped at {stopped_s:.3f} s: {says}")
+print(f"the best is {best.hover_time_s:.3f} s, {best.hover_time_s / stopped_s:.1f} times as long")
+
+# %% [markdown]
+# It has succeeded, in its own terms: the KKT conditions hold. One constraint binds, its multiplier
+# has the right sign, and it balances the slope of the objective. Every step from here is either
+# down or out of the feasible set.
+#
+# **Before you run:** which of the three constraints binds?
+
+# %%
+names = ("room in the well", "charge at the landing", "time left")
+slopes = casadi.Function("slopes", [x], [casadi.jacobian(problem["g"], x)])
+at = np.asarray(slopes([stopped_s, LEAST_REST_S]))[:, 0]
+for name, multiplier, slope in zip(names, multipliers, at, strict=True):
+    print(
+        f"{name:22} multiplier {abs(multiplier):12.4f}, times its slope {multiplier * slope:z.4f}"
+    )
+
+# %% [markdown]
+# ## Many starts
+#
+# **Before you run:** from which starts will it find the better part: from those inside it, or from
+# some outside too?
+
+# %%
+starts_s = np.linspace(0.0, 1050.0, 43)
+stops_s = np.array([uphill(start_s)[0] for start_s in starts_s])
+good = stops_s > best.hover_time_s - 1.0
+print(f"{good.sum()} of {len(starts_s)} starts end at the best hover")
+optuav.plots.curves(
+    [Line("IPOPT stops at", starts_s, stops_s, "o"), Line("where it began", starts_s, starts_s)],
+    title="Where a walk ends depends on where it began",
+    x_label="start of Δ [s]",
+    y_label="hover time Δ [s]",
+    y_from_zero=True,
+)
+
+# %% [markdown]
+# Trying several starts and keeping the best is called *multi-start*. The engine `casadi` does that,
+# and here it finds the better part. But it cannot know that no third part exists, and says so: its
+# answer is locally optimal.
+#
+# ## A proof
+#
+# The engine `bracket` does not walk. It shows, over whole intervals of the times at once, that no
+# point of them can be better. `grid` tries all slots, and knows nothing between them.
+#
+# **Before you run:** which of the three engines may say `optimal`?
+
+# %%
+engines = {"casadi": None, "grid": 1.0, "bracket": None}
+plans = {
+    engine: optuav.solve(mission, unload, engine=engine, slot_s=slot_s)
+    for engine, slot_s in engines.items()
+}
+for engine, plan in plans.items():
+    print(f"{engine:8}{plan.hover_time_s:11.4f} s  {plan.status.value:16} {plan.proof}")
+
+# %% [markdown]
+# [A bracket, or a solver?](15_bracket_or_solver.py) has more missions of this kind. A local solver
+# is a good servant, as long as somebody checks the shape.
