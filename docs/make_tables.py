@@ -21,6 +21,9 @@ from formulations.parameters import Quantities
 from formulations.soc import PAPER, PERSPECTIVES
 from optuav.cli.app import COMMANDS, program
 from optuav.engines.registry import CAPABILITIES, Capability
+from optuav.judge.benchmark import Answer, answers
+from optuav.mission.benchmark import recipes
+from optuav.mission.benchmark.recipes import PERSPECTIVES as BENCHMARK
 from optuav.modelling import Model
 from optuav.modelling.classify import Traits, traits
 from optuav.options import ORDERS, TRAJECTORIES
@@ -259,15 +262,50 @@ def quantities() -> Iterator[Row]:
             yield (f"`given.{each.name}`", known["symbol"], known["unit"], key, what)
 
 
+# The benchmark set
+
+
+def families() -> Iterator[Row]:
+    """The families of the benchmark set."""
+    yield ("family", "missions", "roofs", "what they are")
+    for family, group in itertools.groupby(recipes().values(), lambda each: each.family):
+        members = [*group]
+        roofs = sorted(len(optuav.load(each.name).buildings) for each in members)
+        shown = f"{roofs[0]} to {roofs[-1]}" if roofs[0] < roofs[-1] else f"{roofs[0]}"
+        yield (family, f"{len(members)}", shown, members[0].about)
+
+
+def benchmark_set() -> Iterator[Row]:
+    """The best known answers to the benchmark set."""
+    yield ("mission", "roofs", "problem", *BENCHMARK)
+    for name, recipe in recipes().items():
+        roofs = len(optuav.load(name).buildings)
+        for problem in recipe.problems:
+            found = (answers().get((name, problem, each)) for each in BENCHMARK)
+            yield (f"`{name}`", f"{roofs}", f"`{problem}`", *map(known, found))
+
+
+def known(answer: Answer | None) -> str:
+    """The best known value, and the bound where it is another."""
+    if answer is None:
+        return NONE
+    if answer.hover_s is None:
+        return "none"
+    bound = f" to {answer.bound_s:.3f}" if answer.status == "feasible" else ""
+    return f"{answer.hover_s:.3f}{bound}"
+
+
 TABLES: Mapping[str, Callable[[], Iterator[Row]]] = {
     "commands": commands,
-    **{f"options_of_{name}": partial(options_of, name) for name in COMMANDS},
+    **{f"options_of_{name}".replace("-", "_"): partial(options_of, name) for name in COMMANDS},
     "options": options,
     "engines": engines,
     "purposes": purposes,
     "capabilities": capabilities,
     "paper": paper,
     "quantities": quantities,
+    "families": families,
+    "benchmark_set": benchmark_set,
 }
 
 

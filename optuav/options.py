@@ -17,3 +17,4 @@ ORDERS: tuple[Order, ...] = get_args(Order)
 TRAJECTORIES: tuple[Trajectory, ...] = get_args(Trajectory)
 HOVER_POINTS: tuple[HoverPoint, ...] = get_args(HoverPoint)
 SCHEDULES: tuple[Schedule, ...] = get_args(Schedule)  # The default first
+SET = "set/"  # How the names of the missions of the benchmark set begin

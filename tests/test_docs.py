@@ -99,9 +99,9 @@ def test_commands_of_the_pages_are_those_of_the_program() -> None:
         ["optuav", name] for name in COMMANDS
     ]
     sections = re.findall(
-        r"^## optuav (\w+)\n\n<!-- table options_of_(\w+):", page.read_text("utf-8"), re.M
+        r"^## optuav ([\w-]+)\n\n<!-- table options_of_(\w+):", page.read_text("utf-8"), re.M
     )
-    assert sections == [(name, name) for name in COMMANDS]
+    assert sections == [(name, name.replace("-", "_")) for name in COMMANDS]
     known = {option for each in COMMANDS for p in program(each).params for option in p.opts}
     readme = (ROOT / "README.md").read_text("utf-8")
     assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", readme)) - {"--help"} <= known

@@ -25,7 +25,7 @@ COMMANDS = {
     **{"formulate": "solve", "calibrate": "calibrate"},
     **dict.fromkeys(("show", "validate", "new", "missions"), "missions"),
     **{"city": "city", "map": "maps", "sweep": "sweep"},
-    **{"explore": "explore", "lessons": "lessons"},
+    **{"explore": "explore", "lessons": "lessons", "check-solutions": "benchmark"},
 }
 """Every command, in the order of the help, with the module that has its function."""
 USAGE_ERROR: Any = typer.BadParameter.__base__  # of any wrong command line; it has no public name
@@ -55,7 +55,7 @@ def program(name: str | None = None) -> Any:
         app.callback()(_listed)
     for each in COMMANDS if name is None else [name]:
         module = import_module(f"optuav.cli.{COMMANDS[each]}")
-        function = getattr(module, each)
+        function = getattr(module, each.replace("-", "_"))
         line, *_ = str(function.__doc__).splitlines()
         run = _listed if name is None else command_of(each, function)
         app.command(each, short_help=line)(run)

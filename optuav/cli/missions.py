@@ -149,8 +149,13 @@ def validate(mission: str, settings: list[str] | None = None, as_json: bool = Fa
     deliver(lambda: data, lines, as_json=as_json)
 
 
-def missions(as_json: bool = False) -> None:
-    """List the shipped missions."""
+def missions(of_the_set: bool = False, as_json: bool = False) -> None:
+    """List the shipped missions, or with --set those of the benchmark set."""
+    if of_the_set:
+        from optuav.cli.benchmark import list_set
+
+        list_set(as_json=as_json)
+        return
     # Each file has a description of its own, so that none needs to be validated.
     rows = [
         {"name": path.stem, "description": tomllib.loads(path.read_text("utf-8"))["description"]}

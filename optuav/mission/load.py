@@ -12,6 +12,7 @@ from optuav.mission.files import STANDARD, label, read_toml, refusal
 from optuav.mission.messages import nearest, shown
 from optuav.mission.mission import Mission, overlay
 from optuav.mission.validation import Document, Key, StatedMission, format_breaches, validate
+from optuav.options import SET
 
 LONGEST_CHAIN = 32  # Most files that may extend one another
 
@@ -26,11 +27,12 @@ def load(source: Mission | str | Path) -> Mission:
     Parameters
     ----------
     source
-        Name of a shipped mission, as `shipped` lists them, or path of a TOML file; a mission stays
-        what it is. A file that ``extends`` another (a shipped name or a path relative to the file)
-        takes from it all that it does not state itself, except name and description;
-        `Mission.replace` lists what a stated value displaces. The table that a file names as
-        ``buildings_file``, by its path relative to the file, is read too.
+        Name of a shipped mission, as `shipped` lists them, or of one of the benchmark set, as
+        ``"set/town-1000-a"``; or path of a TOML file; a mission stays what it is. A file that
+        ``extends`` another (a shipped name or a path relative to the file) takes from it all that
+        it does not state itself, except name and description; `Mission.replace` lists what a stated
+        value displaces. The table that a file names as ``buildings_file``, by its path relative to
+        the file, is read too.
 
     Returns
     -------
@@ -56,6 +58,11 @@ def load(source: Mission | str | Path) -> Mission:
         return source
     if not isinstance(source, str | Path):
         raise InputError([Fault("", shown(source), "a shipped mission's name or a file's path")])
+    if isinstance(source, str) and source.startswith(SET):
+        from optuav.mission.benchmark import recipe_of
+
+        recipe = recipe_of(source)
+        return recipe.mission(_shipped(recipe.extends))
     return (_shipped if source in SHIPPED else _loaded)(source)
 
 

@@ -1,0 +1,75 @@
+"""``optuav check-solutions``, and the benchmark set as ``optuav missions --set`` lists it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+import optuav
+from optuav.cli.output import NO, deliver
+
+if TYPE_CHECKING:
+    from optuav.judge.benchmark import Answer
+
+
+def check_solutions(solutions: Path, as_json: bool = False) -> None:
+    """Check solutions of the benchmark set, whoever made them, by simulating each.
+
+    Exit code 1 if one does not hold, 2 if the file cannot be read.
+    """
+    found = optuav.check_solutions(solutions)
+    deliver(found.to_dict, str(found), as_json=as_json)
+    if not found:
+        raise typer.Exit(NO)
+
+
+def list_set(*, as_json: bool) -> None:
+    """Print the missions of the set with the best known answers, as text those in `available`."""
+    deliver(lambda: [*_data()], _tables(), as_json=as_json)
+
+
+def _data() -> Iterator[dict[str, Any]]:
+    """Every mission with all its answers, as plain data."""
+    from optuav.judge.benchmark import answers
+    from optuav.mission.benchmark import recipes
+
+    known = {name: [*found] for name, found in groupby(answers().values(), lambda x: x.mission)}
+    for name, recipe in recipes().items():
+        rows = [{key: x for key, x in asdict(each).items() if x} for each in known[name]]
+        roofs = len(optuav.load(name).buildings)
+        yield {"name": name, "family": recipe.family, "about": recipe.about, "roofs": roofs} | {
+            "answers": rows
+        }
+
+
+def _tables() -> Iterator[str]:
+    """A table for each family."""
+    from optuav.judge.benchmark import answers
+    from optuav.mission.benchmark import recipes
+    from optuav.plan.summary import tabulated
+
+    yield "Longest hover in seconds, perspective available; --json has all perspectives"
+    for _, of_family in groupby(recipes().values(), lambda each: each.family):
+        group = [*of_family]
+        rows = [("mission", "problem", "roofs", "best", "bound", "proof")]
+        for recipe in group:
+            roofs = str(len(optuav.load(recipe.name).buildings))
+            for problem in recipe.problems:
+                answer = answers()[recipe.name, problem, "available"]
+                rows.append((recipe.name, problem, roofs, *_cells(answer)))
+        yield ""
+        yield f"{group[0].family}: {group[0].about}"
+        yield from tabulated(rows, 2, 1, longest=40)
+
+
+def _cells(answer: Answer) -> tuple[str, str, str]:
+    """Best known value and bound, and what proves them equal."""
+    best, bound = (
+        "none" if each is None else f"{each:.3f}" for each in (answer.hover_s, answer.bound_s)
+    )
+    return best, bound, "open" if answer.status == "feasible" else answer.engine

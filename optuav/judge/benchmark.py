@@ -1,0 +1,199 @@
+"""The best known answers to the benchmark set, and the verdict of the simulation on another."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from optuav.judge.course import TOLERANCE
+from optuav.judge.replay import Replay, replay, same
+from optuav.judge.timeline import Itinerary, Stop
+from optuav.mission import Mission, benchmark
+from optuav.mission.files import parse_json, read_text
+from optuav.network import vehicle
+from optuav.network.places import ENDS
+from optuav.plan.plan import LARGEST_BYTES
+
+FILE = Path(benchmark.__file__).with_name("answers.json")
+CLAIM_S = 0.01  # Most by which a claimed hover time may differ from the simulated one
+SLACK = 4.0  # Tolerances, in hover time, within which two hover times count as equal
+WELLS = {"empty", "full"}
+IGNORED: Mapping[str, set[str]] = {
+    "available": set(),
+    "battery": WELLS,
+    **dict.fromkeys(("energy", "adjusted"), WELLS | {"state of charge"}),
+}
+"""Kinds of events that break no limit of a perspective."""
+
+Asked = tuple[str, str, str]
+"""Mission, problem and perspective."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The best known answer to a problem of the set.
+
+    Parameters
+    ----------
+    mission, problem, perspective
+        What is asked.
+    status
+        ``"optimal"`` and ``"infeasible"`` are proved; ``"feasible"`` is the best known.
+    hover_s, bound_s
+        Its hover time, and what is proved that no plan exceeds [s]; None where there is no plan.
+    engine, proof
+        What answered, and how the bound is known, or that there is no plan.
+    stops
+        Its stops in order.
+    reasons
+        Why there is no plan; empty if there is one.
+    """
+
+    mission: str
+    problem: str
+    perspective: str
+    status: str
+    hover_s: float | None
+    bound_s: float | None
+    engine: str
+    proof: str
+    stops: tuple[Stop, ...] = ()
+    reasons: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, data: dict[str, Any]) -> Answer:
+        """The answer of plain data."""
+        stops = tuple(Stop(*stop) for stop in data.get("stops", ()))
+        return cls(**{**data, "stops": stops, "reasons": tuple(data.get("reasons", ()))})
+
+
+@cache
+def answers() -> dict[Asked, Answer]:
+    """The best known answers to all problems of the set, in its order."""
+    data = parse_json(read_text(FILE, LARGEST_BYTES), FILE.name)["answers"]
+    return {(x.mission, x.problem, x.perspective): x for x in map(Answer.of, data)}
+
+
+@dataclass(frozen=True)
+class CheckedSolution:
+    """What the simulation says of a solution.
+
+    Parameters
+    ----------
+    answer
+        The best known answer to the same problem.
+    claimed_s, hover_s
+        The hover time that is claimed, and the simulated one [s]; None where there is none.
+    wrong
+        Why it does not hold; empty if it does.
+    verdict
+        Whether it holds, and how it compares with the best known answer, in a few words.
+    """
+
+    answer: Answer
+    claimed_s: float | None
+    hover_s: float | None
+    wrong: tuple[str, ...]
+    verdict: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """The same as plain data, with the gaps to the best known value and to the bound [s]."""
+        known, hover_s = self.answer, self.hover_s
+        values = known.hover_s, known.bound_s
+        gaps = [None if None in (x, hover_s) else (x or 0.0) - (hover_s or 0.0) for x in values]
+        return {
+            "mission": known.mission,
+            "problem": known.problem,
+            "perspective": known.perspective,
+            "holds": not self.wrong,
+            "verdict": self.verdict,
+            "wrong": [*self.wrong],
+            "claimed_s": self.claimed_s,
+            "hover_s": hover_s,
+            **dict(zip(("best_known_s", "bound_s"), values, strict=True)),
+            **dict(zip(("gap_s", "gap_to_bound_s"), gaps, strict=True)),
+        }
+
+
+def checked(
+    mission: Mission, answer: Answer, claimed_s: float | None, stops: Sequence[Stop]
+) -> CheckedSolution:
+    """The verdict on a solution, which has the best known answer beside it."""
+    hover_s, best_s, bound_s = None, answer.hover_s, answer.bound_s
+    wrong, verdict = list[str](), "holds: there is no plan"
+    if claimed_s is None and best_s is not None:
+        wrong.append(f"there is a plan, which hovers {best_s:.3f} s")
+    elif claimed_s is not None:
+        found = replay(Itinerary(mission, tuple(stops)))
+        wrong += [*_broken_limits(found, answer.perspective), *_not_asked(found, stops, answer)]
+        hover_s = found.times_s.get("hover_time_s")
+        if hover_s is not None:
+            if abs(claimed_s - hover_s) > CLAIM_S:
+                wrong.append(f"it claims {claimed_s:.3f} s of hover, and hovers {hover_s:.3f} s")
+            slack_s, doubt = _slack_s(found), "this check or the proof is wrong"
+            if not wrong and (best_s is None or bound_s is None):
+                wrong.append(f"impossible: it is proved that there is no plan; {doubt}")
+            elif not wrong and bound_s is not None and hover_s > bound_s + slack_s:
+                longest = f"no plan hovers longer than {bound_s:.3f} s"
+                wrong.append(f"impossible: it is proved that {longest}; {doubt}")
+            verdict = f"holds: {_compared(answer, hover_s - (best_s or 0.0), slack_s)}"
+    return CheckedSolution(
+        answer, claimed_s, hover_s, tuple(wrong), "DOES NOT HOLD" if wrong else verdict
+    )
+
+
+def _compared(answer: Answer, more_s: float, slack_s: float) -> str:
+    if more_s > slack_s:
+        return f"BETTER than the best known by {more_s:.3f} s"
+    if more_s < -slack_s:
+        return f"{-more_s:.3f} s below the best known"
+    return "optimal" if answer.status == "optimal" else "as good as the best known"
+
+
+def _broken_limits(found: Replay, perspective: str) -> Iterator[str]:
+    """Which limits of a perspective are broken."""
+    for event in found.violations:
+        if event.kind not in IGNORED[perspective]:
+            yield f"at {event.time_s:.2f} s {event.words}{event.figures}"
+    left, least = found.soc.get(perspective, 1.0), found.mission.limits.min_soc
+    if "state of charge" in IGNORED[perspective] and left < least - TOLERANCE:
+        yield f"too little charge is left at the end: {left:.6g}, at least {least:.6g}"
+
+
+def _not_asked(found: Replay, stops: Sequence[Stop], answer: Answer) -> Iterator[str]:
+    """What is not as the problem asks."""
+    name, options = benchmark.parsed(answer.problem)
+    rests, hovers = ([x.at for x in stops if x.kind == kind] for kind in ("rest", "hover"))
+    most = {"rests": 0 if name == "P3" else options.get("stops", 1)}
+    most["hovers"] = options.get("hovers", 1)
+    for verb, count in (("rests", len(rests)), ("hovers", len(hovers))):
+        if count > most[verb]:
+            yield f"it {verb} {count} times, at most {most[verb]} are asked for"
+    if strange := {*hovers} - {"hover"}:
+        yield f"it hovers at {', '.join(sorted(strange))}, not at the hover point"
+    if strange := {*rests} & {*ENDS}:
+        yield f"it rests at {', '.join(sorted(strange))}, not on a roof"
+    if name == "P4" and (rests != [options["building"]] or len(hovers) != 1):
+        yield f"it does not hover and rest on {options['building']}, once each"
+    if "order" in options and stops and f"{stops[0].kind}-first" != options["order"]:
+        yield f"its order is not {options['order']}"
+    ends_s, deadline_s = found.mission_time_s, found.mission.limits.deadline_s
+    if name == "P2-tight" and ends_s < deadline_s and not same(ends_s, deadline_s):
+        yield f"it ends after {ends_s:.6g} s, not at the deadline of {deadline_s:.6g} s"
+
+
+def _slack_s(found: Replay) -> float:
+    """What the tolerances of the simulation are worth in hover time [s].
+
+    A share of the deadline, and a share of the capacity at the current drawn while hovering; the
+    available well is emptied faster than all of the battery, by up to 1/ω.
+    """
+    time_s = found.mission.limits.deadline_s
+    stays = [phase for phase in found.phases if phase.kind == "hover"]
+    if stays and (drawn_A := -stays[0].stages[0].net.current_A) > 0.0:
+        pool = vehicle.pool(found.mission)
+        time_s += float(pool.capacity_As / (pool.available_fraction * drawn_A))
+    return SLACK * TOLERANCE * time_s

@@ -1,0 +1,220 @@
+"""Files of solutions of the benchmark set, and the verdict of the simulation on each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from optuav.errors import Fault, InputError, printable
+from optuav.frames import DataFrame, frame
+from optuav.judge.benchmark import Asked, CheckedSolution, answers, checked
+from optuav.judge.timeline import DURATION, STOP, Stop, stop_breaches
+from optuav.mission import Mission, benchmark, load
+from optuav.mission.files import label, parse_json, read_text
+from optuav.mission.messages import nearest
+from optuav.mission.validation import Breach, Document, StatedMission, format_breaches, keys_of
+from optuav.plan.plan import LARGEST_BYTES
+from optuav.plan.summary import wrapped
+
+KIND = "optuav solutions"
+MOST_NAMED = 6  # Missions without a solution that are printed by name
+KEYS = {
+    "kind": f'"{KIND}"',
+    "solutions": "a list of objects, each with mission, hover_s and stops",
+}
+"""What a file states beside its schema."""
+ENTRY = {
+    "mission": "a mission of the set",
+    "problem": "what the set asks of this mission",
+    "perspective": "what the set asks of this mission",
+    "hover_s": f"{DURATION.words}; null where there is no plan",
+    "stops": f"a list of objects, each {STOP}; none where there is no plan",
+}
+"""What a solution states."""
+USUAL = {"problem": "P1", "perspective": "available", "stops": ()}
+"""What may be left out."""
+
+
+@dataclass(frozen=True)
+class CheckedSolutions:
+    """The verdict on a file of solutions; it is true where all of them hold.
+
+    Parameters
+    ----------
+    source
+        The file.
+    solutions
+        Its solutions in order.
+    missing
+        Missions of the set without a solution.
+    """
+
+    source: str
+    solutions: tuple[CheckedSolution, ...]
+    missing: tuple[str, ...]
+
+    def __bool__(self) -> bool:
+        return not any(each.wrong for each in self.solutions)
+
+    def __str__(self) -> str:
+        return "\n".join(_lines(self))
+
+    def __repr__(self) -> str:
+        return f"<CheckedSolutions of {self.source!r}: {self.verdict}>"
+
+    @property
+    def verdict(self) -> str:
+        """How many hold."""
+        hold = sum(not each.wrong for each in self.solutions)
+        return f"{hold} of {len(self.solutions)} solutions hold"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The verdict as plain data: strings, numbers, truth values, lists, dicts and None."""
+        rows = [each.to_dict() for each in self.solutions]
+        return {
+            "source": self.source,
+            "all_hold": bool(self),
+            "solutions": rows,
+            "missing": [*self.missing],
+        }
+
+    def to_frame(self) -> DataFrame:
+        """One row a solution; needs pandas."""
+        rows = [each.to_dict() for each in self.solutions]
+        return frame(rows, [*rows[0]] if rows else [*ENTRY])
+
+
+def _lines(found: CheckedSolutions) -> Iterator[str]:
+    yield f"{found.verdict}: {found.source}"
+    for each in found.solutions:
+        row = each.to_dict()
+        yield ""
+        yield f"{row['mission']}, {row['problem']}, {row['perspective']}: {each.verdict}"
+        times = (
+            f"{words} {row[name]:.3f} s"
+            for words, name in (
+                ("hover", "hover_s"),
+                ("claimed", "claimed_s"),
+                ("best known", "best_known_s"),
+                ("bound", "bound_s"),
+            )
+            if row[name] is not None
+        )
+        yield from wrapped("", ", ".join(times), "  ", 2)
+        for words in each.wrong:
+            yield from wrapped("", printable(words), "  - ", 4)
+    if found.missing:
+        more = len(found.missing) - MOST_NAMED
+        names = ", ".join(found.missing[:MOST_NAMED])
+        yield ""
+        yield from wrapped("", f"{names}{f' and {more} more' * (more > 0)}", "Missing  ", 9)
+
+
+def check_solutions(file: str | Path) -> CheckedSolutions:
+    """Check solutions of the benchmark set, each by simulating it from its mission.
+
+    Parameters
+    ----------
+    file
+        A JSON file, up to 32 MB: an object with ``schema`` 1, ``kind`` ``"optuav solutions"`` and
+        ``solutions``, a list of objects with the ``mission``, the ``problem`` (``"P1"`` if left
+        out), the ``perspective`` (``"available"``), the hover time ``hover_s`` that is claimed, 0
+        to 1e7 [s], and the ``stops`` in order, each with ``at``, ``kind`` and ``duration_s`` [s].
+        A claim that there is no plan has ``hover_s`` null and no stops.
+
+    Returns
+    -------
+    CheckedSolutions
+        Of each solution whether it holds, why not, and how it compares with the best known.
+
+    Raises
+    ------
+    InputError
+        With everything that is wrong with the file, unknown missions among it.
+
+    Examples
+    --------
+    >>> import json, optuav, tempfile
+    >>> stop = {"at": "hover", "kind": "hover", "duration_s": 577.5}
+    >>> mine = {"mission": "set/deadline-1200", "problem": "P3", "hover_s": 577.5, "stops": [stop]}
+    >>> text = json.dumps({"schema": 1, "kind": "optuav solutions", "solutions": [mine]})
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = f"{folder}/mine.json"
+    ...     with open(path, "w") as file:
+    ...         _ = file.write(text)
+    ...     found = optuav.check_solutions(path)
+    >>> bool(found), found.solutions[0].verdict
+    (True, 'holds: 0.024 s below the best known')
+    """
+    source = label(Path(file))
+    document = parse_json(read_text(Path(file), LARGEST_BYTES), source)
+    if not isinstance(document, dict):
+        raise InputError([Fault("", "", f'is no object with "kind": "{KIND}"', source)])
+    entries = document.get("solutions")
+    named = [keys_of(x).get("mission") for x in entries] if isinstance(entries, list) else []
+    known = {name for name in named if isinstance(name, str) and name in benchmark.recipes()}
+    missions = {name: load(name) for name in known}
+    breaches = [*format_breaches(document), *_breaches(document, missions)]
+    if faults := StatedMission(document, {(): source}).faults(breaches):
+        raise InputError(faults)
+    found = list[CheckedSolution]()
+    for stated in ({**USUAL, **each} for each in document["solutions"]):
+        stops = [Stop(**stop) for stop in stated["stops"]]
+        answer = answers()[_asked(stated)]
+        found.append(checked(missions[answer.mission], answer, stated["hover_s"], stops))
+    missing = tuple(name for name in benchmark.recipes() if name not in known)
+    return CheckedSolutions(source, tuple(found), missing)
+
+
+def _asked(stated: Document) -> Asked:
+    return stated["mission"], stated["problem"], stated["perspective"]
+
+
+def _breaches(document: Document, missions: dict[str, Mission]) -> Iterator[Breach]:
+    """What is wrong with the data of a file; that of missions that are not here is unknown."""
+    for key in document.keys() - KEYS.keys() - {"schema"}:
+        yield Breach((key,), f"unknown key{nearest(key, KEYS)}")
+    if document.get("kind") != KIND:
+        yield Breach(("kind",), KEYS["kind"])
+    if not isinstance(document.get("solutions"), list):
+        yield Breach(("solutions",), KEYS["solutions"])
+        return
+    first = dict[Asked, int]()
+    for number, entry in enumerate(document["solutions"]):
+        if not isinstance(entry, dict):
+            yield Breach(("solutions", number), KEYS["solutions"])
+            continue
+        for breach in _breaches_of(entry, missions):
+            yield Breach(("solutions", number, *breach.key), breach.allowed)
+        try:
+            earlier = first.setdefault(_asked({**USUAL, **entry}), number)
+        except (KeyError, TypeError):  # of which the breaches tell
+            continue
+        if earlier != number:
+            yield Breach(("solutions", number), f"solutions.{earlier} answers the same question")
+
+
+def _breaches_of(entry: Document, missions: dict[str, Mission]) -> Iterator[Breach]:
+    """What is wrong with one solution."""
+    stated = {**USUAL, **entry}
+    for key in entry.keys() - ENTRY.keys():
+        yield Breach((key,), f"unknown key{nearest(key, ENTRY)}")
+    claim, stops, name = stated.get("hover_s", ""), stated["stops"], stated.get("mission")
+    if claim is not None and not DURATION.accepts(claim):
+        yield Breach(("hover_s",), ENTRY["hover_s"])
+    mission = missions.get(name) if isinstance(name, str) else None
+    listed = isinstance(stops, list) or "stops" not in entry
+    if not listed or bool(stops) is (claim is None):
+        yield Breach(("stops",), ENTRY["stops"])
+    elif stops:
+        yield from stop_breaches(stops, mission)
+    if mission is None:
+        hint = nearest(name, benchmark.recipes()) if isinstance(name, str) else ""
+        yield Breach(("mission",), ENTRY["mission"] + hint)
+        return
+    recipe = benchmark.recipe_of(mission.name)
+    for option, taken in (("problem", recipe.problems), ("perspective", recipe.perspectives)):
+        if stated[option] not in taken:
+            yield Breach((option,), f"{ENTRY[option]}: {', '.join(taken)}")
