@@ -123,7 +123,7 @@ def checked(
 ) -> CheckedSolution:
     """The verdict on a solution, which has the best known answer beside it."""
     hover_s, best_s, bound_s = None, answer.hover_s, answer.bound_s
-    wrong, verdict = list[str](), "holds: there is no plan"
+    wrong, verdict = list[str](), "holds, there is no plan"
     if claimed_s is None and best_s is not None:
         wrong.append(f"there is a plan, which hovers {best_s:.3f} s")
     elif claimed_s is not None:
@@ -139,7 +139,7 @@ def checked(
             elif not wrong and bound_s is not None and hover_s > bound_s + slack_s:
                 longest = f"no plan hovers longer than {bound_s:.3f} s"
                 wrong.append(f"impossible: it is proved that {longest}; {doubt}")
-            verdict = f"holds: {_compared(answer, hover_s - (best_s or 0.0), slack_s)}"
+            verdict = f"holds, {_compared(answer, hover_s - (best_s or 0.0), slack_s)}"
     return CheckedSolution(
         answer, claimed_s, hover_s, tuple(wrong), "DOES NOT HOLD" if wrong else verdict
     )

@@ -146,7 +146,7 @@ def check_solutions(file: str | Path) -> CheckedSolutions:
     ...         _ = file.write(text)
     ...     found = optuav.check_solutions(path)
     >>> bool(found), found.solutions[0].verdict
-    (True, 'holds: 0.024 s below the best known')
+    (True, 'holds, 0.024 s below the best known')
     """
     source = label(Path(file))
     document = parse_json(read_text(Path(file), LARGEST_BYTES), source)

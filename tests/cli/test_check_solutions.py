@@ -26,7 +26,7 @@ def test_exit_codes(tmp_path: Path) -> None:
     holds = run("check-solutions", written(tmp_path, 577.5, 577.5, "set/deadline-1200"))
     assert holds.code == 0
     assert holds.out.startswith("1 of 1 solutions hold:")
-    assert "set/deadline-1200, P3, available: holds: 0.024 s below the best known" in holds.out
+    assert "set/deadline-1200, P3, available: holds, 0.024 s below the best known" in holds.out
     assert "and 193 more" in holds.out
     wrong = run("check-solutions", written(tmp_path, 600.0, 601.0, "set/deadline-1200"))
     assert wrong.code == 1

@@ -55,13 +55,13 @@ def test_the_best_known_plan_holds(file: Path) -> None:
     """One of the check numbers of the model, given a rest longer than it needs."""
     found = verdict(file, *BEST)
     assert found.wrong == ()
-    assert found.verdict == "holds: optimal"
+    assert found.verdict == "holds, optimal"
     assert found.to_dict()["gap_s"] == pytest.approx(0.001, abs=0.001)
 
 
 def test_a_shorter_hover_holds_and_its_gap_is_told(file: Path) -> None:
     found = verdict(file, hover(570.0), problem="P3")
-    assert found.verdict == f"holds: {DIRECT_S - 570.0:.3f} s below the best known"
+    assert found.verdict == f"holds, {DIRECT_S - 570.0:.3f} s below the best known"
     assert found.to_dict()["gap_to_bound_s"] == pytest.approx(DIRECT_S - 570.0, abs=0.001)
 
 
@@ -123,7 +123,7 @@ def test_better_than_the_best_known_is_said_only_within_the_bound() -> None:
     mission, known = optuav.load(MISSION), answers()[MISSION, "P3", "available"]
     open_ = replace(known, status="feasible", hover_s=500.0, bound_s=600.0)
     stops = [Stop("hover", "hover", 577.0)]
-    assert checked(mission, open_, 577.0, stops).verdict.startswith("holds: BETTER than the best")
+    assert checked(mission, open_, 577.0, stops).verdict.startswith("holds, BETTER than the best")
     false = replace(known, hover_s=500.0, bound_s=510.0)
     (why,) = checked(mission, false, 577.0, stops).wrong
     assert why.startswith("impossible: it is proved that no plan hovers longer than 510.000 s")
@@ -138,7 +138,7 @@ def test_no_plan_may_be_claimed_where_there_is_none(file: Path) -> None:
     file.write_text(text({"mission": "set/infeasible-late", "hover_s": None}), "utf-8")
     found = optuav.check_solutions(file)
     assert found
-    assert found.solutions[0].verdict == "holds: there is no plan"
+    assert found.solutions[0].verdict == "holds, there is no plan"
     assert len(found.missing) == 199
 
 

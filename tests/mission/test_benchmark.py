@@ -1,4 +1,4 @@
-"""The recipes of the benchmark set: what they cover, and that they make the same missions always."""
+"""The recipes of the benchmark set: what they cover, and that their missions never change."""
 
 from __future__ import annotations
 
