@@ -1,7 +1,7 @@
 """Declare: a problem with the feasible set and the optimum of another that is stated otherwise."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import fields, replace
+from dataclasses import MISSING, fields, replace
 from functools import partial
 
 import numpy as np
@@ -74,7 +74,7 @@ def _model_of(answer: object, asked: Program | Model, task: Task) -> Model:
         return answer
     words = "a Model of optuav.modelling"
     if isinstance(asked, Program):
-        if isinstance(answer, type) and issubclass(answer, Formulation):
+        if isinstance(answer, type) and issubclass(answer, Formulation) and not _needs(answer):
             answer = answer()
         open_ = {"building", "order"}
         if isinstance(answer, Formulation) and open_ <= {f.name for f in fields(answer) if f.init}:
@@ -83,8 +83,16 @@ def _model_of(answer: object, asked: Program | Model, task: Task) -> Model:
             answer = replace(answer, building=building, order=order)
             program = formulate(task.mission, answer, perspective=question.perspective)
             return _of_one_route(next(each for each in program.parts if each.rests == rests))
-        words = "an optuav.Formulation of any building and order"
+        words = "an object of an optuav.Formulation that takes any building and order"
     raise InputError([Fault("answer", f"{answer!r:.80}", words)])
+
+
+def _needs(kind: type[Formulation]) -> bool:
+    """Whether a class has a field that must be stated."""
+    return any(
+        each.init and each.default is MISSING and each.default_factory is MISSING
+        for each in fields(kind)
+    )
 
 
 def _of_one_route(part: Part) -> Model:
@@ -154,7 +162,7 @@ def _difference(
         words = f"{at} is feasible, but your problem excludes it"
         return Grade.wrong(task, words, f"it violates your constraint {broken!r}")
     words = f"your problem allows {at}, which is not feasible"
-    return Grade.wrong(task, words, f"what excludes it is known in the lesson as {broken!r}")
+    return Grade.wrong(task, words, f"in a correct problem the constraint {broken!r} excludes it")
 
 
 def _is_clear(row: Check) -> Booleans:

@@ -39,9 +39,9 @@ def _grade(best_s: Callable[[Task], float], least: float, task: Task, answer: ob
         words = f"it cannot be flown: at {worst.time_s:.1f} s {worst.words}"
         return Grade.wrong(task, words, "optuav.audit(itinerary) lists all that it breaks")
     share = found.replay.times_s["hover_time_s"] / best_s(task)
-    words = f"it can be flown, and hovers {share:.1%} of the best"
+    words = f"it can be flown, and hovers for {100.0 * share:.1f} % of the longest time"
     if share < least:
-        return Grade.wrong(task, words, f"at least {least:.0%} is asked for", score=share)
+        return Grade.wrong(task, words, f"at least {100.0 * least:g} % are asked for", score=share)
     return Grade.correct(task, words, min(share, 1.0))
 
 

@@ -77,4 +77,4 @@ def _word(
     truth, hint = next(found)
     if answer.strip() == truth:
         return Grade.correct(task)
-    return Grade.wrong(task, "another one", dict(found).get(answer.strip(), hint))
+    return Grade.wrong(task, "it is not this one", dict(found).get(answer.strip(), hint))

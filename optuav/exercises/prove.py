@@ -120,4 +120,5 @@ def _fractions(answer: object, labels: list[str], unknowns: list[str]) -> dict[s
 
 
 def _text(value: Fraction) -> str:
-    return str(value) if value.denominator < 10**4 else f"{float(value):.6g}"
+    text = str(value) if value.denominator < 10**4 else f"{float(value):.6g}"
+    return text.replace("-", "−")

@@ -136,8 +136,8 @@ def longest(
     ("options", "words"),
     [
         ({"hover_A": 1.0}, "is feasible, but your problem excludes it Hint: it violates your "),
-        ({"hover_A": -1.0}, "which is not feasible Hint: what excludes it is known"),
-        ({"deadline": False}, "which is not feasible Hint: what excludes it is known"),
+        ({"hover_A": -1.0}, "which is not feasible Hint: in a correct problem the "),
+        ({"deadline": False}, "which is not feasible Hint: in a correct problem the "),
         ({"minimise": True}, "the optimum is another; yours is (hover_time_s = 0"),
     ],
 )
@@ -161,8 +161,10 @@ def test_a_formulation_may_be_a_class_or_an_object() -> None:
     grade = exercises.check("05.2", optuav.P4("b1"))
     assert not grade
     assert "P4.b deadline" in grade.hint
-    with pytest.raises(optuav.InputError, match="of any building and order"):
+    with pytest.raises(optuav.InputError, match="takes any building and order"):
         exercises.check("05.2", optuav.P1())
+    with pytest.raises(optuav.InputError, match="an object of an"):
+        exercises.check("05.2", optuav.P4)
 
     class Reserve(optuav.Formulation):
         """Longest hover with a reserve of time."""
@@ -232,7 +234,7 @@ def test_an_itinerary_is_scored_or_told_what_it_breaks() -> None:
     assert "it cannot be flown: at" in dry.words
     short = exercises.check("04.3", [Stop("hover", "hover", 0.5 * best.hover_time_s)])
     assert (bool(short), round(short.score, 6)) == (False, 0.5)
-    assert "hovers 50.0% of the best" in short.words
+    assert "hovers for 50.0 % of the longest time" in short.words
     elsewhere = exercises.check("04.3", optuav.solve("paper"))
     assert elsewhere.words == "it flies another mission"
 
