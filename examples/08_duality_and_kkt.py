@@ -245,3 +245,76 @@ for words, (charge, time) in ends.items():
     )
 kink = compiled.solve(deadline_s=T_kink + given["flight_time_s"]).shadow_prices()["deadline_s"]
 print(f"a second less costs {kink.less:.6f} s, a second more brings {kink.more:.6f} s")
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("08.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+# A row for each unknown of the primal, an unknown for each of its rows.
+from optuav.modelling import Model
+
+answer_1 = Model("the smallest bound")
+charge = answer_1.variable("charge_price", "y1", unit="1/A")
+time = answer_1.variable("time_price", "y2", unit="1")
+rest = answer_1.variable("rest_price", "y3", unit="1")
+answer_1.minimise(task["usable_As"] * charge + task["left_s"] * time + task["most_s"] * rest)
+answer_1.subject_to("hover", task["hover_A"] * charge + time >= 1.0)
+answer_1.subject_to("rest", time + rest - task["rest_A"] * charge >= 0.0)
+### END SOLUTION
+
+# %%
+grade = exercises.check("08.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("08.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+# Either the longest rest binds, or it has slack and the deadline binds, as without it.
+from fractions import Fraction
+
+drawn_A, returned_A, most_s = task["hover_A"], task["rest_A"], task["most_s"]
+longest_s = Fraction(task["usable_As"] + returned_A * most_s, drawn_A)
+if longest_s + most_s <= task["left_s"]:
+    answer_2 = {"hover_time_s": longest_s, "rest_time_s": most_s, "charge": Fraction(1, drawn_A)}
+    answer_2["longest rest"] = Fraction(returned_A, drawn_A)
+else:
+    charge = Fraction(1, drawn_A + returned_A)
+    longest_s = (task["usable_As"] + returned_A * task["left_s"]) * charge
+    answer_2 = {"hover_time_s": longest_s, "rest_time_s": task["left_s"] - longest_s}
+    answer_2 |= {"charge": charge, "deadline": returned_A * charge}
+### END SOLUTION
+
+# %%
+grade = exercises.check("08.2", answer_2, student)
+print(grade)
+
+# %%
+task = exercises.task("08.3", student)
+print(task)
+
+# %%
+answer_3 = ...
+### BEGIN SOLUTION
+# The plan draws Δ ampere-seconds more, each of which has the price of charge.
+answer_3 = -task["price"] * task["hover_s"]
+### END SOLUTION
+
+# %%
+grade = exercises.check("08.3", answer_3, student)
+print(grade)

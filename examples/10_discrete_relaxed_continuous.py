@@ -266,3 +266,58 @@ for form in ("big-M", "hull"):
 # - Whole slots with linear constraints, or choices: branch and bound, with a good relaxation.
 # - Nonlinear constraints in continuous time: none of the three. That is the subject of
 #   [Convexity and a bad local optimum](11_convexity_and_a_bad_local_optimum.py).
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("10.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+from math import comb
+
+times = 4 if task["hovers"] == "two hovers" else 3
+answer_1 = comb(task["left_s"] // task["slot_s"], times)
+### END SOLUTION
+
+# %%
+grade = exercises.check("10.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("10.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+answer_2 = max(task["a_s"], task["b_s"], task["c_s"]) - task["plan_s"]
+### END SOLUTION
+
+# %%
+grade = exercises.check("10.2", answer_2, student)
+print(grade)
+
+# %%
+task = exercises.task("10.3", student)
+print(task)
+
+# %%
+answer_3 = ...
+### BEGIN SOLUTION
+# All nodes whose bound is not above the plan.
+answer_3 = sum(task[f"{each}_s"] <= task["plan_s"] for each in "abcdef")
+### END SOLUTION
+
+# %%
+grade = exercises.check("10.3", answer_3, student)
+print(grade)

@@ -253,3 +253,63 @@ for engine, plan in plans.items():
 # %% [markdown]
 # [A bracket, or a solver?](15_bracket_or_solver.py) has more missions of this kind. A local solver
 # is a good servant, as long as somebody checks the shape.
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("11.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+# The check is that of the statement; the region is in two parts where the rest is long.
+p4 = optuav.formulate(task.mission, optuav.P4("b9", order="hover-first"))
+middle_s = (task["short_s"] + task["long_s"]) / 2
+rows = p4.check({"hover_time_s": middle_s, "rest_time_s": task["rest_s"]})
+answer_1 = "yes" if rows.satisfied else "no"
+### END SOLUTION
+
+# %%
+grade = exercises.check("11.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("11.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+# Step by step from the start, as long as the next step is feasible.
+p4 = optuav.formulate(task.mission, optuav.P4("b9", order="hover-first"))
+answer_2 = 5.0
+while p4.check({"hover_time_s": answer_2 + 0.5, "rest_time_s": task["rest_s"]}).satisfied:
+    answer_2 += 0.5
+### END SOLUTION
+
+# %%
+grade = exercises.check("11.2", answer_2, student)
+print(grade)
+
+# %%
+task = exercises.task("11.3", student)
+print(task)
+
+# %%
+answer_3 = ...
+### BEGIN SOLUTION
+# Where the set is convex and the objective linear, they are; the wells are not linear.
+answer_3 = "yes" if task["perspective"] in ("battery", "energy", "adjusted") else "no"
+### END SOLUTION
+
+# %%
+grade = exercises.check("11.3", answer_3, student)
+print(grade)

@@ -2,7 +2,10 @@
 
 import math
 
+import numpy as np
+
 import optuav
+from optuav.arrays import Booleans, Floats
 from optuav.engines import closed_form
 from optuav.exercises.declare import declare
 from optuav.exercises.design import design
@@ -10,6 +13,7 @@ from optuav.exercises.exercise import Task, decimals, programme
 from optuav.exercises.predict import Predictions, predict
 from optuav.exercises.prove import prove
 from optuav.modelling import Model
+from optuav.modelling.classify import traits
 from optuav.solving import Program
 
 TIMES = {"hover_time_s": ("Δ", "s", 1.0), "rest_time_s": ("T'", "s", 0.0)}
@@ -137,6 +141,57 @@ def _kink(task: Task) -> Predictions:
     yield hover_s, "the deadline is that of the whole mission"
 
 
+@declare(
+    "08.1",
+    "Declare the dual of this linear programme as a Model with the unknowns charge_price, "
+    "time_price and rest_price, one for each row: maximise Δ subject to {hover_A} Δ − {rest_A} T' "
+    "≤ {usable_As}, Δ + T' ≤ {left_s} and T' ≤ {most_s}, with Δ ≥ 0 and T' ≥ 0.",
+    draws={**NUMBERS, "most_s": range(100, 301, 10)},
+)
+def _dual(task: Task) -> Model:
+    rows = {
+        "charge_price": ((task["hover_A"], -task["rest_A"]), task["usable_As"]),
+        "time_price": ((1.0, 1.0), task["left_s"]),
+        "rest_price": ((0.0, 1.0), task["most_s"]),
+    }
+    goal = {name: (name, "1", float(limit)) for name, (_, limit) in rows.items()}
+    columns = {
+        label: ({name: coefficients[k] for name, (coefficients, _) in rows.items()}, least)
+        for k, (label, least) in enumerate((("column of Δ", 1.0), ("column of T'", 0.0)))
+    }
+    return programme("dual", goal, columns, sense="minimise")
+
+
+@prove(
+    "08.2",
+    "Give a point and multipliers that satisfy all KKT conditions of this programme: a dict of "
+    "hover_time_s, rest_time_s and the multipliers, each by its label.",
+    with_point=True,
+    draws={**NUMBERS, "most_s": range(100, 301, 10)},
+)
+def _short_rest(task: Task) -> Model:
+    return _with_rest(task, **{"longest rest": ({"rest_time_s": 1.0}, task["most_s"])})
+
+
+@predict(
+    "08.3",
+    "The best plan hovers {hover_s} s and rests {rest_s} s. Charge has the price {price} s of "
+    "hover per A s. By how many seconds does the hover change if the hover current grows by 1 A?",
+    unit="s",
+    within=0.02,
+    draws={
+        "hover_s": range(500, 801),
+        "rest_s": range(200, 500),
+        "price": decimals(0.005, 0.015, 0.001),
+    },
+)
+def _price_of_current(task: Task) -> Predictions:
+    change_s = -task["price"] * task["hover_s"]
+    yield change_s, "how much more charge does the same plan draw, and what is that worth?"
+    yield -change_s, "does more current lengthen the hover?"
+    yield -task["price"] * (task["hover_s"] + task["rest_s"]), "the rest draws no more than before"
+
+
 @predict(
     "09.1",
     "The flight leaves {left_s} s of the deadline. How many pairs of a hover and a rest, both of "
@@ -164,6 +219,126 @@ def _rounded_down(task: Task) -> Predictions:
     yield slots * task["slot_s"], "round the best hover down, and rest in all other slots"
     yield (slots + 1) * task["slot_s"], "a longer hover than the best one is not feasible"
     yield task["best_s"] - task["slot_s"], "less than one slot is lost, and a hover is whole slots"
+
+
+@predict(
+    "10.1",
+    "The flight leaves {left_s} s for two rests and {hovers}, each of at least one whole slot of "
+    "{slot_s} s. How many cells does a grid have?",
+    within=0.1,
+    draws={
+        "left_s": range(200, 601, 7),
+        "hovers": ("one hover", "two hovers"),
+        "slot_s": (5, 10, 20),
+    },
+)
+def _many_cells(task: Task) -> Predictions:
+    slots = task["left_s"] // task["slot_s"]
+    times = 4 if task["hovers"] == "two hovers" else 3
+    yield math.comb(slots, times), "choose the slots at which one time ends and the next begins"
+    yield slots**times, "all the times together must fit into the time that is left"
+    yield math.comb(slots, 2), "that is the number for one hover and one rest"
+
+
+@predict(
+    "10.2",
+    "A branch and bound has found a plan of {plan_s} s. The nodes that wait have the bounds {a_s}, "
+    "{b_s} and {c_s} s. By how many seconds can the best plan be longer, at most?",
+    unit="s",
+    within=0.5,
+    draws={
+        "plan_s": range(600, 681, 3),
+        "a_s": range(700, 801, 3),
+        "b_s": range(690, 801, 7),
+        "c_s": range(620, 691, 3),
+    },
+)
+def _gap(task: Task) -> Predictions:
+    bounds_s, plan_s = [task["a_s"], task["b_s"], task["c_s"]], task["plan_s"]
+    yield max(bounds_s) - plan_s, "the best plan may be in any of the nodes"
+    yield min(bounds_s) - plan_s, "the best plan need not be in the node of the least bound"
+    yield max(bounds_s), "the plan is known already; how much is open?"
+
+
+@predict(
+    "10.3",
+    "A node is found to hold a plan of {plan_s} s. Waiting nodes have the bounds {a_s}, {b_s}, "
+    "{c_s}, {d_s}, {e_s} and {f_s} s. How many of them can be dropped?",
+    within=0.1,
+    draws={"plan_s": range(650, 711), **{f"{x}_s": range(600, 761) for x in "abcdef"}},
+)
+def _dropped(task: Task) -> Predictions:
+    bounds_s = [task[f"{x}_s"] for x in "abcdef"]
+    dropped = sum(each <= task["plan_s"] for each in bounds_s)
+    yield dropped, "a bound says that no plan of the node is longer"
+    yield 6 - dropped, "these are the ones in which a longer plan may be"
+
+
+STRONG_LASER = {
+    **{"battery.charge_current_A": 95.0, "laser.power_W": 13_000.0},
+    **{"battery.available_fraction": 0.4, "battery.flow_rate_per_s": 1e-3},
+}
+
+
+def _feasible(task: Task, hovers_s: Floats) -> Booleans:
+    """Whether hovers before a rest on b9 can be flown, with the strong laser."""
+    program = optuav.formulate(task.mission, optuav.P4("b9", order="hover-first"))
+    rows = program.check({"hover_time_s": hovers_s, "rest_time_s": task["rest_s"]})
+    every = [np.broadcast_to(row.satisfied, hovers_s.shape) for row in rows]
+    return np.asarray(np.all(every, axis=0))
+
+
+@predict(
+    "11.1",
+    "On the mission with the strong laser, task.mission, hovers of {short_s} s and of {long_s} s "
+    "before a rest of {rest_s} s on b9 can both be flown. Can the hover halfway between them, "
+    "before the same rest? (yes or no)",
+    among=("yes", "no"),
+    draws={
+        "short_s": range(5, 21),
+        "long_s": range(1000, 1041, 2),
+        "rest_s": (*decimals(40.0, 48.0, 1.0), *decimals(53.0, 55.0, 0.25)),
+    },
+    fixed=STRONG_LASER,
+)
+def _halfway(task: Task) -> Predictions:
+    middle_s = 0.5 * (task["short_s"] + task["long_s"])
+    answer = "yes" if _feasible(task, np.array([middle_s]))[0] else "no"
+    yield answer, "how full is the available well after each of the hovers, and after the rest?"
+
+
+@predict(
+    "11.2",
+    "On the same mission the rest on b9 lasts {rest_s} s, and only the hover before it is free. A "
+    "walk uphill starts at a hover of 5 s. At which hover [s] does it stop?",
+    unit="s",
+    within=1.0,
+    draws={"rest_s": decimals(53.0, 55.0, 0.1)},
+    fixed=STRONG_LASER,
+)
+def _stuck(task: Task) -> Predictions:
+    hovers_s = np.linspace(5.0, 1100.0, 10_951)
+    feasible = _feasible(task, hovers_s)
+    ends_s = hovers_s[:-1][feasible[:-1] & ~feasible[1:]]
+    yield float(ends_s[0]), "it stops where no step up is feasible: look along the hovers"
+    yield float(ends_s[-1]), "no way that leads up all the time goes there from 5 s"
+
+
+@predict(
+    "11.3",
+    "On `paper`, the KKT conditions hold at a plan of P4 on {building} in the perspective "
+    "{perspective}. Is that alone a proof that the plan is optimal? (yes or no)",
+    among=("yes", "no"),
+    draws={
+        "building": tuple(f"b{k}" for k in range(1, 11)),
+        "perspective": ("battery", "energy", "adjusted", "available"),
+    },
+)
+def _is_a_proof(task: Task) -> Predictions:
+    problem = optuav.P4(task["building"], order="hover-first")
+    program = optuav.formulate(task.mission, problem, perspective=task["perspective"])
+    answer = "yes" if traits(program.parts[0].model).linear else "no"
+    yield answer, "what is the shape of the feasible set, and who knows it?"
 
 
 @predict(

@@ -8,10 +8,11 @@ from fractions import Fraction
 from functools import partial
 
 from optuav.diagnosis.infeasibility import Certificate, Row, bound, inequalities
+from optuav.engines import closed_form
+from optuav.engines.linear_form import linear_form
 from optuav.errors import Fault, refuse
 from optuav.exercises.exercise import Draws, Exercise, Grade, Task
 from optuav.modelling import Model
-from optuav.modelling.check import relations
 
 MOST_PARTS = 10**6  # Largest denominator of the fraction that a float is read as
 OPTIMUM, CONFLICT = "optimum", "conflict"
@@ -66,7 +67,8 @@ def _grade(what: str, with_point: bool, task: Task, answer: object) -> Grade:
     point = {symbol: found.get(name, Fraction(0)) for name, symbol in unknowns.items()}
     if point and (fault := _slackness(task, weighted, point)) is not None:
         return fault
-    optimum = bound(model, model.row(0), [each.label for each in relations(model)])
+    best = closed_form.solve(model, 1)
+    optimum = bound(model, model.row(0), best.binding_labels(0))
     assert optimum is not None
     if proof.limit != optimum.limit:
         hint = "a constraint with slack at the optimum has the multiplier 0"
@@ -88,8 +90,6 @@ def _slackness(task: Task, rows: tuple[Row, ...], point: Mapping[str, Fraction])
 
 def _objective(model: Model) -> Mapping[str, Fraction]:
     """The coefficients of the objective, which is maximised."""
-    from optuav.engines.linear_form import linear_form
-
     goal = linear_form(model, model.row(0)).directions[0, :, 0].tolist()
     symbols = (each.symbol for each in model.variables)
     return {symbol: Fraction(x) for symbol, x in zip(symbols, goal, strict=True) if x}

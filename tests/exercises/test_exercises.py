@@ -213,6 +213,19 @@ def test_each_condition_of_a_proof_is_named() -> None:
     assert weak.words.startswith("gap: ")
 
 
+def test_a_point_and_its_multipliers_are_checked_together() -> None:
+    """The point that lacks hover is feasible, and one more second of rest is not."""
+    task, right = exercises.task("08.2"), answers("")["08.2"]
+    (used,) = {"deadline", "longest rest"} & right.keys()
+    short = exercises.check("08.2", {**right, "hover_time_s": right["hover_time_s"] - 1})
+    assert short.words.startswith("complementary slackness: 'charge' has slack")
+    late = {**right, "rest_time_s": right["rest_time_s"] + 1}
+    late["hover_time_s"] += Fraction(task["rest_A"], task["hover_A"])
+    assert exercises.check("08.2", late).words == f"feasibility: the point violates {used!r}"
+    with pytest.raises(optuav.InputError, match="rest_time_s: is missing"):
+        exercises.check("08.2", {"hover_time_s": 1.0})
+
+
 def test_a_proof_needs_numbers_by_known_names() -> None:
     wrong = {"charge": float("nan"), "deadline": "1/98", "time": 1.0, "bounds of Δ": True}
     with pytest.raises(optuav.InputError) as caught:
