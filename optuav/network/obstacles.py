@@ -14,7 +14,7 @@ from optuav.network.sweep import NONE, candidates, lines_from, survey, view
 from optuav.physics.quantity import TINY, Quantity
 
 FEW = 32  # So many footprints are all tried on every line
-MOST_PAIRS = 1 << 15
+MOST_PAIRS = 1 << 13
 """Pairs of lines and footprints that are tried at once, about: as many as fit the cache."""
 MANY = 5_000
 """So many lines from one place, past as many footprints, are surveyed before they are followed."""
@@ -89,7 +89,7 @@ def _followed(obstacles: Prisms, lines: Lines) -> Integers:
     """A building that each line crosses, as `crossed`: the lines are followed over the map."""
     low_m, way_m, _ = lines
     map_low_m, cell_m, n, in_cells, begins = obstacles.cells
-    count, at_once = low_m.shape[1], 1 + MOST_PAIRS * n**2 // len(in_cells[0])
+    count, at_once = low_m.shape[1], 1 + 4 * MOST_PAIRS * n**2 // len(in_cells[0])
     if count > at_once:
         parts = (slice(begin, begin + at_once) for begin in range(0, count, at_once))
         own = ([each[:, part] for each in lines] for part in parts)
@@ -132,15 +132,17 @@ def _met(
 ) -> tuple[Integers, Integers]:
     """Those pairs of a line and a footprint in which the footprint blocks the line."""
     low_m, way_m, exempt = lines
-    boxes = obstacles.low_m[:, footprint], obstacles.high_m[:, footprint]
-    enter, leave = _stretch(low_m[:, line], way_m[:, line], *boxes, obstacles.roof_m[footprint])
+    start_m, along_m = (_columns(each, line) for each in (low_m, way_m))
+    box_m = [_columns(each, footprint) for each in (obstacles.low_m, obstacles.high_m)]
+    enter, leave = _stretch(start_m, along_m, box_m[0], box_m[1], obstacles.roof_m[footprint])
     (met,) = np.nonzero(enter <= leave)
     line, footprint = line[met], footprint[met]
     blocks = (exempt[:, line] != obstacles.building[footprint]).all(axis=0)
     (other,) = np.nonzero(blocks & ~obstacles.is_box[footprint])
     if len(other):
-        own, pairs = (low_m[:2, line[other]], way_m[:2, line[other]]), met[other]
-        ends_m = np.stack([own[0] + each[pairs] * own[1] for each in (enter, leave)])
+        pairs = met[other]
+        start_m, along_m = start_m[:2, pairs], along_m[:2, pairs]
+        ends_m = np.stack([start_m + each[pairs] * along_m for each in (enter, leave)])
         blocks[other] = _inside(obstacles, footprint[other], ends_m)
     return line[blocks], footprint[blocks]
 
@@ -155,7 +157,7 @@ def _inside(obstacles: Prisms, footprint: Integers, ends_m: Floats) -> Booleans:
     sizes, length_m = obstacles.sizes[footprint], np.hypot(*(ends_m[1] - ends_m[0]))
     along = (ends_m[1] - ends_m[0]) / np.maximum(length_m, TINY)
     way, corner = ragged(obstacles.first[footprint], sizes)
-    corners_m = obstacles.corners_m.take(corner, axis=0).T  # Faster than an index
+    corners_m = _columns(obstacles.corners_m.T, corner)
     from_m = along[0] * ends_m[0, 1] - along[1] * ends_m[0, 0]
     u, v, from_m = np.repeat([*along, from_m], sizes, axis=1)
     beside_m = u * corners_m[1] - v * corners_m[0] - from_m
@@ -172,7 +174,8 @@ def _inside(obstacles: Prisms, footprint: Integers, ends_m: Floats) -> Booleans:
     ahead_m = np.clip((along.take(way, axis=1) * at_m).sum(axis=0), 0.0, length_m[way])
     inside_m = np.abs(np.bincount(way, np.copysign(ahead_m, beside_m[met]), len(sizes)))
     apart_m = np.minimum.reduceat(np.abs(beside_m), last - sizes + 1)
-    edge_m = np.hypot(*(obstacles.high_m[:, footprint] - obstacles.low_m[:, footprint]))
+    low_m, high_m = (_columns(each, footprint) for each in (obstacles.low_m, obstacles.high_m))
+    edge_m = np.hypot(*(high_m - low_m))
     inside = 2.0 * inside_m * apart_m > 10.0 * MARGIN_M * sizes * edge_m
     beside = (np.bincount(way, minlength=len(sizes)) == 0) & (apart_m > MARGIN_M)
     (unsure,) = np.nonzero(~(inside | beside))
@@ -186,6 +189,14 @@ def _inside(obstacles: Prisms, footprint: Integers, ends_m: Floats) -> Booleans:
         seen[upright] = shapely.points(start_m.T[upright])
         inside[unsure] = shapely.intersects(obstacles.inner(footprint[unsure]), seen)
     return np.asarray(inside)
+
+
+def _columns(values: Floats, which: Integers) -> Floats:
+    """Columns of values that lie in memory column by column, to compute with row by row.
+
+    This is several times faster than an index.
+    """
+    return np.ascontiguousarray(values.T.take(which, axis=0).T)
 
 
 def _stretch(
