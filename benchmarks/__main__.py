@@ -12,6 +12,7 @@ from benchmarks import (
     bracket,
     closed_form,
     compiled,
+    explorer,
     grid,
     maps,
     million,
@@ -43,6 +44,7 @@ BENCHMARKS: dict[str, Callable[[], list[Row]]] = {
     "siting": siting.run,
     "maps": maps.run,
     "sweep": sweep.run,
+    "explorer": explorer.run,
     "startup": startup.run,
 }
 

@@ -15,7 +15,9 @@ from urllib.parse import unquote
 import pytest
 
 import optuav
+from optuav.explorer.answers import answers
 from optuav.explorer.server import Server
+from optuav.explorer.static import script
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 CHROMIUM = next(
@@ -240,3 +242,31 @@ def test_names_stay_text(open_page: Open) -> None:
     playwright.expect(page.locator("figure.plane figcaption")).to_contain_text(EVIL)
     assert page.locator("img").count() == 0
     assert page.title() == "optuav explore"
+
+
+NOTEBOOK = """async ({code, answer}) => {
+  globalThis.d3 = "theirs";
+  globalThis.define = () => { throw new Error("a library was handed to the notebook"); };
+  globalThis.define.amd = {};
+  const values = {answer, state: {}, pinned: null}, heard = [];
+  const model = {
+    get: (name) => values[name],
+    set: (name, value) => { values[name] = value; },
+    save_changes: () => heard.push(values.state),
+    on: () => {},
+  };
+  const {render} = await import(URL.createObjectURL(new Blob([code], {type: "text/javascript"})));
+  render({model, el: document.body.appendChild(document.createElement("div"))});
+  document.querySelector("button").click();
+  return [globalThis.d3, typeof globalThis.Plot, heard.length, heard[0].changes];
+}"""
+
+
+def test_a_notebook_runs_the_same_page_beside_its_own_libraries(browser: Any) -> None:
+    """One text without imports: it draws the answer of the kernel and hands it states."""
+    page = browser.new_page()
+    answer = json.loads(json.dumps(answers(optuav.load("paper"), {})))
+    found = page.evaluate(NOTEBOOK, {"code": script(), "answer": answer})
+    assert found == ["theirs", "undefined", 1, {}]
+    assert page.locator("figure svg[viewBox]").count() == 7  # Three figures twice, and the points
+    page.close()

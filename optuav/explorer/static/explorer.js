@@ -23,7 +23,7 @@ const ANY = {building: "the best", order: "the better"};
 const FIGURES = ["map", "plane", "wells"];
 const MOST_NAMED = 40, MOST_FOCUSED = 60;
 const STEP_M = 10, LONG_STEP_M = 100;
-const NARROW_PX = 760;
+const NARROW_PX = 704; // As in the style
 const LETTER_PX = 7; // About how wide a letter is
 const LONGEST_NAME = 24;
 const SIDES = [
@@ -54,6 +54,7 @@ export function render({model, el}) {
   let number = Date.now() % 1e9; // So that no two answers of a notebook are alike
   let wanted = pinned ? "pinned" : "now";
   const fields = new Map();
+  const looks = new Map(); // Numbers of colours by constraint, so that one keeps its colour
 
   const root = make("div", {class: "optuav-explorer"});
   const verdict = make("p", {class: "verdict", role: "status", "aria-live": "polite"});
@@ -67,7 +68,7 @@ export function render({model, el}) {
   form.addEventListener("submit", (event) => event.preventDefault());
   columns.append(now.element);
   root.append(make("header", {}, make("h1", {}, "optuav"), verdict, faults), panel, columns);
-  el.replaceChildren(root);
+  el.replaceChildren(make("div", {class: "optuav-frame"}, root));
   model.on("change:answer", () => received(model.get("answer")));
   const sized = new ResizeObserver(() => requestAnimationFrame(redraw));
   let width = 0;
@@ -142,20 +143,21 @@ export function render({model, el}) {
 
   function fill() {
     if (!fields.size) build();
+    const {activeElement} = root.getRootNode();
     for (const control of shown.controls) {
       const {inputs} = fields.get(`${control.key}|${control.axis}`);
       const [slider, field] = inputs;
       slider.min = Math.min(control.low, control.value);
       slider.max = Math.max(control.high, control.value);
       slider.setAttribute("aria-valuetext", `${control.value} ${control.unit}`);
-      if (!later && document.activeElement !== slider) slider.value = control.value;
-      if (!later && document.activeElement !== field) field.value = control.value;
+      if (!later && activeElement !== slider) slider.value = control.value;
+      if (!later && activeElement !== field) field.value = control.value;
     }
-    const names = ["", ...shown.options.building];
-    const building = fields.get("building").inputs[0];
-    if (building.options.length !== names.length) choices(building, "building", names);
+    const names = ["", ...(shown.options.building ?? [])];
+    const building = fields.get("building")?.inputs[0];
+    if (building && building.options.length !== names.length) choices(building, "building", names);
     for (const name of Object.keys(TITLES)) {
-      const [select] = fields.get(name).inputs;
+      const [select] = fields.get(name)?.inputs ?? [{}];
       select.value = state[name] ?? DEFAULTS[name];
     }
     const problem = state.problem ?? "P1", direct = problem === "P3" || state.trajectory === "direct";
@@ -166,14 +168,14 @@ export function render({model, el}) {
   }
 
   function disable(name, off) {
-    fields.get(name).inputs[0].disabled = off;
+    if (fields.has(name)) fields.get(name).inputs[0].disabled = off;
   }
 
   function build() {
     const question = make("fieldset", {}, make("legend", {}, "Question"));
-    for (const name of Object.keys(TITLES)) {
+    for (const name of Object.keys(TITLES).filter((each) => shown.options[each])) {
       const select = make("select", {id: `${id}-${name}`});
-      const values = shown.options[name] ?? [];
+      const values = shown.options[name];
       choices(select, name, DEFAULTS[name] ? values : ["", ...values]);
       select.addEventListener("change", () => choose(name, select.value || null));
       const label = make("label", {for: select.id}, TITLES[name]);
@@ -241,8 +243,10 @@ export function render({model, el}) {
     add("Pin to compare", pin);
     add("Reset", () => change({...DEFAULTS, building: null, order: null, changes: {}}));
     if (model.get("link")) add("Copy link", copy);
-    add("Mission (TOML)", () => ask({...state, file: "mission"}));
-    add("Plan (JSON)", () => ask({...state, file: "plan"}));
+    if (!shown.stored) {
+      add("Mission (TOML)", () => ask({...state, file: "mission"}));
+      add("Plan (JSON)", () => ask({...state, file: "plan"}));
+    }
     add("Picture (SVG)", () => save(`${stem()}.svg`, new Blob([drawing()], {type: "image/svg+xml"})));
     add("Picture (PNG)", () => raster(drawing(), (blob) => save(`${stem()}.png`, blob)));
     return row;
@@ -305,7 +309,7 @@ export function render({model, el}) {
     else other.element.remove();
     root.classList.toggle("compares", Boolean(pinnedAnswer));
     const both = [shown, pinnedAnswer].filter(Boolean);
-    draw(now, shown, both, true);
+    draw(now, shown, both, !shown.stored);
     if (pinnedAnswer) draw(other, pinnedAnswer, both, false);
   }
 
@@ -473,7 +477,15 @@ export function render({model, el}) {
     const {samples: n, hover_s: [y1, y2], rest_s: [x1, x2], grid} = plane;
     const dx = (x2 - x1) / (n - 1) / 2, dy = (y2 - y1) / (n - 1) / 2;
     const over = {width: n, height: n, x1: x1 - dx, x2: x2 + dx, y1: y1 - dy, y2: y2 + dy, thresholds: [0], clip: true};
-    const curves = plane.constraints.map((each, k) => ({...each, colour: COLOURS[k % 6], dash: DASHES[k % 6]}));
+    const curves = plane.constraints.map((each) => ({...each}));
+    const free = d3.range(curves.length + COLOURS.length);
+    for (const kept of [true, false]) {
+      for (const curve of curves.filter(({name}) => looks.has(name) === kept)) {
+        const known = free.indexOf(looks.get(curve.name)), [look] = free.splice(Math.max(known, 0), 1);
+        looks.set(curve.name, look);
+        Object.assign(curve, {colour: COLOURS[look % COLOURS.length], dash: DASHES[look % DASHES.length]});
+      }
+    }
     const points = grid.hover_s.flatMap((y, i) => grid.rest_s.map((x, j) => ({x, y, holds: grid.feasible[i][j]})));
     const best = plane.best ? [plane.best] : [];
     const plot = Plot.plot({
