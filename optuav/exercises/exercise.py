@@ -10,6 +10,7 @@ from functools import reduce
 from hashlib import sha256
 from typing import Any, Literal, TypeAlias
 
+from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.modelling import Model
 from optuav.modelling.expression import Operand
@@ -53,6 +54,9 @@ class Task:
     model: Model | None = None
 
     def __getitem__(self, name: str) -> Any:
+        if name not in self.numbers:
+            words = f"the numbers of exercise {self.number} are {', '.join(self.numbers)}"
+            raise InputError([Fault(str(name), "", words)])
         return self.numbers[name]
 
     def __str__(self) -> str:

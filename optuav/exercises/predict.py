@@ -50,8 +50,8 @@ def _figure(
         if not isinstance(wrong, str) and is_close(value, wrong, within):
             return Grade.wrong(task, "a common mistake", words)
     near = max(within, 0.01 * abs(truth))
-    if any(is_close(x, truth, near) for k in FACTORS for x in (value * k, value / k)):
-        return Grade.wrong(task, "off by a power of ten or of sixty", f"the unit is {unit or 1}")
+    if unit and any(is_close(x, truth, near) for k in FACTORS for x in (value * k, value / k)):
+        return Grade.wrong(task, "off by a power of ten or of sixty", f"the unit is {unit}")
     if is_close(-value, truth, within):
         return Grade.wrong(task, "the sign is wrong", hint)
     return Grade.wrong(task, "too large" if value > truth else "too small", hint)
@@ -70,11 +70,12 @@ def _word(
     function: Callable[[Task], Predictions], among: Sequence[str], task: Task, answer: object
 ) -> Grade:
     """The grade of a word."""
-    if not isinstance(answer, str) or answer.strip() not in among:
+    word = answer.strip().casefold() if isinstance(answer, str) else ""
+    if word not in among:
         words = f"one of {', '.join(map(repr, among))}"
         raise InputError([Fault("answer", f"{answer!r:.80}", words)])
     found = function(task)
     truth, hint = next(found)
-    if answer.strip() == truth:
+    if word == truth:
         return Grade.correct(task)
-    return Grade.wrong(task, "it is not this one", dict(found).get(answer.strip(), hint))
+    return Grade.wrong(task, "it is not this one", dict(found).get(word, hint))

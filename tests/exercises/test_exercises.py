@@ -12,6 +12,8 @@ import pytest
 import optuav
 from optuav import exercises
 from optuav.exercises import course
+from optuav.exercises.exercise import programme
+from optuav.exercises.prove import prove
 from optuav.judge import Stop
 from optuav.modelling import Model
 from tests.exercises.worked import answers, editions, sections
@@ -107,6 +109,8 @@ def test_what_is_asked_must_exist() -> None:
     assert ", ".join(NUMBERS) in str(caught.value)
     with pytest.raises(optuav.InputError, match="'charge', 'deadline'"):
         exercises.check("01.3", "time")
+    with pytest.raises(optuav.InputError, match=r"the numbers of exercise 02\.2 are mass_kg, "):
+        exercises.task("02.2")["mass"]
 
 
 def test_no_answer_yet() -> None:
@@ -234,6 +238,24 @@ def test_a_proof_needs_numbers_by_known_names() -> None:
     assert "charge, deadline, bounds of Δ, bounds of T'" in str(caught.value)
     with pytest.raises(optuav.InputError, match="numbers by name"):
         exercises.check("07.2", [1.0, 2.0])
+
+
+def test_a_conflict_is_proved_by_a_false_sum() -> None:
+    """Δ ≥ 5 by its negative, and Δ ≤ 4: only their plain sum reads 0 ≤ −1."""
+
+    @prove("00.1", "Prove that there is no hover.", what="conflict")
+    def none(task: exercises.Task) -> Model:
+        goal = {"hover_time_s": ("Δ", "s", 1.0)}
+        rows = {"least": ({"hover_time_s": -1.0}, -5.0), "most": ({"hover_time_s": 1.0}, 4.0)}
+        return programme("none", goal, rows)
+
+    task = none.task("")
+    assert none.grade(task, {"least": 2, "most": 2})
+    unbalanced = none.grade(task, {"least": 1})
+    assert unbalanced.words == "stationarity: the rows add up to −1 · Δ"
+    assert unbalanced.hint == "a contradiction needs 0 · Δ"
+    assert none.grade(task, {"most": 1, "bounds of Δ": 1}).words.startswith("the sum is true")
+    assert none.grade(task, {}).words.startswith("the sum is true")
 
 
 # Designs
