@@ -119,3 +119,62 @@ for stretch in flown.stretches[1]:
     start_s, duration_s = float(stretch.start_s[0]), float(stretch.duration_s[0])
     if duration_s > 0.0:  # one ends at once, as the laser finds the other pack full
         print(f"from {start_s:6.1f} s for {duration_s:6.1f} s: pack {stretch.carrier[0] + 1} flies")
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("16.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+answer_1 = task["current_A"] / task["packs"]
+### END SOLUTION
+
+# %%
+grade = exercises.check("16.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("16.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+from optuav.physics.packs import lifetime
+
+cell = {"capacity_As": 7200.0, "available_fraction": 0.625, "flow_rate_per_s": 4.5e-5}
+lasts_s = [
+    lifetime([(task["current_A"], 1.0)], packs=2, schedule=schedule, **cell)
+    for schedule in ("pooled", "sequential")
+]
+answer_2 = lasts_s[0] - lasts_s[1]
+### END SOLUTION
+
+# %%
+grade = exercises.check("16.2", answer_2, student)
+print(grade)
+
+# %%
+task = exercises.task("16.3", student)
+print(task)
+
+# %%
+answer_3 = ...
+### BEGIN SOLUTION
+# One pack always flies, and the other one is always charged.
+answer_3 = 60 * (task["draw_A"] - task["charge_A"])
+### END SOLUTION
+
+# %%
+grade = exercises.check("16.3", answer_3, student)
+print(grade)

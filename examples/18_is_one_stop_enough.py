@@ -126,3 +126,74 @@ optuav.plots.wells([split])
 # %% [markdown]
 # The best plan hovers until the well is nearly empty, rests for most of the time, and hovers again.
 # A rest before the first hover would not help, because the battery is still full.
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("18.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+answer_1 = task["direct_s"] - (task["first_s"] + task["second_s"])
+### END SOLUTION
+
+# %%
+grade = exercises.check("18.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("18.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+answer_2 = task["rise_As"] - 10 * task["rest_s"]
+### END SOLUTION
+
+# %%
+grade = exercises.check("18.2", answer_2, student)
+print(grade)
+
+# %%
+task = exercises.task("18.3", student)
+print(task)
+
+# %%
+answer_3 = ...
+### BEGIN SOLUTION
+# The rest before the hover fills the well, the one after it is for the flight home. For some
+# lengths of the first rest, halve the interval between hovers that can be flown and that cannot.
+from optuav.judge import Stop
+
+best_s = 0.0
+for first_s in range(240, 361, 20):
+    low_s, high_s = 400.0, 650.0
+    while high_s - low_s > 0.5:
+        hover_s = 0.5 * (low_s + high_s)
+        stops = (
+            Stop("b9", "rest", float(first_s)),
+            Stop("hover", "hover", hover_s),
+            Stop("b10", "rest", 270.0),
+        )
+        itinerary = optuav.Itinerary(task.mission, stops)
+        if optuav.audit(itinerary).flyable:
+            low_s = hover_s
+            if hover_s > best_s:
+                best_s, answer_3 = hover_s, itinerary
+        else:
+            high_s = hover_s
+### END SOLUTION
+
+# %%
+grade = exercises.check("18.3", answer_3, student)
+print(grade)
