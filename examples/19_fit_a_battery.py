@@ -102,3 +102,56 @@ mission = optuav.load("paper").replace(
 plans = [optuav.solve(each, "P3", perspective="battery") for each in ("paper", mission)]
 for plan in plans:
     print(f"hover {plan.hover_time_s:.2f} s, runs dry at {plan.runs_dry_s:.0f} s")
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("19.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+# A small current gets all of the charge, a large one the available part alone.
+answer_1 = task["fast_As"] / task["slow_As"]
+### END SOLUTION
+
+# %%
+grade = exercises.check("19.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("19.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+answer_2 = task["share"] * (1 - task["share"]) * task["per_min"] / 60
+### END SOLUTION
+
+# %%
+grade = exercises.check("19.2", answer_2, student)
+print(grade)
+
+# %%
+task = exercises.task("19.3", student)
+print(task)
+
+# %%
+answer_3 = ...
+### BEGIN SOLUTION
+# Half of the capacity times twice the share is as much as before.
+answer_3 = task["lifetime_s"]
+### END SOLUTION
+
+# %%
+grade = exercises.check("19.3", answer_3, student)
+print(grade)

@@ -124,3 +124,60 @@ for reserve in (0.2, 0.25, 0.3, 0.35):
     print(f"planned to keep {reserve:.0%}: hover {plan.hover_time_s:7.1f} s, flown in {held:.1%}")
 again = optuav.sensitivity(mission, stated, plan=plan, samples=2000).facts["chances"]
 print("the same seed, the same samples:", again.flyable == flyable[-1])
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("20.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+answer_1 = task["price"] * task["value"] / task["hover_s"]
+### END SOLUTION
+
+# %%
+grade = exercises.check("20.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("20.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+import math
+
+# 1.96 √(p (1 − p) / n) is to be the half of the interval.
+p = task["share"]
+answer_2 = math.ceil(p * (1 - p) * (1.96 / task["within"]) ** 2)
+### END SOLUTION
+
+# %%
+grade = exercises.check("20.2", answer_2, student)
+print(grade)
+
+# %%
+task = exercises.task("20.3", student)
+print(task)
+
+# %%
+answer_3 = ...
+### BEGIN SOLUTION
+program = optuav.formulate(task.mission, optuav.P4("b1", order="rest-first"), perspective="battery")
+price = program.shadow_prices()["deadline_s"].more
+answer_3 = price * task["limits.deadline_s"] / program.solve().hover_time_s
+### END SOLUTION
+
+# %%
+grade = exercises.check("20.3", answer_3, student)
+print(grade)

@@ -102,3 +102,61 @@ for wind_N, duration_s, charge_As in zip(
 limit_N = rotor.largest_wind(motor, airframe.weight_N, tuple(along))
 storm_N = tuple(1.001 * limit_N * along)
 print(f"largest level wind {limit_N:.4f} N; above it,", flight.impossible(airframe, motor, storm_N))
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("21.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+import math
+
+# Half of the way: d/2 = a t²/2. Braking takes as long.
+answer_1 = 2 * math.sqrt(task["distance_m"] / task["rate"])
+### END SOLUTION
+
+# %%
+grade = exercises.check("21.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("21.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+import math
+
+answer_2 = math.sqrt(2 * task["rate"] * task["distance_m"] / 2)
+### END SOLUTION
+
+# %%
+grade = exercises.check("21.2", answer_2, student)
+print(grade)
+
+# %%
+task = exercises.task("21.3", student)
+print(task)
+
+# %%
+answer_3 = ...
+### BEGIN SOLUTION
+import math
+
+answer_3 = math.sqrt(17.2158**2 - (9.8 * task["body.mass_kg"]) ** 2)
+### END SOLUTION
+
+# %%
+grade = exercises.check("21.3", answer_3, student)
+print(grade)

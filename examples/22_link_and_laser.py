@@ -210,3 +210,58 @@ optuav.plots.curves(
     x_label="visibility [km]",
     y_label="longest hover Δ [s]",
 )
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("22.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+# P_u / d² stays the same.
+answer_1 = 501.4836 * (task["link.transmit_power_W"] / 5) ** 0.5
+### END SOLUTION
+
+# %%
+grade = exercises.check("22.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("22.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+import math
+
+answer_2 = 100 * math.exp(-task["alpha"] * task["distance_m"] / 1000)
+### END SOLUTION
+
+# %%
+grade = exercises.check("22.2", answer_2, student)
+print(grade)
+
+# %%
+task = exercises.task("22.3", student)
+print(task)
+
+# %%
+answer_3 = ...
+### BEGIN SOLUTION
+light_W = 0.34 * task["laser.power_W"] - 1.1
+answer_3 = min(0.5434 * 0.876 * light_W - 0.2761, 111)
+### END SOLUTION
+
+# %%
+grade = exercises.check("22.3", answer_3, student)
+print(grade)

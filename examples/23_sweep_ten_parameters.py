@@ -123,3 +123,42 @@ optuav.plots.curves(lines, title="Mean hover over the others", **words)
 half = hover_s[: len(hover_s) // 2]
 print(f"mean {hover_s.mean():.1f} s, by the first half {half.mean():.1f} s")
 print(f"spread {hover_s.std():.1f} s, by the first half {half.std():.1f} s")
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("23.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+import math
+
+answer_1 = math.ceil(task["values"] ** task["keys"] / task["size"])
+### END SOLUTION
+
+# %%
+grade = exercises.check("23.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("23.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+answer_2 = 100 * (task["slices"] - 1) / task["samples"]
+### END SOLUTION
+
+# %%
+grade = exercises.check("23.2", answer_2, student)
+print(grade)

@@ -108,3 +108,56 @@ print(f"from towns of their own for each deadline it would be ± {apart_s:.1f} s
 reasons = found["reason_words"][found["reason"][~flown][:, 1]]
 for reason in np.unique(reasons):
     print(f"{(~flown).mean():.1%} of the towns have none: {reason}")
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("24.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+answer_1 = 1.96 * task["spread_s"] / task["towns"] ** 0.5
+### END SOLUTION
+
+# %%
+grade = exercises.check("24.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("24.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+answer_2 = task["towns"] * (task["have_s"] / task["want_s"]) ** 2
+### END SOLUTION
+
+# %%
+grade = exercises.check("24.2", answer_2, student)
+print(grade)
+
+# %%
+task = exercises.task("24.3", student)
+print(task)
+
+# %%
+answer_3 = ...
+### BEGIN SOLUTION
+# Var(a − b) = Var a + Var b − 2 Cov(a, b)
+a_s, b_s = task["first_s"], task["second_s"]
+answer_3 = (a_s**2 + b_s**2 - 2 * task["correlation"] * a_s * b_s) ** 0.5
+### END SOLUTION
+
+# %%
+grade = exercises.check("24.3", answer_3, student)
+print(grade)

@@ -117,3 +117,44 @@ for guess_m in (6, 12, 24):
 # %% [markdown]
 # One roof in sight of the laser is enough, and some stay in sight: here the assumption hardly
 # matters.
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("25.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+import math
+
+answer_1 = 111_320 * math.cos(math.radians(task["latitude"])) * task["degrees"]
+### END SOLUTION
+
+# %%
+grade = exercises.check("25.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("25.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+# The line of sight falls evenly.
+fall = (task["laser_m"] - task["roof_m"]) / 400
+answer_2 = task["laser_m"] - fall * task["at_m"]
+### END SOLUTION
+
+# %%
+grade = exercises.check("25.2", answer_2, student)
+print(grade)

@@ -123,3 +123,68 @@ line = np.column_stack([np.arange(380.0, 420.0, 0.1), np.zeros(400), np.full(400
 along = optuav.place_laser(walled, line, refine=False).candidate_hover_s[0]
 steps_s = np.abs(np.diff(along))
 print(f"largest step {steps_s.max():.2f} s, the median of all {np.median(steps_s):.5f} s")
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("26.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+import math
+
+answer_1 = math.comb(task["roofs"], task["lasers"])
+### END SOLUTION
+
+# %%
+grade = exercises.check("26.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("26.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+import itertools
+
+import numpy as np
+
+table_s = np.array([[task[f"{device}{roof}"] for roof in (1, 2, 3, 4)] for device in "abc"])
+answer_2 = max(
+    np.maximum(table_s[:, one], table_s[:, other]).mean()
+    for one, other in itertools.combinations(range(4), 2)
+)
+### END SOLUTION
+
+# %%
+grade = exercises.check("26.2", answer_2, student)
+print(grade)
+
+# %%
+task = exercises.task("26.3", student)
+print(task)
+
+# %%
+answer_3 = ...
+### BEGIN SOLUTION
+import numpy as np
+
+table_s = np.array([[task[f"{device}{roof}"] for roof in (1, 2, 3, 4)] for device in "abc"])
+best = table_s.sum(axis=0).argmax()
+answer_3 = max(np.maximum(table_s[:, best], table_s[:, other]).mean() for other in range(4))
+### END SOLUTION
+
+# %%
+grade = exercises.check("26.3", answer_3, student)
+print(grade)

@@ -123,3 +123,42 @@ for perspective in found.perspective.values:
 
 # %%
 optuav.plots.swept(found)
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("27.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+# The part at which it was; the others go on.
+answer_1 = task["size"]
+### END SOLUTION
+
+# %%
+grade = exercises.check("27.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("27.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+seconds = task["milliseconds"] / 1000 * task["millions"] * 1_000_000 / task["workers"]
+answer_2 = seconds / 3600
+### END SOLUTION
+
+# %%
+grade = exercises.check("27.2", answer_2, student)
+print(grade)

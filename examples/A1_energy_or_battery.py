@@ -115,3 +115,41 @@ stated = [optuav.solve(mission, perspective=name).hover_time_s for name in ("bat
 print(f"the paper's energies: battery {stated[0]:.2f} s, adjusted {stated[1]:.2f} s")
 print(f"derived energies: battery {same[0]:.2f} s, adjusted {same[1]:.2f} s")
 print(f"charging voltage {loads.charge_power_W / loads.charge_current_A:.4f} V")
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("A1.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+# The energy B e_nom lasts for a charge of B e_nom / e.
+answer_1 = 100 * (1 - 11.1 / task["volts"])
+### END SOLUTION
+
+# %%
+grade = exercises.check("A1.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("A1.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+answer_2 = optuav.solve(task.mission, "P3", perspective="energy", slot_s=1.0).hover_time_s
+### END SOLUTION
+
+# %%
+grade = exercises.check("A1.2", answer_2, student)
+print(grade)

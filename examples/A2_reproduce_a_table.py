@@ -149,3 +149,43 @@ print(found.summary)
 verdicts = [cell.verdict for cell in found.table2]
 for verdict in Verdict:
     print(f"{verdict.value}: {verdicts.count(verdict)}")
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("A2.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+drawn_As = (task["first_percent"] - task["last_percent"]) / 100 * 72_000
+answer_1 = drawn_As / (950 - 697)
+### END SOLUTION
+
+# %%
+grade = exercises.check("A2.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("A2.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+import numpy as np
+
+answer_2 = np.interp(740.65, [697, 950], [task["first_percent"], task["last_percent"]])
+### END SOLUTION
+
+# %%
+grade = exercises.check("A2.2", answer_2, student)
+print(grade)
