@@ -282,7 +282,7 @@ def benchmark_set() -> Iterator[Row]:
         roofs = len(optuav.load(name).buildings)
         for problem in recipe.problems:
             found = (answers().get((name, problem, each)) for each in BENCHMARK)
-            yield (f"`{name}`", f"{roofs}", f"`{problem}`", *map(known, found))
+            yield (name, f"{roofs}", problem, *map(known, found))
 
 
 def known(answer: Answer | None) -> str:

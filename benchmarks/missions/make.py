@@ -39,11 +39,12 @@ def answer(mission: optuav.Mission, problem: str, perspective: Any) -> dict[str,
     hover_s = bound_s = round(plan.hover_time_s, DIGITS)
     if by_search := SEARCHED.search(plan.proof):
         bound_s = max(hover_s, float(by_search[1]))
-    elif plan.status is not Status.OPTIMAL:
+    if plan.status is not Status.OPTIMAL:
         by_charge = optuav.solve(mission, asked, perspective="battery")
         assert by_charge.status is Status.OPTIMAL, by_charge
-        bound_s = round(by_charge.hover_time_s, DIGITS)
-        found["proof"] = f"{plan.proof}; {BY_CHARGE}"
+        most_s = round(by_charge.hover_time_s, DIGITS)
+        if not by_search or most_s < bound_s:
+            bound_s, found["proof"] = most_s, f"{plan.proof}; {BY_CHARGE}"
     stops = [[stop.at, stop.kind, round(stop.duration_s, DIGITS)] for stop in plan.stops]
     return found | {"hover_s": hover_s, "bound_s": bound_s, "stops": stops}
 

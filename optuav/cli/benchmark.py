@@ -68,8 +68,10 @@ def _tables() -> Iterator[str]:
 
 
 def _cells(answer: Answer) -> tuple[str, str, str]:
-    """Best known value and bound, and what proves them equal."""
+    """Best known value and bound, and a word on the proof: search, bracket, bound, physics."""
     best, bound = (
         "none" if each is None else f"{each:.3f}" for each in (answer.hover_s, answer.bound_s)
     )
-    return best, bound, "open" if answer.status == "feasible" else answer.engine
+    by = answer.proof.partition(":")[0].removesuffix("ed")
+    by = "search" if answer.engine == "search" else by
+    return best, bound, "open" if answer.status == "feasible" else by

@@ -12,6 +12,7 @@ from optuav.judge.replay import MISMATCH, Judged, Replay, replay, same
 from optuav.judge.timeline import STOP, Itinerary, Stop, stop_breaches
 from optuav.mission import load, shipped
 from optuav.mission.files import label, parse_toml, read_text, refusal
+from optuav.mission.load import is_name
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import LARGEST
 from optuav.mission.validation import Breach, Document, StatedMission, format_breaches
@@ -210,7 +211,7 @@ def _itinerary(document: Document, file: Path) -> Itinerary:
             breaches.append(Breach((key,), f"is missing; {KEYS[key]}"))
     if isinstance(name, str) and name:
         try:
-            mission = load(name if name in shipped() else file.parent / name)
+            mission = load(name if is_name(name) else file.parent / name)
         except InputError as error:
             # That there is no such file is a fault of the key, what is wrong in it its own.
             faults += (

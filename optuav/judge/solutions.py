@@ -19,18 +19,19 @@ from optuav.plan.plan import LARGEST_BYTES
 from optuav.plan.summary import wrapped
 
 KIND = "optuav solutions"
+MOST_STOPS = 100  # More than any problem of the set allows
 MOST_NAMED = 6  # Missions without a solution that are printed by name
 KEYS = {
     "kind": f'"{KIND}"',
-    "solutions": "a list of objects, each with mission, hover_s and stops",
+    "solutions": "a list of objects with mission, hover_s and stops, each for another question",
 }
 """What a file states beside its schema."""
 ENTRY = {
     "mission": "a mission of the set",
-    "problem": "what the set asks of this mission",
-    "perspective": "what the set asks of this mission",
+    "problem": "a problem that the set asks of this mission",
+    "perspective": "a perspective in which it asks",
     "hover_s": f"{DURATION.words}; null where there is no plan",
-    "stops": f"a list of objects, each {STOP}; none where there is no plan",
+    "stops": f"a list of at most {MOST_STOPS}, each {STOP}; none where there is no plan",
 }
 """What a solution states."""
 USUAL = {"problem": "P1", "perspective": "available", "stops": ()}
@@ -174,15 +175,17 @@ def _asked(stated: Document) -> Asked:
 
 def _breaches(document: Document, missions: dict[str, Mission]) -> Iterator[Breach]:
     """What is wrong with the data of a file; that of missions that are not here is unknown."""
-    for key in document.keys() - KEYS.keys() - {"schema"}:
-        yield Breach((key,), f"unknown key{nearest(key, KEYS)}")
+    for key in document:
+        if key not in ("schema", *KEYS):
+            yield Breach((key,), f"unknown key{nearest(key, KEYS)}")
     if document.get("kind") != KIND:
         yield Breach(("kind",), KEYS["kind"])
-    if not isinstance(document.get("solutions"), list):
+    entries = document.get("solutions")
+    if not isinstance(entries, list) or len(entries) > len(answers()):
         yield Breach(("solutions",), KEYS["solutions"])
         return
     first = dict[Asked, int]()
-    for number, entry in enumerate(document["solutions"]):
+    for number, entry in enumerate(entries):
         if not isinstance(entry, dict):
             yield Breach(("solutions", number), KEYS["solutions"])
             continue
@@ -199,14 +202,15 @@ def _breaches(document: Document, missions: dict[str, Mission]) -> Iterator[Brea
 def _breaches_of(entry: Document, missions: dict[str, Mission]) -> Iterator[Breach]:
     """What is wrong with one solution."""
     stated = {**USUAL, **entry}
-    for key in entry.keys() - ENTRY.keys():
-        yield Breach((key,), f"unknown key{nearest(key, ENTRY)}")
+    for key in entry:
+        if key not in ENTRY:
+            yield Breach((key,), f"unknown key{nearest(key, ENTRY)}")
     claim, stops, name = stated.get("hover_s", ""), stated["stops"], stated.get("mission")
     if claim is not None and not DURATION.accepts(claim):
         yield Breach(("hover_s",), ENTRY["hover_s"])
     mission = missions.get(name) if isinstance(name, str) else None
     listed = isinstance(stops, list) or "stops" not in entry
-    if not listed or bool(stops) is (claim is None):
+    if not listed or len(stops) > MOST_STOPS or bool(stops) is (claim is None):
         yield Breach(("stops",), ENTRY["stops"])
     elif stops:
         yield from stop_breaches(stops, mission)

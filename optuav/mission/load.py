@@ -72,6 +72,11 @@ def _loaded(source: str | Path) -> Mission:
     return validate(Mission, stated, faults, whole=whole)
 
 
+def is_name(source: str) -> bool:
+    """Whether it is the name of a mission that comes with the package, and no path."""
+    return source in SHIPPED or source.startswith(SET)
+
+
 _shipped = cache(_loaded)  # Nothing changes a mission, nor a file of the package
 
 

@@ -165,6 +165,8 @@ def test_no_plan_may_be_claimed_where_there_is_none(file: Path) -> None:
         (text(solution(hover(1.0), hover_s=True)), ["solutions.0.hover_s"]),
         (text(solution(hover(1.0), hover_s=None)), ["solutions.0.stops"]),
         (text(solution(hover(1.0)), solution(hover(2.0))), ["solutions.0 answers the same"]),
+        (text(solution(*[hover(1.0)] * 101)), ["solutions.0.stops", "at most 100"]),
+        (text(*[solution(hover(1.0))] * 2000), ["each for another question"]),
         (text(solution(hover(1.0), times=1)), ["solutions.0.times", "unknown key"]),
     ],
 )
@@ -189,3 +191,10 @@ def test_all_faults_are_listed_at_once(file: Path) -> None:
         "solutions.1.hover_s",
         "solutions.1.stops.0.duration_s",
     }
+
+
+def test_an_itinerary_may_name_a_mission_of_the_set(tmp_path: Path) -> None:
+    stop = '[[stops]]\nat = "hover"\nkind = "hover"\nduration_s = 300\n'
+    file = tmp_path / "mine.toml"
+    file.write_text(f'schema = 1\nmission = "set/walls-30"\n{stop}', "utf-8")
+    assert optuav.audit(file).subject.mission == optuav.load("set/walls-30")
