@@ -17,6 +17,7 @@ from optuav.diagnosis.report import Explanation
 from optuav.engines.prices import Residuals, ShadowPrice, ShadowPrices
 from optuav.engines.registry import Capability
 from optuav.engines.solution import Solution
+from optuav.exercises import Grade, Task
 from optuav.judge import Stop
 from optuav.modelling import Check
 from optuav.modelling.expression import Let, Parameter, Variable
@@ -44,7 +45,19 @@ def test_a_public_name_has_an_example(name: str) -> None:
 
 
 RECORDS: list[Any] = [
-    *(Battery, Capability, Check, Event, Explanation, Hovers, Let, Parameter, Phase, PhaseStage),
+    *(
+        Battery,
+        Capability,
+        Check,
+        Event,
+        Explanation,
+        Grade,
+        Hovers,
+        Let,
+        Parameter,
+        Phase,
+        PhaseStage,
+    ),
     *(
         PlannedStop,
         Residuals,
@@ -54,6 +67,7 @@ RECORDS: list[Any] = [
         Solution,
         Stage,
         Stop,
+        Task,
         Tilted,
         Trace,
     ),

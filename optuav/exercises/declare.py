@@ -82,7 +82,10 @@ def _model_of(answer: object, asked: Program | Model, task: Task) -> Model:
             building, order = question.problem.building, question.problem.order
             answer = replace(answer, building=building, order=order)
             program = formulate(task.mission, answer, perspective=question.perspective)
-            return _of_one_route(next(each for each in program.parts if each.rests == rests))
+            for part in program.parts:
+                if part.rests == rests:
+                    return _of_one_route(part)
+            raise InputError([Fault("answer", repr(answer), "a problem with the task's unknowns")])
         words = "an object of an optuav.Formulation that takes any building and order"
     raise InputError([Fault("answer", f"{answer!r:.80}", words)])
 

@@ -44,6 +44,13 @@ class Task:
         The mission in question, with the numbers in it.
     model
         The model whose optimum or conflict is to be proved; None in other exercises.
+
+    Examples
+    --------
+    >>> from optuav import exercises
+    >>> task = exercises.task("02.1", student="ada")
+    >>> task.kind, task["capacity_mAh"]
+    ('predict', 6000)
     """
 
     number: str
@@ -91,6 +98,16 @@ class Grade:
         What to think about next; never the answer.
     score
         From 0 to 1; of an itinerary its hover time as a share of the best.
+
+    Examples
+    --------
+    >>> from optuav import exercises
+    >>> grade = exercises.check("02.1", 10.0, student="ada")
+    >>> bool(grade), grade.words
+    (False, 'a common mistake')
+    >>> print(grade)
+    exercise 02.1: not correct; a common mistake
+    Hint: both packs are emptied
     """
 
     number: str

@@ -3,8 +3,9 @@
 import math
 import numbers
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from optuav.errors import Fault, InputError
 from optuav.exercises.exercise import Draws, Exercise, Grade, Task, is_close
@@ -59,9 +60,10 @@ def _figure(
 
 def figure_of(answer: object, unit: str = "") -> float:
     """The finite number that an answer is; `InputError` if it is none."""
-    given: Any = answer
-    if isinstance(answer, numbers.Real) and not isinstance(answer, bool) and math.isfinite(given):
-        return float(given)
+    if isinstance(answer, numbers.Real) and not isinstance(answer, bool):
+        with suppress(OverflowError):
+            if math.isfinite(value := float(answer)):
+                return value
     words = f"a finite number [{unit}]" if unit else "a finite number"
     raise InputError([Fault("answer", f"{answer!r:.80}", words)])
 

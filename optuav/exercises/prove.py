@@ -107,10 +107,10 @@ def _fractions(answer: object, labels: list[str], unknowns: list[str]) -> dict[s
             faults.append(Fault(str(name), f"{value!r:.80}", f"the names are {', '.join(names)}"))
         elif isinstance(value, bool) or not isinstance(value, numbers.Real):
             faults.append(Fault(name, f"{value!r:.80}", "a number, as Fraction(1, 98)"))
+        elif isinstance(value, numbers.Rational):
+            found[name] = Fraction(int(value.numerator), int(value.denominator))
         elif not math.isfinite(value):
             faults.append(Fault(name, f"{value!r:.80}", "a finite number"))
-        elif isinstance(value, numbers.Rational):
-            found[name] = Fraction(value)
         else:
             found[name] = Fraction(float(value)).limit_denominator(MOST_PARTS)
     if missing := [name for name in unknowns if name not in answer]:

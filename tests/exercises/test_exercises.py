@@ -45,6 +45,14 @@ def test_the_worked_solution_is_correct(number: str, student: str) -> None:
     assert not grade.hint
 
 
+@pytest.mark.soak
+def test_worked_solutions_are_correct_for_a_whole_school() -> None:
+    """Rounding of any of the numbers turns no right answer into a wrong one."""
+    for student in map(str, range(100)):
+        grades = [exercises.check(n, each, student) for n, each in answers(student).items()]
+        assert [str(grade) for grade in grades if not grade] == []
+
+
 @pytest.mark.parametrize("number", NUMBERS)
 def test_a_copied_answer_fails(number: str) -> None:
     """With the numbers of four of five others at least; of two words one may be copied."""
@@ -95,7 +103,9 @@ def test_a_usual_mistake_has_a_hint_of_its_own(wrong: float, words: str) -> None
     assert words in str(grade).replace("\n  ", " ")
 
 
-@pytest.mark.parametrize("answer", [float("nan"), float("inf"), True, None, "472", [472.0]])
+@pytest.mark.parametrize(
+    "answer", [float("nan"), float("inf"), 10**400, True, None, "472", [472.0]]
+)
 def test_an_answer_that_is_no_figure_is_refused(answer: object) -> None:
     with pytest.raises(optuav.InputError, match=r"^answer = .*: a finite number \[s\]$"):
         exercises.check("01.1", answer)
@@ -182,6 +192,16 @@ def test_a_formulation_may_be_a_class_or_an_object() -> None:
 
     assert exercises.check("05.2", Reserve)
     assert exercises.check("05.2", Reserve(building="b3"))
+
+    class NoRest(optuav.Formulation):
+        """Longest hover that forgets the rest."""
+
+        def declare(self, model: Model, given: Any) -> None:
+            hover = model.variable("hover_time_s", "Δ", unit="s", upper=100.0)
+            model.maximise(hover)
+
+    with pytest.raises(optuav.InputError, match="a problem with the task's unknowns"):
+        exercises.check("05.2", NoRest)
 
 
 def test_points_of_a_choice_have_both_values() -> None:
