@@ -42,16 +42,21 @@ def sections() -> Mapping[str, list[str]]:
     return found
 
 
+def worked(number: str, student: str = "") -> Any:
+    """The answer of the worked solution of an exercise to a student's numbers."""
+    lesson = number.partition(".")[0]
+    (name,) = (each for each in sections() if each.startswith(f"{lesson}_"))
+    return _answers(name, student)[number]
+
+
 @cache
-def answers(student: str) -> Mapping[str, Any]:
-    """The answers of the worked solutions to a student's numbers, by number of the exercise."""
+def _answers(name: str, student: str) -> Mapping[str, Any]:
+    """The answers of a lesson's worked solutions, by number."""
+    space: dict[str, Any] = {"optuav": optuav}
     found = {}
-    for name, cells in sections().items():
-        space: dict[str, Any] = {"optuav": optuav}
-        with redirect_stdout(io.StringIO()):
-            for source in cells:
-                exec(source.replace('student = ""', f"student = {student!r}"), space)
-                if check := editions().CHECK.search(source):
-                    found[check[2]] = space[check[3]]
-        assert all(number.startswith(name.split("_")[0]) for number in space.get("numbers", ()))
+    with redirect_stdout(io.StringIO()):
+        for source in sections()[name]:
+            exec(source.replace('student = ""', f"student = {student!r}"), space)
+            if check := editions().CHECK.search(source):
+                found[check[2]] = space[check[3]]
     return found
