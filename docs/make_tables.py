@@ -291,8 +291,8 @@ def known(answer: Answer | None) -> str:
         return NONE
     if answer.hover_s is None:
         return "none"
-    bound = f" to {answer.bound_s:.3f}" if answer.status == "feasible" else ""
-    return f"{answer.hover_s:.3f}{bound}"
+    bound = f" to {answer.bound_s:.2f}" if answer.status == "feasible" else ""
+    return f"{answer.hover_s:.2f}{bound}"
 
 
 TABLES: Mapping[str, Callable[[], Iterator[Row]]] = {

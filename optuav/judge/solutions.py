@@ -103,7 +103,8 @@ def _lines(found: CheckedSolutions) -> Iterator[str]:
             )
             if row[name] is not None
         )
-        yield from wrapped("", ", ".join(times), "  ", 2)
+        if words := ", ".join(times):
+            yield from wrapped("", words, "  ", 2)
         for words in each.wrong:
             yield from wrapped("", printable(words), "  - ", 4)
     if found.missing:

@@ -198,3 +198,16 @@ def test_an_itinerary_may_name_a_mission_of_the_set(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
     file.write_text(f'schema = 1\nmission = "set/walls-30"\n{stop}', "utf-8")
     assert optuav.audit(file).subject.mission == optuav.load("set/walls-30")
+
+
+@pytest.mark.parametrize("more_s", [1e-4, 1e-3, 1e-2, 1e-1])
+def test_no_tolerance_makes_a_plan_better_than_what_is_proved(more_s: float) -> None:
+    """Proved plans that hover a little longer are as good, or do not hold because of a limit."""
+    for known in [each for each in answers().values() if each.status == "optimal"][::23]:
+        stops = list(known.stops)
+        (number,) = [k for k, stop in enumerate(stops) if stop.kind == "hover"][:1]
+        stops[number] = replace(stops[number], duration_s=stops[number].duration_s + more_s)
+        assert known.hover_s is not None
+        found = checked(optuav.load(known.mission), known, known.hover_s + more_s, stops)
+        assert found.verdict in ("holds, optimal", "DOES NOT HOLD")
+        assert not any("impossible" in words for words in found.wrong)
