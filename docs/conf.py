@@ -17,7 +17,7 @@ from optuav.modelling.writer import Latex, parts_of
 
 DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS))
-from make_lessons import without_solutions  # noqa: E402
+from make_lessons import for_notebooks  # noqa: E402
 
 ROOT = DOCS.parent
 COPIES = {
@@ -113,7 +113,7 @@ def copy_pages() -> None:
         copy.parent.mkdir(parents=True, exist_ok=True)
         content = original.read_bytes()
         if original.suffix == ".py":
-            content = without_solutions(content.decode()).encode()
+            content = for_notebooks(content.decode()).encode()
         if not copy.exists() or copy.read_bytes() != content:
             copy.write_bytes(content)
     for folder in ("lessons", "project"):

@@ -24,6 +24,7 @@ BUILD = ROOT / "build" / "lessons"
 BEGIN, END = "### BEGIN SOLUTION", "### END SOLUTION"
 LINK = re.compile(r"\]\((\w+)\.py\)")  # From one lesson to another
 SOLUTION = re.compile(rf"^ *{BEGIN}\n.*?^ *{END}\n?", re.MULTILINE | re.DOTALL)
+PRINTED = re.compile(r"^print\((task|grade)\)$", re.MULTILINE)
 CHECK = re.compile(
     r'^(grade = exercises\.check\("([\w.]+)", (\w+), student\))\nprint\(grade\)$', re.MULTILINE
 )
@@ -61,6 +62,11 @@ def cells(text: str) -> list[Cell]:
 def without_solutions(text: str) -> str:
     """A lesson as students get it."""
     return SOLUTION.sub("", text)
+
+
+def for_notebooks(text: str) -> str:
+    """A lesson as students get it, with tasks and grades that show themselves."""
+    return PRINTED.sub(r"\1", without_solutions(text))
 
 
 def notebook(name: str, content: Iterable[Cell]) -> str:
@@ -144,7 +150,7 @@ def student_files() -> dict[Path, bytes]:
     """The student edition, and the data of the lessons, by place."""
     found = {
         STUDENT / f"{path.stem}.ipynb": notebook(
-            path.stem, cells(without_solutions(path.read_text("utf-8")))
+            path.stem, cells(for_notebooks(path.read_text("utf-8")))
         ).encode()
         for path in sorted(SOURCES.glob("*.py"))
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,10 @@ from optuav.errors import Fault, InputError, collected, refuse
 
 LESSONS = Path(optuav.__file__).parent / "lessons"
 """The notebooks, and a folder of data."""
+
+SHOWN = re.compile(
+    r"^(task|grade)$", re.MULTILINE
+)  # What a notebook shows and a script has to print
 
 
 def lessons(directory: Path, scripts: bool = False) -> None:
@@ -67,5 +72,6 @@ def _script(notebook: dict[str, Any]) -> str:
             lines = (f"# {line}".rstrip() for line in source.split("\n"))
             parts.append("\n".join(["# %% [markdown]", *lines]))
         else:
+            source = SHOWN.sub(r"print(\1)", source)
             parts.append(f"# %%\n{source}")
     return "\n\n".join(parts) + "\n"

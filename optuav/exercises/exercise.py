@@ -19,7 +19,7 @@ Kind: TypeAlias = Literal["predict", "declare", "prove", "design"]
 Draws: TypeAlias = Mapping[str, Sequence[float | str]]
 """What a student's numbers are chosen from, by key of the mission or by name."""
 
-CORRECT, WRONG = "correct", "not correct"
+CORRECT, WRONG, OPEN = "correct", "not correct", "no answer yet"
 NUMBER = re.compile(r"\{([\w.]+)(?::([^}]*))?\}")
 
 
@@ -132,7 +132,7 @@ class Grade:
         from optuav import markup
 
         said = "; ".join(filter(None, (f"Exercise {self.number}: {self.verdict}", self.words)))
-        content = [markup.paragraph(said, good=bool(self))]
+        content = [markup.paragraph(said, good=None if self.verdict == OPEN else bool(self))]
         content += [markup.paragraph(f"Hint: {self.hint}")] if self.hint else []
         return markup.shown(*content)
 

@@ -14,9 +14,11 @@ from optuav.exercises.predict import Predictions, predict
 from optuav.exercises.prove import prove
 from optuav.modelling import Model
 from optuav.modelling.classify import traits
+from optuav.options import Perspective
 from optuav.solving import Program
 
 TIMES = {"hover_time_s": ("Δ", "s", 1.0), "rest_time_s": ("T'", "s", 0.0)}
+PERSPECTIVES: tuple[Perspective, ...] = ("battery", "energy", "available")
 CURRENTS = {"hover_A": range(60, 121, 2), "rest_A": range(4, 13)}
 NUMBERS = {**CURRENTS, "usable_As": range(50_000, 60_001, 500), "left_s": range(1050, 1201, 10)}
 """Of (P4) in whole numbers; charge and deadline bind at most of them."""
@@ -64,8 +66,12 @@ def _early(task: Task) -> Program:
     draws={"battery.capacity_As": range(30_000, 50_001, 100)},
 )
 def _by_hand(task: Task) -> Predictions:
-    hover_s = optuav.solve(task.mission, "P3", perspective="battery").hover_time_s
+    hover_s, by_energy_s, flown_s = (
+        optuav.solve(task.mission, "P3", perspective=each).hover_time_s for each in PERSPECTIVES
+    )
     yield hover_s, "usable charge is 95 % of both packs less what the flights draw"
+    yield by_energy_s, "that is the answer of the perspective energy"
+    yield flown_s, "that is the answer of the perspective available, in which the wells count"
     yield hover_s + 7843.1 / 87.91, "the flights draw their share first"
     yield hover_s + 3600.0 * task["battery.capacity_As"] / 36_000.0 / 87.91, "5 % stay in the packs"
 
