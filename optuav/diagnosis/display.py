@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element
 
 from optuav.diagnosis.infeasibility import Certificate
-from optuav.diagnosis.report import UNDECIDED, name, sentence, signed, with_unit
+from optuav.diagnosis.wording import UNDECIDED, name, sentence, signed, with_unit
 from optuav.markup import folded, pairs, paragraph, shown, table
 
 if TYPE_CHECKING:

@@ -8,13 +8,13 @@ from formulations.soc import LABELS
 from optuav.diagnosis.infeasibility import Certificate, Conflict, number_text, plain
 from optuav.diagnosis.parameter_prices import Price
 from optuav.diagnosis.repair import Repair
+from optuav.diagnosis.wording import UNDECIDED, name, sentence, signed, with_unit
 from optuav.errors import line_width
 from optuav.frames import DataFrame, frame
 from optuav.plan import Plan
 from optuav.plan.summary import LABEL, wrapped
 
 MOST_REPAIRS = 12
-UNIT_NAMES = {"s": "second", "m": "metre", "A": "ampere", "W": "watt", "V": "volt", "J": "joule"}
 EXACT = "rounded here; --json gives exact fractions"
 NO_REPAIR = (
     "no change of a single number, up to a factor of 1000, was found that makes it feasible; "
@@ -22,10 +22,6 @@ NO_REPAIR = (
 )
 NOT_TRIED = "each is a single change; places were not moved"
 IN_SLOTS = "where whole slots have to add up to a time exactly, values between those tried may do"
-UNDECIDED = (
-    "with one rest and one hover in one piece the hover time stays the same; with more stops it "
-    "may change"
-)
 
 
 @dataclass(frozen=True)
@@ -168,11 +164,6 @@ def _labelled(label: str, lines: list[str]) -> list[str]:
     return [f"{label:<{LABEL}}{line[LABEL:]}" if not k else line for k, line in enumerate(lines)]
 
 
-def with_unit(value: float, unit: str) -> str:
-    """A number and its unit, none for a ratio."""
-    return number_text(value) if unit == "1" else f"{number_text(value)} {unit}"
-
-
 def _no_plan(explained: Explanation) -> Iterator[list[str]]:
     """Conflicts and repairs, one block of lines each."""
     plan, repairs = explained.plan, explained.repairs
@@ -272,35 +263,3 @@ def _prices(explained: Explanation) -> Iterator[list[str]]:
     ]
     if edges:
         yield wrapped("At the edge", f"nothing is feasible with {', '.join(edges)}")
-
-
-def name(price: Price) -> str:
-    """The mission's key of a parameter, or its own name."""
-    return price.key or price.name
-
-
-def signed(value: float) -> str:
-    """A change with its sign; words where there is no plan, or no such value."""
-    if not math.isfinite(value):
-        return "no plan" if math.isinf(value) else "end of the range"
-    return f"{value:+.6g}".replace("-", "−") if value else "0"
-
-
-def sentence(explained: Explanation, price: Price) -> str:
-    """For example: one more second of limits.deadline_s brings 0.102 s of hover."""
-
-    def change(value: float) -> str:
-        if not math.isfinite(value):
-            return "leaves no plan" if math.isinf(value) else "is beyond the range"
-        if value == 0.0:
-            return "changes nothing"
-        gain = "brings" if explained.sense == "maximise" else "saves"
-        verb = gain if (value > 0.0) == (explained.sense == "maximise") else "costs"
-        return f"{verb} {abs(value):.3g} {explained.objective}"
-
-    unit = "" if price.unit == "1" else UNIT_NAMES.get(price.unit, price.unit)
-    more = f"one more {unit}".rstrip()
-    if price.step != 1.0:
-        more = f"{price.step:g} {price.unit} more" if unit else f"{price.step:g} more"
-    less = f", as much less {change(price.loss)}" if price.has_kink else ""
-    return f"{more} of {name(price)} {change(price.gain)}{less}"

@@ -12,7 +12,8 @@ import numpy as np
 from formulations.soc import AVAILABLE, LABELS
 from optuav.arrays import Floats
 from optuav.diagnosis.explain import explain
-from optuav.diagnosis.report import Explanation, name, sentence, signed, with_unit
+from optuav.diagnosis.report import Explanation
+from optuav.diagnosis.wording import name, sentence, signed, with_unit
 from optuav.errors import Fault, InputError, SolverError
 from optuav.explorer.state import OPTIONS, Control, State, controls
 from optuav.mission import Mission

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element
 
-from optuav.judge.replay import Judged, Replay
 from optuav.markup import folded, pairs, paragraph, shown
 from optuav.network import vehicle
 from optuav.plan.display import Levels, picture
+
+if TYPE_CHECKING:
+    from optuav.judge.replay import Judged, Replay
 
 
 def html(judged: Judged, replayed: Replay | None, verdict: str) -> str:

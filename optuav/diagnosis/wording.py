@@ -1,0 +1,55 @@
+"""Numbers and prices of an explanation in words."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from optuav.diagnosis.infeasibility import number_text
+from optuav.diagnosis.parameter_prices import Price
+
+if TYPE_CHECKING:
+    from optuav.diagnosis.report import Explanation
+
+UNIT_NAMES = {"s": "second", "m": "metre", "A": "ampere", "W": "watt", "V": "volt", "J": "joule"}
+UNDECIDED = (
+    "with one rest and one hover in one piece the hover time stays the same; with more stops it "
+    "may change"
+)
+
+
+def with_unit(value: float, unit: str) -> str:
+    """A number and its unit, none for a ratio."""
+    return number_text(value) if unit == "1" else f"{number_text(value)} {unit}"
+
+
+def name(price: Price) -> str:
+    """The mission's key of a parameter, or its own name."""
+    return price.key or price.name
+
+
+def signed(value: float) -> str:
+    """A change with its sign; words where there is no plan, or no such value."""
+    if not math.isfinite(value):
+        return "no plan" if math.isinf(value) else "end of the range"
+    return f"{value:+.6g}".replace("-", "−") if value else "0"
+
+
+def sentence(explained: Explanation, price: Price) -> str:
+    """For example: one more second of limits.deadline_s brings 0.102 s of hover."""
+
+    def change(value: float) -> str:
+        if not math.isfinite(value):
+            return "leaves no plan" if math.isinf(value) else "is beyond the range"
+        if value == 0.0:
+            return "changes nothing"
+        gain = "brings" if explained.sense == "maximise" else "saves"
+        verb = gain if (value > 0.0) == (explained.sense == "maximise") else "costs"
+        return f"{verb} {abs(value):.3g} {explained.objective}"
+
+    unit = "" if price.unit == "1" else UNIT_NAMES.get(price.unit, price.unit)
+    more = f"one more {unit}".rstrip()
+    if price.step != 1.0:
+        more = f"{price.step:g} {price.unit} more" if unit else f"{price.step:g} more"
+    less = f", as much less {change(price.loss)}" if price.has_kink else ""
+    return f"{more} of {name(price)} {change(price.gain)}{less}"
