@@ -111,7 +111,6 @@ for slot_s in (100.0, 10.0, 1.0):
 # Try it, with a rest before the hover and one after it. For each cell the charge is counted, and
 # the deadline kept; the longest hover wins.
 
-
 # %%
 given = optuav.formulate(mission, p4, perspective="battery").parts[0].model.row(0)
 usable_As = (1.0 - given["min_soc"]) * given["packs"] * given["capacity_As"]

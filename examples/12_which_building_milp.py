@@ -92,8 +92,7 @@ for choice in (big, hull):
 # %% [markdown]
 # There are more unknowns, but the relaxation is as good as the best route: half of one route and
 # half of another is no better than the better of the two.
-
-# %% [markdown]
+#
 # ## All routes
 #
 # `route_choice` chooses among every building and both orders. It must find what Algorithm 2 finds,

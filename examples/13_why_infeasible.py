@@ -102,7 +102,6 @@ for row in certificate.rows:
 print("the sum:", *(f"{value}·{symbol} +" for symbol, value in total.items()), f"... ≤ {limit}")
 print("the certificate holds:", certificate.holds())
 
-
 # The rows are those of the statement: at any point, limit less left side is the slack.
 point = {"Δ": Fraction(10), "T'": Fraction(20)}
 stated = program.check({"hover_time_s": 10.0, "rest_time_s": 20.0})

@@ -74,7 +74,6 @@ for engine in takers(found, slots=False):
     plan = optuav.solve(mission, at_b1, perspective="battery", engine=engine, slot_s=slot_s)
     print(f"{engine:<12}{plan.rest_time_s:10.4f} s  {plan.proof}")
 
-
 # %%
 best = optuav.solve(mission, LeastRest(WANTED_S), perspective="battery")
 print("over all routes:", " → ".join(best.route), f"rests {best.rest_time_s:.4f} s")

@@ -50,8 +50,8 @@ optuav.plots.plane(part.model, part.model.row(0), [bracketed])
 # longest. But if the laser supplies most of the hover, and the available well is small, the hover
 # draws so little that charge flows into the available well.
 #
-# **Before you run:** the drone below arrives with little in its available well. Can it hover for 0
-# s and fly home? For 350 s?
+# **Before you run:** the drone below arrives with little in its available well. Can it fly home at
+# once? After 350 s of hover?
 
 
 # %%

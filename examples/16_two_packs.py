@@ -15,7 +15,6 @@
 # - find the longest hover under a schedule, and say how certain that answer is.
 
 # %%
-
 import optuav
 from optuav.network.network import build_network
 from optuav.network.timeline import carry, route_phases
@@ -47,8 +46,8 @@ life_s = {
 for name, seconds in life_s.items():
     print(f"{name:<15}{seconds:9.1f} s")
 alone = Battery(7200.0, 0.625, 4.5e-5)
-print("one pack alone lasts for", f"{lifetime([(3.0, 1.0)], **cell):.1f} s")
-print("by the closed form:", f"{float(time_to_empty(alone, alone.full, -3.0)):.1f} s")
+steady_s = lifetime([(3.0, 1.0)], **cell), float(time_to_empty(alone, alone.full, -3.0))
+print("one pack under a steady load: {:.1f} s, by the closed form {:.1f} s".format(*steady_s))
 
 # %% [markdown]
 # An empty pack is not used again; the other takes over in the middle of the job. A load that

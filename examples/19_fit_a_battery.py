@@ -84,8 +84,7 @@ for load in (steady, pulsed):
 # %% [markdown]
 # They last equally long under the steady load, and differ under one with pauses: that is the
 # measurement to make next.
-
-# %% [markdown]
+#
 # ## Into the mission
 #
 # The fit writes a mission file that states the three keys, with intervals and origin as comments.

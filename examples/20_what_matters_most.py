@@ -88,8 +88,7 @@ print(f"effect of k_F: {wells['swing_s']:.3f} s; with slow wells:", *plan.warnin
 # With a tenth less, the wells end the hover. And a key without effect in its whole range may have
 # one outside it, such as the flow between the wells: a slow flow decides whether a plan that counts
 # charge alone can be flown.
-
-# %% [markdown]
+#
 # ## Everything at once
 #
 # Now all numbers are drawn at once, each from its range.
@@ -106,8 +105,7 @@ print(f"the mission itself {longest_s:.1f} s; that plan can be flown in {chances
 # %% [markdown]
 # Asymmetric ranges move the median away from the hover of the mission itself, and a plan without a
 # margin is a coin toss.
-
-# %% [markdown]
+#
 # ## A margin
 #
 # Plan to keep more charge than is required.

@@ -93,8 +93,7 @@ for wind_N, duration_s, charge_As in zip(
 # %% [markdown]
 # The wind helps in one half of the leg and hinders in the other, so head wind and tail wind of the
 # same strength take the same time.
-
-# %% [markdown]
+#
 # The thrust has to balance weight and wind. Above the largest wind no leg is possible: every time
 # is NaN, and `impossible` says why.
 

@@ -65,7 +65,6 @@ means = [interval(column) for column in hover_s.T]
 for deadline_s, (mean_s, wide_s) in zip(deadlines_s, means, strict=True):
     print(f"deadline {deadline_s} s: hover {mean_s:.1f} ± {wide_s:.1f} s")
 
-
 # %% [markdown]
 # The longer deadline, after more and more towns:
 
@@ -97,8 +96,7 @@ print(f"from towns of their own for each deadline it would be ± {apart_s:.1f} s
 # %% [markdown]
 # The difference varies less than the hover time itself, so that its mean is known better than the
 # two intervals suggest.
-
-# %% [markdown]
+#
 # ## Towns without a plan
 #
 # In some towns a building stands in the way of every route. Their hover time is not 0 but missing,

@@ -51,7 +51,6 @@ for deadline_s in (800, 1200):
             "     " + "".join(f"{100 * plan.soc[name]:8.2f} %" for name in PERSPECTIVES)
         )
 
-
 # %%
 optuav.plots.bars(
     [

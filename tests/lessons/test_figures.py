@@ -407,6 +407,9 @@ def test_26_where_to_put_the_laser(ran: Any) -> None:
     assert math.isclose(ran.one.value, ran.means_s.max())
     assert (len(ran.trios), math.isclose(ran.three.value, ran.best_s)) == (120, True)
     assert ran.three.selection.greedy_value <= ran.three.value
+    assert ran.found.objective == "covered"
+    enough = [(ran.hover_s[:, trio].max(axis=1) >= 616.0).sum() for trio in ran.trios]
+    assert (ran.served_s >= 616.0).sum() == max(enough) == 4
     assert ran.three.value <= min(ran.bounds_s) < 1.005 * ran.three.value
     assert min(ran.bounds_s) < ran.bounds_s[1] < ran.bounds_s[0]
     assert ran.four.greedy_value < ran.four.value - 1.0
