@@ -15,12 +15,16 @@
 
 # %%
 import math
+import sys
 
 import numpy as np
 
 import optuav
 from optuav.network import vehicle
 from optuav.physics import flight, rotor
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
 
 mission = optuav.load("paper")
 motor, airframe = vehicle.motor(mission), vehicle.airframe(mission)

@@ -25,6 +25,9 @@ from pathlib import Path
 
 import optuav
 
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 folder = tempfile.TemporaryDirectory()
 here = Path(folder.name)
 address_file = here / "cluster.json"
