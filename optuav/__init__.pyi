@@ -28,8 +28,8 @@ from optuav.errors import SolverError as SolverError
 from optuav.explorer.widget import explore as explore
 from optuav.judge import Itinerary as Itinerary
 from optuav.judge import audit as audit
-from optuav.judge import check_solutions as check_solutions
 from optuav.judge import replay as replay
+from optuav.judge.solutions import check_solutions as check_solutions
 from optuav.mission import Mission as Mission
 from optuav.mission import json_schema as json_schema
 from optuav.mission import load as load

@@ -17,6 +17,7 @@ DIRECTORY = Path(optuav.engines.__file__).parent
 MODULES = {name: place.partition(".")[0] for name, place in CLASSES.items()}
 """Where each engine lives."""
 HEAVY = ("casadi", "cvxpy", "highspy", "matplotlib", "pandas", "scipy.stats", "scipy.optimize")
+HEAVY += ("optuav.mission.benchmark",)
 
 
 def imported(module: Path) -> Iterator[str]:
@@ -93,7 +94,7 @@ LIGHT = {
 
 
 def test_nothing_heavy_is_loaded() -> None:
-    """Neither solvers nor plotting nor the slow parts of scipy, one thing done after another.
+    """No solvers, plots, slow parts of scipy, nor the benchmark set, one thing done after another.
 
     Formulations come first, as they can be imported before optuav.
     """
