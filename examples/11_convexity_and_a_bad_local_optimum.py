@@ -32,7 +32,7 @@ from optuav.physics.kibam import Battery, Stage, step
 if hasattr(sys.stdout, "reconfigure"):
     sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
-Line, Mark = optuav.plots.Line, optuav.plots.Mark
+Line = optuav.plots.Line
 
 # %% [markdown]
 # ## Convex: halfway between two feasible points

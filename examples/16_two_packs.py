@@ -157,11 +157,11 @@ answer_2 = ...
 from optuav.physics.packs import lifetime
 
 cell = {"capacity_As": 7200.0, "available_fraction": 0.625, "flow_rate_per_s": 4.5e-5}
-lasts_s = [
+both_s = [
     lifetime([(task["current_A"], 1.0)], packs=2, schedule=schedule, **cell)
     for schedule in ("pooled", "sequential")
 ]
-answer_2 = lasts_s[0] - lasts_s[1]
+answer_2 = both_s[0] - both_s[1]
 ### END SOLUTION
 
 # %%
