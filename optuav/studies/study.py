@@ -16,8 +16,9 @@ from formulations.formulation import Formulation
 from formulations.p1 import P1
 from formulations.soc import AVAILABLE
 from optuav.errors import Fault, collected, refuse
-from optuav.mission import load_all, shipped
+from optuav.mission import load_all
 from optuav.mission.files import STANDARD, label, read_toml
+from optuav.mission.load import is_name
 from optuav.mission.messages import allowed, misfits, nearest, shown
 from optuav.mission.schema import Allowed, Number
 from optuav.options import Perspective
@@ -135,7 +136,7 @@ def _plan(stated: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
             wrong.append(Fault("count", "", COUNT.words))
         if not spread:
             wrong.append(Fault("samples", "", "at least one key with its distribution"))
-    named = stated.mission in shipped()
+    named = is_name(stated.mission)
     loaded = load_all(stated.mission if named else path.parent / stated.mission, wrong)
     questions = list[Question]()
     for mission in loaded:

@@ -21,6 +21,7 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.errors import InputError
+from optuav.judge.benchmark import answers
 from optuav.mission import files
 from optuav.studies import scenarios as machine
 from optuav.studies.study import read_plan
@@ -115,6 +116,13 @@ def test_rows_that_are_stated_and_a_problem_with_fields(tmp_path: Path) -> None:
     problem = optuav.P4("b3", order="rest-first")
     expected = optuav.batch("paper", values, problem, paired=True)
     xarray.testing.assert_identical(swept(tmp_path, text), expected)
+
+
+def test_a_mission_of_the_benchmark_set_goes_by_its_name(tmp_path: Path) -> None:
+    """Its best known answers are those of the sweep."""
+    found = swept(tmp_path, 'mission = "set/reserve-30"\n[grid]\nlimits.deadline_s = [1200]\n')
+    known = answers()["set/reserve-30", "P1", "available"].hover_s
+    assert found.hover_time_s.values.ravel() == pytest.approx([known], abs=1e-5)
 
 
 def test_the_files_speak_for_themselves(tmp_path: Path) -> None:
