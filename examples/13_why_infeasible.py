@@ -133,3 +133,46 @@ for value in (extension.value, extension.value - extension.resolution):
 # %%
 heavy = optuav.explain(optuav.load("paper").replace({"body.mass_kg": 5}))
 print(heavy)
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("13.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+# Times its current, the deadline pays for the rest; the bound of Δ takes the hover out.
+answer_1 = {
+    "charge": 1,
+    "deadline": task["rest_A"],
+    "bounds of Δ": task["hover_A"] + task["rest_A"],
+}
+### END SOLUTION
+
+# %%
+grade = exercises.check("13.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("13.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+missing_As = task["flight_As"] - task["usable_As"]
+answer_2 = task["flight_s"] + missing_As / task["rest_A"]
+### END SOLUTION
+
+# %%
+grade = exercises.check("13.2", answer_2, student)
+print(grade)

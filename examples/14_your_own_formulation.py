@@ -157,3 +157,57 @@ print(smallest.engine, {name: round(value, 1) for name, value in smallest.point(
 lighter = mission.replace({"battery.capacity_As": smallest.point(0)["pack_As"]})
 longest_s = optuav.solve(lighter, perspective="battery").hover_time_s
 print(f"with that pack (P1) hovers {longest_s:.6f} s")
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("14.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Enough(optuav.Formulation):
+    """Least rest for a hover that is long enough."""
+
+    wanted_s: float
+
+    def declare(self, model, given):
+        hover, rest = given.hover_and_rest(model)
+        model.minimise(rest)
+        model.subject_to("wanted hover", hover >= self.wanted_s, unit="s")
+        model.subject_to("state of charge", given.soc_end(hover, rest) >= given.min_soc)
+        given.keep_deadline(model, "deadline", hover, rest)
+
+
+answer_1 = Enough(task["wanted_s"])
+### END SOLUTION
+
+# %%
+grade = exercises.check("14.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("14.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+answer_2 = task["hover_A"] / task["rest_A"]
+### END SOLUTION
+
+# %%
+grade = exercises.check("14.2", answer_2, student)
+print(grade)

@@ -9,7 +9,14 @@ from optuav.errors import Fault, InputError
 from optuav.exercises.exercise import OPEN, Exercise, Grade, Task
 from optuav.mission.messages import nearest
 
-PARTS = ("first_flights", "optimisation", "dry_or_full", "measurements", "many_missions")
+PARTS = (
+    "first_flights",
+    "optimisation",
+    "own_problems",
+    "dry_or_full",
+    "measurements",
+    "many_missions",
+)
 """Files of exercises, one a part of the course, in its order."""
 
 
