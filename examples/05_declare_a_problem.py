@@ -172,21 +172,25 @@ print(task)
 
 # %%
 answer_2 = ...
-
-
 ### BEGIN SOLUTION
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
 class Early(optuav.Formulation):
     """Longest hover of a UAV that is back early."""
+
+    margin_s: float
 
     def declare(self, model, given):
         hover, rest = given.hover_and_rest(model)
         model.maximise(hover)
         model.subject_to("state of charge", given.soc_end(hover, rest) >= given.min_soc)
-        early = hover + rest <= given.time_left - task["margin_s"]
+        early = hover + rest <= given.time_left - self.margin_s
         model.subject_to("back early", early, unit="s")
 
 
-answer_2 = Early()
+answer_2 = Early(task["margin_s"])
 ### END SOLUTION
 
 # %%
