@@ -17,6 +17,7 @@ from optuav.modelling.writer import Latex, parts_of
 
 DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS))
+from make_explorer import page as explorer  # noqa: E402
 from make_lessons import for_notebooks  # noqa: E402
 
 ROOT = DOCS.parent
@@ -154,8 +155,15 @@ def with_formulas(found: re.Match[str]) -> str:
     return "".join(f"{'|'.join(line)}\n" for line in (head, *lines))
 
 
+def store_explorer(app: Any, failed: Exception | None) -> None:
+    """Write the explorer's page with stored answers beside the pages that show it."""
+    if failed is None and app.builder.name == "html":
+        (Path(app.outdir) / "explorer.html").write_text(explorer(), "utf-8")
+
+
 def setup(app: Any) -> None:
     """Copy pages before Sphinx looks for them."""
     copy_pages()
     app.add_lexer("csv", TextLexer)
     app.connect("source-read", as_page)
+    app.connect("build-finished", store_explorer)

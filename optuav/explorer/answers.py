@@ -19,6 +19,8 @@ from optuav.explorer.state import OPTIONS, Control, State, controls
 from optuav.mission import Mission
 from optuav.mission.keys import now_of
 from optuav.mission.mission import toml_of
+from optuav.modelling import Constraint
+from optuav.modelling.writer import Text
 from optuav.network import vehicle
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.network.scene import scene
@@ -204,6 +206,8 @@ def _plane(program: Program, plan: Plan) -> Data:
     y, x = (np.linspace(*each, SAMPLES) for each in ends)
     (upward_s, across_s), one_of = thinned(counted, MOST_POINTS)
     way = network.route_names(int(route))
+    found = [*cuts(model, row, x, y)]
+    names = [constraint_name(each.constraint, way) for each in found]
     return {
         "route": way,
         "chosen": bool(plan),
@@ -213,12 +217,14 @@ def _plane(program: Program, plan: Plan) -> Data:
         "samples": SAMPLES,
         "constraints": [
             {
-                "name": constraint_name(each.constraint, way),
+                "name": label
+                if names.count(label) == 1
+                else f"{label}: {_stated(each.constraint)}",
                 "forbids": each.forbids,
                 "holds_nowhere": float(each.excess.max()) < 0.0,
                 "excess": _whole(each.excess),
             }
-            for each in cuts(model, row, x, y)
+            for each, label in zip(found, names, strict=True)
         ],
         "grid": {
             "slot_s": mission.limits.slot_s,
@@ -229,6 +235,12 @@ def _plane(program: Program, plan: Plan) -> Data:
         },
         "best": marked[0] if marked else None,
     }
+
+
+def _stated(constraint: Constraint) -> str:
+    """A constraint as it is declared, where its label alone does not tell it from others."""
+    notation = Text()
+    return notation.write(constraint.relation).replace(notation.after, " ")
 
 
 def _chosen(program: Program, plan: Plan) -> tuple[int, int]:

@@ -6,12 +6,12 @@ import secrets
 import sys
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from threading import Lock
 from typing import Any, NamedTuple
 
 from optuav.errors import Fault, InputError
-from optuav.explorer.answers import answers, refuse_many
+from optuav.explorer.answers import refuse_many
 from optuav.explorer.static import script, text
+from optuav.explorer.worker import Worker
 from optuav.mission import Mission
 from optuav.mission.files import parse_json
 
@@ -45,7 +45,7 @@ class Server(ThreadingHTTPServer):
 
     def __init__(self, mission: Mission, port: int = 0) -> None:
         refuse_many(mission)
-        self.mission, self.token, self.one_at_a_time = mission, secrets.token_urlsafe(24), Lock()
+        self.token = secrets.token_urlsafe(24)
         self.files = {
             "": File(HTML, text("index.html").encode()),
             "page.js": File(CODE, text("page.js").encode()),
@@ -57,11 +57,18 @@ class Server(ThreadingHTTPServer):
         except (OSError, OverflowError) as error:
             words = "is no port" if isinstance(error, OverflowError) else error.strerror
             raise InputError([Fault("port", str(port), f"cannot be served at: {words}")]) from error
+        self.worker = Worker(mission)
 
     def handle_error(self, *where: Any) -> None:
         """Nothing if the browser has gone: a moved slider needs no answer to its last place."""
         if not isinstance(sys.exception(), ConnectionError):
             super().handle_error(*where)
+
+    def server_close(self) -> None:
+        """Close the port, and end the process that answers."""
+        super().server_close()
+        if hasattr(self, "worker"):  # not where the port is another's
+            self.worker.end()
 
     @property
     def address(self) -> str:
@@ -110,9 +117,7 @@ class Handler(BaseHTTPRequestHandler):
         except InputError as error:
             self._refuse(HTTPStatus.BAD_REQUEST, str(error))
             return
-        with self.server.one_at_a_time:
-            found = answers(self.server.mission, state)
-        self._send_json(HTTPStatus.OK, found)
+        self._send_json(HTTPStatus.OK, self.server.worker.ask(state))
 
     def _name(self) -> str | None:
         """The name below the token; None where the request was refused."""

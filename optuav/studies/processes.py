@@ -4,6 +4,7 @@ import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from multiprocessing import get_context, parent_process
 from threading import Lock, Thread
 from typing import Any, TypeVar
@@ -26,21 +27,27 @@ def run_tasks(
     if (most := min(workers, len(tasks) // FEWEST)) < 2:
         yield from (function(*task) for task in tasks)
         return
-    with ProcessPoolExecutor(most, get_context("spawn"), _stay_with_parent) as pool:
-        # The processes begin here, with interrupts blocked as they are in this thread.
-        blocked = {signal.SIGINT} if hasattr(signal, "pthread_sigmask") else set()
-        if blocked:
-            signal.pthread_sigmask(signal.SIG_BLOCK, blocked)
-        try:
-            with starting:
-                found = pool.map(function, *zip(*tasks, strict=True))
-        finally:
-            if blocked:
-                signal.pthread_sigmask(signal.SIG_UNBLOCK, blocked)
+    with ProcessPoolExecutor(most, get_context("spawn"), stay_with_parent) as pool:
+        with interrupts_blocked():
+            found = pool.map(function, *zip(*tasks, strict=True))
         yield from found
 
 
-def _stay_with_parent() -> None:
+@contextmanager
+def interrupts_blocked() -> Iterator[None]:
+    """While processes begin, which inherit it from this thread: they do not handle interrupts."""
+    blocked = {signal.SIGINT} if hasattr(signal, "pthread_sigmask") else set()
+    if blocked:
+        signal.pthread_sigmask(signal.SIG_BLOCK, blocked)
+    try:
+        with starting:
+            yield
+    finally:
+        if blocked:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, blocked)
+
+
+def stay_with_parent() -> None:
     """Leave interrupts to the process that asked, and end when it ends, however it does."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=_end_with_parent, daemon=True).start()

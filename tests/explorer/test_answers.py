@@ -106,6 +106,13 @@ def test_wells_are_those_of_the_known_plan(by_battery: dict[str, Any]) -> None:
     assert not by_battery["verdict"]["good"]
 
 
+def test_curves_have_names_of_their_own(paper: Mission) -> None:
+    """Both ends of Δ are stated under one label where there is no rest."""
+    state = {**BATTERY, "problem": "P3", "changes": {"limits.deadline_s": 400}}
+    names = [each["name"] for each in answers(paper, state)["plane"]["constraints"]]
+    assert names == ["P3.b hover time: Δ ≥ 0", "P3.b hover time: Δ ≤ T_max − T_fl"]
+
+
 def test_the_map_shows_the_reach_of_the_link(paper: Mission) -> None:
     found = answers(paper, {})["map"]
     assert found["hover"] == pytest.approx((1000.0, 2501.0152, 50.0), abs=1e-3)

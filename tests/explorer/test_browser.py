@@ -8,7 +8,9 @@ import re
 import shutil
 import threading
 from collections.abc import Callable, Iterator
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 from urllib.parse import unquote
 
@@ -270,3 +272,36 @@ def test_a_notebook_runs_the_same_page_beside_its_own_libraries(browser: Any) ->
     assert found == ["theirs", "undefined", 1, {}]
     assert page.locator("figure svg[viewBox]").count() == 7  # Three figures twice, and the points
     page.close()
+
+
+def test_stored_answers_are_shown_from_a_file(browser: Any, tmp_path: Path) -> None:
+    """The page that the site embeds: no server, and the answers that `solve` gives."""
+    maker = load_script("make_explorer")
+    one = range(36_000, 36_001)
+    stops = {"limits.deadline_s": range(900, 1201, 300), "battery.capacity_As": one}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(maker, "STOPS", stops)
+        (tmp_path / "explorer.html").write_text(maker.page(), "utf-8")
+    page, errors = browser.new_page(), list[str]()
+    page.on("pageerror", lambda each: errors.append(str(each)))
+    page.goto((tmp_path / "explorer.html").as_uri())
+    says(page, "Hover 597.27 s")
+    page.locator("input[type=range]").first.press("ArrowLeft")
+    says(page, "Hover 591.57 s")
+    page.get_by_label("Perspective", exact=True).select_option("battery")
+    says(page, "Hover 688.90 s (P1, optimal), cannot be flown")
+    page.locator("input[type=text]").first.fill("1000")
+    playwright.expect(page.locator(".faults")).to_contain_text("900, 1200")
+    assert page.get_by_role("button", name="Plan (JSON)").count() == 0
+    assert page.locator("circle[data-key]").count() == 0
+    assert errors == []
+    page.close()
+
+
+def load_script(name: str) -> ModuleType:
+    """A script of the documentation."""
+    place = Path(__file__).parents[2] / "docs" / f"{name}.py"
+    found = spec_from_file_location(name, place)
+    module = module_from_spec(found)
+    found.loader.exec_module(module)
+    return module

@@ -18,6 +18,7 @@ import pytest
 
 import optuav
 from optuav.explorer.server import LARGEST_BYTES, Server
+from optuav.explorer.worker import Worker
 from tests.cli.run import refused
 
 JSON = {"Content-Type": "application/json"}
@@ -165,3 +166,18 @@ def test_it_serves_until_it_is_interrupted() -> None:
         _, errors = process.communicate(timeout=20)
     assert process.returncode == 130
     assert errors == "\ninterrupted\n"
+
+
+def test_an_answer_that_takes_too_long_is_given_up() -> None:
+    """Its process is ended; the next question is answered by a new one."""
+    worker = Worker(optuav.load("paper"), longest_s=0.0)
+    try:
+        found = worker.ask({"number": 3})
+        assert found == {"number": 3, "faults": [{"key": "", "words": found["faults"][0]["words"]}]}
+        assert "no answer within 0 s" in found["faults"][0]["words"]
+        worker._longest_s = 20.0
+        assert worker.ask({"problem": "P3"})["verdict"]["text"].startswith("Hover 577.52 s")
+        worker._process.kill()
+        assert "failed" in worker.ask({})["faults"][0]["words"]
+    finally:
+        worker.end()

@@ -1,0 +1,89 @@
+"""Make the page with stored answers that the site embeds: ``python docs/make_explorer.py FILE``.
+
+It is one file, which works without a server: the explorer's own page, and its answers at the stops
+of two sliders.
+"""
+
+from __future__ import annotations
+
+import html
+import json
+import sys
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import optuav
+from optuav.explorer.answers import answers
+from optuav.explorer.static import script, text
+from optuav.mission.keys import now_of
+
+MISSION = "paper"
+PERSPECTIVES = ("available", "battery")
+STOPS = {
+    "limits.deadline_s": range(400, 2001, 200),
+    "battery.capacity_As": range(24_000, 48_001, 6_000),
+}
+"""Where the sliders stand, evenly; the mission's own values are among them."""
+EVERY, WHOLE = 2, 999  # Of the plane every second sample, in numbers of three digits
+PAGE = """<!doctype html>
+<html lang="en" class="optuav-page">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{title}</title>
+<style>{style}</style>
+</head>
+<body>
+<main id="explorer"></main>
+<script type="module">
+{code}
+</script>
+</body>
+</html>
+"""
+
+
+def page() -> str:
+    """The page as one text."""
+    mission, stored, keys = optuav.load(MISSION), dict[str, Any](), list[Any]()
+    for perspective, *values in product(PERSPECTIVES, *STOPS.values()):
+        state = {"perspective": perspective, "changes": dict(zip(STOPS, values, strict=True))}
+        found = answers(mission, state)
+        stored[json.dumps([perspective, *values], separators=(",", ":"))] = _brief(found)
+        keys = [each for each in found["controls"] if each["key"] in STOPS]
+    for key in keys:
+        own = now_of(mission, key["key"])
+        key |= {"value": int(own), "values": [*STOPS[key["key"]]]}
+    data = f"const keys = {_json(keys)}, answers = {_json(stored)};"
+    code = "\n".join([script(), data, (Path(__file__).parent / "stored.js").read_text("utf-8")])
+    title = html.escape(f"optuav: {mission.name} with sliders")
+    return PAGE.format(title=title, style=text("explorer.css"), code=code)
+
+
+def _json(data: Any) -> str:
+    """Data as a script may hold it: nothing in it ends the script."""
+    short = json.dumps(data, ensure_ascii=False, separators=(",", ":"))
+    return short.replace("<", "\\u003c")
+
+
+def _brief(found: dict[str, Any]) -> dict[str, Any]:
+    """An answer with the controls that have stops, and a plane of fewer samples."""
+    controls = [each for each in found["controls"] if each["key"] in STOPS]
+    for each in controls:
+        stops = STOPS[each["key"]]
+        each |= {"low": stops[0], "high": stops[-1], "step": stops.step}
+    plane, count = found["plane"], found["plane"]["samples"]
+    for each in plane["constraints"]:
+        excess = np.reshape(each["excess"], (count, count))[::EVERY, ::EVERY]
+        most = max(1, int(np.abs(excess).max()))
+        each["excess"] = np.rint(excess * (WHOLE / most)).astype(int).ravel().tolist()
+    options = {"perspective": PERSPECTIVES}
+    plane = {**plane, "samples": len(range(0, count, EVERY))}
+    return {**found, "stored": True, "controls": controls, "options": options, "plane": plane}
+
+
+if __name__ == "__main__":
+    Path(sys.argv[1]).write_text(page(), "utf-8")
