@@ -50,7 +50,7 @@ export function render({model, el}) {
   let held = null; // The bounds of the map while a point is dragged
   let layer = null, scales = null; // Of the points that can be moved
   let asked = null; // The number and moment of the question that is open
-  let later = false;
+  let later = false; // Whether to ask again after it, or what
   let number = Date.now() % 1e9; // So that no two answers of a notebook are alike
   let wanted = pinned ? "pinned" : "now";
   const fields = new Map();
@@ -82,7 +82,7 @@ export function render({model, el}) {
 
   function ask(special = null) {
     if (asked && performance.now() - asked.moment < PATIENCE_MS) {
-      later = true;
+      later = special ?? true;
       return;
     }
     const question = {...(special ?? state), number: ++number};
@@ -113,8 +113,9 @@ export function render({model, el}) {
       redraw(true);
     }
     if (later) {
+      const next = later === true ? null : later;
       later = false;
-      ask();
+      ask(next);
     }
   }
 
@@ -476,7 +477,7 @@ export function render({model, el}) {
     if (plane.words) return figure.replaceChildren(caption("Times Δ and T′"), make("p", {}, plane.words));
     const {samples: n, hover_s: [y1, y2], rest_s: [x1, x2], grid} = plane;
     const dx = (x2 - x1) / (n - 1) / 2, dy = (y2 - y1) / (n - 1) / 2;
-    const over = {width: n, height: n, x1: x1 - dx, x2: x2 + dx, y1: y1 - dy, y2: y2 + dy, thresholds: [0], clip: true};
+    const over = {width: n, height: n, x1: x1 - dx, x2: x2 + dx, y1: y1 - dy, y2: y2 + dy, thresholds: [0], interpolate: "none", clip: true};
     const curves = plane.constraints.map((each) => ({...each}));
     const free = d3.range(curves.length + COLOURS.length);
     for (const kept of [true, false]) {
