@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 
 from optuav.cli.options import mission_of
@@ -22,6 +23,8 @@ def explore(
     stated = mission_of(mission, settings)
     from optuav.explorer.server import Server
 
+    if hasattr(signal, "SIGPIPE"):  # A browser that closes a connection does not end the command
+        signal.signal(signal.SIGPIPE, signal.SIG_IGN)
     with Server(stated, port) as server:
         say(f"{server.address}\nCtrl-C stops it", most=None)
         sys.stdout.flush()
