@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from optuav import exercises
+
 ROOT = Path(__file__).parents[2]
 LESSONS = sorted((ROOT / "examples").glob("*.py"))
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?![\w.])")
@@ -128,6 +130,10 @@ def test_pins_nothing(tree: ast.Module) -> None:
 def test_has_a_test_of_its_figures(lesson: Path) -> None:
     tests = (Path(__file__).parent / "test_figures.py").read_text("utf-8")
     assert f"\ndef test_{lesson.stem}(" in tests
+
+
+def test_has_two_to_four_exercises(lesson: Path) -> None:
+    assert 2 <= len(exercises.numbers(lesson.name[:2])) <= 4
 
 
 def texts(node: ast.AST) -> Iterator[str]:
