@@ -38,8 +38,9 @@ sheet = optuav.Datasheet(
 mission = sheet.mission()
 
 # %% [markdown]
-# **Before you run:** the datasheet promises 36 minutes of hover from full to empty, without payload.
-# This drone carries 250 g and must keep 20 %, but a laser shines at it. Guess its hover time.
+# **Before you run:** the datasheet promises 36 minutes of hover from full to empty, without
+# payload. This drone carries 250 g and must keep 20 %, but a laser shines at it. Guess its hover
+# time.
 
 # %%
 plan = optuav.solve(mission, perspective="battery")
