@@ -113,9 +113,10 @@ def _graded(source: str, name: str, *, solution: bool) -> Cell:
     )
 
 
-def for_otter(content: Sequence[Cell]) -> Iterator[Cell]:
+def for_otter(content: Sequence[Cell], files: Sequence[str]) -> Iterator[Cell]:
     """Cells with the raw ones between which Otter looks for questions, solutions and tests."""
-    yield Cell("raw", OTTER)
+    listed = ["files:", *(f"  - {each}" for each in files)] if files else []
+    yield Cell("raw", "\n".join([OTTER, *listed]))
     for number, each in enumerate(content):
         check = CHECK.search(each.source)
         if BEGIN in each.source:
@@ -167,12 +168,14 @@ def other_files() -> dict[Path, bytes]:
     found = {BUILD / "nbgrader" / "nbgrader_config.py": NBGRADER.encode()}
     for path in sorted(SOURCES.glob("*.py")):
         content, name = cells(path.read_text("utf-8")), path.stem
-        assignment = BUILD / "nbgrader" / "source" / name
+        read = data() if '"data"' in path.read_text("utf-8") else []
+        course, assignment = BUILD / "otter", BUILD / "nbgrader" / "source" / name
+        cells_for_otter = for_otter(content, [f"data/{each.name}" for each in read])
         found[assignment / f"{name}.ipynb"] = notebook(name, for_nbgrader(content)).encode()
-        found[BUILD / "otter" / f"{name}.ipynb"] = notebook(name, for_otter(content)).encode()
-        for each in data() if '"data"' in path.read_text("utf-8") else ():
-            found[assignment / "data" / each.name] = each.read_bytes()
-            found[BUILD / "otter" / "data" / each.name] = each.read_bytes()
+        found[course / f"{name}.ipynb"] = notebook(name, cells_for_otter).encode()
+        for each in read:
+            for folder in (course, assignment):
+                found[folder / "data" / each.name] = each.read_bytes()
     return found
 
 

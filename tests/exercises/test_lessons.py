@@ -103,3 +103,13 @@ def test_otter_finds_questions() -> None:
     question = [f"# {mark}" for mark in ("BEGIN QUESTION", "BEGIN SOLUTION", "END SOLUTION")]
     question += ["# BEGIN TESTS", "# END TESTS", "# END QUESTION"]
     assert raw == ["# ASSIGNMENT CONFIG", *question, *question]
+
+
+def test_otter_gets_the_data_of_a_lesson() -> None:
+    """All files beside the notebook are listed for the copies of students and of the grader."""
+    assert "files" not in "".join(made("otter", "05_declare_a_problem")["cells"][0]["source"])
+    first = "".join(made("otter", "19_fit_a_battery")["cells"][0]["source"])
+    listed = re.findall(r"^  - (.+)$", first.partition("files:\n")[2], re.MULTILINE)
+    assert "data/lifetimes.csv" in listed
+    folder = editions().BUILD / "otter"
+    assert all(folder / each in editions().other_files() for each in listed)
