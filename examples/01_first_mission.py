@@ -17,6 +17,7 @@
 # that turns out wrong teaches more than a number that was only read.
 
 # %%
+import math
 import sys
 import tempfile
 from pathlib import Path
@@ -105,8 +106,8 @@ drawn_As = -sum(phase.current_A * phase.duration_s for phase in promised.phases)
 allowed_As = (1 - mission.limits.min_soc) * capacity_As
 print(f"charge drawn {drawn_As:.1f} A s, allowed {allowed_As:.1f}")
 print(f"time used {promised.mission_time_s:.1f} s, allowed {mission.limits.deadline_s:.1f} s")
-hover, rest = promised.phases[3], promised.phases[1]
-price = -hover.current_A / rest.current_A
+current_A = {phase.kind: phase.current_A for phase in promised.phases}
+price = -current_A["hover"] / current_A.get("rest", math.inf)
 print(f"a second of hovering costs as much charge as {price:.2f} s of rest give")
 
 # %% [markdown]

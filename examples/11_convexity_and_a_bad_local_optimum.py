@@ -153,7 +153,7 @@ ends_s = hovers_s[1:][fits[1:] != fits[:-1]]
 print("the well is full at the end of the rest after a hover of", *ends_s.round(), "s")
 optuav.plots.curves(
     [
-        Line("after a rest of 54 s", hovers_s, rested.available_As),
+        Line(f"after a rest of {LEAST_REST_S:g} s", hovers_s, rested.available_As),
         Line("full", hovers_s, np.full(len(hovers_s), full_As)),
     ],
     title="The available well at the end of the rest",

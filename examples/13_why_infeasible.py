@@ -2,7 +2,8 @@
 # # Why infeasible?
 #
 # "Infeasible" alone is a correct answer of little help. Which constraints conflict, how can I check
-# that they do, and what should I change?
+# that they do, and what should I change? (Change the numbers of the mission as you like, as long as
+# it stays infeasible.)
 #
 # **Before this lesson:** [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py),
 # [Duality and KKT](08_duality_and_kkt.py).

@@ -3,6 +3,7 @@
 #
 # A plan states where to rest, where to hover, and for how long. Can the battery deliver it? A judge
 # must neither trust the plan's figures nor use the code that found them, so it simulates the plan.
+# (Change the plan as you like, as long as it runs dry.)
 #
 # **Before this lesson:** [When the battery runs dry](04_when_the_battery_runs_dry.py).
 # **Time:** 30 minutes.

@@ -64,7 +64,7 @@ def test_01_first_mission(ran: Any) -> None:
     assert near(ran.promised.rest_time_s, 392.1438, 4)
     assert near(100.0 * ran.ends["battery"].available_As[0] / ran.capacity_As, -13, 0)
     assert math.isclose(ran.drawn_As, 0.95 * 72_000.0)
-    assert (ran.hover.kind, ran.rest.kind) == ("hover", "rest")
+    assert {"hover", "rest"} < ran.current_A.keys()
     assert near(ran.price, 87.91 / 10.0, 3)
     assert ran.sooner["battery"].rest_time_s == 0.0
     assert near(ran.sooner["battery"].hover_time_s, 688.848, 3)
