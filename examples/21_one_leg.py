@@ -75,7 +75,10 @@ for name, attitude, acceleration in (
 ):
     ψ_p, ψ_r = attitude.pitch_rad, attitude.roll_rad
     f = np.array([math.sin(ψ_p) * math.cos(ψ_r), math.sin(ψ_r), math.cos(ψ_p) * math.cos(ψ_r)])
-    print(f"{name}: pitch {math.degrees(ψ_p):.2f}°, roll {math.degrees(ψ_r):.2f}°")
+    tilt = math.degrees(math.acos(f[2]))
+    print(
+        f"{name}: pitch {math.degrees(ψ_p):.2f}°, roll {math.degrees(ψ_r):.2f}°: {tilt:.2f}° in all"
+    )
     print("  thrust and weight", *((thrust_N * f + gravity_N).round(6) + 0.0), "N")
     print("  mass × acceleration", *((airframe.mass_kg * acceleration).round(6) + 0.0), "N")
 

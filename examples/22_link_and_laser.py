@@ -93,6 +93,9 @@ for distance_m in (450.0, 500.0, 550.0, 600.0):
     print(f"{distance_m:.0f} m: simulated {simulated:.3%}, by the formula {formula:.3%}")
 
 # %% [markdown]
+# A share p of n draws has a standard error of √(p (1 − p) / n): a tenth of 1 % takes some ten
+# thousand draws, and here are twenty times as many. The formula takes none.
+#
 # ## Coverage
 #
 # The mission allows an outage of ε = 1 %. The largest distance with no more is the coverage radius

@@ -81,6 +81,8 @@ words = {"x_label": "towns with a plan", "y_label": "longest hover Δ [s]"}
 optuav.plots.curves(lines, title="Mean hover and its 95 % interval", **words)
 
 # %% [markdown]
+# Half of the interval takes four times the towns.
+#
 # ## Differences of the same towns
 #
 # Each town is solved with both deadlines.

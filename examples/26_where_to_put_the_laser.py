@@ -110,6 +110,9 @@ print(f"bounds: all levels zero {bounds_s[0]:.1f} s, second best {bounds_s[1]:.1
 print(f"best of all {min(bounds_s):.1f} s")
 
 # %% [markdown]
+# With all levels zero, the bound adds up the three best columns, as if every device were served
+# three times over. Good levels count each device nearly once.
+#
 # ## Where greed fails
 #
 # The greedy choice takes the best roof, then the one that adds most to it, and so on.
