@@ -155,7 +155,8 @@ ax
 
 # %% [markdown]
 # Each unknown time makes the line steeper, by about one: half the slot costs twice as much, four
-# times, eight times. That is why the paper's grid ends at one rest and one hover.
+# times, eight times. With a
+# third time, the paper's slots of a second would make more than two hundred million cells.
 #
 # ## Branch and bound, by hand
 #
