@@ -73,7 +73,7 @@ def local_cluster(workers: int) -> Any:
         return LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
-            dashboard_address=None,
+            dashboard_address="127.0.0.1:0",  # No address would be one that another may have
             silence_logs=logging.CRITICAL,
         )
 
