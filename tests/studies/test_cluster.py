@@ -69,9 +69,8 @@ def test_two_processes_call_what_one_calls() -> None:
 
     Another cluster may have the address that Dask prefers for its pages.
     """
-    with suppress(OSError), socket.create_server(("", 8787)):
-        with cluster.local_cluster(1):
-            pass
+    with suppress(OSError), socket.create_server(("", 8787)), cluster.local_cluster(1):
+        pass
     seen = dict(cluster.results(lambda n: (n, os.getpid(), dict(os.environ)), range(80), 2, None))
     assert {number: found[0] for number, found in seen.items()} == {n: n for n in range(80)}
     assert len({process for _, process, _ in seen.values()} - {os.getpid()}) == 2
