@@ -1,6 +1,7 @@
 """Declare: a problem with the feasible set and the optimum of another that is stated otherwise."""
 
-from collections.abc import Callable, Mapping
+import copy
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import MISSING, fields, replace
 from functools import partial
 
@@ -18,7 +19,8 @@ from optuav.modelling.traversal import evaluate
 from optuav.solving import Program, formulate
 from optuav.solving.outcome import Part
 
-SIDE = 13  # Values of each unknown on the grid of points
+SIDE = 13  # Values of each unknown on the grid of points, in equal steps
+BEYOND = 0.25  # How far the grid goes beyond the feasible sets, relative to their width
 HALVED = 12  # How often a step of the grid is halved where a limit crosses it
 AMBIGUOUS = 1e-6  # Slack below which a point is left out, relative to max(1, |right side|)
 SAME = 1e-5  # How far two optima may differ, relative to max(1, |optimum|)
@@ -50,8 +52,13 @@ def _grade(function: Callable[[Task], Program | Model], task: Task, answer: obje
     if (stated := {each.name for each in model.variables}) != names:
         words = f"a problem with the unknowns {', '.join(sorted(names))}"
         raise InputError([Fault("answer", f"unknowns {', '.join(sorted(stated))}", words)])
+    binary = {each.name: each.binary for each in model.variables}
+    for each in wanted.variables:
+        if each.binary != binary[each.name]:
+            words = f"{each.name} is {'not ' if each.binary else ''}binary in your problem"
+            return Grade.wrong(task, words, "which values may it take: two, or all between them?")
     best = _solved(wanted)
-    points = _points(wanted, best.point(0))
+    points = _points(wanted, model, best.point(0))
     differs = _difference(task, points, check(wanted, points), check(model, points))
     if differs is not None:
         return differs
@@ -107,26 +114,58 @@ def _solved(model: Model) -> Solution:
     return preferred(traits(model), slots=False).solve(model, 1)
 
 
-def _points(model: Model, best: Mapping[str, float]) -> dict[str, Floats]:
-    """A grid up to twice the optimum, and points on either side of the limits along its lines.
+def _extent(model: Model, name: str) -> tuple[float, ...]:
+    """Least and largest feasible value of an unknown, each where there is one."""
+    found = list[float]()
+    for sense in ("minimise", "maximise"):
+        one = copy.copy(model)
+        one.preferences = []
+        getattr(one, sense)(next(each for each in model.variables if each.name == name))
+        if (solution := _solved(one)).status.has_answer:
+            found.append(round(float(solution.point(0)[name]), 9) + 0.0)  # Without −0
+    return tuple(found)
 
-    Of a binary unknown both values.
+
+def _axis(known: Collection[float], typical: float) -> Floats:
+    """Values of an unknown from below all known ones to above them, and these too."""
+    least, most = min(known), max(known)
+    width = most - least or max(abs(most), typical)
+    equal = np.linspace(least - BEYOND * width, most + BEYOND * width, SIDE)
+    return np.unique([*equal, *known])
+
+
+def _points(model: Model, answer: Model, best: Mapping[str, float]) -> dict[str, Floats]:
+    """A grid around both feasible sets, and points on either side of the limits along its lines.
+
+    Of a binary unknown both values; of one without a largest value up to twice that of the optimum.
     """
-    typical = float(np.mean([x for x in best.values() if x] or [1.0]))
-    axes = [
-        np.arange(2.0)
-        if each.binary
-        else np.linspace(0.0, 2.0 * (best[each.name] or typical), SIDE)
-        for each in model.variables
-    ]
+    typical = float(np.mean([abs(x) for x in best.values() if x] or [1.0]))
+    axes = list[Floats]()
+    for each in model.variables:
+        if each.binary:
+            axes.append(np.arange(2.0))
+            continue
+        value, extent = best[each.name], _extent(model, each.name)
+        ends = extent if len(extent) == 2 else (*extent, value + (abs(value) or typical))
+        axes.append(_axis({*ends, value, *_extent(answer, each.name)}, typical))
     grid = np.stack(np.meshgrid(*axes, indexing="ij"))
 
-    def holds(points: Floats) -> Booleans:
-        return _all(check(model, dict(zip(best, points, strict=True))), points[0].shape)
+    found = [grid.reshape(len(grid), -1)]
+    for stated in (model, answer):
+        found += _at_limits(stated, grid, list(best))
+    return dict(zip(best, np.concatenate(found, axis=1), strict=True))
 
-    inside, found = holds(grid), [grid.reshape(len(grid), -1)]
-    for number, unknown in enumerate(model.variables):
-        if unknown.binary:
+
+def _at_limits(model: Model, grid: Floats, names: Sequence[str]) -> list[Floats]:
+    """Points on either side of a model's limits, where these cross the lines of a grid."""
+
+    def holds(points: Floats) -> Booleans:
+        return _all(check(model, dict(zip(names, points, strict=True))), points[0].shape)
+
+    inside, found = holds(grid), list[Floats]()
+    binary = {each.name: each.binary for each in model.variables}
+    for number, name in enumerate(names):
+        if binary[name]:
             continue
         before, after = (
             np.moveaxis(grid, number + 1, -1)[..., cut] for cut in (slice(-1), slice(1, None))
@@ -139,7 +178,7 @@ def _points(model: Model, best: Mapping[str, float]) -> dict[str, Floats]:
             same = holds(middle) == known
             first, last = np.where(same, middle, first), np.where(same, last, middle)
         found += [first, last]
-    return dict(zip(best, np.concatenate(found, axis=1), strict=True))
+    return found
 
 
 def _all(rows: Checks, shape: tuple[int, ...]) -> Booleans:
@@ -158,14 +197,17 @@ def _difference(
     if not differ.size:
         return None
     first = differ[0]
-    rows = stated if holds[first] else wanted
-    broken = next(each.label for each in rows if not np.broadcast_to(each.satisfied, shape)[first])
     at = _words({name: values[first] for name, values in points.items()})
     if holds[first]:
+        broken = next(
+            each.label for each in stated if not np.broadcast_to(each.satisfied, shape)[first]
+        )
         words = f"{at} is feasible, but your problem excludes it"
         return Grade.wrong(task, words, f"it violates your constraint {broken!r}")
     words = f"your problem allows {at}, which is not feasible"
-    return Grade.wrong(task, words, f"in a correct problem the constraint {broken!r} excludes it")
+    return Grade.wrong(
+        task, words, "put these values into each sentence of the task, and into yours"
+    )
 
 
 def _is_clear(row: Check) -> Booleans:

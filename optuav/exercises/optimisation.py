@@ -37,7 +37,7 @@ def _with_rest(task: Task, **more: tuple[dict[str, float], float]) -> Model:
     "Declare a Model with the unknowns hover_time_s and rest_time_s: the longest hover, where "
     "hovering draws {hover_A} A and resting returns {rest_A} A, at most {usable_As} A s may be "
     "drawn in all, and both together last {left_s} s at most.",
-    draws={**CURRENTS, "usable_As": range(40_000, 70_001, 1000), "left_s": range(800, 1201, 50)},
+    draws={**CURRENTS, "usable_As": range(40_000, 59_001, 1000), "left_s": range(1000, 1401, 50)},
 )
 def _longest_hover(task: Task) -> Model:
     return _with_rest(task)

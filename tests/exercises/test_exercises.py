@@ -132,12 +132,20 @@ def test_no_answer_yet() -> None:
 
 
 def longest(
-    task: Any, *, hover_A: float = 0.0, deadline: bool = True, minimise: bool = False
+    task: Any,
+    *,
+    hover_A: float = 0.0,
+    deadline: bool = True,
+    minimise: bool = False,
+    lower_s: float = 0.0,
+    most_rest_s: float | None = None,
 ) -> Model:
     """An answer to 05.1, right or wrong."""
     model = Model("longest hover")
-    hover = model.variable("hover_time_s", "Δ", unit="s")
-    rest = model.variable("rest_time_s", "T'", unit="s")
+    hover = model.variable("hover_time_s", "Δ", unit="s", lower=lower_s)
+    rest = model.variable("rest_time_s", "T'", unit="s", lower=lower_s)
+    if most_rest_s is not None:
+        model.subject_to("longest rest of mine", rest <= most_rest_s)
     (model.minimise if minimise else model.maximise)(hover)
     drawn_As = (task["hover_A"] + hover_A) * hover - task["rest_A"] * rest
     model.subject_to("charge of mine", drawn_As <= task["usable_As"])
@@ -150,8 +158,8 @@ def longest(
     ("options", "words"),
     [
         ({"hover_A": 1.0}, "is feasible, but your problem excludes it Hint: it violates your "),
-        ({"hover_A": -1.0}, "which is not feasible Hint: in a correct problem the "),
-        ({"deadline": False}, "which is not feasible Hint: in a correct problem the "),
+        ({"hover_A": -1.0}, "which is not feasible Hint: put these values into each sentence"),
+        ({"deadline": False}, "which is not feasible Hint: put these values into each sentence"),
         ({"minimise": True}, "the optimum is another; yours is (hover_time_s = 0"),
     ],
 )
@@ -159,6 +167,33 @@ def test_a_wrong_declaration_is_told_where_it_differs(options: dict[str, Any], w
     grade = exercises.check("05.1", longest(exercises.task("05.1"), **options))
     assert not grade
     assert words in " ".join(str(grade).split())
+
+
+@pytest.mark.parametrize("student", STUDENTS)
+@pytest.mark.parametrize("most_rest_s", [130.0, 300.0, 700.0])
+def test_a_limit_that_the_optimum_does_not_show_is_found(most_rest_s: float, student: str) -> None:
+    """The best rest is shorter; rests up to the deadline are feasible all the same."""
+    model = longest(exercises.task("05.1", student), most_rest_s=most_rest_s)
+    grade = exercises.check("05.1", model, student)
+    assert not grade
+    assert grade.words.startswith("(hover_time_s = 0, rest_time_s = ")
+    assert grade.hint == "it violates your constraint 'longest rest of mine'"
+
+
+def test_a_limit_that_changes_nothing_is_right() -> None:
+    assert exercises.check("05.1", longest(exercises.task("05.1"), most_rest_s=1e4))
+
+
+@pytest.mark.parametrize("lower_s", [-1000.0, -1.0])
+def test_times_below_zero_are_found(lower_s: float) -> None:
+    grade = exercises.check("05.1", longest(exercises.task("05.1"), lower_s=lower_s))
+    assert grade.words.startswith(f"your problem allows (hover_time_s = {lower_s:g}, ")
+
+
+def test_charge_binds_for_every_student() -> None:
+    """In the numbers of the task and at all that may be drawn: charge ends before the deadline."""
+    drawn = course._exercises()["05.1"].draws
+    assert max(drawn["usable_As"]) / min(drawn["hover_A"]) < min(drawn["left_s"])  # type: ignore[operator, type-var]
 
 
 def test_a_declaration_has_the_unknowns_of_the_task() -> None:
@@ -174,7 +209,8 @@ def test_a_formulation_may_be_a_class_or_an_object() -> None:
     """P4 as it is keeps no time in reserve; the point at which that matters is named."""
     grade = exercises.check("05.2", optuav.P4("b1"))
     assert not grade
-    assert "P4.b deadline" in grade.hint
+    assert grade.words.startswith("your problem allows (hover_time_s = ")
+    assert "deadline" not in str(grade)  # That row is what is asked for
     with pytest.raises(optuav.InputError, match="takes any building and order"):
         exercises.check("05.2", optuav.P1())
     with pytest.raises(optuav.InputError, match="an object of an"):
@@ -204,19 +240,34 @@ def test_a_formulation_may_be_a_class_or_an_object() -> None:
         exercises.check("05.2", NoRest)
 
 
+def direct_or_not(task: Any, *, more_As: float, binary: bool = True) -> Model:
+    """An answer to 12.3, right with 1000 A s more on the direct route."""
+    model = Model("longest hover, direct or by way of a building")
+    hover = model.variable("hover_time_s", "Δ", unit="s")
+    rest = model.variable("rest_time_s", "T'", unit="s")
+    by_way = model.variable(
+        "by_way", "λ", unit="1", **({"binary": True} if binary else {"upper": 1.0})
+    )
+    model.maximise(hover)
+    limit_As = task["usable_As"] + more_As * (1 - by_way)
+    model.subject_to("charge", task["hover_A"] * hover - task["rest_A"] * rest <= limit_As)
+    model.subject_to("deadline", hover + rest <= task["left_s"] + 20 * (1 - by_way))
+    model.subject_to("rest", rest <= 2000 * by_way)
+    return model
+
+
 def test_points_of_a_choice_have_both_values() -> None:
     """The direct route is compared too, although all of its points have no rest."""
     task = exercises.task("12.3")
-    model = Model("longest hover, with one charge for both routes")
-    hover = model.variable("hover_time_s", "Δ", unit="s")
-    rest = model.variable("rest_time_s", "T'", unit="s")
-    by_way = model.variable("by_way", "λ", unit="1", binary=True)
-    model.maximise(hover)
-    model.subject_to("charge", task["hover_A"] * hover <= task["usable_As"] + task["rest_A"] * rest)
-    model.subject_to("deadline", hover + rest <= task["left_s"] + 20 * (1 - by_way))
-    model.subject_to("rest", rest <= 2000 * by_way)
-    grade = exercises.check("12.3", model)
+    assert exercises.check("12.3", direct_or_not(task, more_As=1000.0))
+    grade = exercises.check("12.3", direct_or_not(task, more_As=0.0))
     assert "rest_time_s = 0, by_way = 0) is feasible, but your problem excludes it" in grade.words
+
+
+def test_a_choice_that_is_not_binary_is_told_so() -> None:
+    """The values 0 and 1 of the unknown agree; those between them are the mistake."""
+    model = direct_or_not(exercises.task("12.3"), more_As=1000.0, binary=False)
+    assert exercises.check("12.3", model).words == "by_way is not binary in your problem"
 
 
 # Proofs
