@@ -43,7 +43,7 @@ def solve(
         options["engine"] = optuav.Cvxpy(solver=solver)
     check_places(save, plot)
     if animate is not None:
-        from optuav.plots import gif_file
+        from optuav.plots.animation import gif_file
 
         check_places(gif_file(animate), None)
     one_stop = not {asked.stops, asked.hovers} - {None, 1}

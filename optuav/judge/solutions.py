@@ -23,7 +23,8 @@ MOST_STOPS = 100  # More than any problem of the set allows
 MOST_NAMED = 6  # Missions without a solution that are printed by name
 KEYS = {
     "kind": f'"{KIND}"',
-    "solutions": "a list of objects with mission, hover_s and stops, each for another question",
+    "solutions": "a list of at least one object with mission, hover_s and stops, "
+    "each for another question",
 }
 """What a file states beside its schema."""
 ENTRY = {
@@ -182,7 +183,7 @@ def _breaches(document: Document, missions: dict[str, Mission]) -> Iterator[Brea
     if document.get("kind") != KIND:
         yield Breach(("kind",), KEYS["kind"])
     entries = document.get("solutions")
-    if not isinstance(entries, list) or len(entries) > len(answers()):
+    if not isinstance(entries, list) or not 0 < len(entries) <= len(answers()):
         yield Breach(("solutions",), KEYS["solutions"])
         return
     first = dict[Asked, int]()

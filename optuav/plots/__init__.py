@@ -10,7 +10,7 @@ from optuav.errors import require
 
 require("matplotlib", "pictures")
 
-from optuav.plots.animation import gif_file, save_animation
+from optuav.plots.animation import save_animation
 from optuav.plots.calibrations import FitAxes, fit
 from optuav.plots.charge import packs, wells
 from optuav.plots.charts import Bar, Line, Mark, bars, curves
@@ -22,6 +22,6 @@ from optuav.plots.positions import hover_map, sites
 from optuav.plots.profiles import LegAxes, ProfileAxes, leg, profile
 
 __all__ = ["Bar", "FitAxes", "LegAxes", "Line", "MapAxes", "Mark", "ProfileAxes", "bars"]
-__all__ += ["curves", "fit", "gif_file", "hover_map", "leg", "mission_map", "packs"]
+__all__ += ["curves", "fit", "hover_map", "leg", "mission_map", "packs"]
 __all__ += ["plane", "profile", "save", "save_animation", "save_figures", "save_pictures"]
 __all__ += ["sites", "swept", "trajectories", "wells"]

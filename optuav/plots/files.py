@@ -110,7 +110,24 @@ def save(drawn: Axes | Sequence[Axes | None], path: str | Path) -> Path:
 
 
 def save_figures(drawn: Iterable[tuple[str, Axes]], folder: Path) -> list[Path]:
-    """Write the figures of axes under the given names, all drawn before the first is written."""
+    """Write the figures of axes under the given names, all drawn before the first is written.
+
+    Parameters
+    ----------
+    drawn
+        Names of files, each with axes whose figure it is to hold; the suffix is its format.
+    folder
+        Where they go; it is made if there is none.
+
+    Returns
+    -------
+    The files that were written, in the order given.
+
+    Raises
+    ------
+    InputError
+        If a suffix is no format of pictures, or a file cannot be written; then none is.
+    """
     pictures = {folder / name: image(ax, folder / name) for name, ax in drawn}
     make_directory(folder)
     write_files(pictures)

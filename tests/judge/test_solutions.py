@@ -153,6 +153,7 @@ def test_no_plan_may_be_claimed_where_there_is_none(file: Path) -> None:
         (text(kind="optuav plan"), ["kind"]),
         (text(schema=2), ["schema"]),
         (text(by="me"), ["by"]),
+        (text(), ["solutions", "at least one"]),
         (text(3), ["solutions.0"]),
         (text({"mission": MISSION}), ["solutions.0.hover_s", "solutions.0.stops"]),
         (text(solution(hover(1.0), mission="set/town-10-z")), ["did you mean 'set/town-10-"]),

@@ -79,7 +79,7 @@ def axes_of(drawn: Any) -> list[Axes]:
 def test_no_picture_is_missing_here() -> None:
     """A function that takes axes or a figure, or returns axes, is in one of the tables."""
     functions = {n: f for n in plots.__all__ if inspect.isfunction(f := getattr(plots, n))}
-    drawing = {name for name in functions if not name.startswith("save") and name != "gif_file"}
+    drawing = {name for name in functions if not name.startswith("save")}
     assert drawing - {"swept"} == EVERY.keys()
     for name in EVERY:
         takes = inspect.signature(functions[name]).parameters
