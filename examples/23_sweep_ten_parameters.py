@@ -102,7 +102,7 @@ for key in most:
 # without any effect seem to explain?
 
 # %%
-chance = (SLICES - 1) / len(hover_s)
+chance = (SLICES - 1) / (len(hover_s) - 1)
 silent = [key for key in keys if share[key] < chance]
 print(f"by chance some {chance:.1%}: no effect is shown for {', '.join(silent) or 'none'}")
 pictured = most[:3]
@@ -156,7 +156,7 @@ print(task)
 # %%
 answer_2 = ...
 ### BEGIN SOLUTION
-answer_2 = 100 * (task["slices"] - 1) / task["samples"]
+answer_2 = 100 * (task["slices"] - 1) / (task["samples"] - 1)
 ### END SOLUTION
 
 # %%

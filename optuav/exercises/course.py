@@ -1,5 +1,6 @@
 """What students call: the numbers of all exercises, a task, and its grade."""
 
+import unicodedata
 from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
@@ -57,8 +58,8 @@ def task(number: str, student: str = "") -> Task:
     number
         Its number, as ``"01.2"``; `numbers` lists them.
     student
-        Any text that names the student, such as a matriculation number; without one, the numbers
-        are those of the lessons' worked solutions.
+        Any text that names the student, such as a matriculation number, however its accents are
+        encoded; without one, the numbers are those of the lessons' worked solutions.
 
     Returns
     -------
@@ -80,12 +81,13 @@ def task(number: str, student: str = "") -> Task:
     known, faults = _exercises(), list[Fault]()
     if not isinstance(number, str) or number not in known:
         words = f"no exercise has this number; there are {', '.join(known)}"
-        faults.append(Fault("number", repr(number), words + nearest(number, known)))
+        meant = f"0{number}" if f"0{number}" in known else str(number)
+        faults.append(Fault("number", repr(number), words + nearest(meant, known)))
     if not isinstance(student, str):
         faults.append(Fault("student", repr(student), "a text, as student='123456'"))
     if faults:
         raise InputError(faults)
-    return known[number].task(student.strip())
+    return known[number].task(unicodedata.normalize("NFC", student.strip()))
 
 
 def check(number: str, answer: object, student: str = "") -> Grade:

@@ -172,6 +172,8 @@ def _at_limits(model: Model, grid: Floats, names: Sequence[str]) -> list[Floats]
         )
         along = np.moveaxis(inside, number, -1)
         crossed = along[..., :-1] != along[..., 1:]
+        if not crossed.any():
+            continue
         first, last, known = before[:, crossed], after[:, crossed], along[..., :-1][crossed]
         for _ in range(HALVED):
             middle = 0.5 * (first + last)

@@ -14,20 +14,26 @@ def design(
     text: str,
     *,
     least: float,
+    rests: int,
     mission: str = "paper",
     draws: Draws | None = None,
     fixed: Mapping[str, object] | None = None,
 ) -> Callable[[Callable[[Task], float]], Exercise]:
-    """An exercise whose answer is an itinerary; its hover is to be a share of the best [s]."""
+    """An exercise whose answer is an itinerary; its hover is to be a share of the best [s].
+
+    It has so many rests at most.
+    """
 
     def declared(function: Callable[[Task], float]) -> Exercise:
-        grade = partial(_grade, function, least)
+        grade = partial(_grade, function, least, rests)
         return Exercise(number, "design", text, grade, mission, draws or {}, fixed or {})
 
     return declared
 
 
-def _grade(best_s: Callable[[Task], float], least: float, task: Task, answer: object) -> Grade:
+def _grade(
+    best_s: Callable[[Task], float], least: float, rests: int, task: Task, answer: object
+) -> Grade:
     """The grade of an itinerary: what it breaks, or how long it hovers."""
     itinerary = _itinerary(answer, task)
     if itinerary is None:
@@ -38,6 +44,9 @@ def _grade(best_s: Callable[[Task], float], least: float, task: Task, answer: ob
         worst = events[0]
         words = f"it cannot be flown: at {worst.time_s:.1f} s {worst.words}"
         return Grade.wrong(task, words, "optuav.audit(itinerary) lists all that it breaks")
+    if (own := sum(phase.kind == "rest" for phase in found.replay.phases)) > rests:
+        hint = f"at most {rests} {'is' if rests == 1 else 'are'} asked for"
+        return Grade.wrong(task, f"it can be flown, but has {own} rests", hint)
     share = found.replay.times_s["hover_time_s"] / best_s(task)
     words = f"it can be flown, and hovers for {100.0 * share:.1f} % of the longest time"
     if share < least:

@@ -6,9 +6,13 @@ import re
 import textwrap
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from decimal import Decimal
+from fractions import Fraction
 from functools import reduce
 from hashlib import sha256
 from typing import Any, Literal, TypeAlias
+
+import numpy as np
 
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
@@ -20,6 +24,7 @@ Draws: TypeAlias = Mapping[str, Sequence[float | str]]
 """What a student's numbers are chosen from, by key of the mission or by name."""
 
 CORRECT, WRONG, OPEN = "correct", "not correct", "no answer yet"
+LARGEST = 300  # Power of ten from which on a decimal is none to compute with
 NUMBER = re.compile(r"\{([\w.]+)(?::([^}]*))?\}")
 
 
@@ -210,6 +215,15 @@ def programme(
 def _written(value: float | str, form: str | None) -> str:
     """A number in a text."""
     return value if isinstance(value, str) else format(value, form or ".10g").replace("%", " %")
+
+
+def plain(value: object) -> object:
+    """A number in the types of `numbers`, where it is an array of one number or a decimal."""
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        return value.item()
+    if isinstance(value, Decimal) and value.is_finite() and abs(value.adjusted()) < LARGEST:
+        return Fraction(value)
+    return value
 
 
 def is_close(value: float, other: float, within: float) -> bool:

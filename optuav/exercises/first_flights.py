@@ -207,10 +207,11 @@ def _first_breach(task: Task) -> Predictions:
 
 @design(
     "04.3",
-    "One pack holds {battery.capacity_As} A s. Design an itinerary that can be flown and hovers at "
-    "least 99 % of the longest hover with one rest. Where and when does a rest help, if the "
-    "battery must neither run dry nor be overcharged?",
+    "One pack holds {battery.capacity_As} A s. Design an itinerary with one rest at most that can "
+    "be flown and hovers at least 99 % of the longest such hover. Where and when does a rest help, "
+    "if the battery must neither run dry nor be overcharged? Use `optuav.audit`, and no solver.",
     least=0.99,
+    rests=1,
     draws={"battery.capacity_As": range(30_000, 42_001, 200)},
 )
 def _flown(task: Task) -> float:

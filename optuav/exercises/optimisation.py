@@ -182,8 +182,9 @@ def _short_rest(task: Task) -> Model:
 @predict(
     "08.3",
     "The best plan hovers {hover_s} s and rests {rest_s} s. Charge has the price {price} s of "
-    "hover per A s. By how many seconds does the hover change if the hover current grows by 1 A?",
-    unit="s",
+    "hover per A s. At which rate [s per ampere] does the longest hover change with the hover "
+    "current, at the margin?",
+    unit="s/A",
     within=0.02,
     draws={
         "hover_s": range(500, 801),
@@ -192,9 +193,11 @@ def _short_rest(task: Task) -> Model:
     },
 )
 def _price_of_current(task: Task) -> Predictions:
-    change_s = -task["price"] * task["hover_s"]
-    yield change_s, "how much more charge does the same plan draw, and what is that worth?"
-    yield -change_s, "does more current lengthen the hover?"
+    price, rate_s_per_A = task["price"], -task["price"] * task["hover_s"]
+    hint = "how much more charge does the same plan draw per ampere, and what is that worth?"
+    yield rate_s_per_A, hint
+    yield -rate_s_per_A, "does more current lengthen the hover?"
+    yield rate_s_per_A / (1.0 + price), "so much for a whole ampere; at the margin steps are small"
     yield -task["price"] * (task["hover_s"] + task["rest_s"]), "the rest draws no more than before"
 
 
@@ -351,7 +354,7 @@ def _is_a_proof(task: Task) -> Predictions:
     "12.1",
     "The charge row of a route reads {hover_A} Δ − {rest_A} T' ≤ {usable_As} + M (1 − λ), and the "
     "deadline leaves {left_s} s. What is the smallest M [A s] that switches the row off where λ = "
-    "0, whatever times from 0 to the deadline are chosen?",
+    "0, whatever times from 0 to the time left are chosen?",
     unit="A s",
     within=1.0,
     draws=NUMBERS,
@@ -415,6 +418,7 @@ def _choice(task: Task) -> Model:
     "is best now, before or after the hover? Design an itinerary that can be flown and hovers at "
     "least 99.5 % of the best with one rest.",
     least=0.995,
+    rests=1,
     draws={"battery.capacity_As": range(30_000, 42_001, 200)},
     fixed={"buildings.b9": None, "buildings.b10": None},
 )

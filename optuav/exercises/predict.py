@@ -8,12 +8,14 @@ from functools import partial
 from typing import TypeAlias
 
 from optuav.errors import Fault, InputError
-from optuav.exercises.exercise import Draws, Exercise, Grade, Task, is_close
+from optuav.exercises.exercise import Draws, Exercise, Grade, Task, is_close, plain
 
 Predictions: TypeAlias = Iterator[tuple[float | str, str]]
 """The true answer with a hint for any other one; then wrong answers with a hint for each."""
 
-FACTORS = (60.0, 100.0, 1000.0, 3600.0)  # Minutes, per cent, thousands, hours
+FACTORS = (100.0, 1000.0)  # Per cent, thousands
+OF_TIME = (60.0, 3600.0)  # Minutes, hours
+TIMES = ("s", "h", "A s", "1/s")  # Units in which these are often taken for another
 
 
 def predict(
@@ -50,8 +52,9 @@ def _figure(
     for wrong, words in found:
         if not isinstance(wrong, str) and is_close(value, wrong, within):
             return Grade.wrong(task, "a common mistake", words)
-    near = max(within, 0.01 * abs(truth))
-    if unit and any(is_close(x, truth, near) for k in FACTORS for x in (value * k, value / k)):
+    factors = (*FACTORS, *(OF_TIME if unit in TIMES else ())) if unit else ()
+    near = 0.01 * abs(truth)
+    if any(is_close(x, truth, near) for k in factors for x in (value * k, value / k)):
         return Grade.wrong(task, "off by a power of ten or of sixty", f"the unit is {unit}")
     if is_close(-value, truth, within):
         return Grade.wrong(task, "the sign is wrong", hint)
@@ -60,9 +63,10 @@ def _figure(
 
 def figure_of(answer: object, unit: str = "") -> float:
     """The finite number that an answer is; `InputError` if it is none."""
-    if isinstance(answer, numbers.Real) and not isinstance(answer, bool):
+    number = plain(answer)
+    if isinstance(number, numbers.Real) and not isinstance(number, bool):
         with suppress(OverflowError):
-            if math.isfinite(value := float(answer)):
+            if math.isfinite(value := float(number)):
                 return value
     words = f"a finite number [{unit}]" if unit else "a finite number"
     raise InputError([Fault("answer", f"{answer!r:.80}", words)])

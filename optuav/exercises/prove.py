@@ -11,7 +11,7 @@ from optuav.diagnosis.infeasibility import Certificate, Row, bound, inequalities
 from optuav.engines import closed_form
 from optuav.engines.linear_form import linear_form
 from optuav.errors import Fault, refuse
-from optuav.exercises.exercise import Draws, Exercise, Grade, Task
+from optuav.exercises.exercise import Draws, Exercise, Grade, Task, plain
 from optuav.modelling import Model
 
 MOST_PARTS = 10**6  # Largest denominator of the fraction that a float is read as
@@ -102,7 +102,8 @@ def _fractions(answer: object, labels: list[str], unknowns: list[str]) -> dict[s
     if not isinstance(answer, Mapping):
         refuse([Fault("answer", f"{answer!r:.80}", f"numbers by name: {', '.join(names)}")])
     assert isinstance(answer, Mapping)
-    for name, value in answer.items():
+    for name, stated in answer.items():
+        value = plain(stated)
         if name not in names:
             faults.append(Fault(str(name), f"{value!r:.80}", f"the names are {', '.join(names)}"))
         elif isinstance(value, bool) or not isinstance(value, numbers.Real):

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 import re
+from dataclasses import replace
+from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 import optuav
@@ -123,6 +127,81 @@ def test_what_is_asked_must_exist() -> None:
         exercises.task("02.2")["mass"]
 
 
+@pytest.mark.parametrize(
+    ("number", "meant"), [(7.1, "07.1"), ("1.1", "01.1"), ("7.3", "07.3"), (12.3, "12.3")]
+)
+def test_a_number_without_its_zero_is_told_the_right_one(number: Any, meant: str) -> None:
+    for ask in (exercises.task, lambda given: exercises.check(given, 1.0)):
+        with pytest.raises(optuav.InputError, match=f"did you mean '{re.escape(meant)}'"):
+            ask(number)
+
+
+@pytest.mark.parametrize("answer", [np.array(472.21), Decimal("472.21"), np.float32(472.21)])
+def test_a_figure_may_be_of_any_type_of_numbers(answer: object) -> None:
+    assert exercises.check("01.1", answer)
+
+
+@pytest.mark.parametrize("answer", [Decimal("NaN"), Decimal("1e999999"), np.array(True)])
+def test_a_decimal_or_an_array_that_is_no_figure_is_refused(answer: object) -> None:
+    with pytest.raises(optuav.InputError, match=r"a finite number \[s\]"):
+        exercises.check("01.1", answer)
+
+
+def test_a_name_is_one_name_however_its_accents_are_encoded() -> None:
+    composed, combined = "Ren\u00e9", "Rene\u0301"
+    for number in ("01.1", "02.1", "05.1"):
+        assert exercises.task(number, composed).numbers == exercises.task(number, combined).numbers
+
+
+def truth_of(task: exercises.Task) -> Any:
+    """The answer that the grader of a prediction takes."""
+    return next(course._exercises()[task.number].grade.args[0](task))[0]  # type: ignore[attr-defined]
+
+
+def test_another_unit_is_suspected_only_where_it_is_one() -> None:
+    """Not where the answer is 0 (16.2 may be so small), nor of minutes in a speed."""
+    numbers = {"first_s": 10.0, "second_s": 10.0, "direct_s": 20.0}
+    level = replace(exercises.task("18.1"), numbers=numbers)
+    grade = course._exercises()["18.1"].grade(level, 40.0)
+    assert (bool(grade), grade.words) == (False, "too large")
+    fast = replace(exercises.task("21.2"), numbers={"distance_m": 400, "rate": 9.0})
+    assert course._exercises()["21.2"].grade(fast, 60.0)
+    assert course._exercises()["21.2"].grade(fast, 1.0).words == "too small"
+
+
+@pytest.mark.parametrize("student", STUDENTS)
+def test_the_price_of_a_current_is_that_of_a_small_step(student: str) -> None:
+    """The hover times the current is a charge, so Δ = Δ₀ / (1 + p (I − I₀)): a small step of it."""
+    task = exercises.task("08.3", student)
+    for step_A in (1e-6, 1e-3):
+        after_s = task["hover_s"] / (1.0 + task["price"] * step_A)
+        assert exercises.check("08.3", (after_s - task["hover_s"]) / step_A, student)
+    assert exercises.check("08.3", -task["price"] * task["hover_s"], student)
+
+
+def test_what_flows_in_a_rest_is_less_than_the_largest_flow() -> None:
+    """Of any numbers that may be drawn, 2 to 3.24 A come from the bound well of `paper`."""
+    drawn = course._exercises()["18.2"].draws
+    flows_A = np.divide.outer(np.array(drawn["rise_As"]), np.array(drawn["rest_s"])) - 10.0
+    assert flows_A.min() > 2.0
+    assert flows_A.max() < 3.24
+
+
+def test_slices_of_samples_explain_what_all_orders_explain_on_average() -> None:
+    """Of six samples in three slices, over all 720 orders."""
+    orders = np.array([*itertools.permutations([1.0, 2.0, 4.0, 7.0, 11.0, 16.0])])
+    explained = orders.reshape(-1, 3, 2).mean(axis=2).var(axis=1) / orders.var(axis=1)
+    task = replace(exercises.task("23.2"), numbers={"samples": 6, "slices": 3})
+    assert truth_of(task) == pytest.approx(100.0 * explained.mean())
+
+
+@pytest.mark.parametrize("student", STUDENTS)
+def test_one_sample_less_makes_no_mistake(student: str) -> None:
+    task = exercises.task("23.2", student)
+    assert exercises.check("23.2", 100 * (task["slices"] - 1) / task["samples"], student)
+    assert not exercises.check("23.2", 100 * task["slices"] / task["samples"], student)
+
+
 def test_no_answer_yet() -> None:
     grade = exercises.check("05.1", ...)
     assert (bool(grade), grade.verdict, grade.score) == (False, "no answer yet", 0.0)
@@ -178,6 +257,11 @@ def test_a_limit_that_the_optimum_does_not_show_is_found(most_rest_s: float, stu
     assert not grade
     assert grade.words.startswith("(hover_time_s = 0, rest_time_s = ")
     assert grade.hint == "it violates your constraint 'longest rest of mine'"
+
+
+def test_a_declaration_without_any_feasible_point_excludes_one() -> None:
+    model = longest(exercises.task("05.1"), most_rest_s=-1.0)
+    assert "is feasible, but your problem excludes it" in exercises.check("05.1", model).words
 
 
 def test_a_limit_that_changes_nothing_is_right() -> None:
@@ -343,6 +427,16 @@ def test_an_itinerary_is_scored_or_told_what_it_breaks() -> None:
     assert "hovers for 50.0 % of the longest time" in short.words
     elsewhere = exercises.check("04.3", optuav.solve("paper"))
     assert elsewhere.words == "it flies another mission"
+
+
+def test_two_rests_are_no_answer_where_one_is_asked_for() -> None:
+    """Two rests hover longer than the best with one, and need another exercise."""
+    task = exercises.task("04.3")
+    best = optuav.solve(task.mission, optuav.P1(stops=2))
+    grade = exercises.check("04.3", best)
+    assert (bool(grade), grade.words) == (False, "it can be flown, but has 2 rests")
+    assert grade.hint == "at most 1 is asked for"
+    assert "no solver" in task.text
 
 
 @pytest.mark.parametrize("answer", [3.0, "hover", [("hover", 10.0)], [("roof", "hover", 1.0)]])
