@@ -200,11 +200,15 @@ def options_of(command: str) -> Iterator[Row]:
     yield ("option", "what it is", "default")
     for each in program(command).params:
         if isinstance(each, TyperArgument):
-            yield (f"`{each.metavar}`", each.help, "needed" if each.required else NONE)
+            own = f"`{each.default}`" if isinstance(each.default, str) else NONE
+            yield (f"`{each.metavar}`", each.help, "needed" if each.required else own)
             continue
-        name = " ".join(filter(None, (each.opts[0], each.metavar)))
+        names = "/".join((each.opts[0], *each.secondary_opts))
+        name = " ".join(filter(None, (names, each.metavar)))
         default = each.show_default if isinstance(each.show_default, str) else each.default
         shown = default is not None and default is not False
+        if each.secondary_opts:
+            shown, default = True, (each.opts if default else each.secondary_opts)[0]
         yield (f"`{name}`", each.help, f"`{default}`" if shown else NONE)
 
 

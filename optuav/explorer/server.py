@@ -3,7 +3,10 @@
 import json
 import os
 import secrets
+import select
+import socket
 import sys
+import time
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any, NamedTuple
@@ -11,13 +14,15 @@ from typing import Any, NamedTuple
 from optuav.errors import Fault, InputError
 from optuav.explorer.answers import refuse_many
 from optuav.explorer.static import script, text
-from optuav.explorer.worker import Worker
+from optuav.explorer.worker import Workers
 from optuav.mission import Mission
 from optuav.mission.files import parse_json
 
 HERE = "127.0.0.1"
 LARGEST_BYTES = 64_000  # Of a request
+LONGEST_LENGTH = 10  # Digits of a length that is read as a number
 SILENCE_S = 30.0  # After which a connection is closed
+DRAINED_BYTES, DRAINING_S = 10_000_000, 2.0  # Of a refused request, so that its sender reads why
 HTML, CODE, STYLE = (f"text/{kind}; charset=utf-8" for kind in ("html", "javascript", "css"))
 HEADERS = {
     # Observable Plot writes its style into its pictures; a picture is saved by way of a blob.
@@ -57,7 +62,7 @@ class Server(ThreadingHTTPServer):
         except (OSError, OverflowError) as error:
             words = "is no port" if isinstance(error, OverflowError) else error.strerror
             raise InputError([Fault("port", str(port), f"cannot be served at: {words}")]) from error
-        self.worker = Worker(mission)
+        self.workers = Workers(mission)
 
     def handle_error(self, *where: Any) -> None:
         """Nothing if the browser has gone: a moved slider needs no answer to its last place."""
@@ -65,10 +70,10 @@ class Server(ThreadingHTTPServer):
             super().handle_error(*where)
 
     def server_close(self) -> None:
-        """Close the port, and end the process that answers."""
+        """Close the port, and end the processes that answer."""
         super().server_close()
-        if hasattr(self, "worker"):  # not where the port is another's
-            self.worker.end()
+        if hasattr(self, "workers"):  # not where the port is another's
+            self.workers.end()
 
     @property
     def address(self) -> str:
@@ -102,13 +107,20 @@ class Handler(BaseHTTPRequestHandler):
             self._refuse(HTTPStatus.NOT_FOUND, "there is nothing to ask here")
         elif self.headers.get_content_type() != "application/json":
             self._refuse(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "a state is sent as JSON")
-        elif not (length := self.headers.get("Content-Length", "")).isdecimal():
+        elif not (length := self._alone("Content-Length")).isdecimal():
             self._refuse(HTTPStatus.LENGTH_REQUIRED, "the length of the state is not stated")
-        elif int(length[:20]) > LARGEST_BYTES:
+        elif len(length) > LONGEST_LENGTH or (count := int(length)) > LARGEST_BYTES:
             words = f"a state has at most {LARGEST_BYTES} bytes"
             self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, words)
         else:
-            self._answer(self.rfile.read(int(length)))
+            self._answer(self.rfile.read(count))
+
+    def do_PUT(self) -> None:
+        """Refuse what is neither asked nor read here."""
+        if self._name() is not None:
+            self._refuse(HTTPStatus.METHOD_NOT_ALLOWED, "only GET and POST are answered")
+
+    do_DELETE = do_HEAD = do_OPTIONS = do_PATCH = do_TRACE = do_PUT
 
     def _answer(self, body: bytes) -> None:
         """Send the answer to the state in a body."""
@@ -117,17 +129,30 @@ class Handler(BaseHTTPRequestHandler):
         except InputError as error:
             self._refuse(HTTPStatus.BAD_REQUEST, str(error))
             return
-        self._send_json(HTTPStatus.OK, self.server.worker.ask(state))
+        self._send_json(HTTPStatus.OK, self.server.workers.ask(state, self._waits))
+
+    def _waits(self) -> bool:
+        """Whether the browser is still there for the answer."""
+        try:
+            told, _, _ = select.select([self.connection], [], [], 0.0)
+            return not told or self.connection.recv(1, socket.MSG_PEEK) != b""
+        except OSError:
+            return False
+
+    def _alone(self, name: str) -> str:
+        """A header that is stated once; empty else."""
+        stated = self.headers.get_all(name, [])
+        return str(stated[0]) if len(stated) == 1 else ""
 
     def _name(self) -> str | None:
         """The name below the token; None where the request was refused."""
         port = self.server.server_port
         hosts = {f"{name}:{port}" for name in (HERE, "localhost")}
-        origin = self.headers.get("Origin")
-        if self.headers.get("Host") not in hosts:
+        origins = self.headers.get_all("Origin", [])
+        if self._alone("Host") not in hosts:
             # Another name may lead here too, by which another page would pass for this one.
             self._refuse(HTTPStatus.FORBIDDEN, "another host is asked for")
-        elif origin is not None and origin.removeprefix("http://") not in hosts:
+        elif not {*origins} <= {f"http://{host}" for host in hosts}:
             self._refuse(HTTPStatus.FORBIDDEN, "another page asks")
         else:
             _, token, *rest = self.path.partition("?")[0].split("/", 2)
@@ -139,8 +164,28 @@ class Handler(BaseHTTPRequestHandler):
 
     def _refuse(self, status: HTTPStatus, words: str) -> None:
         """Send words on what is wrong."""
+        self.send_error(status, words)
+        if self.headers.get("Content-Length") or self.headers.get("Transfer-Encoding"):
+            self._drain()
+
+    def _drain(self) -> None:
+        """Read what is still sent: a closed connection would reach the sender before the words."""
+        left, end_s = DRAINED_BYTES, time.monotonic() + DRAINING_S
+        self.connection.settimeout(DRAINING_S)
+        try:
+            self.connection.shutdown(socket.SHUT_WR)
+            while (
+                left > 0 and time.monotonic() < end_s and (some := self.rfile.read1(LARGEST_BYTES))
+            ):
+                left -= len(some)
+        except OSError:
+            return  # The sender has gone
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """Send words on what is wrong; also on requests that the library refuses."""
         self.close_connection = True
-        self._send_json(status, {"faults": [{"key": "", "words": words}]})
+        status = HTTPStatus(code)
+        self._send_json(status, {"faults": [{"key": "", "words": message or status.phrase}]})
 
     def _send_json(self, status: HTTPStatus, data: dict[str, Any]) -> None:
         content = json.dumps(data, ensure_ascii=False, allow_nan=False).encode()
@@ -150,8 +195,11 @@ class Handler(BaseHTTPRequestHandler):
         self.send_response(status)
         self.send_header("Content-Type", file.kind)
         self.send_header("Content-Length", str(len(file.content)))
+        if status == HTTPStatus.METHOD_NOT_ALLOWED:
+            self.send_header("Allow", "GET, POST")
         self.end_headers()
-        self.wfile.write(file.content)
+        if self.command != "HEAD":
+            self.wfile.write(file.content)
 
     def end_headers(self) -> None:
         """As of every answer, with what keeps the page to itself."""

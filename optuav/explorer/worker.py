@@ -1,8 +1,10 @@
-"""Answers from a process of its own, which is ended where it takes too long."""
+"""Answers from processes of their own, which are ended where they take too long."""
 
+import time
+from collections.abc import Callable
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
-from threading import Lock
+from queue import LifoQueue
 from typing import Any
 
 from optuav.explorer.answers import answers
@@ -10,28 +12,40 @@ from optuav.mission import Mission
 from optuav.studies.processes import interrupts_blocked, stay_with_parent
 
 LONGEST_S = 20.0
+MOST_AT_ONCE = 2
+LOOK_S = 0.1  # After which it is seen whether the answer is still waited for
+
+
+def _always() -> bool:
+    return True
 
 
 class Worker:
     """A process that answers about a mission, one question after the other."""
 
     def __init__(self, mission: Mission, longest_s: float = LONGEST_S) -> None:
-        self._mission, self._longest_s, self._one_at_a_time = mission, longest_s, Lock()
+        self._mission, self._longest_s = mission, longest_s
         self._start()
 
-    def ask(self, state: Any) -> dict[str, Any]:
-        """The answer to a state; after the longest time, or if the process ends, a fault."""
-        with self._one_at_a_time:
-            try:
-                self._pipe.send(state)
-                if self._pipe.poll(self._longest_s):
+    def ask(self, state: Any, wanted: Callable[[], bool] = _always) -> dict[str, Any]:
+        """The answer to a state; after the longest time, or if the process ends, a fault.
+
+        A `ConnectionAbortedError` is raised where the answer is no longer wanted.
+        """
+        latest_s = time.monotonic() + self._longest_s
+        try:
+            self._pipe.send(state)
+            while (left_s := latest_s - time.monotonic()) > 0.0 and wanted():
+                if self._pipe.poll(min(left_s, LOOK_S)):
                     found: dict[str, Any] = self._pipe.recv()
                     return found
-                words = f"there is no answer within {self._longest_s:g} s"
-            except (EOFError, OSError):
-                words = "optuav failed: the terminal says why"
-            self.end()
-            self._start()
+            words = f"there is no answer within {self._longest_s:g} s"
+        except (EOFError, OSError):
+            left_s, words = 0.0, "optuav failed: the terminal says why"
+        self.end()
+        self._start()
+        if left_s > 0.0:
+            raise ConnectionAbortedError
         number = state.get("number") if isinstance(state, dict) else None
         return {"number": number, "faults": [{"key": "", "words": words}]}
 
@@ -49,6 +63,34 @@ class Worker:
         with interrupts_blocked():
             self._process.start()
         theirs.close()
+
+
+class Workers:
+    """Workers that answer side by side; all but the first start when they are needed."""
+
+    def __init__(self, mission: Mission) -> None:
+        self._mission, self._started = mission, [Worker(mission)]
+        self._idle: LifoQueue[Worker | None] = LifoQueue()
+        for each in (*[None] * (MOST_AT_ONCE - 1), *self._started):
+            self._idle.put(each)
+
+    def ask(self, state: Any, wanted: Callable[[], bool] = _always) -> dict[str, Any]:
+        """As `Worker.ask`, of a worker that has nothing to do."""
+        worker = self._idle.get()
+        try:
+            if not wanted():
+                raise ConnectionAbortedError
+            if worker is None:
+                worker = Worker(self._mission)
+                self._started.append(worker)
+            return worker.ask(state, wanted)
+        finally:
+            self._idle.put(worker)
+
+    def end(self) -> None:
+        """End all processes, whatever they do."""
+        for worker in self._started:
+            worker.end()
 
 
 def _answer(mission: Mission, pipe: Connection) -> None:

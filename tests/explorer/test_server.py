@@ -11,6 +11,9 @@ import socket
 import subprocess
 import sys
 import threading
+import time
+import urllib.error
+import urllib.request
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -18,7 +21,7 @@ import pytest
 
 import optuav
 from optuav.explorer.server import LARGEST_BYTES, Server
-from optuav.explorer.worker import Worker
+from optuav.explorer.worker import Worker, Workers
 from tests.cli.run import refused
 
 JSON = {"Content-Type": "application/json"}
@@ -136,10 +139,52 @@ def test_what_is_no_state_is_refused(server: Server) -> None:
     assert ask(server, "POST", "answers", "{}", **JSON, Content_Length="-5").status == 411
     assert ask(server, "POST", "answers", "{}", Content_Type="text/plain").status == 415
     assert ask(server, "POST", "other", "{}", **JSON).status == 404
+    for length in ("1" + 4_999 * "0", 20 * "0" + "17"):
+        assert ask(server, "POST", "answers", "{}", **JSON, Content_Length=length).status == 413
     for text in ("", "{", "[" * 30_000, '{"number": NaN}', "\0"):
         found = ask(server, "POST", "answers", text, **JSON)
         assert found.status in (200, 400)
         assert "faults" in json.loads(found.body)
+
+
+def test_who_sends_too_much_reads_so(server: Server) -> None:
+    """The words come before the connection is closed, also where all is sent first."""
+    place = f"http://127.0.0.1:{server.server_port}/{server.token}/answers"
+    asked = urllib.request.Request(place, b" " * 3_000_000, JSON)
+    with (
+        pytest.raises(urllib.error.HTTPError) as refusal,
+        urllib.request.urlopen(asked, timeout=20),
+    ):
+        pass
+    assert refusal.value.code == 413
+    assert "at most 64000 bytes" in json.loads(refusal.value.read())["faults"][0]["words"]
+
+
+@pytest.mark.parametrize(
+    ("method", "headers", "status"),
+    [
+        ("GET", ["Host: {host}", "Host: example.org"], 403),
+        ("GET", ["Host: {host}", "Host: {host}"], 403),
+        ("GET", ["Host: {host}", "Origin: {host}"], 403),
+        ("GET", ["Host: {host}", "Origin: http://{host}", "Origin: http://example.org"], 403),
+        ("PUT", ["Host: example.org"], 403),
+        *((each, ["Host: {host}"], 405) for each in ("PUT", "DELETE", "OPTIONS", "PATCH", "TRACE")),
+        ("MOVE", ["Host: {host}"], 501),
+    ],
+)
+def test_odd_requests_are_refused(
+    server: Server, method: str, headers: list[str], status: int
+) -> None:
+    """In the same words as others, and after the same checks."""
+    host = f"127.0.0.1:{server.server_port}"
+    lines = [f"{method} /{server.token}/ HTTP/1.1", *headers, "", ""]
+    with socket.create_connection(("127.0.0.1", server.server_port), timeout=20) as client:
+        client.sendall("\r\n".join(lines).format(host=host).encode())
+        head, _, body = client.makefile("rb").read().decode().partition("\r\n\r\n")
+    assert head.split()[1] == str(status)
+    assert "frame-ancestors 'none'" in head
+    assert json.loads(body)["faults"][0]["words"]
+    assert ask(server, "HEAD", "")[0::2] == (405, "")
 
 
 def test_a_port_in_use_is_one_clear_error() -> None:
@@ -187,3 +232,55 @@ def test_an_answer_that_takes_too_long_is_given_up() -> None:
         assert "failed" in worker.ask({})["faults"][0]["words"]
     finally:
         worker.end()
+
+
+def test_an_answer_that_nobody_waits_for_is_given_up() -> None:
+    """Though it would take longer; and its process answers the next question."""
+    worker = Worker(optuav.load("paper"), longest_s=600.0)
+    try:
+        worker._process.kill()
+        worker._process.join()
+        theirs, worker._pipe = worker._pipe, Silent()
+        with pytest.raises(ConnectionAbortedError):
+            worker.ask({}, wanted=lambda: worker._pipe.looks < 2)
+        theirs.close()
+        assert worker.ask({"problem": "P3"})["verdict"]["text"].startswith("Hover 577.52 s")
+    finally:
+        worker.end()
+
+
+class Silent:
+    """A pipe by which nothing comes."""
+
+    looks = 0
+
+    def send(self, _: object) -> None:
+        pass
+
+    def poll(self, _: float) -> bool:
+        self.looks += 1
+        return False
+
+    def close(self) -> None:
+        pass
+
+
+def test_a_slow_question_does_not_block_another() -> None:
+    """A second process answers while the first one has not."""
+    workers = Workers(optuav.load("paper"))
+    slow, (first,) = threading.Event(), workers._started
+    first.ask = lambda *_: {"number": 1, "slow": slow.wait(60.0)}
+    answers = list[dict[str, Any]]()
+    asking = threading.Thread(target=lambda: answers.append(workers.ask({})), daemon=True)
+    asking.start()
+    try:
+        while workers._idle.queue != [None]:
+            time.sleep(0.01)
+        assert workers.ask({"problem": "P3"})["verdict"]["text"].startswith("Hover 577.52 s")
+        assert answers == []
+        slow.set()
+        asking.join(60.0)
+        assert answers == [{"number": 1, "slow": True}]
+    finally:
+        slow.set()
+        workers.end()
