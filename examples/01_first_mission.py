@@ -187,7 +187,8 @@ answer_3 = ...
 ### BEGIN SOLUTION
 # 95 % of both packs less 7843 A s of flight, at 87.91 A, against the time that is left.
 lasts_s = (0.95 * 2 * task["battery.capacity_As"] - 7843) / 87.91
-answer_3 = "charge" if lasts_s < 1200 - 75.79 else "deadline"
+left_s = 1200 - 75.79
+answer_3 = "charge" if lasts_s < left_s else "deadline", abs(lasts_s - left_s)
 ### END SOLUTION
 
 # %%

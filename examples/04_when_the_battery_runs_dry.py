@@ -149,7 +149,9 @@ print(task)
 answer_2 = ...
 ### BEGIN SOLUTION
 # After one leg the well is nearly full, and a rest fills it; after the hover it is nearly empty.
-answer_2 = "full" if task["order"] == "rest first" else "empty"
+order = task["order"].replace(" ", "-")
+plan = optuav.solve(task.mission, optuav.P4("b1", order=order), perspective="battery")
+answer_2 = "full" if order == "rest-first" else "empty", plan.hover_time_s
 ### END SOLUTION
 
 # %%

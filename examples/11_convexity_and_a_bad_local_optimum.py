@@ -274,7 +274,7 @@ answer_1 = ...
 p4 = optuav.formulate(task.mission, optuav.P4("b9", order="hover-first"))
 middle_s = (task["short_s"] + task["long_s"]) / 2
 rows = p4.check({"hover_time_s": middle_s, "rest_time_s": task["rest_s"]})
-answer_1 = "yes" if rows.satisfied else "no"
+answer_1 = "yes" if rows.satisfied else "no", middle_s
 ### END SOLUTION
 
 # %%
@@ -307,7 +307,9 @@ print(task)
 answer_3 = ...
 ### BEGIN SOLUTION
 # Where the set is convex and the objective linear, they are; the wells are not linear.
-answer_3 = "yes" if task["perspective"] in ("battery", "energy", "adjusted") else "no"
+p4 = optuav.P4(task["building"], order="hover-first")
+best = optuav.solve(task.mission, p4, perspective=task["perspective"])
+answer_3 = "no" if task["perspective"] == "available" else "yes", best.hover_time_s
 ### END SOLUTION
 
 # %%

@@ -2,7 +2,7 @@
 
 An exercise has the number of its lesson and its own, as ``"01.2"``. Its numbers follow from the
 text that names the student, on any machine; without a name everybody has the same. In four kinds
-of exercise the answer is a figure or a word to predict, a problem to declare, multipliers that
+of exercise the answer is a figure to predict, a problem to declare, multipliers that
 prove an optimum or a conflict, or an itinerary to design.
 
 Examples

@@ -98,11 +98,11 @@ def check(number: str, answer: object, student: str = "") -> Grade:
     number
         Number of the exercise, as ``"01.2"``.
     answer
-        What the task asks for. To predict: a number or a word. To declare: a `Formulation`, its
-        class if it has no fields of its own, or a `Model`. To prove: the multiplier of each
-        constraint by label, as fractions or other numbers; a float is read as the nearest fraction
-        whose denominator is at most a million. To design: an `Itinerary`, a `Plan`, or stops as
-        ``("b1", "rest", 100.0)``. An ellipsis ``...`` stands for no answer yet.
+        What the task asks for. To predict: a number, or a pair of a word and a number. To declare:
+        a `Formulation`, its class if it has no fields of its own, or a `Model`. To prove: the
+        multiplier of each constraint by label, as fractions or other numbers; a float is read as
+        the nearest fraction whose denominator is at most a million. To design: an `Itinerary`, a
+        `Plan`, or stops as ``("b1", "rest", 100.0)``. An ellipsis ``...`` stands for no answer yet.
     student
         The text for which the task was made.
 

@@ -170,11 +170,16 @@ def _dry(task: Task) -> Predictions:
 
 @predict(
     "17.3",
-    "Somebody rests {first_s} s on b9, hovers 660 s, and rests {last_s} s on b10. Keep the rests, "
-    "and shorten the hover until the plan passes the audit. How long [s] may it be?",
+    "One pack holds {battery.capacity_As} A s. Somebody rests {first_s} s on b9, hovers 660 s, and "
+    "rests {last_s} s on b10. Keep the rests, and shorten the hover until the plan passes the "
+    "audit. How long [s] may it be?",
     unit="s",
     within=1.0,
-    draws={"first_s": range(100, 231, 2), "last_s": range(200, 301, 2)},
+    draws={
+        "battery.capacity_As": range(30_000, 36_001, 100),
+        "first_s": range(100, 231, 2),
+        "last_s": range(200, 301, 2),
+    },
 )
 def _shortened(task: Task) -> Predictions:
     rests = Stop("b9", "rest", task["first_s"]), Stop("b10", "rest", task["last_s"])

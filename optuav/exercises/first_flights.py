@@ -48,14 +48,25 @@ def _reserve(task: Task) -> Predictions:
 @predict(
     "01.3",
     "One pack holds {battery.capacity_As} A s. What ends the direct hover (P3, 1200 s, perspective "
-    "battery): charge or deadline?",
+    "battery), charge or deadline, and how many seconds later would the other one end it? The "
+    "flights take 75.79 s and 7843 A s, hovering draws 87.91 A, and 5 % are kept. Answer with a "
+    "pair, as ('charge', 10.0).",
+    unit="s",
+    within=0.5,
     among=("charge", "deadline"),
     draws={"battery.capacity_As": (*range(40_000, 55_000, 500), *range(61_000, 76_000, 500))},
 )
 def _what_binds(task: Task) -> Predictions:
-    (binding,) = optuav.solve(task.mission, "P3", perspective="battery").binding
-    hint = "compare 1124.2 s, which the deadline leaves, with charge over 87.91 A"
-    yield "charge" if "charge" in binding else "deadline", hint
+    late = task.mission.replace({"limits.deadline_s": 10_000.0})
+    plan = optuav.solve(late, "P3", perspective="battery")
+    by_charge_s, by_deadline_s = plan.hover_time_s, 1200.0 - plan.flight_time_s
+    yield (
+        "charge" if by_charge_s < by_deadline_s else "deadline",
+        "how long would the charge last, and how long the time?",
+    )
+    yield abs(by_charge_s - by_deadline_s), "what is left for the hover of the charge, and of time?"
+    yield abs(by_charge_s - 1200.0), "the flights take some of the time"
+    yield abs(by_charge_s + 7843.1 / 87.91 - by_deadline_s), "the flights draw some of the charge"
 
 
 @predict(
@@ -160,7 +171,7 @@ def _flow(task: Task) -> Predictions:
     wells = Wells(task["left"] * battery.full.available_As, battery.full.bound_As)
     after = step(battery, wells, Stage(0.0, 1e-3))
     flow_A = (after.available_As - wells.available_As) / 1e-3
-    yield flow_A, "the flow is k_F times the difference of the heights y2/(1 − ω) and y1/ω"
+    yield flow_A, "charge flows from the higher well to the lower one: how high does each stand?"
     yield flow_A / (1.0 - task["left"]), "the available well is not empty"
 
 
@@ -188,21 +199,22 @@ def _largest_flow(task: Task) -> Predictions:
 @predict(
     "04.2",
     "Take the best plan of P4 on b1, {order}, in the perspective battery; one pack holds "
-    "{battery.capacity_As} A s. Simulated with both wells, which limit does it break first: empty "
-    "or full?",
+    "{battery.capacity_As} A s. Simulated with both wells, which limit does it break first, empty "
+    "or full, and how many seconds of hover does it plan? Answer with a pair, as ('empty', 10.0).",
+    unit="s",
+    within=0.5,
     among=("empty", "full"),
     draws={
         "order": ("rest first", "hover first"),
-        "battery.capacity_As": range(30_000, 42_001, 500),
+        "battery.capacity_As": range(30_000, 42_001, 100),
     },
 )
 def _first_breach(task: Task) -> Predictions:
     order: Order = "rest-first" if task["order"] == "rest first" else "hover-first"
     plan = optuav.solve(task.mission, optuav.P4("b1", order=order), perspective="battery")
-    yield (
-        optuav.replay(plan).violations[0].kind,
-        "how full is the available well when the rest begins?",
-    )
+    hint = "how full is the available well when the rest begins?"
+    yield optuav.replay(plan).violations[0].kind, hint
+    yield plan.hover_time_s, "solve P4 on b1 in this order and perspective"
 
 
 @design(

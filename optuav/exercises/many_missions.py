@@ -55,7 +55,10 @@ def _by_chance(task: Task) -> Predictions:
 )
 def _half_interval(task: Task) -> Predictions:
     error_s = task["spread_s"] / math.sqrt(task["towns"])
-    yield 1.96 * error_s, "1.96 standard errors of the mean"
+    yield (
+        1.96 * error_s,
+        "how much does a mean of many towns scatter, and how far out do 95 % reach?",
+    )
     yield error_s, "one standard error holds the truth two times in three"
     yield 1.96 * task["spread_s"], "that is for one town, and not for the mean of all"
 

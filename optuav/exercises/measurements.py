@@ -32,7 +32,10 @@ def _share(task: Task) -> Predictions:
 )
 def _flow_rate(task: Task) -> Predictions:
     widths = task["share"] * (1.0 - task["share"])
-    yield task["per_min"] / 60.0 * widths, "k_F = k' ω (1 − ω), and there are seconds in a minute"
+    yield (
+        task["per_min"] / 60.0 * widths,
+        "how does a flow raise one well and lower the other? There are seconds in a minute",
+    )
     yield task["per_min"] / 60.0, "k' counts heights of wells, k_F the charge of both"
 
 
@@ -82,7 +85,10 @@ def _elasticity(task: Task) -> Predictions:
 )
 def _samples(task: Task) -> Predictions:
     spread, ratio = task["share"] * (1.0 - task["share"]), 1.96 / task["within"]
-    yield math.ceil(spread * ratio**2), "the standard error is the root of p (1 − p) / n"
+    yield (
+        math.ceil(spread * ratio**2),
+        "which share makes single samples differ most, and how does a mean of many differ?",
+    )
     yield math.ceil(spread / task["within"] ** 2), "one standard error is too little"
     yield math.ceil(math.sqrt(spread) * ratio), "the error shrinks with the root of the number"
 
@@ -130,7 +136,7 @@ def _leg_time(task: Task) -> Predictions:
 )
 def _peak_speed(task: Task) -> Predictions:
     speed_m_s = math.sqrt(task["distance_m"] * task["rate"])
-    yield speed_m_s, "in the middle of the way, v² = 2 a (d/2)"
+    yield speed_m_s, "where is it fastest, and what is the energy gained up to there?"
     yield math.sqrt(2.0) * speed_m_s, "it speeds up for half of the way only"
     yield speed_m_s / 2.0, "that is the mean speed"
 

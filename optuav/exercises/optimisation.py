@@ -300,8 +300,10 @@ def _feasible(task: Task, hovers_s: Floats) -> Booleans:
 @predict(
     "11.1",
     "On the mission with the strong laser, task.mission, hovers of {short_s} s and of {long_s} s "
-    "before a rest of {rest_s} s on b9 can both be flown. Can the hover halfway between them, "
-    "before the same rest? (yes or no)",
+    "before a rest of {rest_s} s on b9 can both be flown. Can the hover halfway between "
+    "them, before the same rest, and how long [s] is it? Answer with a pair, as ('yes', 10.0).",
+    unit="s",
+    within=0.1,
     among=("yes", "no"),
     draws={
         "short_s": range(5, 21),
@@ -314,6 +316,7 @@ def _halfway(task: Task) -> Predictions:
     middle_s = 0.5 * (task["short_s"] + task["long_s"])
     answer = "yes" if _feasible(task, np.array([middle_s]))[0] else "no"
     yield answer, "how full is the available well after each of the hovers, and after the rest?"
+    yield middle_s, "as far from the one as from the other"
 
 
 @predict(
@@ -336,7 +339,10 @@ def _stuck(task: Task) -> Predictions:
 @predict(
     "11.3",
     "On `paper`, the KKT conditions hold at a plan of P4 on {building} in the perspective "
-    "{perspective}. Is that alone a proof that the plan is optimal? (yes or no)",
+    "{perspective}, which hovers first. Is that alone a proof that the plan is optimal, and how "
+    "many seconds does the best such plan hover? Answer with a pair, as ('yes', 10.0).",
+    unit="s",
+    within=0.5,
     among=("yes", "no"),
     draws={
         "building": tuple(f"b{k}" for k in range(1, 11)),
@@ -348,6 +354,8 @@ def _is_a_proof(task: Task) -> Predictions:
     program = optuav.formulate(task.mission, problem, perspective=task["perspective"])
     answer = "yes" if traits(program.parts[0].model).linear else "no"
     yield answer, "what is the shape of the feasible set, and who knows it?"
+    plan = optuav.solve(task.mission, problem, perspective=task["perspective"])
+    yield plan.hover_time_s, "solve P4 on this building in this perspective"
 
 
 @predict(

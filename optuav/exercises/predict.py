@@ -1,4 +1,4 @@
-"""Predict: a figure or a word, with hints for the mistakes that are often made."""
+"""Predict: a figure, some with a word, with hints for the mistakes that are often made."""
 
 import math
 import numbers
@@ -11,7 +11,10 @@ from optuav.errors import Fault, InputError
 from optuav.exercises.exercise import Draws, Exercise, Grade, Task, is_close, plain
 
 Predictions: TypeAlias = Iterator[tuple[float | str, str]]
-"""The true answer with a hint for any other one; then wrong answers with a hint for each."""
+"""The true answer with a hint for any other one; then wrong answers with a hint for each.
+
+Before them the true word with its hint, where a word is asked for as well.
+"""
 
 FACTORS = (100.0, 1000.0)  # Per cent, thousands
 OF_TIME = (60.0, 3600.0)  # Minutes, hours
@@ -29,22 +32,39 @@ def predict(
     draws: Draws | None = None,
     fixed: Mapping[str, object] | None = None,
 ) -> Callable[[Callable[[Task], Predictions]], Exercise]:
-    """An exercise whose answer is a figure in a unit within a tolerance, or one of some words."""
+    """An exercise whose answer is a figure in a unit within a tolerance.
+
+    Where it is one of some words as well, the answer is a pair of this and the figure.
+    """
 
     def declared(function: Callable[[Task], Predictions]) -> Exercise:
-        grade = (
-            partial(_word, function, among) if among else partial(_figure, function, unit, within)
-        )
+        grade = partial(_grade, function, unit, within, among)
         return Exercise(number, "predict", text, grade, mission, draws or {}, fixed or {})
 
     return declared
 
 
-def _figure(
-    function: Callable[[Task], Predictions], unit: str, within: float, task: Task, answer: object
+def _grade(
+    function: Callable[[Task], Predictions],
+    unit: str,
+    within: float,
+    among: Sequence[str],
+    task: Task,
+    answer: object,
 ) -> Grade:
+    """The grade of a figure, or of a word and a figure."""
+    found = function(task)
+    if not among:
+        return _figure(found, figure_of(answer, unit), unit, within, task)
+    word, value = _pair(answer, unit, among)
+    truth, hint = next(found)
+    if word != truth:
+        return Grade.wrong(task, "it is not this word", hint)
+    return _figure(found, value, unit, within, task)
+
+
+def _figure(found: Predictions, value: float, unit: str, within: float, task: Task) -> Grade:
     """The grade of a figure."""
-    value, found = figure_of(answer, unit), function(task)
     truth, hint = next(found)
     assert not isinstance(truth, str)
     if is_close(value, truth, within):
@@ -72,16 +92,11 @@ def figure_of(answer: object, unit: str = "") -> float:
     raise InputError([Fault("answer", f"{answer!r:.80}", words)])
 
 
-def _word(
-    function: Callable[[Task], Predictions], among: Sequence[str], task: Task, answer: object
-) -> Grade:
-    """The grade of a word."""
-    word = answer.strip().casefold() if isinstance(answer, str) else ""
-    if word not in among:
-        words = f"one of {', '.join(map(repr, among))}"
-        raise InputError([Fault("answer", f"{answer!r:.80}", words)])
-    found = function(task)
-    truth, hint = next(found)
-    if word == truth:
-        return Grade.correct(task)
-    return Grade.wrong(task, "it is not this one", dict(found).get(word, hint))
+def _pair(answer: object, unit: str, among: Sequence[str]) -> tuple[str, float]:
+    """The word and the finite number that an answer is; `InputError` if it is none."""
+    if isinstance(answer, tuple | list) and len(answer) == 2 and isinstance(answer[0], str):
+        word, figure = answer
+        if (word := word.strip().casefold()) in among:
+            return word, figure_of(figure, unit)
+    words = f"one of {', '.join(map(repr, among))} and a number [{unit}], as ({among[0]!r}, 10.0)"
+    raise InputError([Fault("answer", f"{answer!r:.80}", words)])
