@@ -11,7 +11,7 @@ from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 from typing import Any
-from urllib.parse import unquote
+from urllib.parse import quote, unquote
 
 import pytest
 
@@ -26,6 +26,7 @@ CHROMIUM = next(
 )
 pytestmark = pytest.mark.skipif(not CHROMIUM, reason="Chromium is not installed")
 
+KEPT = "State of charge η0 that must be left at the end"
 FITS = """() => document.documentElement.scrollWidth <= innerWidth
   && ["map", "plane", "wells"].every((name) => {
     const box = document.querySelector(`figure.${name} svg[viewBox]`)?.getBoundingClientRect();
@@ -86,7 +87,8 @@ def says(page: Any, words: str | re.Pattern[str]) -> None:
 
 
 def state(page: Any) -> Any:
-    """The state in the address."""
+    """The state in the address, once it has been answered."""
+    playwright.expect(page.locator(".optuav-explorer.busy")).to_have_count(0)
     return json.loads(unquote(page.url.partition("#")[2]))
 
 
@@ -190,7 +192,9 @@ def test_a_bad_value_is_told_and_the_picture_stays(open_page: Open) -> None:
     field = page.locator("input[data-key='limits.min_soc|null'][type=text]")
     field.fill("much")
     told = page.locator(".faults li")
-    playwright.expect(told).to_have_text("limits.min_soc = 'much': a number, 0 <= x < 1 [-]")
+    playwright.expect(told).to_have_text(
+        f"{KEPT}: limits.min_soc = 'much': a number, 0 <= x < 1 [-]"
+    )
     playwright.expect(field).to_have_attribute("aria-invalid", "true")
     assert page.locator("figure.map svg").first.inner_html() == drawn
     field.fill("0.1")
@@ -240,8 +244,153 @@ def test_names_stay_text(open_page: Open) -> None:
     says(page, "(P4, optimal)")
     playwright.expect(page.locator("figure.plane figcaption")).to_contain_text(EVIL)
     assert page.locator("img").count() == 0
-    assert page.title() == "optuav explore"
+    assert page.title() == f"{EVIL} paper – optuav explore"
 
+
+def told(page: Any, *words: str) -> None:
+    """Wait until the faults contain words, one each."""
+    playwright.expect(page.locator(".faults li")).to_contain_text([*words])
+
+
+def fragment(**states: object) -> str:
+    """States as an address has them."""
+    return f"#{quote(json.dumps(states))}"
+
+
+@pytest.mark.parametrize(
+    ("stated", "words"),
+    [
+        ({"changes": {"limits.deadline_s": -1}}, "limits.deadline_s = -1"),
+        ({"changes": {"buildings.b10.position_m": [1e9, 0, 0]}}, "b10"),
+        ({"building": "zzz"}, "zzz"),
+        ({"other": 1}, "other"),
+        ({"trajectory": "round"}, "round"),
+        ({"changes": None}, "changes"),
+    ],
+)
+def test_a_link_with_a_refused_state_opens_the_mission_itself(
+    open_page: Open, stated: object, words: str
+) -> None:
+    """With the reason, and with controls that work: no dead page."""
+    page = open_page(fragment=fragment(state=stated))
+    told(page, "The mission is shown as it is", words)
+    says(page, "Hover 597.27 s")
+    page.locator("input[data-key='limits.deadline_s|null'][type=text]").fill("900")
+    says(page, "Hover 591.57 s")
+    playwright.expect(page.locator(".faults li")).to_have_count(0)
+    assert state(page)["state"] == {"changes": {"limits.deadline_s": 900}}
+    page.get_by_role("button", name="Reset").click()
+    says(page, "Hover 597.27 s")
+
+
+def test_a_link_with_a_refused_pin_opens_the_rest(open_page: Open) -> None:
+    late = {"changes": {"limits.deadline_s": 900}}
+    page = open_page(fragment=fragment(state=late, pinned={"building": "zzz"}))
+    told(page, "The pinned plan of the address is left out", "zzz")
+    says(page, "Hover 591.57 s")
+    assert page.locator(".pinned").count() == 0
+    page.locator("input[data-key='limits.deadline_s|null'][type=text]").fill("1200")
+    says(page, "Hover 597.27 s")
+    assert state(page)["pinned"] is None
+
+
+def test_refused_values_stay_out_of_the_address(open_page: Open) -> None:
+    """A reload shows what was last seen; and a comma is told to be none."""
+    page = open_page()
+    field = page.locator("input[data-key='limits.deadline_s|null'][type=text]")
+    field.fill("900")
+    says(page, "Hover 591.57 s")
+    field.fill("900,5")
+    told(page, "a decimal point is a point")
+    assert state(page)["state"] == {"changes": {"limits.deadline_s": 900}}
+    page.reload()
+    says(page, "Hover 591.57 s")
+
+
+def test_a_slow_answer_is_told_and_given_up_for_a_newer_question(open_page: Open) -> None:
+    """After a moment it stands beside the verdict; what is asked meanwhile does not wait for it."""
+    page = open_page()
+    page.evaluate(SLOW)
+    field = page.locator("input[data-key='limits.deadline_s|null'][type=text]")
+    field.fill("900")
+    waits = page.locator(".waits[aria-live=polite]")
+    playwright.expect(waits).to_have_text("computing …")
+    page.evaluate("window.slow = false")
+    field.fill("800")
+    says(page, "Hover 579.91 s")
+    assert page.evaluate("window.given_up")
+    playwright.expect(waits).to_have_text("")
+
+
+def test_places_are_set_by_numbers(open_page: Open) -> None:
+    """Device and laser, and the roof that is chosen: without a mouse, in any town."""
+    page = open_page()
+    fields = page.locator("input[data-place]:visible")
+    playwright.expect(fields).to_have_count(4)
+    page.get_by_label("device, x [m]", exact=True).fill("1100")
+    playwright.expect(page.locator("circle[data-key='link.device_m']")).to_have_attribute(
+        "aria-label", re.compile("x 1100 m")
+    )
+    page.get_by_label("Rest on", exact=True).select_option("b3")
+    page.get_by_label("roof of b3, y [m]", exact=True).fill("777")
+    point = page.locator("circle[data-key='buildings.b3.position_m']")
+    playwright.expect(point).to_have_attribute("aria-label", re.compile("y 777 m"))
+    assert state(page)["state"]["changes"]["buildings.b3.position_m"][1] == 777
+    page.get_by_label("device, x [m]", exact=True).fill("here")
+    told(page, "link.device_m")
+    playwright.expect(page.get_by_label("device, x [m]")).to_have_attribute("aria-invalid", "true")
+
+
+def test_a_point_is_not_dragged_off_the_map(open_page: Open) -> None:
+    page = open_page()
+    point = page.locator("circle[data-key='laser.position_m']")
+    point.scroll_into_view_if_needed()
+    box = point.bounding_box()
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(5, 890, steps=2)
+    page.mouse.up()
+    x, y, _ = state(page)["state"]["changes"]["laser.position_m"]
+    low, high = answers(optuav.load("paper"), {})["map"]["bounds"]
+    room = 0.06 * max(high[0] - low[0], high[1] - low[1]) + 1.0
+    assert low[0] - room <= x <= high[0] + room
+    assert low[1] - room <= y <= high[1] + room
+
+
+def test_colours_of_constraints_do_not_hang_on_what_was_seen(open_page: Open) -> None:
+    """A link shows the colours of the page that it was copied from."""
+    page = open_page()
+    for name, value in (
+        ("Perspective", "battery"),
+        ("Problem", "P3"),
+        ("Perspective", "available"),
+    ):
+        page.get_by_label(name, exact=True).select_option(value)
+        state(page)
+    again = open_page(fragment=f"#{page.url.partition('#')[2]}")
+    both = [each.locator("figure.plane .key").inner_html() for each in (page, again)]
+    assert both[0] == both[1]
+
+
+def test_names_and_roles_are_told_apart(open_page: Open) -> None:
+    """By assistive technology: pictures are pictures, sliders and fields differ."""
+    page = open_page()
+    assert page.locator("figure svg[role=img]").count() == 3
+    assert page.locator("svg[role=group]").count() == 1
+    names = page.locator("input:visible").evaluate_all("(all) => all.map((each) => each.ariaLabel)")
+    assert len(set(names)) == len(names)
+    assert "η2" in page.locator("option[value=energy]").get_attribute("title")
+
+
+SLOW = """() => {
+  const fetched = window.fetch;
+  window.slow = true;
+  window.fetch = (place, options) => !window.slow ? fetched(place, options) :
+    new Promise((_, refuse) => options.signal.addEventListener("abort", () => {
+      window.given_up = true;
+      refuse(options.signal.reason);
+    }));
+}"""
 
 NOTEBOOK = """async ({code, answer}) => {
   globalThis.d3 = "theirs";

@@ -4,7 +4,7 @@
 const COLOURS = ["#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"];
 const DASHES = ["none", "7 3", "2 3", "9 3 2 3", "4 2", "1 2"];
 const KINDS = {flight: "#0072B2", hover: "#009E73", rest: "#E69F00"};
-const BOUND = "#56B4E9", AVAILABLE = "#0072B2", LACKING = "#D55E00", LASER = "#CC79A7";
+const BOUND = "#B9A6D3", AVAILABLE = "#75519C", LACKING = "#D55E00", LASER = "#CC79A7";
 const PROBLEMS = {
   P1: "P1: longest hover",
   P2: "P2: shortest flight and rest",
@@ -19,6 +19,17 @@ const TITLES = {
   order: "Order",
 };
 const DEFAULTS = {problem: "P1", perspective: "available", trajectory: "optimal", building: "", order: ""};
+const HINTS = {
+  available: "Counts charge; the available well is never empty nor past full",
+  battery: "Counts charge: the paper's η1",
+  energy: "Counts energy, against the nominal energy of the battery: the paper's η2",
+  adjusted: "Counts energy, against what the battery holds at the voltage of each regime: the paper's η3",
+  wells: "Counts charge, step by step through both wells",
+  optimal: "The best of all routes",
+  direct: "Without a rest",
+  traj1: "By way of the building nearest the device",
+  traj2: "By way of the building with the shortest flight time",
+};
 const ANY = {building: "the best", order: "the better"};
 const FIGURES = ["map", "plane", "wells"];
 const MOST_NAMED = 40, MOST_FOCUSED = 60;
@@ -36,7 +47,9 @@ const SIDES = [
   {dx: 7, dy: -6, lineAnchor: "bottom", textAnchor: "start"},
   {dx: -7, dy: -6, lineAnchor: "bottom", textAnchor: "end"},
 ];
-const PATIENCE_MS = 15000;
+const PATIENCE_MS = 15000; // With a question that cannot be given up
+const PATIENCE_WHILE_MOVED_MS = 2000; // With one that is given up where another waits
+const TELL_MS = 500, STILL_MS = 5000; // After which it is told that an answer takes time
 const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1]};
 
 let instances = 0;
@@ -53,11 +66,15 @@ export function render({model, el}) {
   let later = false; // Whether to ask again after it, or what
   let number = Date.now() % 1e9; // So that no two answers of a notebook are alike
   let wanted = pinned ? "pinned" : "now";
+  let good = state; // The last state that was answered without a fault
+  let kept = []; // Faults of the address, which are told until something is changed
+  let touched = false; // Whether something was changed
+  let ticking = null;
   const fields = new Map();
-  const looks = new Map(); // Numbers of colours by constraint, so that one keeps its colour
 
   const root = make("div", {class: "optuav-explorer"});
   const verdict = make("p", {class: "verdict", role: "status", "aria-live": "polite"});
+  const waits = make("p", {class: "waits", role: "status", "aria-live": "polite"});
   const faults = make("ul", {class: "faults", role: "alert"});
   const form = make("form", {"aria-label": "Question and mission"});
   const panel = folded("Question and mission", form, (el.clientWidth || innerWidth) > NARROW_PX);
@@ -67,7 +84,7 @@ export function render({model, el}) {
   panel.classList.add("controls");
   form.addEventListener("submit", (event) => event.preventDefault());
   columns.append(now.element);
-  root.append(make("header", {}, make("h1", {}, "optuav"), verdict, faults), panel, columns);
+  root.append(make("header", {}, make("h1", {}, "optuav"), verdict, waits, faults), panel, columns);
   el.replaceChildren(make("div", {class: "optuav-frame"}, root));
   model.on("change:answer", () => received(model.get("answer")));
   const sized = new ResizeObserver(() => requestAnimationFrame(redraw));
@@ -76,52 +93,91 @@ export function render({model, el}) {
   if (wanted === "pinned") ask(pinned);
   else if (model.get("answer")?.controls) received(model.get("answer"));
   else ask();
-  return () => sized.disconnect();
+  return () => {
+    sized.disconnect();
+    clearInterval(ticking);
+  };
 
   // Questions and answers: one at a time, the last state always.
 
   function ask(special = null) {
-    if (asked && performance.now() - asked.moment < PATIENCE_MS) {
+    const patience = model.give_up ? PATIENCE_WHILE_MOVED_MS : PATIENCE_MS;
+    if (asked && performance.now() - asked.moment < patience) {
       later = special ?? true;
       return;
     }
+    model.give_up?.();
     const question = {...(special ?? state), number: ++number};
-    asked = {number, moment: performance.now(), file: question.file};
+    asked = {number, moment: performance.now(), file: question.file, state};
     root.classList.add("busy");
+    clearInterval(ticking);
+    ticking = setInterval(tell, TELL_MS);
     model.set("state", question);
     model.save_changes();
   }
 
+  function askLater() {
+    if (!later) return;
+    const next = later === true ? null : later;
+    later = false;
+    ask(next);
+  }
+
+  function tell() {
+    askLater();
+    const words = performance.now() - asked.moment < STILL_MS ? "computing …" : "still computing …";
+    if (waits.textContent !== words) waits.textContent = words;
+  }
+
   function received(answer) {
     if (!answer || (asked && answer.number !== asked.number)) return;
-    const file = asked?.file;
     if (!asked) state = {changes: {}, ...model.get("state")}; // Asked by another view of a notebook
+    const {file, state: stated} = asked ?? {state};
+    const isPinned = wanted === "pinned";
+    wanted = "now";
     asked = null;
+    clearInterval(ticking);
+    waits.textContent = "";
     root.classList.remove("busy");
     if (answer.faults) {
-      wanted = "now";
-      showFaults(answer.faults);
-    } else if (wanted === "pinned") {
-      wanted = "now";
+      if (isPinned) {
+        kept = [{key: "", words: "The pinned plan of the address is left out:"}, ...answer.faults];
+        pinned = null;
+        model.set("pinned", null);
+        return ask();
+      }
+      if (!shown && JSON.stringify(brief(state)) !== JSON.stringify(brief({changes: {}}))) {
+        const words = "The mission is shown as it is, as what the address states is refused:";
+        kept = [...kept, {key: "", words}, ...answer.faults];
+        state = {changes: {}};
+        return ask();
+      }
+      showFaults([...kept, ...answer.faults], true);
+    } else if (isPinned) {
       pinnedAnswer = answer;
       return ask();
     } else {
-      showFaults([]);
       shown = answer;
+      good = stated;
+      if (touched) link();
       if (file && answer.file) save(answer.file.name, new Blob([answer.file.text]));
       fill();
+      showFaults(kept, false);
       redraw(true);
     }
-    if (later) {
-      const next = later === true ? null : later;
-      later = false;
-      ask(next);
-    }
+    askLater();
+  }
+
+  // The address has states that were answered alone: a link opens what was seen.
+
+  function link() {
+    return model.get("link")?.({state: brief(good), pinned: pinned && brief(pinned)});
   }
 
   function change(changes) {
     state = {...state, ...changes, file: null, repairs: false};
-    model.get("link")?.({state: brief(state), pinned: pinned && brief(pinned)});
+    kept = [];
+    touched = true;
     ask();
   }
 
@@ -129,15 +185,27 @@ export function render({model, el}) {
     change({changes: {...state.changes, [key]: value}});
   }
 
-  function showFaults(found) {
-    faults.replaceChildren(...found.map((fault) => make("li", {}, fault.words)));
-    root.classList.toggle("at-fault", found.length > 0);
+  function showFaults(found, refused) {
+    const told = found.map(({key, words}) => make("li", {}, `${titled(key)}${words}${pointed(key)}`));
+    faults.replaceChildren(...told);
+    root.classList.toggle("at-fault", refused);
     const keys = new Set(found.map((fault) => fault.key));
-    for (const [name, field] of fields) {
-      const wrong = keys.has(name.split("|")[0]);
+    for (const field of fields.values()) {
+      const wrong = refused && keys.has(field.key);
       for (const input of field.inputs) input.setAttribute("aria-invalid", wrong);
       field.element.classList.toggle("wrong", wrong);
     }
+  }
+
+  function titled(key) {
+    const control = shown?.controls.find((each) => each.key === key);
+    const title = control?.label.replace(/, [xyz]$/, "") ?? TITLES[key];
+    return title ? `${title}: ` : "";
+  }
+
+  function pointed(key) {
+    const commas = [state.changes?.[key]].flat().some((value) => /^[-+]?\d*,\d+$/.test(value));
+    return commas ? "; a decimal point is a point, as in 1.5" : "";
   }
 
   // Controls
@@ -160,7 +228,9 @@ export function render({model, el}) {
     for (const name of Object.keys(TITLES)) {
       const [select] = fields.get(name)?.inputs ?? [{}];
       select.value = state[name] ?? DEFAULTS[name];
+      select.title = HINTS[select.value] ?? "";
     }
+    if (!shown.stored) fillPlaces(activeElement);
     const problem = state.problem ?? "P1", direct = problem === "P3" || state.trajectory === "direct";
     disable("problem", Boolean(state.building));
     disable("trajectory", Boolean(state.building) || problem === "P3");
@@ -181,17 +251,55 @@ export function render({model, el}) {
       select.addEventListener("change", () => choose(name, select.value || null));
       const label = make("label", {for: select.id}, TITLES[name]);
       const element = make("div", {class: "choice"}, label, select);
-      fields.set(name, {element, inputs: [select]});
+      fields.set(name, {key: name, element, inputs: [select]});
       question.append(element);
     }
     const mission = make("fieldset", {}, make("legend", {}, "Mission"));
     for (const control of shown.controls) mission.append(slider(control));
-    form.append(question, mission, buttons());
+    form.append(question, mission, ...(shown.stored ? [] : [places()]), buttons());
+  }
+
+  // Device, laser and the building that is chosen, by numbers.
+
+  function places() {
+    const group = make("fieldset", {}, make("legend", {}, "Places: x, y [m]"));
+    for (const name of ["device", "laser", "roof"]) {
+      const element = make("div", {class: "place"}, make("span"));
+      const inputs = [0, 1].map((axis) => {
+        const input = make("input", {type: "text", inputmode: "decimal", size: 6, "data-place": `${name}|${axis}`});
+        input.addEventListener("input", () => {
+          const {key, at} = fields.get(`place ${name}`), text = input.value.trim(), value = Number(text);
+          const stated = [...(state.changes[key] ?? at)];
+          stated[axis] = text && Number.isFinite(value) ? value : text;
+          changeKey(key, stated);
+        });
+        return input;
+      });
+      element.append(...inputs);
+      fields.set(`place ${name}`, {element, inputs});
+      group.append(element);
+    }
+    return group;
+  }
+
+  function fillPlaces(activeElement) {
+    const keys = {device: "link.device_m", laser: "laser.position_m", roof: `buildings.${state.building}.position_m`};
+    for (const [name, key] of Object.entries(keys)) {
+      const place = fields.get(`place ${name}`), point = points(shown.map).find((each) => each.key === key);
+      place.element.hidden = !point;
+      Object.assign(place, {key, at: point?.at});
+      if (!point) continue;
+      place.element.firstChild.textContent = point.name;
+      place.inputs.forEach((input, axis) => {
+        input.setAttribute("aria-label", `${point.name}, ${"xy"[axis]} [m]`);
+        if (!later && activeElement !== input) input.value = point.at[axis];
+      });
+    }
   }
 
   function choices(select, name, values) {
     const words = (value) => (name === "problem" ? PROBLEMS[value] : value || ANY[name]);
-    const options = values.map((value) => make("option", {value}, words(value) ?? value));
+    const options = values.map((value) => make("option", {value, title: HINTS[value] ?? ""}, words(value) ?? value));
     select.replaceChildren(...options);
   }
 
@@ -207,8 +315,8 @@ export function render({model, el}) {
   function slider(control) {
     const name = `${control.key}|${control.axis}`, own = `${id}-${fields.size}`;
     const words = `${control.label}${control.unit ? ` [${control.unit}]` : ""}`;
-    const range = make("input", {type: "range", id: own, min: control.low, max: control.high, step: control.step});
-    const field = make("input", {type: "text", inputmode: "decimal", "aria-label": words, size: 8});
+    const range = make("input", {type: "range", id: own, min: control.low, max: control.high, step: control.step, "aria-label": `${words}, slider`});
+    const field = make("input", {type: "text", inputmode: "decimal", "aria-label": `${words}, value`, size: 8});
     range.dataset.key = field.dataset.key = name;
     range.addEventListener("input", () => {
       field.value = range.value;
@@ -221,7 +329,7 @@ export function render({model, el}) {
     });
     const label = make("label", {for: own, title: control.key}, words);
     const element = make("div", {class: "slider"}, label, range, field);
-    fields.set(name, {element, inputs: [range, field]});
+    fields.set(name, {key: control.key, element, inputs: [range, field]});
     return element;
   }
 
@@ -254,7 +362,7 @@ export function render({model, el}) {
   }
 
   function pin() {
-    pinned = {...state, file: null, repairs: false};
+    pinned = {...good, file: null, repairs: false};
     pinnedAnswer = shown;
     model.set("pinned", pinned);
     change({});
@@ -269,7 +377,7 @@ export function render({model, el}) {
   }
 
   async function copy(button) {
-    const address = model.get("link")({state: brief(state), pinned: pinned && brief(pinned)});
+    const address = link();
     try {
       await navigator.clipboard.writeText(address);
       button.textContent = "Link copied";
@@ -359,7 +467,7 @@ export function render({model, el}) {
       if (!words.some((each) => each.x === x && each.y === y)) words.push({x, y, lines: [short(name)]});
     }
     const scale = (wide - 72) / (x2 - x1 + 2 * room), sights = map.sight.length <= MOST_FOCUSED ? 0.6 : 0.1;
-    const plot = Plot.plot({
+    const plot = picture({
       width: wide,
       aspectRatio: 1,
       marginLeft: 52,
@@ -390,7 +498,7 @@ export function render({model, el}) {
         }),
         Plot.dot(stays, {x: "x", y: "y", r: 6, symbol: ({kind}) => (kind === "rest" ? "square" : "circle"),
           fill: ({kind}) => KINDS[kind], stroke: "white"}),
-        placed(words, scale).map(([{dx, dy, lineAnchor, textAnchor}, some]) => Plot.text(some, {
+        placed(words, scale, legs).map(([{dx, dy, lineAnchor, textAnchor}, some]) => Plot.text(some, {
           x: "x", y: "y", text: ({lines}) => lines.join("\n"), lineHeight: 1.15, dx, dy, lineAnchor, textAnchor,
           stroke: "var(--optuav-ground)", strokeWidth: 3, fill: "currentColor",
         })),
@@ -418,17 +526,13 @@ export function render({model, el}) {
   function handles(plot, map, stage) {
     const [x, y] = (scales = [plot.scale("x"), plot.scale("y")]);
     if (!layer) {
-      layer = d3.create("svg:svg").attr("class", "handles").attr("aria-label", "Points that can be moved");
+      layer = d3.create("svg:svg").attr("class", "handles").attr("role", "group").attr("aria-label", "Points that can be moved");
       stage.append(layer.node());
     }
     layer.attr("viewBox", plot.getAttribute("viewBox")).attr("width", plot.getAttribute("width"));
-    const points = [
-      {key: "link.device_m", name: "device", at: map.device},
-      ...(map.laser ? [{key: "laser.position_m", name: "laser", at: map.laser}] : []),
-      ...map.buildings.map(({name, at}) => ({key: `buildings.${name}.position_m`, name: `roof of ${name}`, at})),
-    ];
-    const all = points.length <= MOST_FOCUSED;
-    layer.selectAll("circle").data(points, ({key}) => key)
+    const movable = points(map);
+    const all = movable.length <= MOST_FOCUSED;
+    layer.selectAll("circle").data(movable, ({key}) => key)
       .join((enter) => enter.append("circle").each(listen))
       .attr("r", ({key}) => (key.startsWith("buildings") ? 8 : 12))
       .attr("cx", ({at}) => x.apply(at[0])).attr("cy", ({at}) => y.apply(at[1]))
@@ -447,7 +551,11 @@ export function render({model, el}) {
       this.addEventListener("pointermove", (event) => {
         if (!held || !this.hasPointerCapture(event.pointerId)) return;
         const [left, top] = d3.pointer(event, layer.node());
-        move(d3.select(this).datum(), scales[0].invert(left), scales[1].invert(top));
+        const [px, py] = [left, top].map((along, axis) => {
+          const {domain: [low, high]} = scales[axis];
+          return Math.min(Math.max(scales[axis].invert(along), low), high);
+        });
+        move(d3.select(this).datum(), px, py);
       });
       for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
         this.addEventListener(end, () => {
@@ -479,17 +587,10 @@ export function render({model, el}) {
     const dx = (x2 - x1) / (n - 1) / 2, dy = (y2 - y1) / (n - 1) / 2;
     const over = {width: n, height: n, x1: x1 - dx, x2: x2 + dx, y1: y1 - dy, y2: y2 + dy, thresholds: [0], interpolate: "none", clip: true};
     const curves = plane.constraints.map((each) => ({...each}));
-    const free = d3.range(curves.length + COLOURS.length);
-    for (const kept of [true, false]) {
-      for (const curve of curves.filter(({name}) => looks.has(name) === kept)) {
-        const known = free.indexOf(looks.get(curve.name)), [look] = free.splice(Math.max(known, 0), 1);
-        looks.set(curve.name, look);
-        Object.assign(curve, {colour: COLOURS[look % COLOURS.length], dash: DASHES[look % DASHES.length]});
-      }
-    }
+    looksOf(curves.map(({name}) => name)).forEach((look, k) => Object.assign(curves[k], look));
     const points = grid.hover_s.flatMap((y, i) => grid.rest_s.map((x, j) => ({x, y, holds: grid.feasible[i][j]})));
     const best = plane.best ? [plane.best] : [];
-    const plot = Plot.plot({
+    const plot = picture({
       width: figure.clientWidth || 300,
       height: Math.min(420, Math.max(260, 0.8 * figure.clientWidth)),
       marginLeft: 52,
@@ -533,7 +634,7 @@ export function render({model, el}) {
     const strip = [1.03 * top, 1.09 * top];
     const levels = [[wells.full_As, "full B"], [wells.least_As, "to be kept η₀B"]];
     const area = {x: "time", y1: "bound", fillOpacity: 0.85};
-    const plot = Plot.plot({
+    const plot = picture({
       width: figure.clientWidth || 300,
       height: 260,
       marginLeft: 62,
@@ -556,9 +657,9 @@ export function render({model, el}) {
     figure.replaceChildren(
       caption("Charge over time"), plot,
       key([
-        [AVAILABLE, "block", "available y₁"], [BOUND, "block", "bound y₂"],
+        [AVAILABLE, "block", "available well y₁"], [BOUND, "block", "bound well y₂"],
         wells.lacks && [LACKING, "block", "not there"],
-        ...Object.entries(KINDS).filter(([kind]) => wells.phases.some((each) => each.kind === kind)).map(([kind, colour]) => [colour, "block", kind]),
+        ...Object.entries(KINDS).filter(([kind]) => wells.phases.some((each) => each.kind === kind)).map(([kind, colour]) => [colour, "block", `${kind} (strip)`]),
         wells.dry_s !== null && [LACKING, "none", `dry at ${wells.dry_s.toFixed(1)} s`],
         wells.overfull_s !== null && [LACKING, "2 2", `past full at ${wells.overfull_s.toFixed(1)} s`],
       ]));
@@ -579,13 +680,14 @@ export function render({model, el}) {
     }
     if (answer.constraints.length) {
       const rows = answer.constraints.map((each) => [each.label, each.statement, each.figures, each.spare]);
-      parts.push(folded("What binds", table(["constraint", "as stated", "in numbers", "to spare"], rows), true));
+      parts.push(folded("Constraints", table(["constraint", "as stated", "in numbers", "to spare"], rows), true));
     }
     if (answer.prices.length) {
       const rows = answer.prices.map((each) => [each.key, each.value, each.less, each.more]);
       const told = list(answer.prices.map(({words}) => words).filter(Boolean));
-      const title = `Shadow prices: ${answer.objective} per unit, the others held`;
-      parts.push(folded(title, make("div", {}, table(["parameter", "value", "less", "more"], rows, "figures"), told), true));
+      const title = `Shadow prices: ${answer.objective} per unit, as a slope at the margin, the others held`;
+      const steps = told.children.length ? ["For whole steps, solved again:", told] : [];
+      parts.push(folded(title, make("div", {}, table(["parameter", "value", "less", "more"], rows, "figures"), ...steps), true));
     }
     parts.push(folded("Question and answer", table(["", ""], answer.facts), false));
     const open = [...target.querySelectorAll("details")].map((each) => [each.firstChild.textContent, each.open]);
@@ -654,14 +756,45 @@ function make(tag, attributes = {}, ...content) {
   return element;
 }
 
+function picture(options) {
+  const plot = Plot.plot(options);
+  plot.setAttribute("role", "img");
+  return plot;
+}
+
+function points(map) {
+  return [
+    {key: "link.device_m", name: "device", at: map.device},
+    ...(map.laser ? [{key: "laser.position_m", name: "laser", at: map.laser}] : []),
+    ...map.buildings.map(({name, at}) => ({key: `buildings.${name}.position_m`, name: `roof of ${name}`, at})),
+  ];
+}
+
+// Colours and dashes by the names of constraints, not by what was seen before: a link shows the same ones.
+
+function looksOf(names) {
+  const taken = new Set(), most = Math.max(COLOURS.length, names.length);
+  return names.map((name) => {
+    let look = d3.sum(name, (letter) => letter.codePointAt(0)) % COLOURS.length;
+    while (taken.has(look)) look = (look + 1) % most;
+    taken.add(look);
+    const round = Math.floor(look / COLOURS.length);
+    return {colour: COLOURS[look % COLOURS.length], dash: DASHES[(look + round) % DASHES.length]};
+  });
+}
+
 function short(name) {
   return name.length > LONGEST_NAME ? `${name.slice(0, LONGEST_NAME - 1)}…` : name;
 }
 
-// Labels by side of their points, where no other label is; those that are not needed may have no place.
+// Labels by side of their points, where no other label and no leg is; those that are not needed may have no place.
 
-function placed(labels, scale) {
-  const taken = labels.map(({x, y}) => [x * scale - 3, -y * scale - 3, x * scale + 3, 3 - y * scale]);
+function placed(labels, scale, legs) {
+  const onLegs = legs.flatMap(([[x1, y1], [x2, y2]]) => {
+    const count = Math.ceil((Math.hypot(x2 - x1, y2 - y1) * scale) / 6);
+    return d3.range(1, count).map((k) => ({x: x1 + (k / count) * (x2 - x1), y: y1 + (k / count) * (y2 - y1)}));
+  });
+  const taken = [...labels, ...onLegs].map(({x, y}) => [x * scale - 3, -y * scale - 3, x * scale + 3, 3 - y * scale]);
   const found = SIDES.map((side) => [side, []]);
   for (const label of labels) {
     const width = LETTER_PX * d3.max(label.lines, ({length}) => length), height = 13 * label.lines.length;

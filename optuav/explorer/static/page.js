@@ -6,6 +6,7 @@ const SILENT = "optuav does not answer: is `optuav explore` still running?";
 class Model {
   #values = read();
   #listeners = {};
+  #open = null;
 
   get(name) {
     return this.#values[name];
@@ -20,14 +21,20 @@ class Model {
     (this.#listeners[event] ??= []).push(listener);
   }
 
+  give_up() {
+    this.#open?.abort();
+  }
+
   async save_changes() {
+    const {signal} = (this.#open = new AbortController());
     const state = this.get("state");
     let answer = {number: state.number, faults: [{key: "", words: SILENT}]};
     try {
       const headers = {"Content-Type": "application/json"};
       const body = JSON.stringify(state);
-      answer = await (await fetch("answers", {method: "POST", headers, body})).json();
+      answer = await (await fetch("answers", {method: "POST", headers, body, signal})).json();
     } catch (error) {
+      if (signal.aborted) return;
       console.warn(error);
     }
     this.set("answer", {number: state.number, ...answer});
@@ -47,6 +54,10 @@ model.set("link", (states) => {
   const hash = `#${encodeURIComponent(JSON.stringify(states))}`;
   history.replaceState(null, "", hash);
   return location.href;
+});
+model.on("change:answer", () => {
+  const {name} = model.get("answer");
+  if (name) document.title = `${name} – optuav explore`;
 });
 addEventListener("hashchange", () => location.reload());
 render({model, el: document.getElementById("explorer")});
