@@ -121,7 +121,10 @@ def _of_the_deadline(task: Task) -> Predictions:
 )
 def _leg_time(task: Task) -> Predictions:
     half_s = math.sqrt(task["distance_m"] / task["rate"])
-    yield 2.0 * half_s, "half of the way is a free fall along the path: d/2 = a t²/2"
+    yield (
+        2.0 * half_s,
+        "half of the way is like a free fall along the path, and braking is the same backwards",
+    )
     yield math.sqrt(2.0) * half_s, "the UAV has to brake as well"
     yield half_s, "that is the time of one half"
 

@@ -272,15 +272,24 @@ def _gap(task: Task) -> Predictions:
 @predict(
     "10.3",
     "A node is found to hold a plan of {plan_s} s. Waiting nodes have the bounds {a_s}, {b_s}, "
-    "{c_s}, {d_s}, {e_s} and {f_s} s. How many of them can be dropped?",
+    "{c_s}, {d_s}, {e_s} and {f_s} s. All that can be dropped are dropped. What is the smallest "
+    "bound [s] of those that still wait?",
+    unit="s",
     within=0.1,
-    draws={"plan_s": range(650, 711), **{f"{x}_s": range(600, 761) for x in "abcdef"}},
+    draws={
+        "plan_s": range(650, 711),
+        **{f"{x}_s": range(600, 801) for x in "abcde"},
+        "f_s": range(711, 801),
+    },
 )
 def _dropped(task: Task) -> Predictions:
     bounds_s = [task[f"{x}_s"] for x in "abcdef"]
-    dropped = sum(each <= task["plan_s"] for each in bounds_s)
-    yield dropped, "a bound says that no plan of the node is longer"
-    yield 6 - dropped, "these are the ones in which a longer plan may be"
+    least_s = min(each for each in bounds_s if each > task["plan_s"])
+    yield least_s, "a bound says that no plan of the node is longer: where may a longer one be?"
+    if (first_s := min(bounds_s)) < least_s:
+        yield first_s, "no plan of this node is longer than the one that is found"
+    if (last_s := max(bounds_s)) > least_s:
+        yield last_s, "that is the largest bound"
 
 
 STRONG_LASER = {

@@ -81,6 +81,28 @@ def test_hints_do_not_print_the_answer(number: str) -> None:
         assert all(abs(each - truth) > 0.002 * abs(truth) for each in said), grade
 
 
+@pytest.mark.parametrize("number", [each for each in NUMBERS if KINDS[each] == "predict"])
+def test_a_hint_is_no_formula(number: str) -> None:
+    """What is said to any wrong answer has neither an equation nor a product of symbols."""
+    function = course._exercises()[number].grade.args[0]  # type: ignore[attr-defined]
+    hints = dict.fromkeys(words for _, words in function(exercises.task(number)))
+    assert not re.search(r"[=²√]|\b[a-zω] \(1 − |1\.96 standard", next(iter(hints)))
+
+
+@pytest.mark.parametrize("number", [each for each in NUMBERS if KINDS[each] == "predict"])
+def test_nine_of_ten_copied_predictions_fail(number: str) -> None:
+    """True answers of thirty students, each compared with those of all others."""
+    grade = course._exercises()[number].grade
+    function, _, within, among = grade.args  # type: ignore[attr-defined]
+    truths = list[tuple[Any, ...]]()
+    for student in range(30):
+        found = (answer for answer, _ in function(exercises.task(number, f"s{student}")))
+        truths.append((next(found) if among else "", next(found)))
+    pairs = [*itertools.permutations(truths, 2)]
+    alike = sum(a[0] == b[0] and abs(a[1] - b[1]) <= within for a, b in pairs)
+    assert alike <= 0.1 * len(pairs)
+
+
 PAIRS = [number for number in NUMBERS if isinstance(worked(number), tuple)]
 PAIRS = [number for number in PAIRS if KINDS[number] == "predict"]
 
