@@ -43,6 +43,7 @@ ROUNDING = Fraction(1, 10**11)
 """By how much rounding may violate a limit, relative to max(1, |limit|), without a conflict."""
 MOST_ROUTES = 100
 """Routes of a declaration whose conflicts are examined: those with the shortest flights."""
+DUST = 1e-9  # Share of its scale below which a number is printed as 0
 FAR_S = 1e4  # How far times are followed where no constraint bounds them [s]
 BROKEN = {"dry": "empty", "past full": "past full"}
 """What the available well is where a limit of it does not hold, by the limit's kind."""
@@ -158,8 +159,10 @@ def plain(value: object) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def number_text(value: float | Fraction) -> str:
-    """Six digits, with a true minus sign."""
+def number_text(value: float | Fraction, scale: float = 0.0) -> str:
+    """Six digits, with a true minus sign; 0 for what is rounding beside a scale."""
+    if abs(float(value)) < DUST * scale:
+        return "0"
     return f"{float(value):.6g}".replace("-", "−")
 
 

@@ -43,7 +43,8 @@ class Side:
     @property
     def figures(self) -> str:
         """Both sides in numbers."""
-        return f"{number_text(self.left)} {self.sense} {with_unit(self.right, self.unit)}"
+        left = number_text(self.left, max(1.0, abs(self.right)))
+        return f"{left} {self.sense} {with_unit(self.right, self.unit)}"
 
 
 @dataclass(frozen=True)

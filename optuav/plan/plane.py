@@ -5,7 +5,7 @@ A problem without a rest has Δ alone: its plane is the same for all rest times.
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,8 @@ REACHED = {"dry": "empty", "past full": "full"}
 MOST_POINTS = 40  # Most points of the grid that are shown along an axis
 BEYOND = 1.5  # How far the grid is shown, as a multiple of how far it is feasible
 MARGIN = 0.07  # Share of the plane that is shown beyond the grid
+BEYOND_NUMBERS: Mapping[str, Any] = {"over": "ignore", "invalid": "ignore"}
+"""Far from what is feasible an exponential may be too large for a number."""
 
 
 class Cut(NamedTuple):
@@ -92,7 +94,8 @@ def feasible(
     """Whether points of the grid satisfy all constraints (Δ, T')."""
     x, y = np.meshgrid(across_s, upward_s)
     points = dict(zip((each.name for each in model.variables), (y, x), strict=False))
-    rows = evaluated(model, {**parameters, **points})
+    with np.errstate(**BEYOND_NUMBERS):
+        rows = evaluated(model, {**parameters, **points})
     return np.asarray(np.all([np.broadcast_to(row.satisfied, x.shape) for row in rows], axis=0))
 
 
@@ -127,7 +130,9 @@ def _excesses(
     """
     names = [each.name for each in model.variables]
     point = dict(zip(names, (y[:, None], x), strict=False))
-    for row in evaluated(model, {**parameters, **point}):
+    with np.errstate(**BEYOND_NUMBERS):
+        rows = evaluated(model, {**parameters, **point})
+    for row in rows:
         held = np.where(row.satisfied, np.maximum(row.slack, 0.0), row.slack)
         excess = row.left - row.right if row.sense == "==" else held
         yield row.constraint, np.broadcast_to(np.asarray(excess, dtype=float), (len(y), len(x)))

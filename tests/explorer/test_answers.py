@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import tomllib
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -193,6 +194,20 @@ def test_files_hold_what_is_shown(paper: Mission, tmp_path: Path) -> None:
     assert Mission.from_dict(tomllib.loads(mission["text"])) == changed
     (tmp_path / "plan.json").write_text(plan["text"], "utf-8")
     assert optuav.load_plan(tmp_path / "plan.json").mission == changed
+
+
+def test_figures_have_no_rounding_errors(paper: Mission) -> None:
+    """A well that is empty at the end of a flight is at 0, not at −4e−13."""
+    figures = [each["figures"] for each in answers(paper, {})["constraints"] if each["binds"]]
+    assert figures == ["0 ≥ 0", "0 ≥ 0"]
+
+
+def test_no_warning_comes_from_far_off_the_plane(paper: Mission) -> None:
+    """Wells that level out within seconds have exponentials that overflow there."""
+    quick = paper.replace({"battery.flow_rate_per_s": 1.0})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert "faults" not in answers(quick, {})
 
 
 def test_names_of_files_are_no_paths(paper: Mission) -> None:
