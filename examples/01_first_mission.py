@@ -37,14 +37,17 @@ print(f"{len(mission.buildings)} buildings to rest on")
 # ## Solve
 #
 # `solve` compares the direct flight with a rest on every building, before the hover point and
-# after it, and returns the plan with the longest hover.
+# after it, and returns the plan with the longest hover. The paper calls the direct flight problem
+# (P3), a rest on one building (P4), and the best of all (P1): `solve(mission, "P3")` solves one.
 #
-# **Before you run:** hovering draws 88 A from the packs. How long could the drone hover if it did
-# not have to fly anywhere? Will the plan reach that?
+# **Before you run:** hovering draws 88 A from the packs, net of what the laser gives meanwhile. How
+# long could the drone hover if it did not have to fly anywhere? Will the plan reach that?
 
 # %%
 plan = optuav.solve(mission)
 print(plan.summary())
+if not plan:
+    raise SystemExit("There is nothing to show: give the mission more time or charge.")
 
 # %% [markdown]
 # On a map: the route, the disc in which the device is in reach, the laser and its roofs, and below

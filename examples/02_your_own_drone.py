@@ -23,17 +23,19 @@ import optuav
 if hasattr(sys.stdout, "reconfigure"):
     sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
-sheet = optuav.Datasheet(
-    mass_kg=3.77,
-    packs=2,
-    cells=7,
-    capacity_mAh=5880,
-    hover_min=36,
-    cruise_min=41,
-    cruise_speed_m_s=10,
-    reserve_percent=20,
-    payload_kg=0.25,
-    laser_power_W=5000,
+sheet = optuav.Datasheet.of(
+    {
+        "mass_kg": 3.77,
+        "packs": 2,
+        "cells": 7,
+        "capacity_mAh": 5880,
+        "hover_min": 36,
+        "cruise_min": 41,
+        "cruise_speed_m_s": 10,
+        "reserve_percent": 20,
+        "payload_kg": 0.25,
+        "laser_power_W": 5000,
+    }
 )
 mission = sheet.mission()
 
@@ -117,6 +119,8 @@ print(f"the laser carries a receiver of {low_kg:.2f} kg, and no more")
 # %%
 direct = mission.replace({"battery.charge_current_A": 30, "limits.deadline_s": 1e6})
 received_W = optuav.graph(direct).nodes["hover"]["received_power_W"]
+if not received_W > 0.0:
+    raise SystemExit("No light arrives at the hover point: give the laser some power.")
 needed_W = direct.laser.power_W * direct.flight.hover_power_W / received_W
 print(f"received {received_W:.0f} W of {direct.flight.hover_power_W:.0f} W")
 print(f"the laser would have to draw {needed_W:.0f} W, not {direct.laser.power_W:.0f} W")

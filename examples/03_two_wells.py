@@ -31,14 +31,25 @@ MINUTE_S = 60.0
 # %% [markdown]
 # ## Drained fast, it stops with charge left
 #
-# A small cell of 5.5 A min, a sixth of it available. Charge flows from the bound well at the rate
-# k' times the difference of the two levels.
+# Think of two vessels that are joined by a thin pipe at their floors. The available one has the
+# width ω, the bound one the width 1 − ω. What a well holds over its width is its height: y1/ω and
+# y2/(1 − ω). In a full battery of the capacity B both are B. Charge flows towards the lower height
+# and stops where both are equal; the wells then hold charge in proportion to their widths.
+#
+# The flow is k_F times the difference of the heights, y2/(1 − ω) − y1/ω, so that k_F is what a
+# unit of difference lets through. The two heights approach each other at the rate
+# k' = k_F / (ω (1 − ω)), which is what measurements are usually given by: k' for how fast a battery
+# recovers, k_F for how many amperes flow.
+#
+# A small cell of 5.5 A min, a sixth of it available, with k' = 0.122 per minute.
 #
 # **Before you run:** if all charge were of use, 0.5 A would last for eleven minutes. How long does
 # it last? Does half the current last twice as long, less, or longer?
 
 # %%
 ω, k = 0.166, 0.122 / MINUTE_S
+if not 0.0 < ω < 1.0:
+    raise SystemExit("Neither well may be without a width: take ω between 0 and 1.")
 cell = Battery(5.5 * MINUTE_S, ω, k * ω * (1 - ω))  # capacity 5.5 A min, k' = 0.122 1/min
 delivered = {}
 for current_A in (0.125, 0.25, 0.5, 1.0):
@@ -111,6 +122,8 @@ optuav.plots.curves(
 # %%
 def lifetime_min(battery: Battery, load: list[tuple[float, float]]) -> float:
     """Time [min] until a battery is empty under phases (current drawn [A], duration [min])."""
+    if not any(current_A > 0.0 for current_A, _ in load):
+        return math.inf  # Nothing is drawn
     wells, passed_s = battery.full, 0.0
     for current_A, duration_min in cycle(load):
         duration_s = duration_min * MINUTE_S

@@ -43,15 +43,19 @@ for problem, plan in promised.items():
 falls = optuav.replay(promised["P3"])
 dry_s = falls.first_s("empty")
 trace = falls.trace
-bound_As = float(np.interp(dry_s, trace.time_s, trace.bound_As[:, 0]))
-print(f"dry at {dry_s:.2f} s, with {bound_As:.0f} A s still bound")
-print(f"that is {trace.time_s[-1] - dry_s:.0f} s before the landing")
+if dry_s is None:
+    print("This battery lasts: its available well is never empty.")
+else:
+    bound_As = float(np.interp(dry_s, trace.time_s, trace.bound_As[:, 0]))
+    print(f"dry at {dry_s:.2f} s, with {bound_As:.0f} A s still bound")
+    print(f"that is {trace.time_s[-1] - dry_s:.0f} s before the landing")
 
 # %% [markdown]
 # ## Why does it not flow over?
 #
 # It does, but no faster than k_F · B, the flow from a full well into an empty one. The hover takes
-# many times that. So charge stays in the bound well, and would flow over only during a rest.
+# many times that, net of what the laser gives. So charge stays in the bound well, and would flow
+# over only during a rest.
 #
 # **Before you run:** work out k_F · B with k_F = 4.5e-5 per second and B = 72 000 A s.
 
@@ -64,12 +68,14 @@ print(f"at most {most_A:.2f} A flow over; hovering takes {hover_A:.2f} A")
 # %% [markdown]
 # ## Overfull as well
 #
-# A rest does not help. The best one comes first, on b1, when the well is still nearly full: the
-# plan relies on charge that does not fit into the well, and it runs dry as well.
+# A rest does not help. (P4) has a rest on one building, in one of two orders: *rest first*, before
+# the hover, or *hover first*, with the rest on the way home. In the paper's best plan the rest
+# comes first, on b1, when the well is still nearly full: the plan relies on charge that does not
+# fit into the well, and it runs dry as well.
 
 # %%
 faults = {each.kind: each for each in optuav.replay(promised["P1"]).violations}
-print(*faults.values(), sep="\n")
+print(*faults.values() or ["No limit is violated."], sep="\n")
 
 # %% [markdown]
 # ## What can be flown
@@ -103,8 +109,8 @@ optuav.plots.wells([promised["P3"], flown["P3"], promised["P1"], flown["P1"]])
 # A shadow price is the hover time that one more unit of a number brings. Here are those of five
 # numbers of the battery and the mission, per one percent of each.
 #
-# **Before you run:** one of the five has no price at all, and one more has none either. Which two
-# limits does the plan not reach?
+# **Before you run:** two of the five have no price at all. Which two limits does the plan not
+# reach?
 
 # %%
 program = optuav.formulate(mission, "P1", perspective="available")

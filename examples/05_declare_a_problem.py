@@ -15,6 +15,7 @@
 
 # %%
 import sys
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -129,11 +130,40 @@ print(traits(wells), "->", ", ".join(takers(traits(wells), slots=False)))
 print(*traits(wells).nonlinear or (), sep=": ")
 
 # %% [markdown]
-# The problems of the paper are declared in the same way: `formulations/p4.py` contains only (P4).
-# `formulate` fills in the numbers of a mission.
+# The problems of the paper are declared in the same way: `formulations/p4.py` in the repository
+# contains only (P4). `formulate` fills in the numbers of a mission.
 
 # %%
 print(optuav.formulate("paper", optuav.P4("b1", order="rest-first"), perspective="battery"))
+
+# %% [markdown]
+# ## One of your own, over a mission
+#
+# A class derived from `optuav.Formulation` has a method `declare`, which is called once for each
+# route. `given` holds the numbers of the mission on that route, as symbols:
+# `given.hover_and_rest(model)` declares Δ and T', `given.soc_end(hover, rest)` is the state of
+# charge at the landing, `given.time_left` the deadline less the flights, and other numbers have the
+# names of the mission, such as `given.min_soc`. Here the rest may last half as long as the hover,
+# and no longer. [Your own formulation](14_your_own_formulation.py) goes on.
+
+
+# %%
+@dataclass(frozen=True)
+class ShortRest(optuav.Formulation):
+    """Longest hover with a rest of at most a share of it."""
+
+    share: float
+
+    def declare(self, model, given):
+        hover, rest = given.hover_and_rest(model)
+        model.maximise(hover)
+        model.subject_to("state of charge", given.soc_end(hover, rest) >= given.min_soc)
+        model.subject_to("deadline", hover + rest <= given.time_left, unit="s")
+        model.subject_to("short rest", rest <= self.share * hover, unit="s")
+
+
+plan = optuav.solve("paper", ShortRest(0.5), perspective="battery")
+print(f"{' → '.join(plan.route)}: hover {plan.hover_time_s:.2f} s, rest {plan.rest_time_s:.2f} s")
 
 # %% [markdown]
 # ## Exercises

@@ -83,9 +83,10 @@ print(f"(P4.a) is charge over B, so its multiplier is y1·B = {y1 * battery_As:.
 # %%
 prices = best.shadow_prices()
 for name, price in prices.items():
-    step = 1.0 if name == "packs" else 1e-4 * given[name]
-    up, down = (compiled.solve(**{name: given[name] + s}).objective[0] for s in (step, -step))
-    measured = (up - down) / (2.0 * step)
+    step = 1.0 if name == "packs" else 1e-4 * given[name] or 1e-4  # Of a zero, no share
+    ends = max(given[name] - step, 0.0), given[name] + step  # No number below zero
+    down, up = (compiled.solve(**{name: end}).objective[0] for end in ends)
+    measured = (up - down) / (ends[1] - ends[0])
     print(f"{name:<17} {price.more:12.6f} s per unit, measured {measured:12.6f}")
 
 hover_s = 600.0 * prices["deadline_s"].more

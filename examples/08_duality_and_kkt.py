@@ -224,9 +224,11 @@ prices = best.shadow_prices()
 compiled = program.compile()
 print("s of hover per unit       by hand   shadow price   measured")
 for name, worth in by_hand.items():
-    step = 1e-4 * given[name]
-    more, less = (compiled.solve(**{name: given[name] + s}).objective[0] for s in (step, -step))
-    print(f"{name:18}{worth:15.6f}{prices[name].more:15.6f}{(more - less) / (2 * step):11.6f}")
+    step = 1e-4 * given[name] or 1e-4  # Of a zero, no share
+    ends = max(given[name] - step, 0.0), given[name] + step  # No number below zero
+    less, more = (compiled.solve(**{name: end}).objective[0] for end in ends)
+    measured = (more - less) / (ends[1] - ends[0])
+    print(f"{name:18}{worth:15.6f}{prices[name].more:15.6f}{measured:11.6f}")
 
 # %% [markdown]
 # ## Where the proof is not unique

@@ -25,6 +25,7 @@ from dataclasses import dataclass
 
 import casadi
 import numpy as np
+from scipy.optimize import brentq
 
 import optuav
 from optuav.physics.kibam import Battery, Stage, step
@@ -40,6 +41,11 @@ Line = optuav.plots.Line
 # A set is convex if everything on the line between two of its points is in it too. Linear
 # constraints make convex sets. If a better point exists anywhere in a convex set, the line towards
 # it is feasible and leads uphill from the first step: nobody can be stuck at a bad local optimum.
+#
+# Which constraints are linear depends on the perspective. `battery` counts all charge alike, a sum
+# of currents times their durations, and is linear. So are `energy`, a sum of powers times their
+# durations, and `adjusted`, the same against the energies at the voltages of flight and of hover
+# ([Energy or battery?](A1_energy_or_battery.py)). `available` follows both wells, and is not.
 #
 # Draw pairs of feasible points of (P4), and look halfway between them.
 #
@@ -71,7 +77,8 @@ print(f"(P4), linear: {halfway(linear, 0.0, 1200.0):.1%} of the points halfway a
 # %% [markdown]
 # ## A mission with two answers
 #
-# A strong laser carries nearly all of the hover: it gives 95 A of the 98 A that hovering takes. The
+# A strong laser carries nearly all of the hover: it gives 95 A of the 98 A that hovering takes (the
+# 88 A of the first lesson are net of the 10 A that the laser gives there). The
 # battery has a small available well, into which bound charge flows quickly. And there is something
 # to unload on the roof of b9: after the hover, the drone has to stay there for 54 s at least. That
 # is one constraint more than (P4) has.
@@ -149,8 +156,17 @@ hovers_s = np.linspace(0.0, 1100.0, 441)
 rested, _ = after_hover_and_rest(hovers_s, LEAST_REST_S)
 full_As = float(battery.full.available_As)
 fits = rested.available_As <= full_As
-ends_s = hovers_s[1:][fits[1:] != fits[:-1]]
-print("the well is full at the end of the rest after a hover of", *ends_s.round(), "s")
+
+
+def room_As(hover_s):
+    """What is missing to a full well at the end of the shortest rest [A s]."""
+    return full_As - float(after_hover_and_rest(hover_s, LEAST_REST_S)[0].available_As)
+
+
+changes = np.flatnonzero(fits[1:] != fits[:-1])
+ends_s = [brentq(room_As, hovers_s[at], hovers_s[at + 1]) for at in changes]
+words = " and of ".join(f"{end_s:.3f} s" for end_s in ends_s) or "no length"
+print("the well is just full at the end of the rest after a hover of", words)
 optuav.plots.curves(
     [
         Line(f"after a rest of {LEAST_REST_S:g} s", hovers_s, rested.available_As),
@@ -197,7 +213,8 @@ print(f"the best is {best.hover_time_s:.3f} s, {best.hover_time_s / stopped_s:.1
 # %% [markdown]
 # It has succeeded, in its own terms: the KKT conditions hold. One constraint binds, its multiplier
 # has the right sign, and it balances the slope of the objective. Every step from here is either
-# down or out of the feasible set.
+# down or out of the feasible set. IPOPT minimises −Δ and counts the multiplier of a constraint
+# g ≥ 0 as negative or zero, so that "right" means: times its slope, it adds up to the slope of Δ.
 #
 # **Before you run:** which of the three constraints binds?
 
@@ -206,9 +223,7 @@ names = ("room in the well", "charge at the landing", "time left")
 slopes = casadi.Function("slopes", [x], [casadi.jacobian(problem["g"], x)])
 at = np.asarray(slopes([stopped_s, LEAST_REST_S]))[:, 0]
 for name, multiplier, slope in zip(names, multipliers, at, strict=True):
-    print(
-        f"{name:22} multiplier {abs(multiplier):12.4f}, times its slope {multiplier * slope:z.4f}"
-    )
+    print(f"{name:22} multiplier {multiplier:z12.4f}, times its slope {multiplier * slope:z.4f}")
 
 # %% [markdown]
 # ## Many starts

@@ -2,8 +2,8 @@
 # # Why infeasible?
 #
 # "Infeasible" alone is a correct answer of little help. Which constraints conflict, how can I check
-# that they do, and what should I change? (Change the numbers of the mission as you like, as long as
-# it stays infeasible.)
+# that they do, and what should I change? (Change the numbers of the mission as you like: where
+# nothing conflicts, there is no certificate, and the page says so.)
 #
 # **Before this lesson:** [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py),
 # [Duality and KKT](08_duality_and_kkt.py).
@@ -50,7 +50,7 @@ program = optuav.formulate(mission, problem, perspective="battery")
 for rest_s in (0.0, 60.0, 120.0, 180.0):
     rows = program.check({"hover_time_s": 0.0, "rest_time_s": rest_s})
     broken = [f"{row.label} by {-row.slack:.3f}" for row in rows if not row.satisfied]
-    print(f"T' = {rest_s:5.1f} s violates {' and '.join(broken)}")
+    print(f"T' = {rest_s:5.1f} s violates {' and '.join(broken) or 'nothing'}")
 
 # %% [markdown]
 # Each constraint leaves a longest hover for every rest. Where the one is above zero at last, the
@@ -83,8 +83,9 @@ optuav.plots.curves(
 # %%
 explanation = optuav.explain(program)
 print(explanation)
-(conflict,) = explanation.conflicts
-(certificate,) = conflict.certificates
+certificates = [each for conflict in explanation.conflicts for each in conflict.certificates]
+if not certificates:
+    print("No constraints conflict, so that there is nothing to add up.")
 
 # %% [markdown]
 # Check it. The rows read Σ coefficient · unknown ≤ limit, with exact fractions, so that there is no
@@ -94,21 +95,25 @@ print(explanation)
 # at all can satisfy it?
 
 # %%
-total = {"Δ": Fraction(0), "T'": Fraction(0)}
-limit = Fraction(0)
-for row in certificate.rows:
-    limit += row.multiplier * row.limit
-    for symbol, coefficient in row.coefficients.items():
-        total[symbol] += row.multiplier * coefficient
-print("the sum:", *(f"{value}·{symbol} +" for symbol, value in total.items()), f"... ≤ {limit}")
-print("the certificate holds:", certificate.holds())
-
-# The rows are those of the statement: at any point, limit less left side is the slack.
 point = {"Δ": Fraction(10), "T'": Fraction(20)}
-stated = program.check({"hover_time_s": 10.0, "rest_time_s": 20.0})
-for row, declared in zip(certificate.rows, stated, strict=False):
-    slack = row.limit - sum(a * point[symbol] for symbol, a in row.coefficients.items())
-    print(f"{row.label}: slack {float(slack):.6f}, by the statement {declared.slack:.6f}")
+stated = {
+    row.label: row.slack for row in program.check({"hover_time_s": 10.0, "rest_time_s": 20.0})
+}
+for certificate in certificates:
+    total = {"Δ": Fraction(0), "T'": Fraction(0)}
+    limit = Fraction(0)
+    for row in certificate.rows:
+        limit += row.multiplier * row.limit
+        for symbol, coefficient in row.coefficients.items():
+            total[symbol] += row.multiplier * coefficient
+    print("the sum:", *(f"{value}·{symbol} +" for symbol, value in total.items()), f"... ≤ {limit}")
+    print("the certificate holds:", certificate.holds())
+
+    # The rows are those of the statement: at any point, limit less left side is the slack.
+    for row in certificate.rows:
+        if row.label in stated:
+            slack = row.limit - sum(a * point[symbol] for symbol, a in row.coefficients.items())
+            print(f"{row.label}: slack {float(slack):.6f}, stated {stated[row.label]:.6f}")
 
 # %% [markdown]
 # ## Repairs
@@ -120,11 +125,12 @@ for row, declared in zip(certificate.rows, stated, strict=False):
 # happen one step below it?
 
 # %%
-extension = next(each for each in explanation.repairs if each.key == "limits.deadline_s")
-for value in (extension.value, extension.value - extension.resolution):
-    changed = mission.replace({extension.key: value})
-    repaired = optuav.solve(changed, problem, perspective="battery")
-    print(f"{extension.key} = {value:g}: {repaired.status.value}")
+for repair in explanation.repairs:
+    if repair.key == "limits.deadline_s":
+        for value in (repair.value, repair.value - repair.resolution):
+            changed = mission.replace({repair.key: value})
+            repaired = optuav.solve(changed, problem, perspective="battery")
+            print(f"{repair.key} = {value:g}: {repaired.status.value}")
 
 # %% [markdown]
 # ## Physics first

@@ -3,7 +3,7 @@
 #
 # A plan states where to rest, where to hover, and for how long. Can the battery deliver it? A judge
 # must neither trust the plan's figures nor use the code that found them, so it simulates the plan.
-# (Change the plan as you like, as long as it runs dry.)
+# (Change the plan as you like; one that can be flown has nothing to show here, and ends the page.)
 #
 # **Before this lesson:** [When the battery runs dry](04_when_the_battery_runs_dry.py).
 # **Time:** 30 minutes.
@@ -53,9 +53,13 @@ print("their plan:", theirs.name)
 # %%
 verdict = optuav.audit(theirs)
 print(verdict)
+empty = [each for each in verdict.violations if each.kind == "empty"]
+if not empty:
+    folder.cleanup()
+    raise SystemExit("This plan does not run dry. Hover for longer, and run the page again.")
 
 # %%
-dry = verdict.violations[0]
+dry = empty[0]
 exact = optuav.replay(verdict.subject)
 optuav.plots.profile(exact)
 

@@ -92,7 +92,7 @@ for load in (steady, pulsed):
 # ## Into the mission
 #
 # The fit writes a mission file that states the three keys, with intervals and origin as comments.
-# `optuav calibrate kibam examples/data/lifetimes.csv --save cell.toml` does the same.
+# `optuav calibrate kibam data/lifetimes.csv --save cell.toml` does the same, beside this page.
 #
 # **Before you run:** with these wells, and the capacity as it was, does the plan of the perspective
 # `battery` hover longer? Does it fall earlier?

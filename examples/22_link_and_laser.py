@@ -53,6 +53,9 @@ for distance_m in (250.0, 500.0, 1000.0, 2000.0):
 # wave (Rayleigh fading), and the probability rises slowly from the start.
 
 # %%
+FACTORS = (0.0, 5.0, 20.0)
+if min(FACTORS) < 0.0:
+    raise SystemExit("K is a ratio of two powers: take numbers that are not negative.")
 distances_m = np.linspace(10.0, 1500.0, 300)
 outage_limit = mission.limits.outage_probability
 lines = [
@@ -61,7 +64,7 @@ lines = [
         distances_m,
         100.0 * link.outage_probability(channel._replace(rice_factor=factor), distances_m),
     )
-    for factor in (0.0, 5.0, 20.0)
+    for factor in FACTORS
 ]
 optuav.plots.curves(
     lines,
@@ -128,6 +131,8 @@ optuav.plots.mission_map(mission)
 
 # %%
 weather = {"clear": 10.0, "haze": 3.0, "fog": 0.4}
+if min(weather.values()) <= 0.0:
+    raise SystemExit("A visibility is a distance above zero: through nothing, no law is needed.")
 wavelength_nm = mission.laser.wavelength_nm
 for name, visibility_km in weather.items():
     alpha = laser.attenuation(wavelength_nm, visibility_km)
@@ -160,7 +165,7 @@ optuav.plots.curves(
 # battery may be charged with, I_ch e_nom: a stronger source is turned down.
 #
 # **Before you run:** 1000 W go in. How much comes out beside the laser, without the cap of the
-# battery? And where does the cap end in haze?
+# battery? And where does the cap end in haze? Solve P_0 = I_ch e_nom for ν, and ν for d.
 
 # %%
 conversion = vehicle.conversion(mission)
@@ -173,10 +178,15 @@ received_W = {
     for name, visibility_km in weather.items()
 }
 print(f"beside the laser {received_W['clear'][0]:.1f} W of {source_W:g} W; cap {cap_W:.0f} W")
-reach_m = {name: distances_m[power_W >= cap_W].max() for name, power_W in received_W.items()}
-print(
-    "the cap is reached up to", {name: f"{float(far_m):.0f} m" for name, far_m in reach_m.items()}
-)
+light_W = conversion.emitter_slope * source_W + conversion.emitter_offset_W
+needed = (cap_W - conversion.receiver_offset_W) / conversion.receiver_slope / light_W
+reach_m = {
+    name: -1000.0 * float(np.log(needed)) / laser.attenuation(wavelength_nm, visibility_km)
+    for name, visibility_km in weather.items()
+}
+for name, far_m in reach_m.items():
+    reached = f"up to {far_m:.0f} m" if far_m > 0.0 else "nowhere"
+    print(f"{name:6} the cap is reached {reached}")
 lines = [Line(name, distances_m, power_W) for name, power_W in received_W.items()]
 lines.append(Line("cap of the battery", distances_m, np.full(len(distances_m), cap_W)))
 optuav.plots.curves(

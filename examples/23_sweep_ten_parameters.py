@@ -85,8 +85,9 @@ SLICES = 16
 
 
 def profile(key: str) -> np.ndarray:
-    """Mean hover time over slices of a parameter's range, with equally many samples each."""
-    return hover_s[np.argsort(found[key].values)].reshape(SLICES, -1).mean(axis=1)
+    """Mean hover time over slices of a parameter's range, each of as many samples."""
+    slices = np.array_split(hover_s[np.argsort(found[key].values)], SLICES)
+    return np.array([each.mean() for each in slices])
 
 
 share = {key: float(profile(key).var() / hover_s.var()) for key in keys}

@@ -37,11 +37,14 @@ found = optuav.batch_arrays(towns, {"limits.deadline_s": deadlines_s})
 flown = np.isfinite(found["hover_time_s"]).all(axis=1)
 hover_s = found["hover_time_s"][flown]
 print(f"{flown.sum()} of {len(towns)} towns have a plan")
-alone = optuav.solve(towns[0].replace({"limits.deadline_s": deadlines_s[1]}))
-print(f"the first one: {found['hover_time_s'][0, 1]:.4f} s, alone {alone.hover_time_s:.4f} s")
+if flown.sum() < 2:
+    raise SystemExit("A spread needs two towns with a plan: take more towns, or more time.")
+first = int(flown.argmax())
+alone = optuav.solve(towns[first].replace({"limits.deadline_s": deadlines_s[1]}))
+print(f"the first one: {hover_s[0, 1]:.4f} s, alone {alone.hover_time_s:.4f} s")
 
 # %% [markdown]
-# The first of them:
+# The first of those with a plan:
 
 # %%
 optuav.plots.mission_map(alone)
@@ -69,7 +72,7 @@ for deadline_s, (mean_s, wide_s) in zip(deadlines_s, means, strict=True):
 # The longer deadline, after more and more towns:
 
 # %%
-counts = np.arange(5, len(hover_s) + 1)
+counts = np.arange(min(5, len(hover_s)), len(hover_s) + 1)
 so_far = np.array([interval(hover_s[:count, 1]) for count in counts])
 mean_s, wide_s = so_far.T
 lines = [
@@ -99,15 +102,30 @@ print(f"from towns of their own for each deadline it would be ± {apart_s:.1f} s
 # The difference varies less than the hover time itself, so that its mean is known better than the
 # two intervals suggest.
 #
+# The reason is a rule about variances. Two values that are high or low together have a correlation
+# ρ near 1, and the variance of their difference is σ1² + σ2² − 2 ρ σ1 σ2. Independent values have
+# ρ = 0, and their variances add up.
+
+# %%
+first_s, second_s = hover_s.std(axis=0, ddof=1)
+together = float(np.mean(np.prod(hover_s - hover_s.mean(axis=0), axis=1)))
+together *= len(hover_s) / (len(hover_s) - 1)  # The covariance ρ σ1 σ2
+scatter_s = float(np.sqrt(max(first_s**2 + second_s**2 - 2.0 * together, 0.0)))
+print(f"hover times scatter by {first_s:.1f} s and {second_s:.1f} s, ", end="")
+print(f"with a correlation of {together / (first_s * second_s):.2f}")
+print(f"differences scatter by {scatter_s:.2f} s by the rule, ", end="")
+print(f"by {(hover_s[:, 1] - hover_s[:, 0]).std(ddof=1):.2f} s when counted")
+
+# %% [markdown]
 # ## Towns without a plan
 #
 # In some towns a building stands in the way of every route. Their hover time is not 0 but missing,
 # and the reason says why. The mean above is one over the other towns: state both numbers.
 
 # %%
-reasons = found["reason_words"][found["reason"][~flown][:, 1]]
+reasons = found["reason_words"][found["reason"][~flown].max(axis=1)]
 for reason in np.unique(reasons):
-    print(f"{(~flown).mean():.1%} of the towns have none: {reason}")
+    print(f"{(reasons == reason).sum() / len(towns):.1%} of the towns have none: {reason}")
 
 # %% [markdown]
 # ## Exercises

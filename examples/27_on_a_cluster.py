@@ -16,6 +16,7 @@
 # - check that a cluster computes what one process computes.
 
 # %%
+import atexit
 import json
 import subprocess
 import sys
@@ -31,6 +32,7 @@ if hasattr(sys.stdout, "reconfigure"):
 folder = tempfile.TemporaryDirectory()
 here = Path(folder.name)
 address_file = here / "cluster.json"
+running: list[subprocess.Popen[bytes]] = []
 STUDY = """
 output = "{output}"
 perspective = ["battery", "available"]
@@ -51,7 +53,18 @@ def dask(*words: str) -> subprocess.Popen[bytes]:
     """A process of Dask: on a shell, `dask scheduler …` or `dask worker …`."""
     start = [sys.executable, "-m", f"distributed.cli.dask_{words[0]}", *words[1:]]
     start += ["--scheduler-file", str(address_file), "--no-dashboard"]
-    return subprocess.Popen(start, cwd=here, stderr=subprocess.DEVNULL)
+    process = subprocess.Popen(start, cwd=here, stderr=subprocess.DEVNULL)
+    running.append(process)
+    return process
+
+
+@atexit.register
+def stop() -> None:
+    """End all processes of the cluster, also where the lesson is ended before its own end."""
+    while running:
+        process = running.pop()
+        process.kill()
+        process.wait(timeout=30)
 
 
 # %% [markdown]
@@ -63,7 +76,10 @@ def dask(*words: str) -> subprocess.Popen[bytes]:
 # %%
 scheduler = dask("scheduler", "--host", "127.0.0.1", "--port", "0")
 workers = [dask("worker", "--no-nanny", "--nthreads", "1") for _ in range(2)]
+until_s = time.monotonic() + 60.0
 while not (address_file.exists() and address_file.stat().st_size):
+    if scheduler.poll() is not None or time.monotonic() > until_s:
+        raise SystemExit("The scheduler did not start: is Dask installed?")
     time.sleep(0.05)
 address = json.loads(address_file.read_text())["address"]
 print("a scheduler with", len(workers), "workers, by", address.partition(":")[0])
@@ -71,7 +87,8 @@ print("a scheduler with", len(workers), "workers, by", address.partition(":")[0]
 # %% [markdown]
 # ## A worker fails
 #
-# After the third part one worker is killed. What it had not finished, the other one computes. Parts
+# After the third part one worker is killed, if another one is left. What it had not finished, the
+# other one computes. Parts
 # come back as bytes, and the process that asked writes them: workers need no common file system,
 # only the same versions of the packages.
 #
@@ -82,14 +99,20 @@ seen = []
 
 
 def look(done: int, total: int | None, words: str) -> None:
-    """See a part come in; kill a worker after the third."""
+    """See a part come in; kill a worker after the third, unless it is the last one."""
     seen.append(done)
-    if len(seen) == 4:
+    if len(seen) == 4 and len(workers) > 1:
         workers[0].kill()
+        workers[0].wait(timeout=30)
 
 
-shared = optuav.sweep(study("shared"), scheduler=address, progress=look)
-print(f"{shared.parts} parts, {workers[0].wait() != 0 and 'one worker killed'}")
+try:
+    shared = optuav.sweep(study("shared"), scheduler=address, progress=look)
+except BaseException:  # Interrupted as well: no process stays behind
+    stop()
+    raise
+killed = sum(worker.poll() is not None for worker in workers)
+print(f"{shared.parts} parts; workers killed: {killed} of {len(workers)}")
 
 # %% [markdown]
 # ## The same bytes
@@ -113,9 +136,7 @@ print(f"{len(files[0])} files, alike: {files[0] == files[1]}")
 # in this study, so that the same call needs no scheduler any more.
 
 # %%
-for process in (scheduler, *workers):
-    process.kill()
-    process.wait()
+stop()
 again = optuav.sweep(study("shared"), scheduler=address)
 print(f"{again.kept} of {again.parts} parts were there")
 found = optuav.open_sweep(again.directory)

@@ -36,8 +36,9 @@ PERSPECTIVES = ("battery", "energy", "adjusted")
 
 # %%
 plans = {}
+SHORT_S, LONG_S = 800, 1200
 print("deadline  obeyed         Δ        T     " + "".join(f"{name:>10}" for name in PERSPECTIVES))
-for deadline_s in (800, 1200):
+for deadline_s in (SHORT_S, LONG_S):
     for perspective in PERSPECTIVES:
         plan = optuav.solve(
             mission.replace({"limits.deadline_s": deadline_s}),
@@ -45,6 +46,8 @@ for deadline_s in (800, 1200):
             perspective=perspective,
             slot_s=1.0,
         )
+        if not plan:
+            raise SystemExit(f"With a deadline of {deadline_s} s there is no plan: take more time.")
         plans[deadline_s, perspective] = plan
         print(
             f"{deadline_s:6} s  {perspective:<9}{plan.hover_time_s:8.2f} {plan.mission_time_s:8.2f}"
@@ -71,10 +74,13 @@ optuav.plots.bars(
 # Along the direct path, all perspectives fall on straight lines in Δ:
 
 # %%
-long, short, first = plans[1200, "battery"], plans[1200, "energy"], plans[800, "battery"]
-slope = (long.soc["energy"] - short.soc["energy"]) / (long.hover_time_s - short.hover_time_s)
-by_line = short.soc["energy"] + slope * (first.hover_time_s - short.hover_time_s)
-print(f"energy at Δ = {first.hover_time_s:.2f} s, by a line through the two rows: {by_line:.2%}")
+long, short, first = plans[LONG_S, "battery"], plans[LONG_S, "energy"], plans[SHORT_S, "battery"]
+if long.hover_time_s > short.hover_time_s:
+    slope = (long.soc["energy"] - short.soc["energy"]) / (long.hover_time_s - short.hover_time_s)
+    by_line = short.soc["energy"] + slope * (first.hover_time_s - short.hover_time_s)
+    print(f"energy at Δ = {first.hover_time_s:.2f} s, by a line through two rows: {by_line:.2%}")
+else:
+    print("The deadline ends both hovers at the same time: one point makes no line.")
 
 # %% [markdown]
 # ## Why the energy perspective is too careful

@@ -15,6 +15,10 @@ def hurried(deadline_s: int) -> str:
     return f'{PAPER}.replace({{"limits.deadline_s": {deadline_s}}})'
 
 
+def with_battery(**values: float) -> str:
+    return f"{PAPER}.replace({ {f'battery.{name}': value for name, value in values.items()} })"
+
+
 CHANGES = [
     ("01_first_mission", PAPER, hurried(700)),
     ("01_first_mission", PAPER, 'optuav.load("matrice350")'),
@@ -33,12 +37,57 @@ CHANGES = [
     ("18_is_one_stop_enough", PAPER, hurried(1300)),
     ("21_one_leg", PAPER, f'{PAPER}.replace({{"body.mass_kg": 1.2}})'),
     ("22_link_and_laser", PAPER, f'{PAPER}.replace({{"link.rice_factor": 5.0}})'),
+    ("04_when_the_battery_runs_dry", PAPER, with_battery(packs=4)),
+    ("04_when_the_battery_runs_dry", PAPER, with_battery(available_fraction=0.99)),
+    ("04_when_the_battery_runs_dry", PAPER, hurried(300)),
+    ("07_p4_plane_and_shadow_prices", PAPER, f'{PAPER}.replace({{"limits.min_soc": 0.0}})'),
+    ("07_p4_plane_and_shadow_prices", PAPER, with_battery(charge_current_A=0.0)),
+    ("07_p4_plane_and_shadow_prices", PAPER, f'{PAPER}.replace({{"laser.power_W": 0.0}})'),
+    ("08_duality_and_kkt", PAPER, f'{PAPER}.replace({{"limits.min_soc": 0.0}})'),
+    ("08_duality_and_kkt", PAPER, f'{PAPER}.replace({{"laser.power_W": 0.0}})'),
+    ("10_discrete_relaxed_continuous", PAPER, hurried(90)),
+    ("13_why_infeasible", "2900", "36000"),
+    ("13_why_infeasible", '"limits.deadline_s": 200}', '"limits.deadline_s": 1200}'),
+    ("A1_energy_or_battery", "SHORT_S, LONG_S = 800, 1200", "SHORT_S, LONG_S = 300, 1200"),
+    ("A1_energy_or_battery", "SHORT_S, LONG_S = 800, 1200", "SHORT_S, LONG_S = 300, 400"),
+    ("23_sweep_ten_parameters", "SLICES = 16", "SLICES = 15"),
+    ("24_random_layouts_with_confidence", 'layouts("paper", 60', 'layouts("paper", 3'),
+    ("26_where_to_put_the_laser", "ENOUGH_S = 616.0", "ENOUGH_S = 5000.0"),
+    ("26_where_to_put_the_laser", "LASERS = 3", "LASERS = 1"),
+    ("26_where_to_put_the_laser", '"laser.visibility_km": 2', '"laser.visibility_km": 0.2'),
+    ("26_where_to_put_the_laser", '"limits.deadline_s": 1800', '"limits.deadline_s": 60'),
+    ("27_on_a_cluster", "scenarios_per_part = 1000", "scenarios_per_part = 20000"),
+    ("27_on_a_cluster", "for _ in range(2)]", "for _ in range(1)]"),
+]
+STOPS = [
+    ("17_audit_somebody_elses_plan", "duration_s = 660", "duration_s = 60"),
+    ("01_first_mission", PAPER, hurried(60)),
+    ("02_your_own_drone", '"laser_power_W": 5000', '"laser_power_W": 0'),
+    ("03_two_wells", "ω, k = 0.166", "ω, k = 0.0"),
+    ("22_link_and_laser", "FACTORS = (0.0,", "FACTORS = (-1.0,"),
+    ("22_link_and_laser", '"fog": 0.4', '"fog": 0.0'),
+    ("24_random_layouts_with_confidence", "[800, 1200]", "[20, 30]"),
+    ("26_where_to_put_the_laser", '"limits.deadline_s": 1800', '"limits.deadline_s": 30'),
 ]
 
 
 @pytest.mark.soak
 @pytest.mark.parametrize(("lesson", "stated", "changed"), CHANGES)
 def test_a_changed_number_ends_in_no_error(lesson: str, stated: str, changed: str) -> None:
+    run(lesson, stated, changed)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize(("lesson", "stated", "changed"), STOPS)
+def test_a_number_with_nothing_to_show_ends_in_words(
+    lesson: str, stated: str, changed: str
+) -> None:
+    with pytest.raises(SystemExit) as stop:
+        run(lesson, stated, changed)
+    assert str(stop.value.code).endswith(".")
+
+
+def run(lesson: str, stated: str, changed: str) -> None:
     text = (ROOT / "examples" / f"{lesson}.py").read_text("utf-8")
     body, _, _ = text.partition("# ## Exercises")
     assert stated in body

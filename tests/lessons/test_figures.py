@@ -221,8 +221,14 @@ def test_13_why_infeasible(ran: Any) -> None:
     assert all(row.multiplier >= 0 for row in ran.certificate.rows)
     assert (ran.total, ran.limit < 0) == ({"Δ": 0, "T'": 0}, True)
     assert ran.certificate.holds()
-    assert math.isclose(ran.slack, ran.declared.slack, abs_tol=1e-12)
-    at = ran.mission.replace({ran.extension.key: ran.extension.value})
+    named = {row.label: row for row in ran.certificate.rows}
+    assert set(named) & set(ran.stated) >= {"P4.a state of charge", "P4.b deadline"}
+    for label in set(named) & set(ran.stated):
+        row = named[label]
+        left = sum(a * ran.point[symbol] for symbol, a in row.coefficients.items())
+        assert math.isclose(row.limit - left, ran.stated[label], abs_tol=1e-12)
+    (extension,) = (each for each in ran.explanation.repairs if each.key == "limits.deadline_s")
+    at = ran.mission.replace({extension.key: extension.value})
     assert optuav.solve(at, ran.problem, perspective="battery")
     assert not ran.repaired  # One step below it
     assert ran.heavy.conflicts == ()
@@ -493,7 +499,8 @@ def test_10_discrete_relaxed_continuous(ran: Any) -> None:
     """Times are the machine's; counts, bounds and answers are not."""
     assert near(ran.best_s, 719.5399, 3)
     assert ran.nodes > ran.routes == 21
-    bounds_s, plans_s = np.transpose(ran.history)
+    bounds_s, plans_s, taken_s = np.transpose(ran.history)
+    assert (np.diff(taken_s) >= 0.0).all()
     assert near(bounds_s[0], 1124.208, 3)
     assert (np.diff(bounds_s) <= 1e-6).all()
     assert (np.diff(plans_s) >= 0.0).all()
@@ -513,6 +520,8 @@ def test_11_convexity_and_a_bad_local_optimum(ran: Any) -> None:
     assert ran.best.proof.startswith("bracketed")
     assert ran.says == "Solve_Succeeded"
     assert near(ran.stopped_s, 66.278, 2)
+    assert near(ran.ends_s[0], ran.stopped_s, 3)
+    assert ran.multipliers[0] < 0.0 > ran.at[0]
     assert [abs(each) > 1.0 for each in ran.multipliers] == [True, False, False]
     assert math.isclose(ran.multipliers[0] * ran.at[0], 1.0, rel_tol=1e-4)
     good = {float(start_s) for start_s in ran.starts_s[ran.good]}
@@ -534,7 +543,12 @@ def test_22_link_and_laser(ran: Any) -> None:
     assert math.isclose(math.exp(-clear * 2.5), 0.775, abs_tol=5e-4)
     assert near(ran.received_W["clear"][0], 0.5434 * (0.34 * 1000.0 - 1.1) - 0.2761, 9)
     assert near(ran.cap_W, 111.0, 9)
-    assert ran.reach_m["fog"] < ran.reach_m["haze"] < ran.reach_m["clear"] == 3000.0
+    assert ran.reach_m["fog"] < ran.reach_m["haze"] < ran.reach_m["clear"]
+    clear_m = ran.reach_m["clear"]
+    assert near(
+        0.5434 * (0.34 * 1000.0 - 1.1) * math.exp(-clear * clear_m / 1000.0) - 0.2761, 111.0, 6
+    )
+    assert near(ran.reach_m["clear"], 4942.0, 0)
     assert near(ran.longest["available"][-1], 597.270, 3)
     assert near(ran.longest["battery"][-1], 719.540, 3)
     assert all((np.diff(hover_s) >= -1e-6).all() for hover_s in ran.longest.values())

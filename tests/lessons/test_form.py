@@ -19,7 +19,7 @@ LESSONS = sorted((ROOT / "examples").glob("*.py"))
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?![\w.])")
 LINK = re.compile(r"\]\((\w+\.py)\)")
 MAKES_NO_PICTURE = {"print", "write_text", "save", "kill", "wait", "update", "unlink", "cleanup"}
-MAKES_NO_PICTURE |= {"reconfigure", "add_edge", "maximise", "minimise", "subject_to"}
+MAKES_NO_PICTURE |= {"stop", "reconfigure", "add_edge", "maximise", "minimise", "subject_to"}
 MAKES_NO_PICTURE |= {
     "prefer_small",
     "plot",
