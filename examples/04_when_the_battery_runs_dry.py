@@ -156,8 +156,8 @@ answer_2 = ...
 ### BEGIN SOLUTION
 # After one leg the well is nearly full, and a rest fills it; after the hover it is nearly empty.
 order = task["order"].replace(" ", "-")
-plan = optuav.solve(task.mission, optuav.P4("b1", order=order), perspective="battery")
-answer_2 = "full" if order == "rest-first" else "empty", plan.hover_time_s
+planned = optuav.solve(task.mission, optuav.P4("b1", order=order), perspective="battery")
+answer_2 = "full" if order == "rest-first" else "empty", planned.hover_time_s
 ### END SOLUTION
 
 # %%

@@ -328,8 +328,8 @@ print(task)
 answer_3 = ...
 ### BEGIN SOLUTION
 # All nodes whose bound is not above the plan are dropped.
-bounds_s = [task[f"{each}_s"] for each in "abcdef"]
-answer_3 = min(bound_s for bound_s in bounds_s if bound_s > task["plan_s"])
+waiting_s = [task[f"{each}_s"] for each in "abcdef"]
+answer_3 = min(bound_s for bound_s in waiting_s if bound_s > task["plan_s"])
 ### END SOLUTION
 
 # %%

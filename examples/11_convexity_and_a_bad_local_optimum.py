@@ -323,8 +323,8 @@ answer_3 = ...
 ### BEGIN SOLUTION
 # Where the set is convex and the objective linear, they are; the wells are not linear.
 p4 = optuav.P4(task["building"], order="hover-first")
-best = optuav.solve(task.mission, p4, perspective=task["perspective"])
-answer_3 = "no" if task["perspective"] == "available" else "yes", best.hover_time_s
+longest = optuav.solve(task.mission, p4, perspective=task["perspective"])
+answer_3 = "no" if task["perspective"] == "available" else "yes", longest.hover_time_s
 ### END SOLUTION
 
 # %%
