@@ -150,7 +150,7 @@ def test_what_is_no_state_is_refused(server: Server) -> None:
 def test_who_sends_too_much_reads_so(server: Server) -> None:
     """The words come before the connection is closed, also where all is sent first."""
     place = f"http://127.0.0.1:{server.server_port}/{server.token}/answers"
-    asked = urllib.request.Request(place, b" " * 3_000_000, JSON)
+    asked = urllib.request.Request(place, b" " * 9_000_000, JSON)
     with (
         pytest.raises(urllib.error.HTTPError) as refusal,
         urllib.request.urlopen(asked, timeout=20),
