@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from optuav.arrays import Floats
-from optuav.errors import refuse
+from optuav.errors import InputError, refuse
 from optuav.mission.messages import unknown
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
@@ -172,6 +172,11 @@ def curves(
     ax
         Where to draw; on a page of its own by default.
 
+    Raises
+    ------
+    InputError
+        If no line has a finite value.
+
     Examples
     --------
     >>> import optuav
@@ -180,13 +185,15 @@ def curves(
     >>> ax.get_legend().get_texts()[0].get_text()
     'square'
     """
+    values = np.concatenate([[], *(np.asarray(line.y, dtype=float) for line in lines)])
+    if not np.isfinite(values).any():
+        raise InputError("there is nothing to draw: no line has a finite value")
     ax = ax or style.page(4.0).subplots()
     for line, colour, dashes in zip(lines, cycle(LINES), cycle(DASHES), strict=False):
         (curve,) = ax.plot(line.x, line.y, color=colour, linestyle=dashes, zorder=3)
         curve.set(label=line.label, marker=line.marker, markersize=4.0)
         x = np.asarray(curve.get_xdata(orig=False))  # Also where y is not known
         ax.update_datalim(np.stack([x, np.zeros_like(x)], axis=1), updatey=False)
-    values = np.concatenate([np.asarray(line.y, dtype=float) for line in lines])
     low, high = style.margins(values[np.isfinite(values)].tolist() + [0.0] * y_from_zero)
     low = max(low, 0.0) if y_from_zero else low
     ax.set_ylim(low, high + ROOM_ABOVE * (high - low) * bool(marks))

@@ -86,3 +86,9 @@ def test_files_are_the_same_bytes(tmp_path: Path) -> None:
     ax = chart([Bar("battery", "direct", 688.8, False)])
     first, second = (plots.save(ax, tmp_path / name) for name in ("a.png", "b.png"))
     assert first.read_bytes() == second.read_bytes()
+
+
+def test_curves_without_a_finite_value_are_refused() -> None:
+    line = plots.Line("lost", [0.0, 1.0], [float("nan"), float("inf")])
+    with pytest.raises(InputError, match="nothing to draw"):
+        plots.curves([line], title="", x_label="", y_label="")
