@@ -32,14 +32,16 @@ MINUTE_S = 60.0
 # ## Drained fast, it stops with charge left
 #
 # Think of two vessels that are joined by a thin pipe at their floors. The available one has the
-# width ω, the bound one the width 1 − ω. What a well holds over its width is its height: y1/ω and
-# y2/(1 − ω). In a full battery of the capacity B both are B. Charge flows towards the lower height
-# and stops where both are equal; the wells then hold charge in proportion to their widths.
+# width $\omega$, the bound one the width $1 - \omega$. What a well holds over its width is its
+# height: $y_1 / \omega$ and $y_2 / (1 - \omega)$. In a full battery of the capacity $B$ both are
+# $B$. Charge flows towards the lower height and stops where both are equal; the wells then hold
+# charge in proportion to their widths. The flow is
 #
-# The flow is k_F times the difference of the heights, y2/(1 − ω) − y1/ω, so that k_F is what a
-# unit of difference lets through. The two heights approach each other at the rate
-# k' = k_F / (ω (1 − ω)), which is what measurements are usually given by: k' for how fast a battery
-# recovers, k_F for how many amperes flow.
+# $$k_F \left( \frac{y_2}{1 - \omega} - \frac{y_1}{\omega} \right),$$
+#
+# so that $k_F$ is what a unit of difference lets through. The two heights approach each other at
+# the rate $k' = k_F / (\omega (1 - \omega))$, which is what measurements are usually given by: $k'$
+# for how fast a battery recovers, $k_F$ for how many amperes flow.
 #
 # A small cell of 5.5 A min, a sixth of it available, with k' = 0.122 per minute.
 #

@@ -53,11 +53,11 @@ else:
 # %% [markdown]
 # ## Why does it not flow over?
 #
-# It does, but no faster than k_F · B, the flow from a full well into an empty one. The hover takes
+# It does, but no faster than $k_F B$, the flow from a full well into an empty one. The hover takes
 # many times that, net of what the laser gives. So charge stays in the bound well, and would flow
 # over only during a rest.
 #
-# **Before you run:** work out k_F · B with k_F = 4.5e-5 per second and B = 72 000 A s.
+# **Before you run:** work out $k_F B$ with $k_F = 4.5 \cdot 10^{-5}$ 1/s and $B$ = 72 000 A s.
 
 # %%
 battery = mission.battery
@@ -80,7 +80,7 @@ print(*faults.values() or ["No limit is violated."], sep="\n")
 # %% [markdown]
 # ## What can be flown
 #
-# The perspective `available` adds 0 ≤ y1 ≤ ωB at every moment.
+# The perspective `available` adds $0 \le y_1 \le \omega B$ at every moment.
 #
 # **Before you run:** the paper's plan rests before the hover, while the well is nearly full. Where
 # would you put the rest, and what for?

@@ -33,8 +33,11 @@ print(program)
 # %% [markdown]
 # ## Two lines
 #
-# Charge: I_hv Δ − I_rest T' ≤ usable charge. Deadline: Δ + T' ≤ time left. More rest lifts the
-# first line and presses against the second; the best Δ is where they meet.
+# $$I_\mathrm{hv} \Delta - I_\mathrm{rest} T' \le \text{usable charge}, \qquad
+# \Delta + T' \le \text{time left}$$
+#
+# More rest lifts the first line and presses against the second; the best $\Delta$ is where they
+# meet.
 #
 # **Before you run:** with 59 334 A s of usable charge, 87.9 A of hovering, 10 A of rest and 1112 s
 # of time left, solve the two equations by hand.
@@ -55,11 +58,11 @@ optuav.plots.plane(program.parts[0].model, given, [program.solve()])
 # %% [markdown]
 # ## The proof
 #
-# Multiply the charge line by y1 and the deadline by y2, so that the sum reads Δ ≤ a number. No
-# feasible point can exceed it, and the corner attains it: that is linear programming duality, which
-# [the next lesson](08_duality_and_kkt.py) takes further.
+# Multiply the charge line by $y_1$ and the deadline by $y_2$, so that the sum reads Δ ≤ a number.
+# No feasible point can exceed it, and the corner attains it: that is linear programming duality,
+# which [the next lesson](08_duality_and_kkt.py) takes further.
 #
-# **Before you run:** which y1 and y2 make T' vanish from the sum, and leave one Δ?
+# **Before you run:** which $y_1$ and $y_2$ make $T'$ vanish from the sum, and leave one $\Delta$?
 
 # %%
 y1, y2 = np.linalg.solve(lines.T, [1.0, 0.0])
@@ -96,7 +99,7 @@ print(f"of ten minutes more, {hover_s:.2f} s are hover, {600.0 - hover_s:.2f} s 
 # ## A kink
 #
 # Shorten the deadline until no time is left for a rest. There three lines meet: charge, deadline,
-# and T' ≥ 0.
+# and $T' \ge 0$.
 #
 # **Before you run:** there, what does a second less of deadline cost? Is that what a second more
 # brings?

@@ -53,10 +53,12 @@ print(f"hovering draws {I_hv:.3f} A, resting charges {I_rest:.3f} A")
 #
 # ## Weak duality: any weights bound
 #
-# Multiply the charge by y1 ≥ 0 and the deadline by y2 ≥ 0 and add:
-# (y1 I_hv + y2) Δ + (y2 − y1 I_rest) T' ≤ y1 Q + y2 T. If the first bracket is at least 1 and the
-# second at least 0, the left side is at least Δ, whatever the times. So y1 Q + y2 T bounds every
-# feasible hover.
+# Multiply the charge by $y_1 \ge 0$ and the deadline by $y_2 \ge 0$ and add:
+#
+# $$(y_1 I_\mathrm{hv} + y_2)\,\Delta + (y_2 - y_1 I_\mathrm{rest})\,T' \le y_1 Q + y_2 T.$$
+#
+# If the first bracket is at least 1 and the second at least 0, the left side is at least $\Delta$,
+# whatever the times. So $y_1 Q + y_2 T$ bounds every feasible hover.
 #
 # **Before you run:** y1 = 0 and y2 = 1 is the simplest choice. Which bound does it give, and what
 # does it say in words? Which of the other two pairs below is allowed?
@@ -157,10 +159,10 @@ optuav.plots.curves(
 # %% [markdown]
 # ## Complementary slackness
 #
-# Add up what the bound gives away: y1 times the slack of the charge, y2 times the slack of the
-# deadline, Δ and T' times the slacks of the dual constraints. At the optimum the sum is zero, and
-# no term is negative, so *each* term is zero: a constraint with slack has no price, and a price
-# says that its constraint binds.
+# Add up what the bound gives away: $y_1$ times the slack of the charge, $y_2$ times the slack of
+# the deadline, $\Delta$ and $T'$ times the slacks of the dual constraints. At the optimum the sum
+# is zero, and no term is negative, so *each* term is zero: a constraint with slack has no price,
+# and a price says that its constraint binds.
 #
 # **Before you run:** on the direct route (P3) charge runs out long before the deadline. What are
 # its two prices?

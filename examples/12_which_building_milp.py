@@ -39,9 +39,9 @@ optuav.plots.mission_map(few)
 # %% [markdown]
 # ## Big M
 #
-# All routes share Δ and T'. Every constraint gets a term M (1 − λ) that switches it off where its
-# route is not chosen. M must be large enough, and should be no larger: here each follows from the
-# deadline, and is printed.
+# All routes share Δ and T'. Every constraint gets a term $M (1 - \lambda)$ that switches it off
+# where its route is not chosen. $M$ must be large enough, and should be no larger: here each
+# follows from the deadline, and is printed.
 #
 # **Before you run:** three routes, so three copies of each constraint. How many constraints does
 # the programme have, and how many of them do anything at the answer?
@@ -54,8 +54,8 @@ print(big.plan.proof, big.plan.route)
 # %% [markdown]
 # ## The relaxation
 #
-# Branch and bound starts from the programme with 0 ≤ λ ≤ 1. Its optimum bounds every choice. But
-# with a third of each route, the constraints of all are relaxed.
+# Branch and bound starts from the programme with $0 \le \lambda \le 1$. Its optimum bounds every
+# choice. But with a third of each route, the constraints of all are relaxed.
 #
 # **Before you run:** no route hovers longer than 720 s. Guess the bound.
 
@@ -78,7 +78,7 @@ optuav.plots.bars(
 # ## Convex hull
 #
 # Now every route has a Δ and a T' of its own, and its constraints are multiplied by its λ instead:
-# a·x ≤ b becomes a·x_r ≤ b λ_r. With λ = 0 the route has no hover.
+# $a^T x \le b$ becomes $a^T x_r \le b\,\lambda_r$. With $\lambda_r = 0$ the route has no hover.
 #
 # **Before you run:** take half of one route and half of another. How long does that mixture hover,
 # at most? So what is the bound?

@@ -96,8 +96,8 @@ for distance_m in (450.0, 500.0, 550.0, 600.0):
     print(f"{distance_m:.0f} m: simulated {simulated:.3%}, by the formula {formula:.3%}")
 
 # %% [markdown]
-# A share p of n draws has a standard error of √(p (1 − p) / n): a tenth of 1 % takes some ten
-# thousand draws, and here are twenty times as many. The formula takes none.
+# A share $p$ of $n$ draws has a standard error of $\sqrt{p (1 - p) / n}$: a tenth of 1 % takes some
+# ten thousand draws, and here are twenty times as many. The formula takes none.
 #
 # ## Coverage
 #
@@ -123,8 +123,8 @@ optuav.plots.mission_map(mission)
 # ## Light through air
 #
 # The law of Beer and Lambert: each kilometre of air lets the same share of the light through, so
-# that ν = exp(−α d). The attenuation α follows from the visibility, the distance at which a dark
-# object can still be told from the horizon, and from the wavelength.
+# that $\nu = e^{-\alpha d}$. The attenuation $\alpha$ follows from the visibility, the distance at
+# which a dark object can still be told from the horizon, and from the wavelength.
 #
 # **Before you run:** in haze one can see 3 km. What share of the light arrives after 2.5 km? And in
 # fog, with a visibility of 400 m?

@@ -103,8 +103,9 @@ print(f"from towns of their own for each deadline it would be ± {apart_s:.1f} s
 # two intervals suggest.
 #
 # The reason is a rule about variances. Two values that are high or low together have a correlation
-# ρ near 1, and the variance of their difference is σ1² + σ2² − 2 ρ σ1 σ2. Independent values have
-# ρ = 0, and their variances add up.
+# $\rho$ near 1, and the variance of their difference is
+# $\sigma_1^2 + \sigma_2^2 - 2 \rho \sigma_1 \sigma_2$. Independent values have $\rho = 0$, and
+# their variances add up.
 
 # %%
 first_s, second_s = hover_s.std(axis=0, ddof=1)
