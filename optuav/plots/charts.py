@@ -175,7 +175,7 @@ def curves(
     Raises
     ------
     InputError
-        If no line has a finite value.
+        If no line has a finite value, and the axis does not begin at 0.
 
     Examples
     --------
@@ -186,7 +186,7 @@ def curves(
     'square'
     """
     values = np.concatenate([[], *(np.asarray(line.y, dtype=float) for line in lines)])
-    if not np.isfinite(values).any():
+    if not (y_from_zero or np.isfinite(values).any()):
         raise InputError("there is nothing to draw: no line has a finite value")
     ax = ax or style.page(4.0).subplots()
     for line, colour, dashes in zip(lines, cycle(LINES), cycle(DASHES), strict=False):
