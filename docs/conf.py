@@ -88,7 +88,7 @@ html_show_search_summary = False  # A browser does not fetch other files of a pa
 html_theme_options = {
     "logo": {"text": "optuav"},
     "navbar_end": ["theme-switcher"],
-    "header_links_before_dropdown": 7,
+    "header_links_before_dropdown": 6,
     "show_prev_next": True,
     "footer_start": ["copyright"],
     "footer_end": [],
