@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 WIDTH, HEIGHT = 440.0, 120.0  # Of the levels [px]
 ABOVE, LEFT, RIGHT = 20.0, 46.0, 20.0  # Room around them [px]
 KINDS = {"flight": "#0072B2", "hover": "#009E73", "rest": "#E69F00"}  # Colours of the phases
-BOUND, AVAILABLE, LACKING = "#56B4E9", "#0072B2", "#D55E00"
+BOUND, AVAILABLE, LACKING = "#B9A6D3", "#75519C", "#D55E00"  # Colours of the wells
 PIECES = 12  # Into which a stage is divided, as the wells do not change along straight lines
 LETTER = 6.5  # About how wide a letter is [px]
 MOST_TICKS, MOST_POINTS = 6, 400

@@ -14,7 +14,7 @@ from optuav.network import vehicle
 from optuav.network.timeline import carry
 from optuav.physics.packs import NOBODY
 from optuav.plan import Plan
-from optuav.plan.display import KINDS
+from optuav.plan.display import AVAILABLE, BOUND, KINDS, LACKING
 from optuav.plan.trace import Trace
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, GREY, PURPLE, SKY, VERMILLION, mark
@@ -104,10 +104,12 @@ def draw_wells(ax: Axes, replayed: Replay) -> list[Artist]:
     time_s, bound_As, total_As = trace.time_s, trace.bound_As.sum(axis=1), _total_As(trace)
     top_As, there_As = np.maximum(total_As, bound_As), np.minimum(total_As, bound_As)
     flat: style.Look = {"linewidth": 0.0, "zorder": FILLS}
-    bound = ax.fill_between(time_s, 0.0, bound_As, color=SKY, label="bound $y_2$", **flat)
-    above = ax.fill_between(time_s, bound_As, top_As, color=BLUE, label="available $y_1$", **flat)
+    bound = ax.fill_between(time_s, 0.0, bound_As, color=BOUND, **flat)
+    bound.set_label("bound $y_2$")
+    above = ax.fill_between(time_s, bound_As, top_As, color=AVAILABLE, **flat)
+    above.set_label("available $y_1$")
     lost = ax.fill_between(time_s, there_As, bound_As, facecolor="none", zorder=FADE + 0.1)
-    lost.set(edgecolor=VERMILLION, hatch=HATCH, linewidth=0.0, label="not there")
+    lost.set(edgecolor=LACKING, hatch=HATCH, linewidth=0.0, label="not there")
     (line,) = ax.plot(time_s, total_As, color=BLACK, linewidth=0.9, zorder=FADE + 0.2)
     line.set_label("total $y_1 + y_2$")
     full_As = float(vehicle.pool(mission).capacity_As)

@@ -18,7 +18,8 @@ from scipy.integrate import solve_ivp
 import optuav
 from optuav import plots
 from optuav.errors import InputError, NoPlanError
-from optuav.plots.style import BLUE, SKY, VERMILLION
+from optuav.plan.display import AVAILABLE, BOUND
+from optuav.plots.style import VERMILLION
 
 CAPACITY_AS, SHARE, FLOW_PER_S = 72_000.0, 0.8, 4.5e-5
 
@@ -62,8 +63,8 @@ def test_bands_are_the_wells_of_the_replay(plans: list[optuav.Plan], drawn: Sequ
                 np.interp(time_s, trace.time_s, well[:, 0])
                 for well in (trace.available_As, trace.bound_As)
             )
-            assert thickness(ax, BLUE, time_s) == pytest.approx(available, abs=60.0)
-            assert thickness(ax, SKY, time_s) == pytest.approx(bound, abs=60.0)
+            assert thickness(ax, AVAILABLE, time_s) == pytest.approx(available, abs=60.0)
+            assert thickness(ax, BOUND, time_s) == pytest.approx(bound, abs=60.0)
 
 
 def test_the_moment_it_runs_dry_is_marked(drawn: Sequence[Axes]) -> None:
@@ -76,7 +77,7 @@ def test_the_moment_it_runs_dry_is_marked(drawn: Sequence[Axes]) -> None:
     assert dot.get_color() == VERMILLION
     (text,) = (each.get_text() for each in drawn[0].texts if "dry" in each.get_text())
     assert text == "dry at 660.3 s\n13\N{THIN SPACE}366 A s still bound"
-    assert thickness(drawn[0], BLUE, 660.26) < 200.0
+    assert thickness(drawn[0], AVAILABLE, 660.26) < 200.0
 
 
 def test_titles_say_which_can_be_flown(drawn: Sequence[Axes]) -> None:
