@@ -1,22 +1,6 @@
 // Hands the explorer's page answers that were stored beforehand.
 
-class Stored {
-  #values = {state: {}, pinned: null};
-  #listeners = {};
-
-  get(name) {
-    return this.#values[name];
-  }
-
-  set(name, value) {
-    this.#values[name] = value;
-    for (const listener of this.#listeners[`change:${name}`] ?? []) listener();
-  }
-
-  on(event, listener) {
-    (this.#listeners[event] ??= []).push(listener);
-  }
-
+class Stored extends Model {
   save_changes() {
     const {number, perspective, changes} = this.get("state");
     const stated = keys.map(({key, value}) => changes?.[key] ?? value);
@@ -26,4 +10,4 @@ class Stored {
   }
 }
 
-render({model: new Stored(), el: document.getElementById("explorer")});
+render({model: new Stored({state: {}, pinned: null}), el: document.getElementById("explorer")});

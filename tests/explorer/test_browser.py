@@ -283,6 +283,14 @@ def test_a_link_with_a_refused_state_opens_the_mission_itself(
     says(page, "Hover 597.27 s")
 
 
+@pytest.mark.parametrize("cut", ["#%7B%22state%22", "#%", "#5", "#null"])
+def test_a_link_that_was_cut_says_so(open_page: Open, cut: str) -> None:
+    """The mission is shown, but not as if the link had stated it."""
+    page = open_page(fragment=cut)
+    told(page, "as what the address states cannot be read")
+    says(page, "Hover 597.27 s")
+
+
 def test_a_link_with_a_refused_pin_opens_the_rest(open_page: Open) -> None:
     late = {"changes": {"limits.deadline_s": 900}}
     page = open_page(fragment=fragment(state=late, pinned={"building": "zzz"}))

@@ -54,6 +54,30 @@ const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], Arro
 
 let instances = 0;
 
+// Values with listeners, as anywidget has them.
+
+export class Model {
+  #values;
+  #listeners = {};
+
+  constructor(values) {
+    this.#values = values;
+  }
+
+  get(name) {
+    return this.#values[name];
+  }
+
+  set(name, value) {
+    this.#values[name] = value;
+    for (const listener of this.#listeners[`change:${name}`] ?? []) listener();
+  }
+
+  on(event, listener) {
+    (this.#listeners[event] ??= []).push(listener);
+  }
+}
+
 export function render({model, el}) {
   const id = `optuav-${++instances}`;
   let state = {changes: {}, ...model.get("state")};
@@ -67,7 +91,7 @@ export function render({model, el}) {
   let number = Date.now() % 1e9; // So that no two answers of a notebook are alike
   let wanted = pinned ? "pinned" : "now";
   let good = state; // The last state that was answered without a fault
-  let kept = []; // Faults of the address, which are told until something is changed
+  let kept = model.get("faults") ?? []; // Of the address, which are told until something is changed
   let touched = false; // Whether something was changed
   let ticking = null;
   const fields = new Map();

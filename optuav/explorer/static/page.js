@@ -1,25 +1,11 @@
 // The page of `optuav explore`: asks the server, and keeps the state in the address.
-import {render} from "./explorer.js";
+import {Model, render} from "./explorer.js";
 
 const SILENT = "optuav does not answer: is `optuav explore` still running?";
+const UNREAD = "The mission is shown as it is, as what the address states cannot be read";
 
-class Model {
-  #values = read();
-  #listeners = {};
+class Served extends Model {
   #open = null;
-
-  get(name) {
-    return this.#values[name];
-  }
-
-  set(name, value) {
-    this.#values[name] = value;
-    for (const listener of this.#listeners[`change:${name}`] ?? []) listener();
-  }
-
-  on(event, listener) {
-    (this.#listeners[event] ??= []).push(listener);
-  }
 
   give_up() {
     this.#open?.abort();
@@ -43,13 +29,16 @@ class Model {
 
 function read() {
   try {
-    return {state: {}, pinned: null, ...JSON.parse(decodeURIComponent(location.hash.slice(1) || "{}"))};
+    const stated = JSON.parse(decodeURIComponent(location.hash.slice(1) || "{}"));
+    if (stated?.constructor !== Object) throw new TypeError();
+    const {state = {}, pinned = null} = stated;
+    return {state, pinned};
   } catch {
-    return {state: {}, pinned: null};
+    return {faults: [{key: "", words: UNREAD}]};
   }
 }
 
-const model = new Model();
+const model = new Served(read());
 model.set("link", (states) => {
   const hash = `#${encodeURIComponent(JSON.stringify(states))}`;
   history.replaceState(null, "", hash);
