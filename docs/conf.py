@@ -85,6 +85,7 @@ html_css_files = ["site.css"]
 html_copy_source = False
 html_sidebars = {each: [] for each in ("paper", "coming-from", "faq", "gallery")}
 html_show_search_summary = False  # A browser does not fetch other files of a page opened as a file
+html_context = {"default_mode": "auto"}
 html_theme_options = {
     "logo": {"text": "optuav"},
     "navbar_end": ["theme-switcher"],
