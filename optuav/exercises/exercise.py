@@ -84,7 +84,9 @@ class Task:
 
         heading = markup.element("strong", f"Exercise {self.number} ({self.kind})")
         model = html(self.model) if self.model else []
-        return markup.shown(markup.element("p", heading), markup.element("p", self.text), *model)
+        words = self.text.split("`")  # Every second piece stood between two of them
+        said = (markup.element("code", w) if k % 2 else w for k, w in enumerate(words))
+        return markup.shown(markup.element("p", heading), markup.element("p", *said), *model)
 
 
 @dataclass(frozen=True)

@@ -496,4 +496,5 @@ def test_notebooks_show_tasks_and_grades(number: str) -> None:
     page = exercises.check(number, worked(number), student)._repr_html_()
     for each in (shown, page):
         assert "<script" not in each
+        assert "`" not in each
         ElementTree.fromstring(each.replace("<br>", "<br/>"))
