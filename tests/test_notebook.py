@@ -15,8 +15,10 @@ import numpy as np
 import pytest
 
 import optuav
-from optuav.calibration.fit import ConfidenceInterval, Value
+from optuav.calibration.fit import ConfidenceInterval, Fit, Value
 from optuav.judge import Itinerary, Stop
+from optuav.judge.benchmark import Answer, CheckedSolution
+from optuav.judge.solutions import CheckedSolutions
 from optuav.mission import Mission
 from optuav.modelling.expression import Indexed
 from optuav.modelling.mathml import MathML, as_element
@@ -44,6 +46,8 @@ def objects() -> dict[str, Any]:
     dry = Itinerary(mission, (Stop(f"{EVIL}b9", "rest", 10.0), Stop("hover", "hover", 700.0)))
     model = Model(EVIL)
     model.subject_to(EVIL, model.variable("x", EVIL, unit=EVIL) <= 1.0, unit=EVIL)
+    answer = Answer(EVIL, "P1", "available", "optimal", 9.0, None, "bracket", EVIL)
+    wrong = CheckedSolution(answer, 9.0, None, (EVIL,), EVIL)
     return {
         "mission": mission,
         "buildings": mission.buildings,
@@ -64,6 +68,10 @@ def objects() -> dict[str, Any]:
         "replay": optuav.replay(plan),
         "comparison": optuav.compare(mission, by="trajectory"),
         "graph": optuav.graph(mission),
+        "ledger": optuav.ledger("text-e2"),
+        "siting": optuav.place_laser(mission, [[1000.0, 2000.0, 50.0]], refine=False),
+        "fit": Fit("kibam", (EVIL,), EVIL, (Value(EVIL, 1.0, EVIL),), (), (EVIL,)),
+        "checked solutions": CheckedSolutions(EVIL, (wrong,), (EVIL,)),
     }
 
 
@@ -71,6 +79,7 @@ KINDS = (
     *("mission", "buildings", "plan", "no plan", "plan by turns", "program", "programs"),
     *("no program", "model", "check", "checks", "solution", "shadow prices", "explanation"),
     *("no plan explained", "audit", "replay", "comparison", "graph"),
+    *("ledger", "siting", "fit", "checked solutions"),
 )
 
 
@@ -108,7 +117,7 @@ def test_html_is_safe_and_well_formed(kind: str) -> None:
     assert not re.search(r"url\(|@import|https?:", objects()[kind]._repr_html_())
 
 
-@pytest.mark.parametrize("kind", ["mission", "buildings", "plan", "model", "audit", "graph"])
+@pytest.mark.parametrize("kind", ["mission", "buildings", "plan", "model", "audit", "graph", "fit"])
 def test_names_are_shown_as_they_are(kind: str) -> None:
     """Escaped once, neither lost nor escaped twice."""
     assert any(EVIL in text for text in Reader(objects()[kind]._repr_html_()).texts)

@@ -26,7 +26,7 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, printable, refuse
 from optuav.frames import DataFrame, frame
 from optuav.mission import shipped
-from optuav.mission.messages import number
+from optuav.mission.messages import listed, number
 from optuav.mission.schema import SCHEMA
 
 Role: TypeAlias = Literal["fitted", "repeat", "predicted"]
@@ -150,6 +150,21 @@ class Fit:
         """The values that are determined, by dotted key, as `optuav.Mission.replace` takes them."""
         found = {each.key: rounded(each.value) for each in self.values if each.determined}
         return {**self.settings, **found}
+
+    def __repr__(self) -> str:
+        return f"<Fit of {self.kind} to {self.data}: {listed([each.key for each in self.values])}>"
+
+    def _repr_html_(self) -> str:
+        from optuav import markup
+
+        heads = ("key", "value", f"{CONFIDENCE:.0%} interval", "where it comes from")
+        rows = [(each.key, *([*each.written(" to "), ""][:2]), each.origin) for each in self.values]
+        loose = [number for number, each in enumerate(self.values) if not each.determined]
+        return markup.shown(
+            markup.paragraph(f"{self.kind}: {self.data}", good=not self.warnings),
+            markup.table(heads, rows, bad=loose),
+            *map(markup.paragraph, self.warnings),
+        )
 
     def to_dict(self) -> dict[str, object]:
         """Everything as plain data."""

@@ -66,6 +66,19 @@ class CheckedSolutions:
     def __repr__(self) -> str:
         return f"<CheckedSolutions of {self.source!r}: {self.verdict}>"
 
+    def _repr_html_(self) -> str:
+        from optuav import markup
+
+        heads = ("mission", "problem", "perspective", "hover_s", "best_known_s", "bound_s")
+        rows = [[each.to_dict()[head] for head in heads] for each in self.solutions]
+        verdicts = [[each.verdict, "; ".join(each.wrong)] for each in self.solutions]
+        lines = [[*row, *verdict] for row, verdict in zip(rows, verdicts, strict=True)]
+        wrong = [number for number, each in enumerate(self.solutions) if each.wrong]
+        return markup.shown(
+            markup.paragraph(f"{self.verdict}: {self.source}", good=bool(self)),
+            markup.table([*heads, "verdict", ""], lines, bad=wrong),
+        )
+
     @property
     def verdict(self) -> str:
         """How many hold."""

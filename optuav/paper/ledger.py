@@ -17,7 +17,7 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, refuse
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission
-from optuav.mission.messages import nearest
+from optuav.mission.messages import counted, nearest
 from optuav.network import vehicle
 from optuav.network.network import build_network
 from optuav.network.one_stop import one_stop_is_enough
@@ -58,6 +58,9 @@ class Verdict(StrEnum):
     CONTRADICTS = "contradicts the paper's own numbers"
     UNDECIDED = "cannot be decided"
     DIFFERS = "does not match"
+
+
+UNMATCHED = (Verdict.WITHIN, Verdict.CONTRADICTS, Verdict.UNDECIDED, Verdict.DIFFERS)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -201,7 +204,7 @@ class Ledger:
         words = sum(not entry.statement.is_number for entry in self.entries)
         lines = [f"{len(self.entries)} statements of the paper, {words} of them in words"]
         lines += [f"{count:5}  {verdict.value}" for verdict, count in self.counts.items()]
-        for verdict in (Verdict.WITHIN, Verdict.CONTRADICTS, Verdict.UNDECIDED, Verdict.DIFFERS):
+        for verdict in UNMATCHED:
             found = [entry for entry in self.entries if entry.verdict is verdict]
             lines += ["", f"{verdict.value[0].upper()}{verdict.value[1:]}:"] if found else []
             for entry in found:
@@ -230,6 +233,24 @@ class Ledger:
 
     def __str__(self) -> str:
         return self.summary
+
+    def __repr__(self) -> str:
+        wrong = sum(count for verdict, count in self.counts.items() if verdict in UNMATCHED)
+        return f"<Ledger of {counted(len(self.entries), 'statement')}, {wrong} not matched>"
+
+    def _repr_html_(self) -> str:
+        from optuav import markup
+
+        heads = ("name", "what", "stated", "unit", "by printed parameters", "verdict")
+        rows = [[each[head] for head in heads] for each in self.records()]
+        rows.sort(key=lambda row: row[-1] not in UNMATCHED)
+        wrong = sum(row[-1] in UNMATCHED for row in rows)
+        counts = [(verdict.value, str(count)) for verdict, count in self.counts.items()]
+        return markup.shown(
+            markup.paragraph(repr(self).strip("<>"), good=not wrong),
+            markup.pairs(counts),
+            markup.folded("Statements", markup.table(heads, rows, bad=range(wrong)), is_open=True),
+        )
 
     def to_frame(self) -> DataFrame:
         """Return `records` as a data frame; needs pandas (``python -m pip install pandas``)."""

@@ -148,6 +148,21 @@ class Siting:
 
     def summary(self) -> str:
         """Sites, value, bound and gap, greedy choice and refinement in a few lines."""
+        lines = (f"{head:11}{text}" for head, text in self._lines())
+        return folded("\n".join(lines), line_width())
+
+    __str__ = summary
+
+    def __repr__(self) -> str:
+        return f"<Siting: {self._lines()[0][1]}>"
+
+    def _repr_html_(self) -> str:
+        from optuav import markup
+
+        (_, placed), *lines = self._lines()
+        return markup.shown(markup.paragraph(placed, good=True), markup.pairs(lines))
+
+    def _lines(self) -> list[tuple[str, str]]:
         best, every, own = self.selection, len(self.missions), self.laser
         placed = f"{len(best.sites)} of {counted(len(self.candidates_m), 'candidate')} for "
         lines = [("Placed", f"{placed}{counted(every, 'mission')}, {self.perspective}")]
@@ -173,9 +188,7 @@ class Siting:
         if never := int(np.isnan(self.candidate_hover_s).all(axis=1).sum()):
             how = "they are left out" if best.objective == "worst" else "they count as 0 s"
             lines.append(("No plan", f"{never} with a laser on any candidate; {how}"))
-        return folded("\n".join(f"{head:11}{text}" for head, text in lines), line_width())
-
-    __str__ = summary
+        return lines
 
 
 def place_laser(
