@@ -33,7 +33,9 @@ COPIES = {
 
 ORIGINALS = {copy: original for original, copy in COPIES.items()}
 TABLE = re.compile(r"^\|.* symbol \|.*\n(?:^\|.*\n)+", re.MULTILINE)
+BAR = r"\|"
 LINK = re.compile(r"\]\(([^)#:\s]+)(?=[#)])")
+NAME = re.compile(r'<span class="pre">[^<]+')
 
 
 def code() -> str:
@@ -150,10 +152,19 @@ def with_formulas(found: re.Match[str]) -> str:
     head, *lines = (re.split(r"(?<!\\)\|", line) for line in found[0].splitlines())
     column = head.index(" symbol ")
     for line in lines:
-        symbols = line[column].strip().split(", ")
-        if all(map(parts_of, symbols)):
-            line[column] = f" {', '.join(f'${Latex().symbol(each)}$' for each in symbols)} "
+        symbols = line[column].replace(r"\|", "|").strip().split(", ")
+        if all(parts_of(each) or "|" in each for each in symbols):
+            shown = ", ".join(f"${Latex().symbol(each)}$" for each in symbols)
+            line[column] = f" {shown.replace('|', BAR)} "
     return "".join(f"{'|'.join(line)}\n" for line in (head, *lines))
+
+
+def break_names(app: Any, page: str, template: str, context: dict[str, Any], tree: Any) -> None:
+    """Let names break after a dot, a bracket or an underscore where the style allows it."""
+    if "body" in context:
+        context["body"] = NAME.sub(
+            lambda name: re.sub(r"([._(])(?=\w)", r"\1<wbr>", name[0]), context["body"]
+        )
 
 
 def store_explorer(app: Any, failed: Exception | None) -> None:
@@ -167,4 +178,5 @@ def setup(app: Any) -> None:
     copy_pages()
     app.add_lexer("csv", TextLexer)
     app.connect("source-read", as_page)
+    app.connect("html-page-context", break_names)
     app.connect("build-finished", store_explorer)
