@@ -211,9 +211,9 @@ class RouteEnds(MissionSection):
     """Where the mission starts, hovers and ends."""
 
     origin_m: Position
-    """Start w0 (x, y, z) [m]."""
+    """Origin w0 (x, y, z) [m]."""
     destination_m: Position
-    """End wF (x, y, z) [m]."""
+    """Destination w_F (x, y, z) [m]."""
     hover_m: Position | None = None
     """Hover point (x, y, z) [m]; without it the point w_U that the link gives."""
 
