@@ -137,7 +137,7 @@ def times(engine: Capability, models: Sequence[Traits] = ()) -> str:
 PURPOSES = {
     "closed-form": (
         "everyday answers, over thousands of routes",
-        "exact, over all itineraries at once, with the constraints that bind",
+        "exact, over all of them at once, with the constraints that bind",
     ),
     "cvxpy": (
         "a second opinion, binary choices, slots, a solver of your choice",
