@@ -236,10 +236,14 @@ def paper() -> Iterator[Row]:
     for name, why in NUMBERS.items():
         entry = entries[name]
         statement = entry.statement
-        unit = f" {statement.unit}"
-        ours = (entry.printed, entry.recovered)
-        shown = (NONE if each is None else f"{entry.shown(each)}{unit}" for each in ours)
-        yield (f"{statement.what} ({statement.place})", f"{statement.stated}{unit}", *shown, why)
+        ours = (
+            None if each is None else entry.shown(each) for each in (entry.printed, entry.recovered)
+        )
+        shown = (
+            NONE if each is None else f"{each}\N{NO-BREAK SPACE}{statement.unit}".replace("-", "−")
+            for each in (statement.stated, *ours)
+        )
+        yield (f"{statement.what} ({statement.place})", *shown, why)
 
 
 # Writing them
@@ -257,7 +261,8 @@ def merged(rows: Iterable[Row], column: int) -> Iterator[Row]:
 def quantities() -> Iterator[Row]:
     """What `given` has in `declare`, with the words of the nomenclature."""
     page = Path(__file__).with_name("nomenclature.md").read_text("utf-8")
-    words = dict(re.findall(r"`Quantities\.(\w+)`.*\| (.*) \|$", page, re.MULTILINE))
+    row = re.compile(r"^\| .+? (?<!\\)\| (.*?) \|.*`Quantities\.(\w+)`", re.MULTILINE)
+    words = {name: text for text, name in row.findall(page)}
     yield ("in `declare`", "symbol", "unit", "mission key", "what it is")
     for each in fields(Quantities):
         if known := each.metadata:
