@@ -1,5 +1,6 @@
 """Design: an itinerary that the judge audits, its hover time over the best that is proved."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
@@ -48,7 +49,8 @@ def _grade(
         hint = f"at most {rests} {'is' if rests == 1 else 'are'} asked for"
         return Grade.wrong(task, f"it can be flown, but has {own} rests", hint)
     share = found.replay.times_s["hover_time_s"] / best_s(task)
-    words = f"it can be flown, and hovers for {100.0 * share:.1f} % of the longest time"
+    percent = math.floor(1000.0 * share + 1e-6) / 10.0  # 98.96 is less than 99, and reads so
+    words = f"it can be flown, and hovers for {percent:.1f} % of the longest time"
     if share < least:
         return Grade.wrong(task, words, f"at least {100.0 * least:g} % are asked for", score=share)
     return Grade.correct(task, words, min(share, 1.0))
