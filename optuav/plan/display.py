@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from optuav.plan.plan import Plan
 
 WIDTH, HEIGHT = 440.0, 120.0  # Of the levels [px]
-ABOVE, LEFT, RIGHT = 20.0, 46.0, 20.0  # Room around them [px]
+ABOVE, LEFT, RIGHT = 20.0, 46.0, 30.0  # Room around them [px]
 KINDS = {"flight": "#0072B2", "hover": "#009E73", "rest": "#E69F00"}  # Colours of the phases
 BOUND, AVAILABLE, LACKING = "#B9A6D3", "#75519C", "#D55E00"  # Colours of the wells
 PIECES = 12  # Into which a stage is divided, as the wells do not change along straight lines
