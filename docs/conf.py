@@ -99,6 +99,7 @@ html_theme_options = {
 }
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
+copybutton_line_continuation_character = "\\"
 mathjax_path = "mathjax/tex-svg.js"
 mathjax3_config: dict[
     str, Any
