@@ -5,9 +5,14 @@ class Stored extends Model {
     const {number, perspective, changes} = this.get("state");
     const stated = keys.map(({key, value}) => changes?.[key] ?? value);
     const found = answers[JSON.stringify([perspective ?? "available", ...stated])];
-    const words = `answers are stored for ${keys.map(({key, values}) => `${key} = ${values.join(", ")}`).join("; ")}`;
+    const words = `answers are stored for ${keys.map(({label, unit, values}) => `${label} = ${values.join(", ")} ${unit}`).join("; ")}`;
     this.set("answer", {...(found ?? {faults: [{key: "", words}]}), number});
   }
 }
+
+// The page around says which theme was chosen there.
+addEventListener("message", ({data}) => {
+  if (data === "dark" || data === "light") document.documentElement.style.colorScheme = data;
+});
 
 render({model: new Stored({state: {}, pinned: null}), el: document.getElementById("explorer")});
