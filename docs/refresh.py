@@ -27,7 +27,7 @@ from optuav.engines.registry import ENGINES, capabilities, unregister
 DOCS = Path(__file__).parent
 PAGES = (DOCS.parent / "README.md", *sorted(DOCS.glob("*.md")))
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-COMMAND = re.compile(r"^\$ (.*\n)((?:(?!\$ ).*\n)*)", re.MULTILINE)
+COMMAND = re.compile(r"^\$ ((?:.*\\\n)*.*\n)((?:(?!\$ ).*\n)*)", re.MULTILINE)
 
 
 class Reader:
@@ -81,7 +81,7 @@ class Reader:
         """What a command prints."""
         if line == "echo $?":
             return f"{self.code}\n"
-        name, *arguments = shlex.split(line)
+        name, *arguments = shlex.split(line.replace("\\\n", ""))
         assert name == "optuav", line
         printed = StringIO()
         self.code = 0
