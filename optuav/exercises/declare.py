@@ -71,6 +71,9 @@ def _grade(function: Callable[[Task], Program | Model], task: Task, answer: obje
         at = _words({name: values[0] for name, values in own.values.items()})
         words = f"the feasible set is right, but the optimum is another; yours is {at}"
         return Grade.wrong(task, words, "look at what is maximised or minimised")
+    if not _orders_alike(wanted, model, points):
+        words = "feasible set and best point are right, but the objective is another"
+        return Grade.wrong(task, words, "compare the objective, coefficient by coefficient")
     count = next(iter(points.values())).size
     return Grade.correct(task, f"same feasible set at {count} points, same optimum")
 
@@ -210,6 +213,19 @@ def _difference(
     return Grade.wrong(
         task, words, "put these values into each sentence of the task, and into yours"
     )
+
+
+def _orders_alike(wanted: Model, model: Model, points: Mapping[str, Floats]) -> bool:
+    """Whether of two feasible points both objectives prefer the same; twice one is the other."""
+    holds = _all(check(wanted, points), next(iter(points.values())).shape)
+    inside = {name: values[holds] for name, values in points.items()}
+    asked, own = (
+        each.towards * np.broadcast_to(evaluate(each.objective, inside), int(holds.sum()))
+        for each in (wanted, model)
+    )
+    own = own[np.lexsort((-own, asked))]
+    worst = (np.maximum.accumulate(own) - own).max(initial=0.0)
+    return bool(worst <= SAME * np.abs(own).max(initial=1.0))
 
 
 def _is_clear(row: Check) -> Booleans:

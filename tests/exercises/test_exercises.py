@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import itertools
 import re
 from dataclasses import replace
@@ -315,6 +316,17 @@ def test_a_limit_that_changes_nothing_is_right() -> None:
 def test_times_below_zero_are_found(lower_s: float) -> None:
     grade = exercises.check("05.1", longest(exercises.task("05.1"), lower_s=lower_s))
     assert grade.words.startswith(f"your problem allows (hover_time_s = {lower_s:g}, ")
+
+
+@pytest.mark.parametrize(("scale", "rest", "right"), [(2, 0.0, True), (1, 1.0, False)])
+def test_a_dual_is_more_than_its_best_weights(scale: float, rest: float, right: bool) -> None:
+    """Twice the objective prefers the same; without the longest rest it bounds no hover."""
+    model = copy.copy(worked("08.1"))
+    _, _, price = model.variables
+    model.minimise(scale * model.objective - rest * exercises.task("08.1")["most_s"] * price)
+    grade = exercises.check("08.1", model)
+    assert bool(grade) == right
+    assert right or grade.words.endswith("but the objective is another")
 
 
 def test_charge_binds_for_every_student() -> None:
