@@ -95,7 +95,7 @@ def _in_slots(task: Task) -> Predictions:
 
 @prove(
     "06.3",
-    "Prove the optimum: give the multiplier of each constraint, as a dict by label.",
+    "Prove the optimum: give the multiplier of each constraint, as a dict by label, and unrounded.",
     draws={"hover_A": range(60, 121), "usable_As": range(50_000, 60_001, 500)},
 )
 def _one_unknown(task: Task) -> Model:
@@ -109,8 +109,8 @@ def _one_unknown(task: Task) -> Model:
 @predict(
     "07.1",
     "Charge and deadline bind. Hovering draws {hover_A} A, resting returns {rest_A} A. How many "
-    "seconds of hover does one more second of deadline bring?",
-    within=0.002,
+    "seconds of hover does one more second of deadline bring? Answer with three decimals or more.",
+    within=0.0005,
     draws=CURRENTS,
 )
 def _price_of_time(task: Task) -> Predictions:
@@ -125,8 +125,8 @@ def _price_of_time(task: Task) -> Predictions:
 
 @prove(
     "07.2",
-    "Prove the optimum of this P4 in whole numbers: give the multiplier of each constraint, as a "
-    "dict by label. Multipliers of bounds may be left out where they are 0.",
+    "Prove the optimum of this P4: give the multiplier of each constraint, as a dict by label, and "
+    "unrounded. Multipliers of bounds may be left out where they are 0.",
     draws=NUMBERS,
 )
 def _two_lines(task: Task) -> Model:
@@ -185,7 +185,7 @@ def _short_rest(task: Task) -> Model:
     "hover per A s. At which rate [s per ampere] does the longest hover change with the hover "
     "current, at the margin?",
     unit="s/A",
-    within=0.02,
+    within=0.01,
     draws={
         "hover_s": range(500, 801),
         "rest_s": range(200, 500),
