@@ -52,6 +52,9 @@ print(plan.summary())
 optuav.plots.wells([plan])
 
 # %% [markdown]
+# Longer than the datasheet promises: the laser gives more than half of the hover current. What ends
+# the hover is the deadline of 3000 s, and not the charge.
+#
 # ## What a flight time says
 #
 # Two packs of 5.88 Ah in 36 minutes are 19.6 A, without payload. Rotors push air down: lifting a

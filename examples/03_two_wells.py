@@ -65,7 +65,8 @@ for current_A in (0.125, 0.25, 0.5, 1.0):
 
 # %% [markdown]
 # Whatever the current, the available well is empty at the end, and the bound one is not. Over many
-# currents: a slow load gets nearly everything out of the cell, a fast one only the available sixth.
+# currents: the slower the load, the more it gets out of the cell; a fast one gets only the
+# available sixth.
 
 # %%
 currents_A = np.linspace(0.02, 1.5, 100)

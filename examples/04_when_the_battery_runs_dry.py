@@ -20,6 +20,7 @@ import sys
 import numpy as np
 
 import optuav
+from optuav.judge import Stop
 
 if hasattr(sys.stdout, "reconfigure"):
     sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
@@ -104,6 +105,16 @@ print("passes the audit:", verdicts)
 optuav.plots.wells([promised["P3"], flown["P3"], promised["P1"], flown["P1"]])
 
 # %% [markdown]
+# An itinerary of your own is written as stops in order: place, rest or hover, and seconds. The
+# audit simulates it, and says what it breaks.
+#
+# **Before you run:** the direct flight, with a hover 3 s longer than the best. When is it dry?
+
+# %%
+mine = optuav.Itinerary(mission, (Stop("hover", "hover", flown["P3"].hover_time_s + 3.0),))
+print(optuav.audit(mine))
+
+# %% [markdown]
 # ## Which battery would help?
 #
 # A shadow price is the hover time that one more unit of a number brings. Here are those of five
@@ -116,6 +127,9 @@ optuav.plots.wells([promised["P3"], flown["P3"], promised["P1"], flown["P1"]])
 program = optuav.formulate(mission, "P1", perspective="available")
 given, prices = program.parts[0].model.row(0), program.shadow_prices()
 for name in ("capacity_As", "available_fraction", "flow_rate_per_s", "deadline_s", "min_soc"):
+    if name not in prices:
+        print(f"{name} plays no part in this perspective")
+        continue
     percent_s = 0.01 * given[name] * prices[name].more
     print(f"one percent more {name:<20}{percent_s:8.3f} s of hover")
 

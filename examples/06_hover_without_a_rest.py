@@ -39,6 +39,8 @@ print(program)
 
 # %%
 numbers = program.parts[0].model.row(0)
+if "flight_charge_As" not in numbers:
+    raise SystemExit("This page counts charge, as the perspective battery does.")
 battery_As = numbers["packs"] * numbers["capacity_As"]
 usable_As = (1.0 - numbers["min_soc"]) * battery_As - numbers["flight_charge_As"]
 by_hand_s = usable_As / numbers["hover_current_A"]
@@ -50,6 +52,10 @@ print(f"{usable_As:.1f} A s last {by_hand_s:.4f} s; the deadline would allow {ti
 #
 # `closed-form` visits the vertices of a linear programme, `cvxpy` passes it to a simplex code, and
 # `grid` tries every whole slot of a second, as the paper does. Each states its proof.
+#
+# The proof by duality is a number for each constraint, its *multiplier*. The two constraints are
+# $I_\mathrm{hv} \Delta \le$ usable charge and $\Delta \le$ time left. The first, times
+# $1 / I_\mathrm{hv}$, and the second, times 0, add up to Δ ≤ the number above: no hover is longer.
 #
 # **Before you run:** which of the three will give another number than you?
 
@@ -84,9 +90,9 @@ fourth = wells.solve()
 print(f"{fourth.engine:<12}{fourth.hover_time_s:12.6f} s  {fourth.status.value}: {fourth.proof}")
 
 # %% [markdown]
-# The answers agree to a microsecond, and they must. What leaves one well enters the other:
-# dy1/dt + dy2/dt = I. The sum counts coulombs and does not depend on the flow between the wells. So
-# this optimum is global; but the argument shows that, and not the solver.
+# In continuous times all agree to a microsecond, and they must. What leaves one well enters the
+# other: dy1/dt + dy2/dt = I. The sum counts coulombs and does not depend on the flow between the
+# wells. So this optimum is global; but the argument shows that, and not the solver.
 #
 # **Before you run:** does the answer change if nothing flows between the wells, or much?
 

@@ -33,8 +33,12 @@ print(program)
 # %% [markdown]
 # ## Two lines
 #
-# $$I_\mathrm{hv} \Delta - I_\mathrm{rest} T' \le \text{usable charge}, \qquad
-# \Delta + T' \le \text{time left}$$
+# $$
+# \begin{aligned}
+# I_\mathrm{hv} \Delta - I_\mathrm{rest} T' &\le \text{usable charge}\\
+# \Delta + T' &\le \text{time left}
+# \end{aligned}
+# $$
 #
 # More rest lifts the first line and presses against the second; the best $\Delta$ is where they
 # meet.
@@ -44,6 +48,8 @@ print(program)
 
 # %%
 given = program.parts[0].model.row(0)
+if "flight_charge_As" not in given:
+    raise SystemExit("This page counts charge, as the perspective battery does.")
 battery_As = given["packs"] * given["capacity_As"]
 usable_As = (1.0 - given["min_soc"]) * battery_As - given["flight_charge_As"]
 left_s = given["deadline_s"] - given["flight_time_s"]
@@ -87,7 +93,8 @@ print(f"(P4.a) is charge over B, so its multiplier is y1·B = {y1 * battery_As:.
 prices = best.shadow_prices()
 for name, price in prices.items():
     step = 1.0 if name == "packs" else 1e-4 * given[name] or 1e-4  # Of a zero, no share
-    ends = max(given[name] - step, 0.0), given[name] + step  # No number below zero
+    least = 1.0 if name == "packs" else 0.0
+    ends = max(given[name] - step, least), given[name] + step
     down, up = (compiled.solve(**{name: end}).objective[0] for end in ends)
     measured = (up - down) / (ends[1] - ends[0])
     print(f"{name:<17} {price.more:12.6f} s per unit, measured {measured:12.6f}")
@@ -106,6 +113,8 @@ print(f"of ten minutes more, {hover_s:.2f} s are hover, {600.0 - hover_s:.2f} s 
 
 # %%
 kink_s = given["flight_time_s"] + usable_As / given["hover_current_A"]
+if kink_s <= given["flight_time_s"]:
+    raise SystemExit("The flights take all charge, and there is no kink.")
 tight = compiled.solve(deadline_s=kink_s)
 price = tight.shadow_prices()["deadline_s"]
 hovers = [compiled.solve(deadline_s=kink_s + step).objective[0] for step in (-1.0, 0.0, 1.0)]
@@ -118,7 +127,7 @@ print("measured:", *np.diff(hovers).round(4))
 # hover over the deadline it is a corner:
 
 # %%
-deadlines_s = np.linspace(300.0, 1800.0, 151)
+deadlines_s = np.sort([*np.linspace(300.0, 1800.0, 151), kink_s])
 longest_s = [compiled.solve(deadline_s=each).objective[0] for each in deadlines_s]
 optuav.plots.curves(
     [optuav.plots.Line("longest hover with a rest on b1", deadlines_s, longest_s)],

@@ -30,6 +30,8 @@ if hasattr(sys.stdout, "reconfigure"):
 mission = optuav.load("paper")
 program = optuav.formulate(mission, optuav.P4("b1", order="rest-first"), perspective="battery")
 given = program.parts[0].model.row(0)
+if "flight_charge_As" not in given:
+    raise SystemExit("This page counts charge, as the perspective battery does.")
 battery_As = given["packs"] * given["capacity_As"]
 Q = (1.0 - given["min_soc"]) * battery_As - given["flight_charge_As"]
 T = given["deadline_s"] - given["flight_time_s"]
@@ -107,7 +109,7 @@ print(f"dual:   {weights.objective[0]:.6f} s with y1 = {price_charge:.6f}, y2 = 
 # plan is optimal, and anybody can check them by one addition, without trusting the solver.
 #
 # In the plane of the weights, every point above both lines is a proof of some bound. The best one
-# is where the lines meet.
+# is where the lines meet. On the third line, all weights give that bound, and below it less.
 
 # %%
 along = np.linspace(0.0, 0.02, 201)
@@ -224,13 +226,13 @@ by_hand = {
 }
 prices = best.shadow_prices()
 compiled = program.compile()
-print("s of hover per unit       by hand   shadow price   measured")
+print("s of hover per unit       by hand   shadow price       measured")
 for name, worth in by_hand.items():
     step = 1e-4 * given[name] or 1e-4  # Of a zero, no share
     ends = max(given[name] - step, 0.0), given[name] + step  # No number below zero
     less, more = (compiled.solve(**{name: end}).objective[0] for end in ends)
     measured = (more - less) / (ends[1] - ends[0])
-    print(f"{name:18}{worth:15.6f}{prices[name].more:15.6f}{measured:11.6f}")
+    print(f"{name:18}{worth:15.6f}{prices[name].more:15.6f}{measured:15.6f}")
 
 # %% [markdown]
 # ## Where the proof is not unique
