@@ -58,7 +58,7 @@ optuav.plots.wells([plan])
 # ## What a flight time says
 #
 # Two packs of 5.88 Ah in 36 minutes are 19.6 A, without payload. Rotors push air down: lifting a
-# weight W takes a power proportional to W^1.5, so the payload counts more than its mass.
+# weight $W$ takes a power proportional to $W^{1.5}$, so the payload counts more than its mass.
 #
 # **Before you run:** the payload adds 6.6 % to the mass. How many percent does it add to the
 # current?

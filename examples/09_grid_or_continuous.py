@@ -60,7 +60,7 @@ for slot_s in SLOTS_S:
 #
 # The argument fails where resting discharges, and where part of a slot is left over at the end.
 # That part is lost for resting; if rounding shortens Δ by little, a whole slot more has to be given
-# up.
+# up. With that slot the rest is longer than before in any case, so less than two slots are lost.
 #
 # **Before you run:** of the deadlines below, which can lose more than one slot?
 

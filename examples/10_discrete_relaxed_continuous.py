@@ -113,6 +113,8 @@ for slot_s in (100.0, 10.0, 1.0):
 
 # %%
 given = optuav.formulate(mission, p4, perspective="battery").parts[0].model.row(0)
+if "flight_charge_As" not in given:
+    raise SystemExit("This page counts charge, as the perspective battery does.")
 usable_As = (1.0 - given["min_soc"]) * given["packs"] * given["capacity_As"]
 usable_As -= given["flight_charge_As"]
 time_left_s = given["deadline_s"] - given["flight_time_s"]
