@@ -266,6 +266,8 @@ for engine, plan in plans.items():
     print(f"{engine:8}{plan.hover_time_s:11.4f} s  {plan.status.value:16} {plan.proof}")
 
 # %% [markdown]
+# The `optimal` of `grid` is the best of its slots, and less than that of `bracket`.
+#
 # [A bracket, or a solver?](15_bracket_or_solver.py) has more missions of this kind. A local solver
 # is a good servant, as long as somebody checks the shape.
 

@@ -4,6 +4,7 @@
 # Algorithm 2 solves (P3) and every (P4) one by one and takes the best. One programme can do the
 # same: it has a binary λ for each route, exactly one of them 1, and the solver chooses. There are
 # two ways to write that. Both are correct, but one gives the solver a bound that is hardly of use.
+# To begin with, only the buildings b1 and b9 are there.
 #
 # **Before this lesson:** [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py),
 # [Discrete, relaxed, continuous](10_discrete_relaxed_continuous.py).
@@ -41,7 +42,8 @@ optuav.plots.mission_map(few)
 #
 # All routes share Δ and T'. Every constraint gets a term $M (1 - \lambda)$ that switches it off
 # where its route is not chosen. $M$ must be large enough, and should be no larger: here each
-# follows from the deadline, and is printed.
+# follows from the deadline, and is printed. (In a model of your own,
+# `model.variable("by_way", "λ", unit="1", binary=True)` declares a binary unknown.)
 #
 # **Before you run:** three routes, so three copies of each constraint. How many constraints does
 # the programme have, and how many of them do anything at the answer?
@@ -49,9 +51,12 @@ optuav.plots.mission_map(few)
 # %%
 big = optuav.route_choice(few, perspective="battery", form="big-M", order="rest-first")
 print(big.model)
-print(big.plan.proof, big.plan.route)
+print(" → ".join(big.plan.route), "by", big.plan.proof)
 
 # %% [markdown]
+# At the answer the λ of b1 is 1: its two constraints end the hover, and the big M switches off
+# those of the other two routes.
+#
 # ## The relaxation
 #
 # Branch and bound starts from the programme with $0 \le \lambda \le 1$. Its optimum bounds every

@@ -120,7 +120,7 @@ by_rest = {}
 for rest_s in (0.0, 10.0, 20.0, 30.0):
     rest = Stop("b9", "rest", rest_s)
     by_rest[rest_s] = next((s for s in range(120, -1, -1) if flyable(bright, s, rest)), None)
-print("whole seconds of hover by rest:", by_rest)
+print("whole seconds of hover by rest, None if no hover can be flown:", by_rest)
 
 # %% [markdown]
 # ## Many itineraries at once

@@ -55,8 +55,8 @@ steady_s = lifetime([(3.0, 1.0)], **cell), float(time_to_empty(alone, alone.full
 print("one pack under a steady load: {:.1f} s, by the closed form {:.1f} s".format(*steady_s))
 
 # %% [markdown]
-# An empty pack is not used again; the other takes over in the middle of the job. A load that
-# charges what it draws may last for ever: `horizon_s` states how long to follow it.
+# An empty pack is neither used nor charged again; the other takes over in the middle of the job. A
+# load that charges what it draws may last for ever: `horizon_s` states how long to follow it.
 #
 # **Before you run:** a minute with 1 A is followed by a minute of charging with 1 A, or with 0.5 A.
 # Which of the two ends?
@@ -104,6 +104,9 @@ for name, plan in direct.items():
     print(f"{name:<15}{plan.hover_time_s:8.2f} s  ({plan.proof})")
 
 # %% [markdown]
+# None does. Turns of 5 s come close: the laser always finds a pack that is not full. In sequence it
+# finds none, because the second pack is full until the first is empty.
+#
 # ## Who flew when
 #
 # The available wells of both packs, in sequence and in turns; strips below say which pack flies and
