@@ -58,16 +58,19 @@ for rest_s in (0.0, 60.0, 120.0, 180.0):
 
 # %%
 rests_s = np.linspace(120.0, 150.0, 61)
-given = program.parts[0].model.row(0)
-usable_As = (1 - given["min_soc"]) * given["packs"] * given["capacity_As"]
-usable_As = usable_As - given["flight_charge_As"] + given["rest_current_A"] * rests_s
-time_s = given["deadline_s"] - given["flight_time_s"] - rests_s
+slacks = [
+    {
+        row.label: row.slack
+        for row in program.check({"hover_time_s": hover_s + 0 * rests_s, "rest_time_s": rests_s})
+    }
+    for hover_s in (0.0, 1.0)
+]
+lines = [optuav.plots.Line("least hover", rests_s, 0.0 * rests_s)]
+for label in ("P4.a state of charge", "P4.b deadline"):
+    without, one_second = (each[label] for each in slacks)  # linear: each second costs as much
+    lines.append(optuav.plots.Line(label, rests_s, without / (without - one_second)))
 optuav.plots.curves(
-    [
-        optuav.plots.Line("by charge", rests_s, usable_As / given["hover_current_A"]),
-        optuav.plots.Line("by the deadline", rests_s, time_s),
-        optuav.plots.Line("least hover", rests_s, 0.0 * rests_s),
-    ],
+    lines,
     title="The longest hover that each constraint leaves",
     x_label="rest time T' [s]",
     y_label="hover time Δ [s]",
@@ -106,7 +109,8 @@ for certificate in certificates:
         limit += row.multiplier * row.limit
         for symbol, coefficient in row.coefficients.items():
             total[symbol] += row.multiplier * coefficient
-    print("the sum:", *(f"{value}·{symbol} +" for symbol, value in total.items()), f"... ≤ {limit}")
+    left = " + ".join(f"{value}·{symbol}" for symbol, value in total.items())
+    print(f"the sum: {left} ≤ {limit}, which is {float(limit):.6g}")
     print("the certificate holds:", certificate.holds())
 
     # The rows are those of the statement: at any point, limit less left side is the slack.

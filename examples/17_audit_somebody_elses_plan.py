@@ -85,7 +85,7 @@ print(f"{wells[0]:.6f} A s available and {wells[1]:.0f} A s bound at {dry.time_s
 # %% [markdown]
 # ## Empty, with charge left
 #
-# Counting coulombs includes the bound charge; by nominal energy the battery was empty long before.
+# Counting coulombs includes the bound charge; by nominal energy the battery was empty 20 s before.
 # Neither describes the well that feeds the rotors. `exact.to_frame()` gives the table to pandas.
 #
 # **Before you run:** what does each of the two perspectives say is left when the rotors stop?
@@ -95,6 +95,18 @@ trace = exact.trace
 at_dry = {name: float(np.interp(dry.time_s, trace.time_s, soc)) for name, soc in trace.soc.items()}
 print({name: f"{100 * soc:.1f} %" for name, soc in at_dry.items()})
 
+# %%
+optuav.plots.curves(
+    [
+        optuav.plots.Line("available", trace.time_s, trace.available_As[:, 0]),
+        optuav.plots.Line("bound", trace.time_s, trace.bound_As[:, 0]),
+    ],
+    title="What is in the two wells",
+    x_label="time since take-off [s]",
+    y_label="charge [A s]",
+    marks=[optuav.plots.Mark(dry.time_s, "runs dry")],
+)
+
 # %% [markdown]
 # ## What could be flown
 #
@@ -103,20 +115,26 @@ print({name: f"{100 * soc:.1f} %" for name, soc in at_dry.items()})
 # **Before you run:** how many tries does halving need to get from 660 s to a millisecond?
 
 # %%
-before, hover, after = verdict.subject.stops
+hovers_s = [each.duration_s for each in verdict.subject.stops if each.kind == "hover"]
 
 
 def flyable(hover_s):
-    stops = (before, Stop("hover", "hover", hover_s), after)
+    stops = [
+        Stop(each.at, each.kind, hover_s if each.kind == "hover" else each.duration_s)
+        for each in verdict.subject.stops
+    ]
     return optuav.replay(optuav.Itinerary(verdict.subject.mission, stops)).flyable
 
 
-short_s, long_s, tries = 0.0, hover.duration_s, 0  # flyable, and not
+short_s, long_s, tries = 0.0, max(hovers_s, default=0.0), 0  # flyable, and not
 while long_s - short_s > 1e-3:
     middle_s = 0.5 * (short_s + long_s)
     short_s, long_s = (middle_s, long_s) if flyable(middle_s) else (short_s, middle_s)
     tries += 1
-print(f"{short_s:.4f} s of hover can be flown, {long_s:.4f} s cannot, after {tries} tries")
+if flyable(short_s):
+    print(f"{short_s:.4f} s of hover can be flown, {long_s:.4f} s cannot, after {tries} tries")
+else:
+    print("with these rests, not even a plan without a hover can be flown")
 
 # %% [markdown]
 # ## A figure that was changed

@@ -56,19 +56,19 @@ print(more.notes[-1])
 legs = optuav.graph(mission)
 legs.add_edge("b1", "b9", **{**legs.edges["b1", "hover"], "duration_s": 4.0, "charge_As": 50.0})
 legs.add_edge("b9", "hover", **{**legs.edges["b9", "hover"], "duration_s": 4.0, "charge_As": 50.0})
-windy = [
+measured = [
     optuav.solve(mission, optuav.P1(stops=most), perspective="battery", graph=legs)
     for most in (1, 2)
 ]
-for plan in windy:
+for plan in measured:
     print(f"{plan.hover_time_s:8.3f} s by {' → '.join(plan.route)}")
 
 # %% [markdown]
 # ## By the available well, it is not
 #
 # Under `available` the well that feeds the rotors may never run dry. Rests before and after the
-# hover have different effects: the first replaces what the flight out took, the second lets bound
-# charge flow over for the flight home. One rest can do only one of the two.
+# hover have different effects: the first replaces what the flight out took, the second
+# refills the well for the flight home. One rest can do only one of the two.
 #
 # **Before you run:** one rest brings 20 s over the direct flight. How much does a second one bring?
 # And a hover in two pieces?
@@ -101,13 +101,12 @@ print(best.proof)
 for phase in best.phases:
     wells = Wells(phase.available_As[0], phase.bound_As[0])
     print(f"{phase.kind:<7}{phase.end_place:<12} y1 {wells.available_As:9.1f} A s")
-arrival, rest = (
-    next(each for each in best.phases if (each.kind, each.end_place) == (kind, "b10"))
-    for kind in ("flight", "rest")
-)
-charged_As = rest.current_A * rest.duration_s
-flowed_As = rest.available_As[0] - arrival.available_As[0] - charged_As
-print(f"on b10 {charged_As:.0f} A s from the laser, {flowed_As:.0f} A s from the bound well")
+pairs = [pair for pair in itertools.pairwise(best.phases) if pair[1].kind == "rest"]
+for arrival, rest in pairs[-1:]:  # the last rest, if there is one
+    charged_As = rest.current_A * rest.duration_s
+    flowed_As = rest.available_As[0] - arrival.available_As[0] - charged_As
+    print(f"on {rest.end_place} {charged_As:.0f} A s from the laser, ", end="")
+    print(f"{flowed_As:.0f} A s from the bound well")
 
 # %% [markdown]
 # ## With more time, hover twice
@@ -125,7 +124,7 @@ optuav.plots.wells([split])
 
 # %% [markdown]
 # The best plan hovers until the well is nearly empty, rests for most of the time, and hovers again.
-# A rest before the first hover would not help, because the battery is still full.
+# A rest before the first hover can only replace what the flight out took: 20 s of hover.
 
 # %% [markdown]
 # ## Exercises

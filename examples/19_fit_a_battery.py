@@ -104,7 +104,8 @@ mission = optuav.load("paper").replace(
 )
 plans = [optuav.solve(each, "P3", perspective="battery") for each in ("paper", mission)]
 for plan in plans:
-    print(f"hover {plan.hover_time_s:.2f} s, runs dry at {plan.runs_dry_s:.0f} s")
+    dry = "never runs dry" if plan.runs_dry_s is None else f"runs dry at {plan.runs_dry_s:.0f} s"
+    print(f"hover {plan.hover_time_s:.2f} s, {dry}")
 
 # %% [markdown]
 # ## Exercises

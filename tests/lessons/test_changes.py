@@ -9,6 +9,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PAPER = 'optuav.load("paper")'
+ENERGY = 'formulate(mission, problem, perspective="energy"'
 
 
 def hurried(deadline_s: int) -> str:
@@ -50,6 +51,11 @@ CHANGES = [
     ("10_discrete_relaxed_continuous", PAPER, hurried(90)),
     ("13_why_infeasible", "2900", "36000"),
     ("13_why_infeasible", '"limits.deadline_s": 200}', '"limits.deadline_s": 1200}'),
+    ("13_why_infeasible", 'formulate(mission, problem, perspective="battery"', ENERGY),
+    ("17_audit_somebody_elses_plan", '{ at = "b10", kind = "rest", duration_s = 254.2 },', ""),
+    ("17_audit_somebody_elses_plan", "duration_s = 254.2", "duration_s = 20000"),
+    ("18_is_one_stop_enough", PAPER, hurried(800)),
+    ("19_fit_a_battery", 'perspective="battery"', 'perspective="available"'),
     ("A1_energy_or_battery", "SHORT_S, LONG_S = 800, 1200", "SHORT_S, LONG_S = 300, 1200"),
     ("A1_energy_or_battery", "SHORT_S, LONG_S = 800, 1200", "SHORT_S, LONG_S = 300, 400"),
     ("23_sweep_ten_parameters", "SLICES = 16", "SLICES = 15"),
@@ -101,4 +107,4 @@ def run(lesson: str, stated: str, changed: str) -> None:
     code = compile(body.replace(stated, changed, 1), lesson, "exec")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        exec(code, {"__name__": "__main__"})
+        exec(code, {"__name__": "__main__", "__file__": f"{ROOT}/examples/{lesson}.py"})
