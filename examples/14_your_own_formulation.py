@@ -97,7 +97,7 @@ print(f"(P1) with a deadline of {best.mission_time_s:.1f} s hovers {longest_s:.4
 #
 # Prices are in seconds of rest now.
 #
-# **Before you run:** the direct route hovers 688 s without a rest, and 719.5 s are the most. What
+# **Before you run:** the direct route hovers 688.8 s without a rest, and 719.5 s are the most. What
 # does a second more cost at 680 s, at 700 s, and at 720 s?
 
 # %%
@@ -112,8 +112,8 @@ for wanted_s in (680.0, 690.0, 700.0, 710.0, 720.0):
         print(f"{wanted_s:.0f} s: {answer.status.value}")
 
 # %% [markdown]
-# Up to 688 s the direct route is enough; beyond, a second of hover costs the rest in which the
-# laser returns its charge; from 719 s on, time is too short. The step is the flight to the roof,
+# Up to 688.8 s the direct route is enough; beyond, a second of hover costs the rest in which the
+# laser returns its charge; from 719.5 s on, time is too short. The step is the flight to the roof,
 # which has to be paid for first.
 
 # %%
