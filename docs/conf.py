@@ -69,6 +69,7 @@ suppress_warnings = ["config.cache"]  # How a lesson is read has no written form
 
 myst_enable_extensions = ["attrs_inline", "deflist", "dollarmath"]
 myst_heading_anchors = 4
+nb_merge_streams = True
 nb_custom_formats = {".py": ["jupytext.reads", {"fmt": "py:percent"}]}
 os.environ["JUPYTER_PATH"] = str(DOCS / "_jupyter")  # A kernel that tells errors alone
 nb_execution_mode = "cache"

@@ -13,17 +13,28 @@ DEVICES, ROOFS = "abc", range(1, 5)
 TABLE = {f"{device}{roof}": range(300, 701, 5) for device in DEVICES for roof in ROOFS}
 """Hover times [s] of three devices, each with a laser on one of four roofs."""
 
+BETWEEN = {
+    **{each: range(560, 601, 5) for each in ("a1", "b1", "c1")},
+    **{each: range(635, 671, 5) for each in ("a2", "b2")},
+    **{each: range(300, 331, 5) for each in ("c2", "a3", "b3")},
+    "c3": range(650, 701, 5),
+    **{f"{device}4": range(400, 501, 5) for device in DEVICES},
+}
+"""Such times: roof 1, between the others, is the best alone and not one of the best pair."""
+
 
 @predict(
     "23.1",
     "A study tries {values} values for each of {keys} parameters, in parts of {size} scenarios. "
     "How many parts is that?",
     within=0.1,
-    draws={"values": range(4, 13), "keys": (3, 4, 5), "size": (100, 128, 256, 512, 1000)},
+    draws={"values": range(4, 13), "keys": (3, 4, 5), "size": (20, 24, 30, 40, 50)},
 )
 def _parts(task: Task) -> Predictions:
     scenarios = task["values"] ** task["keys"]
     yield math.ceil(scenarios / task["size"]), "each value of one key meets each of the others"
+    for started in (scenarios / task["size"], scenarios // task["size"]):
+        yield started, "the last part may be smaller than the others"
     yield scenarios, "that is the number of scenarios"
     yield math.ceil(task["values"] * task["keys"] / task["size"]), "keys do not vary one by one"
 
@@ -42,7 +53,6 @@ def _by_chance(task: Task) -> Predictions:
     hint = "how many of the means are free, once the mean of all samples is known?"
     yield 100.0 * (slices - 1) / (samples - 1), hint
     yield 100.0 * slices / samples, "one of the means follows from the others and the whole mean"
-    yield 0.0, "means of few samples scatter"
 
 
 @predict(
@@ -155,6 +165,12 @@ def _table(task: Task) -> np.ndarray:
     return np.array([[task[f"{device}{roof}"] for roof in ROOFS] for device in DEVICES], float)
 
 
+def _best_pair_s(hover_s: np.ndarray) -> float:
+    """The largest mean hover with lasers on two roofs [s]."""
+    pairs = itertools.combinations(range(len(ROOFS)), 2)
+    return max(float(hover_s[:, pair].max(axis=1).mean()) for pair in pairs)
+
+
 WITH_TABLE = (
     "Device a hovers {a1}, {a2}, {a3} or {a4} s with a laser on roof 1, 2, 3 or 4, device b {b1}, "
     "{b2}, {b3} or {b4} s, and device c {c1}, {c2}, {c3} or {c4} s. "
@@ -171,8 +187,7 @@ WITH_TABLE = (
 )
 def _two_lasers(task: Task) -> Predictions:
     hover_s = _table(task)
-    pairs = itertools.combinations(range(len(ROOFS)), 2)
-    best_s = max(float(hover_s[:, pair].max(axis=1).mean()) for pair in pairs)
+    best_s = _best_pair_s(hover_s)
     yield best_s, "try the six pairs; of each device the larger of two numbers counts"
     yield float(hover_s.mean(axis=0).max()), "that is the best of one laser"
     if (everywhere_s := float(hover_s.max(axis=1).mean())) > best_s:
@@ -185,7 +200,7 @@ def _two_lasers(task: Task) -> Predictions:
     "it adds most. What is the mean hover [s] of this greedy choice?",
     unit="s",
     within=0.1,
-    draws=TABLE,
+    draws=BETWEEN,
 )
 def _greedy(task: Task) -> Predictions:
     hover_s = _table(task)
@@ -193,6 +208,7 @@ def _greedy(task: Task) -> Predictions:
     both_s = np.maximum(hover_s, first[:, None]).mean(axis=0)
     yield float(both_s.max()), "keep the best single roof, and try the other three beside it"
     yield float(first.mean()), "that is the first laser alone"
+    yield _best_pair_s(hover_s), "that is the best pair; greed keeps the best single roof"
 
 
 @predict(

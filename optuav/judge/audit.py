@@ -131,6 +131,9 @@ def audit(plan: Plan | Itinerary | str | Path) -> Audit:
     """
     if isinstance(plan, Plan | Itinerary):
         return _judged(printable(plan.mission.name), plan, {})
+    if not isinstance(plan, str | Path):
+        words = "a Plan, an Itinerary of a mission and its stops, or the path of a file"
+        raise InputError([Fault("plan", f"{plan!r:.80}", words)])
     file, source = Path(plan), label(Path(plan))
     known = "; it is a shipped mission, optuav solve takes it" if str(plan) in shipped() else ""
     text = read_text(file, LARGEST_BYTES, hint=known)

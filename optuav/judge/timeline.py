@@ -79,7 +79,7 @@ class Itinerary:
     stops: tuple[Stop, ...]
 
     def __post_init__(self) -> None:
-        stated = [vars(stop) for stop in self.stops]
+        stated = [vars(stop) if isinstance(stop, Stop) else stop for stop in self.stops]
         refuse(StatedMission({"stops": stated}).faults(stop_breaches(stated, self.mission)))
 
 
@@ -89,7 +89,7 @@ ALLOWED: Mapping[str, tuple[str, Callable[[object], bool]]] = {
     "duration_s": (DURATION.words, DURATION.accepts),
 }
 """The keys of a stop: what a value may be in words, and whether it is."""
-STOP = f"a table with {', '.join(ALLOWED)}"
+STOP = f"a table (in Python a Stop) with {', '.join(ALLOWED)}"
 
 
 def stop_breaches(stops: Sequence[object], mission: Mission | None) -> Iterator[Breach]:

@@ -297,10 +297,15 @@ class Model:
 
 
 def _place_of_caller() -> str:
-    """File and line from which a method was called, or that of a ``declare`` on the way."""
+    """File and line from which a method was called, or that of a ``declare`` on the way.
+
+    Jupyter names the file of a cell by a number that nobody knows.
+    """
     caller = sys._getframe(2)
     frame: FrameType | None = caller
     while frame is not None and frame.f_code.co_name != "declare":
         frame = frame.f_back
     frame = frame or caller
-    return f"{Path(frame.f_code.co_filename).name}:{frame.f_lineno}"
+    file = Path(frame.f_code.co_filename)
+    name = "cell" if file.parent.name.startswith("ipykernel_") else file.name
+    return f"{name}:{frame.f_lineno}"

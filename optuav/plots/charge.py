@@ -73,7 +73,8 @@ def wells(plans: Sequence[Plan], *, figure: style.AnyFigure | None = None) -> Se
         title += ", cannot be flown" * (plan.runs_dry_s is not None)
         ax.set_title(title, pad=style.NAMES_PT)
     style.group_thousands(*axes)
-    _legend_below(axes, drawn, plans)
+    is_lacking = any(plan.runs_dry_s is not None for plan in plans)
+    _legend_below(axes, drawn if is_lacking else drawn[:-1], plans)
     for ax, plan, replayed in zip(axes, plans, replays, strict=True):
         style.draw_bands([ax], style.phase_bands(replayed))
         time_s, total_As = replayed.trace.time_s, _total_As(replayed.trace)

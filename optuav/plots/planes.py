@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from optuav.arrays import Floats
-from optuav.errors import InputError
+from optuav.errors import Fault, InputError
 from optuav.modelling import Model, Variable
 from optuav.plan import Plan
 from optuav.plan.plane import constraint_name, cuts, feasible, limits, thinned, worth_seeing
@@ -61,7 +61,7 @@ def plane(
     Raises
     ------
     InputError
-        If the model does not have two unknowns.
+        If the model does not have two unknowns, or the slots no length.
 
     Examples
     --------
@@ -74,6 +74,8 @@ def plane(
     if len(model.variables) != 2:
         names = ", ".join(each.symbol for each in model.variables)
         raise InputError(f"a plane needs two unknowns; the problem has {names or 'none'}")
+    if not slot_s > 0.0:
+        raise InputError([Fault("slot_s", f"{slot_s!r}", "a length > 0 [s]")])
     upward, across = model.variables
     marked = [
         (plan, (float(getattr(plan, across.name)), float(getattr(plan, upward.name))))

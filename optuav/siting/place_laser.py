@@ -36,6 +36,11 @@ ENOUGH = Number("s", gt=0.0, le=1e7)
 GAP = Number("-", ge=0.0, le=1.0)
 COORDINATE = Number("m", ge=-1e6, le=1e6)
 HEADS = {"mean": "Mean", "worst": "Shortest", "covered": "Covered"}
+WITHOUT_PLAN = {
+    "mean": "they count as 0 s",
+    "worst": "they are left out",
+    "covered": "they are not covered",
+}
 POINTS = "points (x, y, z) [m], |x| <= 1e6, as an array (site, 3) with at least one"
 
 
@@ -186,7 +191,7 @@ class Siting:
             words = f"{self.value:.{digits}f}{unit} at the places moved to, no bound"
             lines.append(("Refined", words))
         if never := int(np.isnan(self.candidate_hover_s).all(axis=1).sum()):
-            how = "they are left out" if best.objective == "worst" else "they count as 0 s"
+            how = WITHOUT_PLAN[best.objective]
             lines.append(("No plan", f"{never} with a laser on any candidate; {how}"))
         return lines
 

@@ -282,7 +282,7 @@ SECONDS = "a number, 0 <= x <= 1e7 [s]"
     ("text", "words"),
     [
         ("stops = 3", "stops = 3: tables [[stops]], each a table"),
-        ('stops = ["b1"]', "stops.0 = 'b1': a table with at, kind, duration_s"),
+        ('stops = ["b1"]', "stops.0 = 'b1': a table (in Python a Stop) with at, kind, duration_s"),
         (STOP * 10_001, "at most 10000"),
         (STOP.replace("duration_s = 5", ""), f"stops.0.duration_s: is missing; {SECONDS}"),
         (STOP.replace("_s = 5", "_min = 5"), "unknown key; did you mean 'duration_s'?"),
@@ -359,3 +359,12 @@ def test_any_itinerary_gets_a_verdict(mission: Mission, data: st.DataObject) -> 
     assert str(judged).startswith("FLYABLE" if judged else "NOT FLYABLE")
     end_s = plain.get("mission_time_s", 0.0)
     assert all(0.0 <= event["time_s"] <= end_s * (1 + 1e-9) for event in plain["events"])
+
+
+def test_what_is_no_plan_is_refused_in_words() -> None:
+    """Stops without a mission, and stops that are no `Stop`, as students write them."""
+    stops = [("hover", "hover", 570.0)]
+    with pytest.raises(optuav.InputError, match=r"plan = .*a Plan, an Itinerary of a mission"):
+        optuav.audit(stops)  # type: ignore[arg-type]
+    with pytest.raises(optuav.InputError, match=r"stops\.0 = .*in Python a Stop"):
+        optuav.Itinerary(optuav.load("paper"), stops)  # type: ignore[arg-type]
