@@ -27,6 +27,8 @@ if hasattr(sys.stdout, "reconfigure"):
     sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
 
 mission = optuav.load("paper")
+if mission.flight.model != "rotors":
+    raise SystemExit("This mission states loads and no rotors: take one that states its rotors.")
 motor, airframe = vehicle.motor(mission), vehicle.airframe(mission)
 way_m = np.subtract(vehicle.hover_point_m(mission), mission.route.origin_m)
 leg = flight.leg(airframe, motor, tuple(way_m))
@@ -35,7 +37,7 @@ leg = flight.leg(airframe, motor, tuple(way_m))
 # ## The stages from the origin to the hover point
 #
 # Four rotors run at full speed while the UAV moves. While it turns, one runs at full speed, two at
-# 1/√2 of it, and one stands still. That draws less current.
+# $1/\sqrt{2}$ of it, and one stands still. That draws less current.
 #
 # **Before you run:** the leg is 2.7 km long and takes 38 s. How much of that does the drone turn,
 # and how fast does it fly at most?

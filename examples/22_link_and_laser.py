@@ -35,10 +35,10 @@ print(channel)
 # %% [markdown]
 # ## Outage
 #
-# A direct wave and many reflected ones add up at the receiver, and their sum fluctuates. K is the
+# A direct wave and many reflected ones add up at the receiver, and their sum fluctuates. $K$ is the
 # power of the direct wave over that of all others, a ratio and not in dB. If the ratio of signal to
-# noise falls below a threshold γ_th, nothing is understood: an *outage*. Its probability grows with
-# the distance d, because the mean power falls with d^β.
+# noise falls below a threshold $\gamma_\mathrm{th}$, nothing is understood: an *outage*. Its
+# probability grows with the distance $d$, because the mean power falls with $d^\beta$.
 #
 # **Before you run:** at 500 m the outage probability is about 1 %. At twice the distance the signal
 # is four times weaker. Is the probability 2 %, 4 %, or something else?
@@ -49,7 +49,7 @@ for distance_m in (250.0, 500.0, 1000.0, 2000.0):
 
 # %% [markdown]
 # The direct wave makes the difference: as long as it is strong enough alone, only rare fluctuations
-# break the link; once it is too weak, the link fails nearly always. With K = 0 there is no direct
+# break the link; once it is too weak, the link fails nearly always. With $K = 0$ there is no direct
 # wave (Rayleigh fading), and the probability rises slowly from the start.
 
 # %%
@@ -90,7 +90,8 @@ scattered = (random.normal(size=draws) + 1j * random.normal(size=draws)) / np.sq
 amplitude = np.sqrt(K / (K + 1.0)) + scattered / np.sqrt(K + 1.0)
 threshold = 10.0 ** (channel.snr_threshold_dB / 10.0)
 for distance_m in (450.0, 500.0, 550.0, 600.0):
-    mean_snr = channel.transmit_power_W / channel.noise_power_W / distance_m**2
+    path_loss = distance_m**channel.path_loss_exponent
+    mean_snr = channel.transmit_power_W / channel.noise_power_W / path_loss
     simulated = np.mean(mean_snr * np.abs(amplitude) ** 2 < threshold)
     formula = link.outage_probability(channel, distance_m)
     print(f"{distance_m:.0f} m: simulated {simulated:.3%}, by the formula {formula:.3%}")
@@ -101,15 +102,18 @@ for distance_m in (450.0, 500.0, 550.0, 600.0):
 #
 # ## Coverage
 #
-# The mission allows an outage of ε = 1 %. The largest distance with no more is the coverage radius
-# d_max, and the drone has to hover inside a ball of that radius around the device. At the lowest
-# altitude that is a disc, and the hover point w_U is its point on the shortest way.
+# The mission allows an outage of $\varepsilon$ = 1 %. The largest distance with no more is the
+# coverage radius $d_\mathrm{max}$, and the drone has to hover inside a ball of that radius around
+# the device. At the lowest altitude that is a disc, and the hover point $w_U$ is its point on the
+# shortest way.
 #
-# **Before you run:** if ε were 10 %, would d_max be ten times as large?
+# **Before you run:** if $\varepsilon$ were 10 %, would $d_\mathrm{max}$ be ten times as large?
 
 # %%
 radius_m = vehicle.coverage_radius_m(mission)
 hover_m = np.array(vehicle.hover_point_m(mission))
+if np.isnan(hover_m).any():
+    raise SystemExit("The ball ends below the lowest altitude: take more power, or more outage.")
 apart_m = float(np.linalg.norm(hover_m - mission.link.device_m))
 print(f"d_max = {radius_m:.4f} m; the hover point {hover_m.round(4)} is {apart_m:.4f} m away")
 limits = np.array([0.001, 0.01, 0.1, 0.5])
@@ -136,8 +140,8 @@ if min(weather.values()) <= 0.0:
 wavelength_nm = mission.laser.wavelength_nm
 for name, visibility_km in weather.items():
     alpha = laser.attenuation(wavelength_nm, visibility_km)
-    share = laser.transmission(alpha, 2500.0)
-    print(f"{name:6} α = {alpha:7.4f} per km, after two and a half kilometres {share:8.3%}")
+    percent = 100.0 * laser.transmission(alpha, 2500.0)
+    print(f"{name:6} α = {alpha:7.4f} per km, after two and a half kilometres {percent:.3g} %")
 
 # %%
 distances_m = np.linspace(0.0, 3000.0, 301)
@@ -161,11 +165,13 @@ optuav.plots.curves(
 # ## Received power
 #
 # A source turns electric power into light and a receiver turns light into power, both along
-# straight lines: P_0 = a1 a2 ν P_s + a2 b1 ν + b2. It is never below 0, and never above what the
-# battery may be charged with, I_ch e_nom: a stronger source is turned down.
+# straight lines: $P_0 = a_1 a_2 \nu P_s + a_2 b_1 \nu + b_2$. It is never below 0, and never above
+# what the battery may be charged with, $I_\mathrm{ch} e_\mathrm{nom}$: a stronger source is turned
+# down.
 #
 # **Before you run:** 1000 W go in. How much comes out beside the laser, without the cap of the
-# battery? And where does the cap end in haze? Solve P_0 = I_ch e_nom for ν, and ν for d.
+# battery? And where does the cap end in haze? Solve $P_0 = I_\mathrm{ch} e_\mathrm{nom}$ for
+# $\nu$, and $\nu$ for $d$.
 
 # %%
 conversion = vehicle.conversion(mission)
@@ -178,7 +184,7 @@ received_W = {
     for name, visibility_km in weather.items()
 }
 print(f"beside the laser {received_W['clear'][0]:.1f} W of {source_W:g} W; cap {cap_W:.0f} W")
-light_W = conversion.emitter_slope * source_W + conversion.emitter_offset_W
+light_W = max(conversion.emitter_slope * source_W + conversion.emitter_offset_W, 1e-9)
 needed = (cap_W - conversion.receiver_offset_W) / conversion.receiver_slope / light_W
 reach_m = {
     name: -1000.0 * float(np.log(needed)) / laser.attenuation(wavelength_nm, visibility_km)
@@ -216,7 +222,9 @@ for perspective in ("available", "battery"):
     )
     longest[perspective] = found["hover_time_s"].ravel()
     worst_s, best_s = longest[perspective][[0, -1]]
-    print(f"{perspective:10} {worst_s:.1f} s in fog, {best_s:.1f} s in clear air")
+    felt_km = visible_km[longest[perspective] < best_s - 1e-6].max(initial=0.0)
+    print(f"{perspective:10} {worst_s:.1f} s in fog, {best_s:.1f} s in clear air", end=", ")
+    print(f"shorter up to {felt_km:g} km")
 optuav.plots.curves(
     [Line(name, visible_km, hover_s) for name, hover_s in longest.items()],
     title="The longest hover, by the weather",

@@ -2,8 +2,8 @@
 # # A sweep over ten parameters
 #
 # A grid of ten parameters with ten values each has 10¹⁰ points. A sequence that fills the space
-# evenly says what matters with some thousand. A study in a file is computed in parts that are kept:
-# it survives whatever ends it.
+# evenly says what matters with a few thousand. A study in a file is computed in parts that are
+# kept: it survives whatever ends it.
 #
 # **Before this lesson:** [What matters most?](20_what_matters_most.py).
 # **Time:** 40 minutes.
@@ -82,6 +82,8 @@ folder.cleanup()
 hover_s = found.hover_time_s.fillna(0.0).values
 keys = list(found.coords)
 SLICES = 16
+if not (0 < SLICES <= len(hover_s) and hover_s.any()):
+    raise SystemExit("Each slice needs a sample, and one a plan: take more samples, or more time.")
 
 
 def profile(key: str) -> np.ndarray:
@@ -96,6 +98,8 @@ for key in most:
     print(f"{key:28} explains {share[key]:6.1%}")
 
 # %% [markdown]
+# The least charge hardly counts: with `available`, the available well mostly empties first.
+#
 # Means of slices scatter, those of independent samples by chance, those of this sequence by less:
 # a share below what chance would show says nothing.
 #

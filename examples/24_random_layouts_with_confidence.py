@@ -32,7 +32,8 @@ if hasattr(sys.stdout, "reconfigure"):
 
 # %%
 towns = optuav.layouts("paper", 60, "uniform", buildings=4, seed=1)
-deadlines_s = [800, 1200]
+SHORT_S, LONG_S = 800, 1200
+deadlines_s = [SHORT_S, LONG_S]
 found = optuav.batch_arrays(towns, {"limits.deadline_s": deadlines_s})
 flown = np.isfinite(found["hover_time_s"]).all(axis=1)
 hover_s = found["hover_time_s"][flown]
@@ -40,7 +41,7 @@ print(f"{flown.sum()} of {len(towns)} towns have a plan")
 if flown.sum() < 2:
     raise SystemExit("A spread needs two towns with a plan: take more towns, or more time.")
 first = int(flown.argmax())
-alone = optuav.solve(towns[first].replace({"limits.deadline_s": deadlines_s[1]}))
+alone = optuav.solve(towns[first].replace({"limits.deadline_s": LONG_S}))
 print(f"the first one: {hover_s[0, 1]:.4f} s, alone {alone.hover_time_s:.4f} s")
 
 # %% [markdown]

@@ -34,7 +34,8 @@ one = optuav.place_laser(missions, roofs, refine=False)
 print(one)
 
 # %% [markdown]
-# The table of hover times says it all: one row a device, one column a roof.
+# Candidates are numbered from 0: site 5 is the roof of b6. The table of hover times says it all:
+# one row a device, one column a roof.
 #
 # **Before you run:** how do you find the best roof for one laser in such a table?
 
@@ -56,7 +57,7 @@ print("mean hover by roof [s]:", *means_s.round(1))
 # %%
 LASERS = 3
 three = optuav.place_laser(missions, roofs, LASERS, refine=False)
-trios = list(itertools.combinations(range(len(roofs)), LASERS))
+trios = list(itertools.combinations(range(len(roofs)), min(LASERS, len(roofs))))
 best_s = max(hover_s[:, trio].max(axis=1).mean() for trio in trios)
 print(three)
 print(f"the best of {len(trios)} choices: {best_s:.2f} s")

@@ -87,10 +87,9 @@ print("a scheduler with", len(workers), "workers, by", address.partition(":")[0]
 # %% [markdown]
 # ## A worker fails
 #
-# After the third part one worker is killed, if another one is left. What it had not finished, the
-# other one computes. Parts
-# come back as bytes, and the process that asked writes them: workers need no common file system,
-# only the same versions of the packages.
+# After the third part one worker is killed, if another one is left. Parts come back as bytes, and
+# the process that asked writes them: workers need no common file system, only the same versions of
+# the packages.
 #
 # **Before you run:** what is lost with the worker?
 
@@ -115,6 +114,8 @@ killed = sum(worker.poll() is not None for worker in workers)
 print(f"{shared.parts} parts; workers killed: {killed} of {len(workers)}")
 
 # %% [markdown]
+# What the worker had not finished, the other one has computed.
+#
 # ## The same bytes
 #
 # One process computes the study once more: on processors of one type no byte of any file differs.

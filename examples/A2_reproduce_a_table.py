@@ -57,7 +57,7 @@ print(f"flight {plan.flight_time_s:.2f} s, by the table {flight_s:.2f} s")
 # On one path charge and energy left are straight lines in Δ. Two rows give slope and start: the net
 # current and power of the hover, and the charge and energy of the flight.
 #
-# **Before you run:** 28.30 % of 72 000 A s are left after 697 s, and 5.09 % after 950 s. What
+# **Before you run:** 28.31 % of 72 000 A s are left after 697 s, and 5.09 % after 950 s. What
 # current does the hover draw?
 
 # %%
@@ -138,8 +138,9 @@ ax
 # ## What a match is worth
 #
 # The ledger has the numbers of the paper. For Table II it says what was used in the fit, what
-# follows from it, and what contradicts the rest. η3 is nearly η1 by construction, since E_1 and E_2
-# are the capacity at the voltages of the same loads, so its cells test little.
+# follows from it, and what contradicts the rest. η3 is nearly η1 by construction, since $E_1$ and
+# $E_2$ are the capacity at the voltages of the same loads, so its cells test little. The charges of
+# the first and the third row are those after 741 s, as above: η2 is −0.31 % there.
 #
 # **Before you run:** Table II has 30 cells. How many of them are a test of the loads, and not a
 # part of the fit?

@@ -79,7 +79,7 @@ STOPS = [
     ("10_discrete_relaxed_continuous", '"battery").parts', '"energy").parts'),
     ("22_link_and_laser", "FACTORS = (0.0,", "FACTORS = (-1.0,"),
     ("22_link_and_laser", '"fog": 0.4', '"fog": 0.0'),
-    ("24_random_layouts_with_confidence", "[800, 1200]", "[20, 30]"),
+    ("24_random_layouts_with_confidence", "LONG_S = 800, 1200", "LONG_S = 20, 30"),
     ("26_where_to_put_the_laser", '"limits.deadline_s": 1800', '"limits.deadline_s": 30'),
 ]
 
