@@ -69,15 +69,15 @@ def for_notebooks(text: str) -> str:
     return PRINTED.sub(r"\1", without_solutions(text))
 
 
-def notebook(name: str, content: Iterable[Cell]) -> str:
-    """A notebook without outputs, the same at every run."""
+def notebook(name: str, content: Iterable[Cell], place: str = r"\1.ipynb") -> str:
+    """A notebook without outputs, the same at every run, and the place of other lessons from it."""
     written = [
         {
             "cell_type": each.kind,
             **({"execution_count": None, "outputs": []} if each.kind == "code" else {}),
             "id": f"{name.split('_', maxsplit=1)[0]}-{number:02}",
             "metadata": each.metadata,
-            "source": LINK.sub(r"](\1.ipynb)", each.source).splitlines(keepends=True),
+            "source": LINK.sub(rf"]({place})", each.source).splitlines(keepends=True),
         }
         for number, each in enumerate(content)
     ]
@@ -171,7 +171,8 @@ def other_files() -> dict[Path, bytes]:
         read = data() if '"data"' in path.read_text("utf-8") else []
         course, assignment = BUILD / "otter", BUILD / "nbgrader" / "source" / name
         cells_for_otter = for_otter(content, [f"data/{each.name}" for each in read])
-        found[assignment / f"{name}.ipynb"] = notebook(name, for_nbgrader(content)).encode()
+        graded = notebook(name, for_nbgrader(content), r"../\1/\1.ipynb")
+        found[assignment / f"{name}.ipynb"] = graded.encode()
         found[course / f"{name}.ipynb"] = notebook(name, cells_for_otter).encode()
         for each in read:
             for folder in (course, assignment):
