@@ -27,8 +27,8 @@ if hasattr(sys.stdout, "reconfigure"):
     sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
 
 mission = optuav.load("paper")
-if mission.flight.model != "rotors":
-    raise SystemExit("This mission states loads and no rotors: take one that states its rotors.")
+if mission.rotor is None:
+    raise SystemExit("This mission states no rotor: take one that does, as `paper`.")
 motor, airframe = vehicle.motor(mission), vehicle.airframe(mission)
 way_m = np.subtract(vehicle.hover_point_m(mission), mission.route.origin_m)
 leg = flight.leg(airframe, motor, tuple(way_m))

@@ -39,7 +39,7 @@ PERSPECTIVES = ("battery", "energy", "adjusted")
 # %%
 plans = {}
 SHORT_S, LONG_S = 800, 1200
-print("deadline  obeyed         Δ        T     " + "".join(f"{name:>10}" for name in PERSPECTIVES))
+print("deadline  obeyed         Δ        T        battery    energy  adjusted")
 for deadline_s in (SHORT_S, LONG_S):
     for perspective in PERSPECTIVES:
         plan = optuav.solve(
@@ -53,7 +53,7 @@ for deadline_s in (SHORT_S, LONG_S):
         plans[deadline_s, perspective] = plan
         print(
             f"{deadline_s:6} s  {perspective:<9}{plan.hover_time_s:8.2f} {plan.mission_time_s:8.2f}"
-            "     " + "".join(f"{100 * plan.soc[name]:8.2f} %" for name in PERSPECTIVES)
+            "     " + "".join(f"{100 * share:8.2f} %" for share in plan.soc.values())
         )
 
 # %%
