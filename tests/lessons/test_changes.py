@@ -64,6 +64,9 @@ CHANGES = [
     ("26_where_to_put_the_laser", "LASERS = 3", "LASERS = 1"),
     ("26_where_to_put_the_laser", '"laser.visibility_km": 2', '"laser.visibility_km": 0.2'),
     ("26_where_to_put_the_laser", '"limits.deadline_s": 1800', '"limits.deadline_s": 60'),
+    ("22_link_and_laser", PAPER, f'{PAPER}.replace({{"laser.power_W": 0.0}})'),
+    ("26_where_to_put_the_laser", "LASERS = 3", "LASERS = 11"),
+    ("A1_energy_or_battery", '"energy", "adjusted")\n', '"energy", "available")\n'),
     ("27_on_a_cluster", "scenarios_per_part = 1000", "scenarios_per_part = 20000"),
     ("27_on_a_cluster", "for _ in range(2)]", "for _ in range(1)]"),
 ]
@@ -79,6 +82,11 @@ STOPS = [
     ("10_discrete_relaxed_continuous", '"battery").parts', '"energy").parts'),
     ("22_link_and_laser", "FACTORS = (0.0,", "FACTORS = (-1.0,"),
     ("22_link_and_laser", '"fog": 0.4', '"fog": 0.0'),
+    ("21_one_leg", PAPER, 'optuav.load("matrice350")'),
+    ("22_link_and_laser", PAPER, f'{PAPER}.replace({{"link.transmit_power_W": 0.01}})'),
+    ("23_sweep_ten_parameters", "SLICES = 16", "SLICES = 5000"),
+    ("23_sweep_ten_parameters", "low = 600, high = 1800", "low = 20, high = 50"),
+    ("A1_energy_or_battery", 'optuav.load("paper-table2")', PAPER),
     ("24_random_layouts_with_confidence", "LONG_S = 800, 1200", "LONG_S = 20, 30"),
     ("26_where_to_put_the_laser", '"limits.deadline_s": 1800', '"limits.deadline_s": 30'),
 ]
