@@ -18,13 +18,19 @@ def decimal(text: str | float) -> float:
     """The number that a text is; of Python's spellings not ``1_0`` and no digits but 0 to 9."""
     if isinstance(text, str) and ("_" in text or not text.isascii()):
         raise ValueError(f"{text!r} is not a number")
-    return float(text)
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(f"{text!r} is not a number") from None
 
 
 def integer(text: str | int) -> int:
     """The whole number that a text is, in the spellings of `decimal`."""
     decimal(text)
-    return int(text)
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError(f"{text!r} is not a whole number") from None
 
 
 def printable(text: str, kept: str = "") -> str:

@@ -96,7 +96,9 @@ def run(arguments: Sequence[str] | None = None) -> None:
             sys.stdout.flush()
     except USAGE_ERROR as error:
         error.show(written := io.StringIO())
-        say(written.getvalue().removesuffix("\n").expandtabs(2), error=True)
+        # What reads a value raises a ValueError, of which a library tells the name as well.
+        words = written.getvalue().replace(": Value error, ", ": ")
+        say(words.removesuffix("\n").expandtabs(2), error=True)
         sys.exit(BAD_INPUT)
     except typer.Abort:
         say("\nerror: the input ended before all questions were answered", error=True)

@@ -16,7 +16,7 @@ WORKERS = min(os.cpu_count() or 1, 4)  # Processes that share work: each takes a
 
 def compare(
     mission: str,
-    slots: str | None = None,
+    slots_s: str | None = None,
     perspective: Perspective | None = None,
     engines: str | None = None,
     time_limit_s: float | None = None,
@@ -33,16 +33,16 @@ def compare(
     """
     check_places(save, plot, ".csv", ".json")
     try:
-        slots_s = None if slots is None else [decimal(each) for each in slots.split(",")]
+        lengths_s = None if slots_s is None else [decimal(each) for each in slots_s.split(",")]
     except ValueError:
         words = "numbers of seconds with commas between them, as in 0.5,1,60"
-        raise InputError([Fault("--slots", repr(slots), words)]) from None
+        raise InputError([Fault("--slots", repr(slots_s), words)]) from None
     with progress() as bar:
         found = optuav.compare(
             mission_of(mission, settings),
             by=_names(by) or "method",
             perspective=perspective,
-            slots_s=slots_s,
+            slots_s=lengths_s,
             engines=_names(engines),
             time_limit_s=time_limit_s,
             times=times,

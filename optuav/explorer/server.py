@@ -60,8 +60,10 @@ class Server(ThreadingHTTPServer):
         try:
             super().__init__((HERE, port), Handler)
         except (OSError, OverflowError) as error:
-            words = "is no port" if isinstance(error, OverflowError) else error.strerror
-            raise InputError([Fault("port", str(port), f"cannot be served at: {words}")]) from error
+            words = f"cannot be served at: {getattr(error, 'strerror', '')}"
+            if isinstance(error, OverflowError):
+                words = "a whole number, 0 <= x <= 65535"
+            raise InputError([Fault("port", str(port), words)]) from error
         self.workers = Workers(mission)
 
     def handle_error(self, *where: Any) -> None:

@@ -165,7 +165,7 @@ def test_without_a_command_there_is_help() -> None:
         (("frobnicate",), "No such command 'frobnicate'"),
         (("solve",), "Missing argument 'MISSION'"),
         (("solve", "paper", "--sot-s", "1"), "No such option: --sot-s"),
-        (("solve", "paper", "--slot-s", "soon"), "Invalid value for '--slot-s'"),
+        (("solve", "paper", "--slot-s", "soon"), "'--slot-s': 'soon' is not a number"),
         (("solve", "paper", "paper"), "unexpected extra argument"),
     ],
 )

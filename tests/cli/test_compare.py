@@ -170,9 +170,9 @@ def test_plans_by_trajectory_where_there_are_none() -> None:
     [
         (("--slots", ""), "--slots = '': numbers of seconds"),
         (("--slots", "1,x"), "--slots = '1,x': numbers of seconds"),
-        (("--slots", "0"), "slots_s = 0.0"),
-        (("--slots", "1e-9"), "slots_s = 1e-09"),
-        (("--slots", "inf"), "slots_s = inf"),
+        (("--slots", "0"), "--slots = 0.0"),
+        (("--slots", "1e-9"), "--slots = 1e-09"),
+        (("--slots", "inf"), "--slots = inf"),
         (("--slots", "1,1.0"), "each length once"),
         (("--engines", "grid,abacus"), "engines = 'abacus': some of bracket, casadi, grid"),
         (("--perspective", "wells"), "perspective = 'wells': one of battery, energy, adjusted"),
