@@ -64,6 +64,8 @@ extensions = [
 exclude_patterns = ["_*", "*.py", "lessons/data"]
 templates_path = ["_templates"]
 highlight_language = "none"
+smartquotes_action = "qe"  # Two hyphens stay, as in --set
+toc_object_entries_show_parents = "hide"
 default_role = "py:obj"
 suppress_warnings = ["config.cache"]  # How a lesson is read has no written form
 
@@ -79,6 +81,7 @@ nb_execution_timeout = 300
 
 autodoc_typehints = "none"
 autosummary_generate = True
+autosummary_context = {"explained": ", ".join(optuav.Datasheet.model_fields)}
 numpydoc_show_class_members = False
 
 html_theme = "pydata_sphinx_theme"
@@ -169,6 +172,11 @@ def break_names(app: Any, page: str, template: str, context: dict[str, Any], tre
         )
 
 
+def skipped(app: Any, what: str, name: str, found: Any, skip: bool, options: Any) -> bool | None:
+    """Leave out fields of named tuples, which are explained as parameters of their class."""
+    return True if type(found).__name__ == "_tuplegetter" else None
+
+
 def store_explorer(app: Any, failed: Exception | None) -> None:
     """Write the explorer's page with stored answers beside the pages that show it."""
     if failed is None and app.builder.name == "html":
@@ -181,4 +189,5 @@ def setup(app: Any) -> None:
     app.add_lexer("csv", TextLexer)
     app.connect("source-read", as_page)
     app.connect("html-page-context", break_names)
+    app.connect("autodoc-skip-member", skipped)
     app.connect("build-finished", store_explorer)

@@ -44,6 +44,18 @@ def test_a_public_name_has_an_example(name: str) -> None:
     assert ">>> " in inspect.cleandoc(getattr(optuav, name).__doc__ or "")
 
 
+LISTED = re.findall(
+    r"^   (optuav\..+)$", (ROOT / "docs" / "api.md").read_text("utf-8"), re.MULTILINE
+)
+
+
+@pytest.mark.parametrize("name", LISTED)
+def test_a_name_of_the_reference_has_an_example(name: str) -> None:
+    """The site promises one for each."""
+    module, _, own = name.rpartition(".")
+    assert ">>> " in inspect.cleandoc(getattr(importlib.import_module(module), own).__doc__ or "")
+
+
 RECORDS: list[Any] = [
     *(
         Battery,

@@ -55,7 +55,14 @@ class ConfidenceInterval(NamedTuple):
 class Value:
     """A value for a dotted key of the mission, in its unit, and where it comes from.
 
-    The interval holds it at a confidence of 95 %; None if unknown.
+    Parameters
+    ----------
+    key, value, origin
+        Dotted key, its value in the unit of the key, and where it comes from, in words.
+    interval
+        Its ``low`` and ``high`` end at a confidence of 95 %; None if unknown.
+    determined
+        Whether the data determine it.
     """
 
     key: str
@@ -116,7 +123,8 @@ class Fit:
     data
         Their content, in a few words.
     values
-        The values found.
+        The values found, each with ``key``, ``value``, ``origin``, ``interval`` (its ``low`` and
+        ``high`` end at a confidence of 95 %, or None) and ``determined``.
     panels
         Observed and fitted values; empty if there are no observations.
     warnings
@@ -128,8 +136,10 @@ class Fit:
 
     Examples
     --------
+    >>> import optuav
+    >>> from optuav.calibration import Value
     >>> value = Value("battery.capacity_As", 662.42, "measured")
-    >>> fit = Fit("kibam", ("cell.csv",), "one cell", (value,), ())
+    >>> fit = optuav.Fit("kibam", ("cell.csv",), "one cell", (value,), ())
     >>> fit.changes
     {'battery.capacity_As': 662.42}
     >>> print(fit.to_toml().splitlines()[-1])

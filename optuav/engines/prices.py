@@ -191,8 +191,17 @@ class ShadowPrice(NamedTuple):
     Parameters
     ----------
     less, more
-        Below and above the present value. They differ at a kink, as where another constraint takes
-        over; a side that is infeasible is infinite, one beyond the parameter's range NaN.
+        Below and above the present value, in units of the objective (s of hover) per unit of the
+        parameter. They differ at a kink, as where another constraint takes over; a side that is
+        infeasible is infinite, one beyond the parameter's range NaN.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> program = optuav.formulate("paper", optuav.P4("b1"), perspective="battery")
+    >>> price = program.shadow_prices()["deadline_s"]
+    >>> round(price.less, 4), round(price.more, 4), price.has_kink
+    (0.1021, 0.1021, False)
     """
 
     less: float
@@ -205,12 +214,19 @@ class ShadowPrice(NamedTuple):
 
 
 class ShadowPrices(dict[str, ShadowPrice]):
-    """Shadow prices by name of the parameter.
+    """Shadow prices by name of the parameter: a dict.
 
     Parameters
     ----------
     prices, parameters
         The prices, and the parameters that they belong to, by name.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> prices = optuav.formulate("paper", "P3", perspective="battery").shadow_prices()
+    >>> round(prices["packs"].more, 1), prices.parameters["packs"].key
+    (389.0, 'battery.packs')
     """
 
     def __init__(

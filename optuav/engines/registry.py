@@ -46,6 +46,12 @@ class Capability:
         ``"derivatives"`` everywhere; ``"lower bounds"`` on every unknown; ``"levelling"``: the
         longest of at most two times as objective, and as constraints what phases of constant
         current give.
+
+    Examples
+    --------
+    >>> from optuav.engines.registry import engine
+    >>> engine("grid").takes.nonlinear, engine("closed-form").takes.nonlinear
+    (True, False)
     """
 
     name: str
@@ -218,10 +224,24 @@ def register(added: Engine) -> None:
 
     It comes last where "auto" looks for one that takes a model.
 
+    Parameters
+    ----------
+    added
+        An object of a subclass of `Engine`; it replaces one that was added under its name.
+
     Raises
     ------
     InputError
         If the package has an engine of that name, or it is no engine.
+
+    Examples
+    --------
+    >>> from optuav.engines.bracket import Bracket
+    >>> try:
+    ...     register(Bracket())
+    ... except ValueError as error:
+    ...     print(error)
+    engine = 'bracket': no name of the package
     """
     if conforming(added).name in ENGINES:
         raise InputError([Fault("engine", repr(added.name), "no name of the package")])

@@ -52,6 +52,15 @@ class Solution:
         What the engine itself said.
     given
         Values of parameters unlike the declared ones, by name; `solve` fills in what it asked for.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> (solution,) = optuav.formulate("paper", "P3", perspective="battery").answers()
+    >>> solution.values["hover_time_s"].round(2).tolist(), solution.status.value
+    ([688.85], 'optimal')
+    >>> {label: round(each, 2) for label, each in solution.multipliers_at(0).items()}
+    {'P3.a state of charge': 819.02, 'P3.b hover time': 0.0}
     """
 
     engine: str

@@ -47,6 +47,13 @@ class Audit(Judged):
         Its simulation; None where there is no plan to simulate.
     events
         What happens and what is wrong, in order of time.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> found = optuav.audit(optuav.solve("paper", "P3", perspective="battery"))
+    >>> bool(found), found.verdict, [event.kind for event in found.violations]
+    (False, 'NOT FLYABLE', ['empty'])
     """
 
     source: str

@@ -73,6 +73,13 @@ class Replay(Judged):
         State of charge at the end by perspective [-].
     events
         What happens and what is wrong, in order of time.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> found = optuav.replay(optuav.solve("paper", "P3", perspective="battery"))
+    >>> found.flyable, round(found.first_s("empty"), 1), round(found.times_s["hover_time_s"], 1)
+    (False, 660.3, 688.8)
     """
 
     subject: Plan | Itinerary

@@ -48,9 +48,24 @@ class CheckedSolutions:
     source
         The file.
     solutions
-        Its solutions in order.
+        What is found of each, in order: its ``verdict`` in words, what is ``wrong`` with it (empty
+        where it holds), and the hover time that is claimed and simulated, ``claimed_s`` and
+        ``hover_s`` [s].
     missing
         Missions of the set without a solution.
+
+    Examples
+    --------
+    >>> import json, optuav, tempfile
+    >>> mine = {"mission": "set/link-far", "hover_s": None}
+    >>> text = json.dumps({"schema": 1, "kind": "optuav solutions", "solutions": [mine]})
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = f"{folder}/mine.json"
+    ...     with open(path, "w") as file:
+    ...         _ = file.write(text)
+    ...     found = optuav.check_solutions(path)
+    >>> found.verdict, found.solutions[0].verdict, len(found.missing)
+    ('1 of 1 solutions hold', 'holds, there is no plan', 199)
     """
 
     source: str

@@ -41,6 +41,12 @@ class Stop:
         ``"rest"`` or ``"hover"``.
     duration_s
         For how long [s], 0 to 1e7.
+
+    Examples
+    --------
+    >>> from optuav.judge import Stop
+    >>> Stop("b9", "rest", 231.8).duration_s
+    231.8
     """
 
     at: str

@@ -42,8 +42,18 @@ class Mission(MissionSection):
     """A mission of a laser-charged UAV; every attribute has the name of its key in a file.
 
     Missions are equal if all their values are, can be hashed and pickled, and change only by
-    `replace`, which makes a new one. `load`, `from_dict` and `replace` raise
-    `optuav.errors.InputError` with all faults; the constructor raises pydantic's own error.
+    `replace`, which makes a new one. `load`, `from_dict` and `replace` raise `InputError` with all
+    faults; the constructor raises pydantic's own error.
+
+    Parameters
+    ----------
+    name, description, crs
+        What it is called and about, and the reference system of x and y in metres, or None.
+    route, limits, battery, rotor, body, laser, link, wind, flight
+        The tables of a mission file. Each of their keys is an attribute with its unit as a suffix,
+        as ``limits.deadline_s`` [s]; ``optuav new FILE`` writes them all, with what they may be.
+    buildings
+        In order, each with ``name``, ``position_m`` and ``footprint_m``, as columns of numbers too.
 
     Examples
     --------

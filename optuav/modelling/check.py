@@ -38,6 +38,14 @@ class Check:
         violated), and whether it holds within `TOLERANCE`; numbers, or arrays by point.
     points, names
         What the points of an array are, and the name of each; empty where nothing is known.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> program = optuav.formulate("paper", "P3", perspective="battery")
+    >>> charge = program.check({"hover_time_s": 700.0})[0]
+    >>> charge.label, bool(charge.satisfied), round(float(charge.slack), 4)
+    ('P3.a state of charge', False, -0.0136)
     """
 
     constraint: Constraint

@@ -138,7 +138,7 @@ class Variable(Expression):
     Parameters
     ----------
     name, symbol, unit
-        Key of its value, how the mathematics writes it, and ``"s"`` or ``"1"`` for a ratio.
+        Key of its value, how the mathematics writes it, and its unit, ``"1"`` for a ratio.
     lower, upper, label, kind, labelled
         Bounds: numbers, arrays or expressions of parameters; their name among the constraints, what
         they limit, as the kind of a constraint, and whether a page shows that name.
@@ -146,6 +146,13 @@ class Variable(Expression):
         Where counting starts when it is taken in whole slots; whether it is 0 or 1.
     declared_at
         Source file and line of the declaration.
+
+    Examples
+    --------
+    >>> from optuav.modelling import Model
+    >>> hover = Model("longest hover").variable("hover_time_s", "Δ", unit="s", upper=600.0)
+    >>> hover.symbol, hover.lower, hover.upper
+    ('Δ', 0.0, 600.0)
     """
 
     name: str
@@ -169,7 +176,7 @@ class Parameter(Expression):
     Parameters
     ----------
     name, symbol, unit
-        Key of its value, how the mathematics writes it, and ``"s"`` or ``"1"`` for a ratio.
+        Key of its value, how the mathematics writes it, and its unit, ``"1"`` for a ratio.
     value
         A number, or an array with one entry a programme.
     key
@@ -177,6 +184,12 @@ class Parameter(Expression):
     varies
         Whether a page lists it and a solve may change it by name; else it is one of many numbers
         that differ between programmes, such as the duration of a stage.
+
+    Examples
+    --------
+    >>> from optuav.modelling import Parameter
+    >>> Parameter("capacity_As", "B", "A s", 36000.0, key="battery.capacity_As").value
+    36000.0
     """
 
     name: str

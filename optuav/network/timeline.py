@@ -41,6 +41,13 @@ class PhaseStage:
     current_A, power_W
         Net, into the battery [A], [W]; negative while the battery drains. Where charging tapers,
         what is offered: a full battery takes less.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> (hover,) = optuav.solve("paper", "P3").phases[1].stages
+    >>> round(hover.duration_s, 1), round(hover.current_A, 2)
+    (577.5, -87.91)
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = CHECKED
@@ -66,6 +73,13 @@ class Phase:
         Whether the user stated its figures in a graph.
     available_As, bound_As
         Charge in the wells at its end [A s], one entry a pack; pooled packs count as one.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> hover = optuav.solve("paper", "P3").phases[1]
+    >>> hover.kind, hover.start_place, [round(charge) for charge in hover.available_As]
+    ('hover', 'hover', [3811])
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = CHECKED

@@ -35,6 +35,13 @@ class Event:
         where that differs from `time_s`. None where there is none.
     violation
         Whether the plan cannot be flown because of it.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> (event,) = optuav.replay(optuav.solve("paper", "P3", perspective="battery")).violations
+    >>> event.kind, round(event.time_s, 1), event.words
+    ('empty', 660.3, 'the available well runs dry')
     """
 
     kind: str
@@ -82,6 +89,13 @@ class Trace:
     available_As, bound_As, soc
         (moment, pack) charge in the wells [A s], pooled packs count as one; state of charge by
         perspective [-].
+
+    Examples
+    --------
+    >>> import optuav
+    >>> trace = optuav.replay(optuav.solve("paper", "P3")).trace
+    >>> len(trace), trace.position_m.shape, round(float(trace.speed_m_s.max()), 1)
+    (715, (715, 3), 154.9)
     """
 
     time_s: Floats

@@ -23,7 +23,22 @@ PER_NAME_IN, BASE_IN, CURVE_IN = 0.21, 0.85, 1.9
 
 
 class FitAxes(NamedTuple):
-    """Values of a quantity, and their residuals, fitted minus observed."""
+    """Panels of a quantity that was fitted.
+
+    Parameters
+    ----------
+    values, residuals
+        Axes with its observed and fitted values, and with fitted minus observed, in its unit.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> from optuav.calibration import Panel
+    >>> panel = Panel("lifetime", "s", (100.0, 120.0), (101.0, 118.0), names=("1 A", "2 A"))
+    >>> found = optuav.Fit("kibam", ("cell.csv",), "2 loads", (), (panel,))
+    >>> optuav.plots.fit(found)[0].values.get_xlabel()
+    'lifetime [s]'
+    """
 
     values: Axes
     residuals: Axes

@@ -47,8 +47,19 @@ BINS = 60
 class Bar(NamedTuple):
     """A value of a plan, None without one, by its group below the axis and its name in the legend.
 
-    Names are perspectives, trajectories, problems or empty. Bars of plans that cannot be flown are
-    hatched, unless that is not known (None).
+    Parameters
+    ----------
+    group, name
+        Words below the axis; a perspective, a trajectory, a problem or nothing.
+    value
+        Its height, in the unit of the axis; None without a plan.
+    flyable
+        Bars of plans that cannot be flown are hatched, unless that is not known (None).
+
+    Examples
+    --------
+    >>> Bar("P3", "battery", 688.8, flyable=False).value
+    688.8
     """
 
     group: str
@@ -58,7 +69,22 @@ class Bar(NamedTuple):
 
 
 class Line(NamedTuple):
-    """A curve: its name in the legend, arrays of one length, and the marker of every point."""
+    """A curve.
+
+    Parameters
+    ----------
+    label
+        Its name in the legend.
+    x, y
+        Arrays of one length, in the units of the axes.
+    marker
+        Marker of every point as Matplotlib names it, ``"o"`` for dots; empty for none.
+
+    Examples
+    --------
+    >>> Line("battery", [600.0, 1200.0], [524.2, 719.5]).label
+    'battery'
+    """
 
     label: str
     x: npt.ArrayLike
@@ -67,7 +93,18 @@ class Line(NamedTuple):
 
 
 class Mark(NamedTuple):
-    """A value that is marked by a line, and the words for it."""
+    """A value that is marked by a line.
+
+    Parameters
+    ----------
+    at, words
+        The value, in the unit of its axis, and what is written beside the line.
+
+    Examples
+    --------
+    >>> Mark(1200.0, "deadline").words
+    'deadline'
+    """
 
     at: float
     words: str

@@ -127,6 +127,15 @@ def save_figures(drawn: Iterable[tuple[str, Axes]], folder: Path) -> list[Path]:
     ------
     InputError
         If a suffix is no format of pictures, or a file cannot be written; then none is.
+
+    Examples
+    --------
+    >>> import optuav, pathlib, tempfile
+    >>> drawn = optuav.plots.mission_map(optuav.load("paper"))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     files = optuav.plots.save_figures([("map.svg", drawn.plan)], pathlib.Path(folder))
+    >>> [file.name for file in files]
+    ['map.svg']
     """
     pictures = {folder / name: image(ax, folder / name) for name, ax in drawn}
     make_directory(folder)

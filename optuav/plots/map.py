@@ -51,7 +51,19 @@ MOST_NAMED = 400  # Most buildings of which those off the route are named where 
 
 
 class MapAxes(NamedTuple):
-    """The two views of a map: from above, and from the side along the way."""
+    """The two views of a map.
+
+    Parameters
+    ----------
+    plan, height
+        Axes seen from above, x and y [m], and from the side, height over the way [m].
+
+    Examples
+    --------
+    >>> import optuav
+    >>> optuav.plots.mission_map(optuav.load("paper")).plan.get_xlabel()
+    'x [m]'
+    """
 
     plan: Axes
     height: Axes

@@ -29,7 +29,19 @@ POINTS_PER_STAGE = 129
 
 
 class ProfileAxes(NamedTuple):
-    """Altitude, speed and power, all over time."""
+    """Panels of a simulated plan over time [s].
+
+    Parameters
+    ----------
+    altitude, speed, power
+        Axes with the altitude [m], the speed [m/s] and the power into the battery [W].
+
+    Examples
+    --------
+    >>> import optuav
+    >>> optuav.plots.profile(optuav.replay(optuav.solve("paper", "P3"))).speed.get_ylabel()
+    'speed [m/s]'
+    """
 
     altitude: Axes
     speed: Axes
@@ -117,7 +129,20 @@ def timed(replayed: Replay) -> list[Event]:
 
 
 class LegAxes(NamedTuple):
-    """Speed, attitude and current over time; legs of constant load have no attitude."""
+    """Panels of a leg over time [s].
+
+    Parameters
+    ----------
+    speed, attitude, current
+        Axes with the speed along the path [m/s], pitch and roll [°] (None for legs of constant
+        load), and the current that is drawn [A].
+
+    Examples
+    --------
+    >>> import optuav
+    >>> optuav.plots.leg(optuav.load("paper"), "origin", "hover").attitude.get_ylabel()
+    'attitude [°]'
+    """
 
     speed: Axes
     attitude: Axes | None

@@ -45,6 +45,12 @@ class Hovers(NamedTuple):
         asked for.
     beyond_s
         No hover is longer [s]; −inf where it is proved that none is possible.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Hovers(np.array([577.5]), np.array([0.0]), np.array([580.0])).proved.tolist()
+    [False]
     """
 
     hover_time_s: Floats

@@ -54,6 +54,13 @@ class RouteChoice:
         exceeds the plan's hover time [s]; None without a plan.
     shares
         λ of every route in the relaxation, by its name, 0 to 1; empty without a plan.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> found = optuav.route_choice("paper", perspective="battery")
+    >>> round(found.relaxation_s, 2), round(found.shares["b1 rest-first"], 2)
+    (719.54, 1.0)
     """
 
     plan: Plan
