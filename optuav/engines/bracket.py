@@ -245,8 +245,9 @@ def _most(
 def solve(
     model: Model, programmes: int, values: Values | None = None, **limits: float | None
 ) -> Solution:
-    """Bracket the longest time of every programme; arguments as of `registry.Engine.solve`.
+    """Bracket the longest time of every programme.
 
+    Arguments as of `optuav.engines.registry.Engine.solve`.
     The objective is one of at most two unknowns from 0. No answer exceeds the solution's `beyond`:
     the status is feasible where that is farther than `WIDTH_S` from the answer, unknown where there
     is none, and error where a number is NaN.

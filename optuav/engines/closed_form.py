@@ -36,8 +36,8 @@ def solve(
 ) -> Solution:
     """Exact answers to a linear programme for every entry of its parameters.
 
-    Arguments as of `registry.Engine.solve`; a programme with a NaN among its numbers has status
-    error.
+    Arguments as of `optuav.engines.registry.Engine.solve`; a programme with a NaN among its numbers
+    has status error.
     """
     unknowns, given = len(model.variables), values or {}
     if not 1 <= unknowns <= MOST_UNKNOWNS:

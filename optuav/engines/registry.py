@@ -237,6 +237,7 @@ def register(added: Engine) -> None:
     Examples
     --------
     >>> from optuav.engines.bracket import Bracket
+    >>> from optuav.engines.registry import register
     >>> try:
     ...     register(Bracket())
     ... except ValueError as error:

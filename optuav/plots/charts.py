@@ -58,7 +58,8 @@ class Bar(NamedTuple):
 
     Examples
     --------
-    >>> Bar("P3", "battery", 688.8, flyable=False).value
+    >>> import optuav
+    >>> optuav.plots.Bar("P3", "battery", 688.8, flyable=False).value
     688.8
     """
 
@@ -82,7 +83,8 @@ class Line(NamedTuple):
 
     Examples
     --------
-    >>> Line("battery", [600.0, 1200.0], [524.2, 719.5]).label
+    >>> import optuav
+    >>> optuav.plots.Line("battery", [600.0, 1200.0], [524.2, 719.5]).label
     'battery'
     """
 
@@ -102,7 +104,8 @@ class Mark(NamedTuple):
 
     Examples
     --------
-    >>> Mark(1200.0, "deadline").words
+    >>> import optuav
+    >>> optuav.plots.Mark(1200.0, "deadline").words
     'deadline'
     """
 

@@ -49,6 +49,7 @@ class Hovers(NamedTuple):
     Examples
     --------
     >>> import numpy as np
+    >>> from optuav.solving.longest import Hovers
     >>> Hovers(np.array([577.5]), np.array([0.0]), np.array([580.0])).proved.tolist()
     [False]
     """
