@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # A first mission
 #
@@ -18,14 +23,10 @@
 
 # %%
 import math
-import sys
 import tempfile
 from pathlib import Path
 
 import optuav
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 mission = optuav.load("paper")
 print(mission.description)
@@ -66,7 +67,8 @@ optuav.plots.mission_map(plan)
 # account: its perspective is `available`. The paper behind this mission counts all charge alike,
 # the perspective `battery`. Both say of themselves that they found the longest hover.
 #
-# **Before you run:** which of the two hovers longer? Do they rest on the same roof?
+# **Before you run:** a note of the plan says which of the two promises the longer hover. Do they rest
+# on the same roof? How much charge has each at the end, and how much of it can the rotors still use?
 
 # %%
 promised = optuav.solve(mission, perspective="battery")

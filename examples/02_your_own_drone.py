@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # Your own drone
 #
@@ -16,12 +21,7 @@
 # - say how much received power keeps a drone in the air for ever.
 
 # %%
-import sys
-
 import optuav
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 sheet = optuav.Datasheet.of(
     {

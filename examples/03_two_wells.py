@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # Two wells: the kinetic battery model
 #
@@ -15,16 +20,12 @@
 
 # %%
 import math
-import sys
 from itertools import cycle
 
 import numpy as np
 
 import optuav
 from optuav.physics.kibam import Battery, Stage, Wells, step, time_to_empty
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
 
 MINUTE_S = 60.0
 

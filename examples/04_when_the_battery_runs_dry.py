@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # When the battery runs dry
 #
@@ -15,15 +20,10 @@
 # - read from shadow prices which battery would help.
 
 # %%
-import sys
-
 import numpy as np
 
 import optuav
 from optuav.judge import Stop
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 mission = optuav.load("paper")
 promised = {each: optuav.solve(mission, each, perspective="battery") for each in ("P3", "P1")}

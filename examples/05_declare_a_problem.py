@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # Declare a problem
 #
@@ -14,7 +19,6 @@
 # - say whether a problem is linear or smooth, and which engines take it.
 
 # %%
-import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,9 +29,6 @@ from optuav.engines.registry import takers
 from optuav.modelling import Model, Parameter, check, evaluate
 from optuav.modelling.classify import traits
 from optuav.physics import kibam
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 # %% [markdown]
 # ## Symbols

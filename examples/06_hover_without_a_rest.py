@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # Hover without a rest
 #
@@ -14,15 +19,10 @@
 # - check the answer of an engine independently.
 
 # %%
-import sys
-
 import numpy as np
 
 import optuav
 from optuav.modelling.classify import traits
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 mission = optuav.load("paper")
 program = optuav.formulate(mission, "P3", perspective="battery")

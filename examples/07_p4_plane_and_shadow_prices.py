@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # (P4): the plane, and what everything is worth
 #
@@ -15,14 +20,9 @@
 # - say where a price has two sides, and how to use it there.
 
 # %%
-import sys
-
 import numpy as np
 
 import optuav
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 mission = optuav.load("paper")
 program = optuav.formulate(mission, optuav.P4("b1", order="rest-first"), perspective="battery")

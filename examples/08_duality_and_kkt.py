@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # Duality and KKT
 #
@@ -16,16 +21,11 @@
 # - turn multipliers into seconds of hover for one more unit of anything.
 
 # %%
-import sys
-
 import numpy as np
 
 import optuav
 from optuav.engines import closed_form
 from optuav.modelling import Model
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 mission = optuav.load("paper")
 program = optuav.formulate(mission, optuav.P4("b1", order="rest-first"), perspective="battery")

@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # Grid or continuous?
 #
@@ -16,12 +21,8 @@
 
 # %%
 import math
-import sys
 
 import optuav
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
 
 mission = optuav.load("paper")
 problem = optuav.P4("b1", order="rest-first")

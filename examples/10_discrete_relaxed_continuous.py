@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # Discrete, relaxed, continuous
 #
@@ -19,16 +24,12 @@
 import heapq
 import itertools
 import math
-import sys
 import time
 
 import numpy as np
 from scipy.optimize import linprog
 
 import optuav
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 Line = optuav.plots.Line
 mission = optuav.load("paper")

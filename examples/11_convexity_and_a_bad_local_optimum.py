@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # Convexity and a bad local optimum
 #
@@ -19,7 +24,6 @@
 # - say what many starts are worth, and what a proof adds.
 
 # %%
-import sys
 import warnings
 from dataclasses import dataclass
 
@@ -29,9 +33,6 @@ from scipy.optimize import brentq
 
 import optuav
 from optuav.physics.kibam import Battery, Stage, step
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 Line = optuav.plots.Line
 

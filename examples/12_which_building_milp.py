@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # Which building? One mixed-integer programme
 #
@@ -18,13 +23,8 @@
 # - name the inequality from which it follows that one stop is enough.
 
 # %%
-import sys
-
 import optuav
 from optuav.modelling.classify import traits
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 mission = optuav.load("paper")
 few = mission.replace({f"buildings.b{k}": None for k in (2, 3, 4, 5, 6, 7, 8, 10)})

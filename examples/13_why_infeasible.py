@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # Why infeasible?
 #
@@ -16,15 +21,11 @@
 # - choose among the smallest changes that repair a mission, and verify one.
 
 # %%
-import sys
 from fractions import Fraction
 
 import numpy as np
 
 import optuav
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 mission = optuav.load("paper-table2").replace(
     {"battery.capacity_As": 2900, "limits.deadline_s": 200}  # a lighter drone in a hurry

@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # Your own formulation
 #
@@ -16,7 +21,6 @@
 # - check an answer by turning the question around.
 
 # %%
-import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,9 +29,6 @@ import optuav
 from optuav.engines.registry import takers
 from optuav.modelling import Parameter
 from optuav.modelling.classify import traits
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 mission = optuav.load("paper")
 WANTED_S = 700.0

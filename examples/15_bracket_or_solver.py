@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # A bracket, or a solver?
 #
@@ -15,16 +20,11 @@
 # - find the longest hovers of thousands of itineraries at once, from arrays.
 
 # %%
-import sys
-
 import numpy as np
 
 import optuav
 from optuav.judge import Stop
 from optuav.physics.kibam import Battery, Stage
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 mission = optuav.load("paper")
 problem = optuav.P4("b10", order="hover-first")

@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # Two packs: one flies while the laser charges the other
 #
@@ -15,16 +20,11 @@
 # - find the longest hover under a schedule, and say how certain that answer is.
 
 # %%
-import sys
-
 import optuav
 from optuav.network.network import build_network
 from optuav.network.timeline import carry, route_phases
 from optuav.physics.kibam import Battery, time_to_empty
 from optuav.physics.packs import lifetime
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
 
 cell = {"capacity_As": 7200.0, "available_fraction": 0.625, "flow_rate_per_s": 4.5e-5}
 

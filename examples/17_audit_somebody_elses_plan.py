@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # Audit somebody else's plan
 #
@@ -16,7 +21,6 @@
 
 # %%
 import json
-import sys
 import tempfile
 from pathlib import Path
 
@@ -25,9 +29,6 @@ from scipy.linalg import expm
 
 import optuav
 from optuav.judge import Stop
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 folder = tempfile.TemporaryDirectory()
 theirs = Path(folder.name, "theirs.toml")

@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # Is one stop enough?
 #
@@ -16,13 +21,9 @@
 
 # %%
 import itertools
-import sys
 
 import optuav
 from optuav.physics.kibam import Wells
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 mission = optuav.load("paper")
 

@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # Fit a battery
 #
@@ -17,15 +22,11 @@
 # - use the fit in a mission.
 
 # %%
-import sys
 import tempfile
 from pathlib import Path
 
 import optuav
 from optuav.physics.packs import lifetime
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
 
 folder = Path(globals().get("__file__", "")).parent / "data"  # a notebook has no __file__
 fit = optuav.fit_kibam([folder / "lifetimes.csv"])

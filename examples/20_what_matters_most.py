@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # What matters most?
 #
@@ -17,12 +22,7 @@
 # - give a plan the margin that it needs.
 
 # %%
-import sys
-
 import optuav
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 mission = optuav.load("matrice350")
 stated = {

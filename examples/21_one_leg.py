@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # One leg, six stages
 #
@@ -15,16 +20,12 @@
 
 # %%
 import math
-import sys
 
 import numpy as np
 
 import optuav
 from optuav.network import vehicle
 from optuav.physics import flight, rotor
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
 
 mission = optuav.load("paper")
 if mission.rotor is None:

@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # Link and laser
 #
@@ -16,16 +21,11 @@
 # - read the curve of received power, and say what its cap does to a mission.
 
 # %%
-import sys
-
 import numpy as np
 
 import optuav
 from optuav.network import vehicle
 from optuav.physics import laser, link
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 Line, Mark = optuav.plots.Line, optuav.plots.Mark
 mission = optuav.load("paper")

@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # A sweep over ten parameters
 #
@@ -16,16 +21,12 @@
 # - say from the same sample whether it is large enough.
 
 # %%
-import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
 import optuav
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 STUDY = """
 mission = "paper"

@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # Random towns, and how sure their mean is
 #
@@ -15,14 +20,9 @@
 # - say why one cannot see from a mean that a town has no plan.
 
 # %%
-import sys
-
 import numpy as np
 
 import optuav
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without ± shows ? in its place
 
 # %% [markdown]
 # ## Sixty towns

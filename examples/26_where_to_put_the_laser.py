@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # Where to put the laser?
 #
@@ -17,14 +22,10 @@
 
 # %%
 import itertools
-import sys
 
 import numpy as np
 
 import optuav
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 haze = optuav.load("paper").replace({"laser.visibility_km": 2, "limits.deadline_s": 1800})
 devices = [(x, y) for y in (1000, 1700, 2400) for x in (200, 700, 1300, 1800)]

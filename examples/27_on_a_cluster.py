@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # On a cluster
 #
@@ -25,9 +30,6 @@ import time
 from pathlib import Path
 
 import optuav
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
 
 folder = tempfile.TemporaryDirectory()
 here = Path(folder.name)

@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # Energy or battery?
 #
@@ -15,12 +20,7 @@
 # - explain why counting energy at the nominal voltage is too careful.
 
 # %%
-import sys
-
 import optuav
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 mission = optuav.load("paper-table2")
 if mission.flight.model != "regimes":

@@ -1,3 +1,8 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
 # %% [markdown]
 # # Reproduce a table
 #
@@ -16,7 +21,6 @@
 
 # %%
 import math
-import sys
 from fractions import Fraction
 
 import numpy as np
@@ -24,9 +28,6 @@ import numpy as np
 import optuav
 from optuav.paper.ledger import Verdict
 from optuav.paper.table2 import CONSISTENT, admitted, loads_exist
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Δ shows ? in its place
 
 paper, recovered = optuav.load("paper"), optuav.load("paper-table2")
 found = optuav.ledger("table2")

@@ -14,6 +14,13 @@ from optuav.errors import Fault, InputError, collected, refuse
 LESSONS = Path(optuav.__file__).parent / "lessons"
 """The notebooks, and a folder of data."""
 
+CONSOLE = """\
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
+"""
 SHOWN = re.compile(
     r"^(task|grade)$", re.MULTILINE
 )  # What a notebook shows and a script has to print
@@ -74,4 +81,4 @@ def _script(notebook: dict[str, Any]) -> str:
         else:
             source = SHOWN.sub(r"print(\1)", source)
             parts.append(f"# %%\n{source}")
-    return "\n\n".join(parts) + "\n"
+    return CONSOLE + "\n\n".join(parts) + "\n"

@@ -36,6 +36,7 @@ def test_scripts_are_the_lessons_without_solutions(tmp_path: Path) -> None:
         stated = editions().without_solutions(path.read_text("utf-8"))
         copied = (tmp_path / path.name).read_text("utf-8")
         assert editions().cells(copied) == editions().cells(stated)
+        assert copied.partition("# %%")[0] == stated.partition("# %%")[0]
         compile(copied, path.name, "exec")
 
 

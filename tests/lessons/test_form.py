@@ -13,13 +13,14 @@ from pathlib import Path
 import pytest
 
 from optuav import exercises
+from optuav.cli.lessons import CONSOLE
 
 ROOT = Path(__file__).parents[2]
 LESSONS = sorted((ROOT / "examples").glob("*.py"))
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?![\w.])")
 LINK = re.compile(r"\]\((\w+\.py)\)")
 MAKES_NO_PICTURE = {"print", "write_text", "save", "kill", "wait", "update", "unlink", "cleanup"}
-MAKES_NO_PICTURE |= {"stop", "reconfigure", "add_edge", "maximise", "minimise", "subject_to"}
+MAKES_NO_PICTURE |= {"stop", "add_edge", "maximise", "minimise", "subject_to"}
 MAKES_NO_PICTURE |= {
     "prefer_small",
     "plot",
@@ -71,7 +72,9 @@ def test_runs_in_a_process_of_its_own(lesson: Path, tmp_path: Path) -> None:
 
 def test_is_in_cells(text: str) -> None:
     assert text.count("\n# %%\n") >= 3
-    assert text.startswith("# %% [markdown]\n# # ")
+    before, _, rest = text.partition("# %%")
+    assert before == CONSOLE
+    assert rest.startswith(" [markdown]\n# # ")
 
 
 def test_says_what_it_needs_and_what_is_learnt(lesson: Path, text: str) -> None:
