@@ -67,8 +67,8 @@ optuav.plots.mission_map(plan)
 # account: its perspective is `available`. The paper behind this mission counts all charge alike,
 # the perspective `battery`. Both say of themselves that they found the longest hover.
 #
-# **Before you run:** a note of the plan says which of the two promises the longer hover. Do they rest
-# on the same roof? How much charge has each at the end, and how much of it can the rotors still use?
+# **Before you run:** a note of the plan says which of the two promises the longer hover. Do they
+# rest on the same roof? How much charge has each at the end, and how much of it can the rotors use?
 
 # %%
 promised = optuav.solve(mission, perspective="battery")
