@@ -69,7 +69,7 @@ def for_notebooks(text: str) -> str:
 
     What stands before the first cell is for consoles.
     """
-    return PRINTED.sub(r"\1", without_solutions(text[text.index("# %%") :]))
+    return PRINTED.sub(r"\1", without_solutions(text[max(0, text.find("# %%")) :]))
 
 
 def notebook(name: str, content: Iterable[Cell], place: str = r"\1.ipynb") -> str:
