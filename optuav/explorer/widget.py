@@ -72,6 +72,10 @@ def _widget_class() -> Any:
             self._base = self.mission = base
             self._answer({})
 
+        def __repr__(self) -> str:
+            """What a saved notebook shows before the cell runs again."""
+            return f"Explorer of {self._base.name}: run the cell to show it"
+
         @traitlets.observe("state")  # type: ignore[untyped-decorator]
         def _asked(self, change: Any) -> None:
             self._answer(change["new"])

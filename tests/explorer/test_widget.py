@@ -37,4 +37,11 @@ def test_the_page_comes_whole_and_without_a_global_name() -> None:
     start, rest = widget._esm.split("\n", 1)
     assert start == "const {d3, Plot} = (function (define, exports, module, globalThis, self) {"
     assert "import " not in rest.splitlines()[0][:80]
-    assert "export function render" in rest
+    assert "export default {render}" in rest
+
+
+def test_a_saved_notebook_tells_how_to_show_the_explorer() -> None:
+    """VS Code shows the text after the window was loaded again, GitHub always."""
+    pytest.importorskip("anywidget", reason="the widget needs anywidget")
+    bundle, _ = optuav.explore("paper")._repr_mimebundle_()
+    assert bundle["text/plain"] == "Explorer of paper: run the cell to show it"
