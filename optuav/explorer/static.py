@@ -14,7 +14,7 @@ def text(name: str) -> str:
 
 
 def script() -> str:
-    """A module that exports `render`, with its libraries inside and no global of its own."""
+    """A module whose default has `render`, with its libraries inside and no global of its own."""
     libraries = "\n".join(text(f"vendor/{name}") for name in LIBRARIES)
     start = f"const {{d3, Plot}} = (function ({HIDDEN}) {{\n"
     return f"{start}{libraries}\nreturn this;\n}}).call({{}});\n{text('explorer.js')}"

@@ -409,21 +409,27 @@ NOTEBOOK = """async ({code, answer}) => {
     get: (name) => values[name],
     set: (name, value) => { values[name] = value; },
     save_changes: () => heard.push(values.state),
-    on: () => {},
+    on: (_, listener) => { values.answered = listener; },
   };
-  const {render} = await import(URL.createObjectURL(new Blob([code], {type: "text/javascript"})));
-  render({model, el: document.body.appendChild(document.createElement("div"))});
+  const place = URL.createObjectURL(new Blob([code], {type: "text/javascript"}));
+  const {default: page} = await import(place);
+  page.render({model, el: document.body.appendChild(document.createElement("div"))});
+  const slider = document.querySelector("input[type=range]");
+  slider.focus();
+  const controls = answer.controls.map((each) => ({...each, value: each.value / 2}));
+  values.answer = {...answer, controls};
+  values.answered();
   document.querySelector("button").click();
-  return [globalThis.d3, typeof globalThis.Plot, heard.length, heard[0].changes];
+  return [globalThis.d3, typeof globalThis.Plot, heard.length, heard[0].changes, slider.value];
 }"""
 
 
 def test_a_notebook_runs_the_same_page_beside_its_own_libraries(browser: Any) -> None:
-    """One text without imports: it draws the answer of the kernel and hands it states."""
+    """One text without imports: it draws answers of the kernel, and hands it states."""
     page = browser.new_page()
     answer = json.loads(json.dumps(answers(optuav.load("paper"), {})))
     found = page.evaluate(NOTEBOOK, {"code": script(), "answer": answer})
-    assert found == ["theirs", "undefined", 1, {}]
+    assert found == ["theirs", "undefined", 1, {}, "600"]
     assert page.locator("figure svg[viewBox]").count() == 7  # Three figures twice, and the points
     page.close()
 

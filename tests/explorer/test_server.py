@@ -66,7 +66,7 @@ def test_the_page_and_its_files_are_sent(server: Server) -> None:
         found = ask(server, "GET", name)
         assert found.status == 200
         assert found.headers["Content-Type"] == f"text/{kind}; charset=utf-8"
-    assert "export function render" in ask(server, "GET", "explorer.js?again").body
+    assert "export default {render}" in ask(server, "GET", "explorer.js?again").body
 
 
 def test_nothing_of_another_host_is_named(server: Server) -> None:

@@ -78,7 +78,7 @@ export class Model {
   }
 }
 
-export function render({model, el}) {
+function render({model, el}) {
   const id = `optuav-${++instances}`;
   let state = {changes: {}, ...model.get("state")};
   let pinned = model.get("pinned") ?? null;
@@ -155,7 +155,8 @@ export function render({model, el}) {
 
   function received(answer) {
     if (!answer || (asked && answer.number !== asked.number)) return;
-    if (!asked) state = {changes: {}, ...model.get("state")}; // Asked by another view of a notebook
+    const foreign = !asked; // By another view of a notebook, or the notebook itself
+    if (foreign) state = {changes: {}, ...model.get("state")};
     const {file, state: stated} = asked ?? {state};
     const isPinned = wanted === "pinned";
     wanted = "now";
@@ -185,7 +186,7 @@ export function render({model, el}) {
       good = stated;
       if (touched) link();
       if (file && answer.file) save(answer.file.name, new Blob([answer.file.text]));
-      fill();
+      fill(foreign);
       showFaults(kept, false);
       redraw(true);
     }
@@ -234,9 +235,9 @@ export function render({model, el}) {
 
   // Controls
 
-  function fill() {
+  function fill(all) {
     if (!fields.size) build();
-    const {activeElement} = root.getRootNode();
+    const activeElement = all ? null : root.getRootNode().activeElement; // Is being changed
     for (const control of shown.controls) {
       const {inputs} = fields.get(`${control.key}|${control.axis}`);
       const [slider, field] = inputs;
@@ -899,3 +900,5 @@ function raster(svg, done) {
   };
   image.src = address;
 }
+
+export default {render};

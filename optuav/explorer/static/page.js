@@ -1,5 +1,5 @@
 // The page of `optuav explore`: asks the server, and keeps the state in the address.
-import {Model, render} from "./explorer.js";
+import explorer, {Model} from "./explorer.js";
 
 const SILENT = "optuav does not answer: is `optuav explore` still running?";
 const UNREAD = "The mission is shown as it is, as what the address states cannot be read";
@@ -49,4 +49,4 @@ model.on("change:answer", () => {
   if (name) document.title = `${name} – optuav explore`;
 });
 addEventListener("hashchange", () => location.reload());
-render({model, el: document.getElementById("explorer")});
+explorer.render({model, el: document.getElementById("explorer")});
