@@ -18,7 +18,7 @@ import pytest
 import optuav
 from optuav.explorer.answers import answers
 from optuav.explorer.server import Server
-from optuav.explorer.static import script
+from optuav.explorer.static import script, text
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 CHROMIUM = next(
@@ -431,6 +431,16 @@ def test_a_notebook_runs_the_same_page_beside_its_own_libraries(browser: Any) ->
     found = page.evaluate(NOTEBOOK, {"code": script(), "answer": answer})
     assert found == ["theirs", "undefined", 1, {}, "600"]
     assert page.locator("figure svg[viewBox]").count() == 7  # Three figures twice, and the points
+    page.close()
+
+
+def test_in_vs_code_the_ground_is_that_of_its_theme(browser: Any) -> None:
+    """It sets Jupyter's colour to white in dark themes too, below a text that is light."""
+    page = browser.new_page()
+    theme = ":root { --jp-layout-color0: white; --vscode-editor-background: rgb(31, 31, 31) }"
+    page.set_content(f"<style>{theme}{text('explorer.css')}</style><p class='optuav-frame'>")
+    ground = "getComputedStyle(document.querySelector('.optuav-frame')).backgroundColor"
+    assert page.evaluate(ground) == "rgb(31, 31, 31)"
     page.close()
 
 
