@@ -81,7 +81,7 @@ for stage in (stage for phase in exact.phases for stage in phase.stages):
     begin_s, end_s = np.minimum([stage.start_s, stage.start_s + stage.duration_s], dry.time_s)
     rates = np.array([[-out, back, stage.net.current_A], [out, -back, 0.0], [0.0, 0.0, 0.0]])
     wells = expm((end_s - begin_s) * rates) @ wells
-print(f"{wells[0]:.6f} A s available and {wells[1]:.0f} A s bound at {dry.time_s:.6f} s")
+print(f"{wells[0]:z.6f} A s available and {wells[1]:.0f} A s bound at {dry.time_s:.6f} s")
 
 # %% [markdown]
 # ## Empty, with charge left
