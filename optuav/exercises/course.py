@@ -1,12 +1,15 @@
 """What students call: the numbers of all exercises, a task, and its grade."""
 
+import linecache
+import traceback
 import unicodedata
 from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
 from types import EllipsisType
 
-from optuav.errors import Fault, InputError
+from formulations.formulation import Formulation
+from optuav.errors import MOST_SHOWN, Fault, InputError, OptuavError
 from optuav.exercises.exercise import OPEN, Exercise, Grade, Task
 from optuav.mission.messages import nearest
 
@@ -109,12 +112,14 @@ def check(number: str, answer: object, student: str = "") -> Grade:
     Returns
     -------
     Grade
-        True where the answer is correct.
+        True where the answer is correct. An answer of another kind is not correct, and neither is
+        a formulation whose code raises an error: the words say what was expected, and where the
+        code stopped.
 
     Raises
     ------
     InputError
-        If there is no such exercise, or the answer is none of its kind; a wrong one is graded.
+        If there is no such exercise, or the student is no text.
 
     Examples
     --------
@@ -125,4 +130,44 @@ def check(number: str, answer: object, student: str = "") -> Grade:
     asked = task(number, student)
     if isinstance(answer, EllipsisType):
         return Grade(number, OPEN)
-    return _exercises()[number].grade(asked, answer)
+    try:
+        return _exercises()[number].grade(asked, answer)
+    except Exception as error:
+        if not (isinstance(error, OptuavError) or _declares(answer)):
+            raise
+        return Grade.wrong(asked, _stopped(error, answer) if _declares(answer) else _misfit(error))
+
+
+def _kind(answer: object) -> type:
+    return answer if isinstance(answer, type) else type(answer)
+
+
+def _declares(answer: object) -> bool:
+    """Whether an answer runs a formulation of the student's own."""
+    kind = _kind(answer)
+    return issubclass(kind, Formulation) and kind.__module__.split(".")[0] != "formulations"
+
+
+def _misfit(error: Exception) -> str:
+    """Why an answer is none of the kind that is asked for."""
+    if not isinstance(error, InputError):
+        return f"not an answer: {error}"
+    first, *_ = faults = error.faults[:MOST_SHOWN]
+    if first.key == "answer":
+        return f"the answer must be {first.allowed}, not {first.value}"
+    return f"not an answer: {'; '.join(map(str, faults))}"
+
+
+def _stopped(error: Exception, answer: object) -> str:
+    """What stopped the code of a formulation: the error, and the line if it is the student's."""
+    named, module = type(error).__name__, _kind(answer).__module__
+    walked = traceback.walk_tb(error.__traceback__)
+    own = [each for each in walked if each[0].f_globals.get("__name__") == module]
+    if not own:
+        return _misfit(error) if isinstance(error, InputError) else f"{named}: {error}"
+    frame, line = own[-1]
+    text = linecache.getline(frame.f_code.co_filename, line, frame.f_globals).strip()
+    where = f"line {line} of your code" + (f", {text!r}" if text else "")
+    known = dir(error.obj) if isinstance(error, AttributeError) else [*frame.f_locals]
+    missed = isinstance(error, AttributeError | NameError) and error.name
+    return f"{named} in {where}: {error}{nearest(missed, known) if missed else ''}"

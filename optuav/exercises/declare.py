@@ -47,11 +47,12 @@ def _grade(function: Callable[[Task], Program | Model], task: Task, answer: obje
     """The grade of a formulation or a model."""
     asked = function(task)
     wanted = asked if isinstance(asked, Model) else _of_one_route(asked.parts[0])
-    model = _model_of(answer, asked, task)
     names = {each.name for each in wanted.variables}
+    unknowns = f"a problem with the unknowns {', '.join(sorted(names))}"
+    model = _model_of(answer, asked, unknowns, task)
     if (stated := {each.name for each in model.variables}) != names:
-        words = f"a problem with the unknowns {', '.join(sorted(names))}"
-        raise InputError([Fault("answer", f"unknowns {', '.join(sorted(stated))}", words)])
+        found = ", ".join(sorted(stated)) or "one without any"
+        raise InputError([Fault("answer", found, unknowns)])
     binary = {each.name: each.binary for each in model.variables}
     for each in wanted.variables:
         if each.binary != binary[each.name]:
@@ -78,8 +79,11 @@ def _grade(function: Callable[[Task], Program | Model], task: Task, answer: obje
     return Grade.correct(task, f"same feasible set at {count} points, same optimum")
 
 
-def _model_of(answer: object, asked: Program | Model, task: Task) -> Model:
-    """The model that an answer declares, a formulation for the route of the program."""
+def _model_of(answer: object, asked: Program | Model, unknowns: str, task: Task) -> Model:
+    """The model that an answer declares, a formulation for the route of the program.
+
+    Where it declares no rest there is no such route, and the unknowns that it needs are named.
+    """
     if isinstance(answer, Model):
         return answer
     words = "a Model of optuav.modelling"
@@ -95,7 +99,7 @@ def _model_of(answer: object, asked: Program | Model, task: Task) -> Model:
             for part in program.parts:
                 if part.rests == rests:
                     return _of_one_route(part)
-            raise InputError([Fault("answer", repr(answer), "a problem with the task's unknowns")])
+            raise InputError([Fault("answer", repr(answer), unknowns)])
         words = "an object of an optuav.Formulation that takes any building and order"
     raise InputError([Fault("answer", f"{answer!r:.80}", words)])
 

@@ -38,7 +38,7 @@ def _limit(task: Task, good_s: float, bad_s: float, *rests: Stop) -> float:
     "can be flown can be flown too. How often must the interval be halved until it is at most "
     "{within_s:g} s long?",
     within=0.1,
-    draws={"high_s": range(200, 2001, 50), "within_s": (1.0, 0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6)},
+    draws={"high_s": range(200, 2001, 50), "within_s": tuple(10.0**-k for k in range(10))},
 )
 def _halvings(task: Task) -> Predictions:
     ratio = task["high_s"] / task["within_s"]
@@ -96,7 +96,7 @@ def _mean_current(task: Task) -> Predictions:
     "pause. By how many seconds do they last longer pooled than one after the other?",
     unit="s",
     within=1.0,
-    draws={"current_A": decimals(3.0, 15.0, 0.1)},
+    draws={"current_A": decimals(3.0, 9.0, 0.02)},
 )
 def _pooled(task: Task) -> Predictions:
     load = [(task["current_A"], 1.0)]

@@ -16,6 +16,7 @@ import numpy as np
 
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
+from optuav.mission.messages import nearest
 from optuav.modelling import Model
 from optuav.modelling.expression import Operand
 
@@ -68,7 +69,7 @@ class Task:
     def __getitem__(self, name: str) -> Any:
         if name not in self.numbers:
             words = f"the numbers of exercise {self.number} are {', '.join(self.numbers)}"
-            raise InputError([Fault(str(name), "", words)])
+            raise InputError([Fault(str(name), "", words + nearest(str(name), self.numbers))])
         return self.numbers[name]
 
     def __str__(self) -> str:

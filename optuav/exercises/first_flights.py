@@ -100,7 +100,7 @@ def _with_payload(task: Task) -> Predictions:
 
 @predict(
     "02.3",
-    "The mission is `matrice350`, without its laser. By how many per cent does the direct hover "
+    "The mission is `matrice350`, without its laser. By how many percent does the direct hover "
     "(P3, perspective battery) shrink if the hover draws {more:.0%} more current?",
     unit="%",
     within=0.1,
@@ -128,7 +128,7 @@ def _more_current(task: Task) -> Predictions:
     within=0.5,
     draws={
         "capacity_As": range(10_000, 40_001, 500),
-        "available_fraction": decimals(0.3, 0.9, 0.05),
+        "available_fraction": (*decimals(0.3, 0.45, 0.05), *decimals(0.55, 0.9, 0.05)),
         "current_A": range(10, 31),
     },
 )

@@ -28,7 +28,7 @@ BETWEEN = {
     "A study tries {values} values for each of {keys} parameters, in parts of {size} scenarios. "
     "How many parts is that?",
     within=0.1,
-    draws={"values": range(4, 13), "keys": (3, 4, 5), "size": (20, 24, 30, 40, 50)},
+    draws={"values": range(4, 13), "keys": (3, 4, 5), "size": range(20, 61)},
 )
 def _parts(task: Task) -> Predictions:
     scenarios = task["values"] ** task["keys"]
@@ -137,7 +137,7 @@ def _east(task: Task) -> Predictions:
     draws={
         "laser_m": range(20, 81, 2),
         "roof_m": range(5, 20),
-        "at_m": range(50, 351, 10),
+        "at_m": (*range(50, 191, 10), *range(210, 351, 10)),
     },
 )
 def _sight(task: Task) -> Predictions:
@@ -218,7 +218,7 @@ def _greedy(task: Task) -> Predictions:
     within=0.1,
     draws={
         "scenarios": range(20_000, 50_001, 1000),
-        "size": range(200, 2001, 100),
+        "size": range(200, 2001, 10),
         "workers": range(2, 17),
     },
 )

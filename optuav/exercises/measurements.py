@@ -61,7 +61,8 @@ def _alike(task: Task) -> Predictions:
 @predict(
     "20.1",
     "The shadow price of a number is {price} s of hover per unit, the number is {value}, and the "
-    "hover lasts {hover_s} s. What is its elasticity, in per cent of hover per per cent?",
+    "hover lasts {hover_s} s. What is its elasticity, in percent of hover per percent? Answer with "
+    "three decimals or more.",
     within=0.002,
     draws={
         "price": decimals(0.01, 0.08, 0.001),
@@ -71,8 +72,8 @@ def _alike(task: Task) -> Predictions:
 )
 def _elasticity(task: Task) -> Predictions:
     gain_s = task["price"] * task["value"]
-    yield gain_s / task["hover_s"], "what one per cent more brings, over one per cent of the hover"
-    yield gain_s / 100.0, "that is seconds for one per cent more"
+    yield gain_s / task["hover_s"], "what one percent more brings, over one percent of the hover"
+    yield gain_s / 100.0, "that is seconds for one percent more"
     yield task["price"] / task["hover_s"], "the number itself counts as well"
 
 
@@ -87,7 +88,8 @@ def _samples(task: Task) -> Predictions:
     spread, ratio = task["share"] * (1.0 - task["share"]), 1.96 / task["within"]
     yield (
         math.ceil(spread * ratio**2),
-        "which share makes single samples differ most, and how does a mean of many differ?",
+        "the variance of one sample is the share that can be flown times the share that cannot; "
+        "that of a mean of n samples is n times smaller",
     )
     yield math.ceil(spread / task["within"] ** 2), "one standard error is too little"
     yield math.ceil(math.sqrt(spread) * ratio), "the error shrinks with the root of the number"
@@ -95,10 +97,11 @@ def _samples(task: Task) -> Predictions:
 
 @predict(
     "20.3",
-    "The deadline of `paper` is {limits.deadline_s} s. By how many per cent does the hover of P4 "
-    "(b1, rest first, perspective battery) grow if the deadline grows by one per cent?",
+    "The deadline of `paper` is {limits.deadline_s} s. By how many percent does the hover of P4 "
+    "(b1, rest first, perspective battery) grow if the deadline grows by one percent? Answer with "
+    "three decimals or more.",
     unit="%",
-    within=0.002,
+    within=0.001,
     draws={"limits.deadline_s": decimals(900.0, 1700.0, 5.0)},
 )
 def _of_the_deadline(task: Task) -> Predictions:
@@ -107,7 +110,7 @@ def _of_the_deadline(task: Task) -> Predictions:
     )
     price, hover_s = program.shadow_prices()["deadline_s"].more, program.solve().hover_time_s
     yield price * task["limits.deadline_s"] / hover_s, "the price of a second times the seconds"
-    yield price, "that is seconds of hover for a second, and not per cent for a per cent"
+    yield price, "that is seconds of hover for a second, and not percent for a percent"
     yield 1.0, "most of the time that is added goes into the rest"
 
 
@@ -165,7 +168,7 @@ def _largest_wind(task: Task) -> Predictions:
     "reach 501.4836 m and the path loss exponent is 2. What is the coverage radius [m]?",
     unit="m",
     within=0.5,
-    draws={"link.transmit_power_W": decimals(1.0, 20.0, 0.1)},
+    draws={"link.transmit_power_W": (*decimals(1.0, 4.0, 0.1), *decimals(6.0, 20.0, 0.1))},
 )
 def _reach(task: Task) -> Predictions:
     ratio = task["link.transmit_power_W"] / 5.0

@@ -334,7 +334,7 @@ def _halfway(task: Task) -> Predictions:
     "walk uphill starts at a hover of 5 s. At which hover [s] does it stop?",
     unit="s",
     within=1.0,
-    draws={"rest_s": decimals(53.0, 55.0, 0.1)},
+    draws={"rest_s": decimals(52.0, 55.0, 0.01)},
     fixed=STRONG_LASER,
 )
 def _stuck(task: Task) -> Predictions:
@@ -347,22 +347,24 @@ def _stuck(task: Task) -> Predictions:
 
 @predict(
     "11.3",
-    "On `paper`, the KKT conditions hold at a plan of P4 on {building} in the perspective "
-    "{perspective}, which hovers first. Is that alone a proof that the plan is optimal, and how "
-    "many seconds does the best such plan hover? Answer with a pair, as ('yes', 10.0).",
+    "One pack of `paper` holds {battery.capacity_As} A s. The KKT conditions hold at a plan of P4 "
+    "on {building} in the perspective {perspective}, which hovers first. Is that alone a proof "
+    "that the plan is optimal, and how many seconds does the best such plan hover? Answer with a "
+    "pair, as ('yes', 10.0).",
     unit="s",
     within=0.5,
     among=("yes", "no"),
     draws={
         "building": tuple(f"b{k}" for k in range(1, 11)),
         "perspective": ("battery", "energy", "adjusted", "available"),
+        "battery.capacity_As": range(30_000, 42_001, 100),
     },
 )
 def _is_a_proof(task: Task) -> Predictions:
     problem = optuav.P4(task["building"], order="hover-first")
     program = optuav.formulate(task.mission, problem, perspective=task["perspective"])
     answer = "yes" if traits(program.parts[0].model).linear else "no"
-    yield answer, "what is the shape of the feasible set, and who knows it?"
+    yield answer, "is the feasible set convex in this perspective?"
     plan = optuav.solve(task.mission, problem, perspective=task["perspective"])
     yield plan.hover_time_s, "solve P4 on this building in this perspective"
 

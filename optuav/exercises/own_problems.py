@@ -17,7 +17,7 @@ from optuav.solving import Program
     "13.1",
     "Prove that no times satisfy all constraints: give a multiplier of each that is needed, as a "
     "dict by label, so that the sum is false. The bounds of a time are constraints as well, with "
-    "the labels 'bounds of Δ' and \"bounds of T'\".",
+    "the labels 'bounds of Δ' and \"bounds of T'\". Whole numbers and Fractions are exact.",
     what="conflict",
     draws={
         "hover_A": range(60, 121, 2),
@@ -82,7 +82,8 @@ def _wanted(task: Task) -> Program:
 @predict(
     "14.2",
     "Hovering draws {hover_A} A, resting returns {rest_A} A, and only charge binds. How many "
-    "seconds of rest does one more second of a wanted hover cost?",
+    "seconds of rest does one more second of a wanted hover cost? Answer with two decimals or "
+    "more.",
     unit="s",
     within=0.01,
     draws=CURRENTS,

@@ -16,7 +16,8 @@ Predictions: TypeAlias = Iterator[tuple[float | str, str]]
 Before them the true word with its hint, where a word is asked for as well.
 """
 
-FACTORS = (100.0, 1000.0)  # Per cent, thousands
+FACTORS = (100.0, 1000.0)  # Percent, thousands
+NEAR = 0.1  # How far an answer may be from a usual mistake, relative to it, if within the tolerance
 OF_TIME = (60.0, 3600.0)  # Minutes, hours
 TIMES = ("s", "h", "A s", "1/s")  # Units in which these are often taken for another
 
@@ -70,7 +71,7 @@ def _figure(found: Predictions, value: float, unit: str, within: float, task: Ta
     if is_close(value, truth, within):
         return Grade.correct(task, f"within {within:g} {unit}".rstrip())
     for wrong, words in found:
-        if not isinstance(wrong, str) and is_close(value, wrong, within):
+        if not isinstance(wrong, str) and is_close(value, wrong, min(within, NEAR * abs(wrong))):
             return Grade.wrong(task, "a common mistake", words)
     factors = (*FACTORS, *(OF_TIME if unit in TIMES else ())) if unit else ()
     near = 0.01 * abs(truth)

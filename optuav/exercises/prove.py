@@ -14,6 +14,7 @@ from optuav.errors import Fault, refuse
 from optuav.exercises.exercise import Draws, Exercise, Grade, Task, plain
 from optuav.modelling import Model
 
+ROUNDED = 0.01  # What rounded multipliers may miss of a coefficient
 MOST_PARTS = 10**6  # Largest denominator of the fraction that a float is read as
 OPTIMUM, CONFLICT = "optimum", "conflict"
 
@@ -58,7 +59,10 @@ def _grade(what: str, with_point: bool, task: Task, answer: object) -> Grade:
         if reached != wanted:
             words = f"stationarity: the rows add up to {_text(reached)} · {symbol}"
             needed = "the objective has" if goal else "a contradiction needs"
-            return Grade.wrong(task, words, f"{needed} {_text(wanted)} · {symbol}")
+            hint = f"{needed} {_text(wanted)} · {symbol}"
+            if abs(reached - wanted) < ROUNDED:
+                hint += "; whole numbers and Fractions are exact, rounded numbers are not"
+            return Grade.wrong(task, words, hint)
     if what == CONFLICT:
         if proof.limit >= 0:
             hint = "0 ≤ a number is false only if the number is negative"

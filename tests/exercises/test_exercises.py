@@ -29,6 +29,13 @@ KINDS = {number: exercises.task(number).kind for number in NUMBERS}
 FIGURE = re.compile(r"(?<![\w.])\d+(?:\.\d+)?")
 
 
+def refused(number: str, answer: object) -> str:
+    """What is said of an answer that cannot be graded."""
+    grade = exercises.check(number, answer)
+    assert (grade.verdict, grade.hint, grade.score) == ("not correct", "", 0.0)
+    return grade.words
+
+
 def test_every_exercise_stands_in_its_lesson_once() -> None:
     found = [
         (name.split("_")[0], check[2])
@@ -93,17 +100,17 @@ def test_a_hint_is_no_formula(number: str) -> None:
 
 
 @pytest.mark.parametrize("number", [each for each in NUMBERS if KINDS[each] == "predict"])
-def test_nine_of_ten_copied_predictions_fail(number: str) -> None:
-    """True answers of thirty students, each compared with those of all others."""
+def test_of_twenty_copied_predictions_nineteen_fail(number: str) -> None:
+    """True answers of a hundred students, each compared with those of all others."""
     grade = course._exercises()[number].grade
     function, _, within, among = grade.args  # type: ignore[attr-defined]
     truths = list[tuple[Any, ...]]()
-    for student in range(30):
+    for student in range(100):
         found = (answer for answer, _ in function(exercises.task(number, f"s{student}")))
         truths.append((next(found) if among else "", next(found)))
     pairs = [*itertools.permutations(truths, 2)]
     alike = sum(a[0] == b[0] and abs(a[1] - b[1]) <= within for a, b in pairs)
-    assert alike <= 0.1 * len(pairs)
+    assert alike <= 0.05 * len(pairs)
 
 
 PAIRS = [number for number in NUMBERS if isinstance(worked(number), tuple)]
@@ -120,8 +127,7 @@ def test_of_a_pair_the_word_and_the_figure_have_to_be_right(number: str) -> None
     late = exercises.check(number, (word, figure + 5.0))
     assert (bool(late), late.words) == (False, "too large")
     for answer in (word, figure, (word,), (figure, word), ("perhaps", figure), (word, "ten")):
-        with pytest.raises(optuav.InputError, match=r"number \[s\]"):
-            exercises.check(number, answer)
+        assert "number [s]" in refused(number, answer)
 
 
 def test_there_are_pairs() -> None:
@@ -156,9 +162,33 @@ def test_a_usual_mistake_has_a_hint_of_its_own(wrong: float, words: str) -> None
 @pytest.mark.parametrize(
     "answer", [float("nan"), float("inf"), 10**400, True, None, "472", [472.0]]
 )
-def test_an_answer_that_is_no_figure_is_refused(answer: object) -> None:
-    with pytest.raises(optuav.InputError, match=r"^answer = .*: a finite number \[s\]$"):
-        exercises.check("01.1", answer)
+def test_an_answer_that_is_no_figure_is_told_so(answer: object) -> None:
+    words = f"the answer must be a finite number [s], not {answer!r:.80}"
+    assert refused("01.1", answer) == words
+
+
+def test_only_an_answer_is_graded(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An error of a grader that is no fault of the answer is not called a wrong answer."""
+
+    def broken(task: exercises.Task, answer: object) -> exercises.Grade:
+        raise ZeroDivisionError
+
+    spoilt = replace(course._exercises()["01.1"], grade=broken)
+    monkeypatch.setattr(course, "_exercises", lambda: {"01.1": spoilt})
+    with pytest.raises(ZeroDivisionError):
+        exercises.check("01.1", 3.0)
+    assert exercises.check("01.1", ...).verdict == "no answer yet"
+
+
+@pytest.mark.parametrize("number", [each for each in NUMBERS if KINDS[each] == "predict"])
+def test_a_mistake_is_told_to_answers_near_it_alone(number: str) -> None:
+    """Zero is far from any other number, however large the tolerance."""
+    function = course._exercises()[number].grade.args[0]  # type: ignore[attr-defined]
+    word = worked(number)[0] if number in PAIRS else None
+    usual = dict(x for x in function(exercises.task(number)) if not isinstance(x[0], str))
+    for figure in (0.0, 1e-9):
+        grade = exercises.check(number, (word, figure) if word else figure)
+        assert grade.words != "a common mistake" or (figure == 0.0 and 0.0 in usual)
 
 
 def test_what_is_asked_must_exist() -> None:
@@ -167,7 +197,8 @@ def test_what_is_asked_must_exist() -> None:
         exercises.check("1.1", 1.0, student=7)  # type: ignore[arg-type]
     assert [fault.key for fault in caught.value.faults] == ["number", "student"]
     assert ", ".join(NUMBERS) in str(caught.value)
-    with pytest.raises(optuav.InputError, match=r"the numbers of exercise 02\.2 are mass_kg, "):
+    known = r"the numbers of exercise 02\.2 are mass_kg, .*did you mean 'mass_kg'"
+    with pytest.raises(optuav.InputError, match=known):
         exercises.task("02.2")["mass"]
 
 
@@ -186,9 +217,8 @@ def test_a_figure_may_be_of_any_type_of_numbers(answer: object) -> None:
 
 
 @pytest.mark.parametrize("answer", [Decimal("NaN"), Decimal("1e999999"), np.array(True)])
-def test_a_decimal_or_an_array_that_is_no_figure_is_refused(answer: object) -> None:
-    with pytest.raises(optuav.InputError, match=r"a finite number \[s\]"):
-        exercises.check("01.1", answer)
+def test_a_decimal_or_an_array_that_is_no_figure_is_told_so(answer: object) -> None:
+    assert "a finite number [s]" in refused("01.1", answer)
 
 
 def test_a_name_is_one_name_however_its_accents_are_encoded() -> None:
@@ -244,6 +274,27 @@ def test_one_sample_less_makes_no_mistake(student: str) -> None:
     task = exercises.task("23.2", student)
     assert exercises.check("23.2", 100 * (task["slices"] - 1) / task["samples"], student)
     assert not exercises.check("23.2", 100 * task["slices"] / task["samples"], student)
+
+
+def test_what_a_mistake_says_is_said_of_it() -> None:
+    """The price alone over the hover is a mistake of 2e-5 in 20.1, whose tolerance is 2e-3."""
+    task = exercises.task("20.1")
+    mistake = task["price"] / task["hover_s"]
+    assert exercises.check("20.1", mistake).hint == "the number itself counts as well"
+    assert exercises.check("20.1", 0.001).words == "too small"
+
+
+@pytest.mark.parametrize(
+    ("number", "name", "value"),
+    [
+        ("03.1", "available_fraction", 0.5),
+        ("22.1", "link.transmit_power_W", 5.0),
+        ("25.2", "at_m", 200),
+    ],
+)
+def test_no_number_makes_a_usual_mistake_right(number: str, name: str, value: float) -> None:
+    """Wells that are alike, the power of `paper`, and the middle of the way."""
+    assert value not in course._exercises()[number].draws[name]
 
 
 def test_no_answer_yet() -> None:
@@ -338,10 +389,10 @@ def test_charge_binds_for_every_student() -> None:
 def test_a_declaration_has_the_unknowns_of_the_task() -> None:
     model = Model("another")
     model.maximise(model.variable("x", "x", unit="s", upper=1.0))
-    with pytest.raises(optuav.InputError, match="the unknowns hover_time_s, rest_time_s"):
-        exercises.check("05.1", model)
-    with pytest.raises(optuav.InputError, match=r"a Model of optuav\.modelling"):
-        exercises.check("05.1", optuav.P3())
+    words = "the answer must be a problem with the unknowns hover_time_s, rest_time_s, not "
+    assert refused("05.1", model) == f"{words}x"
+    assert refused("05.1", Model("empty")) == f"{words}one without any"
+    assert "a Model of optuav.modelling" in refused("05.1", optuav.P3())
 
 
 def test_a_formulation_may_be_a_class_or_an_object() -> None:
@@ -350,10 +401,8 @@ def test_a_formulation_may_be_a_class_or_an_object() -> None:
     assert not grade
     assert grade.words.startswith("your problem allows (hover_time_s = ")
     assert "deadline" not in str(grade)  # That row is what is asked for
-    with pytest.raises(optuav.InputError, match="takes any building and order"):
-        exercises.check("05.2", optuav.P1())
-    with pytest.raises(optuav.InputError, match="an object of an"):
-        exercises.check("05.2", optuav.P4)
+    assert "takes any building and order" in refused("05.2", optuav.P1())
+    assert "an object of an" in refused("05.2", optuav.P4)
 
     class Reserve(optuav.Formulation):
         """Longest hover with a reserve of time."""
@@ -375,8 +424,59 @@ def test_a_formulation_may_be_a_class_or_an_object() -> None:
             hover = model.variable("hover_time_s", "Δ", unit="s", upper=100.0)
             model.maximise(hover)
 
-    with pytest.raises(optuav.InputError, match="a problem with the task's unknowns"):
-        exercises.check("05.2", NoRest)
+    assert "the unknowns hover_time_s, rest_time_s, not " in refused("05.2", NoRest)
+
+
+class Mistyped(optuav.Formulation):
+    """Longest hover, with a name that is none."""
+
+    def declare(self, model: Model, given: Any) -> None:
+        hover, rest = given.hover_and_rest(model)
+        model.maximise(hover)
+        model.subject_to("time", hover + rest <= given.time_lef)
+
+
+class Misspelt(optuav.Formulation):
+    """Longest hover, with a variable that is none."""
+
+    def declare(self, model: Model, given: Any) -> None:
+        model.maximise(given.hover_and_rest(modell)[0])  # type: ignore[name-defined] # noqa: F821
+
+
+class Compared(optuav.Formulation):
+    """A number for a constraint: the error is raised by the library, in a line of this class."""
+
+    def declare(self, model: Model, given: Any) -> None:
+        model.subject_to("time", 3.0)  # type: ignore[arg-type]
+
+
+class Unwritten(optuav.Formulation):
+    """Nothing is declared."""
+
+
+class Aimless(optuav.Formulation):
+    """No objective."""
+
+    def declare(self, model: Model, given: Any) -> None:
+        given.hover_and_rest(model)
+
+
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        (
+            Mistyped,
+            r"AttributeError in line \d+ of your code, 'model\..* <= given\.time_lef\)': .*",
+        ),
+        (Mistyped(), r".* no attribute 'time_lef'; did you mean 'time_left'\?"),
+        (Misspelt, r"NameError in line \d+ of .* not defined; did you mean 'model'\?"),
+        (Compared, r"TypeError in line \d+ of your code, 'model\.subject_to.*: a constraint .*"),
+        (Unwritten, r"TypeError: Can't instantiate abstract class Unwritten .*"),
+        (Aimless, r"not an answer: Aimless: no objective was stated; .*"),
+    ],
+)
+def test_where_the_code_of_a_formulation_stops(answer: object, words: str) -> None:
+    assert re.fullmatch(words, refused("05.2", answer))
 
 
 def direct_or_not(task: Any, *, more_As: float, binary: bool = True) -> Model:
@@ -436,18 +536,22 @@ def test_a_point_and_its_multipliers_are_checked_together() -> None:
     late = {**right, "rest_time_s": right["rest_time_s"] + 1}
     late["hover_time_s"] += Fraction(task["rest_A"], task["hover_A"])
     assert exercises.check("08.2", late).words == f"feasibility: the point violates {used!r}"
-    with pytest.raises(optuav.InputError, match="rest_time_s: is missing"):
-        exercises.check("08.2", {"hover_time_s": 1.0})
+    assert refused("08.2", {"hover_time_s": 1.0}) == "not an answer: rest_time_s: is missing"
 
 
 def test_a_proof_needs_numbers_by_known_names() -> None:
     wrong = {"charge": float("nan"), "deadline": "1/98", "time": 1.0, "bounds of Δ": True}
-    with pytest.raises(optuav.InputError) as caught:
-        exercises.check("07.2", wrong)
-    assert [fault.key for fault in caught.value.faults] == [*wrong]
-    assert "charge, deadline, bounds of Δ, bounds of T'" in str(caught.value)
-    with pytest.raises(optuav.InputError, match="numbers by name"):
-        exercises.check("07.2", [1.0, 2.0])
+    words = refused("07.2", wrong)
+    assert re.findall(r"([^;:]+) = ", words) == [f" {name}" for name in wrong]
+    assert "charge, deadline, bounds of Δ, bounds of T'" in words
+    assert "numbers by name" in refused("07.2", [1.0, 2.0])
+
+
+def test_rounded_multipliers_are_told_what_is_exact() -> None:
+    right = worked("07.2")
+    rounded = exercises.check("07.2", {name: round(float(x), 5) for name, x in right.items()})
+    assert rounded.hint.endswith("; whole numbers and Fractions are exact, rounded numbers are not")
+    assert "exact" not in exercises.check("07.2", {"deadline": 3}).hint
 
 
 def test_a_conflict_is_proved_by_a_false_sum() -> None:
@@ -496,8 +600,7 @@ def test_two_rests_are_no_answer_where_one_is_asked_for() -> None:
 
 @pytest.mark.parametrize("answer", [3.0, "hover", [("hover", 10.0)], [("roof", "hover", 1.0)]])
 def test_an_itinerary_has_stops(answer: object) -> None:
-    with pytest.raises(optuav.InputError):
-        exercises.check("04.3", answer)
+    assert re.match("the answer must be|not an answer: (answer|stops)", refused("04.3", answer))
 
 
 @pytest.mark.parametrize("number", ["01.1", "05.1", "07.2", "04.3"])
