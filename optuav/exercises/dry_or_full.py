@@ -228,7 +228,7 @@ def _flowed(task: Task) -> Predictions:
     "flown and hovers at least 99 % of the best with two rests.",
     least=0.99,
     rests=2,
-    draws={"battery.capacity_As": range(29_000, 34_001, 100)},
+    draws={"battery.capacity_As": range(29_000, 34_001, 20)},
 )
 def _two_rests(task: Task) -> float:
     return optuav.solve(task.mission, optuav.P1(stops=2)).hover_time_s
