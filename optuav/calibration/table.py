@@ -22,7 +22,7 @@ from optuav.calibration.fit import Fit, Panel, Role, estimate, rounded
 from optuav.errors import Fault, InputError, collected, refuse
 from optuav.mission import Mission, load, shipped
 from optuav.mission.files import label, read_toml
-from optuav.mission.messages import counted, nearest, number, shown
+from optuav.mission.messages import counted, nearest, no_building, number, shown
 from optuav.mission.schema import Number
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
@@ -364,8 +364,7 @@ def _faults_of_row(place: str, row: FlownAs, mission: Mission | None) -> Iterato
             return
     names = mission.buildings.names
     if row.building and row.building not in names:
-        words = f"a building of the mission{nearest(row.building, names)}"
-        yield Fault(f"{place}.building", shown(row.building), words)
+        yield Fault(f"{place}.building", shown(row.building), no_building(row.building, names))
 
 
 def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:

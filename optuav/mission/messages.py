@@ -67,6 +67,15 @@ def nearest(key: str, known: Iterable[str]) -> str:
     return f"; did you mean '{like[0]}'?" if like else ""
 
 
+def no_building(stated: str, names: Sequence[str]) -> str:
+    """Words for a building that is none of the mission's, by its name or a key of the mission."""
+    known = f"are: {listed(names) or 'none'}"
+    if names and stated.startswith("buildings["):
+        return f"the mission's buildings [0] to [{len(names) - 1}] {known}"
+    table = "buildings." if stated.startswith("buildings.") else ""
+    return f"the mission's buildings {known}{nearest(stated, [table + name for name in names])}"
+
+
 def misfits(*stated: tuple[str, object, Number]) -> Iterator[Fault]:
     """Which options are not such numbers, by name and value; a whole one has to be integral."""
     for option, value, number in stated:

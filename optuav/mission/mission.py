@@ -12,7 +12,7 @@ from optuav.errors import MOST_SHOWN, Fault, InputError, printable
 from optuav.mission import schema, validation
 from optuav.mission.buildings import Buildings
 from optuav.mission.files import write_text
-from optuav.mission.messages import nearest, shown
+from optuav.mission.messages import nearest, no_building, shown
 from optuav.mission.schema import MissionSection
 from optuav.mission.validation import Document, Key, StatedMission, keys_of, validate
 
@@ -336,7 +336,8 @@ def _revise_buildings(buildings: list[object], values: Document) -> Iterator[Fau
     for key, value in values.items():
         building, _, field = (key, "", "") if key in places else key.rpartition(".")
         if building not in places:
-            yield Fault(key, shown(value), f"unknown building{nearest(key, named)}")
+            names = [each.removeprefix("buildings.") for each in named]
+            yield Fault(key, shown(value), no_building(key, names))
             continue
         place, new = places[building], {field: value} if field else value
         buildings[place] = {**keys_of(buildings[place]), **new} if isinstance(new, dict) else new

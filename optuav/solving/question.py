@@ -24,7 +24,7 @@ from optuav.engines.registry import (
 from optuav.engines.solution import Solution, returned
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
-from optuav.mission.messages import misfits, shown, unknown
+from optuav.mission.messages import misfits, no_building, shown, unknown
 from optuav.mission.schema import SLOT, Number
 from optuav.modelling import Model
 from optuav.modelling.classify import traits
@@ -38,7 +38,6 @@ ASKED = "one perspective, or a list of different ones"
 LIMIT = Number("s", gt=0.0, le=1e9)
 RESTS = Number("-", ge=0, le=10, whole=True)
 HOVERS = Number("-", ge=1, le=10, whole=True)
-MOST_NAMES = 12
 MOST_BUILDINGS = 1000  # with several stops: the legs between any two have to fit into memory
 
 
@@ -127,8 +126,7 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
         if problem.order not in (None, *ORDERS):
             yield unknown("order", problem.order, ORDERS)
         if problem.building not in (None, *buildings):
-            listed = ", ".join(buildings[:MOST_NAMES]) + ", …" * (len(buildings) > MOST_NAMES)
-            words = f"the mission's buildings are: {listed or 'none'}"
+            words = no_building(str(problem.building), buildings)
             yield Fault("building", repr(problem.building), words)
         if type(problem) not in OF_THE_PAPER:
             if isinstance(problem, OF_THE_PAPER):

@@ -206,7 +206,8 @@ given = { building = "b77", rest_time_s = 3, battery.capacity_As = -3 }
         "rows[0].given.hover_time_s = -5: greater than or equal to 0",
         "rows[0].given.bogus = 3: unknown key",
         "rows[1].given.battery.capacity_As = -3: a number, 0.001 <= x <= 1e9 [A s]",
-        "rows[1].given.building = 'b77': a building of the mission; did you mean 'b7'?",
+        "rows[1].given.building = 'b77': the mission's buildings are: "
+        f"{', '.join(f'b{k}' for k in range(1, 11))}; did you mean 'b7'?",
     ]
 
 
@@ -236,7 +237,7 @@ def test_whole_numbers_cannot_be_free(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ('building = "b99", rest_time_s = 3', "a building of the mission"),
+        ('building = "b99", rest_time_s = 3', "the mission's buildings are: b1, b2"),
         ("battery.capacity = 3", "unknown key"),
     ],
 )

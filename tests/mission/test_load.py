@@ -414,6 +414,7 @@ def test_replace_takes_what_python_has(paper: Mission) -> None:
 
 def test_replace_lists_every_fault(paper: Mission) -> None:
     """Unknown keys with the nearest known one, and values that are not allowed."""
+    known = ", ".join(paper.buildings.names)
     with pytest.raises(InputError) as caught:
         paper.replace(
             {
@@ -435,8 +436,9 @@ def test_replace_lists_every_fault(paper: Mission) -> None:
         "limit.min_soc": "unknown key; did you mean 'limits.min_soc'?",
         "deadline_s": "unknown key; did you mean 'limits.deadline_s'?",
         "schema": "unknown key",
-        "buildings.b33.position_m": "unknown building; did you mean 'buildings.b3'?",
-        "buildings[10].name": "unknown building; did you mean 'buildings.b10'?",
+        "buildings.b33.position_m": f"the mission's buildings are: {known}; "
+        "did you mean 'buildings.b3'?",
+        "buildings[10].name": f"the mission's buildings [0] to [9] are: {known}",
         "buildings.b3.colour": "unknown key",
         "buildings.b4.position_m": "three numbers [x, y, z], |x| and |y| <= 1e6, 0 <= z <= 1e6 [m]",
         "limits.min_soc": "a number, 0 <= x < 1 [-]",
