@@ -56,12 +56,14 @@ def outage_probability(channel: Channel, distance_m: Quantity) -> Quantity:
 @kept
 @np.errstate(divide="ignore", invalid="ignore")
 def coverage_radius(channel: Channel, outage_limit: Quantity) -> Quantity:
-    """Largest distance d_max [m] at which P_out ≤ ε; ε in (0, 1) [-]; floats and arrays.
+    """Largest distance d_max [m] at which P_out ≤ ε; ε in (0, 1] [-]; floats and arrays.
 
+    It is infinite for ε = 1, as no probability is above 1.
     Newton's method on log F of the amplitude, which is concave, rises from a lower bound:
     F(r) ≤ 1 − exp(−r²), and Birgé's bound on the lower tail of a noncentral χ² distribution.
     """
-    direct = np.sqrt(channel.rice_factor)
+    direct, everywhere = np.sqrt(channel.rice_factor), np.asarray(outage_limit) >= 1.0
+    outage_limit = np.where(everywhere, 0.5, outage_limit)
     start = 1.0 + direct**2 - np.sqrt((2.0 + 4.0 * direct**2) * -np.log(outage_limit))
     level = np.sqrt(np.maximum(-np.log1p(-outage_limit), start))
     for _ in range(MOST_STEPS):
@@ -71,7 +73,7 @@ def coverage_radius(channel: Channel, outage_limit: Quantity) -> Quantity:
             break
         # Rounding alone turns a step back.
         level = np.fmax(nearer, level)
-    path_loss = 2.0 * level**2 / channel.squared_argument_at_1_m
+    path_loss = 2.0 * np.where(everywhere, np.inf, level) ** 2 / channel.squared_argument_at_1_m
     return path_loss[()] ** (1.0 / channel.path_loss_exponent)
 
 

@@ -63,6 +63,12 @@ def test_coverage_of_the_paper() -> None:
     assert link.coverage_radius(CHANNEL, OUTAGE_LIMIT) == printed("501.4836")
 
 
+def test_where_any_outage_is_allowed_all_is_covered() -> None:
+    assert link.coverage_radius(CHANNEL, 1.0) == math.inf
+    radii_m = link.coverage_radius(CHANNEL, np.array([1.0, OUTAGE_LIMIT]))
+    assert radii_m.tolist() == [math.inf, link.coverage_radius(CHANNEL, OUTAGE_LIMIT)]
+
+
 @given(CHANNELS, st.floats(1e-4, 0.99))
 def test_outage_at_the_coverage_radius_is_the_limit(channel: link.Channel, limit: float) -> None:
     """Nearer is better, further is worse."""
