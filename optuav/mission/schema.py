@@ -81,7 +81,9 @@ class Number(GroupedMetadata):
 
 
 def short(number: float) -> str:
-    """A bound as a person writes it: ``1e6``, not ``1e+06``."""
+    """A bound as a person writes it: ``1e6``, not ``1e+06``, and ``2**63``."""
+    if isinstance(number, int) and float(f"{number:g}") != number:  # Whole, to the last digit
+        return f"2**{number.bit_length() - 1}" if number.bit_count() == 1 else str(number)
     mantissa, _, exponent = f"{number:g}".partition("e")
     return f"{mantissa}e{int(exponent)}" if exponent else mantissa
 

@@ -59,7 +59,7 @@ def test_an_uncertain_wavelength_holds_the_conversion_as_in_a_sensitivity() -> N
     [
         ({"count": 0}, "count = 0"),
         ({"count": 2.5}, "count = 2.5"),
-        ({"seed": -1}, "seed = -1"),
+        ({"seed": -1}, r"seed = -1: a whole number, 0 <= x <= 2\*\*63 "),
         ({"method": "sobel"}, "did you mean 'sobol'"),
         ({"uncertainty": {}}, "at least one key"),
         ({"uncertainty": {"battery.capacity": {"percent": 5}}}, "battery.capacity_As"),
