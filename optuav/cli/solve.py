@@ -45,7 +45,7 @@ def solve(
     if animate is not None:
         from optuav.plots.animation import gif_file
 
-        check_places(gif_file(animate), None)
+        check_places(gif_file(animate, "--animate"), None)
     one_stop = not {asked.stops, asked.hovers} - {None, 1}
     in_slots = "grid" in (asked.engine, asked.slot_s and asked.engine.replace("auto", "grid"))
     explained = one_stop and asked.hover_point in (None, "w_U")

@@ -59,7 +59,7 @@ def save_animation(replayed: Replay, path: str | Path) -> Path:
     >>> optuav.plots.save_animation(replayed, "mission.mp4")
     Traceback (most recent call last):
     ...
-    optuav.errors.InputError: animation = 'mission.mp4': a name that ends in .gif
+    optuav.errors.InputError: path = 'mission.mp4': a name that ends in .gif
     """
     file = gif_file(path)
     moments_s = np.linspace(0.0, replayed.trace.time_s[-1], FRAMES).tolist()
@@ -67,11 +67,11 @@ def save_animation(replayed: Replay, path: str | Path) -> Path:
     return file
 
 
-def gif_file(path: str | Path) -> Path:
+def gif_file(path: str | Path, option: str = "path") -> Path:
     """The file of an animation; an `InputError` if its name does not end in ``.gif``."""
     file = Path(path)
     if file.suffix.lower() != ".gif":
-        raise InputError([Fault("animation", shown(str(file)), "a name that ends in .gif")])
+        raise InputError([Fault(option, shown(str(file)), "a name that ends in .gif")])
     return file
 
 

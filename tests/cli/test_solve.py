@@ -227,6 +227,7 @@ def test_an_animation_is_a_gif_by_name(
     """Refused before anything is solved, rather than a GIF under the name of something else."""
     monkeypatch.setattr(optuav, "solve", None)
     told = refused("solve", "paper", "--animate", str(tmp_path / name))
+    assert "error: --animate = " in told
     assert "a name that ends in .gif" in told
     assert list(tmp_path.iterdir()) == []
 
