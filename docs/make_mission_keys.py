@@ -58,7 +58,7 @@ def rows(model: type[MissionSection], keys: Iterable[str]) -> Iterator[Row]:
 def left_out(field: FieldInfo) -> str:
     """What holds where a file does not state the key."""
     if field.is_required():
-        return "a fault"
+        return "needed"
     return "–" if field.default is None else f"`{json.dumps(plain(field.default))}`"
 
 

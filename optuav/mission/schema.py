@@ -445,7 +445,7 @@ class Building(MissionSection):
     """A prism from the ground up to its roof, on which the UAV may rest."""
 
     name: Name
-    """Name of the building, one of its kind; not origin, hover or destination."""
+    """Name of the building, unique; not origin, hover or destination."""
     position_m: RoofPosition
     """Where the UAV rests (x, y, z) [m]; z is the height of the roof."""
     footprint_m: Footprint | None = None
