@@ -13,20 +13,25 @@ from typing import Any
 import pytest
 
 import optuav
+from optuav.calibration import Panel
+from optuav.diagnosis import Repair
+from optuav.diagnosis.parameter_prices import Price
 from optuav.diagnosis.report import Explanation
 from optuav.engines.prices import Residuals, ShadowPrice, ShadowPrices
 from optuav.engines.registry import Capability
 from optuav.engines.solution import Solution
 from optuav.exercises import Grade, Task
 from optuav.judge import Stop
-from optuav.modelling import Check
+from optuav.modelling import Check, Constraint
 from optuav.modelling.expression import Let, Parameter, Variable
 from optuav.network.timeline import Phase, PhaseStage
+from optuav.paper.ledger import Ledger
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells
 from optuav.plan.plan import Stop as PlannedStop
 from optuav.plan.trace import Event, Trace
 from optuav.solving.longest import Hovers
 from optuav.solving.route_choice import RouteChoice
+from optuav.studies.sweep import Swept
 
 NAMES = [name for name in optuav.__all__ if name not in ("__version__", "city", "plots")]
 ROOT = Path(__file__).parents[1]
@@ -61,17 +66,22 @@ RECORDS: list[Any] = [
         Battery,
         Capability,
         Check,
+        Constraint,
         Event,
         Explanation,
         Grade,
         Hovers,
+        Ledger,
         Let,
+        Panel,
         Parameter,
         Phase,
         PhaseStage,
     ),
     *(
         PlannedStop,
+        Price,
+        Repair,
         Residuals,
         RouteChoice,
         ShadowPrice,
@@ -79,6 +89,7 @@ RECORDS: list[Any] = [
         Solution,
         Stage,
         Stop,
+        Swept,
         Task,
         Tilted,
         Trace,

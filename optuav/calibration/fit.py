@@ -95,8 +95,25 @@ class Value:
 class Panel:
     """Observed and fitted values of one quantity, one an observation.
 
-    Observations have names, or places `at` on an axis that `at_words` describes. Where roles are
-    stated, one may also repeat a fitted one, or be predicted; groups stand for colours.
+    Parameters
+    ----------
+    quantity, unit
+        What was observed, and its unit.
+    observed, fitted
+        The values, in that unit.
+    names, at, at_words
+        Names of the observations, or their places on an axis and what that axis is, with its unit.
+    roles
+        ``"fitted"``, ``"repeat"`` (of a fitted one) or ``"predicted"``; empty if all are fitted.
+    groups
+        What observations have in common, shown as colours; empty if nothing.
+
+    Examples
+    --------
+    >>> from optuav.calibration import Panel
+    >>> panel = Panel("lifetime", "s", (100.0, 120.0), (101.0, 118.0), names=("1 A", "2 A"))
+    >>> [fitted - seen for fitted, seen in zip(panel.fitted, panel.observed)]
+    [1.0, -2.0]
     """
 
     quantity: str

@@ -30,23 +30,47 @@ Step = tuple[Parameter, float]  # A parameter and by how much it changes
 
 @dataclass(frozen=True)
 class Price:
-    """What a parameter of the winning programme is worth, the other parameters held."""
+    """What a parameter of the winning programme is worth, the other parameters held.
+
+    Parameters
+    ----------
+    name, symbol, unit
+        The parameter as the programme has it.
+    key
+        The mission's key of the same meaning and unit; empty if it is derived.
+    value
+        Its present value, in its unit.
+    less, more
+        Change of the objective (s of hover) per unit, below and above the value: they differ at a
+        kink, are infinite on a side that is infeasible, and NaN beyond the range of the key.
+    step
+        How much "one more" is, in the parameter's unit.
+    gain, loss
+        Change of the objective by one step more, and by one less, solved again: infinite where that
+        leaves no plan, NaN where it was not solved again or is beyond the range of the key.
+    solved_again
+        Whether gain and loss are known by solving again.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> prices = optuav.explain("paper", "P3", perspective="battery").prices
+    >>> (price,) = [each for each in prices if each.key == "limits.min_soc"]
+    >>> round(price.more, 2), price.step, round(price.gain, 2)
+    (-819.02, 0.01, -8.19)
+    """
 
     name: str
     symbol: str
     unit: str
-    key: str  # The mission's key of the same meaning and unit; empty if it is derived
+    key: str
     value: float
-    # Change of the objective per unit on either side: they differ at a kink, are infinite on a side
-    # that is infeasible, and NaN, as are gain and loss, beyond the range of the key.
     less: float
     more: float
-    step: float  # How much "one more" is
-    # Change of the objective by one step more, solved again: infinite where that leaves no plan,
-    # NaN where it was not solved again, as a rate says little of a whole step.
+    step: float
     gain: float
-    loss: float  # The same by one step less
-    solved_again: bool  # Whether gain and loss are known by solving again
+    loss: float
+    solved_again: bool
 
     @property
     def has_kink(self) -> bool:

@@ -95,7 +95,7 @@ class Repair:
         Dotted key of the mission; of a component as ``wind.force_N[2]``; or the field of a
         formulation of one's own.
     now
-        Its value.
+        Its value, in the unit of the key, as are the others.
     comparison, value
         Feasible if key >= value, <= value, or (for a switch) == value, None if the key is to be
         left out; rounded on the feasible side.
@@ -106,6 +106,7 @@ class Repair:
 
     Examples
     --------
+    >>> from optuav.diagnosis import Repair
     >>> repair = Repair("limits.deadline_s", 60.0, ">=", 75.8, None, 0.1)
     >>> print(repair, round(repair.size, 2))
     limits.deadline_s >= 75.8 0.21

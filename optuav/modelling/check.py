@@ -109,7 +109,16 @@ class Check:
 
 
 class Checks(tuple[Check, ...]):
-    """The constraints of a model at a point, in order; printed as a table."""
+    """The constraints of a model at a point, in order: a tuple of `Check`, printed as a table.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> program = optuav.formulate("paper", "P3", perspective="battery")
+    >>> checks = program.check({"hover_time_s": 700.0})
+    >>> [check.label for check in checks if not check.satisfied], checks.satisfied
+    (['P3.a state of charge'], False)
+    """
 
     @property
     def satisfied(self) -> bool:

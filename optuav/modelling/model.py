@@ -28,19 +28,40 @@ from optuav.modelling.writer import LINE
 
 @dataclass(frozen=True, eq=False)
 class Constraint:
-    """A labelled relation, with what it is about as data."""
+    """A labelled relation, with what it is about as data.
 
-    name: str  # As the paper calls it
-    relation: Relation  # The two sides
-    unit: str = "1"  # Of both sides
-    declared_at: str = ""  # Source file and line of the declaration
-    # What it limits, for example "dry", "past full", "state of charge" or "deadline"; empty where
-    # that is not stated.
+    Parameters
+    ----------
+    name
+        As the paper calls it.
+    relation, unit
+        The two sides, and the unit of both.
+    declared_at
+        Source file and line of the declaration.
+    kind
+        What it limits, as ``"dry"``, ``"past full"``, ``"state of charge"`` or ``"deadline"``;
+        empty where that is not stated.
+    step
+        Number, from 0, of the step of the route at whose end it holds; None for the end of the
+        mission, or for no moment.
+    moment
+        That moment, printed behind the name; None for no moment.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> (part,) = optuav.formulate("paper", "P3", perspective="battery").parts
+    >>> [(each.label, each.kind, each.unit) for each in part.model.constraints]
+    [('P3.a state of charge', 'state of charge', '1')]
+    """
+
+    name: str
+    relation: Relation
+    unit: str = "1"
+    declared_at: str = ""
     kind: str = ""
-    # Number, from 0, of the step of the itinerary at whose end it holds; None for the end of the
-    # mission, or for no moment.
     step: int | None = None
-    moment: object = None  # That moment, printed behind the name; None for no moment
+    moment: object = None
 
     @cached_property
     def label(self) -> str:

@@ -175,7 +175,9 @@ class Ledger:
     Parameters
     ----------
     entries
-        One a statement of the paper.
+        One a statement of the paper, with its ``statement`` as printed, our values by the
+        ``printed`` and by the ``recovered`` parameters, both in the unit of the statement, and the
+        ``verdict``.
 
     Examples
     --------

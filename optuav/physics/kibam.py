@@ -52,6 +52,13 @@ class Battery:
         B [A s], > 0; ω, share of the charge that is available when full [-], in (0, 1).
     flow_rate_per_s
         k_F between the wells [1/s], ≥ 0; at 0 the bound charge stays bound.
+
+    Examples
+    --------
+    >>> from optuav.physics.kibam import Battery
+    >>> drone = Battery(capacity_As=72_000.0, available_fraction=0.8, flow_rate_per_s=4.5e-5)
+    >>> print(f"{drone.full.available_As:.0f} A s available, k' = {drone.rate_per_s:.3g} per s")
+    57600 A s available, k' = 0.000281 per s
     """
 
     capacity_As: Quantity
@@ -108,7 +115,22 @@ class Tilted(NamedTuple):
 
 
 class Stage(NamedTuple):
-    """A stage of constant current: `current_A` I [A], > 0 while charging, for `duration_s` ≥ 0."""
+    """A stage of constant current.
+
+    Parameters
+    ----------
+    current_A
+        I [A], > 0 while charging.
+    duration_s
+        How long it flows [s], ≥ 0.
+
+    Examples
+    --------
+    >>> from optuav.physics.kibam import Stage
+    >>> hover = Stage(-87.91, 600.0)
+    >>> print(f"{hover.current_A * hover.duration_s:.0f} A s")
+    -52746 A s
+    """
 
     current_A: Quantity
     duration_s: Quantity

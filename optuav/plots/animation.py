@@ -45,6 +45,10 @@ def save_animation(replayed: Replay, path: str | Path) -> Path:
     path
         The file, whose name ends in ``.gif``; what is there is replaced, whole or not at all.
 
+    Returns
+    -------
+    The file that was written.
+
     Raises
     ------
     NoPlanError

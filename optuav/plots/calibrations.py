@@ -60,6 +60,10 @@ def fit(found: Fit, *, figure: style.AnyFigure | None = None) -> tuple[FitAxes, 
         Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
         its own by default.
 
+    Returns
+    -------
+    `optuav.plots.FitAxes` of every quantity, in its unit.
+
     Raises
     ------
     InputError

@@ -135,6 +135,10 @@ def bars(
     ax
         Where to draw; on a page of its own by default.
 
+    Returns
+    -------
+    The axes, with values along y and groups along x.
+
     Raises
     ------
     InputError
@@ -211,6 +215,10 @@ def curves(
         Whether the axis begins at 0.
     ax
         Where to draw; on a page of its own by default.
+
+    Returns
+    -------
+    The axes, with quantities as the labels say.
 
     Raises
     ------

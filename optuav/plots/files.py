@@ -90,6 +90,10 @@ def save(drawn: Axes | Sequence[Axes | None], path: str | Path) -> Path:
         The file, in the format of its suffix: .png, .svg, .pdf, .jpg, .jpeg, .tif, .tiff or .webp.
         What is there is replaced, whole or not at all.
 
+    Returns
+    -------
+    The file that was written.
+
     Raises
     ------
     InputError

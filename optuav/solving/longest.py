@@ -1,4 +1,4 @@
-"""The longest hover of many itineraries at once, from arrays, under the perspective `available`."""
+"""The longest hover of many routes at once, from arrays, under the perspective `available`."""
 
 import math
 from collections.abc import Sequence
@@ -36,7 +36,7 @@ RANGES = {
 
 
 class Hovers(NamedTuple):
-    """Longest hovers, arrays with one entry an itinerary.
+    """Longest hovers, arrays with one entry a route.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def longest_hovers(
 
     From a full battery, 0 ≤ y1 ≤ ωB at every moment, η ≥ η0 at the end, all within the deadline;
     charging is at constant current. Every figure is a number, or an array of one shape for all
-    itineraries. No answer depends, to the last bit, on the others in the call.
+    routes. No answer depends, to the last bit, on the others in the call.
 
     Parameters
     ----------
@@ -95,6 +95,11 @@ def longest_hovers(
         Net current drawn while hovering, and that charges while resting [A], up to 1e6 either way.
     shortest_rest
         Whether to find the shortest T' for each Δ, which takes about half as long again.
+
+    Returns
+    -------
+    Hovers
+        Arrays of the shape of the figures, as `optuav.solving.longest.Hovers` describes them.
 
     Raises
     ------

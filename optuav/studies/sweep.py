@@ -50,16 +50,41 @@ STAMP, HASH = b"optuav", 64
 
 
 class Swept(NamedTuple):
-    """What a sweep has done, and where."""
+    """What a sweep has done, and where.
+
+    Parameters
+    ----------
+    directory
+        Where the parts are.
+    hash
+        Of the study, as in the manifest.
+    scenarios, parts, kept
+        Numbers of scenarios, of parts, and of parts that were there before.
+    hover_time_s
+        By perspective the ``shortest`` and the ``longest`` hover [s], if there is a plan.
+    reasons
+        By perspective how many scenarios have no plan, by why.
+
+    Examples
+    --------
+    >>> import optuav, pathlib, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = pathlib.Path(folder) / "deadlines.toml"
+    ...     _ = file.write_text("grid.limits.deadline_s = [10, 600, 900]")
+    ...     done = optuav.sweep(file)
+    >>> done.scenarios, done.parts, done.kept
+    (3, 1, 0)
+    >>> {name: round(hover_s, 2) for name, hover_s in done.hover_time_s["available"].items()}
+    {'shortest': 524.21, 'longest': 591.57}
+    """
 
     directory: Path
-    hash: str  # Of the study, as in the manifest
+    hash: str
     scenarios: int
     parts: int
-    kept: int  # Parts that were there before
-    # By perspective.
-    hover_time_s: dict[str, dict[str, float]]  # The shortest and the longest, if there is a plan
-    reasons: dict[str, dict[str, int]]  # How many scenarios have no plan, by why
+    kept: int
+    hover_time_s: dict[str, dict[str, float]]
+    reasons: dict[str, dict[str, int]]
 
 
 def sweep(
