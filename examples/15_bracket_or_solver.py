@@ -17,7 +17,7 @@ if hasattr(sys.stdout, "reconfigure"):
 #
 # - say what the answers of `bracket`, `casadi` (IPOPT) and `grid` are worth;
 # - give a mission in which a longer hover is feasible and a shorter one is not, and say why;
-# - find the longest hovers of thousands of itineraries at once, from arrays.
+# - find the longest hovers of thousands of routes at once, from arrays.
 
 # %%
 import numpy as np
@@ -123,7 +123,7 @@ for rest_s in (0.0, 10.0, 20.0, 30.0):
 print("whole seconds of hover by rest, None if no hover can be flown:", by_rest)
 
 # %% [markdown]
-# ## Many itineraries at once
+# ## Many routes at once
 #
 # Here are the direct legs of `paper` with ten thousand batteries, every answer with its proof.
 #
