@@ -1,10 +1,10 @@
 """Capacity, ω and k_F of the kinetic battery model (KiBaM) from lifetimes.
 
-The model is linear in the current: when the available well is empty at time T, ωB equals the sum of
-the responses to every change of the current until then. So for given ω and k_F each discharge has
-a capacity with which the battery lasts exactly as long, and the right ω and k_F make all of these
-agree. The fit is to their logarithms, as the noise assumed is that of the capacity from one
-discharge to the next; unlike the lifetime, which jumps over a pause, they are smooth.
+The model [3]_ is linear in the current: when the available well is empty at time T, ωB equals the
+sum of the responses to every change of the current until then. So for given ω and k_F each
+discharge has a capacity with which the battery lasts exactly as long, and the right ω and k_F make
+all of these agree. The fit is to their logarithms, as the noise assumed is that of the capacity
+from one discharge to the next; unlike the lifetime, which jumps over a pause, they are smooth.
 
 What varies by chance are the lifetimes, so their likelihood has a factor |d log B/d log T| for each
 discharge. It is largest where the sum of squares, over the geometric mean of these factors, is
@@ -19,6 +19,8 @@ References
 .. [1] G. E. P. Box, D. R. Cox, "An analysis of transformations", J. R. Stat. Soc. B, 1964, eq (8).
 .. [2] D. M. Bates, D. G. Watts, "Nonlinear Regression Analysis and Its Applications", Wiley, 1988,
    chapter 6.
+.. [3] J. F. Manwell, J. G. McGowan, "Lead acid battery storage model for hybrid energy systems",
+   Solar Energy, 1993.
 """
 
 import itertools
@@ -89,6 +91,10 @@ class Discharge(NamedTuple):
 def fit_kibam(files: Iterable[str | Path]) -> Fit:
     r"""Fit capacity [A s], ω [-] and k_F [1/s] of a battery to lifetimes.
 
+    The battery is the kinetic one, dy1/dt = I + k_F (y2/(1−ω) − y1/ω) and dy2/dt = −k_F (y2/(1−ω) −
+    y1/ω) with I > 0 while charging, from y1 = ωB and y2 = (1−ω)B until y1 = 0 [1]_. Intervals are
+    those of the profile likelihood [2]_.
+
     Parameters
     ----------
     files
@@ -110,6 +116,13 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
     ------
     InputError
         With every fault of the files, or if there are fewer than three discharges.
+
+    References
+    ----------
+    .. [1] J. F. Manwell, J. G. McGowan, "Lead acid battery storage model for hybrid energy
+       systems", Solar Energy, 1993.
+    .. [2] D. M. Bates, D. G. Watts, "Nonlinear Regression Analysis and Its Applications", Wiley,
+       1988, chapter 6.
 
     Examples
     --------

@@ -51,6 +51,10 @@ LEAST_RESIDUAL = 1e-9  # of a quantity for its weight, over its largest value
 def fit_rotor(files: Iterable[str | Path]) -> Fit:
     r"""Find the constants of a rotor.
 
+    At a steady speed v the thrust is ϱ v², the current (T_f + D_f v + κ0 v²)/κ and the voltage
+    R i + κ v, κ = 9.5493/κ_V [1]_; data sheets give ϱ = C_T ρ A r², κ0 = C_Q ρ A r³ with A = π r²,
+    and T_f = κ I_0.
+
     Parameters
     ----------
     files
@@ -70,6 +74,11 @@ def fit_rotor(files: Iterable[str | Path]) -> Fit:
     ------
     InputError
         With every fault of the files, or if no mission may state a constant.
+
+    References
+    ----------
+    .. [1] F. Morbidi, R. Cano, D. Lara, "Minimum-energy path generation for a quadrotor UAV",
+       IEEE ICRA 2016.
 
     Examples
     --------

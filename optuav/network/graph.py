@@ -48,6 +48,10 @@ def graph(mission: Mission | str | Path) -> Graph:
     no node ``"hover"``. Nodes of buildings and edges may be taken away, edges added and figures
     changed; `validate_graph` checks the result.
 
+    Legs are those of the six-stage flight model [1]_, or of loads by regime; the received power is
+    P_0 = a1 a2 ν P_s + a2 b1 ν + b2 with ν = exp(−α d), up to what the battery takes ([2]_ eqs (10)
+    and (14)).
+
     Parameters
     ----------
     mission
@@ -57,6 +61,13 @@ def graph(mission: Mission | str | Path) -> Graph:
     -------
     networkx.DiGraph
         A new graph, which may be edited and handed to `optuav.solve`.
+
+    References
+    ----------
+    .. [1] M. Mozaffari, W. Saad, M. Bennis, M. Debbah, "Communications and control for wireless
+       drone-based antenna array", IEEE Transactions on Communications, 2019, eqs (25)-(51).
+    .. [2] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
+       IEEE Internet of Things Journal, 2021.
 
     Examples
     --------

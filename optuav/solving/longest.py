@@ -77,9 +77,10 @@ def longest_hovers(
 ) -> Hovers:
     """Longest hovers that the battery can deliver, each with its proof (engine bracket).
 
-    From a full battery, 0 ≤ y1 ≤ ωB at every moment, η ≥ η0 at the end, all within the deadline;
-    charging is at constant current. Every figure is a number, or an array of one shape for all
-    routes. No answer depends, to the last bit, on the others in the call.
+    From a full kinetic battery [1]_, 0 ≤ y1 ≤ ωB at every moment, η = (y1 + y2)/B ≥ η0 at the end
+    ([2]_ eqs (15), (16) and (19)), all within the deadline; charging is at constant current. Every
+    figure is a number, or an array of one shape for all routes. No answer depends, to the last bit,
+    on the others in the call.
 
     Parameters
     ----------
@@ -106,6 +107,13 @@ def longest_hovers(
     InputError
         If the steps are others, shapes differ, or figures are no numbers or out of range; it lists
         all of that.
+
+    References
+    ----------
+    .. [1] J. F. Manwell, J. G. McGowan, "Lead acid battery storage model for hybrid energy
+       systems", Solar Energy, 1993.
+    .. [2] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
+       IEEE Internet of Things Journal, 2021. That 0 ≤ y1 ≤ ωB must hold is not in it.
 
     Examples
     --------
