@@ -275,7 +275,7 @@ def _gaps(found: Results) -> Iterator[str]:
     slots_s = [*dict.fromkeys(row["slot_s"] for row in found.rows if row["slot_s"])]
     # Of several methods in the same slots the first
     cells = {(_name(row), row["slot_s"]): row for row in reversed(found.rows)}
-    yield "Δ in continuous times, and what is lost of it [s] in slots of"
+    yield "Δ in continuous times; below each length of slot, how much of it is lost [s]"
     table = [["problem", "Δ [s]", *(f"{each:g} s" for each in slots_s), "agree"]]
     for problem in found.facts["reasons"]:
         verdicts = {row["agrees"] for row in found.rows if _name(row) == problem}
