@@ -14,11 +14,11 @@ TABLE = {f"{device}{roof}": range(300, 701, 5) for device in DEVICES for roof in
 """Hover times [s] of three devices, each with a laser on one of four roofs."""
 
 BETWEEN = {
-    **{each: range(560, 601, 5) for each in ("a1", "b1", "c1")},
-    **{each: range(635, 671, 5) for each in ("a2", "b2")},
-    **{each: range(300, 331, 5) for each in ("c2", "a3", "b3")},
-    "c3": range(650, 701, 5),
-    **{f"{device}4": range(400, 501, 5) for device in DEVICES},
+    **{each: range(560, 601) for each in ("a1", "b1", "c1")},
+    **{each: range(635, 671) for each in ("a2", "b2")},
+    **{each: range(300, 331) for each in ("c2", "a3", "b3")},
+    "c3": range(650, 701),
+    **{f"{device}4": range(400, 501) for device in DEVICES},
 }
 """Such times: roof 1, between the others, is the best alone and not one of the best pair."""
 
