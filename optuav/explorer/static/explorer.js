@@ -20,7 +20,7 @@ const TITLES = {
 };
 const DEFAULTS = {problem: "P1", perspective: "available", trajectory: "optimal", building: "", order: ""};
 const HINTS = {
-  available: "Counts charge; the available well is never empty nor past full",
+  available: "Counts charge; the available well is never dry nor past full",
   battery: "Counts charge: the paper's η1",
   energy: "Counts energy, against the nominal energy of the battery: the paper's η2",
   adjusted: "Counts energy, against what the battery holds at the voltage of each regime: the paper's η3",
@@ -657,22 +657,23 @@ function render({model, el}) {
       time, bound: wells.bound_As[k], total: wells.total_As[k], upper: wells.upper_As[k],
     }));
     const strip = [1.03 * top, 1.09 * top];
-    const levels = [[wells.full_As, "full B"], [wells.least_As, "to be kept η₀B"]];
     const area = {x: "time", y1: "bound", fillOpacity: 0.85};
     const plot = picture({
       width: figure.clientWidth || 300,
       height: 260,
       marginLeft: 62,
       x: {domain: [0, end], label: "time since take-off [s]"},
-      y: {domain: [low, strip[1]], label: "charge [A s]", tickFormat: ",d", ticks: 5},
+      y: {domain: [low, strip[1]], label: "charge [A s]", ticks: 5},
       ariaLabel: "Charge in both wells over time: " +
         wells.phases.map(({kind, at, start_s}) => `${kind} ${kind === "flight" ? "to" : "at"} ${at} from ${start_s.toFixed(0)} s`).join("; "),
       marks: [
         Plot.areaY(rows, {x: "time", y1: 0, y2: "bound", fill: BOUND, fillOpacity: 0.85}),
         Plot.areaY(rows, {...area, y2: "upper", fill: AVAILABLE}),
         wells.lacks ? Plot.areaY(rows, {...area, y1: "total", y2: "upper", fill: LACKING}) : null,
-        Plot.ruleY(levels, {y: "0", strokeDasharray: "4 3", strokeOpacity: 0.7}),
-        levels.map(([level, words], k) => Plot.text([words], {x: end, y: level, textAnchor: "end", dy: k ? -7 : 8, strokeWidth: 3, stroke: "var(--optuav-ground)", fill: "currentColor"})),
+        Plot.ruleY([wells.full_As, wells.least_As], {strokeDasharray: "4 3", strokeOpacity: 0.7}),
+        Plot.text(["full B"], {x: end, y: wells.full_As, textAnchor: "end", dy: 8, strokeWidth: 3, stroke: "var(--optuav-ground)", fill: "currentColor"}),
+        // At the take-off both wells are full: the words are on one of them.
+        Plot.text(["to be kept η₀B"], {x: 0, y: wells.least_As, textAnchor: "start", dx: 4, dy: -7, fill: wells.least_As < wells.bound_As[0] ? "black" : "white"}),
         Plot.rectY(wells.phases, {x1: "start_s", x2: "end_s", y1: strip[0], y2: strip[1], fill: ({kind}) => KINDS[kind], title: ({kind, at}) => `${kind} ${at}`}),
         wells.dry_s === null ? null : Plot.ruleX([wells.dry_s], {stroke: LACKING, strokeWidth: 2}),
         wells.overfull_s === null ? null : Plot.ruleX([wells.overfull_s], {stroke: LACKING, strokeWidth: 2, strokeDasharray: "2 2"}),
@@ -686,7 +687,7 @@ function render({model, el}) {
         wells.lacks && [LACKING, "block", "not there"],
         ...Object.entries(KINDS).filter(([kind]) => wells.phases.some((each) => each.kind === kind)).map(([kind, colour]) => [colour, "block", `${kind} (strip)`]),
         wells.dry_s !== null && [LACKING, "none", `dry at ${wells.dry_s.toFixed(1)} s`],
-        wells.overfull_s !== null && [LACKING, "2 2", `past full at ${wells.overfull_s.toFixed(1)} s`],
+        wells.overfull_s !== null && [LACKING, "2 2", `driven past full at ${wells.overfull_s.toFixed(1)} s`],
       ]));
   }
 
@@ -705,7 +706,9 @@ function render({model, el}) {
     }
     if (answer.constraints.length) {
       const rows = answer.constraints.map((each) => [each.label, each.statement, each.figures, each.spare]);
-      parts.push(folded("Constraints", table(["constraint", "as stated", "in numbers", "to spare"], rows), true));
+      const steps = rows.some(([, statement]) => statement.includes("y1_"));
+      const title = `Constraints${steps ? "; y1_k is the charge in the available well after step k" : ""}`;
+      parts.push(folded(title, table(["constraint", "as stated", "in numbers", "to spare"], rows), true));
     }
     if (answer.prices.length) {
       const rows = answer.prices.map((each) => [each.key, each.value, each.less, each.more]);
@@ -781,10 +784,16 @@ function make(tag, attributes = {}, ...content) {
   return element;
 }
 
-function picture(options) {
-  const plot = Plot.plot(options);
+function picture({x, y, ...options}) {
+  const plot = Plot.plot({...options, x: {tickFormat: grouped, ...x}, y: {tickFormat: grouped, ...y}});
   plot.setAttribute("role", "img");
   return plot;
+}
+
+// As in other pictures, thousands of long numbers stand apart.
+
+function grouped(value) {
+  return d3.format(Math.abs(value) < 10000 ? "~r" : ",~r")(value).replaceAll(",", "\u2009");
 }
 
 function points(map) {
