@@ -45,7 +45,7 @@ MOST_ROUTES = 100
 """Routes of a declaration whose conflicts are examined: those with the shortest flights."""
 DUST = 1e-9  # Share of its scale below which a number is printed as 0
 FAR_S = 1e4  # How far times are followed where no constraint bounds them [s]
-BROKEN = {"dry": "empty", "past full": "past full"}
+BROKEN = {"dry": "dry", "past full": "past full"}
 """What the available well is where a limit of it does not hold, by the limit's kind."""
 
 Coefficients = Mapping[str, Fraction]  # By symbol of the unknown, exact, without zeros

@@ -15,7 +15,7 @@ from optuav.engines import grid
 from optuav.modelling import Constraint, Model
 from optuav.modelling.check import evaluated
 
-REACHED = {"dry": "empty", "past full": "full"}
+REACHED = {"dry": "dry", "past full": "full"}
 """What the available well is where one of its limits binds, by the kind of the constraint."""
 MOST_POINTS = 40  # Most points of the grid that are shown along an axis
 BEYOND = 1.5  # How far the grid is shown, as a multiple of how far it is feasible

@@ -72,7 +72,7 @@ def test_a_well_that_runs_dry_in_flight_is_told_by_stage_and_leg() -> None:
     assert label.startswith("P3.a not dry")
     assert "the flight hover → destination" in label
     (broken,) = conflict.clash.broken
-    assert broken.startswith("the available well would be empty after stage 4 (brake) of the fl")
+    assert broken.startswith("the available well would be dry after stage 4 (brake) of the fl")
     assert "hover → destination, even without any stay" in flowing(conflict)
 
 
