@@ -55,7 +55,7 @@ if not plan:
 # takes its share, and not all that is left can be drawn, as the next section shows.
 #
 # On a map: the route, the disc in which the device is in reach, the laser and its roofs, and beside
-# it the heights along the way.
+# it the altitudes along the way.
 
 # %%
 optuav.plots.mission_map(plan)

@@ -103,13 +103,13 @@ def frames(replayed: Replay, moments_s: Sequence[float]) -> Iterator[Image.Image
             trail.set_data(*np.concatenate([trace.position_m[: at + 1, :2], [here]]).T)
             lit = laser is not None and trace.received_power_W[at] > 0.0
             beam.set_data(*np.array([laser.position_m[:2], here]).T if laser and lit else ([], []))
-            past = [event for event in events if event.time_s <= moment_s]
+            past = [words for words, event in events if event.time_s <= moment_s]
             craft.set_data(here[:1], here[1:])
             craft.set_markerfacecolor(VERMILLION if past else BLACK)
             veil.set_bounds(moment_s, 0.0, end_s - moment_s, 1.0)
             now.set_data([moment_s, moment_s], right.get_ylim())
             clock.set_text(f"{name}, $t$ = {moment_s:.0f} s: {trace.kind[at]}")
-            verdict.set_text(", ".join(f"{each.kind} at {each.time_s:.1f} s" for each in past[:2]))
+            verdict.set_text(", ".join(past[:2]))
             canvas.restore_region(still)
             for each in (trail, beam, craft, veil, now, clock, verdict):
                 each.draw(canvas.get_renderer())
@@ -138,7 +138,7 @@ def _still(replayed: Replay) -> Figure:
     )
     look: style.Look = {"color": GREY, "linewidth": 0.8, "linestyle": style.DASHED}
     way = Way(names, view.positions(names), stops, look)
-    draw_from_above(left, view, [way])
+    arrows = draw_from_above(left, view, [way])
     style.group_thousands(left, right)
     beam = style.entry("power from the laser", ORANGE, 1.6)
     entries = [beam, *bands, *style.swatches(trace.kind)]
@@ -147,7 +147,7 @@ def _still(replayed: Replay) -> Figure:
     labels = plan_labels(view, [way], times=False)
     # A small map has no room for symbols.
     short = [replace(label, text=label.text.partition(" $")[0]) for label in labels]
-    place(left, short, [way.points[:, :2]], view.sight_lines[0])
+    place(left, short, [way.points[:, :2]], view.sight_lines[0], arrows)
     style.draw_bands([right], style.phase_bands(replayed))
     figure.set_layout_engine("none")
     return figure

@@ -85,8 +85,14 @@ def fit(found: Fit, *, figure: style.AnyFigure | None = None) -> tuple[FitAxes, 
         len(heights), 2, squeeze=False, height_ratios=heights, width_ratios=(1.7, 1.0)
     )
     axes = style.Panels(FitAxes(left, right) for left, right in grid)
+    first: dict[tuple[int, str], Axes] = {}
     for ax, panel in zip(axes, found.panels, strict=True):
         (_draw_names if panel.names else _draw_curve)(ax, panel)
+        for column, each in enumerate(() if panel.names else ax):
+            above = first.setdefault((column, panel.at_words), each)
+            if above is not each:
+                each.sharex(above)
+                each.autoscale_view()
     sources = ", ".join(style.printed(each.rpartition("/")[2]) for each in found.sources[:2])
     more = f" and {len(found.sources) - 2} more" if len(found.sources) > 2 else ""
     axes[0].values.set_title(f"{found.kind} from {sources}{more}", pad=style.LEGEND_PT)

@@ -19,7 +19,7 @@ from optuav.plan.trace import Trace
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, GREY, PURPLE, SKY, VERMILLION, mark
 
-FADED = 0.6  # Share of white over what follows the moment at which the battery is empty
+FADED = 0.6  # Share of white over what follows the moment at which the battery is dry
 FILLS, FADE = 1.5, 2.0  # Heights of layers, above the bands of the phases
 HATCH = "//////"
 MOST = 7  # Largest number of entries side by side in a legend
@@ -78,17 +78,18 @@ def wells(plans: Sequence[Plan], *, figure: style.AnyFigure | None = None) -> Se
     for ax, plan, replayed in zip(axes, plans, replays, strict=True):
         style.draw_bands([ax], style.phase_bands(replayed))
         time_s, total_As = replayed.trace.time_s, _total_As(replayed.trace)
+        under = [np.stack([time_s, share * total_As], axis=1) for share in np.linspace(0, 1, 9)]
         events = list[tuple[str, float, float]]()
         if (full_s := plan.overfull_s) is not None:
             level_As = float(np.interp(full_s, time_s, total_As))
             events.append((f"driven past full at {full_s:.1f} s", full_s, level_As))
         if (dry_s := plan.runs_dry_s) is not None:
             ax.axvline(dry_s, color=VERMILLION, linewidth=0.9, zorder=FADE + 0.2)
+            under.append(np.array([(dry_s, end) for end in ax.get_ylim()]))
             ax.axvspan(dry_s, time_s[-1], color="white", alpha=FADED, linewidth=0.0, zorder=FADE)
             level_As = float(np.interp(dry_s, time_s, total_As))
             left = f"{level_As:,.0f}".replace(",", "\N{THIN SPACE}")
             events.append((f"dry at {dry_s:.1f} s\n{left} A s still bound", dry_s, level_As))
-        under = [np.stack([time_s, share * total_As], axis=1) for share in np.linspace(0, 1, 9)]
         ceiling = [(time_s[end], total_As[0]) for end in (0, -1)]
         mark(ax, events, under, [ceiling])
     return axes

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 COLOURS = "viridis"  # In the same order of brightness for colour-blind readers
 MOST_CONTOURS = 8
+CLOSE_PT = 2.5  # Distance of two contours below which they are one thick line
 NONE: Look = {"facecolor": "white", "edgecolor": GREY, "hatch": "////", "linewidth": 0.0}
 """The look of places without a value."""
 HOVER = "hover Δ [s]"
@@ -135,11 +136,33 @@ def heat_map(
     if levels := contour_levels(values):
         for level in levels:
             bar.ax.axhline(level, color=BLACK, linewidth=0.5)
-        lines = ax.contour(x, y, values, levels, colors=BLACK, linewidths=0.5)
+        smooth = _without_jumps(ax, x, y, values, levels)
+        lines = ax.contour(x, y, smooth, levels, colors=BLACK, linewidths=0.5)
         parts = zip(map(_named, levels), lines.allsegs, strict=True)
-        ways = {name: ax.transData.transform(np.concatenate(each)) for name, each in parts if each}
+        drawn = {name: np.concatenate(each) for name, each in parts if each}
+        marks = [np.asarray(each.get_xydata()) for each in ax.lines]
+        drawn["marks"] = np.concatenate([np.empty((0, 2)), *marks])
+        ways = {name: ax.transData.transform(each) for name, each in drawn.items()}
         _keep(ax.clabel(lines, fmt=_named, fontsize=6.5, inline=False), ways, ax.bbox)
     return ax
+
+
+def _without_jumps(
+    ax: Axes, x: Floats, y: Floats, values: Floats, levels: Sequence[float]
+) -> Floats:
+    """Values without those beside a jump, where the contours of several levels would be one."""
+    rank = np.where(np.isfinite(values), np.searchsorted(levels, values), np.nan)
+    steep = np.zeros(values.shape, dtype=bool)
+    places_px = ax.transData.transform(np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2))
+    places_pt = places_px.reshape(*values.shape, 2) * style.POINTS_PER_INCH / style.root(ax).dpi
+    for axis in (0, 1):
+        step_pt = np.abs(np.diff(places_pt, axis=axis)).sum(axis=-1)
+        crossed = np.abs(np.diff(rank, axis=axis))
+        jumps = (crossed > 1.0) & (crossed * CLOSE_PT > step_pt)
+        first, second = ((slice(None),) * axis + (part,) for part in (np.s_[:-1], np.s_[1:]))
+        steep[first] |= jumps
+        steep[second] |= jumps
+    return np.ma.masked_array(values, steep)
 
 
 def _named(level: float) -> str:
@@ -148,7 +171,7 @@ def _named(level: float) -> str:
 
 
 def _keep(names: Iterable[Text], ways: Mapping[str, Floats], frame: Bbox) -> None:
-    """Keep the names in a frame that lie on no other and on no way of another contour [px]."""
+    """Keep the names in a frame that lie on no other and no way of anything else [px]."""
     taken = list[Bbox]()
     for each in names:
         each.set_path_effects([withStroke(linewidth=1.5, foreground="white")])

@@ -56,7 +56,7 @@ class MapAxes(NamedTuple):
     Parameters
     ----------
     plan, height
-        Axes seen from above, x and y [m], and from the side, height over the way [m].
+        Axes seen from above, x and y [m], and from the side, altitude over the way [m].
 
     Examples
     --------
@@ -82,7 +82,7 @@ class Way(NamedTuple):
 
     @property
     def side(self) -> Floats:
-        """Corners from the side (corner, 2): distance over ground and height [m]."""
+        """Corners from the side (corner, 2): distance over ground and altitude [m]."""
         steps = np.hypot(*np.diff(self.points[:, :2], axis=0).T)
         return np.stack([np.concatenate([[0.0], np.cumsum(steps)]), self.points[:, 2]], axis=1)
 
@@ -97,7 +97,7 @@ def mission_map(subject: Plan | Mission, *, figure: style.AnyFigure | None = Non
     """Draw where a mission takes place and, where there is a plan, its route and stops.
 
     Seen from above (x, y) with the coverage disc at the hover altitude, the ground device, the
-    laser and its sight lines, and footprints; and from the side, height over the way. Without a
+    laser and its sight lines, and footprints; and from the side, altitude over the way. Without a
     plan the direct route is shown in grey.
 
     Parameters
@@ -215,7 +215,7 @@ def _draw(
     axes, legend = MapAxes(cells["A"], cells["B"]), cells["C"]
     legend.set_axis_off()
     handles = [*entries, *draw_plan_view(axes.plan, shown)]
-    draw_from_above(axes.plan, shown, ways)
+    arrows = draw_from_above(axes.plan, shown, ways)
     handles.append(_draw_from_side(axes.height, shown, ways))
     axes.plan.set_title(title)
     room: Look = {"labelspacing": 0.6, "columnspacing": 1.4, "loc": "upper left", "ncols": columns}
@@ -227,7 +227,7 @@ def _draw(
     rings = np.split(corners_m, np.cumsum(count[count > 0]))[:-1]
     walls = [np.concatenate([each, each[:1]]) for each in rings]
     faint = [*shown.sight_lines[0], *(walls if len(walls) <= MOST_NAMED else ())]
-    style.place(axes.plan, plan_labels(shown, ways, times=times), flat, faint)
+    style.place(axes.plan, plan_labels(shown, ways, times=times), flat, faint, arrows)
     # Every place of the ways once.
     corners = {
         name: (at[0], at[1])
@@ -273,25 +273,28 @@ def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style
     return labels + [label for label in scenery if tuple(label.at) not in written]
 
 
-def draw_from_above(ax: Axes, shown: Scene, ways: Sequence[Way]) -> None:
-    """Draw ways on the map, legs that several of them share side by side, and their stops."""
+def draw_from_above(ax: Axes, shown: Scene, ways: Sequence[Way]) -> list[Floats]:
+    """Draw ways, legs that several of them share side by side, and stops; where arrows are [m]."""
+    arrows = list[Floats]()
     users, before = Counter(chain.from_iterable(way.legs for way in ways)), Counter[object]()
     for way in ways:
         for leg, ends in zip(way.legs, pairwise(way.points[:, :2]), strict=True):
-            _draw_leg(ax, np.array(ends), before[leg] - (users[leg] - 1) / 2, way.look)
+            shift = before[leg] - (users[leg] - 1) / 2
+            arrows += _draw_leg(ax, np.array(ends), shift, way.look)
             before[leg] += 1
         for stop in way.stops:
             x, y, _ = shown.positions([stop.at])[0]
             ax.plot(x, y, zorder=6, **stop_look(stop.kind, stop.duration_s > 0.0))
     for x, y, _ in shown.positions(["origin", "destination"]):
         ax.plot(x, y, "D", color=BLACK, markersize=4, zorder=6)
+    return arrows
 
 
-def _draw_leg(ax: Axes, ends: Floats, shift: float, look: Look) -> None:
-    """Draw a leg on the map, moved aside to its left or right as seen from its lesser end."""
+def _draw_leg(ax: Axes, ends: Floats, shift: float, look: Look) -> list[Floats]:
+    """Draw a leg, moved aside to its left or right as seen from its lesser end; its arrow [m]."""
     (x, y), length = np.subtract(*sorted(ends.tolist(), reverse=True)), math.dist(*ends)
     if length == 0.0:
-        return
+        return []
     aside = SHIFT * shift / length
     moved = offset_copy(ax.transData, style.root(ax), -y * aside, x * aside, units="points")
     ax.plot(*ends.T, transform=moved, zorder=3, **look)
@@ -300,10 +303,11 @@ def _draw_leg(ax: Axes, ends: Floats, shift: float, look: Look) -> None:
     arrow = {"arrowstyle": "-|>", "color": look["color"], "linewidth": 0.0, "mutation_scale": 12.0}
     arrow |= {"shrinkA": 0.0, "shrinkB": 0.0}
     ax.annotate("", head, tail, xycoords=moved, textcoords=moved, arrowprops=arrow)
+    return [head]
 
 
 def _draw_from_side(ax: Axes, shown: Scene, ways: Sequence[Way]) -> Artist:
-    """Draw heights along the ways, one a little above the other; the legend's entry."""
+    """Draw altitudes along the ways, one a little above the other; the legend's entry."""
     limits = shown.mission.limits
     highest_m = max(1.0, limits.min_altitude_m)
     lowest_m = farthest_m = 0.0
@@ -324,7 +328,7 @@ def _draw_from_side(ax: Axes, shown: Scene, ways: Sequence[Way]) -> Artist:
     aside = "\n(lines side by side)" if len(ways) > 1 else ""
     along = f"distance over ground along the way [m]{aside}"
     ax.set(xlim=style.margins([0.0, farthest_m]), xlabel=along)
-    ax.set(ylim=(lowest_m, lowest_m + 1.35 * (highest_m - lowest_m)), ylabel="height z [m]")
+    ax.set(ylim=(lowest_m, lowest_m + 1.35 * (highest_m - lowest_m)), ylabel="altitude $z$ [m]")
     span: Look = {"facecolor": f"{GREEN}1F", "hatch": "....", "edgecolor": f"{GREEN}40"}
     span |= {"linewidth": 0.0, "label": "altitudes for hovering"}
     return ax.axhspan(limits.min_altitude_m, limits.max_altitude_m, **span)

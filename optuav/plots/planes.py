@@ -69,7 +69,7 @@ def plane(
     >>> program = optuav.formulate("paper", optuav.P4("b1", order="rest-first"))
     >>> model = program.parts[0].model
     >>> optuav.plots.plane(model, model.row(0), slot_s=20.0).get_xlabel()
-    "rest time T' [s]"
+    "rest time $T'$ [s]"
     """
     if len(model.variables) != 2:
         names = ", ".join(each.symbol for each in model.variables)
@@ -100,7 +100,8 @@ def plane(
         marker, size, colour, words = kind
         (star,) = ax.plot(*point, marker, markersize=size, markerfacecolor=colour, zorder=6)
         times = f"{across.symbol} = {point[0]:.2f} s, {upward.symbol} = {point[1]:.2f} s"
-        star.set(markeredgecolor=BLACK, markeredgewidth=0.9, label=f"{words}\n{times}")
+        label = f"{words}\n{_set(times)}"
+        star.set(markeredgecolor=BLACK, markeredgewidth=0.9, label=label)
         handles.append(star)
     ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0), labelspacing=0.9)
     style.settle(ax)
@@ -110,7 +111,12 @@ def plane(
 def _axis_label(variable: Variable) -> str:
     """Words, symbol and unit of an unknown."""
     words = variable.name.removesuffix(f"_{variable.unit}").replace("_", " ")
-    return f"{words} {variable.symbol} [{variable.unit}]"
+    return _set(f"{words} {variable.symbol} [{variable.unit}]")
+
+
+def _set(words: str) -> str:
+    """Words in which T' is mathematics."""
+    return words.replace("T'", "$T'$")
 
 
 def _draw_grid(
@@ -139,7 +145,8 @@ def _draw_constraints(
     x, y = (np.linspace(*limits, SAMPLES) for limits in (ax.get_xlim(), ax.get_ylim()))
     names = [*map(printed, route)]
     for cut, colour in zip(cuts(model, parameters, x, y), cycle(COLOURS), strict=False):
-        name, excess = textwrap.fill(constraint_name(cut.constraint, names), LETTERS), cut.excess
+        name = _set(textwrap.fill(constraint_name(cut.constraint, names), LETTERS))
+        excess = cut.excess
         low, high = float(excess.min()), float(excess.max())
         if cut.forbids and low < 0.0:
             levels = [low, min(0.0, high)]

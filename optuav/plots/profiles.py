@@ -21,6 +21,7 @@ from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION, Band, mark
 
 MOST_MARKED = 12  # Violations that are marked one by one
+WORDS = {"empty": "dry", "full": "driven past full"}  # For kinds of violations
 STAGES = (*flight.STAGES, "hover")  # The stages of the six-stage model, and the hover after them
 COLOURS = {"turn": ORANGE, "accelerate": BLUE, "brake": SKY, "hover": GREEN}
 HOVER_SHARE = 0.06  # Duration of the hover that is shown after the leg, as a share of the leg's
@@ -92,7 +93,7 @@ def profile(replayed: Replay, *, figure: style.AnyFigure | None = None) -> Profi
     axes.altitude.plot(time_s, height_m, color=BLACK)
     levels_m = [*height_m, lowest_m]
     levels_m += [highest_m] if highest_m <= 3.0 * max(levels_m) else []
-    axes.altitude.set(ylabel="altitude [m]", ylim=style.margins(levels_m, 0.15))
+    axes.altitude.set(ylabel="altitude $z$ [m]", ylim=style.margins(levels_m, 0.15))
     axes.speed.plot(time_s, np.where(trace.stage == "turn", np.nan, trace.speed_m_s), color=BLACK)
     axes.speed.set(ylabel="speed [m/s]", ylim=style.margins([0.0, *trace.speed_m_s], 0.12))
     axes.power.axhline(0.0, color=BLACK, linewidth=0.5)
@@ -115,17 +116,21 @@ def profile(replayed: Replay, *, figure: style.AnyFigure | None = None) -> Profi
     style.settle(axes.altitude)
     style.draw_bands(axes, style.phase_bands(replayed))
     events = [
-        (f"{each.kind} at {each.time_s:.1f} s", each.time_s, height)
-        for each in timed(replayed)[:MOST_MARKED]
+        (words, each.time_s, height)
+        for words, each in timed(replayed)[:MOST_MARKED]
         for height in [float(np.interp(each.time_s, time_s, height_m))]
     ]
     mark(axes.altitude, events, [np.stack([time_s, height_m], axis=1)])
     return axes
 
 
-def timed(replayed: Replay) -> list[Event]:
-    """The violations that have a moment; figures that contradict themselves have none."""
-    return [event for event in replayed.violations if event.kind != "mismatch"]
+def timed(replayed: Replay) -> list[tuple[str, Event]]:
+    """Violations with their words; figures that contradict themselves have no moment."""
+    return [
+        (f"{WORDS.get(event.kind, event.kind)} at {event.time_s:.1f} s", event)
+        for event in replayed.violations
+        if event.kind != "mismatch"
+    ]
 
 
 class LegAxes(NamedTuple):

@@ -72,13 +72,14 @@ OUTSIDE, ON_PLACE, PER_POINT = 1000.0, 100.0, 0.5
 that is covered costs 1."""
 MARKER = 4.0  # Distance of a label from places of others [pt]
 MOST_COVERED = 2  # Most dots that a label covers which is not needed
-LEADER = {"arrowstyle": "-", "linewidth": 0.4, "color": GREY, "shrinkA": 0.0, "shrinkB": 2.0}
+LEADER = {"arrowstyle": "-", "linewidth": 0.6, "color": "#404040", "shrinkA": 0.0, "shrinkB": 2.0}
 
 AnyFigure: TypeAlias = Figure | SubFigure
 Shown: TypeAlias = tuple[bytes, dict[str, int | str]] | None  # A PNG, its width and title
 Look: TypeAlias = dict[str, Any]  # Properties of a line or marker, by matplotlib's names
 LABEL: Look = {"ha": "left", "va": "bottom", "linespacing": 1.1, "annotation_clip": False}
-LABEL |= {"path_effects": [withStroke(linewidth=2.0, foreground="white")], "zorder": 10}
+HALO: Look = {"path_effects": [withStroke(linewidth=2.5, foreground="white")]}
+LABEL |= {**HALO, "zorder": 10}
 _ONE_AT_A_TIME = RLock()
 
 
@@ -313,18 +314,19 @@ def place(
     labels: Sequence[Label],
     lines: Iterable[npt.ArrayLike] = (),
     faint: Iterable[npt.ArrayLike] = (),
+    clear: Iterable[npt.ArrayLike] = (),
 ) -> None:
     """Write labels beside their points, needed ones first, away from each other and from lines.
 
     Limits and place of the axes are final. Lines are arrays (n, 2) of corners in the data's
-    coordinates; faint ones are avoided less strictly.
+    coordinates; faint ones are avoided less strictly. Labels keep clear of points (2,).
     """
     pixels = root(ax).dpi / POINTS_PER_INCH
     points = [[label.at] for label in labels]
     spaced = ((lines, STRONG * pixels), ([*faint, *points], FAINT * pixels))
     dotted = (_dots(ax, line, gap) for found, gap in spaced for line in found)
     dots = np.concatenate([np.empty((0, 2)), *dotted])
-    places = np.array([label.at for label in labels if label.needed]).reshape(-1, 2)
+    places = np.array([*clear, *(each.at for each in labels if each.needed)]).reshape(-1, 2)
     taken: list[Bbox] = []
     for label in sorted(labels, key=lambda each: not each.needed):
         look: Look = {**LABEL, "color": label.colour, "fontsize": label.size}
@@ -342,7 +344,7 @@ def place(
         if spots:
             _, far, box = min(spots, key=lambda each: each[0])
             offset_pt = ((box.x0 - size.x0) / pixels, (box.y0 - size.y0) / pixels)
-            look["arrowprops"] = LEADER if far else None
+            look["arrowprops"] = {**LEADER, **HALO} if far else None
             beside(ax, label.text, label.at, offset_pt, **look)
             taken.append(box)
 

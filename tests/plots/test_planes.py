@@ -105,9 +105,9 @@ def test_constraints_are_named_as_declared(drawn: Drawn, overlaps: Overlaps) -> 
         "P4.a state of charge",
         "P4.b deadline",
         "bounds of Δ",
-        "bounds of T'",
+        "bounds of $T'$",
     }
-    assert ax.get_xlabel() == "rest time T' [s]"
+    assert ax.get_xlabel() == "rest time $T'$ [s]"
     assert ax.get_ylabel() == "hover time Δ [s]"
 
 
@@ -166,12 +166,12 @@ def test_of_the_steps_of_the_wells_only_those_that_cut_are_drawn(
     """Hovering first and resting on b10: the landings there and at the end, of 17 steps."""
     ax, plan = b10
     assert named(ax) == {
-        "available well empty, end of flight to b10",
-        "available well empty, end of flight to destination",
+        "available well dry, end of flight to b10",
+        "available well dry, end of flight to destination",
         "available well full after the rest",
         "P4.b deadline",
         "bounds of Δ",
-        "bounds of T'",
+        "bounds of $T'$",
     }
     near = sorted(distance((plan.rest_time_s, plan.hover_time_s), line) for line in boundaries(ax))
     assert near[:2] == pytest.approx([0.0, 0.0], abs=0.1)
@@ -186,9 +186,9 @@ def test_limits_of_the_well_are_named_by_the_route_where_a_plan_has_it() -> None
     dry = [Constraint("P1.b not dry", some, kind="dry", moment=each) for each in moments]
     route = [*map(style.printed, ("origin", "hover", "the $ roof", "destination"))]
     assert constraint_name(dry[0], route) == (
-        "available well empty, stage 1 of flight to the \\$ roof"
+        "available well dry, stage 1 of flight to the \\$ roof"
     )
-    assert constraint_name(dry[1], ()) == "available well empty, end of flight 2"
+    assert constraint_name(dry[1], ()) == "available well dry, end of flight 2"
     assert constraint_name(Constraint("P1.d hover time", some), route) == "P1.d hover time"
 
 

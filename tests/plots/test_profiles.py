@@ -44,7 +44,7 @@ def test_violations_are_marked(paper: optuav.Plan, overlaps: Overlaps) -> None:
     marks = [line for line in axes.altitude.lines if line.get_color() == VERMILLION]
     moments = [float(line.get_xdata()[0]) for line in marks]
     assert moments == [event.time_s for event in replayed.violations]
-    assert {"empty at 1095.5 s", "full at 157.0 s"} <= {
+    assert {"dry at 1095.5 s", "driven past full at 157.0 s"} <= {
         text.get_text() for text in axes.altitude.texts
     }
     assert overlaps(figure(axes)) == []
