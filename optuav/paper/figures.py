@@ -453,7 +453,7 @@ def more_stops(mission: Mission) -> Exhibits:
         plans[f"{words}, T_max = {deadline_s:g} s"] = plan
     found = existing(plans)
     said = [f"{n}: {p.hover_time_s:.3f} s; {', '.join(_stays(p))}." for n, p in found.items()]
-    bars = _bars({(n.replace(", T_max", ",\n$T_{max}$"), ""): plan for n, plan in found.items()})
+    bars = _bars({(n.replace(", T_max", ",\n$T_{\\max}$"), ""): plan for n, plan in found.items()})
     said += missing(plans)
     yield Exhibit(mission, "more-stops", _records(found, "most"), bars=bars, findings=said)
 
