@@ -143,7 +143,7 @@ class Fit:
         The values found, each with ``key``, ``value``, ``origin``, ``interval`` (its ``low`` and
         ``high`` end at a confidence of 95 %, or None) and ``determined``.
     panels
-        Observed and fitted values; empty if there are no observations.
+        Observed and fitted values, each an `optuav.calibration.Panel`; empty without observations.
     warnings
         Sentences on what the data do not determine, and on data that look wrong.
     settings

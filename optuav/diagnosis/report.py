@@ -124,7 +124,8 @@ class Explanation:
 
         Returns
         -------
-        Columns as the attributes of `Price`, or as `Repair.to_dict` has them.
+        Columns as the attributes of `optuav.diagnosis.parameter_prices.Price`, or as
+        `optuav.diagnosis.Repair.to_dict` has them.
         """
         return frame(map(asdict, self.prices) if self else (r.to_dict() for r in self.repairs))
 

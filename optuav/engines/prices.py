@@ -312,7 +312,7 @@ class Residuals(NamedTuple):
     Parameters
     ----------
     violation
-        The largest violation of a constraint, relative to max(1, |right side|).
+        The largest violation of a constraint, relative to ``max(1, |right side|)``.
     sign, complementarity, stationarity
         The most negative multiplier of an inequality, the largest product of a multiplier and its
         slack, and the largest slope of the Lagrangian along an unknown, all as sizes; NaN from

@@ -226,7 +226,10 @@ class Solution:
         return found
 
     def residuals(self, index: int = 0) -> Residuals:
-        """What the answer to a programme lacks of feasibility and optimality; see `Residuals`."""
+        """What the answer to a programme lacks of feasibility and optimality.
+
+        See `optuav.engines.prices.Residuals`.
+        """
         at = {**self.parameters_at(index), **self.point(index)}
         return prices.residuals(self.declared, at, self.multipliers_at(index))
 

@@ -87,7 +87,7 @@ class Check:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """Label, both sides, verdict and source line, as the table of `Checks` shows them."""
+        """Label, both sides, verdict and source line, as `optuav.modelling.Checks` shows them."""
         unit = "" if self.unit == "1" else f" {self.unit}"
         violated, size = np.flatnonzero(~np.ravel(self.satisfied)), np.size(self.satisfied)
         several = np.ndim(self.satisfied) > 0
@@ -109,7 +109,9 @@ class Check:
 
 
 class Checks(tuple[Check, ...]):
-    """The constraints of a model at a point, in order: a tuple of `Check`, printed as a table.
+    """The constraints of a model at a point, in order; printed as a table.
+
+    A tuple of `optuav.modelling.Check`.
 
     Examples
     --------

@@ -181,9 +181,10 @@ class Model:
         step: int | None = None,
         moment: object = None,
     ) -> None:
-        """Add a constraint under a label of its own, see `Constraint`; a moment is put behind it.
+        """Add a constraint under a label of its own; a moment is put behind it.
 
-        `TypeError` if it compares no expressions, `ValueError` if the label is taken or empty.
+        See `optuav.modelling.Constraint`. `TypeError` if it compares no expressions, `ValueError`
+        if the label is taken or empty.
         """
         if not isinstance(relation, Relation):
             words = (

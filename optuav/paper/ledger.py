@@ -290,7 +290,7 @@ def ledger(names: str | Collection[str] = ()) -> Ledger:
     Returns
     -------
     Ledger
-        The entries in the paper's order, with their verdicts.
+        The entries in the paper's order, with their verdicts: see `optuav.paper.ledger.Ledger`.
 
     Raises
     ------

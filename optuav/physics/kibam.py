@@ -72,7 +72,7 @@ class Battery:
 
     @cached_property
     def rate_per_s(self) -> Quantity:
-        """k' = k_F/(ω(1−ω)) [1/s], the rate at which the wells level out; `TINY` for 0."""
+        """k' = k_F/(ω(1−ω)) [1/s], the rate at which the wells level out; never quite 0."""
         share = self.available_fraction
         return np.maximum(self.flow_rate_per_s / (share * self.bound_fraction), TINY)
 

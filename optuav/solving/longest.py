@@ -89,7 +89,8 @@ def longest_hovers(
         (current [A], −1e6 to 0, as in flight nothing charges, and duration [s], 0 to 1e7),
         ``"hover"`` once, and ``"rest"`` at most once.
     battery
-        All packs together: B [A s], 1e-3 to 1e12, ω [-], 1e-6 to 0.999999, and k_F [1/s], 0 to 1e3.
+        All packs together, an `optuav.physics.kibam.Battery` with B [A s], 1e-3 to 1e12, ω [-],
+        1e-6 to 0.999999, and k_F [1/s], 0 to 1e3.
     deadline_s, min_soc
         T_max [s], 0 to 1e7, and η0 [-], 0 to 1.
     hover_current_A, rest_current_A

@@ -119,9 +119,8 @@ def sweep(
     Returns
     -------
     Swept
-        ``directory``, the ``hash`` of the study, the number of ``scenarios`` and of ``parts``, how
-        many parts were ``kept`` from before; and by perspective the shortest and the longest
-        ``hover_time_s``, and for what ``reasons`` how many scenarios have no plan.
+        What was done and where, and by perspective the shortest and the longest hover and why
+        scenarios have no plan: see `optuav.studies.sweep.Swept`.
 
     Raises
     ------
