@@ -33,7 +33,10 @@ def _optimum(explained: Explanation) -> Iterator[Element]:
         for e in sorted(sides, key=lambda side: not side.binds)
     ]
     titles = ("constraint", "as stated", "in numbers", "to spare")
-    yield folded(f"Constraints ({len(rows)})", table(titles, rows), is_open=True)
+    well = "; y1_k is the charge in the available well after step k"
+    shows_well = any(e.step is not None and e.statement for e in sides)
+    head = f"Constraints ({len(rows)}){well * shows_well}"
+    yield folded(head, table(titles, rows), is_open=True)
     if explained.bound is not None:
         yield folded("Proof that nothing is better", _sum(explained.bound))
     worth = [
