@@ -43,6 +43,7 @@ def declare(
     return declared
 
 
+@np.errstate(all="ignore")  # Points around a feasible set may be outside of a function's domain
 def _grade(function: Callable[[Task], Program | Model], task: Task, answer: object) -> Grade:
     """The grade of a formulation or a model."""
     asked = function(task)
@@ -58,6 +59,9 @@ def _grade(function: Callable[[Task], Program | Model], task: Task, answer: obje
         if each.binary != binary[each.name]:
             words = f"{each.name} is {'not ' if each.binary else ''}binary in your problem"
             return Grade.wrong(task, words, "which values may it take: two, or all between them?")
+    if not model.has_objective:
+        words = "your problem has no objective"
+        return Grade.wrong(task, words, "model.maximise or model.minimise states one")
     best = _solved(wanted)
     points = _points(wanted, model, best.point(0))
     differs = _difference(task, points, check(wanted, points), check(model, points))

@@ -3,11 +3,15 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from typing import Any
 
 from optuav.errors import Fault, InputError
 from optuav.exercises.exercise import Draws, Exercise, Grade, Task
 from optuav.judge import Itinerary, Stop, audit
 from optuav.plan import Plan
+from optuav.plan.plan import Stop as PlannedStop
+
+STOP = '("b1", "rest", 100.0)'
 
 
 def design(
@@ -60,12 +64,13 @@ def _itinerary(answer: object, task: Task) -> Itinerary | Plan | None:
     """The itinerary that an answer is; None if it is one of another mission."""
     if isinstance(answer, Plan | Itinerary):
         return answer if answer.mission == task.mission else None
-    words = 'an optuav.Itinerary, or stops in order as ("b1", "rest", 100.0)'
+    words = f"an optuav.Itinerary, or stops in order as {STOP}"
     if not isinstance(answer, Sequence) or isinstance(answer, str):
         raise InputError([Fault("answer", f"{answer!r:.80}", words)])
-    stops = list[Stop]()
+    stops = list[Any]()
     for number, stop in enumerate(answer):
-        if not isinstance(stop, Stop) and not (isinstance(stop, tuple | list) and len(stop) == 3):
-            raise InputError([Fault(f"answer[{number}]", f"{stop!r:.80}", words)])
-        stops.append(stop if isinstance(stop, Stop) else Stop(*stop))
+        is_three = isinstance(stop, tuple | list) and len(stop) == 3
+        if not is_three and not isinstance(stop, Stop | PlannedStop):
+            raise InputError([Fault(f"stops.{number}", f"{stop!r:.80}", f"a stop as {STOP}")])
+        stops.append(Stop(*stop) if is_three else stop)
     return Itinerary(task.mission, tuple(stops))

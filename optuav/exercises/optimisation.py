@@ -205,7 +205,6 @@ def _price_of_current(task: Task) -> Predictions:
     "09.1",
     "The flight leaves {left_s} s of the deadline. How many pairs of a hover and a rest, both of "
     "at least one whole slot of {slot_s} s, does the grid visit?",
-    within=0.1,
     draws={"left_s": range(300, 1101, 7), "slot_s": (2.0, 5.0, 10.0, 20.0)},
 )
 def _cells(task: Task) -> Predictions:
@@ -234,7 +233,6 @@ def _rounded_down(task: Task) -> Predictions:
     "10.1",
     "The flight leaves {left_s} s for two rests and {hovers}, each of at least one whole slot of "
     "{slot_s} s. How many cells does a grid have?",
-    within=0.1,
     draws={
         "left_s": range(200, 601, 7),
         "hovers": ("one hover", "two hovers"),

@@ -69,12 +69,15 @@ def _figure(found: Predictions, value: float, unit: str, within: float, task: Ta
     truth, hint = next(found)
     assert not isinstance(truth, str)
     if is_close(value, truth, within):
-        return Grade.correct(task, f"within {within:g} {unit}".rstrip())
+        return Grade.correct(task, f"within {within:g} {unit}".rstrip() if within else "")
     for wrong, words in found:
         if not isinstance(wrong, str) and is_close(value, wrong, min(within, NEAR * abs(wrong))):
             return Grade.wrong(task, "a common mistake", words)
     factors = (*FACTORS, *(OF_TIME if unit in TIMES else ())) if unit else ()
     near = 0.01 * abs(truth)
+    if within and is_close(value, truth, near):
+        words = f"close, but not within {within:g} {unit}".rstrip()
+        return Grade.wrong(task, words, "keep more digits until the end")
     if any(is_close(x, truth, near) for k in factors for x in (value * k, value / k)):
         return Grade.wrong(task, "off by a power of ten or of sixty", f"the unit is {unit}")
     if is_close(-value, truth, within):

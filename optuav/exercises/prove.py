@@ -88,7 +88,7 @@ def _slackness(task: Task, rows: tuple[Row, ...], point: Mapping[str, Fraction])
         return Grade.wrong(task, words, "a point needs every constraint, with exact numbers")
     if loose := [row.label for row in rows if row.multiplier * slack[row.label]]:
         words = f"complementary slackness: {loose[0]!r} has slack and a multiplier"
-        return Grade.wrong(task, words, "of slack and multiplier one is 0")
+        return Grade.wrong(task, words, "of slack and multiplier one is 0, with exact numbers")
     return None
 
 

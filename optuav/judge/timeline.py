@@ -22,6 +22,7 @@ from optuav.network.vehicle import Flow
 from optuav.physics import flight
 from optuav.plan import Phase as Planned
 from optuav.plan import Plan
+from optuav.plan.plan import Stop as PlannedStop
 
 Kind = Literal["flight", "hover", "rest"]
 NOTHING = Flow(0.0, 0.0)
@@ -63,7 +64,7 @@ class Itinerary:
     mission
         The mission in which it is flown.
     stops
-        Any number, in order; a building may be visited again.
+        Any number, in order; a building may be visited again. Those of a plan do as well.
 
     Raises
     ------
@@ -85,6 +86,11 @@ class Itinerary:
     stops: tuple[Stop, ...]
 
     def __post_init__(self) -> None:
+        stops = (
+            Stop(each.at, each.kind, each.duration_s) if isinstance(each, PlannedStop) else each
+            for each in self.stops
+        )
+        object.__setattr__(self, "stops", tuple(stops))
         stated = [vars(stop) if isinstance(stop, Stop) else stop for stop in self.stops]
         refuse(StatedMission({"stops": stated}).faults(stop_breaches(stated, self.mission)))
 

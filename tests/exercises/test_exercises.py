@@ -113,6 +113,33 @@ def test_of_twenty_copied_predictions_nineteen_fail(number: str) -> None:
     assert alike <= 0.05 * len(pairs)
 
 
+def test_a_rounded_figure_is_said_to_be_close() -> None:
+    """The method is right, and no hint says otherwise."""
+    near = exercises.check("17.1", round(worked("17.1")))
+    assert (near.words, near.hint) == (
+        "close, but not within 0.1 s",
+        "keep more digits until the end",
+    )
+
+
+def test_a_count_is_right_or_wrong() -> None:
+    """A quotient that was not rounded up is no count."""
+    count = worked("23.1")
+    right = exercises.check("23.1", count)
+    assert (bool(right), right.words) == (True, "")
+    assert not exercises.check("23.1", count - 0.04)
+
+
+@pytest.mark.parametrize("number", ["26.2", "26.3"])
+def test_mistakes_with_several_lasers_are_mistakes(number: str) -> None:
+    """One laser is never enough, and greed never right, whatever the numbers of a student."""
+    exercise = course._exercises()[number]
+    for seed in range(100):
+        task = exercises.task(number, str(seed))
+        figures = [figure for figure, _ in exercise.grade.args[0](task)]  # type: ignore[attr-defined]
+        assert all(abs(each - figures[0]) > 1.0 for each in figures[1:])
+
+
 PAIRS = [number for number in NUMBERS if isinstance(worked(number), tuple)]
 PAIRS = [number for number in PAIRS if KINDS[number] == "predict"]
 
@@ -124,7 +151,7 @@ def test_of_a_pair_the_word_and_the_figure_have_to_be_right(number: str) -> None
     (other,) = {*among} - {word}
     assert exercises.check(number, [f" {word.upper()} ", figure])
     assert exercises.check(number, (other, figure)).words == "it is not this word"
-    late = exercises.check(number, (word, figure + 5.0))
+    late = exercises.check(number, (word, 1.5 * figure + 5.0))
     assert (bool(late), late.words) == (False, "too large")
     for answer in (word, figure, (word,), (figure, word), ("perhaps", figure), (word, "ten")):
         assert "number [s]" in refused(number, answer)
@@ -613,3 +640,20 @@ def test_notebooks_show_tasks_and_grades(number: str) -> None:
         assert "<script" not in each
         assert "`" not in each
         ElementTree.fromstring(each.replace("<br>", "<br/>"))
+
+
+def test_the_stops_of_a_plan_are_an_itinerary() -> None:
+    """As a student takes them to see what the best would be; the audit reads them as well."""
+    task = exercises.task("04.3", "ada")
+    plan = optuav.solve(task.mission)
+    assert exercises.check("04.3", plan.stops, "ada")
+    assert optuav.audit(optuav.Itinerary(task.mission, plan.stops))  # type: ignore[arg-type]
+
+
+def test_a_model_without_an_objective_is_told_so() -> None:
+    model = Model("All that is feasible")
+    hover, rest = (model.variable(f"{each}_time_s", each, unit="s") for each in ("hover", "rest"))
+    model.subject_to("charge", 82.0 * hover - 9.0 * rest <= 41_000.0)
+    model.subject_to("deadline", hover + rest <= 1100.0)
+    grade = exercises.check("05.1", model)
+    assert (bool(grade), grade.words) == (False, "your problem has no objective")
