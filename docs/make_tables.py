@@ -209,7 +209,8 @@ def options_of(command: str) -> Iterator[Row]:
         shown = default is not None and default is not False
         if each.secondary_opts:
             shown, default = True, (each.opts if default else each.secondary_opts)[0]
-        yield (f"`{name}`", each.help, f"`{default}`" if shown else NONE)
+        own = "needed" if each.required else f"`{default}`" if shown else NONE
+        yield (f"`{name}`", each.help, own)
 
 
 # The paper beside us
