@@ -35,7 +35,7 @@ ORIGINALS = {copy: original for original, copy in COPIES.items()}
 TABLE = re.compile(r"^\|.* symbol \|.*\n(?:^\|.*\n)+", re.MULTILINE)
 BAR = r"\|"
 LINK = re.compile(r"\]\(([^)#:\s]+)(?=[#)])")
-NAME = re.compile(r'<span class="pre">[^<]+')
+NAME = re.compile(r'(?:<span class="pre">|<h1>)[^<]+')
 
 
 def code() -> str:
@@ -165,11 +165,17 @@ def with_formulas(found: re.Match[str]) -> str:
 
 
 def break_names(app: Any, page: str, template: str, context: dict[str, Any], tree: Any) -> None:
-    """Let names break after a dot, a bracket or an underscore where the style allows it."""
+    """Let names break before words after a dot, a bracket or an underscore; units stay whole."""
     if "body" in context:
-        context["body"] = NAME.sub(
-            lambda name: re.sub(r"([._(])(?=\w)", r"\1<wbr>", name[0]), context["body"]
-        )
+        context["body"] = NAME.sub(lambda name: breakable(name[0]), context["body"])
+        for near in ("prev", "next"):
+            if context.get(near):
+                context[near] = context[near] | {"title": breakable(context[near]["title"])}
+
+
+def breakable(name: str) -> str:
+    """A name with its places to break."""
+    return re.sub(r"(?<=[\w)])([._(])(?=\w{3})", r"\1<wbr>", name)
 
 
 def skipped(app: Any, what: str, name: str, found: Any, skip: bool, options: Any) -> bool | None:
