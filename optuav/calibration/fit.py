@@ -202,8 +202,9 @@ class Fit:
 
         Returns
         -------
-        Columns ``key``, ``value``, ``low`` and ``high`` of its interval (None where that is not
-        known), ``determined`` and ``origin``.
+        DataFrame
+            Columns ``key``, ``value``, ``low`` and ``high`` of its interval (None where that is not
+            known), ``determined`` and ``origin``.
         """
         rows = [
             (each.key, each.value, *(each.interval or (None, None)), each.determined, each.origin)

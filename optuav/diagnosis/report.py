@@ -124,8 +124,9 @@ class Explanation:
 
         Returns
         -------
-        Columns as the attributes of `optuav.diagnosis.parameter_prices.Price`, or as
-        `optuav.diagnosis.Repair.to_dict` has them.
+        DataFrame
+            Columns as the attributes of `optuav.diagnosis.parameter_prices.Price`, or as
+            `optuav.diagnosis.Repair.to_dict` has them.
         """
         return frame(map(asdict, self.prices) if self else (r.to_dict() for r in self.repairs))
 

@@ -253,8 +253,9 @@ class ShadowPrices(dict[str, ShadowPrice]):
 
         Returns
         -------
-        Columns ``parameter``, ``symbol``, ``unit``, ``key`` of the mission, and ``less`` and
-        ``more`` as of `ShadowPrice`.
+        DataFrame
+            Columns ``parameter``, ``symbol``, ``unit``, ``key`` of the mission, and ``less`` and
+            ``more`` as of `ShadowPrice`.
         """
         rows = [(n, str(p.symbol), p.unit, p.key, *self[n]) for n, p in self.parameters.items()]
         return frame(rows, ["parameter", "symbol", "unit", "key", "less", "more"])

@@ -138,8 +138,9 @@ class Solution:
 
         Returns
         -------
-        Columns ``programme`` (its number from 0), ``constraint``, ``slack`` in the constraint's
-        unit, ``multiplier`` (None where the engine gives none) and ``binds``.
+        DataFrame
+            Columns ``programme`` (its number from 0), ``constraint``, ``slack`` in the constraint's
+            unit, ``multiplier`` (None where the engine gives none) and ``binds``.
         """
         answered = (k for k, each in enumerate(self.statuses) if each.has_answer)
         rows = [(k, *row, bool(b)) for k in answered for *row, b in self._constraints(k)]

@@ -147,8 +147,9 @@ class Checks(tuple[Check, ...]):
 
         Returns
         -------
-        Columns ``constraint``, ``point`` (its name or its number from 0, if there are several),
-        ``left``, ``sense``, ``right``, ``slack``, ``unit``, ``satisfied`` and ``declared_at``.
+        DataFrame
+            Columns ``constraint``, ``point`` (its name or its number from 0, if there are several),
+            ``left``, ``sense``, ``right``, ``slack``, ``unit``, ``satisfied`` and ``declared_at``.
         """
         rows = list[tuple[object, ...]]()
         for row in self:

@@ -330,9 +330,10 @@ class Plan(BaseModel):
 
         Returns
         -------
-        Columns as the attributes of `Phase`, mean current [A] and power [W] into the battery, and
-        the charge in the wells at its end, ``available_As`` and ``bound_As``, summed over the packs
-        [A s]. Where there is no plan, the table has no rows.
+        DataFrame
+            Columns as the attributes of `Phase`, mean current [A] and power [W] into the battery,
+            and the charge in the wells at its end, ``available_As`` and ``bound_As``, summed over
+            the packs [A s]. Where there is no plan, the table has no rows.
 
         Raises
         ------

@@ -124,9 +124,10 @@ class Trace:
 
         Returns
         -------
-        Columns as the fields, vectors by component: ``x_m``, ``y_m``, ``z_m``, the wells summed
-        over the packs as ``available_As`` and ``bound_As``, where there are several also
-        ``available_1_As`` and so on, and ``soc_battery``, ``soc_energy``, ``soc_adjusted``.
+        DataFrame
+            Columns as the fields, vectors by component: ``x_m``, ``y_m``, ``z_m``, the wells summed
+            over the packs as ``available_As`` and ``bound_As``, where there are several also
+            ``available_1_As`` and so on, and ``soc_battery``, ``soc_energy``, ``soc_adjusted``.
 
         Raises
         ------

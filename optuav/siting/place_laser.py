@@ -142,8 +142,9 @@ class Siting:
 
         Returns
         -------
-        Columns ``mission``, ``laser`` that lets it hover longest (its number, −1 without a plan)
-        and ``hover_s`` with that [s], NaN without a plan.
+        DataFrame
+            Columns ``mission``, ``laser`` that lets it hover longest (its number, −1 without a
+            plan) and ``hover_s`` with that [s], NaN without a plan.
         """
         rows = [
             (each.name, laser, hover_s[laser] if laser >= 0 else np.nan)
