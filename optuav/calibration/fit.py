@@ -93,7 +93,7 @@ class Value:
 
 @dataclass(frozen=True)
 class Panel:
-    """Observed and fitted values of one quantity, one an observation.
+    """Observed and fitted values of one quantity, by observation.
 
     Parameters
     ----------

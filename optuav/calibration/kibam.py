@@ -109,8 +109,8 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
     -------
     Fit
         With a warning where the data hardly tell the parameters apart; without values where they
-        cannot, or where the best fit misses a lifetime by more than a fifth, jumps over a pause
-        aside.
+        cannot, or where the best fit misses a lifetime by more than a fifth and no jump over a
+        pause explains it.
 
     Raises
     ------

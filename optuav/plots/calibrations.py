@@ -49,7 +49,7 @@ class FitAxes(NamedTuple):
 
 @style.applied()
 def fit(found: Fit, *, figure: style.AnyFigure | None = None) -> tuple[FitAxes, ...]:
-    """Draw observed and fitted values, and their differences, one row a quantity.
+    """Draw observed and fitted values, and their differences, one row per quantity.
 
     Parameters
     ----------

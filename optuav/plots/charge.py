@@ -31,7 +31,7 @@ FLIES, CHARGED = (-24.0, 12.0), (-38.0, 12.0)
 
 @style.applied()
 def wells(plans: Sequence[Plan], *, figure: style.AnyFigure | None = None) -> Sequence[Axes]:
-    """Draw both wells of the pooled battery as bands over time, one panel a plan.
+    """Draw both wells of the pooled battery as bands over time, one panel per plan.
 
     The available well lies on the bound one, so that it runs dry where its band closes; what the
     plan takes after that is hatched, and all that follows fades, as it cannot be flown.
@@ -155,7 +155,7 @@ def _legend_below(axes: Sequence[Axes], handles: Sequence[Artist], plans: Sequen
 
 @style.applied()
 def packs(plans: Sequence[Plan], *, figure: style.AnyFigure | None = None) -> Sequence[Axes]:
-    """Draw the available wells of all packs over time, one panel a plan.
+    """Draw the available wells of all packs over time, one panel per plan.
 
     Levels are shares of a full available well, so that pooled packs stand beside single ones; the
     bound wells are thin lines. Strips below show which pack flies, and which the laser charges; a

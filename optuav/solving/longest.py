@@ -36,7 +36,7 @@ RANGES = {
 
 
 class Hovers(NamedTuple):
-    """Longest hovers, arrays with one entry a route.
+    """Longest hovers, arrays with one entry per route.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ Draw: TypeAlias = Callable[["Results"], Pictures]
 
 @dataclasses.dataclass(frozen=True)
 class Results:
-    """A table of results: named columns with units, and one row an answer.
+    """A table of results: named columns with units, and one row per answer.
 
     Printed, it is text of at most 80 columns, or as many as the environment states in COLUMNS.
 
