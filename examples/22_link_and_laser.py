@@ -115,7 +115,8 @@ hover_m = np.array(vehicle.hover_point_m(mission))
 if np.isnan(hover_m).any():
     raise SystemExit("The ball ends below the lowest altitude: take more power, or more outage.")
 apart_m = float(np.linalg.norm(hover_m - mission.link.device_m))
-print(f"d_max = {radius_m:.4f} m; the hover point {hover_m.round(4)} is {apart_m:.4f} m away")
+at_m = ", ".join(f"{each:g}" for each in hover_m)
+print(f"d_max = {radius_m:.4f} m; the hover point ({at_m}) is {apart_m:.4f} m away")
 limits = np.array([0.001, 0.01, 0.1, 0.5])
 for limit, reach_m in zip(limits, link.coverage_radius(channel, limits), strict=True):
     print(f"ε = {limit:.1%}: {reach_m:.1f} m")
