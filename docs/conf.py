@@ -36,6 +36,12 @@ TABLE = re.compile(r"^\|.* symbol \|.*\n(?:^\|.*\n)+", re.MULTILINE)
 BAR = r"\|"
 LINK = re.compile(r"\]\(([^)#:\s]+)(?=[#)])")
 NAME = re.compile(r'(?:<span class="pre">|<h1>)[^<]+')
+BREAK = re.compile(r"((?<=\w)[./](?=[^\W\d])|(?<=[\w)])[_(](?=\w{3}))")
+NUMBER = re.compile(
+    r"<(pre|script|style|svg)\b.*?</\1>|\\[(\[].*?\\[)\]]|"
+    r"(?<=\d)\s(?:%|\d{3}|A\ss|[kmn]?m(?:/s)?|[mµ]?s|min|h|[kmMG]?[WAVNJgBh]|[km][WA]h|dB)(?!\w)",
+    re.DOTALL,
+)
 
 
 def code() -> str:
@@ -167,15 +173,14 @@ def with_formulas(found: re.Match[str]) -> str:
 def break_names(app: Any, page: str, template: str, context: dict[str, Any], tree: Any) -> None:
     """Let names break before words after a dot, a bracket or an underscore; units stay whole."""
     if "body" in context:
-        context["body"] = NAME.sub(lambda name: breakable(name[0]), context["body"])
+        body = NAME.sub(lambda name: BREAK.sub(r"\1<wbr>", name[0]), context["body"])
+        context["body"] = NUMBER.sub(
+            lambda each: each[0] if each[0][0] in "<\\" else re.sub(r"\s", "\u00a0", each[0]), body
+        )
         for near in ("prev", "next"):
             if context.get(near):
-                context[near] = context[near] | {"title": breakable(context[near]["title"])}
-
-
-def breakable(name: str) -> str:
-    """A name with its places to break."""
-    return re.sub(r"(?<=[\w)])([._(])(?=\w{3})", r"\1<wbr>", name)
+                title = BREAK.sub(r"\1<wbr>", context[near]["title"])
+                context[near] = context[near] | {"title": title}
 
 
 def skipped(app: Any, what: str, name: str, found: Any, skip: bool, options: Any) -> bool | None:
