@@ -4,7 +4,7 @@ if hasattr(sys.stdout, "reconfigure"):
     sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
 
 # %% [markdown]
-# # (P4): the plane, and what everything is worth
+# # (P4): the plane and shadow prices
 #
 # With a rest there are two unknowns, Δ and T', and the problem can be drawn. The optimum lies in a
 # corner, where two lines meet; how the corner moves when a number changes is that number's price.

@@ -10,8 +10,8 @@ if hasattr(sys.stdout, "reconfigure"):
 # happens to a plan when all of them are a little wrong at once? The ranges are from the comments of
 # `matrice350`, most of them assumed; the current is 969 to 1150 W over 44.76 V.
 #
-# **Before this lesson:** [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py),
-# [Your own drone](02_your_own_drone.py).
+# **Before this lesson:** [Your own drone](02_your_own_drone.py),
+# [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py).
 # **Time:** 40 minutes.
 #
 # **Learning intentions.** After this page you can
