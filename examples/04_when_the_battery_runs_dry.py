@@ -67,7 +67,7 @@ hover_A = -next(each.current_A for each in promised["P3"].phases if each.kind ==
 print(f"at most {most_A:.2f} A flow over; hovering takes {hover_A:.2f} A")
 
 # %% [markdown]
-# ## Overfull as well
+# ## Past full as well
 #
 # A rest does not help. (P4) has a rest on one building, in one of two orders: *rest first*, before
 # the hover, or *hover first*, with the rest on the way home. In the paper's best plan the rest

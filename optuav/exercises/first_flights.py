@@ -221,7 +221,7 @@ def _first_breach(task: Task) -> Predictions:
     "04.3",
     "One pack holds {battery.capacity_As} A s. Design an itinerary with one rest at most that can "
     "be flown and hovers at least 99 % of the longest such hover. Where and when does a rest help, "
-    "if the battery must neither run dry nor be overcharged? Use `optuav.audit`, and no solver. "
+    "if the well must neither run dry nor be charged past full? Use `optuav.audit`, and no solver. "
     "Answer with stops in order, as [('b1', 'rest', 100.0), ('hover', 'hover', 400.0)].",
     least=0.99,
     rests=1,
