@@ -91,8 +91,8 @@ print(f"{fourth.engine:<12}{fourth.hover_time_s:12.6f} s  {fourth.status.value}:
 
 # %% [markdown]
 # In continuous times all agree to a microsecond, and they must. What leaves one well enters the
-# other: dy1/dt + dy2/dt = I. The sum counts coulombs and does not depend on the flow between the
-# wells. So this optimum is global; but the argument shows that, and not the solver.
+# other: $dy_1/dt + dy_2/dt = I$. The sum counts coulombs and does not depend on the flow between
+# the wells. So this optimum is global; but the argument shows that, and not the solver.
 #
 # **Before you run:** does the answer change if nothing flows between the wells, or much?
 

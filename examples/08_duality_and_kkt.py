@@ -193,7 +193,7 @@ for name, answer, checked in (
 # For smooth problems the same conditions bear the names of Karush, Kuhn and Tucker: the point is
 # feasible; no multiplier is negative; products are zero; and the slope of the objective is a sum of
 # the slopes of the binding constraints, weighted by the multipliers:
-# (1, 0) = y1 (I_hv, −I_rest) + y2 (1, 1).
+# $(1, 0) = y_1\,(I_\mathrm{hv}, -I_\mathrm{rest}) + y_2\,(1, 1)$.
 #
 # **Before you run:** what would it mean if the slope of the objective could not be written in this
 # way?
