@@ -26,6 +26,8 @@ from optuav.modelling.classify import traits
 
 mission = optuav.load("paper")
 program = optuav.formulate(mission, "P3", perspective="battery")
+if not program.parts:
+    raise SystemExit("Nothing can be flown: " + "; ".join(program.reasons))
 print(program)
 
 # %% [markdown]

@@ -29,6 +29,8 @@ from optuav.modelling import Model
 
 mission = optuav.load("paper")
 program = optuav.formulate(mission, optuav.P4("b1", order="rest-first"), perspective="battery")
+if not program.parts:
+    raise SystemExit("Nothing can be flown: " + "; ".join(program.reasons))
 given = program.parts[0].model.row(0)
 if "flight_charge_As" not in given:
     raise SystemExit("This page counts charge, as the perspective battery does.")

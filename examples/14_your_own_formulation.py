@@ -61,6 +61,8 @@ class LeastRest(optuav.Formulation):
 
 at_b1 = LeastRest(WANTED_S, building="b1", order="rest-first")
 program = optuav.formulate(mission, at_b1, perspective="battery")
+if not program.parts:
+    raise SystemExit("Nothing can be flown: " + "; ".join(program.reasons))
 print(program)
 
 # %% [markdown]

@@ -53,7 +53,7 @@ print("their plan:", theirs.name)
 
 # %%
 verdict = optuav.audit(theirs)
-print(verdict)
+print(str(verdict).replace(str(theirs), theirs.name))
 empty = [each for each in verdict.violations if each.kind == "empty"]
 if not empty:
     folder.cleanup()

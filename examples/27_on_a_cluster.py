@@ -81,7 +81,7 @@ workers = [dask("worker", "--no-nanny", "--nthreads", "1") for _ in range(2)]
 until_s = time.monotonic() + 60.0
 while not (address_file.exists() and address_file.stat().st_size):
     if scheduler.poll() is not None or time.monotonic() > until_s:
-        raise SystemExit("The scheduler did not start: is Dask installed?")
+        raise SystemExit("The scheduler did not start: is optuav[cluster] installed?")
     time.sleep(0.05)
 address = json.loads(address_file.read_text())["address"]
 print("a scheduler with", len(workers), "workers, by", address.partition(":")[0])

@@ -292,3 +292,25 @@ def test_a_long_plan_has_a_short_picture() -> None:
 
 def test_a_mission_prints_its_summary() -> None:
     assert str(optuav.load("paper")) == optuav.load("paper").summary()
+
+
+def test_missions_checks_and_graphs_are_frames_too() -> None:
+    """Keys that `replace` takes, with values as stated; one constraint; the legs of the graph."""
+    pytest.importorskip("pandas")
+    mission = optuav.load("paper")
+    keys = mission.to_frame().set_index("key")
+    assert keys.value["limits.deadline_s"] == 1200.0
+    assert "laser.power_W" in keys.index
+    assert not keys.meaning.eq("").any()
+    (found,) = (each for each in objects()["checks"][:1])
+    assert found.to_frame().constraint.tolist() == [found.label]
+    legs = optuav.graph(mission).to_frame()
+    assert (len(legs), legs.duration_s.min() > 0.0) == (42, True)
+
+
+def test_a_solution_of_several_programmes_lists_them() -> None:
+    """Status, objective and values of each: the two orders of a rest on a building."""
+    answers = optuav.formulate("paper", optuav.P4("b1"), perspective="battery").answers()[0]
+    texts = Reader(answers._repr_html_()).texts
+    assert len(answers.statuses) == texts.count("optimal") == 2
+    assert {"719.54", "Δ [s]"} <= {*texts}

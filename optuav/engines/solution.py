@@ -102,7 +102,15 @@ class Solution:
 
         if len(self.statuses) != 1 or not self.status.has_answer:
             good = all(status.has_answer for status in self.statuses)
-            return markup.shown(markup.paragraph(repr(self).strip("<>"), good=good))
+            counts = markup.paragraph(repr(self).strip("<>"), good=good)
+            symbols = (f"{each.symbol} [{each.unit}]" for each in self.declared.variables)
+            heads = ("programme", "status", "objective", *symbols)
+            columns = (self.objective, *(self.values[x.name] for x in self.declared.variables))
+            rows = [
+                (k, status.value, *(float(column[k]) for column in columns))
+                for k, status in enumerate(self.statuses)
+            ]
+            return markup.shown(counts, markup.table(heads, rows))
         verdict, reached = self._heads()
         return markup.shown(
             markup.paragraph(verdict, good=True),

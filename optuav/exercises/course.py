@@ -83,9 +83,9 @@ def task(number: str, student: str = "") -> Task:
     """
     known, faults = _exercises(), list[Fault]()
     if not isinstance(number, str) or number not in known:
-        words = f"no exercise has this number; there are {', '.join(known)}"
         meant = f"0{number}" if f"0{number}" in known else str(number)
-        faults.append(Fault("number", repr(number), words + nearest(meant, known)))
+        words = f"no exercise has this number{nearest(meant, known)}; there are {', '.join(known)}"
+        faults.append(Fault("number", repr(number), words))
     if not isinstance(student, str):
         faults.append(Fault("student", repr(student), "a text, as student='123456'"))
     if faults:

@@ -32,7 +32,7 @@ ENTRY = {
     "problem": "a problem that the set asks of this mission",
     "perspective": "a perspective in which it asks",
     "hover_s": f"{DURATION.words}; null where there is no plan",
-    "stops": f"a list of at most {MOST_STOPS}, each {STOP}; none where there is no plan",
+    "stops": f"a list of at most {MOST_STOPS}, each {STOP}; null or none where there is no plan",
 }
 """What a solution states."""
 USUAL = {"problem": "P1", "perspective": "available", "stops": ()}
@@ -192,7 +192,7 @@ def check_solutions(file: str | Path) -> CheckedSolutions:
         raise InputError(faults)
     found = list[CheckedSolution]()
     for stated in ({**USUAL, **each} for each in document["solutions"]):
-        stops = [Stop(**stop) for stop in stated["stops"]]
+        stops = [Stop(**stop) for stop in stated["stops"] or ()]
         answer = answers()[_asked(stated)]
         found.append(checked(missions[answer.mission], answer, stated["hover_s"], stops))
     missing = tuple(name for name in benchmark.recipes() if name not in known)
@@ -235,12 +235,16 @@ def _breaches_of(entry: Document, missions: dict[str, Mission]) -> Iterator[Brea
     for key in entry:
         if key not in ENTRY:
             yield Breach((key,), f"unknown key{nearest(key, ENTRY)}")
-    claim, stops, name = stated.get("hover_s", ""), stated["stops"], stated.get("mission")
+    claim, name = stated.get("hover_s", ""), stated.get("mission")
+    stops = () if stated["stops"] is None else stated["stops"]
     if claim is not None and not DURATION.accepts(claim):
         yield Breach(("hover_s",), ENTRY["hover_s"])
     mission = missions.get(name) if isinstance(name, str) else None
-    listed = isinstance(stops, list) or "stops" not in entry
-    if not listed or len(stops) > MOST_STOPS or bool(stops) is (claim is None):
+    if (
+        not isinstance(stops, list | tuple)
+        or len(stops) > MOST_STOPS
+        or bool(stops) is (claim is None)
+    ):
         yield Breach(("stops",), ENTRY["stops"])
     elif stops:
         yield from stop_breaches(stops, mission)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element
 
@@ -54,13 +55,16 @@ def buildings_html(buildings: Buildings) -> str:
 
 def _keys(section: MissionSection) -> Element:
     """The keys of a part of the mission, with their values and meanings."""
-    words = type(section).descriptions()
-    rows = [
-        (element("code", key), _written(value), words.get(key, ""))
-        for key, value in section
-        if value is not None
-    ]
+    rows = [(element("code", key), _written(value), words) for key, value, words in stated(section)]
     return table(("key", "value", "meaning"), rows)
+
+
+def stated(section: MissionSection) -> Iterator[tuple[str, object, str]]:
+    """The keys of a part of the mission that have a value, with it and its meaning."""
+    words = type(section).descriptions()
+    for key, value in section:
+        if value is not None:
+            yield key, value, words.get(key, "")
 
 
 def _table(buildings: Buildings) -> Element:

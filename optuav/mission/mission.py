@@ -9,6 +9,7 @@ from typing import Annotated, Any, Self
 from pydantic import Field, model_validator
 
 from optuav.errors import MOST_SHOWN, Fault, InputError, printable
+from optuav.frames import DataFrame, frame
 from optuav.mission import schema, validation
 from optuav.mission.buildings import Buildings
 from optuav.mission.files import write_text
@@ -109,6 +110,25 @@ class Mission(MissionSection):
         from optuav.mission.display import html
 
         return html(self)
+
+    def to_frame(self) -> DataFrame:
+        """Return one row per key, the buildings aside; needs pandas.
+
+        Returns
+        -------
+        DataFrame
+            Columns ``key``, dotted as `replace` takes it, ``value`` in the unit of its name, and
+            ``meaning``.
+        """
+        from optuav.mission.display import stated
+
+        rows = [
+            (f"{name}.{key}", *rest)
+            for name, section in self
+            if isinstance(section, MissionSection)
+            for key, *rest in stated(section)
+        ]
+        return frame(rows, ["key", "value", "meaning"])
 
     def replace(self, values: Mapping[str, object]) -> Self:
         """Make a mission that differs in some values.

@@ -85,6 +85,10 @@ class Check:
     def _repr_html_(self) -> str:
         return Checks([self])._repr_html_()
 
+    def to_frame(self) -> DataFrame:
+        """As `optuav.modelling.Checks` has it."""
+        return Checks([self]).to_frame()
+
     @property
     def cells(self) -> tuple[str, ...]:
         """Label, both sides, verdict and source line, as `optuav.modelling.Checks` shows them."""

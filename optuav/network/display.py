@@ -5,6 +5,7 @@ from xml.etree.ElementTree import Element
 
 import networkx
 
+from optuav.frames import DataFrame, frame
 from optuav.markup import Cell, figure, folded, paragraph, shown, table
 
 if TYPE_CHECKING:
@@ -18,6 +19,17 @@ class MissionGraph(StringGraph):
 
     def __repr__(self) -> str:
         return f"<MissionGraph {self.name!r}: {len(self)} places, {self.number_of_edges()} legs>"
+
+    def to_frame(self) -> DataFrame:
+        """Return one row per leg; needs pandas.
+
+        Returns
+        -------
+        DataFrame
+            Columns ``start`` and ``end``, and one for every figure of a leg, as ``duration_s``.
+        """
+        rows = [{"start": start, "end": end, **leg} for start, end, leg in self.edges(data=True)]
+        return frame(rows)
 
     def _repr_html_(self) -> str:
         places = [({"place": name}, data) for name, data in self.nodes(data=True)]

@@ -283,7 +283,7 @@ def test_a_link_with_a_refused_state_opens_the_mission_itself(
     says(page, "Hover 597.27 s")
 
 
-@pytest.mark.parametrize("cut", ["#%7B%22state%22", "#%", "#5", "#null"])
+@pytest.mark.parametrize("cut", ["#%7B%22state%22", "#%", "#5", "#null", "#%7B%22state%22:5%7D"])
 def test_a_link_that_was_cut_says_so(open_page: Open, cut: str) -> None:
     """The mission is shown, but not as if the link had stated it."""
     page = open_page(fragment=cut)

@@ -134,8 +134,9 @@ def test_better_than_the_best_known_is_said_only_within_the_bound() -> None:
     assert "runs dry" in why
 
 
-def test_no_plan_may_be_claimed_where_there_is_none(file: Path) -> None:
-    file.write_text(text({"mission": "set/infeasible-late", "hover_s": None}), "utf-8")
+@pytest.mark.parametrize("stops", [{}, {"stops": None}, {"stops": []}])
+def test_no_plan_may_be_claimed_where_there_is_none(file: Path, stops: dict[str, Any]) -> None:
+    file.write_text(text({"mission": "set/infeasible-late", "hover_s": None, **stops}), "utf-8")
     found = optuav.check_solutions(file)
     assert found
     assert found.solutions[0].verdict == "holds, there is no plan"

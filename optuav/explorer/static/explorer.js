@@ -293,9 +293,8 @@ function render({model, el}) {
       const inputs = [0, 1].map((axis) => {
         const input = make("input", {type: "text", inputmode: "decimal", size: 6, "data-place": `${name}|${axis}`});
         input.addEventListener("input", () => {
-          const {key, at} = fields.get(`place ${name}`), text = input.value.trim(), value = Number(text);
-          const stated = [...(state.changes[key] ?? at)];
-          stated[axis] = text && Number.isFinite(value) ? value : text;
+          const {key, at} = fields.get(`place ${name}`), stated = [...(state.changes[key] ?? at)];
+          stated[axis] = decimal(input.value.trim());
           changeKey(key, stated);
         });
         return input;
@@ -348,9 +347,9 @@ function render({model, el}) {
       stated(control, Number(range.value));
     });
     field.addEventListener("input", () => {
-      const text = field.value.trim(), value = Number(text);
-      stated(control, text && Number.isFinite(value) ? value : text);
-      if (text && Number.isFinite(value)) range.value = value;
+      const value = decimal(field.value.trim());
+      stated(control, value);
+      if (typeof value === "number") range.value = value;
     });
     const label = make("label", {for: own, title: control.key}, words);
     const element = make("div", {class: "slider"}, label, range, field);
@@ -815,6 +814,12 @@ function looksOf(names) {
     const round = Math.floor(look / COLOURS.length);
     return {colour: COLOURS[look % COLOURS.length], dash: DASHES[(look + round) % DASHES.length]};
   });
+}
+
+// A decimal number; other text as it is, for the answer to refuse.
+
+function decimal(text) {
+  return /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(text) ? Number(text) : text;
 }
 
 function short(name) {

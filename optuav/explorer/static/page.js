@@ -30,8 +30,8 @@ class Served extends Model {
 function read() {
   try {
     const stated = JSON.parse(decodeURIComponent(location.hash.slice(1) || "{}"));
-    if (stated?.constructor !== Object) throw new TypeError();
     const {state = {}, pinned = null} = stated;
+    for (const each of [stated, state, pinned ?? {}]) if (each.constructor !== Object) throw new TypeError();
     return {state, pinned};
   } catch {
     return {faults: [{key: "", words: UNREAD}]};
