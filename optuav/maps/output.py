@@ -36,6 +36,9 @@ def summary(found: xarray.DataArray) -> str:
         x, y, _ = facts["best_m"]
         edge = ", at the edge of the map" * (facts["best_at"] == "edge")
         places["Longest"] = f"{np.nanmax(values):.2f} s at ({x:.10g}, {y:.10g}) m{edge}"
+        if others := facts["best_points"] - 1:
+            because = f"; {facts['best_because']}" if "best_because" in facts else ""
+            places["Longest"] += f", and at {counted(others, 'other point')}{because}"
         places["Shortest"] = f"{np.nanmin(values):.2f} s"
     lines = [f"{head:11}{words}" for head, words in places.items()]
     none = [f"No plan    {counted(n, 'point')}: {why}" for n, why in _why(found)]

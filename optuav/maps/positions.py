@@ -15,6 +15,7 @@ from optuav.errors import Fault, collected, refuse
 from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, shown, unknown
 from optuav.mission.schema import Number
+from optuav.network.places import charging_cap
 from optuav.network.routes import SAME_S
 from optuav.network.scene import scene
 from optuav.network.vehicle import hover_point_m
@@ -70,8 +71,9 @@ def device(
         are in its attributes ``flag_meanings`` and ``words`` (0 where there is one). Attributes
         state ``mission``, ``perspective``, the key that varies (``over``), its ``height_m``, the
         ``crs`` if the mission has one, ``best_m``: where the hover is longest, of several such
-        points the one nearest to the mission's own, and ``best_at``: whether that is ``"inside"``
-        or at the ``"edge"`` of the map.
+        points the one nearest to the mission's own, ``best_points``: how many of them there are,
+        ``best_at``: whether that nearest is ``"inside"`` or at the ``"edge"`` of the map, and
+        ``best_because``: what caps the charging current there, if something does.
 
     Raises
     ------
@@ -196,6 +198,11 @@ def _hovers(
     facts |= {"over": over, "height_m": z_m} | ({"crs": whole.crs} if whole.crs else {})
     if (best := _best(hover_s.to_numpy(), x - x_m, y - y_m)) is not None:
         facts["best_m"] = [float(x[best[1]]), float(y[best[0]]), z_m]
+        facts["best_points"] = int((hover_s >= hover_s.max() - SAME_S).sum())
+        if over == LASER:
+            there = base.replace({LASER: facts["best_m"]})
+            if cap := charging_cap(there, scene(there).places):
+                facts["best_because"] = cap.words
         at_edge = best[0] in (0, len(y) - 1) or best[1] in (0, len(x) - 1)
         facts["best_at"] = "edge" if at_edge else "inside"
     return hover_s.assign_attrs(facts)

@@ -23,6 +23,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
+from optuav.network.routes import SAME_S
 
 SAME = 1e-9  # Relative; sums that differ by less are equal, and the first of them is taken
 ROUNDS = 300
@@ -56,6 +57,19 @@ def greedy(
         found.append(site)
         held = np.maximum(held, worth[:, site])
     return tuple(found)
+
+
+def needed(worth: Floats, chosen: Sequence[int]) -> tuple[int, ...]:
+    """The sites chosen without those that serve nobody once the others are there.
+
+    Worths that differ by no more than `SAME_S` are equal, as in `Siting.laser`.
+    """
+    kept, reached = [*chosen], best_of(worth, chosen)
+    for site in reversed(chosen):
+        others = [each for each in kept if each != site]
+        if (best_of(worth, others) >= reached - SAME_S).all():
+            kept = others
+    return tuple(kept)
 
 
 def interchange(worth: Floats, weights: Floats, chosen: Sequence[int]) -> tuple[int, ...]:

@@ -18,11 +18,13 @@ from optuav.frames import DataFrame, frame
 from optuav.mission import Mission, load_all
 from optuav.mission.messages import counted, listed, misfits, shown, unknown
 from optuav.mission.schema import Number
+from optuav.network.places import charging_cap
+from optuav.network.routes import SAME_S
+from optuav.network.scene import scene
 from optuav.options import Perspective
 from optuav.siting.places import hover_table, refined
 from optuav.siting.selection import (
     OBJECTIVES,
-    SAME_S,
     Objective,
     Selection,
     best_sites,
@@ -173,7 +175,8 @@ class Siting:
         placed = f"{len(best.sites)} of {counted(len(self.candidates_m), 'candidate')} for "
         lines = [("Placed", f"{placed}{counted(every, 'mission')}, {self.perspective}")]
         for laser, (site, at_m) in enumerate(zip(best.sites, self.position_m, strict=True)):
-            where = f"{_point(self.candidates_m[site])}, serves {int((own == laser).sum())}"
+            served = int((own == laser).sum()) or "nobody: the lasers that moved serve all"
+            where = f"{_point(self.candidates_m[site])}, serves {served}"
             far_m = float(np.linalg.norm(at_m - self.candidates_m[site]))
             where += f", moved {far_m:.0f} m to {_point(at_m)}" if far_m else ""
             lines.append((f"Site {site}", where))
@@ -181,6 +184,7 @@ class Siting:
         if best.objective == "covered":
             unit, digits, enough = "", 0, f" of {every} hover {self.at_least_s:g} s or longer"
         proof = f"gap {self.gap:.2%}" if self.gap else "no selection is better"
+        alike = [(n, site) for n, site in zip(best.alike, best.sites, strict=True) if n]
         each = f"site{'s' * (len(best.greedy_sites) > 1)} {listed([*map(str, best.greedy_sites)])}"
         greedy = f"{best.greedy_value:.{digits}f}{unit} on {each}"
         lines += [
@@ -188,6 +192,9 @@ class Siting:
             ("Bound", f"{best.bound:.{digits}f}{unit}, {proof}"),
             ("Greedy", greedy if best.greedy_sites else "no site adds anything"),
         ]
+        if alike:
+            where = ", ".join(f"{n} in place of site {site}" for n, site in alike)
+            lines.append(("Alike", f"other candidates that are as good: {where}{self._why()}"))
         if self.value > best.value:
             words = f"{self.value:.{digits}f}{unit} at the places moved to, no bound"
             lines.append(("Refined", words))
@@ -195,6 +202,15 @@ class Siting:
             how = WITHOUT_PLAN[best.objective]
             lines.append(("No plan", f"{never} with a laser on any candidate; {how}"))
         return lines
+
+    def _why(self) -> str:
+        """A cap on the charging current, because of which candidates are alike; empty without."""
+        number = int((self.laser >= 0).argmax())
+        place_m = self.candidates_m[self.selection.sites[self.laser[number]]].tolist()
+        mission = self.missions[number].replace({"laser.position_m": place_m})
+        cap = charging_cap(mission, scene(mission).places)
+        which = f"mission {number}, " if len(self.missions) > 1 else ""
+        return f"; {which}{cap.words}" if cap else ""
 
 
 def place_laser(
@@ -275,7 +291,7 @@ def place_laser(
 
     def value(found_s: Floats) -> float:
         worth = worth_of(found_s[counted], objective, at_least_s)
-        return value_of(worth.max(axis=1, initial=0.0), objective)
+        return float(value_of(worth.max(axis=1, initial=0.0), objective))
 
     limits: dict[str, Any] = {"at_least_s": at_least_s, "gap": gap, "time_limit_s": time_limit_s}
     best = best_sites(times_s[counted], int(lasers), objective, **limits)

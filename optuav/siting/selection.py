@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
-from typing import Literal, TypeAlias, get_args
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
 from optuav.arrays import Floats, Integers
+from optuav.network.routes import SAME_S
 from optuav.siting.heuristics import (
+    SAME,
     best_of,
     bound_by_site,
     greedy,
     interchange,
     multipliers,
+    needed,
     total,
     undominated,
 )
@@ -24,7 +28,6 @@ from optuav.siting.programmes import most_for_the_least, most_in_total
 Objective: TypeAlias = Literal["mean", "worst", "covered"]
 OBJECTIVES: tuple[Objective, ...] = get_args(Objective)
 CLOSE = 1e-6  # Relative; a gap that is no larger is none
-SAME_S = 1e-6  # Hover times are rounded to this [s], so that no choice hangs on their last bits
 STARTS = 8  # Choices met by the multipliers from which sites are exchanged
 
 
@@ -45,14 +48,17 @@ class Selection:
     greedy_sites, greedy_value
         What is selected if each in turn is the one that adds most to the mean or to the number
         covered, in this order, and its value.
+    alike
+        By site selected, how many candidates that are not selected give the same value in its
+        place.
 
     Examples
     --------
     >>> import optuav
     >>> hazy = optuav.load("paper").replace({"laser.visibility_km": 2.0})
     >>> found = optuav.place_laser(hazy, [[1000, 0, 50], [1000, 2000, 50]]).selection
-    >>> found.sites, found.greedy_sites, found.gap
-    ((1,), (1,), 0.0)
+    >>> found.sites, found.greedy_sites, found.gap, found.alike
+    ((1,), (1,), 0.0, (0,))
     """
 
     objective: Objective
@@ -61,6 +67,7 @@ class Selection:
     bound: float
     greedy_sites: tuple[int, ...]
     greedy_value: float
+    alike: tuple[int, ...]
 
     @property
     def gap(self) -> float:
@@ -72,7 +79,8 @@ class Selection:
 def worth_of(hover_s: Floats, objective: Objective, at_least_s: float | None = None) -> Floats:
     """What each demand gets from each site (demand, site): its hover [s], or 1 if that is enough.
 
-    Of hover times (demand, site) [s]; NaN, where there is no plan, is worth 0.
+    Of hover times (demand, site) [s], rounded so that no choice hangs on their last bits; NaN,
+    where there is no plan, is worth 0.
     """
     found_s = np.nan_to_num(hover_s, nan=0.0)
     if objective == "covered":
@@ -81,11 +89,11 @@ def worth_of(hover_s: Floats, objective: Objective, at_least_s: float | None = N
     return np.asarray(np.round(found_s / SAME_S) * SAME_S)
 
 
-def value_of(reached: Floats, objective: Objective) -> float:
-    """The objective of what each demand gets (demand,)."""
+def value_of(reached: Floats, objective: Objective) -> Any:
+    """The objective of what each demand gets (demand, …)."""
     if objective == "covered":
-        return float(reached.sum())
-    return float(reached.mean() if objective == "mean" else reached.min())
+        return reached.sum(axis=0)
+    return reached.mean(axis=0) if objective == "mean" else reached.min(axis=0)
 
 
 def best_sites(
@@ -99,8 +107,8 @@ def best_sites(
 ) -> Selection:
     """Up to `count` columns of a table of hover times (demand, site) [s], NaN without a plan.
 
-    Every demand takes the best column selected. Columns that gain nothing are left out. The search
-    ends within the relative gap or after the time limit [s], and says how far it came.
+    Every demand takes the best column selected. Columns that serve no demand are left out. The
+    search ends within the relative gap or after the time limit [s], and says how far it came.
     """
     latest = time.monotonic() + time_limit_s
     worth = worth_of(hover_s, objective, at_least_s)
@@ -110,20 +118,32 @@ def best_sites(
     first = greedy(table, weights, count)
     search = _for_the_least if objective == "worst" else _in_total
     best, bound = search(table, weights, count, first, gap, latest)
-    chosen, greedily = (names[list(each)].tolist() for each in (best, first))
-    value = value_of(best_of(worth, chosen), objective)
+    chosen, greedily = (names[list(each)].tolist() for each in (needed(table, best), first))
+    chosen.sort()
+    value = float(value_of(best_of(worth, chosen), objective))
     if objective == "mean":
         bound /= len(worth)
     elif objective == "covered":
         bound = np.floor(bound + CLOSE)  # Only whole demands are covered
     return Selection(
         objective=objective,
-        sites=tuple(sorted(chosen)),
+        sites=tuple(chosen),
         value=value,
         bound=float(max(value, bound)),
         greedy_sites=tuple(greedily),
-        greedy_value=value_of(best_of(worth, greedily), objective),
+        greedy_value=float(value_of(best_of(worth, greedily), objective)),
+        alike=tuple(_alike(worth, chosen, objective)),
     )
+
+
+def _alike(worth: Floats, chosen: list[int], objective: Objective) -> Iterator[int]:
+    """By site chosen, how many of the others give the same value in its place."""
+    value = value_of(best_of(worth, chosen), objective)
+    others = np.delete(worth, chosen, axis=1)
+    for site in chosen:
+        rest = best_of(worth, [each for each in chosen if each != site])
+        reached = value_of(np.maximum(others, rest[:, None]), objective)
+        yield int((np.abs(reached - value) <= SAME * value).sum())
 
 
 def _in_total(
@@ -155,7 +175,7 @@ def _for_the_least(
 ) -> tuple[tuple[int, ...], float]:
     """As `_in_total`; sites that the least needs not go where they add most to the mean."""
     best, bound = most_for_the_least(worth, count, first, gap, latest)
-    return greedy(worth, weights, count, best), bound
+    return greedy(worth, weights, count, needed(worth, best)), bound
 
 
 def _merged(worth: Floats, weights: Floats) -> tuple[Floats, Integers, Floats]:

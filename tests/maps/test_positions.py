@@ -11,6 +11,7 @@ import pytest
 pytest.importorskip("xarray")
 
 import optuav
+from optuav.maps.output import summary
 from optuav.mission import Mission
 from optuav.options import Perspective
 
@@ -172,3 +173,16 @@ def test_numbers_and_arrays_of_numpy_are_taken() -> None:
     found = optuav.maps.laser(SMALL, np.int64(1000), bounds=corners_m, height_m=np.float32(50))
     assert found.identical(optuav.maps.laser(SMALL, 1000.0, bounds=(0, 0, 2000, 1000)))
     assert found.attrs["best_at"] == "edge"
+
+
+def test_points_that_are_as_good_are_counted_with_the_reason() -> None:
+    """Where the charger caps the current most of a map is one number; in haze one point is best."""
+    found = optuav.maps.laser("paper", 500, bounds=(0, 0, 2000, 2000))
+    values = found.to_numpy()
+    assert found.attrs["best_points"] == (values > values.max() - 1e-6).sum() > 10
+    others = f"and at {found.attrs['best_points'] - 1} other points; "
+    assert f"{others}battery.charge_current_A = 10 A caps the charging current" in summary(found)
+    haze = PAPER.replace({"laser.visibility_km": 1.0})
+    alone = optuav.maps.laser(haze, 500, bounds=(0, 0, 2000, 2000))
+    assert alone.attrs["best_points"] == 1
+    assert "other point" not in summary(alone)

@@ -251,3 +251,19 @@ def test_a_mission_that_is_none_of_them(number: Any) -> None:
     assert "1 of 1 candidate for 4 missions" in str(found)
     with pytest.raises(optuav.InputError, match=r"number = .*0 <= x < 4"):
         found.mission(number)
+
+
+def test_what_is_alike_is_counted_with_the_reason() -> None:
+    """A charger that caps the current makes lasers equal; in haze the light decides, not it."""
+    haze = optuav.load("paper").replace({"laser.visibility_km": 1.0})
+    sites_m = [[1000, 0, 50], [1000, 900, 50], [1000, 1800, 50]]
+    capped = optuav.place_laser("paper", sites_m)
+    hovers_s = solved_s([optuav.load("paper")], np.array(sites_m), "available")[0]
+    assert hovers_s == pytest.approx([hovers_s.max()] * 3, abs=1e-6)
+    assert capped.selection.alike == (2,)
+    printed = " ".join(str(capped).split())
+    assert "as good: 2 in place of site 0; battery.charge_current_A = 10 A caps" in printed
+    assert "Alike" not in str(optuav.place_laser(haze, sites_m, refine=False))
+    cover = optuav.place_laser([haze] * 2, sites_m, objective="covered", at_least_s=1)
+    assert cover.selection.alike == (2,)
+    assert "caps" not in str(cover)

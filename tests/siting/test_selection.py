@@ -223,3 +223,31 @@ def test_no_single_exchange_gains(seed: int) -> None:
         other = [*found]
         other[place] = site
         assert weights @ worth[:, other].max(axis=1) <= value * (1.0 + 1e-8)
+
+
+@given(hover_s=tables(), count=st.integers(1, 4), objective=st.sampled_from(OBJECTIVES))
+@example(np.array([[9.0, 10, 0, 0], [8.0, 0, 9, 0], [7.0, 0, 0, 8]]), 4, "mean")
+def test_no_site_is_kept_that_serves_nobody(
+    hover_s: Floats, count: int, objective: Objective
+) -> None:
+    """Without any one of the sites, some demand gets less; the first that greed takes may be it."""
+    sites = [*best_sites(hover_s, count, objective, **options(objective)).sites]
+    reached = np.nan_to_num(hover_s)
+    if objective == "covered":
+        reached = (reached >= ENOUGH_S).astype(float)
+    for site in sites:
+        others = reached[:, [each for each in sites if each != site]].max(axis=1, initial=0.0)
+        assert (others < reached[:, sites].max(axis=1) - 1e-7).any()
+
+
+@given(hover_s=tables(), count=st.integers(1, 4), objective=st.sampled_from(OBJECTIVES))
+def test_as_many_are_alike_as_brute_force_exchanges(
+    hover_s: Floats, count: int, objective: Objective
+) -> None:
+    """A candidate in place of a site counts if the objective is the same by its definition."""
+    found = best_sites(hover_s, count, objective, **options(objective))
+    others = {*range(hover_s.shape[1])} - {*found.sites}
+    for site, alike in zip(found.sites, found.alike, strict=True):
+        kept = [each for each in found.sites if each != site]
+        exchanged = [objective_of(hover_s, [*kept, each], objective) for each in others]
+        assert alike == sum(each == pytest.approx(found.value, abs=1e-6) for each in exchanged)
