@@ -6,8 +6,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeGuard
 
+import geopandas
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 import pyproj
 
 from optuav.arrays import Floats
@@ -15,7 +17,7 @@ from optuav.errors import Fault, InputError
 from optuav.mission.buildings import Buildings
 from optuav.mission.messages import counted, listed, shown
 from optuav.mission.schema import COORDINATE, Number
-from optuav.mission.tables import corners_of, of_polygons
+from optuav.mission.tables import COLUMNS, corners_of, of_polygons
 
 DEGREES = "EPSG:4326"
 """Longitude and latitude, as maps and GPS receivers state them."""
@@ -26,6 +28,7 @@ NOTED = {
     "mended": "invalid outlines that were mended",
     "filled": "buildings whose courtyards count as built over",
     "left_out": "features without an area, left out",
+    "not_built": "features whose building is no, false or 0, left out",
 }
 """What is noted of how buildings were made of a file, by the fields that list them."""
 
@@ -72,6 +75,8 @@ class City:
         Names of buildings with courtyards, which count as built over.
     left_out
         Features that have no area: their numbers.
+    not_built
+        Features whose column ``building`` says that they are none: their numbers.
 
     Examples
     --------
@@ -100,6 +105,7 @@ class City:
     mended: tuple[str, ...] = ()
     filled: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
+    not_built: tuple[str, ...] = ()
 
     @property
     def crs(self) -> str:
@@ -133,6 +139,24 @@ class City:
             With every name and place that a building may not have.
         """
         return of_polygons(self.names, self.position_m, *corners_of(self.footprints))
+
+    def to_frame(self) -> geopandas.GeoDataFrame:
+        """Return the buildings by name as a table that geopandas draws and writes.
+
+        Returns
+        -------
+        GeoDataFrame
+            Columns ``x_m``, ``y_m`` and ``z_m``, the point where a UAV rests, and the outlines, in
+            the plane of the city. `read` takes it with ``height="z_m"``, a mission file as a table.
+        """
+        index = pd.Index(self.names, name="name")
+        columns = dict(zip(COLUMNS[1:], self.position_m.T, strict=True))
+        return geopandas.GeoDataFrame(columns, index, geometry=self.footprints, crs=self.crs)
+
+    def __repr__(self) -> str:
+        noted = ((words, len(getattr(self, name))) for name, words in NOTED.items())
+        lines = [f"City of {counted(len(self.names), 'building')} around {self.origin}"]
+        return "\n".join([*lines, *(f"  {words}: {count}" for words, count in noted if count)])
 
     def notes(self) -> Iterator[str]:
         """Yield sentences on how the buildings were made of the file."""

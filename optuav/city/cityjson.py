@@ -11,34 +11,29 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-import geopandas
 import numpy as np
 import pandas as pd
 import pyproj
 import shapely
 
 from optuav.errors import Fault, InputError
-from optuav.mission.files import label, parse_json, read_text, refusal
+from optuav.mission.files import refusal
+from optuav.mission.maps import UNREADABLE, table
 from optuav.mission.messages import shown
 
-LARGEST = 500_000_000  # bytes
 FARTHEST = 1e9  # Coordinates [m or deg], more than any reference system has
-MOST_VALUES = 100_000_000
 DEEPEST = 10  # Parts within parts
 KINDS = ("Building", "BuildingPart")
 
 
-def solids(file: Path) -> Any:
-    """The buildings of a CityJSON file as a table with outline and height; None if it is none.
+def solids(document: dict[str, Any], file: Path) -> Any:
+    """The buildings of a CityJSON document as a table with outline and height.
 
     A building counts by its parts where it has some. The outline is all that its surfaces cover
     from above, at the highest level of detail; its height reaches from the lowest corner of all
     parts of the building to its own highest, 0 where it is flat. The column `height` holds it; the
     others hold attributes, as `measuredHeight`.
     """
-    document = parse_json(read_text(file, LARGEST), label(file), MOST_VALUES)
-    if not isinstance(document, dict) or document.get("type") != "CityJSON":
-        return None
     at, found = "vertices or transform", list[tuple[Any, ...]]()
     try:
         corners_m = np.array(document["vertices"], dtype=float).reshape(-1, 3)
@@ -55,13 +50,13 @@ def solids(file: Path) -> Any:
         columns = zip(*found, strict=True) if found else ((),) * 6
         names, wholes, outlines, low_m, high_m, known = map(list, columns)
         at = "metadata"
-        table = pd.DataFrame(known, index=names)
+        frame = table(known, names, outlines, _crs(document), file)
         ground_m = pd.Series(low_m, dtype=float).groupby(wholes).transform("min").to_numpy()
-        table["height"] = np.where(np.equal(low_m, high_m), 0.0, high_m - ground_m)
-        return geopandas.GeoDataFrame(table, geometry=outlines, crs=_crs(document))
+        frame["height"] = np.where(np.equal(low_m, high_m), 0.0, high_m - ground_m)
+        return frame
     except InputError:
         raise
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError):
+    except UNREADABLE:
         raise refusal(file, f"is no CityJSON: {at} is not as specified") from None
 
 

@@ -5,9 +5,14 @@ from __future__ import annotations
 import math
 import re
 import warnings
+import zipfile
+import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
+from shutil import copyfileobj
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import geopandas
@@ -21,8 +26,9 @@ import shapely
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.city.city import DEGREES, ON_EARTH, City, on_earth, plane
 from optuav.city.cityjson import FARTHEST, solids
-from optuav.errors import Fault, InputError, collected, printable, refuse
+from optuav.errors import Fault, InputError, collected, refuse
 from optuav.mission.files import label, refusal, refusals
+from optuav.mission.maps import HEADS, LARGEST, LINES, TEXTS, check_map, document_of, features
 from optuav.mission.messages import counted, listed, misfits, nearest, shown
 from optuav.mission.schema import Number
 
@@ -30,12 +36,27 @@ HEIGHT = Number("m", gt=0, le=1e6)
 FARTHEST_M = 1e6  # From the origin, beyond which no mission has a building
 DECIMALS = 3  # Of corners [m], so that they are the same on any processor
 AREAS = ("Polygon", "MultiPolygon", "Unknown")
+NOT_BUILT = ("no", "false", "0", "0.0")  # Values of the column building
+ZIPS = (".zip", ".shz")
+BROKEN_ZIP = (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, NotImplementedError)
+UNREADABLE_BY_GDAL = (
+    pyogrio.errors.DataSourceError,
+    pyogrio.errors.DataLayerError,
+    pyogrio.errors.FeatureError,
+    pyogrio.errors.GeometryError,
+    pyogrio.errors.FieldError,
+    shapely.errors.ShapelyError,
+)
+POLYGON = shapely.GeometryType.POLYGON  # Collections have larger numbers
+HALF_TURN = 180.0  # deg
+MOST_CROSSINGS = 100_000  # In one file: mending takes time and memory by their number
+AT_ONCE = 64  # Edges whose crossings are counted before the limit is looked at
 OF_OPENSTREETMAP = {"height": "height", "levels": "building:levels"}
 TAGS = "other_tags"  # Where GDAL puts the tags of OpenStreetMap that have no column
 
 
 def read(
-    path: str | Path,
+    path: str | Path | geopandas.GeoDataFrame,
     *,
     layer: str | None = None,
     crs: str | int | None = None,
@@ -46,18 +67,19 @@ def read(
     bbox: tuple[float, float, float, float] | None = None,
     origin: tuple[float, float] | None = None,
 ) -> City:
-    """Read the buildings of a map file, and project them to metres.
+    """Read the buildings of a map, and project them to metres.
 
     Every polygon is a building; one of several polygons is as many buildings of the same height.
     Where the features have a column ``building``, as OpenStreetMap's, those count that have a
-    value other than ``no`` in it. Courtyards count as built over.
+    value other than ``no``, ``false`` or ``0`` in it. Courtyards count as built over.
 
     Parameters
     ----------
     path
-        A file that GDAL reads (GeoPackage, GeoJSON, shapefile, OpenStreetMap's .osm.pbf), or
-        CityJSON, whose solids count by their outline from above and their height over the lowest
-        corner of the building that they are a part of.
+        A GeoPackage, GeoJSON (one document, or one feature a line), shapefile, FlatGeobuf or
+        OpenStreetMap's .osm.pbf; or CityJSON, whose solids count by their outline from above and
+        their height over the lowest corner of the building that they are a part of; or a zip with
+        one of them. Nothing else is opened, and no address. Or a GeoDataFrame.
     layer
         The layer with the buildings; by default the only one with polygons, or the one of them that
         is named after buildings.
@@ -100,7 +122,8 @@ def read(
     """
     bbox = tuple(bbox.tolist()) if isinstance(bbox, np.ndarray) else bbox
     origin = tuple(origin.tolist()) if isinstance(origin, np.ndarray) else origin
-    texts = ("path", path), ("height", height), ("levels", levels)
+    is_frame = isinstance(path, geopandas.GeoDataFrame)
+    texts = ("path", "" if is_frame else path), ("height", height), ("levels", levels)
     faults = [
         Fault(n, shown(each), "a text") for n, each in texts if not isinstance(each, str | Path)
     ]
@@ -110,14 +133,16 @@ def read(
         faults.append(Fault("crs", shown(crs), words))
     faults += _faults(level_height_m, default_height_m, bbox, origin)
     if not unread:
-        file = Path(path)
+        file = Path("GeoDataFrame" if is_frame else path)
         with collected(faults):
-            frame = _features(file, layer, bbox if crs is None and not faults else None)
+            within = bbox if crs is None and not faults else None
+            frame = _features(path if is_frame else file, file, layer, within)
     refuse(faults)
+    frame, not_built = _built(frame)
     frame = _placed(file, frame, system)
     if (np.abs(frame.total_bounds) > FARTHEST).any():
         raise refusal(file, f"has coordinates beyond {FARTHEST:g}")
-    stated, frame = frame.index, _with_areas(frame)
+    stated, frame = frame.index, _with_areas(frame, file)
     left_out = stated.difference(frame.index, sort=False)
     frame = frame.to_crs(DEGREES)
     if bbox is not None:
@@ -134,6 +159,9 @@ def read(
     west, south, east, north = frame.total_bounds.tolist()
     if not (on_earth((west, south)) and on_earth((east, north))):
         raise refusal(file, f"has places that are not on Earth: {ON_EARTH}")
+    if origin is None and east - west > HALF_TURN:
+        middle = f"180 and {(south + north) / 2:.6g} for example"
+        raise refusal(file, f"lies on both sides of the antimeridian: state origin, {middle}")
     if origin is None:
         origin = round((west + east) / 2, 6), round((south + north) / 2, 6)
     ends = np.array([(x, y, *origin) for x in (west, east) for y in (south, north)]).T
@@ -142,7 +170,8 @@ def read(
         raise refusal(file, f"{words} = {origin}: state a part of it by bbox, or another origin")
     shapes = frame.geometry.to_crs(plane(origin)).to_numpy()
     # Edges that are straight on one map are bent on another, and rounding moves corners.
-    shapes, bent = _mended(shapely.transform(shapes, lambda at_m: np.round(at_m, DECIMALS)))
+    shapes = shapely.transform(shapes, lambda at_m: np.round(at_m, DECIMALS))
+    shapes, bent = _mended(shapes, frame.index, file)
     parts, of = _polygons(shapes)
     if not len(parts):
         raise refusal(file, "has no buildings larger than a millimetre")
@@ -163,6 +192,7 @@ def read(
         of_those((frame["mended"].to_numpy() | bent)[of]),
         of_those(courtyards),
         tuple(map(str, [*left_out, *frame.index[np.bincount(of, minlength=len(frame)) == 0]])),
+        tuple(map(str, not_built)),
     )
 
 
@@ -182,20 +212,58 @@ def _faults(
         yield Fault("origin", shown(origin), f"longitude, latitude: {ON_EARTH}")
 
 
-def _features(file: Path, layer: str | None, bbox: Any) -> Any:
-    """The features of a file as a table with their outlines, in the file's reference system."""
-    with refusals(file, "read"):
-        if not file.exists():
-            raise refusal(file, "there is no such file")
-    if file.suffix.lower() in (".json", ".cityjson") and (frame := solids(file)) is not None:
-        if layer is not None:
-            raise InputError([Fault("layer", shown(layer), "CityJSON has none")])
-        return frame
-    try:
+def _features(source: Any, file: Path, layer: str | None, bbox: Any) -> Any:
+    """The features of a file or table with their outlines, in its own reference system."""
+    ending = file.suffix.lower()
+    if source is file and ending in ZIPS:
+        with TemporaryDirectory() as folder:
+            inner = _unpacked(file, Path(folder))
+            try:
+                return _features(inner, inner, layer, bbox)
+            except InputError as error:
+                faults = [replace(each, source=label(file)) for each in error.faults]
+                raise InputError(faults) from None
+    if source is file and ending not in (*TEXTS, *LINES):
+        check_map(file)
         return _layer(file, layer, bbox)
-    except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError) as error:
-        words, _, _ = printable(str(error)).partition(".; ")  # What drivers there are
-        raise refusal(file, f"is no map that GDAL reads: {words}") from None
+    if layer is not None:
+        raise InputError([Fault("layer", shown(layer), "this map has none", label(file))])
+    if source is not file:
+        return _own(source, file)
+    document = document_of(file)
+    is_city = isinstance(document, dict) and document.get("type") == "CityJSON"
+    return solids(document, file) if is_city else features(document, file)
+
+
+def _own(frame: Any, file: Path) -> Any:
+    """A table of features from Python, with columns named by texts and features named once."""
+    if frame.active_geometry_name is None:
+        raise refusal(file, "has no geometry")
+    frame = frame.loc[:, ~frame.columns.duplicated()].rename(columns=str)
+    return frame if frame.index.is_unique else frame.reset_index(drop=True)
+
+
+def _unpacked(file: Path, folder: Path) -> Path:
+    """The only map in a zip, unpacked into a folder with the files that belong to it."""
+    try:
+        with refusals(file, "read"), zipfile.ZipFile(file) as archive:
+            inside = [each for each in archive.infolist() if not each.is_dir()]
+            if (size := sum(each.file_size for each in inside)) > LARGEST:
+                most = f"the {LARGEST / 1e6:g} MB that are unpacked"
+                raise refusal(file, f"holds {size / 1e6:.0f} MB, more than {most}")
+            for each in inside:
+                with (
+                    archive.open(each) as packed,
+                    (folder / Path(each.filename).name).open("xb") as out,
+                ):
+                    copyfileobj(packed, out)
+    except BROKEN_ZIP:
+        raise refusal(file, "is damaged, encrypted or no zip") from None
+    maps = [each for each in folder.iterdir() if each.suffix.lower() in (*HEADS, *TEXTS, *LINES)]
+    if len(maps) != 1:
+        names = listed(sorted(each.name for each in maps))
+        raise refusal(file, f"holds {counted(len(maps), 'map')}, not one{names and ': '}{names}")
+    return maps[0]
 
 
 def _placed(file: Path, frame: Any, stated: pyproj.CRS | None) -> Any:
@@ -225,6 +293,17 @@ def _is_of_maps(crs: pyproj.CRS) -> bool:
 
 def _layer(file: Path, layer: str | None, bbox: Any) -> Any:
     """The buildings of a layer that GDAL reads."""
+    # In our words: GDAL warns of rings that are mended or listed, and of columns that are none of
+    # ours.
+    try:
+        with warnings.catch_warnings(action="ignore"):
+            return _layer_of(file, layer, bbox)
+    except UNREADABLE_BY_GDAL:
+        raise refusal(file, "cannot be read: it is damaged or incomplete") from None
+
+
+def _layer_of(file: Path, layer: str | None, bbox: Any) -> Any:
+    """As `_layer`, with the warnings and errors of GDAL."""
     kinds = {str(name): str(kind).partition(" ")[0] for name, kind in pyogrio.list_layers(file)}
     areas = [name for name, kind in kinds.items() if kind in AREAS]
     if layer is None:
@@ -237,43 +316,74 @@ def _layer(file: Path, layer: str | None, bbox: Any) -> Any:
         words = f"a layer with polygons: {listed(areas)}" if areas else "no layer has polygons"
         raise InputError([Fault("layer", shown(layer), words, label(file))])
     around = None
-    own = pyogrio.read_info(file, layer=layer)["crs"]
-    if bbox is not None and own and _is_of_maps(pyproj.CRS(own)):
+    facts = pyogrio.read_info(file, layer=layer)
+    if bbox is not None and (own := _system(facts["crs"])):
         around = pyproj.Transformer.from_crs(DEGREES, own, always_xy=True).transform_bounds(*bbox)
-    with warnings.catch_warnings():
-        # GDAL warns of rings that are not closed or too short, which are mended or listed, and of
-        # columns that are none of ours.
-        warnings.simplefilter("ignore")
-        options = {"layer": layer, "bbox": around, "fid_as_index": True}
-        frame = pyogrio.read_dataframe(file, on_invalid="ignore", **options)
+    options = {"layer": layer, "bbox": around, "fid_as_index": True}
+    frame = pyogrio.read_dataframe(file, on_invalid="ignore", **options)
     if not isinstance(frame, geopandas.GeoDataFrame):
         raise InputError([Fault("layer", shown(layer), "has no geometry", label(file))])
-    if "building" in frame:
-        frame = frame[frame["building"].notna() & (frame["building"] != "no")]
+    if bbox is None and len(frame) < facts["features"]:
+        raise refusal(file, f"is incomplete: it has {len(frame)} of {facts['features']} features")
     return frame
 
 
-def _with_areas(frame: Any) -> Any:
+def _built(frame: Any) -> tuple[Any, Any]:
+    """The features that are buildings, and the names of those that say that they are none."""
+    if "building" not in frame:
+        return frame, ()
+    stated = frame["building"]
+    denied = stated.astype("str").str.strip().str.lower().isin(NOT_BUILT)
+    return frame[stated.notna() & ~denied], frame.index[denied]
+
+
+def _with_areas(frame: Any, file: Path) -> Any:
     """The features that have an area, with valid outlines; the column `mended` tells which were."""
-    shapes, mended = _mended(frame.geometry.to_numpy())
+    shapes, mended = _mended(frame.geometry.to_numpy(), frame.index, file)
     frame = frame.set_geometry(geopandas.GeoSeries(shapes, frame.index, frame.crs))
     return frame.assign(mended=mended)[shapely.area(shapes) > 0.0]
 
 
-def _mended(shapes: npt.NDArray[np.object_]) -> tuple[npt.NDArray[np.object_], Booleans]:
+def _mended(
+    shapes: npt.NDArray[np.object_], names: Any, file: Path
+) -> tuple[npt.NDArray[np.object_], Booleans]:
     """Valid shapes, and which of them were not valid."""
     broken = np.asarray(~shapely.is_valid(shapes) & ~shapely.is_missing(shapes))
     shapes = shapes.copy()
+    if (at := _too_tangled(shapes[broken])) is not None:
+        words = f"outlines that cross themselves up to {MOST_CROSSINGS} times are mended, not this"
+        raise InputError([Fault(f"feature {names[broken][at]}", "", words, label(file))])
     shapes[broken] = shapely.make_valid(shapes[broken], method="structure", keep_collapsed=False)
     return shapes, broken
 
 
-def _polygons(shapes: npt.NDArray[np.object_]) -> tuple[npt.NDArray[np.object_], Integers]:
-    """The polygons that shapes consist of, and the number of the shape of each."""
-    parts, of = shapely.get_parts(shapes, return_index=True)
-    parts, within = shapely.get_parts(parts, return_index=True)  # What a collection collects
-    areas = np.asarray(shapely.area(parts) > 0.0)
-    return parts[areas], of[within][areas]
+def _too_tangled(shapes: npt.NDArray[np.object_]) -> int | None:
+    """The number of the shape by which edges have crossed others of their shape too often."""
+    parts, of = _polygons(shapes, least_m2=-1.0)
+    rings, part = shapely.get_rings(parts, return_index=True)
+    corners, ring = shapely.get_coordinates(rings, return_index=True)
+    of, joined = of[part[ring[1:]]], ring[1:] == ring[:-1]
+    edges = shapely.linestrings(np.stack([corners[:-1], corners[1:]], axis=1)[joined])
+    of, tree, most = of[joined], shapely.STRtree(edges), 2 * MOST_CROSSINGS
+    for first in range(0, len(edges), AT_ONCE):
+        some, others = tree.query(edges[first : first + AT_ONCE], predicate="intersects")
+        # Each meets itself and its neighbours.
+        most += 3 * AT_ONCE - int((of[first + some] == of[others]).sum())
+        if most < 0:
+            return int(of[first])
+    return None
+
+
+def _polygons(
+    shapes: npt.NDArray[np.object_], least_m2: float = 0.0
+) -> tuple[npt.NDArray[np.object_], Integers]:
+    """The polygons larger than `least_m2` of which shapes consist, and the shape of each."""
+    parts, of = shapes, np.arange(len(shapes))
+    while (shapely.get_type_id(parts) > POLYGON).any():  # What collections collect
+        parts, within = shapely.get_parts(parts, return_index=True)
+        of = of[within]
+    areas = np.asarray(shapely.area(parts) > least_m2)
+    return parts[areas], of[areas]
 
 
 def _points_on(footprints: npt.NDArray[np.object_]) -> Floats:
@@ -285,7 +395,12 @@ def _points_on(footprints: npt.NDArray[np.object_]) -> Floats:
 
 def _names(index: Any, of: Integers) -> list[str]:
     """A name for every part, of its feature and its number there."""
-    heads = [f"b{each}" if isinstance(each, int | np.integer) else str(each) for each in index]
+    heads = [
+        f"b{each}"
+        if isinstance(each, int | np.integer)
+        else "/".join(map(str, each if isinstance(each, tuple) else [each]))
+        for each in index
+    ]
     part = np.arange(len(of)) - np.searchsorted(of, of)
     both = zip(of.tolist(), part.tolist(), strict=True)
     return [heads[k] + (f"-{number + 1}" if number else "") for k, number in both]

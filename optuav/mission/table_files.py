@@ -16,13 +16,14 @@ from typing import TYPE_CHECKING, Any
 from optuav.errors import Fault, InputError, decimal, printable, refuse, require
 from optuav.mission.buildings import Buildings, TableFile
 from optuav.mission.files import MARK, label, read_text, refusal, refusals
+from optuav.mission.maps import TEXTS, check_map, document_of, features
 from optuav.mission.messages import listed
 from optuav.mission.tables import COLUMNS, SIZES, corners_of, of_columns, of_polygons
 
 if TYPE_CHECKING:
     from optuav.arrays import Floats, Integers
 
-PARQUET, OF_GDAL = (".parquet", ".geoparquet"), (".gpkg", ".geojson")
+PARQUET, MAPS = (".parquet", ".geoparquet"), (".gpkg", ".geojson")
 OUTLINE = "one polygon without courtyards, or a point; optuav city reads other maps"
 UNREADABLE = (ValueError, RuntimeError, OSError, AttributeError, LookupError, TypeError)
 SHOWN_DIGITS = 12  # Of a hash
@@ -32,7 +33,7 @@ def read_buildings(path: Path) -> Buildings:
     """The buildings of a file, or an `InputError`."""
     found, ending = fingerprint(path), path.suffix.lower()
     readers = {".csv": _of_csv, **dict.fromkeys(PARQUET, _of_parquet)}
-    readers |= dict.fromkeys(OF_GDAL, _of_map)
+    readers |= dict.fromkeys(MAPS, _of_map)
     if ending not in readers:
         raise refusal(path, f"is none of {', '.join(readers)}")
     try:
@@ -154,13 +155,20 @@ def _columns_of_map(path: Path) -> tuple[list[str], Floats, Floats, Integers]:
     import pyogrio
     import shapely
 
-    of_gdal = path.suffix.lower() in OF_GDAL
     try:
-        if of_gdal and len(layers := pyogrio.list_layers(path)) != 1:
-            raise ValueError(f"it has {len(layers)} layers, not one")
         with warnings.catch_warnings(action="ignore"):  # What is amiss is refused below
-            frame = geopandas.read_file(path) if of_gdal else geopandas.read_parquet(path)
+            if path.suffix.lower() in PARQUET:
+                frame = geopandas.read_parquet(path)
+            elif path.suffix.lower() in TEXTS:
+                frame = features(document_of(path), path)
+            else:
+                check_map(path)
+                if len(layers := pyogrio.list_layers(path)) != 1:
+                    raise ValueError(f"it has {len(layers)} layers, not one")
+                frame = geopandas.read_file(path)
         shapes, crs = frame.geometry.to_numpy(), frame.crs
+    except InputError:
+        raise
     except (*UNREADABLE, shapely.errors.ShapelyError) as error:
         raise _unreadable(path, "geopandas", error) from None
     units = [] if crs is None else [axis.unit_name for axis in crs.axis_info[:2]]

@@ -121,11 +121,11 @@ def test_what_is_wrong_is_said_once(tmp_path: Path, key: str, value: object, wor
     assert len(caught.value.faults) == 1
 
 
-def test_other_json_is_a_map_that_gdal_reads_or_none(tmp_path: Path) -> None:
+def test_other_json_is_geojson_or_none(tmp_path: Path) -> None:
     file = tmp_path / "map.json"
     file.write_text('{"type": "FeatureCollection", "features": []}')
     with pytest.raises(optuav.InputError):
         read(file)
     file.write_text("[1, 2]")
-    with pytest.raises(optuav.InputError, match="is no map that GDAL reads"):
+    with pytest.raises(optuav.InputError, match="is no GeoJSON: type is not"):
         read(file)

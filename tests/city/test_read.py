@@ -283,14 +283,17 @@ def test_files_that_are_no_maps(tmp_path: Path) -> None:
     text = tmp_path / "map.gpkg"
     text.write_text("not a map")
     (found,) = refusal(text)
-    assert found.endswith("not recognized as being in a supported file format")
+    assert found.endswith("is damaged, or no .gpkg file")
     broken = tmp_path / "map.json"
     broken.write_text("{")
     assert "is not JSON" in refusal(broken)[0]
     empty = geojson(tmp_path, [])
     assert len(refusal(empty)) == 1
     (found,) = refusal(tmp_path)
-    assert "is no map that GDAL reads" in found
+    assert "is no regular file" in found
+    other = tmp_path / "map.kml"
+    other.write_text("<kml/>")
+    assert "is none of .gpkg, .shp, .fgb, .pbf, .geojson" in refusal(other)[0]
 
 
 def test_layers_are_named_where_there_are_several(tmp_path: Path) -> None:

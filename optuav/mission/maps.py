@@ -1,0 +1,121 @@
+"""Map files, read without a network and without the files that they name.
+
+GDAL chooses a driver by the content of a file, and some drivers open whatever a file names: a VRT
+its sources, a GeoJSON the address of its reference system. So GDAL gets only binary formats that no
+other driver takes for its own, and GeoJSON is read here.
+"""
+
+from __future__ import annotations
+
+import re
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from optuav.errors import Fault, InputError
+from optuav.mission.files import label, parse_json, read_text, refusal, refusals
+from optuav.mission.messages import shown
+
+HEADS = {
+    ".gpkg": (0, b"SQLite format 3\0"),
+    ".shp": (0, b"\0\0\x27\x0a"),
+    ".fgb": (0, b"fgb\x03fgb"),
+    ".pbf": (4, b"\n\tOSMHeader"),
+}
+"""Formats that GDAL reads: the bytes by which a file is one, and where they begin."""
+TEXT_ENDS = 16  # By this byte they have a zero, at which drivers of text formats stop reading
+TEXTS, LINES = (".geojson", ".json", ".cityjson"), (".geojsonl", ".geojsons", ".ndjson", ".jsonl")
+CONVERTS = "ogr2ogr, which comes with GDAL, converts other maps: ogr2ogr town.gpkg FILE"
+LARGEST = 500_000_000  # bytes of text, and of what a zip holds
+MOST_VALUES = 100_000_000
+CODE = re.compile(r"[\w:./#-]{1,200}")  # Not that of a projection, whose grids are files
+NAMED = {"properties": {"name": "EPSG:4326"}}  # Of a GeoJSON that states none
+UNREADABLE = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError)
+
+
+def check_map(file: Path) -> None:
+    """Refuse a file that is not, or not wholly, of a format that GDAL may read."""
+    with refusals(file, "read"):
+        if not file.is_file():
+            raise refusal(file, "is no regular file" if file.exists() else "there is no such file")
+        if (ending := file.suffix.lower()) not in HEADS:
+            known = ", ".join((*HEADS, *TEXTS, *LINES, ".zip"))
+            raise refusal(file, f"is none of {known}; {CONVERTS}")
+        parts = [file, file.with_suffix(".shx")] if ending == ".shp" else [file]
+        for part in (each for each in parts if each.is_file()):
+            with part.open("rb") as content:
+                head = content.read(100)
+            at, start = HEADS[ending]
+            if not head[at:].startswith(start) or 0 not in head[:TEXT_ENDS]:
+                raise refusal(part, f"is damaged, or no {part.suffix} file")
+            size, stated = part.stat().st_size, 2 * int.from_bytes(head[24:28])
+            if ending == ".shp" and size < stated:
+                raise refusal(part, f"is cut off: it has {size} of {stated} bytes")
+
+
+def document_of(file: Path) -> Any:
+    """The JSON of a map; lines of features as one collection of them."""
+    text = read_text(file, LARGEST)
+    if file.suffix.lower() not in LINES:
+        return parse_json(text, label(file), MOST_VALUES)
+    lines = text.split("\x1e" if text.startswith("\x1e") else "\n")
+    joined = ",\n".join(line for line in lines if line.strip())
+    return {"features": parse_json(f"[{joined}]", label(file), MOST_VALUES)}
+
+
+def features(document: Any, file: Path) -> Any:
+    """The features of a GeoJSON document as a table, without geometry where that is invalid."""
+    at, known, shapes = "type", list[dict[str, Any]](), list[Any]()
+    try:
+        rows = document.get("features", [document])
+        for number, each in enumerate(rows):
+            at = f"feature {number}"
+            if each.get("type") != "Feature":
+                raise ValueError
+            known.append({**(each.get("properties") or {})})
+            shapes.append(_shape(each.get("geometry")))
+        numbers = [each.get("id") for each in rows]
+    except UNREADABLE:
+        raise refusal(file, f"is no GeoJSON: {at} is not as specified") from None
+    if {*map(type, numbers)} != {int} or len({*numbers}) < len(numbers) or min(numbers) < 0:
+        numbers = [*range(len(rows))]
+    return table(known, numbers, shapes, _crs(document, file), file)
+
+
+def table(known: list[dict[str, Any]], names: list[Any], shapes: Any, crs: Any, file: Path) -> Any:
+    """What is known of features, with their names and shapes; refused if it is too large."""
+    import geopandas
+    import numpy as np
+    import pandas as pd
+
+    if len({key for each in known for key in each}) * len(known) > MOST_VALUES:
+        raise refusal(file, f"has a table of more than {MOST_VALUES} cells")
+    outlines = np.empty(len(shapes), dtype=object)
+    outlines[:] = shapes
+    rows = pd.DataFrame(known, index=pd.Index(names)).drop(columns="geometry", errors="ignore")
+    return geopandas.GeoDataFrame(rows, geometry=outlines, crs=crs)
+
+
+def _shape(geometry: Any) -> Any:
+    """A shape without heights, by which its rings may not end where they began; or None."""
+    import shapely
+
+    try:
+        found = shapely.geometry.shape(geometry) if geometry else None
+        flat = found is None or not found.has_z
+        return found if flat else shapely.remove_repeated_points(shapely.force_2d(found))
+    except (*UNREADABLE, shapely.errors.ShapelyError):
+        return None
+
+
+def _crs(document: dict[str, Any], file: Path) -> Any:
+    """The reference system of a GeoJSON document; None if it says that there is none."""
+    import pyproj
+
+    if (stated := document.get("crs", NAMED)) is None:
+        return None
+    with suppress(LookupError, TypeError, pyproj.exceptions.CRSError):
+        if CODE.fullmatch(name := stated["properties"]["name"]):
+            return pyproj.CRS.from_user_input(name)
+    words = 'the name of a known reference system, such as "EPSG:25832"; no link is followed'
+    raise InputError([Fault("crs", shown(str(stated)), words, label(file))])

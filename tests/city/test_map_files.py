@@ -1,0 +1,280 @@
+"""Map files are read whole, alone and within limits, or refused in words."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import sys
+import threading
+import zipfile
+from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, HTTPServer
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("geopandas")
+
+import geopandas
+import pandas as pd
+import shapely
+
+import optuav
+from optuav.city import read
+from tests.city.maps import EAST_DEG, NORTH_DEG, geojson, polygon, ring, square
+
+TALL = {"height": 30.0}
+SUFFIXES = (".gpkg", ".shp", ".fgb", ".geojson", ".geojsonl")
+
+
+def town(folder: Path, suffix: str, count: int = 60) -> Path:
+    """A file with a row of squares."""
+    file = folder / f"town{suffix}"
+    shapes = [shapely.geometry.shape(square(50.0 * k)) for k in range(count)]
+    frame = geopandas.GeoDataFrame({"height": [30.0] * count}, geometry=shapes, crs=4326)
+    frame.to_file(file, **({"driver": "GeoJSONSeq"} if suffix == ".geojsonl" else {}))
+    return file
+
+
+def refused(file: Path, words: str) -> None:
+    with pytest.raises(optuav.InputError, match=words):
+        read(file)
+
+
+# Nothing else is opened
+
+
+@pytest.fixture
+def asked() -> Iterator[tuple[str, list[str]]]:
+    """The address of a server in this process, and what it is asked for."""
+    paths = list[str]()
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            paths.append(self.path)
+            self.send_error(404)
+
+        do_HEAD = do_GET
+
+        def log_message(self, *_: object) -> None:
+            """Print nothing."""
+
+    with HTTPServer(("127.0.0.1", 0), Handler) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        yield f"http://127.0.0.1:{server.server_port}", paths
+        server.shutdown()
+        thread.join()
+
+
+def linked(address: str, folder: Path) -> Iterator[tuple[str, str]]:
+    """Names and contents of maps that name an address or another file."""
+    secret = town(folder, ".gpkg")
+    link = {"type": "link", "properties": {"href": f"{address}/crs", "type": "proj4"}}
+    name = {"type": "name", "properties": {"name": f"{address}/crs"}}
+    for crs in (link, name, {**link, "properties": {"href": str(secret), "type": "proj4"}}):
+        whole = {"type": "FeatureCollection", "crs": crs}
+        feature = {"type": "Feature", "properties": TALL, "geometry": square()}
+        yield "link.geojson", json.dumps({**whole, "features": [feature]})
+        inside = {**feature, "geometry": {**square(), "crs": crs}}
+        yield "inside.geojson", json.dumps({"type": "FeatureCollection", "features": [inside]})
+    for source in (str(secret), f"/vsicurl/{address}/town.gpkg"):
+        content = f"<SrcDataSource>{source}</SrcDataSource><SrcLayer>town</SrcLayer>"
+        layer = f'<OGRVRTLayer name="town">{content}</OGRVRTLayer>'
+        virtual = f"<OGRVRTDataSource>{layer}</OGRVRTDataSource>"
+        for suffix in (".vrt", *SUFFIXES, ".pbf", ".json"):
+            yield f"virtual{suffix}", virtual
+    command = f"gdal vector read {address}/town.gpkg"
+    yield "steps.json", json.dumps({"type": "gdal_streamed_alg", "command_line": command})
+    yield "service.geojson", f"<OGRWFSDataSource><URL>{address}</URL></OGRWFSDataSource>"
+
+
+def test_no_map_makes_anybody_open_an_address_or_another_file(
+    asked: tuple[str, list[str]], tmp_path: Path
+) -> None:
+    """Nor in a zip, nor as the table of a mission. A system inside a geometry means nothing."""
+    address, paths = asked
+    for name, content in linked(address, tmp_path):
+        (file := tmp_path / name).write_text(content)
+        packed = tmp_path / "packed.zip"
+        with zipfile.ZipFile(packed, "w") as archive:
+            archive.write(file, name)
+        if name == "inside.geojson":
+            assert read(file).names == read(packed).names == ("b0",)
+        else:
+            refused(file, "is damaged|is none of|known reference|is not JSON|is no GeoJSON")
+            refused(packed, r"packed.zip: |holds 0 maps")
+        table = tmp_path / "mission.toml"
+        table.write_text(f'schema = 1\nextends = "paper"\nbuildings_file = "{name}"\n')
+        with pytest.raises(optuav.InputError):
+            optuav.load(table)
+    assert paths == []
+
+
+# All of a file, or nothing
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_part_of_a_file_is_no_town(suffix: str, tmp_path: Path) -> None:
+    """Wherever it is cut off, but for lines between two of which it is."""
+    file = town(tmp_path, suffix)
+    content = file.read_bytes()
+    for share in (0.3, 0.5, 0.61, 0.9):
+        file.write_bytes(content[: int(share * len(content))])
+        refused(file, "damaged|incomplete|cut off|is not JSON")
+    file.write_bytes(content)
+    assert len(read(file).names) == 60
+
+
+@pytest.mark.parametrize("part", [".shx", ".dbf"])
+def test_part_of_a_shapefile_is_no_town(part: str, tmp_path: Path) -> None:
+    file = town(tmp_path, ".shp")
+    beside = file.with_suffix(part)
+    beside.write_bytes(beside.read_bytes()[:400])
+    refused(file, "damaged|cut off")
+
+
+def test_an_unknown_reference_system_is_not_taken_for_another(tmp_path: Path) -> None:
+    """Of GeoJSON by its name, of a GeoPackage by its number; GDAL's own warnings are not heard."""
+    content = json.loads(geojson(tmp_path, [(TALL, square())]).read_text())
+    for name in ("EPSG:999999", "urn:ogc:def:crs:EPSG::999999", "+proj=utm +zone=33", 5):
+        crs = {"type": "name", "properties": {"name": name}}
+        (file := tmp_path / "named.geojson").write_text(json.dumps({**content, "crs": crs}))
+        refused(file, "the name of a known reference system")
+    crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS84"}}
+    file.write_text(json.dumps({**content, "crs": crs}))
+    assert read(file).names == ("b0",)
+    file = town(tmp_path, ".gpkg")
+    with sqlite3.connect(file) as base:
+        values = "'x', 999999, 'EPSG', 999999, 'undefined', ''"
+        base.execute(f"INSERT INTO gpkg_spatial_ref_sys VALUES ({values})")
+        for table in ("gpkg_contents", "gpkg_geometry_columns"):
+            base.execute(f"UPDATE {table} SET srs_id = 999999")
+    base.close()
+    refused(file, "states no coordinate reference system; state it as crs")
+
+
+def test_lines_are_features_by_number_or_by_their_own(tmp_path: Path) -> None:
+    shapes = [{"type": "Feature", "properties": TALL, "geometry": square(50 * k)} for k in range(3)]
+    file = tmp_path / "town.geojsonl"
+    file.write_text("\n".join(map(json.dumps, shapes)))
+    assert read(file).names == ("b0", "b1", "b2")
+    marked = "".join(f"\x1e{json.dumps({**each, 'id': 7 + k})}\n" for k, each in enumerate(shapes))
+    file.write_text(marked)
+    assert read(file).names == ("b7", "b8", "b9")
+    file.write_text(f"{json.dumps(shapes[0])}\n[]\n")
+    refused(file, "is no GeoJSON: feature 1 is not as specified")
+
+
+# What a building is
+
+
+def test_what_says_that_it_is_no_building_is_none_and_listed(tmp_path: Path) -> None:
+    kinds = ["yes", "no", False, True, 0, 1, "0", "False", None, "house"]
+    shapes = [({**TALL, "building": kind}, square(50.0 * k)) for k, kind in enumerate(kinds)]
+    city = read(geojson(tmp_path, shapes))
+    assert city.names == ("b0", "b3", "b5", "b9")
+    assert city.not_built == ("1", "2", "4", "6", "7")
+    assert "features whose building is no, false or 0, left out: 5 (1, 2" in "\n".join(city.notes())
+
+
+def test_a_town_on_both_sides_of_the_antimeridian_needs_an_origin(tmp_path: Path) -> None:
+    shapes = [shapely.box(x, -17.0, x + 5e-4, -16.9995) for x in (179.999, -179.999)]
+    frame = geopandas.GeoDataFrame({"height": [9.0, 9.0]}, geometry=shapes, crs=4326)
+    with pytest.raises(optuav.InputError, match=r"antimeridian: state origin, 180 and -16\.9997"):
+        read(frame)
+    city = read(frame, origin=(180.0, -17.0))
+    apart_m = np.diff(city.position_m[:, 0])[0]
+    assert apart_m == pytest.approx(
+        0.002 * 6378137 * np.cos(np.radians(17)) * np.pi / 180, rel=2e-3
+    )
+
+
+# Limits
+
+
+def test_an_outline_that_crosses_itself_everywhere_is_refused(tmp_path: Path) -> None:
+    """Mended, it would take minutes and gigabytes; one that is only large is read."""
+    corners = np.random.default_rng(1).uniform(0.0, 100.0, (3000, 2)).tolist()
+    tangled = geojson(tmp_path, [(TALL, square(200)), (TALL, polygon(ring(corners)))])
+    refused(tangled, "feature 1: outlines that cross themselves up to 100000 times are mended")
+    around = np.linspace(0.0, 2.0 * np.pi, 3000, endpoint=False)
+    circle = np.column_stack([np.cos(around), np.sin(around)]) * 90.0
+    circle[[10, 11]] = circle[[11, 10]]
+    assert read(geojson(tmp_path, [(TALL, polygon(ring(circle.tolist())))])).mended
+
+
+def test_a_zip_holds_one_map_of_a_size_that_is_unpacked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The size is looked at before anything is unpacked, and nothing leaves the folder."""
+    file, packed = town(tmp_path, ".shp"), tmp_path / "town.zip"
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for part in tmp_path.glob("town.*"):
+            if part != packed:
+                archive.write(part, f"../../{part.name}")
+    assert read(packed).names == read(file).names
+    content = packed.read_bytes()
+    packed.write_bytes(content[: len(content) // 2])
+    refused(packed, "is damaged, encrypted or no zip")
+    with zipfile.ZipFile(packed, "w") as archive:
+        archive.writestr("a.geojson", "{}")
+        archive.writestr("b.geojson", "{}")
+    refused(packed, "holds 2 maps, not one: a.geojson, b.geojson")
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("blank.geojson", " " * 3_000_000)
+    monkeypatch.setattr(sys.modules["optuav.city.read"], "LARGEST", 2_000_000)
+    refused(packed, "holds 3 MB, more than the 2 MB that are unpacked")
+
+
+# Tables of Python
+
+
+def test_a_table_is_read_as_the_file_it_came_from(tmp_path: Path) -> None:
+    """By its index, or by number where that is not unique; a table without a map is refused."""
+    file = geojson(tmp_path, [(TALL, square(50.0 * k)) for k in range(3)])
+    frame, expected = geopandas.read_file(file), read(file)
+    city = read(frame)
+    assert (city.names, city.origin) == (expected.names, expected.origin)
+    assert (city.position_m == expected.position_m).all()
+    ways = frame.set_index(pd.MultiIndex.from_tuples([("way", 5), ("way", 7), ("relation", 5)]))
+    names = optuav.load("paper").replace({"buildings": read(ways).buildings()}).buildings.names
+    assert [*names] == ["way/5", "way/7", "relation/5"]
+    assert read(frame.set_index([pd.Index([4, 4, 4])])).names == ("b0", "b1", "b2")
+    twice = pd.concat([frame, frame[["height"]]], axis=1)
+    assert read(twice).names == expected.names
+    for wrong, words in (
+        (frame.set_crs(None, allow_override=True), "GeoDataFrame: states no coordinate reference"),
+        (geopandas.GeoDataFrame({"height": [3.0]}), "GeoDataFrame: has no geometry"),
+        (frame.iloc[:0], "GeoDataFrame: has no buildings"),
+        (frame.drop(columns="height"), "GeoDataFrame: height = 'height': no column of this name"),
+    ):
+        with pytest.raises(optuav.InputError, match=words):
+            read(wrong)
+
+
+def test_a_city_as_a_table_comes_back_and_makes_a_mission(tmp_path: Path) -> None:
+    """Read again it is the same city, and as a file it is the buildings of a mission."""
+    horseshoe = [(0, 0), (30, 0), (30, 30), (20, 30), (20, 10), (10, 10), (10, 30), (0, 30)]
+    shapes = [(TALL, square(80 * EAST_DEG, NORTH_DEG)), (TALL, polygon(ring(horseshoe, 90)))]
+    city = read(geojson(tmp_path, shapes))
+    frame = city.to_frame()
+    again = read(frame, height="z_m", origin=city.origin)
+    assert again.names == city.names
+    assert np.abs(again.position_m - city.position_m).max() < 2e-3
+    assert shapely.hausdorff_distance(again.footprints, city.footprints).max() < 2e-3
+    frame.to_file(tmp_path / "roofs.gpkg")
+    mission = tmp_path / "mission.toml"
+    mission.write_text('schema = 1\nextends = "paper"\nbuildings_file = "roofs.gpkg"\n')
+    assert optuav.load(mission).buildings.rows() == city.buildings().rows()
+
+
+def test_a_city_shows_itself_in_a_few_lines(tmp_path: Path) -> None:
+    tags = {"building": "yes", "building:levels": 3}
+    shapes = [(tags, square(50.0 * k)) for k in range(500)]
+    city = read(geojson(tmp_path, [*shapes, ({"building": "no"}, square(-50))]))
+    shown = repr(city).splitlines()
+    assert shown[0].startswith("City of ")
+    assert len(shown) <= 10
+    assert max(map(len, shown)) <= 80
