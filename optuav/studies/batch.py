@@ -56,7 +56,7 @@ PROVED = np.isin(STATUSES, [Status.OPTIMAL, Status.INFEASIBLE])
 class Solved(NamedTuple):
     """The variables of a batch with all that labels them."""
 
-    labels: Mapping[str, Sequence[str]]  # Of perspectives and missions
+    labels: Mapping[str, Sequence[object]]  # Of perspectives and missions
     keys: Mapping[str, Floats]
     shape: Mapping[str, int]  # Sizes of all dimensions
     values: Variables
@@ -145,7 +145,8 @@ def batch(
     -------
     xarray.Dataset
         Its dimensions are ``"perspective"`` if there are several; ``"mission"`` or ``"layout"`` if
-        there are several; and every key, in their order. Paired values have the one dimension
+        there are several; and every key, in their order. Missions are numbered from 0, with their
+        names as the coordinate ``mission_name``. Paired values have the one dimension
         ``"scenario"`` instead of missions, layouts and keys. Its variables are ``hover_time_s``,
         ``rest_time_s``, ``flight_time_s`` and ``mission_time_s`` [s] of the best plan;
         ``soc_battery``, ``soc_energy`` and ``soc_adjusted``, the state of charge at its end
@@ -185,8 +186,9 @@ def labelled(found: Solved) -> xarray.Dataset:
 
     dims, words, unit = tuple(found.shape), words_of(found.buildings), {**units(), ROOFS: "m"}
     coordinates = dict[str, Any]()
+    rows = next((each for each in ("mission", "layout") if each in dims), ROW)
     for key, each in {**found.labels, **found.keys}.items():
-        first = key if key in dims else "layout" if key == ROOFS and ROW not in dims else ROW
+        first = key if key in dims else rows
         along = (first, "roof", "axis") if key == ROOFS else (first,)
         coordinates[key] = along, each, {"units": unit[key]} if key in unit else {}
     variables = dict[str, Any]()
@@ -239,14 +241,14 @@ def _solved(
             with collected(faults):
                 questions[-1].append(checked_question(each.mission, problem, name))
     refuse(dict.fromkeys(faults + wrong))
-    labels = dict[str, Sequence[str]]()
+    labels = dict[str, Sequence[object]]()
     facts = {"problem": repr(questions[0][0].problem)}
     if isinstance(perspective, str):
         facts["perspective"] = perspective
     else:
         labels["perspective"] = asked
     if several == "mission":
-        labels["mission"] = [each.name for each in wholes]
+        labels |= {"mission": range(len(wholes)), "mission_name": [each.name for each in wholes]}
     else:
         facts["mission"] = wholes[0].name
     shape = {"perspective": len(asked)} if "perspective" in labels else {}

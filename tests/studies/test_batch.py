@@ -494,10 +494,26 @@ def test_a_dataset_says_what_it_is_of(tmp_path: Path) -> None:
         assert found.attrs["mission"] == "paper"
         assert found.attrs["problem"] == "P4(building='b3', order='rest-first')"
     both = optuav.batch(["paper", "paper-table2"], ranges, paired=True)
-    assert both.mission.values.tolist() == ["paper", "paper-table2"]
-    assert both.mission.dims == ("scenario",)
+    assert both.mission_name.values.tolist() == ["paper", "paper-table2"]
+    assert both.mission.dims == both.mission_name.dims == ("scenario",)
     assert "mission" not in both.attrs
-    assert optuav.batch(["paper", "matrice350"], {}).mission.dims == ("mission",)
+    assert optuav.batch(["paper", "matrice350"], {}).mission_name.dims == ("mission",)
+
+
+def test_missions_of_one_name_have_labels_of_their_own() -> None:
+    """A number each, by which one is selected and tables are joined; several share a name."""
+    pytest.importorskip("xarray")
+    towns = [*optuav.layouts("paper", 4, buildings=3, seed=1), optuav.load("matrice350")]
+    found = optuav.batch(towns, {"limits.deadline_s": [800, 1200]}, perspective="battery")
+    assert found.indexes["mission"].tolist() == [0, 1, 2, 3, 4]
+    assert found.mission_name.values.tolist() == ["paper"] * 4 + ["matrice350"]
+    for number, town in enumerate(towns):
+        one = found.hover_time_s.sel({"mission": number, "limits.deadline_s": 1200})
+        alone = town.replace({"limits.deadline_s": 1200})
+        assert float(one) == pytest.approx(optuav.solve(alone, perspective="battery").hover_time_s)
+    named = found.set_xindex("mission_name").sel(mission_name="matrice350")
+    assert named.mission.values.tolist() == [4]
+    assert found.to_dataframe().index.is_unique
 
 
 def test_without_xarray_one_sentence_says_so() -> None:
