@@ -1,7 +1,8 @@
 """The verdict on any plan: a plan of ours, one edited by hand, or an itinerary in a file."""
 
+import json
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import TypeGuard
 
@@ -10,15 +11,15 @@ from optuav.frames import DataFrame, frame
 from optuav.judge.course import TOLERANCE
 from optuav.judge.replay import MISMATCH, Judged, Replay, replay, same
 from optuav.judge.timeline import STOP, Itinerary, Stop, stop_breaches
-from optuav.mission import load, shipped
-from optuav.mission.files import label, parse_toml, read_text, refusal
+from optuav.mission import Mission, load, shipped
+from optuav.mission.files import label, parse_json, parse_toml, read_text
 from optuav.mission.load import is_name
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import LARGEST
 from optuav.mission.validation import Breach, Document, StatedMission, format_breaches
 from optuav.network import vehicle
 from optuav.plan import Plan
-from optuav.plan.plan import DERIVED, LARGEST_BYTES, parse_plan
+from optuav.plan.plan import DERIVED, KIND, LARGEST_BYTES, parse_plan
 from optuav.plan.summary import unknown_buildings, wrapped
 from optuav.plan.trace import Event
 
@@ -27,7 +28,7 @@ MOST_SHOWN = 20  # Largest number of events that are printed one by one
 MOST_STOPS = 10_000  # Largest number of stops of an itinerary
 
 KEYS = {
-    "mission": "the name of a shipped mission, or a path relative to this file",
+    "mission": "the name of a shipped mission, a path relative to this file, or a whole mission",
     "stops": f"tables [[stops]], each {STOP}; at most {MOST_STOPS}, or stops = []",
 }
 """What the file of an itinerary states beside its schema."""
@@ -103,7 +104,7 @@ class Audit(Judged):
         }
 
 
-def audit(plan: Plan | Itinerary | str | Path) -> Audit:
+def audit(plan: Plan | Itinerary | Mapping[str, object] | str | Path) -> Audit:
     """Judge a plan by simulating it from its mission, see `optuav.replay`.
 
     Whether the plan is the best is not judged; of ``slot_s`` only that every stay is whole slots.
@@ -111,9 +112,9 @@ def audit(plan: Plan | Itinerary | str | Path) -> Audit:
     Parameters
     ----------
     plan
-        A plan, an itinerary, or a file: a saved plan (JSON, its name in ``.json`` or its first
-        letter ``{``), whose figures are compared with the simulation, or an itinerary in TOML,
-        which states ``schema = 1``, the ``mission`` and its ``[[stops]]``.
+        A plan, an itinerary, or a file: a saved plan in JSON, whose figures are compared with the
+        simulation, or an itinerary in TOML or JSON, which states ``schema = 1``, the ``mission``
+        and its ``[[stops]]``. A dict with the content of such a file does as well.
 
     Returns
     -------
@@ -138,15 +139,23 @@ def audit(plan: Plan | Itinerary | str | Path) -> Audit:
     """
     if isinstance(plan, Plan | Itinerary):
         return _judged(printable(plan.mission.name), plan, {})
+    if isinstance(plan, Mapping):
+        document, here = {**plan}, Path()
+        if document.get("kind") == KIND:
+            return _judged("a dict", *parse_plan(json.dumps(document), "a dict", here))
+        return _judged("a dict", _itinerary(document, here, "a dict"), {})
     if not isinstance(plan, str | Path):
-        words = "a Plan, an Itinerary of a mission and its stops, or the path of a file"
+        words = "a Plan, an Itinerary of a mission and its stops, a dict, or the path of a file"
         raise InputError([Fault("plan", f"{plan!r:.80}", words)])
     file, source = Path(plan), label(Path(plan))
     known = "; it is a shipped mission, optuav solve takes it" if str(plan) in shipped() else ""
     text = read_text(file, LARGEST_BYTES, hint=known)
-    if file.suffix == ".json" or text.lstrip().startswith("{"):
-        return _judged(source, *parse_plan(text, source, file.parent))
-    return _judged(source, _itinerary(parse_toml(text, source), file), {})
+    if file.suffix != ".json" and not text.lstrip().startswith("{"):
+        return _judged(source, _itinerary(parse_toml(text, source), file.parent, source), {})
+    stated = None if KIND in text else parse_json(text, source)
+    if isinstance(stated, dict) and "stops" in stated and "phases" not in stated:
+        return _judged(source, _itinerary(stated, file.parent, source), {})
+    return _judged(source, *parse_plan(text, source, file.parent))
 
 
 def _judged(source: str, subject: Plan | Itinerary, data: Mapping[str, object]) -> Audit:
@@ -208,24 +217,32 @@ def _lines(judged: Audit) -> Iterator[str]:
     yield f"Tolerance  {share}, of a limit, or of a figure"
 
 
-def _itinerary(document: Document, file: Path) -> Itinerary:
-    """The itinerary that a file states, or an `InputError` with its faults and its mission's."""
+def _itinerary(document: Document, folder: Path, source: str) -> Itinerary:
+    """The itinerary that a document states, or an `InputError` with all faults."""
     if not KEYS.keys() & document.keys() and {"extends", "limits", "route"} & document.keys():
-        raise refusal(file, "is a mission, not an itinerary; optuav solve and validate take it")
-    name, stops, source = document.get("mission"), document.get("stops", ()), label(file)
+        words = "is a mission, not an itinerary; optuav solve and validate take it"
+        raise InputError([Fault("", "", words, source)])
+    name, stops = document.get("mission"), document.get("stops", ())
     faults, breaches, mission = list[Fault](), format_breaches(document), None
     for key in {**KEYS, **document}:
         if key not in ("schema", *KEYS):
             breaches.append(Breach((key,), f"unknown key{nearest(key, KEYS)}"))
         elif key in KEYS and key not in document:
             breaches.append(Breach((key,), f"is missing; {KEYS[key]}"))
-    if isinstance(name, str) and name:
+    if isinstance(name, str | dict) and name:
         try:
-            mission = load(name if is_name(name) else file.parent / name)
+            if isinstance(name, dict):
+                mission = Mission.from_dict(name)
+            else:
+                mission = load(name if is_name(name) else folder / name)
         except InputError as error:
             # That there is no such file is a fault of the key, what is wrong in it its own.
             faults += (
-                each if each.key else Fault("mission", shown(name), each.allowed, source)
+                replace(each, key=f"mission.{each.key}", source=source)
+                if isinstance(name, dict)
+                else each
+                if each.key
+                else Fault("mission", shown(name), each.allowed, source)
                 for each in error.faults
             )
     else:

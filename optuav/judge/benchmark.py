@@ -173,9 +173,9 @@ def _not_asked(found: Replay, stops: Sequence[Stop], answer: Answer) -> Iterator
         if count > most[verb]:
             yield f"it {verb} {count} times, at most {most[verb]} are asked for"
     if strange := {*hovers} - {"hover"}:
-        yield f"it hovers at {', '.join(sorted(strange))}, not at the hover point"
+        yield f"it hovers at {', '.join(sorted(map(str, strange)))}, not at the hover point"
     if strange := {*rests} & {*ENDS}:
-        yield f"it rests at {', '.join(sorted(strange))}, not on a roof"
+        yield f"it rests at {', '.join(sorted(map(str, strange)))}, not on a roof"
     if name == "P4" and (rests != [options["building"]] or len(hovers) != 1):
         yield f"it does not hover and rest on {options['building']}, once each"
     if "order" in options and stops and f"{stops[0].kind}-first" != options["order"]:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Literal, NamedTuple
 
@@ -12,7 +12,7 @@ from optuav.arrays import Floats
 from optuav.errors import refuse
 from optuav.mission import Mission
 from optuav.mission.messages import nearest
-from optuav.mission.schema import Number
+from optuav.mission.schema import COORDINATE, SCHEMA, Number
 from optuav.mission.validation import Breach, StatedMission
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, crossed
@@ -20,6 +20,7 @@ from optuav.network.places import ENDS
 from optuav.network.prisms import prisms
 from optuav.network.vehicle import Flow
 from optuav.physics import flight
+from optuav.physics.quantity import Vector
 from optuav.plan import Phase as Planned
 from optuav.plan import Plan
 from optuav.plan.plan import Stop as PlannedStop
@@ -37,7 +38,8 @@ class Stop:
     Parameters
     ----------
     at
-        Name of a place: ``"hover"``, a building's, ``"origin"`` or ``"destination"``.
+        Name of a place: ``"hover"``, a building's, ``"origin"`` or ``"destination"``; or another
+        point to hover at, (x, y, z) [m], each up to 1e6.
     kind
         ``"rest"`` or ``"hover"``.
     duration_s
@@ -50,9 +52,13 @@ class Stop:
     231.8
     """
 
-    at: str
+    at: str | Point
     kind: Literal["rest", "hover"]
     duration_s: float
+
+    def __post_init__(self) -> None:
+        if isinstance(self.at, list):
+            object.__setattr__(self, "at", tuple(self.at))
 
 
 @dataclass(frozen=True)
@@ -94,9 +100,21 @@ class Itinerary:
         stated = [vars(stop) if isinstance(stop, Stop) else stop for stop in self.stops]
         refuse(StatedMission({"stops": stated}).faults(stop_breaches(stated, self.mission)))
 
+    def to_dict(self) -> dict[str, object]:
+        """Return the itinerary as plain data, ready for JSON, as `optuav.audit` takes it."""
+        stops = [asdict(stop) for stop in self.stops]
+        return {"schema": SCHEMA, "mission": self.mission.to_dict(), "stops": stops}
+
+
+def _is_place(at: object) -> bool:
+    """Whether this may be the name of a place, or is a point [m]."""
+    if isinstance(at, str):
+        return True
+    return isinstance(at, list | tuple) and len(at) == 3 and all(map(COORDINATE.accepts, at))
+
 
 ALLOWED: Mapping[str, tuple[str, Callable[[object], bool]]] = {
-    "at": ("the name of a place", lambda value: isinstance(value, str)),
+    "at": ("the name of a place, or [x, y, z] [m] to hover at", _is_place),
     "kind": ('"rest" or "hover"', lambda value: value in ("rest", "hover")),
     "duration_s": (DURATION.words, DURATION.accepts),
 }
@@ -119,7 +137,9 @@ def stop_breaches(stops: Sequence[object], mission: Mission | None) -> Iterator[
                 yield Breach(key, f"is missing; {words}")
             elif not fits(stop[name]):
                 yield Breach(key, words)
-            elif mission and name == "at" and stop[name] not in known:
+            elif (
+                mission and name == "at" and isinstance(stop[name], str) and stop[name] not in known
+            ):
                 hint = nearest(stop[name], known)
                 yield Breach(key, f"is no place of the mission {mission.name}{hint}")
 
@@ -128,8 +148,8 @@ class Move(NamedTuple):
     """A kind of phase, its places, and a stay's duration [s]; the phase if the user stated it."""
 
     kind: Kind
-    start_place: str
-    end_place: str
+    start_place: str | Point
+    end_place: str | Point
     duration_s: float = 0.0
     stated: Planned | None = None
 
@@ -141,7 +161,7 @@ def moves(subject: Plan | Itinerary) -> Iterator[Move]:
             stated = each if each.edited else None
             yield Move(each.kind, each.start_place, each.end_place, each.duration_s, stated)
         return
-    here = "origin"
+    here: str | Point = "origin"
     for stop in subject.stops:
         if stop.at != here:
             yield Move("flight", here, stop.at)
@@ -211,33 +231,39 @@ class Phase:
         return sum(stage.duration_s for stage in self.stages)
 
 
-def places(mission: Mission, planned: Sequence[Move]) -> dict[str, Place]:
-    """The places of some moves by name, and what the laser gives there."""
+def places(mission: Mission, planned: Sequence[Move]) -> dict[str | Point, Place]:
+    """The places of some moves by name or point, and what the laser gives there."""
     route, laser = mission.route, mission.laser
     ends_m = (route.origin_m, vehicle.hover_point_m(mission), route.destination_m)
-    known = {name: (CLEAR, point_m) for name, point_m in zip(ENDS, ends_m, strict=True)}
     names = [*dict.fromkeys(end for move in planned for end in move[1:3])]
+    known: dict[str | Point, tuple[int, Vector]] = {
+        name: (CLEAR, point_m) for name, point_m in zip(ENDS, ends_m, strict=True)
+    }
+    known |= {point: (CLEAR, point) for point in names if not isinstance(point, str)}
     wanted = {*names}
-    for number, name in enumerate(mission.buildings.names):
-        if name in wanted:
-            known[name] = number, tuple(mission.buildings.roof_m[number])
+    for number, roof in enumerate(mission.buildings.names):
+        if roof in wanted:
+            known[roof] = number, tuple(mission.buildings.roof_m[number])
     numbers, points_m = zip(*(known[name] for name in names), strict=True)
     sights: Sequence[bool] = [False] * len(names)
     if laser is not None:
         from_m, to_m = np.broadcast_arrays(laser.position_m, np.array(points_m, dtype=float))
         blockers = crossed(prisms(mission.buildings), from_m, to_m, np.array(numbers)[:, None])
         sights = ((blockers == CLEAR) & ~np.isnan(to_m[:, 0])).tolist()
-    found = {}
+    found = dict[str | Point, Place]()
     for name, number, point_m, sight in zip(names, numbers, points_m, sights, strict=True):
         x, y, z = map(float, point_m)
         received = NOTHING
         if laser is not None and sight:
             received = vehicle.charging(mission, math.dist(laser.position_m, (x, y, z)))
-        found[name] = Place(name, number, (x, y, z), sight, received)
+        words = name if isinstance(name, str) else f"({x:.10g}, {y:.10g}, {z:.10g})"
+        found[name] = Place(words, number, (x, y, z), sight, received)
     return found
 
 
-def phases(mission: Mission, at: Mapping[str, Place], planned: Sequence[Move]) -> tuple[Phase, ...]:
+def phases(
+    mission: Mission, at: Mapping[str | Point, Place], planned: Sequence[Move]
+) -> tuple[Phase, ...]:
     """The phases of some moves between places that are known."""
     loads = {"hover": vehicle.hover_load(mission), "rest": vehicle.rest_load(mission)}
     found, start_s = list[Phase](), 0.0

@@ -319,7 +319,10 @@ def test_the_mission_of_an_itinerary_is_refused_as_its_key(tmp_path: Path) -> No
     for name, words in (
         ("papr", "mission = 'papr': there is no such file; did you mean 'paper'?"),
         (".", "mission = '.': is a directory, not a file"),
-        ("", "mission = '': the name of a shipped mission, or a path relative to this file"),
+        (
+            "",
+            "mission = '': the name of a shipped mission, a path relative to this file, or a",
+        ),
     ):
         path = itinerary(tmp_path, f'schema = 1\nmission = "{name}"\nstops = []')
         with pytest.raises(InputError, match=re.escape(f"{path}: {words}")):
@@ -368,3 +371,52 @@ def test_what_is_no_plan_is_refused_in_words() -> None:
         optuav.audit(stops)  # type: ignore[arg-type]
     with pytest.raises(optuav.InputError, match=r"stops\.0 = .*in Python a Stop"):
         optuav.Itinerary(optuav.load("paper"), stops)  # type: ignore[arg-type]
+
+
+def test_an_itinerary_is_a_dict_and_json_as_well_as_toml(tmp_path: Path) -> None:
+    """With its mission by name or whole: one verdict for all, and all its faults."""
+    stops = [{"at": "b9", "kind": "rest", "duration_s": 231.8}]
+    stops += [{"at": "hover", "kind": "hover", "duration_s": 605.4}]
+    stated = {"schema": 1, "mission": "paper", "stops": stops}
+    (file := tmp_path / "theirs.json").write_text(json.dumps(stated))
+    itinerary = Itinerary(optuav.load("paper"), tuple(Stop(**each) for each in stops))
+    (whole := tmp_path / "whole.json").write_text(json.dumps(itinerary.to_dict()))
+    expected = str(optuav.audit(itinerary)).splitlines()
+    for each in (stated, file, itinerary.to_dict(), whole):
+        assert str(optuav.audit(each)).splitlines()[1:] == expected[1:]
+    plan = optuav.solve("paper", "P3")
+    assert optuav.audit(plan.to_dict()).flyable
+    for wrong, words in (
+        (
+            {**stated, "mission": {"limits": {"min_soc": 2}}},
+            r"a dict: mission\.limits\.min_soc = 2",
+        ),
+        ({**stated, "stops": [{**stops[0], "at": "b99"}]}, r"stops\.0\.at = 'b99': is no place"),
+        ({"schema": 1}, "mission: is missing"),
+        ([stated], "a dict, or the path"),
+    ):
+        with pytest.raises(InputError, match=words):
+            optuav.audit(wrong)  # type: ignore[arg-type]
+
+
+def test_a_stop_may_be_a_point_to_hover_at(tmp_path: Path) -> None:
+    """Judged by the same limits as the mission's own hover point if that stood there."""
+    paper = optuav.load("paper")
+    for point, kinds in (([900.0, 2600.0, 60.0], []), ([900, 2600, 40], ["altitude"])):
+        there = Itinerary(paper, (Stop(point, "hover", 500.0),))
+        moved = paper.replace({"route.hover_m": point})
+        own = optuav.audit(Itinerary(moved, (Stop("hover", "hover", 500.0),)))
+        found = optuav.audit(there)
+        assert [event.kind for event in found.violations] == kinds
+        figures = [(each.kind, each.time_s, each.value, each.limit) for each in own.events]
+        assert [
+            (each.kind, each.time_s, each.value, each.limit) for each in found.events
+        ] == figures
+        assert f"origin → ({', '.join(f'{x:g}' for x in point)}) → destination" in str(found)
+        assert str(optuav.audit(there.to_dict())).splitlines()[1:] == str(found).splitlines()[1:]
+    far = Itinerary(paper, (Stop((0, 0, 60), "hover", 5.0), Stop((800, 1750, 200), "rest", 5.0)))
+    kinds = [event.kind for event in optuav.audit(far).violations]
+    assert kinds == ["coverage", "no roof"]
+    for wrong in ([1, 2], [1, 2, "3"], [1, 2, float("nan")], [1, 2, 1e9], [[1], 2, 3], 5, None):
+        with pytest.raises(InputError, match=r"the name of a place, or \[x, y, z\] \[m\]"):
+            Itinerary(paper, (Stop(wrong, "hover", 1.0),))  # type: ignore[arg-type]
