@@ -1,30 +1,41 @@
 # Needs make and Python 3.11, 3.12 or 3.13; everything else is installed into $(VENV).
-# Another interpreter: make test PYTHON=python3.12 VENV=.venv-3.12
+# Another interpreter: make test PYTHON=python3.12, which has an environment of its own, .venv-3.12
 
+ifneq ($(origin PYTHON),undefined)
+VENV ?= .venv-$(shell $(PYTHON) -c "import sys; print('%d.%d' % sys.version_info[:2])")
+endif
 PYTHON ?= python3
 VENV ?= .venv
 EXAMPLES ?= 500
 SITE := docs/_build/html
 VENDOR := optuav/explorer/static/vendor
 BIN := $(VENV)/bin
+CACHES := $(abspath $(VENV))/caches
 PIP := $(BIN)/python -m pip --disable-pip-version-check
+PYTEST := $(BIN)/python -m pytest -o "cache_dir=$(CACHES)/pytest"
 
-.PHONY: run test test-browser test-portable test-lowest doctest docs docs-open lessons lint
+# In the environment, as a checkout may be read-only
+export MYPY_CACHE_DIR = $(CACHES)/mypy
+export RUFF_CACHE_DIR = $(CACHES)/ruff
+
+.PHONY: run test test-only test-browser test-portable test-lowest doctest docs docs-open lessons lint
 .PHONY: bench bench-modellers soak pins vendor clean
 
 run: $(VENV)/run.stamp
 	$(BIN)/optuav solve paper --plot plan-paper
 	$(BIN)/optuav solve matrice350 --plot plan-matrice350
 
-test: lint
-	$(BIN)/python -m pytest -n 2 --dist worksteal
+test: lint test-only
+
+test-only: $(VENV)/dev.stamp
+	$(PYTEST) -n 2 --dist worksteal
 
 # The explorer in a headless Chromium, which is not installed here.
 test-browser: $(VENV)/dev.stamp
-	$(BIN)/python -m pytest -q tests/explorer/test_browser.py
+	$(PYTEST) -q tests/explorer/test_browser.py
 
 doctest: $(VENV)/dev.stamp
-	$(BIN)/python -m pytest -q tests/test_examples_of_public_names.py
+	$(PYTEST) -q tests/test_examples_of_public_names.py
 
 # Lessons run when they or the packages have changed.
 docs: $(VENV)/docs.stamp
@@ -51,7 +62,7 @@ lint: $(VENV)/dev.stamp
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
-	$(BIN)/lint-imports
+	$(BIN)/lint-imports --cache-dir "$(CACHES)/imports"
 
 bench: $(VENV)/dev.stamp
 	$(BIN)/python -m benchmarks
@@ -61,7 +72,7 @@ bench-modellers: $(VENV)-bench/installed.stamp
 
 # More fresh examples of each property: make soak EXAMPLES=10000
 soak: $(VENV)/dev.stamp
-	EXAMPLES=$(EXAMPLES) $(BIN)/python -m pytest -n 2 --dist worksteal -m "soak or campaign" --hypothesis-profile=soak
+	EXAMPLES=$(EXAMPLES) $(PYTEST) -n 2 --dist worksteal -m "soak or campaign" --hypothesis-profile=soak
 
 pins:
 	$(MAKE) $(VENV)-pins/created.stamp VENV=$(VENV)-pins
@@ -113,7 +124,7 @@ $(VENV)/docs.stamp: requirements-docs.txt $(VENV)/dev.stamp
 
 $(VENV)-lowest/installed.stamp: pyproject.toml tests/city/requirements.txt
 	$(MAKE) $(VENV)-lowest/created.stamp VENV=$(VENV)-lowest
-	$(VENV)-lowest/bin/python -m pip --disable-pip-version-check install --quiet pytest-xdist hypothesis editables \
+	$(VENV)-lowest/bin/python -m pip --disable-pip-version-check install --quiet pytest-xdist hypothesis editables nbformat \
 	    $$(grep -oE '"[][a-z-]+>=[0-9.]+"' pyproject.toml | tr -d '"' | sed 's/>=/==/')
 	$(VENV)-lowest/bin/python -m pip install --quiet --no-build-isolation --no-deps --editable .
 	$(VENV)-lowest/bin/python -m pip install --quiet --no-deps --only-binary :all: --requirement tests/city/requirements.txt

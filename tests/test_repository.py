@@ -6,6 +6,7 @@ import importlib
 import re
 import shutil
 import subprocess
+import sys
 import tomllib
 import zipfile
 from pathlib import Path
@@ -175,3 +176,39 @@ def test_tests_start_where_names_of_hypothesis_have_changed(
     """The names are not public; a test above fails where they are missing."""
     monkeypatch.delattr(f"hypothesis.internal.conjecture.{name}", raising=False)
     conftest(pytestconfig).pytest_sessionstart()
+
+
+def interpreter(path: Path, version: str, *, runs: bool = True) -> None:
+    """A program that passes for an interpreter of a version, or a shim that only fails."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(
+        f'#!/bin/sh\ncase "$*" in *"\'{version}\'"*) exit {int(not runs)};; esac\nexit 1\n'
+    )
+    path.chmod(0o755)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="the script is for bash")
+def test_ci_takes_the_oldest_and_the_newest_python_that_run(tmp_path: Path) -> None:
+    """A shim on PATH that fails is no interpreter; what is left out is named."""
+    for name in ("bash", "dirname", "env", "ls"):
+        found = shutil.which(name)
+        assert found is not None
+        (tmp_path / name).symlink_to(found)
+    (tmp_path / "make").write_text('#!/bin/sh\necho "make $*"\n')
+    (tmp_path / "make").chmod(0o755)
+    newest = tmp_path / "pyenv" / "versions" / "3.13.9" / "bin" / "python3"
+    interpreter(tmp_path / "python3.11", "3.11")
+    interpreter(tmp_path / "python3", "3.12")
+    interpreter(tmp_path / "python3.13", "3.13", runs=False)
+    interpreter(newest, "3.13")
+    command = [tmp_path / "bash", ROOT / ".ci" / "run"]
+    places = {"PATH": str(tmp_path), "PYENV_ROOT": str(tmp_path / "pyenv")}
+    said = subprocess.run(command, env=places, capture_output=True, text=True, check=True).stdout
+    oldest = f"PYTHON={tmp_path / 'python3.11'} VENV=.venv-3.11"
+    assert [line for line in said.splitlines() if line.startswith("make ")] == [
+        f"make lint {oldest}",
+        f"make test-only {oldest}",
+        f"make test-only PYTHON={newest} VENV=.venv-3.13",
+        f"make docs {oldest}",
+    ]
+    assert said.splitlines()[-1] == "tested with Python 3.11 3.13; skipped: 3.12 (between the two)"

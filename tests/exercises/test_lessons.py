@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+import nbformat
 import pytest
 
 from tests.exercises.worked import ROOT, editions, sections
@@ -78,7 +79,6 @@ def made(kind: str, name: str) -> Any:
 
 @pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)
 def test_editions_are_notebooks(path: Path) -> None:
-    nbformat = pytest.importorskip("nbformat")
     student = editions().notebook(path.stem, editions().cells(path.read_text("utf-8")))
     for document in (json.loads(student), made("nbgrader", path.stem), made("otter", path.stem)):
         nbformat.validate(document)
