@@ -146,7 +146,7 @@ def audit(plan: Plan | Itinerary | Mapping[str, object] | str | Path) -> Audit:
         return _judged("a dict", _itinerary(document, here, "a dict"), {})
     if not isinstance(plan, str | Path):
         words = "a Plan, an Itinerary of a mission and its stops, a dict, or the path of a file"
-        raise InputError([Fault("plan", f"{plan!r:.80}", words)])
+        raise InputError([Fault("plan", shown(plan), words)])
     file, source = Path(plan), label(Path(plan))
     known = "; it is a shipped mission, optuav solve takes it" if str(plan) in shipped() else ""
     text = read_text(file, LARGEST_BYTES, hint=known)

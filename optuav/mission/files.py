@@ -10,12 +10,13 @@ import stat
 import sys
 import time
 import tomllib
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
-from optuav.errors import Fault, InputError, printable
+from optuav.errors import Fault, InputError, printable, safe_name
 
 LARGEST_TOML = 2_000_000  # bytes
 MOST_PARTS = 8  # Of a dotted key: the time and memory of tomllib grow with the square of the parts
@@ -104,7 +105,7 @@ def parse_toml(text: str, source: str = "") -> dict[str, Any]:
         except RecursionError:
             words = "is nested too deeply"
         except ValueError as error:
-            words = f"is not TOML: {error}"
+            words = f"is not TOML: {_own_words(error)}"
             if '"kind": "optuav plan"' in text[:1000]:
                 words = "is a saved plan; optuav show and optuav audit take it"
         else:
@@ -120,11 +121,11 @@ def parse_json(text: str, source: str, most: int = MOST_VALUES) -> Any:
     words = f"has more than {most} values"
     if sum(map(text.count, ",[{")) <= most:
         try:
-            return json.loads(text, parse_constant=_no_constant)
+            return json.loads(text, parse_constant=_no_constant, object_pairs_hook=_object)
         except RecursionError:
             words = "is not JSON: it is nested too deeply"
         except ValueError as error:
-            words = f"is not JSON: {error}"
+            words = f"is not JSON: {_own_words(error)}"
             if re.search(r"^schema *= *\d", text, re.MULTILINE):
                 words = "is a mission, not a saved plan; optuav solve and validate take it"
                 if re.search(r"^(\[\[ *)?stops\b", text, re.MULTILINE):
@@ -134,6 +135,22 @@ def parse_json(text: str, source: str, most: int = MOST_VALUES) -> Any:
 
 def _no_constant(name: str) -> float:
     raise ValueError(f"{name} is no JSON number")
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return the object of keys and values; a repeated key is refused, as one would be lost."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        ((key, _),) = Counter(key for key, _ in pairs).most_common(1)
+        raise ValueError(f"an object states the key {safe_name(key)!r} more than once")
+    return found
+
+
+def _own_words(error: ValueError) -> str:
+    """The words of a parser, without Python's advice on settings that no user of a file has."""
+    if "set_int_max_str_digits" in str(error):
+        return f"a whole number has more than {sys.get_int_max_str_digits()} digits"
+    return str(error)
 
 
 def csv_rows(text: str, source: str) -> Iterator[tuple[int, list[str]]]:

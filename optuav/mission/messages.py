@@ -4,6 +4,7 @@ import datetime
 import difflib
 import reprlib
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from decimal import Decimal
 from functools import cache
 from numbers import Integral
@@ -135,4 +136,6 @@ def shown(value: object, depth: int = 2) -> str:
         case datetime.date() | datetime.time():
             return value.isoformat()
         case _:
-            return reprlib.repr(value)
+            with suppress(ValueError):  # of a number of too many digits inside
+                return reprlib.repr(value)
+            return f"a {type(value).__name__}"

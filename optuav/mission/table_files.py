@@ -138,8 +138,17 @@ def _of_parquet(path: Path) -> Buildings:
 
 
 def _unreadable(path: Path, reader: str, error: Exception) -> InputError:
-    words = printable(str(error).partition("\n")[0])
-    return refusal(path, f"is no table that {reader} reads: {words}")
+    return refusal(path, f"is no table that {reader} reads: {own_words(error)}")
+
+
+def own_words(error: Exception) -> str:
+    """The words of a library on a file, without queries that only the library knows."""
+    if isinstance(error, UnicodeDecodeError):
+        return "it has text that is not UTF-8"
+    if "sql" in str(error).lower():
+        return "its database is damaged"
+    words, _, _ = str(error).partition("\n")[0].partition(".; ")  # What drivers there are
+    return printable(words)
 
 
 def _of_map(path: Path) -> Buildings:
@@ -166,6 +175,8 @@ def _columns_of_map(path: Path) -> tuple[list[str], Floats, Floats, Integers]:
                 if len(layers := pyogrio.list_layers(path)) != 1:
                     raise ValueError(f"it has {len(layers)} layers, not one")
                 frame = geopandas.read_file(path)
+        if not isinstance(frame, geopandas.GeoDataFrame):
+            raise ValueError("it has no geometry")
         shapes, crs = frame.geometry.to_numpy(), frame.crs
     except InputError:
         raise

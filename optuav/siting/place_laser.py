@@ -314,7 +314,7 @@ def _points(candidates: npt.ArrayLike, faults: list[Fault]) -> Floats:
     """The candidates as an array; what is wrong with them is among the faults."""
     try:
         table_m = np.array(candidates, dtype=float)
-    except (TypeError, ValueError):
+    except (OverflowError, TypeError, ValueError):
         table_m = np.empty(0)
     if table_m.ndim != 2 or table_m.shape[1] != 3 or not len(table_m):
         faults.append(Fault("candidates", shown(candidates), POINTS))

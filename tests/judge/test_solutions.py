@@ -81,6 +81,7 @@ def test_a_shorter_hover_holds_and_its_gap_is_told(file: Path) -> None:
         ([hover(688.9)], {"problem": "P3", "perspective": "battery"}, "too little charge"),
         ([hover(524.7)], {"problem": "P3", "perspective": "energy"}, "too little charge"),
         ([], {"hover_s": None}, "there is a plan, which hovers 597.270 s"),
+        ([rest("b9", 10.0)], {}, "it never comes to the hover point"),
     ],
 )
 def test_what_does_not_hold(
@@ -143,12 +144,19 @@ def test_no_plan_may_be_claimed_where_there_is_none(file: Path, stops: dict[str,
     assert len(found.missing) == 199
 
 
+def test_a_plan_past_the_hover_point_says_nothing_of_the_proof(file: Path) -> None:
+    """No plan can hover in this mission, but the drone can fly past and rest on a roof."""
+    (why,) = verdict(file, rest("b9", 1.0), mission="set/link-far").wrong
+    assert why == "it never comes to the hover point"
+
+
 @pytest.mark.parametrize(
     ("content", "faults"),
     [
         ("{", ["is not JSON"]),
         ("[]", ["is no object"]),
         (text(solution(hover(1.0))).replace("1.0", "NaN"), ["NaN is no JSON number"]),
+        (text(solution(hover(1.0)))[:-1] + ', "kind": ""}', ["states the key 'kind' more than"]),
         (text(solution(hover(1.0))).replace("1.0", "1e999"), ["solutions.0.hover_s", "duration_s"]),
         (text(solution(hover(-1.0))), ["solutions.0.hover_s", "solutions.0.stops.0.duration_s"]),
         (text(kind="optuav plan"), ["kind"]),

@@ -252,3 +252,11 @@ def test_tomllib_reads_what_the_guards_let_through(tmp_path: Path) -> None:
     text = ".".join(["a"] * MOST_PARTS) + " = 1"
     assert tomllib.loads(text)
     assert refusal(tmp_path / "mission.toml", HEAD + text).faults[0].key == "a"
+
+
+def test_a_number_of_too_many_digits_is_refused_in_our_words(scratch: Path) -> None:
+    """Not in Python's, which advise a setting of the interpreter."""
+    found = str(refusal(scratch, f"{HEAD}limits.deadline_s = {'9' * 5000}\n"))
+    assert found.endswith("is not TOML: a whole number has more than 4300 digits")
+    with pytest.raises(InputError, match=r"limits\.deadline_s = a set: a number"):
+        load("paper").replace({"limits.deadline_s": {10**5000}})
