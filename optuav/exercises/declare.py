@@ -130,7 +130,7 @@ def _extent(model: Model, name: str) -> tuple[float, ...]:
     found = list[float]()
     for sense in ("minimise", "maximise"):
         one = copy.copy(model)
-        one.preferences = []
+        one.preferences, one.has_objective = [], False
         getattr(one, sense)(next(each for each in model.variables if each.name == name))
         if (solution := _solved(one)).status.has_answer:
             found.append(round(float(solution.point(0)[name]), 9) + 0.0)  # Without −0

@@ -11,6 +11,7 @@ from types import FrameType
 from typing import Any, Literal
 
 from optuav.arrays import Values
+from optuav.errors import InputError
 from optuav.modelling.display import latex, text
 from optuav.modelling.expression import (
     Expression,
@@ -156,13 +157,20 @@ class Model:
         return named
 
     def maximise(self, objective: Operand) -> None:
-        """State what is to be as large as possible, in place of an objective stated before."""
-        self.sense, self.towards = "maximise", 1.0
-        self.objective, self.has_objective = objective, True
+        """State what is to be as large as possible; `InputError` if there is an objective."""
+        self._aim("maximise", 1.0, objective)
 
     def minimise(self, objective: Operand) -> None:
-        """State what is to be as small as possible, in place of an objective stated before."""
-        self.sense, self.towards = "minimise", -1.0
+        """State what is to be as small as possible; `InputError` if there is an objective."""
+        self._aim("minimise", -1.0, objective)
+
+    def _aim(
+        self, sense: Literal["maximise", "minimise"], towards: float, objective: Operand
+    ) -> None:
+        if self.has_objective:
+            already = f"the model {self.sense}s an objective already"
+            raise InputError(f"{sense}: {already}; state one, such as a weighted sum of both")
+        self.sense, self.towards = sense, towards
         self.objective, self.has_objective = objective, True
 
     maximize, minimize = maximise, minimise

@@ -150,7 +150,7 @@ def test_a_key_of_rows_is_drawn_as_one_of_a_grid(text: str, name: str, tmp_path:
 def test_what_cannot_be_drawn_is_refused_before_it_is_computed(more: str, study: Path) -> None:
     """Three keys, samples with two others, and a key with a single value."""
     study.write_text(STUDY.replace("grid.battery", f"{more}\ngrid.battery"))
-    said = refused("sweep", str(study), "--plot", "pictures")
+    said = refused("sweep", str(study), "--plot", str(study.with_name("pictures")))
     assert words(said) == (
         "error: --plot: goes with one key or two, of several values each, one of them in [grid]"
     )

@@ -152,7 +152,7 @@ def test_earlier_preferences_go_first() -> None:
     model.prefer_small(y)
     model.subject_to("sum", x + y + z <= 3.0)
     assert Casadi().solve(model, 1).point(0) == pytest.approx({"x": 0, "y": 1, "z": 2}, abs=1e-7)
-    model.maximise(0.0)
+    model.objective = 0.0
     x_s, y_s, _ = Casadi().solve(model, 1).point(0).values()
     assert (x_s, y_s) == pytest.approx((0.0, 0.0), abs=1e-7)
 
@@ -172,7 +172,7 @@ def test_a_linear_model_is_solved_from_one_start(monkeypatch: pytest.MonkeyPatch
     model.prefer_small(y)
     model.subject_to("sum", x + y <= 3.0)
     for goal, point, solved in ((2.0 * x + y, (2.0, 1.0), 1), (x, (2.0, 0.0), 2)):
-        model.maximise(goal)
+        model.objective = goal
         assert (*Casadi().solve(model, 1).point(0).values(),) == pytest.approx(point, abs=1e-6)
         assert len(calls) == solved
         calls.clear()

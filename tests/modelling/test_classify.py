@@ -92,7 +92,7 @@ def test_first_nonlinear_place_is_named() -> None:
     assert traits(model).nonlinear == ("row", "multiply of the unknowns is not linear")
     model.prefer_small(np.cos(y))
     assert traits(model).nonlinear == ("preference", "cos of the unknowns is not linear")
-    model.maximise(np.exp(x))
+    model.objective = np.exp(x)
     assert traits(model).nonlinear == ("objective", "exp of the unknowns is not linear")
 
 
