@@ -27,12 +27,13 @@ def calibrate(
 ) -> None:
     """Find parameters of a mission from measurements, and say how sure they are."""
     from optuav.mission import load
-    from optuav.mission.files import must_be_new, write_text
+    from optuav.mission.files import ending_of, must_be_new, write_text
 
     if extends is not None:
         load(extends)  # refused before the work
     check_places(None, plot)
     if save is not None:
+        ending_of(save, ".toml", "", name="--save")
         must_be_new(save)
     from optuav import calibration
 

@@ -188,9 +188,10 @@ class Numbers:
 def new(file: Path, asked: Numbers, source: str = "paper") -> None:
     """Write a mission file in which every key is explained."""
     from optuav.mission import load
-    from optuav.mission.files import STANDARD, must_be_new, write_text
+    from optuav.mission.files import STANDARD, ending_of, must_be_new, write_text
     from optuav.mission.template import template
 
+    ending_of(file, ".toml", "", name="FILE")
     must_be_new(file)
     stated = vars(asked)
     if source == REGIMES:

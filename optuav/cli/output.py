@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import typer
 
-from optuav.errors import Fault, InputError, folded, line_width, printable
+from optuav.errors import folded, line_width, printable
 
 if TYPE_CHECKING:
     from optuav.studies.results import Results
@@ -38,11 +38,10 @@ def check_places(
 ) -> None:
     """Refuse files and directories that cannot be written to, before the work begins."""
     if save is not None:
-        from optuav.mission.files import STANDARD, check_place
+        from optuav.mission.files import STANDARD, check_place, ending_of
 
-        if endings and save.suffix not in endings and save != STANDARD:
-            words = f"a name that ends in {' or '.join(endings)}"
-            raise InputError([Fault(option, repr(str(save)), words)])
+        if endings and save != STANDARD:
+            ending_of(save, *endings, name=option)
         check_place(save)
     if plot is not None:
         from optuav import plots
@@ -117,7 +116,7 @@ def deliver_results(found: Results, save: Path | None, plot: Path | None, *, as_
         from optuav.mission.files import write_text
 
         text = json.dumps(found.to_dict(), indent=2, ensure_ascii=False)
-        write_text(save, found.to_csv() if save.suffix == ".csv" else f"{text}\n")
+        write_text(save, found.to_csv() if save.suffix.lower() == ".csv" else f"{text}\n")
         written.append(save)
     if plot is not None:
         written += found.save_pictures(plot)

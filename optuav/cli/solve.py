@@ -24,6 +24,10 @@ COMPARED: dict[str, Perspective] = {"battery": "available", "available": "batter
 """The perspective whose plan pictures show beside: one counts charge only, one both wells."""
 
 
+ENDINGS = {"text": ".txt", "latex": ".tex", "lp": ".lp", "mps": ".mps"}
+"""Forms in which a problem is printed, with the suffixes of their files."""
+
+
 def solve(
     mission: str,
     asked: SolveOptions,
@@ -41,11 +45,8 @@ def solve(
         if asked.engine != "cvxpy":
             raise InputError([Fault("--solver", repr(solver), "goes with --engine cvxpy")])
         options["engine"] = optuav.Cvxpy(solver=solver)
-    check_places(save, plot)
-    if animate is not None:
-        from optuav.plots.animation import gif_file
-
-        check_places(gif_file(animate, "--animate"), None)
+    check_places(save, plot, ".json", "")
+    check_places(animate, None, ".gif", option="--animate")
     one_stop = not {asked.stops, asked.hovers} - {None, 1}
     in_slots = "grid" in (asked.engine, asked.slot_s and asked.engine.replace("auto", "grid"))
     explained = one_stop and asked.hover_point in (None, "w_U")
@@ -61,8 +62,7 @@ def solve(
         plan = optuav.solve(stated, problem, **options)
     written, hint = [], ""
     if save is not None:
-        plan.save(save)
-        written.append(save)
+        written.append(plan.save(save))
     if plot is not None:
         from optuav.plots import save_pictures
 
@@ -180,17 +180,20 @@ def formulate(
     if len(forms) > 1:
         given = ", ".join(f"--{name}" for name in forms)
         raise InputError([Fault(given, "", "one of --latex, --lp, --mps")])
-    check_places(save, None)
+    suffix = "" if save is None else save.suffix.lower()
+    endings = [ENDINGS[each] for each in forms] or ENDINGS.values()
+    check_places(save, None, *endings, "")
+    forms = forms or [name for name, ending in ENDINGS.items() if ending == suffix]
     stated = mission_of(mission, settings)
     problem, options = asked.question(stated)
     program = optuav.formulate(stated, problem, **options)
     if not program.parts:
         say(str(program))
         raise typer.Exit(NO)
-    if lp or mps:
+    if {*forms} & {"lp", "mps"}:
         text = program.to_file(*forms).rstrip("\n")
     else:
-        text = program.to_latex() if latex else str(program)
+        text = program.to_latex() if "latex" in forms else str(program)
     if save is None:
         say(text, most=None if forms else 96)
     else:

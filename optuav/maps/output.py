@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from optuav.errors import Fault, InputError, require
-from optuav.mission.files import label, write_files
+from optuav.mission.files import ending_of, write_files
 from optuav.mission.messages import counted, path_of, shown
 
 if TYPE_CHECKING:
@@ -92,9 +92,7 @@ def save(found: xarray.DataArray, path: str | Path) -> Path:
     if not is_map or min(found.shape) < 2:
         raise InputError([Fault("found", type(found).__name__, NO_MAP)])
     found = found.sortby(["x", "y"]).transpose("y", "x")
-    if (kind := FORMATS.get(file.suffix.lower())) is None:
-        words = f"one of {', '.join(FORMATS)}"
-        raise InputError([Fault("suffix", shown(file.suffix), words, label(file))])
+    kind = FORMATS[ending_of(file, *FORMATS)]
     write_files({file: _geotiff(found) if kind == "GeoTIFF" else _geojson(found)})
     return file
 

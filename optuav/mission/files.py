@@ -195,6 +195,19 @@ def check_place(path: Path, content: bytes | None = None) -> None:
         raise refusal(path, words)
 
 
+def ending_of(path: Path, *endings: str, name: str = "path") -> str:
+    """Return the suffix of a file, which decides its format; refused if it is none of `endings`.
+
+    An empty ending allows names without a suffix, such as those of devices.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in endings:
+        *others, last = filter(None, endings)
+        words = f"a name that ends in {' or '.join(filter(None, [', '.join(others), last]))}"
+        raise InputError([Fault(name, repr(printable(str(path))), words)])
+    return suffix
+
+
 def must_be_new(path: Path) -> None:
     """Refuse a name that is taken, for a file that people go on to edit."""
     with refusals(path, "written"):

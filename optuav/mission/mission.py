@@ -12,7 +12,7 @@ from optuav.errors import MOST_SHOWN, Fault, InputError, printable
 from optuav.frames import DataFrame, frame
 from optuav.mission import schema, validation
 from optuav.mission.buildings import Buildings
-from optuav.mission.files import write_text
+from optuav.mission.files import ending_of, write_text
 from optuav.mission.messages import nearest, no_building, shown
 from optuav.mission.schema import MissionSection
 from optuav.mission.validation import Document, Key, StatedMission, keys_of, validate
@@ -246,7 +246,7 @@ class Mission(MissionSection):
         stated.pop("schema", None)
         return validate(cls, StatedMission(stated), faults)
 
-    def save(self, path: str | Path) -> None:
+    def save(self, path: str | Path) -> Path:
         """Write the mission as a complete TOML file, whole or not at all.
 
         Buildings that were read from a table stay there: the file names it.
@@ -254,22 +254,30 @@ class Mission(MissionSection):
         Parameters
         ----------
         path
-            The file; what is there is replaced.
+            The file, whose suffix is .toml or none; what is there is replaced.
+
+        Returns
+        -------
+        Path
+            The file that was written.
 
         Raises
         ------
         InputError
-            If the directory is missing or cannot be written to, or the table of its buildings is
-            missing or has changed.
+            If the suffix is another, the directory is missing or cannot be written to, or the table
+            of its buildings is missing or has changed.
         """
+        file = Path(path)
+        ending_of(file, ".toml", "")
         if source := self.buildings.source:
             from optuav.mission.table_files import named_from
 
-            document = {"schema": schema.SCHEMA, "buildings_file": named_from(source, Path(path))}
+            document = {"schema": schema.SCHEMA, "buildings_file": named_from(source, file)}
             document |= {k: v for k, v in self._document().items() if k != "buildings"}
         else:
             document = self.to_dict()
-        write_text(Path(path), toml_of(document))
+        write_text(file, toml_of(document))
+        return file
 
 
 def toml_of(document: Document) -> str:

@@ -14,7 +14,7 @@ from pydantic_core import to_jsonable_python
 from optuav.errors import Fault, InputError, NoPlanError, refuse, safe_name
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission
-from optuav.mission.files import label, parse_json, read_text, write_text
+from optuav.mission.files import ending_of, label, parse_json, read_text, write_text
 from optuav.mission.messages import shown
 from optuav.mission.schema import Slot, short
 from optuav.network import vehicle
@@ -309,21 +309,29 @@ class Plan(BaseModel):
             mission = mission.model_copy(update={"buildings": used_buildings(self)})
         return {**data, "mission": mission.to_dict()}
 
-    def save(self, path: str | Path) -> None:
+    def save(self, path: str | Path) -> Path:
         """Write the plan as JSON, whole or not at all; `optuav.load_plan` reads it back.
 
         Parameters
         ----------
         path
-            The file; what is there is replaced.
+            The file, whose suffix is .json or none; what is there is replaced.
+
+        Returns
+        -------
+        Path
+            The file that was written.
 
         Raises
         ------
         InputError
-            If the directory is missing or cannot be written to.
+            If the suffix is another, or the directory is missing or cannot be written to.
         """
-        text = json.dumps(self._data(Path(path)), indent=2, ensure_ascii=False, allow_nan=False)
-        write_text(Path(path), text + "\n")
+        file = Path(path)
+        ending_of(file, ".json", "")
+        text = json.dumps(self._data(file), indent=2, ensure_ascii=False, allow_nan=False)
+        write_text(file, text + "\n")
+        return file
 
     def to_frame(self) -> DataFrame:
         """One row per phase, in order; needs pandas (``python -m pip install pandas``).
@@ -371,7 +379,7 @@ def load_plan(path: str | Path) -> Plan:
     >>> import optuav, tempfile
     >>> plan = optuav.solve("paper", "P3", perspective="available")
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     plan.save(f"{folder}/plan.json")
+    ...     _ = plan.save(f"{folder}/plan.json")
     ...     optuav.load_plan(f"{folder}/plan.json") == plan
     True
     """

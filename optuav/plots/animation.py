@@ -11,10 +11,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from optuav.errors import Fault, InputError
 from optuav.judge import Replay
-from optuav.mission.files import write_files
-from optuav.mission.messages import shown
+from optuav.mission.files import ending_of, write_files
 from optuav.network.scene import scene
 from optuav.plan import Stop
 from optuav.plots import style
@@ -65,17 +63,10 @@ def save_animation(replayed: Replay, path: str | Path) -> Path:
     ...
     optuav.errors.InputError: path = 'mission.mp4': a name that ends in .gif
     """
-    file = gif_file(path)
+    file = Path(path)
+    ending_of(file, ".gif")
     moments_s = np.linspace(0.0, replayed.trace.time_s[-1], FRAMES).tolist()
     write_files({file: _gif([*frames(replayed, moments_s)])})
-    return file
-
-
-def gif_file(path: str | Path, option: str = "path") -> Path:
-    """The file of an animation; an `InputError` if its name does not end in ``.gif``."""
-    file = Path(path)
-    if file.suffix.lower() != ".gif":
-        raise InputError([Fault(option, shown(str(file)), "a name that ends in .gif")])
     return file
 
 

@@ -5,10 +5,8 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 
-from optuav.errors import Fault, InputError
 from optuav.mission import Mission
-from optuav.mission.files import label, make_directory, write_files
-from optuav.mission.messages import shown
+from optuav.mission.files import ending_of, make_directory, write_files
 from optuav.plan import Phase, Plan
 from optuav.plots import style
 from optuav.plots.charge import packs, wells
@@ -149,8 +147,5 @@ def save_figures(drawn: Iterable[tuple[str, Axes]], folder: Path) -> list[Path]:
 
 def image(ax: Axes, path: Path) -> bytes:
     """The figure of axes as the content of a file, in the format of its suffix."""
-    suffix = path.suffix.lower()
-    if suffix not in FORMATS:
-        words = f"one of {', '.join(FORMATS)}"
-        raise InputError([Fault("suffix", shown(path.suffix), words, label(path))])
+    suffix = ending_of(path, *FORMATS)
     return style.written(style.root(ax), format=suffix[1:], metadata=FORMATS[suffix])

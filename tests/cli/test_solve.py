@@ -295,3 +295,35 @@ def test_explain_believes_no_plan_that_its_simulation_contradicts(tmp_path: Path
     saved["mission"]["limits"]["deadline_s"] = 800.0
     path.write_text(json.dumps(saved), "utf-8")
     assert "its simulation contradicts this plan: optuav show" in refused("explain", str(path))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "ending"),
+    [
+        (["solve", "paper", "--save", "r.kml"], ".json"),
+        (["solve", "paper", "--save", "r.csv"], ".json"),
+        (["solve", "paper", "--animate", "r.mp4"], ".gif"),
+        (["new", "r.json"], ".toml"),
+        (["formulate", "paper", "--save", "r.pdf"], ".txt, .tex, .lp or .mps"),
+        (["formulate", "paper", "--lp", "--save", "r.mps"], ".lp"),
+        (["calibrate", "kibam", "r.csv", "--save", "r.json"], ".toml"),
+    ],
+)
+def test_a_suffix_of_another_format_is_refused(
+    arguments: list[str], ending: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before the work begins; no file holds what its name does not say."""
+    monkeypatch.chdir(tmp_path)
+    assert refused(*arguments).endswith(f": a name that ends in {ending}\n")
+    assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("name", "start"),
+    [("r.LP", "\\"), ("r.mps", "*"), ("r.tex", "% "), ("r.txt", "1 of 2"), ("r", "1 of 2")],
+)
+def test_a_suffix_decides_the_form_of_a_problem(name: str, start: str, tmp_path: Path) -> None:
+    """As the option of that form would; without a suffix it is text."""
+    file = tmp_path / name
+    run("formulate", "paper", "--perspective", "battery", "--save", str(file))
+    assert file.read_text("utf-8").startswith(start)

@@ -81,7 +81,7 @@ def test_contours_are_where_the_map_has_their_values(tmp_path: Path) -> None:
         ("nowhere", "a.tif", "crs = 'nowhere': a coordinate reference system that pyproj knows"),
         ("EPSG:4326", "a.tif", "crs = 'EPSG:4326': a reference system in metres"),
         ("EPSG:2263", "a.geojson", "a reference system in metres"),
-        (None, "a.png", "suffix = '.png': one of .tif, .tiff, .geojson"),
+        (None, "a.png", "a name that ends in .tif, .tiff or .geojson"),
     ],
 )
 def test_faults_leave_no_file(crs: str | None, name: str, words: str, tmp_path: Path) -> None:
