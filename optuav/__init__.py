@@ -32,10 +32,11 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("optuav")
-    if HOMES.get(name) == "optuav":
+    if HOMES.get(name, "optuav") == "optuav":
+        # Also the packages behind the public names, which else were there once they are used.
+        if name.startswith("_") or find_spec(f"optuav.{name}") is None:
+            raise AttributeError(f"module 'optuav' has no attribute {name!r}")
         return import_module(f"optuav.{name}")
-    if name not in HOMES:
-        raise AttributeError(f"module 'optuav' has no attribute {name!r}")
     value = getattr(import_module(HOMES[name]), name)
     globals()[name] = value
     return value

@@ -35,11 +35,13 @@ from optuav.mission import json_schema as json_schema
 from optuav.mission import load as load
 from optuav.mission import shipped as shipped
 from optuav.mission.template import Datasheet as Datasheet
+from optuav.modelling import Parameter as Parameter
 from optuav.network.graph import graph as graph
 from optuav.network.graph import validate_graph as validate_graph
 from optuav.paper.ledger import ledger as ledger
 from optuav.paper.report import reproduce as reproduce
 from optuav.plan import Plan as Plan
+from optuav.plan import Stop as Stop
 from optuav.plan import load_plan as load_plan
 from optuav.siting.place_laser import Siting as Siting
 from optuav.siting.place_laser import place_laser as place_laser

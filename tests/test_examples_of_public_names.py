@@ -27,7 +27,6 @@ from optuav.modelling.expression import Let, Parameter, Variable
 from optuav.network.timeline import Phase, PhaseStage
 from optuav.paper.ledger import Ledger
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells
-from optuav.plan.plan import Stop as PlannedStop
 from optuav.plan.trace import Event, Trace
 from optuav.solving.longest import Hovers
 from optuav.solving.route_choice import RouteChoice
@@ -79,7 +78,6 @@ RECORDS: list[Any] = [
         PhaseStage,
     ),
     *(
-        PlannedStop,
         Price,
         Repair,
         Residuals,

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tomllib
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
@@ -212,3 +213,36 @@ def test_ci_takes_the_oldest_and_the_newest_python_that_run(tmp_path: Path) -> N
         f"make docs {oldest}",
     ]
     assert said.splitlines()[-1] == "tested with Python 3.11 3.13; skipped: 3.12 (between the two)"
+
+
+@pytest.mark.parametrize("make", [optuav.load, optuav.solve])
+def test_only_our_names_are_listed(make: Callable[[str], object]) -> None:
+    """What a reader finds with Tab; how pydantic validates is no part of it."""
+    made = make("paper")
+    listed = {name for name in dir(made) if not name.startswith("_")}
+    assert {"to_dict", "to_frame", "save", "summary"} <= listed
+    assert not any(name.startswith(("model_", "parse_")) for name in listed)
+    assert not listed & {"copy", "construct", "dict", "from_orm", "json", "schema", "validate"}
+
+
+@pytest.mark.parametrize("name", ["city", "exercises", "maps", "plots"])
+def test_a_module_lists_what_it_offers(name: str) -> None:
+    """And none of the modules and helpers that it is made of."""
+    module = getattr(optuav, name)
+    assert dir(module) == sorted(module.__all__)
+
+
+def test_public_names_are_there_on_a_fresh_import() -> None:
+    """Whatever was imported before; a stop is of one class, with one order of its fields."""
+    lines = (
+        "import optuav",
+        "stop = optuav.judge.Stop('hover', 'hover', 577.0)",
+        "assert type(stop) is optuav.Stop is optuav.plan.Stop and optuav.Parameter",
+        "assert not hasattr(optuav, 'nothing') and not hasattr(optuav, '__main__')",
+        "first = optuav.solve('paper').stops[0]",
+        "assert optuav.Stop(*vars(first).values()) == first != stop",
+        "taken = optuav.Itinerary(optuav.load('paper'), [first]).stops[0]",
+        "assert taken == optuav.Stop(first.at, first.kind, first.duration_s)",
+    )
+    code = "\n".join(lines)
+    subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)

@@ -8,3 +8,7 @@ from optuav.city.city import City
 from optuav.city.read import read
 
 __all__ = ["City", "read"]
+
+
+def __dir__() -> list[str]:
+    return __all__

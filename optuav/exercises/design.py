@@ -9,7 +9,6 @@ from optuav.errors import Fault, InputError
 from optuav.exercises.exercise import Draws, Exercise, Grade, Task
 from optuav.judge import Itinerary, Stop, audit
 from optuav.plan import Plan
-from optuav.plan.plan import Stop as PlannedStop
 
 STOP = '("b1", "rest", 100.0)'
 
@@ -70,7 +69,7 @@ def _itinerary(answer: object, task: Task) -> Itinerary | Plan | None:
     stops = list[Any]()
     for number, stop in enumerate(answer):
         is_three = isinstance(stop, tuple | list) and len(stop) == 3
-        if not is_three and not isinstance(stop, Stop | PlannedStop):
+        if not is_three and not isinstance(stop, Stop):
             raise InputError([Fault(f"stops.{number}", f"{stop!r:.80}", f"a stop as {STOP}")])
         stops.append(Stop(*stop) if is_three else stop)
     return Itinerary(task.mission, tuple(stops))

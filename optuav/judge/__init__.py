@@ -2,6 +2,7 @@
 
 from optuav.judge.audit import Audit, audit
 from optuav.judge.replay import Replay, replay
-from optuav.judge.timeline import Itinerary, Stop
+from optuav.judge.timeline import Itinerary
+from optuav.plan import Stop
 
 __all__ = ["Audit", "Itinerary", "Replay", "Stop", "audit", "replay"]

@@ -10,7 +10,7 @@ from optuav.errors import Fault, InputError, printable
 from optuav.frames import DataFrame, frame
 from optuav.judge.course import TOLERANCE
 from optuav.judge.replay import MISMATCH, Judged, Replay, replay, same
-from optuav.judge.timeline import STOP, Itinerary, Stop, stop_breaches
+from optuav.judge.timeline import STOP, Itinerary, stop_breaches
 from optuav.mission import Mission, load, shipped
 from optuav.mission.files import label, parse_json, parse_toml, read_text
 from optuav.mission.load import is_name
@@ -18,7 +18,7 @@ from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import LARGEST
 from optuav.mission.validation import Breach, Document, StatedMission, format_breaches
 from optuav.network import vehicle
-from optuav.plan import Plan
+from optuav.plan import Plan, Stop
 from optuav.plan.plan import DERIVED, KIND, LARGEST_BYTES, parse_plan
 from optuav.plan.summary import unknown_buildings, wrapped
 from optuav.plan.trace import Event
@@ -129,8 +129,7 @@ def audit(plan: Plan | Itinerary | Mapping[str, object] | str | Path) -> Audit:
     Examples
     --------
     >>> import optuav
-    >>> from optuav.judge import Stop
-    >>> shorter = optuav.Itinerary(optuav.load("paper"), (Stop("hover", "hover", 577.5),))
+    >>> shorter = optuav.Itinerary(optuav.load("paper"), (optuav.Stop("hover", "hover", 577.5),))
     >>> found = optuav.audit(shorter)
     >>> bool(found)
     True

@@ -10,11 +10,12 @@ from typing import Any
 
 from optuav.judge.course import TOLERANCE
 from optuav.judge.replay import Replay, replay, same
-from optuav.judge.timeline import Itinerary, Stop
+from optuav.judge.timeline import Itinerary
 from optuav.mission import Mission, benchmark
 from optuav.mission.files import parse_json, read_text
 from optuav.network import vehicle
 from optuav.network.places import ENDS
+from optuav.plan import Stop
 from optuav.plan.plan import LARGEST_BYTES
 
 FILE = Path(benchmark.__file__).with_name("answers.json")

@@ -185,9 +185,8 @@ def replay(plan: Plan | Itinerary) -> Replay:
     Examples
     --------
     >>> import optuav
-    >>> from optuav.judge import Stop
     >>> paper = optuav.load("paper")
-    >>> direct = optuav.Itinerary(paper, (Stop("hover", "hover", 688.8),))
+    >>> direct = optuav.Itinerary(paper, (optuav.Stop("hover", "hover", 688.8),))
     >>> found = optuav.replay(direct)
     >>> found.flyable
     False

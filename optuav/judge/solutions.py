@@ -10,11 +10,12 @@ from typing import Any
 from optuav.errors import Fault, InputError, printable
 from optuav.frames import DataFrame, frame
 from optuav.judge.benchmark import Asked, CheckedSolution, answers, checked
-from optuav.judge.timeline import DURATION, STOP, Stop, stop_breaches
+from optuav.judge.timeline import DURATION, STOP, stop_breaches
 from optuav.mission import Mission, benchmark, load
 from optuav.mission.files import label, parse_json, read_text
 from optuav.mission.messages import nearest
 from optuav.mission.validation import Breach, Document, StatedMission, format_breaches, keys_of
+from optuav.plan import Stop
 from optuav.plan.plan import LARGEST_BYTES
 from optuav.plan.summary import wrapped
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal, NamedTuple
 
@@ -22,43 +22,12 @@ from optuav.network.vehicle import Flow
 from optuav.physics import flight
 from optuav.physics.quantity import Vector
 from optuav.plan import Phase as Planned
-from optuav.plan import Plan
-from optuav.plan.plan import Stop as PlannedStop
+from optuav.plan import Plan, Stop
 
 Kind = Literal["flight", "hover", "rest"]
 NOTHING = Flow(0.0, 0.0)
 Point = tuple[float, float, float]
 DURATION = Number("s", ge=0, le=1e7)
-
-
-@dataclass(frozen=True)
-class Stop:
-    """A stay at one place.
-
-    Parameters
-    ----------
-    at
-        Name of a place: ``"hover"``, a building's, ``"origin"`` or ``"destination"``; or another
-        point to hover at, (x, y, z) [m], each up to 1e6.
-    kind
-        ``"rest"`` or ``"hover"``.
-    duration_s
-        For how long [s], 0 to 1e7.
-
-    Examples
-    --------
-    >>> from optuav.judge import Stop
-    >>> Stop("b9", "rest", 231.8).duration_s
-    231.8
-    """
-
-    at: str | Point
-    kind: Literal["rest", "hover"]
-    duration_s: float
-
-    def __post_init__(self) -> None:
-        if isinstance(self.at, list):
-            object.__setattr__(self, "at", tuple(self.at))
 
 
 @dataclass(frozen=True)
@@ -81,8 +50,7 @@ class Itinerary:
     Examples
     --------
     >>> import optuav
-    >>> from optuav.judge import Stop
-    >>> stops = (Stop("b9", "rest", 231.8), Stop("hover", "hover", 605.4))
+    >>> stops = (optuav.Stop("b9", "rest", 231.8), optuav.Stop("hover", "hover", 605.4))
     >>> itinerary = optuav.Itinerary(optuav.load("paper"), stops)
     >>> [stop.at for stop in itinerary.stops]
     ['b9', 'hover']
@@ -92,18 +60,20 @@ class Itinerary:
     stops: tuple[Stop, ...]
 
     def __post_init__(self) -> None:
-        stops = (
-            Stop(each.at, each.kind, each.duration_s) if isinstance(each, PlannedStop) else each
-            for each in self.stops
-        )
+        stops = (replace(x, start_s=None) if isinstance(x, Stop) else x for x in self.stops)
         object.__setattr__(self, "stops", tuple(stops))
-        stated = [vars(stop) if isinstance(stop, Stop) else stop for stop in self.stops]
+        stated = [_stated(each) if isinstance(each, Stop) else each for each in self.stops]
         refuse(StatedMission({"stops": stated}).faults(stop_breaches(stated, self.mission)))
 
     def to_dict(self) -> dict[str, object]:
         """Return the itinerary as plain data, ready for JSON, as `optuav.audit` takes it."""
-        stops = [asdict(stop) for stop in self.stops]
+        stops = [*map(_stated, self.stops)]
         return {"schema": SCHEMA, "mission": self.mission.to_dict(), "stops": stops}
+
+
+def _stated(stop: Stop) -> dict[str, object]:
+    """The keys of a stop with their values."""
+    return {key: getattr(stop, key) for key in ALLOWED}
 
 
 def _is_place(at: object) -> bool:

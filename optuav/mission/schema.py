@@ -174,6 +174,7 @@ Offset = Annotated[float, Number("W", ge=-1e9, le=1e9, note=_KNOWN)]
 
 
 SCHEMA = 1  # Version of the format of a mission file
+PYDANTIC = {*dir(BaseModel)} - {*dir(object)}
 
 _COEFFICIENTS = ("emitter_slope", "emitter_offset_W", "receiver_slope", "receiver_offset_W")
 CONVERSIONS: dict[float, dict[str, float]] = {
@@ -183,7 +184,14 @@ CONVERSIONS: dict[float, dict[str, float]] = {
 """Straight-line fits a1, b1, a2, b2 of emitter and receiver by wavelength [nm]."""
 
 
-class MissionSection(BaseModel):
+class Record(BaseModel):
+    """Validated fields; `dir` lists them and what is done with them, not how they are validated."""
+
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__()} - PYDANTIC)
+
+
+class MissionSection(Record):
     """A table of the mission: frozen, without unknown keys."""
 
     model_config = ConfigDict(

@@ -187,8 +187,8 @@ class Parameter(Expression):
 
     Examples
     --------
-    >>> from optuav.modelling import Parameter
-    >>> Parameter("capacity_As", "B", "A s", 36000.0, key="battery.capacity_As").value
+    >>> import optuav
+    >>> optuav.Parameter("capacity_As", "B", "A s", 36000.0, key="battery.capacity_As").value
     36000.0
     """
 

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, InstanceOf, StrictBool, ValidationError, model_validator
+from pydantic import ConfigDict, InstanceOf, StrictBool, ValidationError, model_validator
 from pydantic_core import to_jsonable_python
 
 from optuav.errors import Fault, InputError, NoPlanError, refuse, safe_name
@@ -16,7 +16,7 @@ from optuav.frames import DataFrame, frame
 from optuav.mission import Mission
 from optuav.mission.files import ending_of, label, parse_json, read_text, write_text
 from optuav.mission.messages import shown
-from optuav.mission.schema import Slot, short
+from optuav.mission.schema import Record, Slot, short
 from optuav.network import vehicle
 from optuav.network.places import ENDS
 from optuav.network.timeline import Figure, Phase, Words, carry
@@ -68,19 +68,36 @@ class Stop:
 
     Parameters
     ----------
-    kind, at
-        ``"hover"`` or ``"rest"``, and the name of the place.
-    start_s, duration_s
-        Start, counted from take-off [s], and duration [s].
+    at
+        Name of a place: ``"hover"``, a building's, ``"origin"`` or ``"destination"``; or, in an
+        itinerary, another point to hover at, (x, y, z) [m], each up to 1e6.
+    kind
+        ``"rest"`` or ``"hover"``.
+    duration_s
+        For how long [s], 0 to 1e7.
+    start_s
+        Start, counted from take-off [s]; None in an itinerary, where it follows.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> optuav.Stop("b9", "rest", 231.8).duration_s
+    231.8
+    >>> print(f"{optuav.solve('paper').stops[0].start_s:.2f} s")
+    37.90 s
     """
 
-    kind: Literal["hover", "rest"]
-    at: str
-    start_s: float
+    at: str | tuple[float, float, float]
+    kind: Literal["rest", "hover"]
     duration_s: float
+    start_s: float | None = None
+
+    def __post_init__(self) -> None:
+        if isinstance(self.at, list):
+            object.__setattr__(self, "at", tuple(self.at))
 
 
-class Plan(BaseModel):
+class Plan(Record):
     """The answer to a problem over a mission.
 
     Where there is no plan, `status` and `reasons` say so, and every time or state raises
@@ -214,7 +231,7 @@ class Plan(BaseModel):
     def stops(self) -> tuple[Stop, ...]:
         """Hovers and rests in order; a stop with T' = 0 is passed by."""
         return tuple(
-            Stop(each.kind, each.end_place, each.start_s, each.duration_s)
+            Stop(each.end_place, each.kind, each.duration_s, each.start_s)
             for each in self._existing()
             if each.kind != "flight"
         )

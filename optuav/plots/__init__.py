@@ -25,3 +25,7 @@ __all__ = ["Bar", "FitAxes", "LegAxes", "Line", "MapAxes", "Mark", "ProfileAxes"
 __all__ += ["curves", "fit", "hover_map", "leg", "mission_map", "packs"]
 __all__ += ["plane", "profile", "save", "save_animation", "save_figures", "save_pictures"]
 __all__ += ["sites", "swept", "trajectories", "wells"]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -123,7 +123,7 @@ def _still(replayed: Replay) -> Figure:
     draw_plan_view(left, view)
     names = tuple(replayed.route)
     stops = tuple(
-        Stop(phase.kind, phase.end.name, phase.start_s, phase.duration_s)
+        Stop(phase.end.name, phase.kind, phase.duration_s, phase.start_s)
         for phase in replayed.phases
         if phase.kind != "flight"
     )
