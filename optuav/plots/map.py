@@ -182,7 +182,7 @@ def trajectories(plans: Mapping[str, Plan], *, figure: style.AnyFigure | None = 
         label = style.WORDS.get(name, style.printed(name))
         if plan:
             ways.append(Way(plan.route, shown.positions(plan.route), plan.stops, look))
-            rests = [style.printed(stop.at) for stop in plan.stops if stop.kind == "rest"]
+            rests = [style.printed(str(stop.at)) for stop in plan.stops if stop.kind == "rest"]
             label += f"{' by ' + ', '.join(rests) if rests else ''}: Δ = {plan.hover_time_s:.1f} s"
             label += f", $T'$ = {plan.rest_time_s:.1f} s" if rests else ""
         else:
@@ -283,7 +283,7 @@ def draw_from_above(ax: Axes, shown: Scene, ways: Sequence[Way]) -> list[Floats]
             arrows += _draw_leg(ax, np.array(ends), shift, way.look)
             before[leg] += 1
         for stop in way.stops:
-            x, y, _ = shown.positions([stop.at])[0]
+            x, y, _ = shown.positions([str(stop.at)])[0]
             ax.plot(x, y, zorder=6, **stop_look(stop.kind, stop.duration_s > 0.0))
     for x, y, _ in shown.positions(["origin", "destination"]):
         ax.plot(x, y, "D", color=BLACK, markersize=4, zorder=6)
