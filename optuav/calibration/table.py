@@ -21,7 +21,7 @@ from optuav.arrays import Floats
 from optuav.calibration.fit import Fit, Panel, Role, estimate, rounded
 from optuav.errors import Fault, InputError, collected, refuse
 from optuav.mission import Mission, load, shipped
-from optuav.mission.files import label, read_toml
+from optuav.mission.files import beside, label, read_toml
 from optuav.mission.messages import counted, nearest, no_building, number, shown
 from optuav.mission.schema import Number
 from optuav.network import vehicle
@@ -304,7 +304,9 @@ def read_table(path: Path) -> ResultsTable:
         faults += [Fault(f"tied.{key}", shown(each), words) for each in unknown]
     if not stated.rows:
         faults.append(Fault("rows", "", "tables [[rows]] with name, given, fit, check"))
-    base = stated.mission if stated.mission in shipped() else str(path.parent / stated.mission)
+    base = (
+        stated.mission if stated.mission in shipped() else str(beside(path.parent, stated.mission))
+    )
     mission = None
     with collected(faults):
         known = {**stated.known, **free, **dict.fromkeys(tied, 1.0)}

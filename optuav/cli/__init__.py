@@ -7,27 +7,31 @@ import sys
 from _thread import allocate_lock, start_new_thread
 from collections.abc import Sequence
 
-INTERRUPTED = 130
+SIGNALS: dict[int, str] = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
+DEFAULTS = (signal.default_int_handler, signal.SIG_DFL)
+BY_SIGNAL = 128  # Added to the number of a signal, makes the exit code
 _leaving = allocate_lock()
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run a command and leave with its exit code."""
-    if arguments is None and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        _end_when_interrupted()
+    if arguments is None:
+        _end_by_signals()
     from optuav.cli.app import run
 
     run(arguments)
 
 
-def _end_when_interrupted() -> None:
-    """Let Ctrl-C end the process at once, also while it imports or a library is at work.
+def _end_by_signals() -> None:
+    """Let Ctrl-C and SIGTERM end the process at once, also while it imports or a library works.
 
     Python handles a signal between two steps of the main thread, and some libraries swallow the
-    exception. The first thread that is notified ends the process.
+    exception. The first thread that is notified ends the process. Ignored signals stay ignored.
     """
-    signal.signal(signal.SIGINT, _leave)
-    if os.name == "posix":
+    handled = [number for number in SIGNALS if signal.getsignal(number) in DEFAULTS]
+    for number in handled:
+        signal.signal(number, _leave)
+    if handled and os.name == "posix":
         reading, writing = os.pipe()
         os.set_blocking(writing, False)
         signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
@@ -35,12 +39,13 @@ def _end_when_interrupted() -> None:
 
 
 def _wait(reading: int) -> None:
-    """Leave when a signal has come."""
-    os.read(reading, 1)
-    _leave()
+    """Leave when a signal has come; each writes its number."""
+    while (number := os.read(reading, 1)[0]) not in SIGNALS:
+        pass
+    _leave(number)
 
 
-def _leave(*_: object) -> None:
+def _leave(number: int, *_: object) -> None:
     """End the process with its children, and leave no half-written file and no hidden cursor."""
     if not _leaving.acquire(blocking=False):
         return
@@ -61,5 +66,5 @@ def _leave(*_: object) -> None:
         if sys.stderr.isatty():
             os.write(2, b"\x1b[?25h")
     with contextlib.suppress(OSError):
-        os.write(2, b"\ninterrupted\n")
-    os._exit(INTERRUPTED)
+        os.write(2, f"\n{SIGNALS[number]}\n".encode())
+    os._exit(BY_SIGNAL + number)

@@ -12,7 +12,7 @@ from optuav.judge.course import TOLERANCE
 from optuav.judge.replay import MISMATCH, Judged, Replay, replay, same
 from optuav.judge.timeline import STOP, Itinerary, stop_breaches
 from optuav.mission import Mission, load, shipped
-from optuav.mission.files import label, parse_json, parse_toml, read_text
+from optuav.mission.files import beside, label, parse_json, parse_toml, read_text
 from optuav.mission.load import is_name
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import LARGEST
@@ -233,7 +233,7 @@ def _itinerary(document: Document, folder: Path, source: str) -> Itinerary:
             if isinstance(name, dict):
                 mission = Mission.from_dict(name)
             else:
-                mission = load(name if is_name(name) else folder / name)
+                mission = load(name if is_name(name) else beside(folder, name))
         except InputError as error:
             # That there is no such file is a fault of the key, what is wrong in it its own.
             faults += (

@@ -14,14 +14,14 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from contextvars import ContextVar
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from optuav.errors import Fault, InputError, printable, safe_name
 
 LARGEST_TOML = 2_000_000  # bytes
 MOST_PARTS = 8  # Of a dotted key: the time and memory of tomllib grow with the square of the parts
 MOST_KEYS = 10_000  # Of one table
-MOST_VALUES = 2_000_000  # Of one JSON file
+MOST_VALUES, MOST_LEVELS = 2_000_000, 64  # Of one JSON file
 MOST_LINES, LONGEST_LINE = 700_000, 10_000  # Of one CSV file
 
 _PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"?|'[^'\n]*+'?)[ \t]*+"""
@@ -43,6 +43,7 @@ TEMPORARY = ".optuav.tmp"
 """What is not yet a whole file; one a folder, as writers of one folder wait for one another."""
 LONGEST_WAIT_S, A_MOMENT_S = 10.0, 0.01
 NOT_OFFERED = (errno.EINVAL, errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
+NO_LINKS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # Of POSIX
 MARK, HEAD, LEAST_START = b"optuav", 4096, 20
 """What the first bytes of our files hold; or else their first line, if it is so long."""
 PARQUET = b"PAR1"
@@ -62,31 +63,64 @@ def refusal(path: Path, words: str) -> InputError:
     return InputError([Fault("", "", words, label(path))])
 
 
-def read_text(path: Path, limit: int, *, hint: str = "") -> str:
+def read_text(path: Path, limit: int, *, hint: str = "", own: bool = False) -> str:
     """The text of a regular file in UTF-8, with or without a byte-order mark, up to `limit` bytes.
 
-    The hint is added where there is no such file; ``-`` is the standard input.
+    The hint is added where there is no such file; ``-`` is the standard input. See `opened`.
     """
     with refusals(path, "read"):
         if path == STANDARD:
             content = sys.stdin.buffer.read(limit + 1) if sys.stdin else b""
         else:
-            try:
-                kind = path.stat().st_mode
-            except FileNotFoundError:
-                raise refusal(path, f"there is no such file{hint}") from None
-            if not stat.S_ISREG(kind):
-                what = "a directory, not a file" if stat.S_ISDIR(kind) else "not a regular file"
-                raise refusal(path, f"is {what}")
-            with path.open("rb") as file:
+            with opened(path, limit, hint=hint, own=own) as file:
                 content = file.read(limit + 1)
     if len(content) > limit:
-        raise refusal(path, f"is larger than the {limit / 1e6:g} MB that are read")
+        raise _too_large(path, limit)
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         words = f"is not text in UTF-8: byte 0x{error.object[error.start]:02x} at {error.start}"
         raise refusal(path, words) from None
+
+
+@contextlib.contextmanager
+def opened(path: Path, limit: int, *, hint: str = "", own: bool = False) -> Iterator[BinaryIO]:
+    """A regular file of at most `limit` bytes, open for reading; an own file is never a link.
+
+    Own files are those of a directory that only optuav writes to.
+    """
+    with refusals(path, "read"):
+        try:
+            _must_be_regular(path, path.lstat() if own else path.stat())
+        except FileNotFoundError:
+            raise refusal(path, f"there is no such file{hint}") from None
+        flags = os.O_RDONLY | (NO_LINKS if own else 0) | getattr(os, "O_BINARY", 0)
+        with open(os.open(path, flags), "rb") as file:
+            status = os.fstat(file.fileno())
+            _must_be_regular(path, status)  # Another may stand there by now
+            if status.st_size > limit:
+                raise _too_large(path, limit)
+            yield file
+
+
+def _must_be_regular(path: Path, status: os.stat_result) -> None:
+    """Refuse directories, devices, pipes, and links that are not followed."""
+    kind = status.st_mode
+    what = "a link, not a regular file" if stat.S_ISLNK(kind) else "not a regular file"
+    if not stat.S_ISREG(kind):
+        raise refusal(path, f"is {'a directory, not a file' if stat.S_ISDIR(kind) else what}")
+
+
+def _too_large(path: Path, limit: int) -> InputError:
+    return refusal(path, f"is larger than the {limit / 1e6:g} MB that are read")
+
+
+def write_own(path: Path, content: bytes) -> None:
+    """Write an own file whole or not at all, and never through a link."""
+    with refusals(path, "written"):
+        if os.path.lexists(path):
+            _must_be_regular(path, path.lstat())
+        _replace(path, None, content)
 
 
 def read_toml(path: Path, *, hint: str = "") -> dict[str, Any]:
@@ -120,10 +154,13 @@ def parse_json(text: str, source: str, most: int = MOST_VALUES) -> Any:
     """The value that a JSON text holds; refused if it is nested too deeply or has too many."""
     words = f"has more than {most} values"
     if sum(map(text.count, ",[{")) <= most:
+        words = f"is nested in more than {MOST_LEVELS} levels"
         try:
-            return json.loads(text, parse_constant=_no_constant, object_pairs_hook=_object)
+            found = json.loads(text, parse_constant=_no_constant, object_pairs_hook=_object)
+            if not _is_deep(found):
+                return found
         except RecursionError:
-            words = "is not JSON: it is nested too deeply"
+            pass
         except ValueError as error:
             words = f"is not JSON: {_own_words(error)}"
             if re.search(r"^schema *= *\d", text, re.MULTILINE):
@@ -131,6 +168,15 @@ def parse_json(text: str, source: str, most: int = MOST_VALUES) -> Any:
                 if re.search(r"^(\[\[ *)?stops\b", text, re.MULTILINE):
                     words = "is an itinerary, not a saved plan; optuav audit takes it"
     raise InputError([Fault("", "", words, source)])
+
+
+def _is_deep(value: Any) -> bool:
+    """Whether lists and objects stand in each other in more than `MOST_LEVELS` levels."""
+    level = [value]
+    for _ in range(MOST_LEVELS):
+        nested = (each for each in level if isinstance(each, dict | list))
+        level = [x for each in nested for x in (each.values() if isinstance(each, dict) else each)]
+    return any(isinstance(each, dict | list) for each in level)
 
 
 def _no_constant(name: str) -> float:
@@ -206,6 +252,11 @@ def ending_of(path: Path, *endings: str, name: str = "path") -> str:
         words = f"a name that ends in {' or '.join(filter(None, [', '.join(others), last]))}"
         raise InputError([Fault(name, repr(printable(str(path))), words)])
     return suffix
+
+
+def beside(folder: Path, stated: str | Path) -> Path:
+    """A path that is stated relative to a folder; ``~`` is the home of the user."""
+    return folder / os.path.expanduser(stated)
 
 
 def must_be_new(path: Path) -> None:

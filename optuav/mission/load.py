@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from optuav.errors import Fault, InputError, collected, safe_name
-from optuav.mission.files import STANDARD, label, read_toml, refusal
+from optuav.mission.files import STANDARD, beside, label, read_toml, refusal
 from optuav.mission.messages import nearest, shown
 from optuav.mission.mission import Mission, overlay
 from optuav.mission.validation import Document, Key, StatedMission, format_breaches, validate
@@ -142,7 +142,7 @@ def _read(
     if path := SHIPPED.get(str(source)) if isinstance(source, str) else None:
         name, hint = str(source), ""
     else:
-        path = directory / source
+        path = beside(directory, source)
         name = label(path)
         hint = nearest(path.name, SHIPPED) or f"; shipped missions are {', '.join(SHIPPED)}"
     document, real = read_toml(path, hint=hint), os.path.realpath(path)
@@ -163,7 +163,7 @@ def _read(
         try:
             if not isinstance(named, str) or "buildings" in document:
                 raise InputError("a path relative to this file, and no [[buildings]] beside it")
-            document["buildings"] = read_buildings(path.parent / named)
+            document["buildings"] = read_buildings(beside(path.parent, named))
         except InputError as error:
             faults += [
                 each if each.key else Fault("buildings_file", shown(named), str(each), name)

@@ -17,7 +17,7 @@ from formulations.p1 import P1
 from formulations.soc import AVAILABLE
 from optuav.errors import Fault, collected, refuse
 from optuav.mission import load_all
-from optuav.mission.files import STANDARD, label, read_toml
+from optuav.mission.files import STANDARD, beside, label, read_toml
 from optuav.mission.load import is_name
 from optuav.mission.messages import allowed, misfits, nearest, shown
 from optuav.mission.schema import Allowed, Number
@@ -137,7 +137,7 @@ def _plan(stated: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
         if not spread:
             wrong.append(Fault("samples", "", "at least one key with its distribution"))
     named = is_name(stated.mission)
-    loaded = load_all(stated.mission if named else path.parent / stated.mission, wrong)
+    loaded = load_all(stated.mission if named else beside(path.parent, stated.mission), wrong)
     questions = list[Question]()
     for mission in loaded:
         with collected(wrong):
@@ -155,7 +155,7 @@ def _plan(stated: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
         Scenarios(mission, rows, grid),
         questions,
         stated.scenarios_per_part,
-        path.parent / (stated.output or path.stem),
+        beside(path.parent, stated.output or path.stem),
         {**stated.model_dump(exclude={"output"}), "mission": mission.to_dict()},
     )
     check(plan.scenarios)

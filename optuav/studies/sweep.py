@@ -6,20 +6,25 @@ import hashlib
 import io
 import json
 import math
-from collections.abc import Mapping, Sequence
-from contextlib import closing
-from contextvars import copy_context
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, closing, contextmanager
+from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, BinaryIO, Literal, NamedTuple
 
 import numpy as np
+from annotated_types import Interval, MinLen
+from pydantic import BaseModel
 
 from formulations.soc import PERSPECTIVES
 from optuav.errors import Fault, collected, refuse, require
 from optuav.mission import files
+from optuav.mission.keys import numeric_keys
 from optuav.mission.messages import misfits, path_of, shown
+from optuav.solving.question import perspectives_of
 from optuav.studies.batch import (
     CODED,
     LABELS,
@@ -34,8 +39,15 @@ from optuav.studies.batch import (
 from optuav.studies.cluster import results
 from optuav.studies.methods import Progress
 from optuav.studies.processes import WORKERS
-from optuav.studies.scenarios import ROW, Scenarios
-from optuav.studies.study import Document, SweepPlan, read_plan, stated_problem
+from optuav.studies.scenarios import MOST, ROW, Scenarios
+from optuav.studies.study import (
+    MOST_PARTS,
+    Document,
+    StudyFile,
+    SweepPlan,
+    read_plan,
+    stated_problem,
+)
 
 if TYPE_CHECKING:
     import xarray
@@ -43,6 +55,9 @@ if TYPE_CHECKING:
 KIND, FORMAT = "optuav sweep", 1
 MANIFEST, PART = "manifest.json", "part-{:06}.parquet"
 LARGEST_MANIFEST = 200_000_000  # bytes
+NOT_OURS = "is damaged, or from another version of optuav"
+LARGEST_HEAD, LARGEST_LINE = 1_000_000, 4_000
+"""Most bytes of a part beside its lines, and of each of these: a number for every key and label."""
 PACKAGES = ("optuav", "numpy", "scipy", "pyarrow")
 """On whose versions the bytes of a part depend."""
 STAMP, HASH = b"optuav", 64
@@ -169,24 +184,23 @@ def run(
     """Do what a plan asks for, less what has been done; see `sweep`."""
     manifest, directory, every = _manifest(plan), plan.output, plan.scenarios.count
     begun, stamp = _is_begun(directory, manifest), manifest["hash"]
-    paths = [directory / PART.format(number) for number in range(plan.parts)]
-    left = [n for n, path in enumerate(paths) if not (resume and is_whole(path, stamp, n))]
+    stored = Parts(directory, stamp, every, plan.scenarios_per_part, len(plan.questions))
+    # All are looked at, as what is no file of ours is refused before anything is computed.
+    left = [n for n in range(plan.parts) if not stored.is_whole(n) or not resume]
     kept, done = plan.parts - len(left), every - sum(len(plan.part(n)) for n in left)
     call = partial(part_of, plan, stamp, manifest["versions"])
-    context = copy_context()
-    context.run(files.only_ours.set, False)  # Broken parts, and those of another run, are replaced
     tell = progress or (lambda *_: None)
     with closing(results(call, left, workers, scheduler)) as found:
         if not begun:
             files.make_directory(directory)
             text = json.dumps(manifest, indent=1) + "\n"
-            context.run(files.write_text, directory / MANIFEST, text)
+            files.write_own(directory / MANIFEST, text.encode())
         tell(done, every, f"{kept} of {plan.parts} parts")
         for parts, (number, content) in enumerate(found, kept + 1):
-            context.run(files.write_files, {paths[number]: content})
+            files.write_own(stored.path(number), content)
             done += len(plan.part(number))
             tell(done, every, f"{parts} of {plan.parts} parts")
-    return Swept(directory, stamp, every, plan.parts, kept, *_summary(paths, plan.perspectives))
+    return Swept(directory, stamp, every, plan.parts, kept, *_summary(stored, plan.perspectives))
 
 
 def open_sweep(path: str | Path) -> xarray.Dataset:
@@ -223,23 +237,26 @@ def open_sweep(path: str | Path) -> xarray.Dataset:
     require("xarray", "labelled datasets")
     directory = path_of(path)
     about = _read_manifest(directory)
-    study, grid = about["study"], about["grid"]
-    asked, name = study["perspective"], study["mission"]["name"]
-    facts = {"mission": name, "problem": repr(stated_problem(study["problem"]))}
+    study, grid, asked = about.study, about.grid, about.study.perspective
+    facts = {"mission": study.mission.name, "problem": repr(stated_problem(study.problem))}
     labels = {} if isinstance(asked, str) else {"perspective": asked}
     facts |= {"perspective": asked} if isinstance(asked, str) else {}
-    rows = {ROW: about["rows"]} if about["rows"] else {}
+    rows = {ROW: about.rows} if about.rows else {}
     shape = {key: len(each) for key, each in labels.items()} | rows
     shape |= {key: len(values) for key, values in grid.items()}
     side, per_row = shape.get("perspective", 1), math.prod(map(len, grid.values()))
-    count, at_once = per_row * (about["rows"] or 1), study["scenarios_per_part"]
-    paths = [directory / PART.format(number) for number in range(-(-count // at_once))]
-    missing = sum(not is_whole(each, about["hash"], n) for n, each in enumerate(paths))
+    stored = Parts(directory, about.hash, about.scenarios, study.scenarios_per_part, side)
+    missing = sum(not stored.is_whole(number) for number in range(stored.count))
     if missing:
-        words = f"is not finished: {missing} of {len(paths)} parts are missing or damaged"
+        words = f"is not finished: {missing} of {stored.count} parts are missing or damaged"
         raise files.refusal(directory, f"{words}; optuav sweep goes on with it")
-    buildings = [each["name"] for each in study["mission"].get("buildings", ())]
-    columns = read_parts(paths, {"perspective": [*PERSPECTIVES], **words_of(buildings)})
+    buildings = [each.name for each in study.mission.buildings]
+    columns = stored.read(
+        range(stored.count), {"perspective": [*PERSPECTIVES], **words_of(buildings)}
+    )
+    own = {*LABELS, "perspective"}
+    if not own <= columns.keys() <= own | numeric_keys().keys():
+        raise files.refusal(directory, NOT_OURS)
     # A part has one line for each perspective of each scenario.
     values = {
         name: columns.pop(name).reshape(-1, side).T.reshape([*shape.values()]) for name in LABELS
@@ -297,40 +314,85 @@ def _sealed(content: bytes, mark: str) -> bytes:
     return b"".join([head, hashlib.sha256(head + tail).hexdigest().encode(), tail])
 
 
-def is_whole(path: Path, stamp: str, number: int) -> bool:
-    """Whether a file is this part of this study, to the last byte."""
-    mark = f"{stamp} {number} "
-    try:
-        content = path.read_bytes()
-    except OSError:
-        return False
-    return mark.encode() in content and content == _sealed(content, mark)
+@dataclass(frozen=True)
+class Parts:
+    """The files of a sweep: some scenarios each, with a line for each of so many perspectives."""
+
+    directory: Path
+    stamp: str
+    scenarios: int
+    per_part: int
+    side: int
+
+    @property
+    def count(self) -> int:
+        """Number of parts."""
+        return -(-self.scenarios // self.per_part)
+
+    def path(self, number: int) -> Path:
+        """The file of a part."""
+        return self.directory / PART.format(number)
+
+    def is_whole(self, number: int) -> bool:
+        """Whether a part is there, to the last byte."""
+        path, mark = self.path(number), f"{self.stamp} {number} "
+        if not os.path.lexists(path):
+            return False
+        with self._opened(number) as file:
+            content = file.read()
+        return mark.encode() in content and content == _sealed(content, mark)
+
+    def read(
+        self,
+        numbers: Iterable[int],
+        words: Mapping[str, Sequence[str]],
+        columns: list[str] | None = None,
+    ) -> Variables:
+        """The columns of parts, all or some; of words their places among all words, −1 for none."""
+        import pyarrow as pa
+        from pyarrow import parquet
+
+        tables, found = [], Variables()
+        for number in numbers:
+            with self._opened(number) as file, _damaged(self.path(number)):
+                part = parquet.ParquetFile(file)
+                if part.metadata.num_rows != self._lines(number):  # Before memory is asked for them
+                    raise ValueError
+                tables.append(part.read(columns=columns))
+        with _damaged(self.directory):
+            whole = pa.concat_tables(tables)
+            for name, column in zip(whole.column_names, whole.itercolumns(), strict=True):
+                if name not in words:
+                    found[name] = column.to_numpy()
+                    if found[name].dtype.kind not in "biuf":
+                        raise ValueError
+                    continue
+                if not pa.types.is_dictionary(column.type):
+                    raise ValueError
+                coded = column.unify_dictionaries().combine_chunks()
+                place = {word: number for number, word in enumerate(words[name])}
+                places = [*(place[word] for word in coded.dictionary.to_pylist()), -1]
+                kind = CODED.get(name, np.int8)
+                found[name] = np.array(places, kind).take(coded.indices.fill_null(-1))
+        return found
+
+    def _lines(self, number: int) -> int:
+        return self.side * min(self.per_part, self.scenarios - number * self.per_part)
+
+    def _opened(self, number: int) -> AbstractContextManager[BinaryIO]:
+        largest = LARGEST_HEAD + LARGEST_LINE * self._lines(number)
+        return files.opened(self.path(number), largest, own=True)
 
 
-def read_parts(
-    paths: Sequence[Path], words: Mapping[str, Sequence[str]], columns: list[str] | None = None
-) -> Variables:
-    """The columns of parts, all or some; of words their places among all words, −1 for none."""
+@contextmanager
+def _damaged(path: Path, words: str = NOT_OURS) -> Iterator[None]:
+    """Refuse a file whose content is none that a sweep writes."""
     import pyarrow as pa
-    from pyarrow import parquet
 
-    tables, found = [], Variables()
     try:
-        for path in paths:
-            tables.append(parquet.read_table(path, columns=columns))
-        whole = pa.concat_tables(tables)
-        for name, column in zip(whole.column_names, whole.itercolumns(), strict=True):
-            if name not in words:
-                found[name] = column.to_numpy()
-                continue
-            coded = column.unify_dictionaries().combine_chunks()
-            place = {word: number for number, word in enumerate(words[name])}
-            places = [*(place[word] for word in coded.dictionary.to_pylist()), -1]
-            kind = CODED.get(name, np.int8)
-            found[name] = np.array(places, kind).take(coded.indices.fill_null(-1))
-    except (OSError, KeyError, pa.ArrowException):
-        raise files.refusal(path, "is damaged, or from another version of optuav") from None
-    return found
+        yield
+    except (OSError, KeyError, ValueError, pa.ArrowException):
+        raise files.refusal(path, words) from None
 
 
 def _manifest(plan: SweepPlan) -> Document:
@@ -360,36 +422,81 @@ def _is_begun(directory: Path, manifest: Document) -> bool:
         found = _read_manifest(directory)
         if not there - {MANIFEST, files.TEMPORARY}:
             return False
-        if found["hash"] != manifest["hash"]:
+        if found.hash != manifest["hash"]:
             words = "holds the parts of another study: state another output, or delete it"
             raise files.refusal(directory, words)
-        _refuse_others(found["versions"], files.label(directory / MANIFEST))
+        _refuse_others(found.versions, files.label(directory / MANIFEST))
     elif there - {files.TEMPORARY}:
         raise files.refusal(directory, "is not empty, and holds no sweep: state another output")
     return MANIFEST in there
 
 
-def _read_manifest(directory: Path) -> Document:
+class Named(BaseModel, strict=True):
+    """A building of which the name is enough."""
+
+    name: str
+
+
+class NamedMission(Named, strict=True):
+    """A mission of which the names are enough."""
+
+    buildings: list[Named] = []
+
+
+class SweptStudy(StudyFile):
+    """The study of a manifest, with its mission inside."""
+
+    mission: NamedMission  # type: ignore[assignment]
+
+
+class Manifest(BaseModel, extra="forbid", strict=True, allow_inf_nan=False):
+    """What stands beside the parts of a sweep."""
+
+    kind: Literal["optuav sweep"]
+    format: Literal[1]
+    hash: str
+    versions: dict[str, str]
+    rows: Annotated[int, Interval(ge=1)] | None
+    grid: dict[str, Annotated[list[float], MinLen(1)]]
+    study: SweptStudy
+
+    @property
+    def scenarios(self) -> int:
+        """Number of scenarios."""
+        return (self.rows or 1) * math.prod(map(len, self.grid.values()))
+
+
+def _read_manifest(directory: Path) -> Manifest:
     """The manifest of a sweep."""
     path = directory / MANIFEST
-    text = files.read_text(path, LARGEST_MANIFEST)
-    found: Document = files.parse_json(text, files.label(path), LARGEST_MANIFEST)
-    known = isinstance(found, dict) and (found.get("kind"), found.get("format")) == (KIND, FORMAT)
-    if not known or not {"hash", "versions", "rows", "grid", "study"} <= found.keys():
+    text = files.read_text(path, LARGEST_MANIFEST, own=True)
+    stated = files.parse_json(text, files.label(path), LARGEST_MANIFEST)
+    known = isinstance(stated, dict) and (stated.get("kind"), stated.get("format"))
+    if known != (KIND, FORMAT):
         raise files.refusal(path, "is no manifest of a sweep of this version")
-    named = isinstance(found["versions"], dict) and found["versions"].keys() == {*PACKAGES}
-    if not named or found["hash"] != _hash(found):
-        raise files.refusal(path, "is damaged: its content is not that of its hash")
+    with _damaged(path, "is damaged: its content is not that of its hash"):
+        found = Manifest.model_validate(stated)
+        perspectives_of(found.study.perspective, faults := list[Fault]())
+        stated_problem(found.study.problem)
+        parts = -(-found.scenarios // found.study.scenarios_per_part)
+        if (
+            faults
+            or not (found.scenarios <= MOST and parts <= MOST_PARTS)
+            or not found.grid.keys() <= numeric_keys().keys()
+            or found.versions.keys() != {*PACKAGES}
+            or found.hash != _hash(stated)
+        ):
+            raise ValueError
     return found
 
 
-def _summary(paths: Sequence[Path], asked: Sequence[str]) -> tuple[Document, Document]:
+def _summary(stored: Parts, asked: Sequence[str]) -> tuple[Document, Document]:
     """By perspective the shortest and the longest hover, and why how many have no plan."""
     words = words_of([])["reason"]
     counts = np.zeros((len(asked), len(words)), dtype=int)
     shortest_s, longest_s = np.full((2, len(asked)), np.nan)
-    for path in paths:
-        part = read_parts([path], {"reason": words}, ["reason", "hover_time_s"])
+    for number in range(stored.count):
+        part = stored.read([number], {"reason": words}, ["reason", "hover_time_s"])
         reasons, hover_s = (part[n].reshape(-1, len(asked)) for n in ("reason", "hover_time_s"))
         counts += [np.bincount(each, minlength=len(words)) for each in reasons.T]
         shortest_s = np.fmin(shortest_s, np.fmin.reduce(hover_s))

@@ -250,24 +250,33 @@ def test_an_output_that_is_full_or_closed_is_one_sentence() -> None:
         assert said in found.stderr
 
 
+SAID = {"SIGINT": (130, "", "\ninterrupted\n"), "SIGTERM": (143, "", "\nterminated\n")}
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are sent as POSIX has them")
 @pytest.mark.parametrize(
-    ("arguments", "begun", "after_s"),
+    ("arguments", "begun", "after_s", "sent"),
     [
-        (("sensitivity", "paper"), "sys", 0.1),  # while it imports
+        (("sensitivity", "paper"), "sys", 0.1, "SIGINT"),  # while it imports
         # CasADi swallows it.
-        (("solve", "paper", "--engine", "casadi", "--problem", "P2-tight"), "casadi", 0.3),
-        (("compare", "paper"), "multiprocessing.popen_spawn_posix", 0.3),  # in processes of its own
+        (
+            ("solve", "paper", "--engine", "casadi", "--problem", "P2-tight"),
+            "casadi",
+            0.3,
+            "SIGINT",
+        ),
+        (("compare", "paper"), "multiprocessing.popen_spawn_posix", 0.3, "SIGINT"),  # in processes
+        (("compare", "paper"), "multiprocessing.popen_spawn_posix", 0.3, "SIGTERM"),
     ],
 )
-def test_control_c_ends_a_command_at_once(
-    arguments: tuple[str, ...], begun: str, after_s: float, tmp_path: Path
+def test_control_c_and_sigterm_end_a_command_at_once(
+    arguments: tuple[str, ...], begun: str, after_s: float, sent: str, tmp_path: Path
 ) -> None:
-    """By exit code 130, in one line, and what is half written goes.
+    """By exit code 130 or 143, in one line, and what is half written goes; no semaphore leaks.
 
     The interrupt comes some time after a module is imported.
     """
-    code = f"""
+    script = f"""
 import os, pathlib, signal, sys, threading, time
 signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in the background of a shell
 import optuav.cli
@@ -277,15 +286,15 @@ def interrupt():
     while {begun!r} not in sys.modules:
         time.sleep(0.01)
     time.sleep({after_s})
-    os.kill(os.getpid(), signal.SIGINT)
+    os.kill(os.getpid(), signal.{sent})
 threading.Thread(target=interrupt, daemon=True).start()
 sys.argv = ["optuav", *{arguments!r}]
 optuav.cli.main()
 """
     found = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=tmp_path
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False, cwd=tmp_path
     )
-    assert (found.returncode, found.stdout, found.stderr) == (130, "", "\ninterrupted\n")
+    assert (found.returncode, found.stdout, found.stderr) == SAID[sent]
     assert not list(tmp_path.iterdir())
 
 

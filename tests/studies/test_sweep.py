@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import itertools
 import json
 import os
@@ -25,7 +26,7 @@ from optuav.judge.benchmark import answers
 from optuav.mission import files
 from optuav.studies import scenarios as machine
 from optuav.studies.study import read_plan
-from optuav.studies.sweep import is_whole
+from optuav.studies.sweep import Parts, _sealed
 
 GRID = """
 perspective = ["battery", "available"]
@@ -226,7 +227,7 @@ def test_any_byte_that_changed_is_found_and_its_part_made_again(tmp_path: Path) 
     stamp = json.loads((part.parent / "manifest.json").read_text())["hash"]
     for place in [*range(0, len(good), 41), len(good) - 1]:
         part.write_bytes(good[:place] + bytes([good[place] ^ 1]) + good[place + 1 :])
-        assert not is_whole(part, stamp, 1), place
+        assert not Parts(part.parent, stamp, 15, 7, side=2).is_whole(1), place
     with pytest.raises(InputError, match="1 of 3 parts are missing or damaged; optuav sweep goes"):
         optuav.open_sweep(part.parent)
     assert optuav.sweep(file).kept == 2
@@ -462,6 +463,111 @@ def test_a_manifest_that_was_edited_is_refused(name: str, value: object, tmp_pat
     for call, path in ((optuav.sweep, file), (optuav.open_sweep, manifest.parent)):
         with pytest.raises(InputError, match=r"manifest\.json: is damaged"):
             call(path)
+
+
+STRANGE = ("fifo", "link to zero", "link", "directory", "sparse")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="makes pipes and links")
+@pytest.mark.parametrize("kind", STRANGE)
+@pytest.mark.parametrize("name", ["part-000001.parquet", "manifest.json"])
+def test_only_regular_files_of_a_sweep_are_opened(name: str, kind: str, tmp_path: Path) -> None:
+    """No pipe or device is waited for, and no link leads a sweep to read or write elsewhere."""
+    file, foreign = study(tmp_path, GRID), tmp_path / "foreign"
+    path = optuav.sweep(file).directory / name
+    foreign.write_bytes(path.read_bytes())
+    path.unlink()
+    {
+        "fifo": lambda: os.mkfifo(path),
+        "link to zero": lambda: path.symlink_to("/dev/zero"),
+        "link": lambda: path.symlink_to(foreign),
+        "directory": path.mkdir,
+        "sparse": lambda: os.truncate(os.open(path, os.O_CREAT | os.O_RDWR), 10**12),
+    }[kind]()
+    before, listed = foreign.read_bytes(), sorted(path.parent.iterdir())
+    for call, source in ((optuav.sweep, file), (optuav.open_sweep, path.parent)):
+        with pytest.raises(InputError, match=rf"{name}: is (not a reg|a link, not a|a dir|larger)"):
+            call(source)
+    with pytest.raises(InputError, match=rf"{name}: is (not a reg|a link, not a|a dir|larger)"):
+        optuav.sweep(file, resume=False)
+    assert (foreign.read_bytes(), sorted(path.parent.iterdir())) == (before, listed)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="makes links")
+def test_a_part_is_never_written_through_a_link(tmp_path: Path) -> None:
+    """Neither through one that comes while others are computed, nor into a file of two names."""
+    foreign, names = tmp_path / "foreign", [tmp_path / "soft", tmp_path / "hard"]
+    foreign.write_bytes(b"foreign")
+    names[0].symlink_to(foreign)
+    names[1].hardlink_to(foreign)
+    with pytest.raises(InputError, match="soft: is a link, not a regular file"):
+        files.write_own(names[0], b"own")
+    files.write_own(names[1], b"own")
+    assert (foreign.read_bytes(), names[1].read_bytes()) == (b"foreign", b"own")
+
+
+FORGED = [
+    {"study": {"scenarios_per_part": 0}},
+    {"study": {"scenarios_per_part": 1}, "rows": 10**15},
+    {"rows": -3},
+    {"rows": True},
+    {"grid": {"limits.deadline_s": []}},
+    {"grid": {"perspective": [1.0]}},
+    {"grid": {"limits.deadline_s": ["x"]}},
+    {"study": {"perspective": ["x"]}},
+    {"study": {"problem": {"name": "P4"}}},
+    {"study": {"mission": {"name": "paper", "buildings": [3]}}},
+    {"study": {"mission": None}},
+]
+
+
+@pytest.mark.parametrize("change", FORGED)
+def test_a_forged_manifest_is_refused_in_words(change: dict[str, Any], tmp_path: Path) -> None:
+    """Also one that states its own hash: no error of Python's, and an answer at once."""
+    manifest = optuav.sweep(study(tmp_path, GRID)).directory / "manifest.json"
+    stated = json.loads(manifest.read_text())
+    forged = {**stated, **change, "study": {**stated["study"], **change.get("study", {})}}
+    content = json.dumps([forged[name] for name in ("rows", "grid", "study")]).encode()
+    forged["hash"] = hashlib.sha256(content).hexdigest()
+    manifest.write_text(json.dumps(forged))
+    with pytest.raises(InputError, match=r"manifest\.json: is damaged"):
+        optuav.open_sweep(manifest.parent)
+
+
+def test_a_forged_part_is_refused_before_it_takes_memory(tmp_path: Path) -> None:
+    """One that has the right hash, and a billion lines in a few bytes, or no number for a time."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    directory = optuav.sweep(study(tmp_path, GRID)).directory
+    part = directory / "part-000000.parquet"
+    table = parquet.read_table(part)
+    words = pa.array(["x"] * 14)
+    for forged in (
+        pa.concat_tables([table] * 3),
+        table.drop_columns("hover_time_s"),
+        table.set_column(0, table.column_names[0], words),
+        table.set_column(table.column_names.index("reason"), "reason", words),
+        table.append_column("extra", pa.array([1.0] * 14)),
+    ):
+        parquet.write_table(forged, part)
+        mark = next(v for v in forged.schema.metadata.values() if len(v) > 128).decode()
+        part.write_bytes(_sealed(part.read_bytes(), mark[: mark.rindex(" ") + 1]))
+        with pytest.raises(InputError, match="is damaged, or from another version of optuav"):
+            optuav.open_sweep(directory)
+
+
+def test_a_tilde_in_a_study_is_the_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in a shell, where a study states its mission or its output; no directory is named ~."""
+    home = tmp_path / "home"
+    home.mkdir()
+    monkeypatch.setenv("HOME", str(home))
+    monkeypatch.setenv("USERPROFILE", str(home))
+    optuav.load("paper").save(home / "mine.toml")
+    stated = 'mission = "~/mine.toml"\noutput = "~/parts"\ngrid.limits.deadline_s = [600, 900]'
+    assert optuav.sweep(study(tmp_path, stated)).directory == home / "parts"
+    assert (home / "parts" / "manifest.json").is_file()
+    assert not (tmp_path / "~").exists()
 
 
 def test_what_is_no_path_is_refused() -> None:
