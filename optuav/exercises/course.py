@@ -11,7 +11,7 @@ from types import EllipsisType
 from formulations.formulation import Formulation
 from optuav.errors import MOST_SHOWN, Fault, InputError, OptuavError
 from optuav.exercises.exercise import OPEN, Exercise, Grade, Task
-from optuav.mission.messages import nearest
+from optuav.mission.messages import nearest, shown
 
 PARTS = (
     "first_flights",
@@ -22,6 +22,10 @@ PARTS = (
     "many_missions",
 )
 """Files of exercises, one a part of the course, in its order."""
+
+
+PLAIN = ("builtins", "numpy", "fractions", "decimal")
+"""Modules of answers that run no code of their own: another error is one of the grader."""
 
 
 @cache
@@ -83,11 +87,12 @@ def task(number: str, student: str = "") -> Task:
     """
     known, faults = _exercises(), list[Fault]()
     if not isinstance(number, str) or number not in known:
-        meant = f"0{number}" if f"0{number}" in known else str(number)
+        stated = number if isinstance(number, str) else shown(number)
+        meant = f"0{stated}" if f"0{stated}" in known else stated
         words = f"no exercise has this number{nearest(meant, known)}; there are {', '.join(known)}"
-        faults.append(Fault("number", repr(number), words))
+        faults.append(Fault("number", shown(number), words))
     if not isinstance(student, str):
-        faults.append(Fault("student", repr(student), "a text, as student='123456'"))
+        faults.append(Fault("student", shown(student), "a text, as student='123456'"))
     if faults:
         raise InputError(faults)
     return known[number].task(unicodedata.normalize("NFC", student.strip()))
@@ -132,10 +137,14 @@ def check(number: str, answer: object, student: str = "") -> Grade:
         return Grade(number, OPEN)
     try:
         return _exercises()[number].grade(asked, answer)
-    except Exception as error:
-        if not (isinstance(error, OptuavError) or _declares(answer)):
+    except (Exception, SystemExit) as error:
+        if _kind(answer).__module__ in PLAIN and not isinstance(error, OptuavError):
             raise
-        return Grade.wrong(asked, _stopped(error, answer) if _declares(answer) else _misfit(error))
+        try:
+            words = _stopped(error, answer) if _declares(answer) else _misfit(error)
+        except Exception:  # Of an error without words
+            words = type(error).__name__
+        return Grade.wrong(asked, words)
 
 
 def _kind(answer: object) -> type:
@@ -148,17 +157,18 @@ def _declares(answer: object) -> bool:
     return issubclass(kind, Formulation) and kind.__module__.split(".")[0] != "formulations"
 
 
-def _misfit(error: Exception) -> str:
+def _misfit(error: BaseException) -> str:
     """Why an answer is none of the kind that is asked for."""
     if not isinstance(error, InputError):
-        return f"not an answer: {error}"
+        named = "" if isinstance(error, OptuavError) else f"{type(error).__name__}: "
+        return f"not an answer: {named}{error}"
     first, *_ = faults = error.faults[:MOST_SHOWN]
     if first.key == "answer":
         return f"the answer must be {first.allowed}, not {first.value}"
     return f"not an answer: {'; '.join(map(str, faults))}"
 
 
-def _stopped(error: Exception, answer: object) -> str:
+def _stopped(error: BaseException, answer: object) -> str:
     """What stopped the code of a formulation: the error, and the line if it is the student's."""
     named, module = type(error).__name__, _kind(answer).__module__
     walked = traceback.walk_tb(error.__traceback__)

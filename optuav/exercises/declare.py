@@ -13,6 +13,7 @@ from optuav.engines.registry import preferred
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError
 from optuav.exercises.exercise import Draws, Exercise, Grade, Task
+from optuav.mission.messages import shown
 from optuav.modelling import Check, Checks, Model, check
 from optuav.modelling.classify import traits
 from optuav.modelling.traversal import evaluate
@@ -103,9 +104,9 @@ def _model_of(answer: object, asked: Program | Model, unknowns: str, task: Task)
             for part in program.parts:
                 if part.rests == rests:
                     return _of_one_route(part)
-            raise InputError([Fault("answer", repr(answer), unknowns)])
+            raise InputError([Fault("answer", shown(answer), unknowns)])
         words = "an object of an optuav.Formulation that takes any building and order"
-    raise InputError([Fault("answer", f"{answer!r:.80}", words)])
+    raise InputError([Fault("answer", shown(answer), words)])
 
 
 def _needs(kind: type[Formulation]) -> bool:

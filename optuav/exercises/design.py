@@ -8,6 +8,7 @@ from typing import Any
 from optuav.errors import Fault, InputError
 from optuav.exercises.exercise import Draws, Exercise, Grade, Task
 from optuav.judge import Itinerary, Stop, audit
+from optuav.mission.messages import shown
 from optuav.plan import Plan
 
 STOP = '("b1", "rest", 100.0)'
@@ -65,11 +66,11 @@ def _itinerary(answer: object, task: Task) -> Itinerary | Plan | None:
         return answer if answer.mission == task.mission else None
     words = f"an optuav.Itinerary, or stops in order as {STOP}"
     if not isinstance(answer, Sequence) or isinstance(answer, str):
-        raise InputError([Fault("answer", f"{answer!r:.80}", words)])
+        raise InputError([Fault("answer", shown(answer), words)])
     stops = list[Any]()
     for number, stop in enumerate(answer):
         is_three = isinstance(stop, tuple | list) and len(stop) == 3
         if not is_three and not isinstance(stop, Stop):
-            raise InputError([Fault(f"stops.{number}", f"{stop!r:.80}", f"a stop as {STOP}")])
+            raise InputError([Fault(f"stops.{number}", shown(stop), f"a stop as {STOP}")])
         stops.append(Stop(*stop) if is_three else stop)
     return Itinerary(task.mission, tuple(stops))

@@ -14,7 +14,7 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, printable
 from optuav.mission import Mission, load
 from optuav.mission.messages import nearest
 from optuav.modelling import Model
@@ -152,7 +152,7 @@ class Grade:
     @classmethod
     def wrong(cls, task: Task, words: str, hint: str = "", score: float = 0.0) -> "Grade":
         """The grade of an answer that is not correct."""
-        return cls(task.number, WRONG, words, hint, score)
+        return cls(task.number, WRONG, printable(words), printable(hint), score)
 
 
 @dataclass(frozen=True)
@@ -179,7 +179,8 @@ class Exercise:
 
     def _drawn(self, name: str, student: str) -> float | str:
         choices = self.draws[name]
-        digest = sha256("\n".join((self.number, name, student)).encode()).digest()
+        drawn = "\n".join((self.number, name, student))
+        digest = sha256(drawn.encode("utf-8", "surrogatepass")).digest()
         return choices[int.from_bytes(digest[:8], "big") % len(choices)]
 
 

@@ -9,6 +9,7 @@ from typing import TypeAlias
 
 from optuav.errors import Fault, InputError
 from optuav.exercises.exercise import Draws, Exercise, Grade, Task, is_close, plain
+from optuav.mission.messages import shown
 
 Predictions: TypeAlias = Iterator[tuple[float | str, str]]
 """The true answer with a hint for any other one; then wrong answers with a hint for each.
@@ -93,7 +94,7 @@ def figure_of(answer: object, unit: str = "") -> float:
             if math.isfinite(value := float(number)):
                 return value
     words = f"a finite number [{unit}]" if unit else "a finite number"
-    raise InputError([Fault("answer", f"{answer!r:.80}", words)])
+    raise InputError([Fault("answer", shown(answer), words)])
 
 
 def _pair(answer: object, unit: str, among: Sequence[str]) -> tuple[str, float]:
@@ -103,4 +104,4 @@ def _pair(answer: object, unit: str, among: Sequence[str]) -> tuple[str, float]:
         if (word := word.strip().casefold()) in among:
             return word, figure_of(figure, unit)
     words = f"one of {', '.join(map(repr, among))} and a number [{unit}], as ({among[0]!r}, 10.0)"
-    raise InputError([Fault("answer", f"{answer!r:.80}", words)])
+    raise InputError([Fault("answer", shown(answer), words)])

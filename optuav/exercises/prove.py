@@ -12,6 +12,7 @@ from optuav.engines import closed_form
 from optuav.engines.linear_form import linear_form
 from optuav.errors import Fault, refuse
 from optuav.exercises.exercise import Draws, Exercise, Grade, Task, plain
+from optuav.mission.messages import shown
 from optuav.modelling import Model
 
 ROUNDED = 0.01  # What rounded multipliers may miss of a coefficient
@@ -104,18 +105,19 @@ def _fractions(answer: object, labels: list[str], unknowns: list[str]) -> dict[s
     names = [*labels, *unknowns]
     faults, found = list[Fault](), dict[str, Fraction]()
     if not isinstance(answer, Mapping):
-        refuse([Fault("answer", f"{answer!r:.80}", f"numbers by name: {', '.join(names)}")])
+        refuse([Fault("answer", shown(answer), f"numbers by name: {', '.join(names)}")])
     assert isinstance(answer, Mapping)
     for name, stated in answer.items():
         value = plain(stated)
         if name not in names:
-            faults.append(Fault(str(name), f"{value!r:.80}", f"the names are {', '.join(names)}"))
+            key = name if isinstance(name, str) else shown(name)
+            faults.append(Fault(key, shown(value), f"the names are {', '.join(names)}"))
         elif isinstance(value, bool) or not isinstance(value, numbers.Real):
-            faults.append(Fault(name, f"{value!r:.80}", "a number, as Fraction(1, 98)"))
+            faults.append(Fault(name, shown(value), "a number, as Fraction(1, 98)"))
         elif isinstance(value, numbers.Rational):
             found[name] = Fraction(int(value.numerator), int(value.denominator))
         elif not math.isfinite(value):
-            faults.append(Fault(name, f"{value!r:.80}", "a finite number"))
+            faults.append(Fault(name, shown(value), "a finite number"))
         else:
             found[name] = Fraction(float(value)).limit_denominator(MOST_PARTS)
     if missing := [name for name in unknowns if name not in answer]:

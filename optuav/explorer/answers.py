@@ -54,6 +54,7 @@ def answers(base: Mission, stated: object) -> Data:
 def answered(base: Mission, stated: object) -> tuple[Data, Plan | None]:
     """As `answers`, with the plan that is shown; None where there are faults."""
     number = stated.get("number") if isinstance(stated, Mapping) else None
+    number = number if isinstance(number, int) else None  # JSON can ask for 1e999, and not answer
     try:
         return _answers(base, State.of(stated))
     except InputError as error:

@@ -47,6 +47,7 @@ class Server(ThreadingHTTPServer):
 
     daemon_threads = True
     allow_reuse_address = os.name == "posix"  # Elsewhere two servers would share a port
+    request_queue_size = 128
 
     def __init__(self, mission: Mission, port: int = 0) -> None:
         refuse_many(mission)

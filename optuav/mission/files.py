@@ -154,13 +154,17 @@ def parse_json(text: str, source: str, most: int = MOST_VALUES) -> Any:
     """The value that a JSON text holds; refused if it is nested too deeply or has too many."""
     words = f"has more than {most} values"
     if sum(map(text.count, ",[{")) <= most:
-        words = f"is nested in more than {MOST_LEVELS} levels"
+        words = f"is not JSON: it is nested in more than {MOST_LEVELS} levels"
         try:
             found = json.loads(text, parse_constant=_no_constant, object_pairs_hook=_object)
+            if "\\u" in text:
+                json.dumps(found, ensure_ascii=False).encode()  # As other files will hold it
             if not _is_deep(found):
                 return found
         except RecursionError:
             pass
+        except UnicodeEncodeError:
+            words = "is not JSON: it has one half of a surrogate pair, which is no letter"
         except ValueError as error:
             words = f"is not JSON: {_own_words(error)}"
             if re.search(r"^schema *= *\d", text, re.MULTILINE):

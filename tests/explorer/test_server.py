@@ -147,6 +147,35 @@ def test_what_is_no_state_is_refused(server: Server) -> None:
         assert "faults" in json.loads(found.body)
 
 
+HALF, DEEP = '"\\ud800"', "[" * 500 + "]" * 500
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f'{{"problem": {HALF}}}',
+        f'{{"changes": {{{HALF}: 1}}}}',
+        f'{{"changes": {{"limits.deadline_s": {DEEP}}}}}',
+        f'{{"number": {DEEP}}}',
+    ],
+)
+def test_a_state_that_cannot_be_repeated_is_refused_in_words(text: str, server: Server) -> None:
+    """The connection stays, where an answer would repeat half a letter or no number."""
+    found = ask(server, "POST", "answers", text, **JSON)
+    assert found.status == 400
+    assert json.loads(found.body)["faults"][0]["words"].startswith("state: is not JSON")
+    found = ask(server, "POST", "answers", '{"number": 1e999}', **JSON)
+    assert json.loads(found.body)["faults"][0]["key"] == "number"
+
+
+def test_a_hundred_browsers_may_wait() -> None:
+    """None is turned away where the server takes none for a moment."""
+    with Server(optuav.load("paper")) as busy:
+        waiting = [socket.create_connection(busy.server_address, timeout=5) for _ in range(100)]
+        for each in waiting:
+            each.close()
+
+
 def test_who_sends_too_much_reads_so(server: Server) -> None:
     """The words come before the connection is closed, also where all is sent first."""
     place = f"http://127.0.0.1:{server.server_port}/{server.token}/answers"
