@@ -231,4 +231,4 @@ def _needed(given: Quantities, limit: WellLimit) -> Booleans:
         return np.asarray(own_A > 0.0)
     needed = np.asarray(own_A <= 0.0)
     pool = Battery(given.battery_As, given.available_fraction, given.flow_rate_per_s)
-    return needed & ~falls_throughout(pool, next_A[0]) if next_A else needed
+    return needed & np.logical_not(falls_throughout(pool, next_A[0])) if next_A else needed
