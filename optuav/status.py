@@ -2,6 +2,12 @@
 
 from enum import StrEnum
 
+SAME_S = 1e-6  # Times that differ by no more than this are equal, for ties and for proofs [s]
+
+SAME_S = 1e-6
+"""Times that differ by no more than this are equal: for ties, and for a proof that none is longer
+[s]."""
+
 
 class Status(StrEnum):
     """What is known of a programme as it was stated; one list for all engines."""
@@ -12,7 +18,7 @@ class Status(StrEnum):
     INFEASIBLE = "infeasible"
     UNBOUNDED = "unbounded"
     UNKNOWN = "unknown"  # Neither a point nor proof that there is none
-    ERROR = "error"  # A number of the programme is no number
+    ERROR = "error"  # A number of the programme is no number, or its answer fails a check
 
     @property
     def has_answer(self) -> bool:

@@ -27,14 +27,13 @@ from optuav.modelling.writer import Text
 from optuav.network.graph import Graph, as_graph
 from optuav.network.network import build_network
 from optuav.network.places import charging_cap
-from optuav.network.routes import SAME_S
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
 from optuav.solving import Program, solve
 from optuav.solving.outcome import Part, more_stops_may_help, not_excluded, words
 from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
 from optuav.solving.question import PROBLEM_NAMES, checked_question, problem_of
-from optuav.status import Status
+from optuav.status import SAME_S, Status
 
 Subject: TypeAlias = Program | Plan | Mission | str | Path
 STOPS = (

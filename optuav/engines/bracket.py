@@ -45,7 +45,7 @@ from optuav.modelling.check import evaluated
 from optuav.modelling.forms import CONSTANT, Monomial
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate
-from optuav.status import Status
+from optuav.status import SAME_S, Status
 
 ROUNDING = 1e-11
 """By how much a constraint must be missed to fail, relative to max(1, |right side|)."""
@@ -249,7 +249,7 @@ def solve(
 
     Arguments as of `optuav.engines.registry.Engine.solve`.
     The objective is one of at most two unknowns from 0. No answer exceeds the solution's `beyond`:
-    the status is feasible where that is farther than `WIDTH_S` from the answer, unknown where there
+    the status is feasible where that is farther than `SAME_S` from the answer, unknown where there
     is none, and error where a number is NaN.
     """
     given = values or {}
@@ -262,7 +262,7 @@ def solve(
         found = largest(rows, *tops)
         found = found._replace(y=shortest(rows, found, tops[1]))
     none, unknown = np.isneginf(found.beyond), np.isnan(found.x)
-    open_ = found.beyond - found.x > 10.0 * WIDTH_S
+    open_ = found.beyond - found.x > SAME_S
     # Numbers in `FOUND_OUT`: the first that holds, 0 where a number is NaN.
     found_out = np.where(none, 1, np.where(unknown, 2, np.where(open_, 3, 4))) * usable
     answered = usable & ~none & ~unknown

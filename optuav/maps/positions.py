@@ -21,6 +21,7 @@ from optuav.network.scene import scene
 from optuav.network.vehicle import hover_point_m
 from optuav.options import Perspective
 from optuav.solving.question import checked_question
+from optuav.status import SAME_S
 from optuav.studies.batch import batch
 
 if TYPE_CHECKING:

@@ -8,8 +8,7 @@ import numpy as np
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.network.legs import NO_LEG, Legs
 from optuav.options import Order, Trajectory
-
-SAME_S = 1e-6  # Times that differ by no more than this are equal [s]
+from optuav.status import SAME_S
 
 
 @dataclass(frozen=True)

@@ -16,11 +16,11 @@ from optuav.arrays import Floats
 from optuav.mission import Mission, load
 from optuav.network import vehicle
 from optuav.network.network import build_network
-from optuav.network.routes import SAME_S
 from optuav.network.variants import Variants
 from optuav.options import Perspective, Trajectory
 from optuav.physics import laser, rotor
 from optuav.plan import Plan
+from optuav.status import SAME_S
 
 DATA = tomllib.loads(files("optuav.paper").joinpath("statements.toml").read_text("utf-8"))
 """The file of the paper's statements."""

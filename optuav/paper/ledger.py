@@ -22,7 +22,6 @@ from optuav.network import vehicle
 from optuav.network.network import build_network
 from optuav.network.one_stop import one_stop_is_enough
 from optuav.network.places import HOVER
-from optuav.network.routes import SAME_S
 from optuav.options import Perspective
 from optuav.paper import curves, table2
 from optuav.paper.curves import DATA, PAPERS, solve, with_deadline
@@ -30,6 +29,7 @@ from optuav.paper.table2 import Interval, last_digit, printed_interval
 from optuav.physics import laser, rotor
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
+from optuav.status import SAME_S
 from optuav.studies.results import as_csv
 
 Value: TypeAlias = float | str | None

@@ -19,7 +19,6 @@ from formulations.parameters import Quantities
 from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES, tapered
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.engines import bracket
-from optuav.errors import SolverError
 from optuav.mission import Mission
 from optuav.modelling import Model
 from optuav.modelling.check import TOLERANCE, evaluated
@@ -27,7 +26,7 @@ from optuav.modelling.forms import CONSTANT, Exponential, Monomial
 from optuav.network.feasibility import TOLERANCE as RIM
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER, as_points
-from optuav.network.routes import SAME_S, usable_routes
+from optuav.network.routes import usable_routes
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.physics.kibam import Battery, Shift, Stage, Tilted, tilted_after
@@ -44,7 +43,7 @@ from optuav.solving.assemble import (
 from optuav.solving.longest import longest
 from optuav.solving.outcome import TIMES, longest_by_balance, shortest_by_balance, tied
 from optuav.solving.question import Question, answer
-from optuav.status import Status
+from optuav.status import SAME_S, Status
 
 Codes: TypeAlias = npt.NDArray[np.int8]
 
@@ -66,7 +65,8 @@ REASONS = {
     "together": "no times satisfy all constraints together",
     "unbounded": "no constraint keeps the objective finite",
     "unknown": "the engine found neither times nor proof that there are none",
-    "error": "the engine failed, or met numbers that it cannot use",
+    "error": "the engine failed, met numbers that it cannot use, or returned times that violate a "
+    "constraint",
 }
 """Why a variant has no plan: short names, whose places are the codes, and sentences."""
 TURNS = 3  # In which routes are bracketed: the likeliest of what is left, and then all of that
@@ -152,10 +152,12 @@ def best_plans(variants: Variants, question: Question, table: Quantities | None 
         for some, steps in _in_steps(variants, table, variant, route):
             soc["battery"][some] = tapered(steps, hover_s[some], rest_s[some])
         counted = soc["battery"] if perspective == AVAILABLE else counted
+    kept = np.arange(len(variant))
     if longest_hover:
         late = mission_s[won] > (1.0 + TOLERANCE) * given.deadline_s
-        if np.any(late | (counted < given.min_soc - TOLERANCE)):
-            raise SolverError("plans of a batch violate their deadline or state of charge")
+        refuted = late | (counted < given.min_soc - TOLERANCE)
+        found.otherwise[variant[refuted]] = STATUSES.index(Status.ERROR)
+        kept = np.flatnonzero(~refuted)
     plans = {
         "hover_time_s": hover_s,
         "rest_time_s": rest_s,
@@ -166,14 +168,14 @@ def best_plans(variants: Variants, question: Question, table: Quantities | None 
         "status": found.status[variant],
         "reason": CODES["none"],
     }
-    if len(variant) == variants.count:
+    if len(kept) == variants.count:
         return Best(**{name: np.broadcast_to(each, variant.shape) for name, each in plans.items()})
     best = Best.none(variants.count)
     best.status[:] = found.otherwise
     why = _reasons(variants, table, able, found.otherwise, question)
     best.reason[:] = np.where(early > 0, early, why)
     for name, values in plans.items():
-        getattr(best, name)[variant] = values
+        getattr(best, name)[variant[kept]] = np.broadcast_to(values, variant.shape)[kept]
     return best
 
 
@@ -416,7 +418,8 @@ def _answered(
         found = answer(model, len(variant), question, values)
         codes = np.array([STATUSES.index(each) for each in found.statuses], np.int8)
         answered = np.isin(codes, [k for k, each in enumerate(STATUSES) if each.has_answer])
-        _hold(model, {**found.given, **found.values}, answered)
+        refuted = _refuted(model, {**found.given, **found.values}, answered)
+        codes[refuted], answered = STATUSES.index(Status.ERROR), answered & ~refuted
         for known in Status.UNKNOWN, Status.UNBOUNDED, Status.ERROR:
             otherwise[variant[codes == STATUSES.index(known)]] = STATUSES.index(known)
         # The best of some routes may be better than what was found on them.
@@ -442,12 +445,11 @@ def _answered(
     return Candidates(variant, route, hover_s[order], rest_s[order], status, otherwise)
 
 
-def _hold(model: Model, point: Values, answered: Booleans) -> None:
-    """Evaluate answers again, outside the engine; `SolverError` if one violates a constraint."""
+def _refuted(model: Model, point: Values, answered: Booleans) -> Booleans:
+    """Which answers violate a constraint when they are evaluated again, outside the engine."""
     with np.errstate(invalid="ignore", over="ignore"):  # where there is no answer
-        broken = [r.label for r in evaluated(model, point) if (~r.satisfied & answered).any()]
-    if broken:
-        raise SolverError(f"an engine returned points that violate {', '.join(broken)}")
+        held = [np.broadcast_to(r.satisfied, answered.shape) for r in evaluated(model, point)]
+    return np.asarray(answered & ~np.logical_and.reduce(held, initial=True))
 
 
 def _groups(

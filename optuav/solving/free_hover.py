@@ -28,7 +28,6 @@ from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network, build_network
 from optuav.network.places import HOVER
-from optuav.network.routes import SAME_S
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.physics.kibam import Stage
@@ -39,7 +38,7 @@ from optuav.solving.best_plans import hover_times_s
 from optuav.solving.outcome import Part, best
 from optuav.solving.program import Program, declared_program, groups
 from optuav.solving.question import Question
-from optuav.status import Status
+from optuav.status import SAME_S, Status
 
 REFUSED = (
     "hover_point = 'free' has no {}: use the mission of the plan that was found, whose "

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, well_limits
 from optuav.arrays import Booleans, Floats
-from optuav.engines.bracket import WIDTH_S, largest, rows_and_tops, shortest
+from optuav.engines.bracket import largest, rows_and_tops, shortest
 from optuav.engines.rows import StatedForm
 from optuav.errors import Fault, refuse
 from optuav.mission.schema import Number
@@ -18,6 +18,7 @@ from optuav.modelling.forms import CONSTANT, Exponential
 from optuav.physics.kibam import Battery, Stage, falls_throughout
 from optuav.physics.quantity import Quantity
 from optuav.solving.assemble import entries
+from optuav.status import SAME_S
 
 AT_ONCE = 1 << 13
 """Itineraries solved together: few enough to stay in the cache, and in bounded memory."""
@@ -60,8 +61,8 @@ class Hovers(NamedTuple):
 
     @property
     def proved(self) -> Booleans:
-        """Where the hover is the longest to within 1e-7 s, or proved impossible."""
-        close = self.beyond_s - self.hover_time_s <= 10.0 * WIDTH_S
+        """Where the hover is the longest to within 1e-6 s, or proved impossible."""
+        close = self.beyond_s - self.hover_time_s <= SAME_S
         return np.asarray(close | np.isneginf(self.beyond_s))
 
 

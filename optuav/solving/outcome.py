@@ -34,14 +34,13 @@ from optuav.network.graph import Graph
 from optuav.network.network import Network
 from optuav.network.one_stop import one_stop_is_enough
 from optuav.network.places import FIRST_BUILDING, HOVER, charging_cap
-from optuav.network.routes import SAME_S
 from optuav.network.timeline import route_phases, simulated, stay_net
 from optuav.physics.flight import STAGES, speed_warning
 from optuav.physics.quantity import Quantity
 from optuav.plan import Phase, Plan
 from optuav.solving.assemble import legs_and_stays, quantities
 from optuav.solving.question import MOST_BUILDINGS, PROBLEM_NAMES, Question, answer
-from optuav.status import Status
+from optuav.status import SAME_S, Status
 
 ANY_S = 1e9  # Longer than any time of a mission [s]
 MOST_VIOLATED = 2  # violated constraints that are stated in full
@@ -411,14 +410,15 @@ def longest_by_balance(
 ) -> Floats:
     """The longest Δ [s] with drawn · Δ ≤ spare + gained · T' and Δ + T' ≤ left; −∞ for none."""
     # Resting for all the time that is left; a rest that takes charge is none.
-    gained = np.maximum(gained, 0.0) if not np.min(gained) >= 0.0 else gained
+    gained = gained if np.all(np.asarray(gained) >= 0.0) else np.maximum(gained, 0.0)
     both = drawn + gained
     most_s = (spare + gained * left_s) / both
     if not np.all(np.asarray(drawn) > 0.0):
         charges = np.where(spare >= drawn * left_s, np.inf, -np.inf)
         most_s = np.where(both > 0.0, most_s, charges)
     hover_s = np.minimum(left_s, most_s)
-    return hover_s if np.min(hover_s) >= 0.0 else np.where(hover_s >= 0.0, hover_s, -np.inf)
+    possible = hover_s >= 0.0
+    return hover_s if np.all(possible) else np.where(possible, hover_s, -np.inf)
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
@@ -427,7 +427,7 @@ def shortest_by_balance(
 ) -> Floats:
     """The least T' [s] for the Δ that `longest_by_balance` finds: none, or all that is left."""
     # What a rest that next to nothing charges adds to Δ is rounding.
-    without_s = np.where(np.asarray(drawn) > 0.0, spare / drawn, np.inf)
+    without_s = longest_by_balance(spare, drawn, 0.0, left_s)
     gains = without_s < hover_s - NOTHING * np.maximum(hover_s, 1.0)
     rests = gains & (np.asarray(gained) > 0.0) & (hover_s >= 0.0)
     return np.where(rests, left_s - hover_s, 0.0)

@@ -26,14 +26,14 @@ from optuav.modelling.writer import LINE
 from optuav.network.feasibility import blocked_legs, impossibilities
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING
-from optuav.network.routes import SAME_S, usable_routes
+from optuav.network.routes import usable_routes
 from optuav.options import LONGEST_HOVER
 from optuav.plan import Plan
 from optuav.solving import outcome
 from optuav.solving.assemble import quantities
 from optuav.solving.outcome import Part
 from optuav.solving.question import Question, answer, chosen_engine
-from optuav.status import Status
+from optuav.status import SAME_S, Status
 
 MOST_REASONS = 10  # blocked legs that are named one by one
 

@@ -13,11 +13,11 @@ from optuav.mission import Mission
 from optuav.network.network import Network, network_by
 from optuav.network.places import Places, build_places
 from optuav.network.prisms import prisms
-from optuav.network.routes import SAME_S
 from optuav.solving.best_plans import hover_bounds_s
 from optuav.solving.outcome import by_balance
 from optuav.solving.program import Program, declared_program
 from optuav.solving.question import Question
+from optuav.status import SAME_S
 
 AT_ONCE = 1 << 12
 """Buildings that are bounded together: their legs stay in the cache."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -97,8 +98,6 @@ def batch_arrays(
     ------
     InputError
         With all faults of the ranges and options.
-    SolverError
-        If an engine returns points that violate a constraint.
 
     Examples
     --------
@@ -162,8 +161,6 @@ def batch(
     InputError
         With all faults of the ranges and options, or if xarray is missing; `batch_arrays` returns
         the same without it.
-    SolverError
-        If an engine returns points that violate a constraint.
 
     Examples
     --------
@@ -295,8 +292,9 @@ def best_of(
         for question in questions:
             if takes_arrays(scenarios.base, question):
                 table = table or figures(variants)
-                found.append(best_plans(variants, question, table))
-                continue
+                with suppress(SolverError):  # of one scenario: then each is solved by itself
+                    found.append(best_plans(variants, question, table))
+                    continue
             missions = scenarios.missions(first, variants.count)
             alone = (vars(best_alone(one, question)).values() for one in missions)
             found.append(Best(*map(np.concatenate, zip(*alone, strict=True))))

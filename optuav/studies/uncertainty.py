@@ -17,12 +17,12 @@ from optuav.modelling.check import evaluated
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
 from optuav.network.places import ENDS
-from optuav.network.routes import SAME_S
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
 from optuav.solving.question import checked_question
+from optuav.status import SAME_S
 from optuav.studies.batch import best_of
 from optuav.studies.samples import Draws
 from optuav.studies.scenarios import Scenarios

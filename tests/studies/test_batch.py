@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import linprog
 
 import optuav
 from optuav.arrays import Floats
 from optuav.errors import InputError
 from optuav.mission import Mission
+from optuav.network.network import build_network
+from optuav.network.places import FIRST_BUILDING, HOVER
+from optuav.network.timeline import stay_net
+from optuav.solving import best_plans, program
+from optuav.solving.outcome import longest_by_balance
 from optuav.studies import scenarios as machine
 
 PAPER = optuav.load("paper")
@@ -533,3 +539,111 @@ def test_without_xarray_one_sentence_says_so() -> None:
         "[597.27]",
         "labelled datasets need xarray: python -m pip install xarray",
     ]
+
+
+HOVERING_CHARGES = {"laser.power_W": 50_000.0, "battery.charge_current_A": 100.0}
+
+
+def longest_by_linprog(mission: Mission) -> float:
+    """Δ in the perspective battery [s]: each route as a linear programme over Δ and T'."""
+    network, battery = build_network(mission), mission.battery
+    usable_As = (1.0 - mission.limits.min_soc) * battery.packs * battery.capacity_As
+    hover_A, longest_s = float(stay_net(network, HOVER).current_A), -np.inf
+    for route in np.flatnonzero(network.routes.flyable).tolist():
+        building = int(network.routes.building[route])
+        rest_A = 0.0
+        if building >= 0:
+            rest_A = float(stay_net(network, FIRST_BUILDING + np.array([building])).current_A[0])
+        drawn_As = network.routes.flight_charge_As[route]
+        left_s = mission.limits.deadline_s - network.routes.flight_time_s[route]
+        found = linprog(
+            [-1.0, 0.0],
+            A_ub=[[-hover_A, -rest_A], [1.0, 1.0]],
+            b_ub=[usable_As - drawn_As, left_s],
+        )
+        longest_s = max(longest_s, -found.fun) if found.success else longest_s
+    return longest_s
+
+
+def test_flights_that_need_a_rest_where_hovering_charges_less() -> None:
+    """Hovering gains 2 A and resting 100 A: without a rest the flights lack charge."""
+    mission, capacity_As = PAPER.replace(HOVERING_CHARGES), [36_000.0, 2_880.0, 1_800.0]
+    found = optuav.batch_arrays(
+        mission, {"battery.capacity_As": capacity_As}, perspective=["battery", "available"]
+    )
+    assert found["hover_time_s"][0] == pytest.approx([1124.208, 1098.698, 1077.740], abs=5e-4)
+    for number, each in enumerate(capacity_As):
+        one = mission.replace({"battery.capacity_As": each})
+        assert found["hover_time_s"][0, number] == pytest.approx(longest_by_linprog(one), abs=1e-6)
+        for row, perspective in enumerate(("battery", "available")):
+            plan = optuav.solve(one, perspective=perspective)
+            assert_same(found, (row, number), plan)
+    plan = optuav.solve(mission.replace({"battery.capacity_As": 2_880.0}))
+    moment = "promises 1098.70 s of hover; that plan would run dry and fall at 1192.95 s"
+    assert any(note.endswith(moment) for note in plan.notes)
+
+
+def test_where_charging_tapers_a_batch_has_the_word_of_solve() -> None:
+    """A gap of 1e-7 to 1e-6 s: proved in both, or in neither."""
+    mission = optuav.load("matrice350").replace(
+        {
+            "battery.charging": "taper",
+            "battery.capacity_As": 9974.0,
+            "battery.charge_current_A": 77.87,
+            "battery.flow_rate_per_s": 0.0007363,
+            "battery.available_fraction": 0.951,
+            "limits.min_soc": 0.125,
+        }
+    )
+    plan = optuav.solve(mission.replace({"limits.deadline_s": 2853.2}))
+    assert_same(optuav.batch_arrays(mission, {"limits.deadline_s": [2853.2]}), 0, plan)
+    assert ("none is longer" in plan.proof) == (plan.status == "optimal")
+
+
+def test_one_scenario_that_fails_its_check_takes_no_other_with_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Times that are too long for one of three scenarios: that one is an error, and says so."""
+
+    def too_long(*balance: Any) -> Any:
+        found = longest_by_balance(*balance).copy()
+        if found.ndim == 2:  # (route, scenario)
+            found[:, 1] += 5.0
+        return found
+
+    ranges = {"limits.deadline_s": [800.0, 900.0, 1200.0]}
+    right = optuav.batch_arrays("paper", ranges, perspective="battery")
+    monkeypatch.setattr(best_plans, "longest_by_balance", too_long)
+    found = optuav.batch_arrays("paper", ranges, perspective="battery")
+    assert found["status_words"][found["status"]].tolist() == ["optimal", "error", "optimal"]
+    assert "violate a constraint" in found["reason_words"][found["reason"][1]]
+    assert not found["proved"][1]
+    assert np.isnan(found["hover_time_s"][1])
+    assert found["hover_time_s"][::2].tolist() == right["hover_time_s"][::2].tolist()
+
+
+@pytest.mark.parametrize("raises", [True, False])
+def test_an_engine_that_fails_in_one_scenario_fails_in_no_other(
+    raises: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An engine that raises, or returns times that violate the deadline, where it is 900 s."""
+    known = best_plans.answer
+
+    def failing(model: Any, count: int, question: Any, values: Any = None) -> Any:
+        stated = values or {name: each.value for name, each in model.given.items()}
+        struck = np.broadcast_to(np.asarray(stated["deadline_s"]) == 900.0, count)
+        if struck.any() and raises:
+            raise optuav.SolverError("the engine failed")
+        found = known(model, count, question, values)
+        longer = {name: times + 1e4 * struck for name, times in found.values.items()}
+        return replace(found, values=longer)
+
+    ranges = {"limits.deadline_s": [800.0, 900.0, 1200.0]}
+    right = optuav.batch_arrays("paper", ranges, "P2", perspective="battery")
+    for module in (best_plans, program):
+        monkeypatch.setattr(module, "answer", failing)
+    found = optuav.batch_arrays("paper", ranges, "P2", perspective="battery")
+    failed = "unknown" if raises else "error"
+    assert found["status_words"][found["status"]].tolist() == ["optimal", failed, "optimal"]
+    assert np.isnan(found["hover_time_s"][1])
+    assert found["hover_time_s"][::2].tolist() == right["hover_time_s"][::2].tolist()
