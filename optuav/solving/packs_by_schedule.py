@@ -152,6 +152,11 @@ class _Route:
         self.least_As = (mission.limits.min_soc - SLACK) * capacity_As
         self.spare_As = (1.0 - mission.limits.min_soc) * capacity_As
         self.spare_As -= float(network.routes.flight_charge_As[number])
+        # Between the two wells of a pack no more than k_F B flows, either way.
+        self.flow_A = capacity_As * battery.flow_rate_per_s
+        (load,) = pack_loads(mission, phases[self.hover])
+        self.fastest_A = load.draw_A + self.flow_A
+        self.rounding_As = SLACK * capacity_As
 
     def near(self, rest_s: float, reach_s: float, step_s: float) -> Floats:
         """Rests around one [s], in steps."""
@@ -166,8 +171,8 @@ class _Route:
     ) -> Floats:
         """Longest hovers in whole steps for some rests [s]; NaN where shorter than `least_s`."""
         # Simulated from the top down: from what the deadline leaves, the balance of charge, which
-        # knows of no refused charge, and what the packs last in the hover itself. That balance is
-        # for given rests, where `outcome.by_balance` seeks the best rest.
+        # knows of no refused charge, and what the packs last in the hover itself and after it. That
+        # balance is for given rests, where `outcome.by_balance` seeks the best rest.
         found = np.full(len(rests_s), np.nan)
         if not len(rests_s) or self.clock.is_late():
             return found
@@ -179,14 +184,20 @@ class _Route:
         trial = start.take(np.arange(len(rests_s)))
         self._carry(trial, np.maximum(most, 0.0), rests_s, slice(self.hover, self.hover + 1))
         most = np.where(trial.exhausted, trial.clock_s - start.clock_s, most)
-        hovers_s = step_s * np.floor(most / step_s + SLACK)
+        # A hover that ends earlier leaves more, by no more than drains within that time.
+        left_As = np.where(trial.in_service, trial.wells.available_As, 0.0).sum(axis=1)
+        short_As = self._needed_As(rests_s) - left_As
+        most = np.where(short_As > 0.0, most - short_As / self.fastest_A, most)
+        steps = np.floor(most / step_s + SLACK)
+        hovers_s = step_s * steps
         open_ = (hovers_s >= least_s) & ~start.exhausted
         while open_.any() and not self.clock.is_late():
             rows = np.flatnonzero(open_)
             flown = self._flyable(start.take(rows), hovers_s[rows], rests_s[rows])
             found[rows[flown]] = hovers_s[rows[flown]]
             least_s = max(least_s, float(np.nanmax(found, initial=least_s)))
-            hovers_s[rows[~flown]] -= step_s
+            steps[rows[~flown]] -= 1.0
+            hovers_s = step_s * steps
             open_ &= np.isnan(found) & (hovers_s >= least_s - SLACK * step_s)
         return found
 
@@ -230,6 +241,19 @@ class _Route:
             left_As = packs.wells.total_As.sum(axis=1)
             enough[rows] = ~packs.exhausted & (left_As >= self.least_As) & (not self.clock.ended)
         return enough
+
+    def _needed_As(self, rests_s: Floats) -> Floats:
+        """Charge that the available wells in service hold at least after a hover [A s].
+
+        Until the end, whatever the schedule: what is drawn, less what the laser and the bound wells
+        can bring meanwhile. A pack leaves the service with none.
+        """
+        taken = most = np.zeros_like(rests_s)
+        for each in route_phases(self.network, self.number, 0.0, rests_s)[self.hover + 1 :]:
+            for load in pack_loads(self.network.mission, each):
+                taken = taken + (load.draw_A - load.charge_A - self.flow_A) * load.duration_s
+                most = np.maximum(most, taken)
+        return most - self.rounding_As
 
     def _at_hover(self, rests_s: Floats) -> Packs:
         """Packs that arrive at the hover point, one course a rest."""

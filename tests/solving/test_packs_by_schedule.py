@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import optuav
 from optuav import P4
@@ -18,6 +20,7 @@ from optuav.plan import Plan
 from optuav.solving import packs_by_schedule
 from optuav.status import Status
 from tests.asking import solve
+from tests.examples import few
 
 SCHEDULES = {
     "sequential": {},
@@ -95,6 +98,32 @@ def test_slots_are_searched_to_the_end(schedule: str, min_soc: float) -> None:
     assert plan.hover_time_s == pytest.approx(-longest_s)
     assert plan.mission_time_s == pytest.approx(mission_s)
     assert plan.flyable is True
+
+
+@few(10)
+@given(
+    schedule=st.sampled_from([*SCHEDULES]),
+    capacity_As=st.floats(4_000.0, 9_000.0),
+    flow_rate_per_s=st.sampled_from([0.0, 1e-4, 5e-3, 0.05]),
+    available_fraction=st.floats(0.2, 0.9),
+    charge_current_A=st.floats(5.0, 80.0),
+    packs=st.integers(2, 3),
+    slot_s=st.sampled_from([4.0, 9.0]),
+)
+def test_no_pair_that_can_be_flown_is_passed_over(
+    schedule: str, packs: int, slot_s: float, **battery: float
+) -> None:
+    """The search begins below hovers that the flight after them rules out, and loses no pair."""
+    numbers = {f"battery.{name}": value for name, value in battery.items()}
+    mission = small(schedule, **numbers, **{"battery.packs": packs})
+    found = solve(mission, slot_s=slot_s)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(packs_by_schedule._Route, "_needed_As", lambda *_: -np.inf)
+        every = solve(mission, slot_s=slot_s)
+    assert (found.status, bool(found)) == (every.status, bool(every))
+    if found:
+        assert (found.hover_time_s, found.rest_time_s) == (every.hover_time_s, every.rest_time_s)
+        assert found.route == every.route
 
 
 @pytest.mark.parametrize("schedule", SCHEDULES)
