@@ -20,6 +20,7 @@ from optuav.engines.casadi_engine import Casadi as Casadi
 from optuav.engines.closed_form import ClosedForm as ClosedForm
 from optuav.engines.cvxpy_engine import Cvxpy as Cvxpy
 from optuav.engines.grid import Grid as Grid
+from optuav.engines.pyomo_engine import Pyomo as Pyomo
 from optuav.errors import Fault as Fault
 from optuav.errors import InputError as InputError
 from optuav.errors import NoPlanError as NoPlanError

@@ -21,9 +21,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from optuav.arrays import Floats, Values
-from optuav.engines.linear_form import implied_upper_bounds, own_bounds
+from optuav.engines.linear_form import own_bounds, reaches
 from optuav.engines.registry import OneByOne, Single, capabilities
-from optuav.engines.solution import Solution, single
+from optuav.engines.solution import Solution, single, without_solver
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import evaluated
 from optuav.modelling.classify import traits
@@ -52,9 +52,6 @@ ACCURACY = 1e-10  # What IPOPT asks of optimality, scaled, unless a caller is co
 ITERATIONS = 3000
 SHARES = (0.02, 0.5, 0.98)  # Where the starts lie between the bounds of an unknown
 MOST_STARTS = 27
-TYPICAL = 1000.0  # Reach of an unknown for which nothing states a bound
-LEAST = 1e-3
-"""Least reach by which an unknown is scaled, where the constraints leave it next to none."""
 DEEP = 1000  # Levels to which expressions are compared
 AT_BOUND = 1e-9  # Relative distance from a bound that is as good as none
 STEEP = 100.0  # Largest slope of an objective as the solver sees it; its tolerances are absolute
@@ -183,16 +180,12 @@ class CasadiProgramme:
     def solve(self, values: Mapping[str, float]) -> Solution:
         """Solve with values of parameters that differ from the model's, by name."""
         parameters = {**self.base, **values}
-        found = partial(single, self.model, NAME, parameters)
-        if not np.isfinite([float(parameters[name]) for name in self.base]).all():
-            return found(Status.ERROR, PROOF, "a parameter is no number")
-        bounds = own_bounds(self.model, parameters)
-        if any(lower > upper for lower, upper in bounds.values()):
-            return found(Status.INFEASIBLE, "bounds contradict", "not handed to IPOPT")
-        broken = [row.label for row in evaluated(self.settled, parameters) if not row.satisfied]
-        if broken:
-            words = f"does not hold whatever the unknowns: {', '.join(broken)}"
-            return found(Status.INFEASIBLE, "evaluated", words)
+        if decided := without_solver(self.model, NAME, parameters):
+            return decided
+        found, bounds = (
+            partial(single, self.model, NAME, parameters),
+            own_bounds(self.model, parameters),
+        )
         if corner := self._corner(parameters, bounds):
             point, duals = corner
             return found(Status.OPTIMAL, CORNER, "not handed to IPOPT", point, duals=duals)
@@ -250,12 +243,7 @@ class CasadiProgramme:
     def _scaled(self, parameters: Values, bounds: Mapping[str, tuple[float, float]]) -> Scaled:
         """A programme with scales and starts that its bounds and constraints suggest."""
         lower, upper = np.array(list(bounds.values())).reshape(-1, 2).T
-        least = dict(zip(bounds, lower.tolist(), strict=True))
-        implied = implied_upper_bounds(self.model, parameters, least)
-        reach = np.minimum(upper, list(implied.values())) - lower
-        reach = np.where((reach > 0.0) & (reach < math.inf), np.maximum(reach, LEAST), TYPICAL)
-        open_below = np.where(np.isinf(upper), -0.5 * TYPICAL, upper - TYPICAL)
-        first = np.where(np.isinf(lower), open_below, lower)
+        first, reach = reaches(self.model, parameters)
         shares = itertools.islice(itertools.product(SHARES, repeat=len(lower)), MOST_STARTS)
         starts = [(first + np.array(share) * reach) / reach for share in shares]
         middle = starts[len(starts) // 2]

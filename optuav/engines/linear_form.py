@@ -20,6 +20,9 @@ from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, leaves
 
 WHOLE = 1e-9  # Relative, on the number of slots that fit
+TYPICAL = 1000.0  # Reach of an unknown for which nothing states a bound
+LEAST = 1e-3
+"""Least reach by which an unknown is scaled, where the constraints leave it next to none."""
 
 
 @dataclass(frozen=True)
@@ -112,6 +115,19 @@ def implied_upper_bounds(
             if coefficient > 0.0:
                 upper[name] = min(upper[name], lower[name] - least / coefficient)
     return upper
+
+
+def reaches(model: Model, parameters: Values) -> tuple[Floats, Floats]:
+    """Where to begin to look for every unknown, and how far from there it may lie."""
+    bounds = own_bounds(model, parameters)
+    lower, upper = np.array([*bounds.values()]).reshape(-1, 2).T
+    implied = implied_upper_bounds(
+        model, parameters, dict(zip(bounds, lower.tolist(), strict=True))
+    )
+    reach = np.minimum(upper, [*implied.values()]) - lower
+    reach = np.where((reach > 0.0) & (reach < math.inf), np.maximum(reach, LEAST), TYPICAL)
+    open_below = np.where(np.isinf(upper), -0.5 * TYPICAL, upper - TYPICAL)
+    return np.where(np.isinf(lower), open_below, lower), reach
 
 
 def last_slot(bound_s: float, slot_s: float, *, begun: bool) -> int:

@@ -3,13 +3,14 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import chain
 
 import numpy as np
 
 from optuav.arrays import Floats, Values
 from optuav.engines import prices
+from optuav.engines.linear_form import own_bounds
 from optuav.engines.prices import Residuals, ShadowPrices
 from optuav.errors import SolverError
 from optuav.frames import DataFrame, frame
@@ -326,6 +327,20 @@ def single(
         words=[words],
         given={name: np.array([value]) for name, value in parameters.items()},
     )
+
+
+def without_solver(model: Model, engine: str, parameters: Values) -> Solution | None:
+    """The solution to one programme that numbers alone decide; None where one has to look."""
+    found = partial(single, model, engine, parameters)
+    if not np.isfinite([float(parameters[name]) for name in model.given]).all():
+        return found(Status.ERROR, "evaluated", "a parameter is no number")
+    if any(lower > upper for lower, upper in own_bounds(model, parameters).values()):
+        return found(Status.INFEASIBLE, "bounds contradict", "bounds of an unknown contradict")
+    settled = [each for each in model.constraints if not has_unknowns(*each.relation.sides)]
+    if broken := [row.label for row in evaluated(settled, parameters) if not row.satisfied]:
+        words = f"does not hold whatever the unknowns: {', '.join(broken)}"
+        return found(Status.INFEASIBLE, "evaluated", words)
+    return None
 
 
 def stacked(solutions: Sequence[Solution]) -> Solution:

@@ -31,6 +31,7 @@ from optuav.options import LONGEST_HOVER
 from optuav.plan import Plan
 from optuav.solving import outcome
 from optuav.solving.assemble import quantities
+from optuav.solving.files import writer
 from optuav.solving.outcome import Part
 from optuav.solving.question import Question, answer, chosen_engine
 from optuav.status import SAME_S, Status
@@ -202,42 +203,74 @@ class Program:
         return words + (f", {len(part.routes)} routes" if len(part.routes) > 1 else "")
 
     def to_file(self, form: str) -> str:
-        """The linear programme of the best route with numbers, as a file that other solvers read.
+        """The programme of the best route with numbers, as a file that other solvers read.
 
         Parameters
         ----------
         form
-            ``"lp"`` for CPLEX LP, ``"mps"`` for free MPS.
+            Of linear programmes ``"lp"`` for CPLEX LP or ``"mps"`` for free MPS; of all, written by
+            Pyomo (extra ``pyomo``), ``"nl"`` for AMPL, ``"gms"`` for GAMS or ``"bar"`` for BARON.
 
         Raises
         ------
         InputError
-            If there is no such form, a constraint is not linear, or times are in slots.
+            If there is no such form, it cannot hold a constraint, times are in slots, or Pyomo is
+            missing.
         NoPlanError
             If nothing can be flown.
         """
-        from optuav.engines.export import FILES, need_linear, to_file
+        write = writer(form, *(part.model for part in self.parts))
+        (number, entry), best = self._for_others()
+        part = self.parts[number]
+        route = " -> ".join(self.network.route_names(int(part.routes[entry])))
+        mission = f"mission {self.network.mission.name}, perspective {self.question.perspective}"
+        remarks = [printable(mission), printable(f"route {route}"), *best]
+        return write(part.model, part.model.row(entry), form, remarks)
 
-        if form not in FILES:
-            raise InputError([Fault("form", repr(form), f"one of {', '.join(FILES)}")])
+    def to_pyomo(self) -> Any:
+        """The programme of the best route with numbers, as a model of Pyomo (extra ``pyomo``).
+
+        Returns
+        -------
+        pyomo.environ.ConcreteModel
+            Its components are ``unknowns``, mutable ``parameters`` and ``quantities`` by name,
+            ``constraints`` by label, ``objective``, and the goals after it as ``preferences``,
+            which are not active. A constraint without an unknown is left out.
+
+        Raises
+        ------
+        InputError
+            If Pyomo is missing, it lacks a function or its digits, times are in slots, or a
+            constraint without an unknown does not hold.
+        NoPlanError
+            If nothing can be flown.
+
+        Examples
+        --------
+        >>> import optuav
+        >>> model = optuav.formulate("paper", optuav.P4("b9", order="hover-first")).to_pyomo()
+        >>> list(model.unknowns), model.parameters["deadline_s"].value
+        (['hover_time_s', 'rest_time_s'], 1200.0)
+        """
+        from optuav.engines.pyomo_engine import to_pyomo
+
+        (number, entry), _ = self._for_others()
+        return to_pyomo(self.parts[number].model, self.parts[number].model.row(entry))
+
+    def _for_others(self) -> tuple[tuple[int, int], list[str]]:
+        """Part and entry of the programme that others get, and why it is this one of several."""
         if not self.parts:
             raise NoPlanError(str(self))
-        for part in self.parts:
-            need_linear(part.model)
         if (slot_s := self.question.slot_s) is not None:
-            words = "LP and MPS files hold continuous times"
+            words = "files and models for other solvers hold continuous times"
             raise InputError([Fault("slot_s", shown(slot_s), words)])
+        if (count := sum(len(part.routes) for part in self.parts)) == 1:
+            return (0, 0), []
         chosen, said = self.best(self.answers()), "the best"
         if chosen is None:
             said = "no route has an answer; that of the shortest flight"
             chosen = outcome.shortest_flight(self.network, self.parts)
-        part, entry = self.parts[chosen[0]], chosen[1]
-        route = " -> ".join(self.network.route_names(int(part.routes[entry])))
-        mission = f"mission {self.network.mission.name}, perspective {self.question.perspective}"
-        remarks = [printable(mission), printable(f"route {route}")]
-        if (count := sum(len(each.routes) for each in self.parts)) > 1:
-            remarks.append(f"{said} of {count} routes, each a programme of its own")
-        return to_file(part.model, part.model.row(entry), form, remarks)
+        return chosen, [f"{said} of {count} routes, each a programme of its own"]
 
     def check(self, point: Mapping[str, Any]) -> Checks:
         """Every constraint at a point, from wherever it comes, evaluated in NumPy.

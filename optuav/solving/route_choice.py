@@ -18,7 +18,7 @@ from formulations.milp import route_choice as joined
 from formulations.p1 import P1
 from formulations.soc import PAPER
 from optuav.engines.linear_form import last_slot, own_bounds
-from optuav.errors import SolverError, refuse
+from optuav.errors import NoPlanError, SolverError, printable, refuse
 from optuav.mission import Mission
 from optuav.mission.messages import unknown
 from optuav.modelling import Model
@@ -28,6 +28,7 @@ from optuav.network.one_stop import one_stop_in_words
 from optuav.options import Order, Perspective, Trajectory
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
+from optuav.solving.files import writer
 from optuav.solving.outcome import Part, plan_of, plan_without, shortfalls
 from optuav.solving.program import Program
 from optuav.solving.question import answer
@@ -70,6 +71,27 @@ class RouteChoice:
     relaxation_s: float | None = None
     gap_s: float | None = None
     shares: Mapping[str, float] = field(default_factory=dict)
+
+    def to_file(self, form: str) -> str:
+        """The programme as a file that other solvers read.
+
+        Parameters
+        ----------
+        form
+            ``"lp"`` for CPLEX LP, ``"mps"`` for free MPS; more in `Program.to_file`.
+
+        Raises
+        ------
+        InputError
+            If there is no such form, or Pyomo is missing, which writes some of them.
+        NoPlanError
+            If nothing can be flown.
+        """
+        write = writer(form)
+        if self.model is None:
+            raise NoPlanError(self.plan.summary())
+        remarks = [printable(f"mission {self.plan.mission.name}, form {self.form}")]
+        return write(self.model, self.model.row(0), form, remarks)
 
     def __str__(self) -> str:
         if not self.plan:

@@ -134,7 +134,10 @@ def test_what_cannot_fly_is_an_honest_no() -> None:
         (("--problem", "P4"), "problem P4 needs the name of a building"),
         (("--problem", "P3", "--building", "b1"), "problem P3 takes no building"),
         (("--perspective", "wells", "--lp"), "'P1.b state of charge' is not linear"),
-        (("--slot-s", "5", "--mps"), "--slot-s = 5.0: LP and MPS files hold continuous times"),
+        (
+            ("--slot-s", "5", "--mps"),
+            "--slot-s = 5.0: files and models for other solvers hold",
+        ),
         (("--slot-s", "0"), "--slot-s = 0.0: a number, 0.001 <= x"),
         (("--hover-point", "free", "--lp"), "'P1.a outage' is not linear"),
         (("--hover-point", "here"), "--hover-point = 'here': one of w_U, free"),

@@ -12,7 +12,9 @@ from optuav.engines.solution import Solution
 from optuav.modelling import Model, Relation, evaluate
 
 
-def solved(engine: str, model: Model, slot_s: float | None = None, programmes: int = 1) -> Solution:
+def solved(
+    engine: str | registry.Engine, model: Model, slot_s: float | None = None, programmes: int = 1
+) -> Solution:
     """The solution of an engine; the grid needs slots."""
     return registry.engine(engine).solve(model, programmes, slot_s=slot_s)
 

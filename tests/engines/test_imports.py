@@ -16,7 +16,16 @@ from optuav.engines.registry import CLASSES, ENGINES
 DIRECTORY = Path(optuav.engines.__file__).parent
 MODULES = {name: place.partition(".")[0] for name, place in CLASSES.items()}
 """Where each engine lives."""
-HEAVY = ("casadi", "cvxpy", "highspy", "matplotlib", "pandas", "scipy.stats", "scipy.optimize")
+HEAVY = (
+    "casadi",
+    "cvxpy",
+    "highspy",
+    "matplotlib",
+    "pandas",
+    "pyomo",
+    "scipy.stats",
+    "scipy.optimize",
+)
 HEAVY += ("optuav.mission.benchmark",)
 
 
@@ -54,8 +63,9 @@ def test_solvers_are_imported_inside_functions(module: Path) -> None:
     top = {alias.name for node in body if isinstance(node, ast.Import) for alias in node.names}
     top |= {str(node.module) for node in body if isinstance(node, ast.ImportFrom)}
     assert not any(name.startswith(HEAVY) for name in top)
-    libraries = {name.partition(".")[0] for name in imported(module)} & {"casadi", "cvxpy"}
-    owned = {"cvxpy_engine": {"cvxpy"}, "casadi_engine": {"casadi"}}
+    libraries = {name.partition(".")[0] for name in imported(module)} & {"casadi", "cvxpy", "pyomo"}
+    owned = {each: {each.removesuffix("_engine")} for each in MODULES.values()}
+    owned["pyomo_engine"] = {"pyomo"}
     assert libraries <= owned.get(module.stem, set())
 
 

@@ -98,5 +98,5 @@ def test_where_nothing_flies_there_is_nothing_to_state() -> None:
 
 
 def test_an_unknown_form_is_refused() -> None:
-    with pytest.raises(InputError, match="one of lp, mps"):
-        optuav.formulate("paper", "P3", perspective="battery").to_file("nl")
+    with pytest.raises(InputError, match="one of lp, mps, nl, gms, bar"):
+        optuav.formulate("paper", "P3", perspective="battery").to_file("pdf")
