@@ -3,6 +3,7 @@
 import math
 import operator
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache, reduce
 from typing import Any, Self
@@ -12,7 +13,7 @@ import numpy as np
 from formulations.parameters import QUANTITIES, Quantities
 from formulations.soc import AVAILABLE, LABELS, PERSPECTIVES, STAYS, tapered, well_limits
 from optuav.arrays import Values
-from optuav.errors import InputError
+from optuav.errors import InputError, nearest
 from optuav.modelling import Expression, Model, Parameter, Variable
 from optuav.modelling.expression import Operand
 from optuav.modelling.traversal import has_unknowns
@@ -25,6 +26,35 @@ class Given(Quantities):
     """The quantities of an itinerary as named parameters, for use in `Formulation.declare`."""
 
     perspective: Perspective  # How the state of charge is written
+    _others: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
+
+    def __getattr__(self, name: str) -> Any:
+        """Another number of the mission or of its routes, see `Quantities.numbers`."""
+        if name.startswith("_"):
+            raise AttributeError(name)
+        if name not in (others := self._symbols()):
+            hint = nearest(name, [*others, *(each.name for each in QUANTITIES)])
+            if name.startswith("rest_") and not self.rests:
+                hint = " on a route without a rest: ask for it under 'if given.rests:'."
+            words = "Numbers of the mission have the name of their table and key, as laser_power_W"
+            raise AttributeError(f"given has no {name!r}{hint or '.'} {words}")
+        return others[name]
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self._symbols()]
+
+    def _symbols(self) -> Mapping[str, Any]:
+        """The mission's other numbers as parameters, of a vector three; made once."""
+        same = {each.metadata["key"]: getattr(self, each.name) for each in QUANTITIES}
+        for name, (value, unit, key) in () if self._others else self.numbers().items():
+            stem, _, axis = name.partition("[")
+            single = f"{stem}_{'xyz'[int(axis[0])]}" if axis else stem
+            symbol = same.get(key) if key else None
+            symbol = (
+                Parameter(single, key or single, unit, value, key) if symbol is None else symbol
+            )
+            self._others[stem] = (*self._others.get(stem, ()), symbol) if axis else symbol
+        return self._others
 
     @classmethod
     def of(cls, quantities: Quantities, perspective: Perspective) -> Self:
@@ -200,7 +230,8 @@ def _pattern(
     steps: tuple[Stage | str, ...],
 ) -> Model:
     """A formulation of the package over NaN, of which all its models of a kind are copies."""
-    numbers = {each.name: math.nan if each.name in stated else None for each in QUANTITIES}
+    numbers: dict[str, Any] = {}
+    numbers |= {q.name: math.nan if q.name in stated else None for q in QUANTITIES}
     quantities = Quantities(**numbers, steps=steps, tapers=tapers, rests=rests)
     return _declared(formulation, Given.of(quantities, perspective))
 

@@ -4,10 +4,10 @@ The nomenclature in ``docs/`` says what each stands for.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 from optuav.modelling.expression import Operand
 from optuav.physics.kibam import Wells
@@ -19,6 +19,14 @@ TO_HOVER, FROM_HOVER = "to hover", "from hover"
 def _quantity(symbol: str, unit: str, key: str = "", *, default: Any = MISSING) -> Any:
     """A field; with a default it may be left out where no constraint uses it."""
     return field(default=default, metadata={"symbol": symbol, "unit": unit, "key": key})
+
+
+class Number(NamedTuple):
+    """A number of the mission or of its routes that is no quantity."""
+
+    value: Operand
+    unit: str
+    key: str = ""  # The mission's key that it comes from, empty if it is derived
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,6 +70,8 @@ class Quantities:
     steps: Sequence[Any] = ()
     tapers: bool = False  # Whether the charging current falls once y1 = ωB, or drives y1 past it
     rests: bool = True  # Whether the route goes by way of a building, so that there is a rest time
+    # Numbers by name, of a vector by component as ``laser_position_m[2]``; made when asked for
+    numbers: Callable[[], Mapping[str, Number]] = field(default=dict, repr=False, compare=False)
     # Wells after every step, by Δ and T', as `formulations.soc.levels` has found them.
     known_levels: list[tuple[Operand, Operand, Sequence[Wells]]] = field(
         default_factory=list, init=False, repr=False, compare=False

@@ -1,5 +1,6 @@
 """The errors that optuav raises on purpose, and the fault of which an input error is made."""
 
+import difflib
 import os
 import re
 import textwrap
@@ -9,6 +10,7 @@ from dataclasses import dataclass
 from importlib import import_module
 
 MOST_SHOWN = 20  # Faults that a message lists one by one
+LONGEST_TEXT = 60  # Most characters of a value, and of a name for which others are suggested
 LEAST_COLUMNS = 60  # In fewer no table would be legible
 LABEL = re.compile(r" *\S+ {2,}")  # A word before two blanks, as in "  verdict    matched"
 LONGEST_NAME, LONGEST_WORDS = 200, 2000  # Most characters of a name and of a sentence in a message
@@ -43,6 +45,22 @@ def safe_name(part: object, longest: int = LONGEST_NAME) -> str:
     """A name or a part of a dotted key as it may be printed: the start of a very long one."""
     text = str(part)
     return printable(text if len(text) <= longest else f"{text[: longest - 3]}...")
+
+
+def nearest(key: str, known: Iterable[str]) -> str:
+    """Words that suggest the known key most like this one; empty if none is like it.
+
+    Keys of one table are compared by their names alone: as a whole, all of them are alike.
+    """
+    if len(key) > LONGEST_TEXT:
+        return ""
+    table, dot, name = key.rpartition(".")
+    inside = [each for each in known if dot and each.startswith(f"{table}.")]
+    beside = [each.removeprefix(f"{table}.") for each in inside]
+    if like := difflib.get_close_matches(name, beside, n=1):
+        return f"; did you mean '{table}.{like[0]}'?"
+    like = difflib.get_close_matches(key, {*known} - {*inside, table}, n=1)
+    return f"; did you mean '{like[0]}'?" if like else ""
 
 
 def line_width(most: int = 80) -> int:

@@ -235,7 +235,8 @@ def parameters_in(constraint: Constraint) -> tuple[Parameter, ...]:
 
 def is_own(parameter: Parameter) -> bool:
     """Whether a formulation of one's own brings a parameter, which no quantity of a mission is."""
-    return parameter.varies and all(parameter.name != each.name for each in QUANTITIES)
+    ours = parameter.key or any(parameter.name == each.name for each in QUANTITIES)
+    return parameter.varies and not ours
 
 
 def inequalities(model: Model, parameters: Values, slot_s: float | None = None) -> list[Row]:

@@ -13,7 +13,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from formulations.formulation import Formulation
-from formulations.parameters import QUANTITIES, Quantities
+from formulations.parameters import QUANTITIES, Number, Quantities
 from formulations.soc import PAPER
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.engines import bracket, grid
@@ -386,7 +386,15 @@ def _joined(stacks: Sequence[Stack]) -> Stack:
         same[0] if isinstance(same[0], str) else Stage(*map(join, *same))
         for same in zip(*(given.steps for given in every), strict=True)
     )
-    return question, replace(first, **figures, steps=steps), np.concatenate(cases)
+
+    def numbers() -> dict[str, Number]:
+        tables = [given.numbers() for given in every]
+        names = [name for name in tables[0] if all(name in table for table in tables)]
+        joined = {name: join(*(table[name].value for table in tables)) for name in names}
+        return {name: tables[0][name]._replace(value=each) for name, each in joined.items()}
+
+    same = replace(first, **figures, steps=steps, numbers=numbers)
+    return question, same, np.concatenate(cases)
 
 
 def _continuous(question: Question, model: Model, count: int) -> Booleans:

@@ -16,7 +16,6 @@ from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, shown, unknown
 from optuav.mission.schema import Number
 from optuav.network.places import charging_cap
-from optuav.network.routes import SAME_S
 from optuav.network.scene import scene
 from optuav.network.vehicle import hover_point_m
 from optuav.options import Perspective

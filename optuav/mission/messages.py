@@ -1,9 +1,8 @@
 """Words of messages: allowed values, names that may have been meant, values and numbers as text."""
 
 import datetime
-import difflib
 import reprlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from decimal import Decimal
 from functools import cache
@@ -13,10 +12,10 @@ from typing import Any, get_args
 
 from pydantic import BaseModel
 
-from optuav.errors import Fault, InputError
+from optuav.errors import LONGEST_TEXT, Fault, InputError
+from optuav.errors import nearest as nearest  # noqa: PLC0414
 from optuav.mission.schema import SECTIONS, Allowed, Number
 
-LONGEST_TEXT = 60
 DIGITS = 15  # Decimal digits that every float holds
 
 
@@ -50,22 +49,6 @@ def table(name: str) -> str:
     needed = [key for key, field in SECTIONS[name].model_fields.items() if field.is_required()]
     content = f" with {', '.join(needed)}" if needed and name != "flight" else ""
     return f"a table [[{name}]]{content}" if name == "buildings" else f"a table [{name}]{content}"
-
-
-def nearest(key: str, known: Iterable[str]) -> str:
-    """Words that suggest the known key most like this one; empty if none is like it.
-
-    Keys of one table are compared by their names alone: as a whole, all of them are alike.
-    """
-    if len(key) > LONGEST_TEXT:
-        return ""
-    table, dot, name = key.rpartition(".")
-    inside = [each for each in known if dot and each.startswith(f"{table}.")]
-    beside = [each.removeprefix(f"{table}.") for each in inside]
-    if like := difflib.get_close_matches(name, beside, n=1):
-        return f"; did you mean '{table}.{like[0]}'?"
-    like = difflib.get_close_matches(key, {*known} - {*inside, table}, n=1)
-    return f"; did you mean '{like[0]}'?" if like else ""
 
 
 def no_building(stated: str, names: Sequence[str]) -> str:

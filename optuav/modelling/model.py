@@ -112,7 +112,7 @@ class Model:
         self.sense: Literal["maximise", "minimise"] = "maximise"
         self.towards = 1.0  # −1 where it minimises: times this, the objective is to be large
         self.objective: Operand = 0.0
-        self.has_objective = False
+        self.has_objective, self.objective_unit = False, ""
         self.preferences: list[Operand] = []
         self._walk = Walk([], [], [], {})
 
@@ -156,22 +156,30 @@ class Model:
         self.lets.append(named)
         return named
 
-    def maximise(self, objective: Operand) -> None:
-        """State what is to be as large as possible; `InputError` if there is an objective."""
-        self._aim("maximise", 1.0, objective)
+    def maximise(self, objective: Operand, *, unit: str = "") -> None:
+        """State what is to be as large as possible; `InputError` if there is an objective.
 
-    def minimise(self, objective: Operand) -> None:
-        """State what is to be as small as possible; `InputError` if there is an objective."""
-        self._aim("minimise", -1.0, objective)
+        The unit is that of a bare symbol, unless it is stated.
+        """
+        self._aim("maximise", 1.0, objective, unit)
+
+    def minimise(self, objective: Operand, *, unit: str = "") -> None:
+        """State what is to be as small as possible; see `maximise`."""
+        self._aim("minimise", -1.0, objective, unit)
 
     def _aim(
-        self, sense: Literal["maximise", "minimise"], towards: float, objective: Operand
+        self,
+        sense: Literal["maximise", "minimise"],
+        towards: float,
+        objective: Operand,
+        unit: str,
     ) -> None:
         if self.has_objective:
             already = f"the model {self.sense}s an objective already"
             raise InputError(f"{sense}: {already}; state one, such as a weighted sum of both")
         self.sense, self.towards = sense, towards
         self.objective, self.has_objective = objective, True
+        self.objective_unit = unit or getattr(objective, "unit", "")
 
     maximize, minimize = maximise, minimise
 

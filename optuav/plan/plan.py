@@ -19,7 +19,7 @@ from optuav.mission.messages import shown
 from optuav.mission.schema import Record, Slot, short
 from optuav.network import vehicle
 from optuav.network.places import ENDS
-from optuav.network.timeline import Figure, Phase, Words, carry
+from optuav.network.timeline import Figure, Phase, Text, Words, carry
 from optuav.physics.kibam import STEPS, time_to_empty, time_to_full
 from optuav.plan.summary import TABLE, summary
 from optuav.status import Status
@@ -55,6 +55,8 @@ TYPES = {
 
 ROUNDING = 1e-9  # Share of the capacity by which rounding may carry a well past its limit [-]
 
+OBJECTIVE = ("objective", "objective_unit", "bound")
+"""Fields that a file has where they say something."""
 COLUMNS = (
     *("kind", "start_place", "end_place", "start_s", "duration_s", "current_A", "power_W"),
     *("distance_m", "peak_speed_m_s", "edited"),
@@ -129,6 +131,9 @@ class Plan(Record):
         State of charge at the end by perspective [-]; None if there is no plan.
     flyable
         Whether the plan passed its simulation; None where there is no plan or no simulation.
+    objective, objective_unit, bound
+        Value of the objective of a problem of one's own, its unit if one was declared, and, where
+        the answer is not proved, what no plan is better than if that is known; else None.
 
     Examples
     --------
@@ -158,6 +163,9 @@ class Plan(Record):
     phases: tuple[Phase, ...] = ()
     soc: dict[str, Figure] | None = None
     flyable: StrictBool | None = None
+    objective: Figure | None = None
+    objective_unit: Text = ""
+    bound: Figure | None = None
 
     @model_validator(mode="after")
     def _is_whole(self) -> Self:
@@ -313,7 +321,8 @@ class Plan(Record):
 
     def _data(self, file: Path) -> dict[str, Any]:
         """The plan as plain data, which names a table by its path from the folder of a file."""
-        data = self.model_dump(mode="json", exclude={"mission"})
+        unstated = {name for name in OBJECTIVE if getattr(self, name) in (None, "")}
+        data = self.model_dump(mode="json", exclude={"mission", *unstated})
         phases, mission = data.pop("phases"), self.mission
         derived = {name: getattr(self, name) if self else None for name in DERIVED}
         data = {"schema": SCHEMA, "kind": KIND, **data, **to_jsonable_python(derived)}
@@ -358,7 +367,8 @@ class Plan(Record):
         DataFrame
             Columns as the attributes of `Phase`, mean current [A] and power [W] into the battery,
             and the charge in the wells at its end, ``available_As`` and ``bound_As``, summed over
-            the packs [A s]. Where there is no plan, the table has no rows.
+            the packs [A s]. Where there is no plan, the table has no rows. Its ``attrs`` have
+            `objective`, `objective_unit` and `bound`.
 
         Raises
         ------
@@ -368,7 +378,9 @@ class Plan(Record):
         table = {name: [getattr(each, name) for each in self.phases] for name in COLUMNS}
         for name in ("available_As", "bound_As"):
             table[name] = [sum(getattr(each, name)) for each in self.phases]
-        return frame(table)
+        rows = frame(table)
+        rows.attrs |= {name: getattr(self, name) for name in OBJECTIVE}
+        return rows
 
 
 def load_plan(path: str | Path) -> Plan:

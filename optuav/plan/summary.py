@@ -156,6 +156,10 @@ def outcome(plan: Plan) -> list[Line]:
     )
     left = f"of the battery, by perspective: {levels}"
     lines = [("Route", " → ".join(plan.route)), ("Charge left", left)]
+    for name, value in (("Objective", plan.objective), ("Bound", plan.bound)):
+        if value is not None and plan.objective is not None:
+            shown = f"{value:.6g} {plan.objective_unit.removeprefix('1')}".rstrip()
+            lines.append((name, shown + "; none is better" * (name == "Bound")))
     if plan.binding:
         limits, in_slots = "; ".join(plan.binding), plan.engine == "grid"
         would = f"would break {limits}"

@@ -2,14 +2,15 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
 
-from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER, Quantities
+from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER, Number, Quantities
 from optuav.arrays import Floats, Integers
 from optuav.mission import Mission
+from optuav.mission.keys import stated_keys
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
@@ -83,7 +84,36 @@ def quantities(
     first = tables.network.routes.rest_first[which]
     alike = steps and (first.all() or not first.any())
     way = tuple(_steps(tables, which, variant, rests, hover_open, shifts)) if alike else ()
-    return chosen(table, which, variant, steps=way, rests=rests)
+    others = partial(numbers, tables, which, variant)
+    return chosen(table, which, variant, steps=way, rests=rests, numbers=others)
+
+
+def numbers(
+    tables: Single | Variants, which: Integers, variant: Integers | None
+) -> dict[str, Number]:
+    """The mission's numbers by table and key, and the length and the places of itineraries."""
+    found, network = dict[str, Number](), tables.network
+    for name, key in stated_keys(tables.mission).items():
+        unit = "1" if key.unit == "-" else key.unit
+        value = table_entries(key.now, variant, which)
+        found[name.replace(".", "_", 1)] = Number(value, unit, name)
+
+    def positions_m(place: Integers) -> Floats:
+        axes = (table_entries(tables.position_m[..., axis], variant, place) for axis in range(3))
+        return np.array([*axes])
+
+    flown_m, legs = np.zeros(len(which)), network.legs
+    for leg in network.routes.legs[which].T:
+        way_m = positions_m(legs.end[leg]) - positions_m(legs.start[leg])
+        flown_m += np.where(leg == NO_LEG, 0.0, np.sqrt((way_m**2).sum(axis=0)))
+    found["flight_distance_m"] = Number(flown_m, "m")
+    building = network.routes.building[which]
+    stays = {"hover": np.full(len(which), HOVER)}
+    stays |= {"rest": FIRST_BUILDING + building} if (building >= 0).all() else {}
+    for stay, place in stays.items():
+        for axis, at_m in enumerate(positions_m(place)):
+            found[f"{stay}_position_m[{axis}]"] = Number(at_m, "m")
+    return found
 
 
 def chosen(

@@ -94,13 +94,16 @@ class Best:
     route: Integers
     status: Codes  # Number in `STATUSES`
     reason: Codes  # Number in `REASONS`
+    # Of a problem of one's own, and what no plan is better than if that is open; NaN for none
+    objective: Floats
+    bound: Floats
 
     @classmethod
     def none(cls, count: int) -> Best:
         """No plan anywhere, and not known why."""
-        a, b, c, d, e, f, g = (np.full(count, np.nan) for _ in range(7))
-        codes = (np.zeros(count, np.int8) for _ in range(2))
-        return cls(a, b, c, d, e, f, g, np.full(count, -1), *codes)
+        a, b, c, d, e, f, g, h, i = (np.full(count, np.nan) for _ in range(9))
+        status, reason = (np.zeros(count, np.int8) for _ in range(2))
+        return cls(a, b, c, d, e, f, g, np.full(count, -1), status, reason, h, i)
 
 
 class Candidates(NamedTuple):
@@ -113,6 +116,9 @@ class Candidates(NamedTuple):
     # By variant: the status of its best candidate, or without one.
     status: Codes
     otherwise: Codes
+    # Of a question that is answered by an engine
+    objective: Floats | None = None
+    bound: Floats | None = None  # By variant; NaN where the answer is proved
 
 
 def takes_arrays(mission: Mission, question: Question) -> bool:
@@ -167,6 +173,8 @@ def best_plans(variants: Variants, question: Question, table: Quantities | None 
         "route": route,
         "status": found.status[variant],
         "reason": CODES["none"],
+        "objective": np.nan if found.objective is None else found.objective[won],
+        "bound": np.nan if found.bound is None else found.bound[variant],
     }
     if len(kept) == variants.count:
         return Best(**{name: np.broadcast_to(each, variant.shape) for name, each in plans.items()})
@@ -442,7 +450,11 @@ def _answered(
     variant, route = variant[order], route[order]
     open_ = beyond[variant] > score[order] + SAME_S
     status[variant[open_]] = STATUSES.index(Status.FEASIBLE)
-    return Candidates(variant, route, hover_s[order], rest_s[order], status, otherwise)
+    towards = model.towards if parts else 1.0
+    objective, bound = towards * score[order], np.full(variants.count, np.nan)
+    bound[variant[open_]] = towards * beyond[variant[open_]]
+    hover_s, rest_s = hover_s[order], rest_s[order]
+    return Candidates(variant, route, hover_s, rest_s, status, otherwise, objective, bound)
 
 
 def _refuted(model: Model, point: Values, answered: Booleans) -> Booleans:

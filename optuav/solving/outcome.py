@@ -39,7 +39,7 @@ from optuav.physics.flight import STAGES, speed_warning
 from optuav.physics.quantity import Quantity
 from optuav.plan import Phase, Plan
 from optuav.solving.assemble import legs_and_stays, quantities
-from optuav.solving.question import MOST_BUILDINGS, PROBLEM_NAMES, Question, answer
+from optuav.solving.question import MOST_BUILDINGS, OF_THE_PAPER, PROBLEM_NAMES, Question, answer
 from optuav.status import SAME_S, Status
 
 ANY_S = 1e9  # Longer than any time of a mission [s]
@@ -180,11 +180,16 @@ def plan_of(
         approached = "; with T' > 0, as (P4) is printed, this limit is approached but not attained"
         more = approached if isinstance(question.problem, P4) else ""
         notes.append(f"the optimum is at T' = 0: resting gains nothing here{more}")
+    own: dict[str, Any] = {}
+    if type(question.problem) not in OF_THE_PAPER:
+        own["objective"] = float(solution.objective[entry])
+        own["objective_unit"] = part.declared.objective_unit
     return route_plan(
         question,
         network,
         route,
         (hover_s, rest_s),
+        **own,
         engine=solution.engine,
         proof=solution.proof,
         status=solution.statuses[entry],

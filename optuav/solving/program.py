@@ -385,7 +385,8 @@ class Program:
         notes = list(plan.notes)
         if (open_s := max(beyond_s, default=best_s) - best_s) > SAME_S:
             notes.append(f"not proved: up to {open_s:.6g} s more has not been ruled out")
-            plan = plan.model_copy(update={"status": Status.FEASIBLE, "proof": outcome.BOUNDED})
+            known = {"status": Status.FEASIBLE, "proof": outcome.BOUNDED, "bound": best_s + open_s}
+            plan = plan.model_copy(update=known)
         elif plan.status is solution.statuses[entry] and any(
             each.beyond is None and Status.UNKNOWN in each.statuses for each in solutions
         ):

@@ -169,12 +169,13 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
         one = None
     gap_s, notes = found.bound_s - hover_s, list[str]()
     status = Status.OPTIMAL if gap_s <= 3.0 * TIE_S else Status.FEASIBLE
+    open_ = {"bound": found.bound_s} if status is Status.FEASIBLE else {}
     if found.ended:
         left = f"a gap of {gap_s:.3g} s is left"
         notes.append(f"the search {found.ended}; not proved to be best, {left}")
     if one:
         known = {"status": status, "notes": (*one.notes, *notes), "proof": proof, "engine": ENGINE}
-        return one.model_copy(update=known)
+        return one.model_copy(update=known | open_)
     if stops is None:
         none = "without a plan or proof that there is none"
         message = f"the search {found.ended} {none}: {none_longer}"
@@ -196,7 +197,7 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
     )
     times = stops.hover_s, rest_time_s
     said = {"engine": ENGINE, "proof": proof, "status": status, "notes": notes}
-    plan = plan_for(question, network, flown, given, times, **said)
+    plan = plan_for(question, network, flown, given, times, **said, **open_)
     return replayed(plan.model_copy(update={"binding": tuple(_binding(plan))}))
 
 

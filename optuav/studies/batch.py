@@ -25,8 +25,8 @@ from optuav.network.variants import Variants
 from optuav.options import Perspective, ProblemName
 from optuav.solving.assemble import figures
 from optuav.solving.best_plans import CODES, REASONS, STATUSES, Best, best_plans, takes_arrays
-from optuav.solving.question import Question, checked_question, perspectives_of
-from optuav.solving.solve import solve
+from optuav.solving.question import OF_THE_PAPER, Question, checked_question, perspectives_of
+from optuav.solving.solve import formulate, solve
 from optuav.status import Status
 from optuav.studies.layouts import ROOFS, relocated
 from optuav.studies.scenarios import ROW, Scenarios, check, values_of
@@ -46,6 +46,11 @@ LABELS = {
     "proved": ("whether it is certain that no plan is better, or that there is none", ""),
 }
 """The variables: what they are, and the units of those that are measured."""
+OWN = {
+    "objective": "objective of the problem",
+    "bound": "what no objective is better than, where the answer is not proved",
+}
+"""The variables of a problem of one's own, beside the others."""
 MEASURED = tuple(name for name, (_, unit) in LABELS.items() if unit)
 CODED = {"building": np.int32, **dict.fromkeys(("order", "status", "reason"), np.int8)}
 """Types of the variables that are numbers of words."""
@@ -63,6 +68,7 @@ class Solved(NamedTuple):
     values: Variables
     buildings: list[str]  # Names by number, and last that of none
     facts: Mapping[str, str]
+    unit: str = ""  # Of the objective of a problem of one's own
 
 
 def batch_arrays(
@@ -152,7 +158,8 @@ def batch(
         [-]; and as numbers, whose words are in the attributes ``flag_meanings`` and ``words``:
         ``building`` and ``order`` of its route (−1 and 0 for none; of several rests the first),
         ``status``, and ``reason``, why there is no plan (0 where there is one). ``proved`` is true
-        where it is certain that no plan is better, or that there is none. Without a plan times and
+        where it is certain that no plan is better, or that there is none. Of a problem of one's own
+        also ``objective`` and ``bound``, as a `Plan` has them. Without a plan times and
         charges are NaN; no scenario is left out. Answers are those of `optuav.solve`, its tie rule
         included.
 
@@ -190,7 +197,7 @@ def labelled(found: Solved) -> xarray.Dataset:
         coordinates[key] = along, each, {"units": unit[key]} if key in unit else {}
     variables = dict[str, Any]()
     for name, values in found.values.items():
-        title, measure = LABELS[name]
+        title, measure = LABELS.get(name) or (OWN[name], found.unit)
         more = _flags(name, words[name]) if name in CODED else {"units": measure} if measure else {}
         variables[name] = dims, values, {"long_name": title, **more}
     return xarray.Dataset(variables, coordinates, {"Conventions": "CF-1.11", **found.facts})
@@ -254,7 +261,11 @@ def _solved(
     names = [*dict.fromkeys(name for whole in wholes for name in whole.buildings.names)]
     found, size = variables(every, questions, names), tuple(shape.values())
     reshaped = {name: each.reshape(size) for name, each in found.items()}
-    return Solved(labels, {**keys, **values}, shape, reshaped, [*names, "none"], facts)
+    unit = ""
+    if "objective" in found:
+        parts = formulate(wholes[0], questions[0][0].problem, perspective=asked[0]).parts
+        unit = parts[0].declared.objective_unit if parts else ""
+    return Solved(labels, {**keys, **values}, shape, reshaped, [*names, "none"], facts, unit)
 
 
 def variables(
@@ -265,7 +276,8 @@ def variables(
     Buildings are numbered as their names are listed.
     """
     size = len(questions[0]), len(every), every[0].count
-    found: Variables = {name: np.empty(size, KINDS.get(name, float)) for name in LABELS}
+    more = OWN if type(questions[0][0].problem) not in OF_THE_PAPER else {}
+    found: Variables = {name: np.empty(size, KINDS.get(name, float)) for name in (*LABELS, *more)}
     numbers = {name: number for number, name in enumerate(buildings)}
     for place, (scenarios, asked) in enumerate(zip(every, questions, strict=True)):
         # By route: the direct one first, and no plan, −1, last.
@@ -275,7 +287,7 @@ def variables(
         for first, variants, plans in best_of(scenarios, asked):
             for question, best in enumerate(plans):
                 some = question, place, slice(first, first + variants.count)
-                for name in (*MEASURED, "status", "reason"):
+                for name in (*MEASURED, *more, "status", "reason"):
                     found[name][some] = getattr(best, name)
                 found["building"][some] = building.take(best.route)
                 found["order"][some] = order.take(best.route)
@@ -327,6 +339,8 @@ def best_alone(mission: Mission | InputError, question: Question) -> Best:
         names = [*CODES]
         return without(plan.status, names[int(simpler.reason[0]) or CODES["together"]])
     best.status[:], best.reason[:] = STATUSES.index(plan.status), CODES["none"]
+    for name in OWN:
+        getattr(best, name)[:] = getattr(plan, name)  # NaN for None
     soc = {f"soc_{name}": (plan.soc or {}).get(name, np.nan) for name in PAPER}
     for name in MEASURED:
         getattr(best, name)[:] = soc[name] if name in soc else getattr(plan, name)
