@@ -17,6 +17,7 @@ import typer
 
 from optuav.cli.options import command_of
 from optuav.cli.output import BAD_INPUT, FAILED, say
+from optuav.cli.problem_file import faults_named
 from optuav.errors import Fault, InputError, SolverError
 
 COMMANDS = {
@@ -90,7 +91,9 @@ def run(arguments: Sequence[str] | None = None) -> None:
     try:
         try:
             if given and given[0] in COMMANDS:
-                sys.exit(program(given[0])(given[1:], f"optuav {given[0]}", standalone_mode=False))
+                with faults_named():
+                    code = program(given[0])(given[1:], f"optuav {given[0]}", standalone_mode=False)
+                sys.exit(code)
             sys.exit(program()(given, "optuav", standalone_mode=False))
         finally:
             sys.stdout.flush()

@@ -46,18 +46,35 @@ class ProblemOptions:
     perspective: Perspective = "available"
     slot_s: float | None = None
 
-    def question(self, mission: Mission, **stops: Any) -> tuple[Formulation, dict[str, Any]]:
-        """The problem that is stated and the options beside it; or all that is wrong with them."""
+    def question(
+        self, source: str, settings: Sequence[str] | None, **stops: Any
+    ) -> tuple[Mission, Formulation, dict[str, Any]]:
+        """The mission, the problem and the options beside it; or all that is wrong with them.
+
+        Of a problem of one's own, settings without a dot are fields.
+        """
+        from optuav.mission import Mission
         from optuav.solving import question
 
-        stated = vars(self)
-        problem = {
-            name: stated[name] for name in ("trajectory", "building", "order", "hover_point")
-        }
+        stated, settings, kind = vars(self), list(settings or ()), None
+        flags = ("trajectory", "building", "order", "hover_point")
+        fields, faults = {name: stated[name] for name in flags}, list[Fault]()
+        if ".py" in self.problem:
+            from optuav.cli.problem_file import problem_class
+
+            kind = problem_class(self.problem)
+            keys = {each: each.partition("=")[0].strip() for each in settings}
+            own = [
+                e for e in settings if "." not in keys[e] and keys[e] not in Mission.model_fields
+            ]
+            settings = [each for each in settings if each not in own]
+            fields |= values_of(own, faults)
+        mission = mission_of(source, settings)
+        refuse(faults)
         beside = ("perspective", "slot_s", "engine", "time_limit_s")
         options = {name: stated[name] for name in beside if name in stated}
         try:
-            return question.problem_of(self.problem, **problem, **stops), options
+            return mission, question.problem_of(kind or self.problem, **fields, **stops), options
         except InputError as error:
             try:
                 question.checked_question(mission, "P1", **options)
@@ -138,15 +155,23 @@ def _of_a_datasheet(key: str) -> str:
 def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
     """The mission of an argument with ``--set`` applied, or an `InputError` with every fault.
 
-    A value is what TOML reads, else the text itself; without text the key is removed.
+    Without text the key is removed.
     """
     from optuav.mission import load
+
+    mission, faults = load(source), list[Fault]()
+    values = values_of(settings or (), faults)
+    with collected(faults):
+        mission = mission.replace(values) if values else mission
+    refuse(faults)
+    return mission
+
+
+def values_of(settings: Sequence[str], faults: list[Fault]) -> dict[str, Any]:
+    """Return the values of ``--set`` by key: what TOML reads, else the text; None without text."""
     from optuav.mission.files import parse_toml
 
-    mission = load(source)
-    if not settings:
-        return mission
-    faults, values = list[Fault](), dict[str, Any]()
+    values = dict[str, Any]()
     for setting in settings:
         key, equals, text = (part.strip() for part in setting.partition("="))
         if not (equals and key):
@@ -156,10 +181,7 @@ def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
         with suppress(InputError):
             if (found := parse_toml(f"value = {text}")).keys() == {"value"}:
                 values[key] = found["value"]
-    with collected(faults):
-        mission = mission.replace(values)
-    refuse(faults)
-    return mission
+    return values
 
 
 def is_plan(source: str, stated: Iterable[str]) -> bool:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 import optuav
-from optuav.cli.options import ProblemOptions, SolveOptions, is_plan, mission_of
+from optuav.cli.options import ProblemOptions, SolveOptions, is_plan
 from optuav.cli.output import FAILED, NO, check_places, command, deliver, progress, say
 from optuav.errors import Fault, InputError
 from optuav.options import Perspective
@@ -39,8 +39,8 @@ def solve(
     animate: Path | None = None,
 ) -> None:
     """Find the longest hover for a mission, and show the plan."""
-    stated = mission_of(mission, settings)
-    problem, options = asked.question(stated, stops=asked.stops, hovers=asked.hovers)
+    more: dict[str, Any] = {"stops": asked.stops, "hovers": asked.hovers}
+    stated, problem, options = asked.question(mission, settings, **more)
     if solver is not None:
         if asked.engine != "cvxpy":
             raise InputError([Fault("--solver", repr(solver), "goes with --engine cvxpy")])
@@ -133,8 +133,7 @@ def explain(
             problem = problem_of(plan.problem, **fields, **more)
             explained = optuav.explain(plan.mission, problem, perspective=perspective)
     else:
-        stated = mission_of(mission, settings)
-        problem, options = asked.question(stated, **more)
+        stated, problem, options = asked.question(mission, settings, **more)
         explained = optuav.explain(stated, problem, **options)
     hint = ""
     if any(note.startswith(f"{MORE_STOPS}: ") for note in explained.notes):
@@ -184,8 +183,7 @@ def formulate(
     endings = [ENDINGS[each] for each in forms] or ENDINGS.values()
     check_places(save, None, *endings, "")
     forms = forms or [name for name, ending in ENDINGS.items() if ending == suffix]
-    stated = mission_of(mission, settings)
-    problem, options = asked.question(stated)
+    stated, problem, options = asked.question(mission, settings)
     program = optuav.formulate(stated, problem, **options)
     if not program.parts:
         say(str(program))

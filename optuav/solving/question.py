@@ -1,7 +1,7 @@
 """What is asked of a mission, checked and completed, and the engine that answers it."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import MISSING, dataclass, fields, replace
 from typing import Any
 
 from formulations.formulation import Formulation
@@ -22,7 +22,7 @@ from optuav.engines.registry import (
     preferred,
 )
 from optuav.engines.solution import Solution, returned
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, nearest, refuse
 from optuav.mission import Mission
 from optuav.mission.messages import misfits, no_building, shown, unknown
 from optuav.mission.schema import SLOT, Number
@@ -67,23 +67,33 @@ class Question:
         return (self.p1.stops, self.p1.hovers) != (1, 1)
 
 
-def problem_of(name: str, **stated: Any) -> Formulation:
-    """The problem of a name with its fields, None for their defaults; refused with all faults."""
-    if name not in PROBLEM_NAMES:
-        raise InputError([unknown("problem", name, PROBLEM_NAMES)])
+def problem_of(stated_as: str | type[Formulation], **stated: Any) -> Formulation:
+    """The problem of a name or class with its fields, None for their defaults.
+
+    Refused with all faults.
+    """
+    if isinstance(stated_as, type):
+        kind, name = stated_as, stated_as.__name__
+    elif stated_as in PROBLEM_NAMES:
+        name = stated_as
+        kind = P4 if name == "P4" else type(PROBLEMS[name])
+    else:
+        raise InputError([unknown("problem", stated_as, PROBLEM_NAMES)])
     options = {field: value for field, value in stated.items() if value is not None}
-    taken = {kind: {each.name for each in fields(kind) if each.init} for kind in OF_THE_PAPER}
-    kind = P4 if name == "P4" else type(PROBLEMS[name])
+    kinds = dict.fromkeys((*OF_THE_PAPER, kind))
+    taken = {each: {f.name: f for f in fields(each) if f.init} for each in kinds}
     faults = []
     for field, value in options.items():
         if field not in taken[kind]:
             able = [each.__name__ for each in taken if field in taken[each]]
             words = f", {' and '.join(able)} {'does' if len(able) == 1 else 'do'}" if able else ""
+            words = words or nearest(field, taken[kind])
             faults.append(Fault(field, shown(value), f"problem {name} takes no {field}{words}"))
-    if name == "P4" and "building" not in options:
-        faults.append(Fault("building", "", "problem P4 needs the name of a building"))
-    if faults:
-        raise InputError(faults)
+    for field, each in taken[kind].items():
+        if field not in options and each.default is each.default_factory is MISSING:
+            what = "the name of a building" if field == "building" else "a value of this field"
+            faults.append(Fault(field, "", f"problem {name} needs {what}"))
+    refuse(faults)
     options |= {"tight": True} if name == "P2-tight" else {}
     return kind(**options)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +13,13 @@ import numpy as np
 import pytest
 
 import optuav
+from optuav.engines import closed_form
+from optuav.engines.registry import Capability, Engine
+from optuav.engines.solution import Solution
 from optuav.mission.keys import stated_keys
 from optuav.modelling import Model
 from optuav.network.network import build_network
+from optuav.solving import question
 from optuav.status import Status
 
 MISSION = optuav.load("paper").replace({f"buildings.b{k}": None for k in range(3, 11)})
@@ -159,21 +163,39 @@ def test_a_unit_is_that_of_a_bare_symbol() -> None:
     assert optuav.solve(MISSION, Longest(), perspective="battery").objective_unit == "s"
 
 
-def test_where_nothing_is_proved_a_bound_is_stated() -> None:
-    """Where charging tapers, an answer may be feasible alone: in print, batch and plan."""
-    changes = {"battery.charging": "taper", "battery.capacity_As": 14_000.0}
-    changes |= {"battery.charge_current_A": 60.0, "laser.power_W": 40_000.0}
-    tapers = MISSION.replace(changes | {"limits.deadline_s": 900.0})
-    plan = optuav.solve(tapers, Longest())
-    found = optuav.batch_arrays(tapers, {"limits.deadline_s": [900.0]}, Longest())
-    assert found["objective"][0] == pytest.approx(plan.objective, abs=1e-6)
-    if plan.status is Status.OPTIMAL:
-        assert plan.bound is None
-        assert np.isnan(found["bound"][0])
-    else:
-        assert plan.bound > plan.objective
-        assert found["bound"][0] == pytest.approx(plan.bound, abs=1e-6)
-        assert f"\nBound        {plan.bound:.6g} s; none is better\n" in str(plan)
+@dataclass(frozen=True)
+class Cautious(Engine):
+    """Exact answers of which it claims no more than that none is better by 5 s."""
+
+    name: str = "cautious"
+    takes: Capability = Capability("cautious", most_unknowns=2, needs=("lower bounds",))
+
+    def solve(
+        self, model: Model, programmes: int, values: Any = None, **_: float | None
+    ) -> Solution:
+        found = closed_form.solve(model, programmes, values)
+        return replace(found, beyond=found.objective + 5.0)
+
+
+def test_where_nothing_is_proved_a_bound_is_stated(tmp_path: Path) -> None:
+    """In the plan, its file, in print and in a batch; of the paper's problems in the plan."""
+    plan = optuav.solve(MISSION, Longest(), perspective="battery", engine=Cautious())
+    assert plan.status is Status.FEASIBLE
+    assert plan.bound == pytest.approx(plan.objective + 5.0)
+    assert f"\nBound        {plan.bound:.6g} s; none is better\n" in str(plan)
+    plan.save(tmp_path / "plan.json")
+    assert optuav.load_plan(tmp_path / "plan.json").bound == plan.bound
+    paper = optuav.solve(MISSION, perspective="battery", engine=Cautious())
+    assert paper.bound == pytest.approx(paper.hover_time_s + 5.0)
+
+
+def test_a_batch_states_the_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(question, "preferred", lambda *_: Cautious())
+    found = optuav.batch_arrays(
+        MISSION, {"limits.deadline_s": [60.0, 1200.0]}, Longest(), perspective="battery"
+    )
+    assert np.isnan([found["objective"][0], found["bound"][0]]).all()
+    assert found["bound"][1] == pytest.approx(found["objective"][1] + 5.0)
 
 
 def test_a_batch_has_the_objective_of_every_scenario() -> None:

@@ -1,0 +1,74 @@
+"""A problem of one's own from a file of Python, which is run, and its errors in words."""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from inspect import isabstract
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+from optuav.errors import Fault, InputError, OptuavError, nearest
+
+if TYPE_CHECKING:
+    from formulations.formulation import Formulation
+
+LARGEST_BYTES = 1_000_000
+MODULE = "problem_file"
+files: dict[str, str] = {}
+"""Files that were run, as Python names them in a traceback, by the name that the user gave."""
+
+
+def problem_class(stated: str) -> type[Formulation]:
+    """Run the file of ``FILE.py:CLASS``, and return its class."""
+    from formulations.formulation import Formulation
+    from optuav.mission.files import read_text
+
+    name, _, kind = stated.rpartition(":")
+    if not name.endswith(".py"):
+        raise InputError([Fault("--problem", repr(stated), "FILE.py:CLASS, as mine.py:LeastLaser")])
+    path = Path(name)
+    text, place = read_text(path, LARGEST_BYTES), str(path.resolve())
+    files[place] = name
+    module = sys.modules[MODULE] = ModuleType(MODULE)
+    module.__file__ = place
+    # The file may import what lies beside it, but hides nothing that is installed.
+    sys.path.append(str(path.resolve().parent))
+    try:
+        exec(compile(text, place, "exec"), module.__dict__)
+    except SystemExit as error:
+        raise InputError([Fault("", "", f"ended with {error!r} as it was run", name)]) from error
+    classes = {key: each for key, each in vars(module).items() if isinstance(each, type)}
+    own = {
+        key: each
+        for key, each in classes.items()
+        if issubclass(each, Formulation) and not isabstract(each)
+    }
+    if kind not in own:
+        known = f"; it has {', '.join(own)}" if own else ""
+        words = f"the file has no class of this name that subclasses optuav.Formulation{known}"
+        raise InputError([Fault("--problem", repr(stated), words + nearest(kind, own))])
+    return own[kind]
+
+
+@contextmanager
+def faults_named() -> Iterator[None]:
+    """Turn what a problem's file raises into `InputError` that names its line."""
+    try:
+        yield
+    except OptuavError:
+        raise
+    except Exception as error:
+        trace = traceback.extract_tb(error.__traceback__)
+        places = [(each.filename, each.lineno) for each in trace]
+        if isinstance(error, SyntaxError):
+            places.append((error.filename or "", error.lineno))
+        known = [(files[file], line) for file, line in places if file in files]
+        if not known:
+            raise
+        name, line = known[-1]
+        words = f"{type(error).__name__}: {getattr(error, 'msg', error)}"
+        raise InputError([Fault("", "", words, f"{name}, line {line}")]) from error
