@@ -23,7 +23,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
-from optuav.network.routes import SAME_S
+from optuav.status import SAME_S
 
 SAME = 1e-9  # Relative; sums that differ by less are equal, and the first of them is taken
 ROUNDS = 300

@@ -19,7 +19,6 @@ from optuav.mission import Mission, load_all
 from optuav.mission.messages import counted, listed, misfits, shown, unknown
 from optuav.mission.schema import Number
 from optuav.network.places import charging_cap
-from optuav.network.routes import SAME_S
 from optuav.network.scene import scene
 from optuav.options import Perspective
 from optuav.siting.places import hover_table, refined
@@ -32,6 +31,7 @@ from optuav.siting.selection import (
     worth_of,
 )
 from optuav.solving.question import LIMIT
+from optuav.status import SAME_S
 
 COUNT = Number("-", ge=1, le=1000, whole=True)
 ENOUGH = Number("s", gt=0.0, le=1e7)

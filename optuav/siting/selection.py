@@ -11,7 +11,6 @@ from typing import Any, Literal, TypeAlias, get_args
 import numpy as np
 
 from optuav.arrays import Floats, Integers
-from optuav.network.routes import SAME_S
 from optuav.siting.heuristics import (
     SAME,
     best_of,
@@ -24,6 +23,7 @@ from optuav.siting.heuristics import (
     undominated,
 )
 from optuav.siting.programmes import most_for_the_least, most_in_total
+from optuav.status import SAME_S
 
 Objective: TypeAlias = Literal["mean", "worst", "covered"]
 OBJECTIVES: tuple[Objective, ...] = get_args(Objective)
