@@ -1,10 +1,4 @@
-"""Models for Pyomo, which hands them to the solvers that it finds, or writes them for others.
-
-References
-----------
-.. [1] W. Hart, J.-P. Watson, D. Woodruff, "Pyomo: modeling and solving mathematical programs in
-   Python", Mathematical Programming Computation, 2011.
-"""
+"""Models for Pyomo, which hands them to the solvers that it finds, or writes them for others."""
 
 import io
 import operator
@@ -30,11 +24,11 @@ from optuav.modelling.traversal import evaluate, fold, has_unknowns
 from optuav.status import Status
 
 NAME = "pyomo"
-HIGHS = ("appsi_highs", "highs")  # HiGHS in Pyomo's names
-LINEAR = (*HIGHS, "appsi_cbc", "cbc", "glpk")  # Solvers that take linear models only
-TOLERANCES = {f"{kind}_feasibility_tolerance": 1e-9 for kind in ("primal", "dual", "mip")}
-SETTINGS: Mapping[str, Mapping[str, Operand]] = {
-    **{name: {**TOLERANCES, "mip_rel_gap": 0.0} for name in HIGHS},
+HIGHS = "appsi_highs"  # HiGHS in Pyomo's words
+LINEAR = (HIGHS, "highs", "appsi_cbc", "cbc", "glpk")  # Solvers that take linear models only
+FINE = {f"{kind}_feasibility_tolerance": 1e-9 for kind in ("primal", "dual", "mip")}
+SETTINGS: Mapping[str, Values] = {
+    **dict.fromkeys((HIGHS, "highs"), FINE | {"mip_rel_gap": 0.0}),
     "ipopt": {"tol": 1e-10, "constr_viol_tol": 1e-11, "bound_relax_factor": 0.0},
 }
 """Options of solvers whose defaults are too coarse for seconds."""
@@ -42,20 +36,17 @@ DUALITY = "linear programming duality, KKT conditions evaluated again"
 EQUAL = 1e-11  # Relative loss of the objective that the preferences may use up
 STATIONARY = 1e-6  # Largest residual of an answer that meets the conditions of optimality
 SAME = 1e-9  # Relative difference by which Pyomo's value of a tree may differ from optuav's
-FILES: Mapping[str, str] = {"nl": "# ", "gms": "* ", "bar": "// "}
+FILES = {"nl": "# ", "gms": "* ", "bar": "// "}
 """Start of a comment, by suffix of a format; in .nl only the first line has one."""
-ALGEBRA = (
-    *(np.add, np.subtract, np.multiply, np.divide, np.power, np.negative, np.positive),
-    *(np.square, np.reciprocal, np.absolute),
-)
-"""Functions that NumPy leaves to the operators of its operands."""
+ALGEBRA = {np.add, np.subtract, np.multiply, np.divide, np.power, np.negative, np.positive}
+ALGEBRA |= {np.square, np.reciprocal, np.absolute}  # NumPy leaves these to its operands
 FORMULAS: Mapping[np.ufunc, Callable[..., Any]] = {
     np.expm1: lambda pyo, a: pyo.exp(a) - 1.0,
     np.log1p: lambda pyo, a: pyo.log(1.0 + a),
     np.maximum: lambda pyo, a, b: 0.5 * (a + b + abs(a - b)),
     np.minimum: lambda pyo, a, b: 0.5 * (a + b - abs(a - b)),
 }
-"""Functions that the formats of solvers lack, by those that they have."""
+"""Functions that formats of solvers lack, by those that they have."""
 COMPARED = {"<=": operator.le, ">=": operator.ge, "==": operator.eq}
 ANSWERED = ("optimal", "locallyOptimal", "globallyOptimal")  # Words of solvers that have a point
 FOUND = {"infeasible": Status.INFEASIBLE, "unbounded": Status.UNBOUNDED}
@@ -96,31 +87,19 @@ def applied(function: Operand, operands: tuple[Any, ...]) -> Any:
     return named(*known)
 
 
-def to_pyomo(model: Model, values: Values) -> Any:
-    """Return a model with numbers as a ``ConcreteModel`` of Pyomo.
+def to_pyomo(model: Model, values: Values, *, checked: bool = True) -> Any:
+    """Return a model with numbers as a ``ConcreteModel`` of Pyomo, see `Program.to_pyomo`.
 
-    Its components are ``unknowns``, mutable ``parameters`` and ``quantities`` by name,
-    ``constraints`` by label, ``objective``, and as ``preferences`` later goals, which are not
-    active. A constraint without an unknown is left out.
-
-    Raises
-    ------
-    InputError
-        If Pyomo is missing, lacks a function or its accuracy, or the numbers alone leave no point.
+    `InputError` if Pyomo is missing or lacks a function or its digits, or, where that is checked,
+    if the numbers alone leave no point.
     """
-    if decided := without_solver(model, NAME, values):
-        raise InputError(f"there is nothing to hand over: {decided.words[0]}")
-    return translated(model, values)
-
-
-def translated(model: Model, values: Values) -> Any:
-    """The same, whatever the numbers."""
     pyo, done, (first, reach) = library(), dict[int, Any](), reaches(model, values)
-    names = [each.name for each in model.variables]
+    if checked and (decided := without_solver(model, NAME, values)):
+        raise InputError(f"there is nothing to hand over: {decided.words[0]}")
+    names, numbers = [x.name for x in model.variables], {k: float(v) for k, v in values.items()}
     starts = dict(zip(names, (first + 0.5 * reach).tolist(), strict=True))
     found = pyo.ConcreteModel(" ".join(model.title.split()))
-    found.unknowns = pyo.Var([*starts], initialize=starts)
-    numbers = {name: float(value) for name, value in values.items()}
+    found.unknowns = pyo.Var(names, initialize=starts)
     found.parameters = pyo.Param([*values], initialize=numbers, within=pyo.Any, mutable=True)
     found.quantities, found.constraints = pyo.Expression(pyo.Any), pyo.Constraint(pyo.Any)
 
@@ -135,7 +114,6 @@ def translated(model: Model, values: Values) -> Any:
         return found.quantities[key]
 
     def tree(label: str, expression: Operand) -> Any:
-        """An expression; refused if its value at the start is not that of optuav."""
         known = fold(expression, leaf, applied, let, done)
         ours, theirs = evaluate(expression, {**values, **starts}), pyo.value(known, exception=False)
         if theirs is not None and abs(ours - theirs) > SAME * max(1.0, abs(ours)):
@@ -184,7 +162,8 @@ class PyomoProgramme:
 
     def __init__(self, model: Model, solver: "Pyomo", time_limit_s: float | None) -> None:
         self.model, self.base, self.name = model, model.row(0), solver.solver
-        self.pyomo, self.linear = translated(model, self.base), traits(model).linear
+        self.linear = traits(model).linear
+        self.pyomo = to_pyomo(model, self.base, checked=False)
         self.binary = [each.binary for each in model.variables]
         self.asked: Values = {"options": {**SETTINGS.get(self.name, {}), **solver.options}}
         self.asked |= {} if time_limit_s is None else {"timelimit": time_limit_s}
@@ -267,7 +246,7 @@ class Pyomo(OneByOne):
     """
 
     name = NAME
-    solver: str = HIGHS[0]
+    solver: str = HIGHS
     options: Mapping[str, Operand] = field(default_factory=dict)
 
     @property
