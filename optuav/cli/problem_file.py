@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from formulations.formulation import Formulation
 
 LARGEST_BYTES = 1_000_000
-MODULE = "problem_file"
 files: dict[str, str] = {}
 """Files that were run, as Python names them in a traceback, by the name that the user gave."""
 
@@ -30,23 +29,17 @@ def problem_class(stated: str) -> type[Formulation]:
     name, _, kind = stated.rpartition(":")
     if not name.endswith(".py"):
         raise InputError([Fault("--problem", repr(stated), "FILE.py:CLASS, as mine.py:LeastLaser")])
-    path = Path(name)
-    text, place = read_text(path, LARGEST_BYTES), str(path.resolve())
-    files[place] = name
-    module = sys.modules[MODULE] = ModuleType(MODULE)
-    module.__file__ = place
+    text, place = read_text(Path(name), LARGEST_BYTES), Path(name).resolve()
+    files[str(place)], module = name, ModuleType("problem_file")
+    sys.modules[module.__name__], module.__file__ = module, str(place)
     # The file may import what lies beside it, but hides nothing that is installed.
-    sys.path.append(str(path.resolve().parent))
+    sys.path.append(str(place.parent))
     try:
-        exec(compile(text, place, "exec"), module.__dict__)
+        exec(compile(text, str(place), "exec"), module.__dict__)
     except SystemExit as error:
         raise InputError([Fault("", "", f"ended with {error!r} as it was run", name)]) from error
     classes = {key: each for key, each in vars(module).items() if isinstance(each, type)}
-    own = {
-        key: each
-        for key, each in classes.items()
-        if issubclass(each, Formulation) and not isabstract(each)
-    }
+    own = {k: e for k, e in classes.items() if issubclass(e, Formulation) and not isabstract(e)}
     if kind not in own:
         known = f"; it has {', '.join(own)}" if own else ""
         words = f"the file has no class of this name that subclasses optuav.Formulation{known}"

@@ -160,32 +160,32 @@ def to_file(model: Model, values: Values, form: str, remarks: Iterable[str] = ()
 class PyomoProgramme:
     """A model handed to Pyomo once, to be solved with changing parameters; see `Pyomo`."""
 
-    def __init__(self, model: Model, solver: "Pyomo", time_limit_s: float | None) -> None:
-        self.model, self.base, self.name = model, model.row(0), solver.solver
-        self.linear = traits(model).linear
-        self.pyomo = to_pyomo(model, self.base, checked=False)
+    def __init__(self, model: Model, engine: "Pyomo", time_limit_s: float | None) -> None:
+        self.model, self.base, self.name = model, model.row(0), engine.solver
+        self.pyomo, self.linear = to_pyomo(model, self.base, checked=False), traits(model).linear
         self.binary = [each.binary for each in model.variables]
-        self.asked: Values = {"options": {**SETTINGS.get(self.name, {}), **solver.options}}
+        self.asked: Values = {"options": {**SETTINGS.get(self.name, {}), **engine.options}}
         self.asked |= {} if time_limit_s is None else {"timelimit": time_limit_s}
-        with failures_named(self.name):
-            found = library().SolverFactory(self.name).available(exception_flag=False)
-        if not found:
-            words = "a solver that Pyomo finds; optuav[pyomo] brings HiGHS alone, appsi_highs"
+        if not self._solver().available(exception_flag=False):
+            words = f"a solver that Pyomo finds; optuav[pyomo] brings HiGHS alone, {HIGHS}"
             raise InputError([Fault("solver", repr(self.name), words)])
+
+    def _solver(self) -> Any:
+        """A solver that knows of no programme yet."""
+        with failures_named(self.name):
+            return library().SolverFactory(self.name)
 
     def solve(self, values: Mapping[str, float]) -> Solution:
         """Solve with values of parameters that differ from the model's, by name."""
-        parameters, pyo, model = {**self.base, **values}, library(), self.pyomo
+        parameters, pyo, solver = {**self.base, **values}, library(), self._solver()
         if decided := without_solver(self.model, NAME, parameters):
             return decided
         for name, value in parameters.items():
-            model.parameters[name] = float(value)
-        model.del_component("kept")
-        model.kept = pyo.ConstraintList()
-        with failures_named(self.name):
-            solver = pyo.SolverFactory(self.name)
-        found, goals = partial(single, self.model, NAME, parameters), [model.objective]
-        goals += model.preferences.values()
+            self.pyomo.parameters[name] = float(value)
+        self.pyomo.del_component("kept")
+        self.pyomo.kept = pyo.ConstraintList()
+        found = partial(single, self.model, NAME, parameters)
+        goals = [self.pyomo.objective, *self.pyomo.preferences.values()]
         word = self._reached(solver, goals, 0)
         if word not in ANSWERED:
             unproved = word == "infeasible" and not self.linear
@@ -193,21 +193,22 @@ class PyomoProgramme:
             return found(status, f"by {self.name}", word)
         for number, goal in enumerate(goals[:-1]):
             sign, reached = 1.0 if goal.is_minimizing() else -1.0, pyo.value(goal)
-            model.kept.add(sign * (goal.expr - reached) <= EQUAL * max(1.0, abs(reached)))
+            room = EQUAL * max(1.0, abs(reached))
+            self.pyomo.kept.add(sign * (goal.expr - reached) <= room)
             if self._reached(solver, goals, number + 1) not in ANSWERED:
                 break
-        x = np.array([each.value for each in model.unknowns.values()], float)
-        x = np.where(self.binary, np.round(x), x)
-        x = np.clip(x, *np.transpose([*own_bounds(self.model, parameters).values()])) + 0.0
-        point = dict(zip(model.unknowns, x.tolist(), strict=True))
+        x = np.array([each.value for each in self.pyomo.unknowns.values()], float)
+        bounds = np.transpose([*own_bounds(self.model, parameters).values()])
+        x = np.clip(np.where(self.binary, np.round(x), x), *bounds) + 0.0
+        point = dict(zip(self.pyomo.unknowns, x.tolist(), strict=True))
         status, proof = Status.LOCALLY_OPTIMAL, f"local: {self.name} says {word}"
         if self.linear:
-            status, proof = Status.OPTIMAL, DUALITY
+            branched = f"branch and bound ({self.name})"
+            status, proof = Status.OPTIMAL, branched if any(self.binary) else DUALITY
+        answer = found(status, proof, word, point)
         if any(self.binary):
-            return found(
-                status, f"branch and bound ({self.name})" if self.linear else proof, word, point
-            )
-        answer = replace(found(status, proof, word, point), duals=None)
+            return answer
+        answer = replace(answer, duals=None)
         if np.max(answer.residuals()) <= STATIONARY:
             return answer
         return replace(answer, statuses=[Status.FEASIBLE], proof=f"{self.name} says {word}")

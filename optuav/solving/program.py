@@ -233,17 +233,15 @@ class Program:
         Returns
         -------
         pyomo.environ.ConcreteModel
-            Its components are ``unknowns``, mutable ``parameters`` and ``quantities`` by name,
-            ``constraints`` by label, ``objective``, and the goals after it as ``preferences``,
-            which are not active. A constraint without an unknown is left out.
+            With ``unknowns``, mutable ``parameters`` and ``quantities`` by name, ``constraints`` by
+            label, ``objective``, and the goals after it as ``preferences``, which are not active. A
+            constraint without an unknown is left out.
 
         Raises
         ------
         InputError
-            If Pyomo is missing, it lacks a function or its digits, times are in slots, or a
-            constraint without an unknown does not hold.
-        NoPlanError
-            If nothing can be flown.
+            If Pyomo is missing or lacks a function or its digits, or a constraint without an
+            unknown does not hold; else as `to_file`.
 
         Examples
         --------

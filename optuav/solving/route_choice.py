@@ -73,19 +73,9 @@ class RouteChoice:
     shares: Mapping[str, float] = field(default_factory=dict)
 
     def to_file(self, form: str) -> str:
-        """The programme as a file that other solvers read.
+        """The programme as a file that other solvers read: ``"lp"``, ``"mps"``, or another form.
 
-        Parameters
-        ----------
-        form
-            ``"lp"`` for CPLEX LP, ``"mps"`` for free MPS; more in `Program.to_file`.
-
-        Raises
-        ------
-        InputError
-            If there is no such form, or Pyomo is missing, which writes some of them.
-        NoPlanError
-            If nothing can be flown.
+        Forms and errors are those of `Program.to_file`.
         """
         write = writer(form)
         if self.model is None:
