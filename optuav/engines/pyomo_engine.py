@@ -248,7 +248,7 @@ class Pyomo(OneByOne):
 
     name = NAME
     solver: str = HIGHS
-    options: Mapping[str, Operand] = field(default_factory=dict)
+    options: Mapping[str, Operand] = field(default_factory=dict, hash=False)
 
     @property
     def takes(self) -> Capability:  # type: ignore[override]

@@ -285,6 +285,15 @@ def test_options_reach_the_solver() -> None:
         optuav.solve("paper", B9, engine=stopped)
 
 
+def test_an_explanation_takes_the_engine() -> None:
+    """Repairs stack programmes by their question, and so by its engine and its options."""
+    late = optuav.load("paper").replace({"limits.deadline_s": 95.0, "limits.min_soc": 0.88})
+    engine = Pyomo(options={"presolve": "on"})
+    explained = optuav.explain(late, B1, perspective="battery", engine=engine)
+    assert explained.plan.status is Status.INFEASIBLE
+    assert explained.repairs
+
+
 def test_programmes_of_one_model() -> None:
     """Two limits at once, changed after the model was handed over."""
     limit = Parameter("limit", "p", "s", np.array([3.0, 4.0]))
