@@ -130,7 +130,7 @@ def _map(mission: Mission, plan: Plan) -> Data:
     corners_m, count = mission.buildings.outlines()
     rings = np.split(corners_m, np.cumsum(count))[:-1]
     lit, current_A = places.laser_sight, places.charge_current_A
-    lines_m, clear = shown.sight_lines
+    lines_m, clear = shown.sight_lines()
     ends = {places.names[each]: _listed(places.position_m[each]) for each in (ORIGIN, DESTINATION)}
     hover = places.position_m[HOVER] if places.exists[HOVER] else None
     radius_m, device_m = shown.disc_radius_m, np.array(mission.link.device_m)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,7 @@ from optuav.network.prisms import Prisms, prisms
 COVERAGE_SHARE = 0.4
 """Most that the coverage disc adds to the map on every side, as a share of the places' span."""
 
-MOST_LINES = 1000  # Of sight that are drawn
+MOST_LINES = 1000  # Buildings to all of which lines of sight are shown
 
 
 @dataclass(frozen=True)
@@ -58,15 +58,18 @@ class Scene:
             high = np.maximum(high, np.minimum(device + radius_m, high + room))
         return np.stack([low, high])
 
-    @property
-    def sight_lines(self) -> tuple[Floats, Booleans]:
+    def sight_lines(
+        self, named: Collection[str] = (), most: int = MOST_LINES
+    ) -> tuple[Floats, Booleans]:
         """Lines (line, 2, 2) on the map from the laser to where it may charge [m]; if clear.
 
-        None in a town of so many buildings that they would cover it.
+        In a town of more than `most` buildings, which they would cover, those to the named places.
         """
-        if self.mission.laser is None or len(self.mission.buildings) > MOST_LINES:
+        if self.mission.laser is None:
             return np.empty((0, 2, 2)), np.empty(0, dtype=bool)
         charging = np.concatenate([[HOVER], self.places.buildings])
+        if len(self.mission.buildings) > most:
+            charging = charging[[self.places.names[place] in named for place in charging]]
         charging = charging[self.places.exists[charging]]
         ends_m = self.places.position_m[charging, :2]
         source_m = np.broadcast_to(self.mission.laser.position_m[:2], ends_m.shape)

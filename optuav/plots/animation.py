@@ -17,7 +17,7 @@ from optuav.network.scene import scene
 from optuav.plan import Stop
 from optuav.plots import style
 from optuav.plots.charge import draw_wells
-from optuav.plots.map import Way, draw_from_above, draw_plan_view, plan_labels
+from optuav.plots.map import FEW, Way, draw_from_above, draw_plan_view, plan_labels
 from optuav.plots.profiles import timed
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, place
 
@@ -120,7 +120,6 @@ def _still(replayed: Replay) -> Figure:
     right.set_title(" ", pad=style.NAMES_PT)
     left.set_title(" ")
     view = scene(replayed.mission)
-    draw_plan_view(left, view)
     names = tuple(replayed.route)
     stops = tuple(
         Stop(phase.end.name, phase.kind, phase.duration_s, phase.start_s)
@@ -128,7 +127,10 @@ def _still(replayed: Replay) -> Figure:
         if phase.kind != "flight"
     )
     look: style.Look = {"color": GREY, "linewidth": 0.8, "linestyle": style.DASHED}
-    way = Way(names, view.positions(names), stops, look)
+    flights = (phase.end.position_m for phase in replayed.phases if phase.kind == "flight")
+    points = np.array([replayed.phases[0].start.position_m, *flights])
+    way = Way(names, points, stops, look)
+    draw_plan_view(left, view, [way])
     arrows = draw_from_above(left, view, [way])
     style.group_thousands(left, right)
     beam = style.entry("power from the laser", ORANGE, 1.6)
@@ -138,7 +140,7 @@ def _still(replayed: Replay) -> Figure:
     labels = plan_labels(view, [way], times=False)
     # A small map has no room for symbols.
     short = [replace(label, text=label.text.partition(" $")[0]) for label in labels]
-    place(left, short, [way.points[:, :2]], view.sight_lines[0], arrows)
+    place(left, short, [way.points[:, :2]], view.sight_lines(names, FEW)[0], arrows)
     style.draw_bands([right], style.phase_bands(replayed))
     figure.set_layout_engine("none")
     return figure

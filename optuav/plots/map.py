@@ -19,7 +19,7 @@ from matplotlib.patches import Circle, Rectangle
 from matplotlib.transforms import offset_copy
 from matplotlib.typing import LineStyleType
 
-from optuav.arrays import Floats
+from optuav.arrays import Booleans, Floats
 from optuav.errors import InputError
 from optuav.mission import Mission
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
@@ -46,7 +46,7 @@ ARROW_AT, ARROW_STEP = 0.56, 0.05
 much farther its neighbour does."""
 MARKERS = {"hover": "o", "rest": "s"}
 FAR = 100.0  # Sizes of a map up to which a rim is drawn: one far off has billions of pieces
-FEW = 30  # Most sight lines that are drawn strongly
+FEW = 30  # Buildings up to which all sight lines and the points on roofs are drawn
 MOST_NAMED = 400  # Most buildings of which those off the route are named where there is room
 
 
@@ -214,7 +214,7 @@ def _draw(
         cells = page.subplot_mosaic("A;B;C", height_ratios=ratios)
     axes, legend = MapAxes(cells["A"], cells["B"]), cells["C"]
     legend.set_axis_off()
-    handles = [*entries, *draw_plan_view(axes.plan, shown)]
+    handles = [*entries, *draw_plan_view(axes.plan, shown, ways)]
     arrows = draw_from_above(axes.plan, shown, ways)
     handles.append(_draw_from_side(axes.height, shown, ways))
     axes.plan.set_title(title)
@@ -226,7 +226,7 @@ def _draw(
     corners_m, count = shown.mission.buildings.outlines()
     rings = np.split(corners_m, np.cumsum(count[count > 0]))[:-1]
     walls = [np.concatenate([each, each[:1]]) for each in rings]
-    faint = [*shown.sight_lines[0], *(walls if len(walls) <= MOST_NAMED else ())]
+    faint = [*_sight(shown, ways)[0], *(walls if len(walls) <= MOST_NAMED else ())]
     style.place(axes.plan, plan_labels(shown, ways, times=times), flat, faint, arrows)
     # Every place of the ways once.
     corners = {
@@ -253,11 +253,9 @@ def _plan_entries(plan: Plan, look: Look) -> Iterator[Line2D]:
 
 def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style.Label]:
     """Places of the ways with their stops, then the scenery, buildings where there is room."""
-    names = list(dict.fromkeys(name for way in ways for name in way.names))
-    names += [name for name in ("origin", "destination") if name not in names]
     stops = [stop for way in ways for stop in way.stops] if times else []
     labels = []
-    for name, (x, y, _) in zip(names, shown.positions(names).tolist(), strict=True):
+    for name, (x, y, _) in _places(shown, ways).items():
         lines = [SYMBOLS.get(name) or style.printed(name)]
         for stop in (each for each in stops if each.at == name):
             stay = f"{stop.kind} {stop.duration_s:.1f} s\nfrom {stop.start_s:.1f} s"
@@ -273,9 +271,23 @@ def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style
     return labels + [label for label in scenery if tuple(label.at) not in written]
 
 
+def _places(shown: Scene, ways: Sequence[Way]) -> dict[str, list[float]]:
+    """Positions [m] of both ends, first as they leave labels least room, and of places of ways."""
+    ends = ("origin", "destination")
+    found = dict(zip(ends, shown.positions(ends).tolist(), strict=True))
+    for way in ways:
+        found |= zip(way.names, way.points.tolist(), strict=True)
+    return found
+
+
+def _sight(shown: Scene, ways: Sequence[Way]) -> tuple[Floats, Booleans]:
+    """The lines of sight that are drawn, and which are clear: in a town those of the ways."""
+    return shown.sight_lines({name for way in ways for name in way.names}, FEW)
+
+
 def draw_from_above(ax: Axes, shown: Scene, ways: Sequence[Way]) -> list[Floats]:
     """Draw ways, legs that several of them share side by side, and stops; where arrows are [m]."""
-    arrows = list[Floats]()
+    arrows, at = list[Floats](), _places(shown, ways)
     users, before = Counter(chain.from_iterable(way.legs for way in ways)), Counter[object]()
     for way in ways:
         for leg, ends in zip(way.legs, pairwise(way.points[:, :2]), strict=True):
@@ -283,9 +295,9 @@ def draw_from_above(ax: Axes, shown: Scene, ways: Sequence[Way]) -> list[Floats]
             arrows += _draw_leg(ax, np.array(ends), shift, way.look)
             before[leg] += 1
         for stop in way.stops:
-            x, y, _ = shown.positions([str(stop.at)])[0]
+            x, y, _ = at[str(stop.at)]
             ax.plot(x, y, zorder=6, **stop_look(stop.kind, stop.duration_s > 0.0))
-    for x, y, _ in shown.positions(["origin", "destination"]):
+    for x, y, _ in (at["origin"], at["destination"]):
         ax.plot(x, y, "D", color=BLACK, markersize=4, zorder=6)
     return arrows
 
@@ -350,7 +362,7 @@ def _buildings_along(shown: Scene, way: Way) -> Iterator[tuple[float, float, flo
                 yield float(min(along)), float(max(along)), float(roofs_m[number])
 
 
-def draw_plan_view(ax: Axes, shown: Scene) -> list[Artist]:
+def draw_plan_view(ax: Axes, shown: Scene, ways: Sequence[Way] = ()) -> list[Artist]:
     """Draw the scenery from above, and set the limits; entries of the legend."""
     mission, entries = shown.mission, list[Artist]()
     ax.set_aspect("equal", adjustable="datalim")
@@ -363,16 +375,15 @@ def draw_plan_view(ax: Axes, shown: Scene) -> list[Artist]:
         disc.set_label("coverage at the hover altitude")
         ax.add_artist(disc)  # unlike a patch, it leaves the limits alone
         entries.append(disc)
-    lines, sight = shown.sight_lines
-    strength = 1.0 if len(lines) <= FEW else 0.5
+    lines, sight = _sight(shown, ways)
     looks: tuple[tuple[bool, str, LineStyleType, str], ...] = (
         (False, VERMILLION, (0.0, (2.0, 2.0)), "blocked sight line"),
         (True, PURPLE, "-", "clear sight line of the laser"),
     )
     for clear, colour, dashes, words in looks:
         if (sight == clear).any():
-            look: Look = {"colors": colour, "linestyles": [dashes], "linewidths": 0.6 * strength}
-            look |= {"alpha": 0.5 + 0.3 * strength, "zorder": 1.5}
+            look: Look = {"colors": colour, "linestyles": [dashes], "linewidths": 0.6}
+            look |= {"alpha": 0.8, "zorder": 1.5}
             ax.add_collection(LineCollection([*lines[sight == clear]], **look), autolim=False)
             entries.append(style.entry(words, colour, 0.9, dashes))
     entries += draw_site(ax, shown, {"facecolor": style.PALE, "edgecolor": GREY})
@@ -396,9 +407,12 @@ def draw_buildings(ax: Axes, shown: Scene, walls: Look) -> list[Artist]:
     mission = shown.mission
     corners_m, count = mission.buildings.outlines()
     rings = np.split(corners_m, np.cumsum(count[count > 0]))[:-1]
-    footprints = PolyCollection(rings, label="building", **{"linewidth": 0.6, "zorder": 2, **walls})
+    few = len(count) <= FEW
+    width_pt = 0.6 if few else 0.3 if len(count) <= MOST_NAMED else 0.1
+    look: Look = {"linewidth": width_pt, "zorder": 2, **walls}
+    footprints = PolyCollection(rings, label="building", **look)
     ax.add_collection(footprints, autolim=False)
-    roofs = shown.places.position_m[shown.places.buildings]
+    roofs = shown.places.position_m[shown.places.buildings][(count == 0) | few]
     ax.plot(*roofs[:, :2].T, ".", color=walls["edgecolor"], markersize=2.5, zorder=2.1)
     return [footprints] if mission.buildings else []
 

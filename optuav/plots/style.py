@@ -71,6 +71,7 @@ OUTSIDE, ON_PLACE, PER_POINT = 1000.0, 100.0, 0.5
 """Costs of leaving the axes, of the place of another label, and of each point of distance; a dot
 that is covered costs 1."""
 MARKER = 4.0  # Distance of a label from places of others [pt]
+LEADER_DOTS = 100  # Dots that stand for the line to a label
 MOST_COVERED = 2  # Most dots that a label covers which is not needed
 LEADER = {"arrowstyle": "-", "linewidth": 0.6, "color": "#404040", "shrinkA": 0.0, "shrinkB": 2.0}
 
@@ -328,16 +329,21 @@ def place(
     dots = np.concatenate([np.empty((0, 2)), *dotted])
     places = np.array([*clear, *(each.at for each in labels if each.needed)]).reshape(-1, 2)
     taken: list[Bbox] = []
+    leaders = np.empty((0, 2))
     for label in sorted(labels, key=lambda each: not each.needed):
         look: Look = {**LABEL, "color": label.colour, "fontsize": label.size}
         text = beside(ax, label.text, label.at, (0.0, 0.0), **look)
-        size = text.get_window_extent()
+        size, anchor = text.get_window_extent(), ax.transData.transform(label.at)
         text.remove()
         spots, others = [], ax.transData.transform(places[(places != label.at).any(axis=1)])
         for cost, far, box in _spots(ax, label, size, pixels):
             padded = box.padded(CLEARANCE * pixels)
             if not any(padded.overlaps(other) for other in taken):
                 hides = ON_PLACE * _within(box.padded(MARKER * pixels), others)
+                hides += ON_PLACE * (_within(padded, leaders) > 0)
+                if far:
+                    line = _leader(anchor, box)
+                    hides += ON_PLACE * any(_within(other, line) for other in taken)
                 covered = _within(box, dots) + hides
                 if covered <= MOST_COVERED or label.needed:
                     spots.append((cost + covered, far, box))
@@ -347,6 +353,8 @@ def place(
             look["arrowprops"] = {**LEADER, **HALO} if far else None
             beside(ax, label.text, label.at, offset_pt, **look)
             taken.append(box)
+            if far:
+                leaders = np.concatenate([leaders, _leader(anchor, box)])
 
 
 def mark(
@@ -375,6 +383,11 @@ def _spots(ax: Axes, label: Label, size: Bbox, pixels: float) -> Iterator[tuple[
         if inside or label.needed:
             box = Bbox.from_bounds(left, low, size.width, size.height)
             yield PER_POINT * ring + OUTSIDE * (not inside), ring in FAR, box
+
+
+def _leader(anchor: Floats, box: Bbox) -> Floats:
+    """Dots [px] along the line from a point to the label that lies far from it."""
+    return np.linspace(anchor, np.mean([box.min, box.max], axis=0), LEADER_DOTS)
 
 
 def _within(box: Bbox, points: Floats) -> int:

@@ -22,6 +22,7 @@ from optuav.errors import InputError
 from optuav.network import vehicle
 from optuav.physics import link
 from optuav.plots import style
+from optuav.plots.animation import _still as still
 from optuav.plots.style import VERMILLION
 
 TRAJECTORIES = ("direct", "traj1", "traj2", "optimal")
@@ -260,17 +261,54 @@ def test_trajectories_of_different_places_are_refused(paper: optuav.Plan) -> Non
         plots.trajectories({})
 
 
-def test_lines_of_sight_would_cover_a_large_town(
-    paper: optuav.Plan, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """They are drawn among ten buildings, and not among as many as are too many."""
-    drawn = list[int]()
-    for most in (10, 9):
-        monkeypatch.setattr("optuav.network.scene.MOST_LINES", most)
-        axes = plots.mission_map(paper)
-        lines = [each for each in axes.plan.collections if isinstance(each, LineCollection)]
-        drawn.append(sum(len(each.get_segments()) for each in lines))
-        legend = axes.plan.figure.axes[-1].get_legend()
-        words = [text.get_text() for text in legend.get_texts()] if legend else []
-        assert ("clear sight line of the laser" in words) == (most == 10)
-    assert drawn == [11, 0]
+def segments(axes: plots.MapAxes) -> list[list[tuple[float, ...]]]:
+    """The lines of sight that a map shows, end by end."""
+    lines = [each for each in axes.plan.collections if isinstance(each, LineCollection)]
+    return [[*map(tuple, one)] for each in lines for one in each.get_segments()]
+
+
+@pytest.mark.parametrize("count", [60, 1200])
+def test_in_a_town_only_the_sight_of_the_plan_is_drawn(paper: optuav.Plan, count: int) -> None:
+    """The laser's lines to where the plan stays, in a town of any size; among ten houses all."""
+    assert len(segments(plots.mission_map(paper))) == 11
+    mission = changed(buildings=scattered(count), flight__through_buildings=True)
+    plan = optuav.solve(mission, perspective="battery")
+    assert {stop.kind for stop in plan.stops} == {"hover", "rest"}
+    axes = plots.mission_map(plan)
+    roofs_m = {each.name: [*each.position_m[:2]] for each in mission.buildings}
+    hover_m = [float(each) for each in vehicle.hover_point_m(mission)[:2]]
+    at_m = [hover_m if stop.at == "hover" else roofs_m[stop.at] for stop in plan.stops]
+    expected = [[(1000.0, 0.0), tuple(each)] for each in at_m]
+    assert sorted(segments(axes)) == sorted(expected)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_line_to_a_label_crosses_another_label(seed: int) -> None:
+    """Where lines of a crowd leave labels no room beside their points."""
+    ax, draw = style.page(4.0).subplots(), np.random.default_rng(seed)
+    ax.set(xlim=(0.0, 100.0), ylim=(0.0, 100.0))
+    style.settle(ax)
+    crowd = [[(20.0, y), (80.0, y)] for y in range(20, 80, 2)]
+    places = draw.uniform(30.0, 70.0, (5, 2)).tolist()
+    labels = [
+        style.Label(f"a place {k}\nof which much is said", tuple(at)) for k, at in enumerate(places)
+    ]
+    style.place(ax, labels, crowd)
+    style.root(ax).draw_without_rendering()
+    boxes = [Text.get_window_extent(text) for text in ax.texts]
+    crossed = 0
+    for number, text in enumerate(ax.texts):
+        anchor, box = ax.transData.transform(text.xy), boxes[number]
+        line = np.linspace(anchor, [(box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2], 500)
+        others = [each for k, each in enumerate(boxes) if k != number and text.arrow_patch]
+        crossed += sum(any(each.contains(*dot) for dot in line) for each in others)
+    assert crossed == 0
+
+
+def test_an_animation_shows_a_point_that_has_no_name() -> None:
+    """A hover point of an itinerary is drawn and named by where it is."""
+    stop = optuav.judge.Stop((900.0, 2600.0, 60.0), "hover", 30.0)
+    replayed = optuav.replay(optuav.Itinerary(optuav.load("paper"), (stop,)))
+    figure = still(replayed)
+    written = [text.get_text().partition("\n")[0] for text in figure.axes[0].texts]
+    assert "(900, 2600, 60)" in written
