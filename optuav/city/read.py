@@ -38,15 +38,8 @@ DECIMALS = 3  # Of corners [m], so that they are the same on any processor
 AREAS = ("Polygon", "MultiPolygon", "Unknown")
 NOT_BUILT = ("no", "false", "0", "0.0")  # Values of the column building
 ZIPS = (".zip", ".shz")
-BROKEN_ZIP = (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, NotImplementedError)
-UNREADABLE_BY_GDAL = (
-    pyogrio.errors.DataSourceError,
-    pyogrio.errors.DataLayerError,
-    pyogrio.errors.FeatureError,
-    pyogrio.errors.GeometryError,
-    pyogrio.errors.FieldError,
-    shapely.errors.ShapelyError,
-)
+BROKEN_ZIP = (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError)
+MAPS = (*HEADS, *TEXTS, *LINES)
 POLYGON = shapely.GeometryType.POLYGON  # Collections have larger numbers
 HALF_TURN = 180.0  # deg
 MOST_CROSSINGS = 100_000  # In one file: mending takes time and memory by their number
@@ -136,7 +129,7 @@ def read(
         file = Path("GeoDataFrame" if is_frame else path)
         with collected(faults):
             within = bbox if crs is None and not faults else None
-            frame = _features(path if is_frame else file, file, layer, within)
+            frame = _own(path, file, layer) if is_frame else _features(file, layer, within)
     refuse(faults)
     frame, not_built = _built(frame)
     frame = _placed(file, frame, system)
@@ -172,7 +165,9 @@ def read(
     # Edges that are straight on one map are bent on another, and rounding moves corners.
     shapes = shapely.transform(shapes, lambda at_m: np.round(at_m, DECIMALS))
     shapes, bent = _mended(shapes, frame.index, file)
-    parts, of = _polygons(shapes)
+    parts, of = _parts(shapes)
+    areas = np.asarray(shapely.area(parts) > 0.0)
+    parts, of = parts[areas], of[areas]
     if not len(parts):
         raise refusal(file, "has no buildings larger than a millimetre")
     names = _names(frame.index, of)
@@ -212,58 +207,60 @@ def _faults(
         yield Fault("origin", shown(origin), f"longitude, latitude: {ON_EARTH}")
 
 
-def _features(source: Any, file: Path, layer: str | None, bbox: Any) -> Any:
-    """The features of a file or table with their outlines, in its own reference system."""
+def _own(frame: Any, file: Path, layer: object) -> Any:
+    """A table from Python, with columns named by texts and features named once."""
+    if layer is not None or frame.active_geometry_name is None:
+        raise refusal(file, "has no layers" if layer is not None else "has no geometry")
+    frame = frame.loc[:, ~frame.columns.duplicated()].rename(columns=str)
+    if frame.index.nlevels > 1:
+        frame.index = ["/".join(map(str, each)) for each in frame.index]
+    return frame if frame.index.is_unique else frame.reset_index(drop=True)
+
+
+def _features(file: Path, layer: str | None, bbox: Any) -> Any:
+    """The features of a file with their outlines, in its own reference system."""
     ending = file.suffix.lower()
-    if source is file and ending in ZIPS:
+    if ending in ZIPS:
         with TemporaryDirectory() as folder:
-            inner = _unpacked(file, Path(folder))
             try:
-                return _features(inner, inner, layer, bbox)
+                return _features(_unpacked(file, Path(folder)), layer, bbox)
             except InputError as error:
                 faults = [replace(each, source=label(file)) for each in error.faults]
                 raise InputError(faults) from None
-    if source is file and ending not in (*TEXTS, *LINES):
-        check_map(file)
-        return _layer(file, layer, bbox)
-    if layer is not None:
-        raise InputError([Fault("layer", shown(layer), "this map has none", label(file))])
-    if source is not file:
-        return _own(source, file)
-    document = document_of(file)
-    is_city = isinstance(document, dict) and document.get("type") == "CityJSON"
-    return solids(document, file) if is_city else features(document, file)
-
-
-def _own(frame: Any, file: Path) -> Any:
-    """A table of features from Python, with columns named by texts and features named once."""
-    if frame.active_geometry_name is None:
-        raise refusal(file, "has no geometry")
-    frame = frame.loc[:, ~frame.columns.duplicated()].rename(columns=str)
-    return frame if frame.index.is_unique else frame.reset_index(drop=True)
+    if ending in (*TEXTS, *LINES):
+        if layer is not None:
+            raise InputError([Fault("layer", shown(layer), "a GeoPackage has some", label(file))])
+        document = document_of(file)
+        is_city = isinstance(document, dict) and document.get("type") == "CityJSON"
+        return solids(document, file) if is_city else features(document, file)
+    check_map(file)
+    try:
+        # GDAL warns of rings that are mended or listed, and of columns that are none of ours.
+        with warnings.catch_warnings(action="ignore"):
+            return _layer(file, layer, bbox)
+    except (RuntimeError, shapely.errors.ShapelyError):  # By pyogrio, all of its errors
+        raise refusal(file, "cannot be read: it is damaged or incomplete") from None
 
 
 def _unpacked(file: Path, folder: Path) -> Path:
     """The only map in a zip, unpacked into a folder with the files that belong to it."""
     try:
         with refusals(file, "read"), zipfile.ZipFile(file) as archive:
-            inside = [each for each in archive.infolist() if not each.is_dir()]
-            if (size := sum(each.file_size for each in inside)) > LARGEST:
+            inside = {Path(each.filename).name: each for each in archive.infolist()}
+            maps = [each for each in inside if Path(each).suffix.lower() in MAPS]
+            if len(maps) != 1:
+                names = ", ".join(map(repr, maps[:10])) or "none"
+                raise refusal(file, f"holds {counted(len(maps), 'map')}, not one: {names}")
+            if (size := sum(each.file_size for each in inside.values())) > LARGEST:
                 most = f"the {LARGEST / 1e6:g} MB that are unpacked"
                 raise refusal(file, f"holds {size / 1e6:.0f} MB, more than {most}")
-            for each in inside:
-                with (
-                    archive.open(each) as packed,
-                    (folder / Path(each.filename).name).open("xb") as out,
-                ):
-                    copyfileobj(packed, out)
+            for name, each in inside.items():
+                if not each.is_dir():
+                    with archive.open(each) as packed, (folder / name).open("wb") as out:
+                        copyfileobj(packed, out)
+            return folder / maps[0]
     except BROKEN_ZIP:
         raise refusal(file, "is damaged, encrypted or no zip") from None
-    maps = [each for each in folder.iterdir() if each.suffix.lower() in (*HEADS, *TEXTS, *LINES)]
-    if len(maps) != 1:
-        names = listed(sorted(each.name for each in maps))
-        raise refusal(file, f"holds {counted(len(maps), 'map')}, not one{names and ': '}{names}")
-    return maps[0]
 
 
 def _placed(file: Path, frame: Any, stated: pyproj.CRS | None) -> Any:
@@ -292,18 +289,7 @@ def _is_of_maps(crs: pyproj.CRS) -> bool:
 
 
 def _layer(file: Path, layer: str | None, bbox: Any) -> Any:
-    """The buildings of a layer that GDAL reads."""
-    # In our words: GDAL warns of rings that are mended or listed, and of columns that are none of
-    # ours.
-    try:
-        with warnings.catch_warnings(action="ignore"):
-            return _layer_of(file, layer, bbox)
-    except UNREADABLE_BY_GDAL:
-        raise refusal(file, "cannot be read: it is damaged or incomplete") from None
-
-
-def _layer_of(file: Path, layer: str | None, bbox: Any) -> Any:
-    """As `_layer`, with the warnings and errors of GDAL."""
+    """The features of a layer that GDAL reads."""
     kinds = {str(name): str(kind).partition(" ")[0] for name, kind in pyogrio.list_layers(file)}
     areas = [name for name, kind in kinds.items() if kind in AREAS]
     if layer is None:
@@ -359,7 +345,7 @@ def _mended(
 
 def _too_tangled(shapes: npt.NDArray[np.object_]) -> int | None:
     """The number of the shape by which edges have crossed others of their shape too often."""
-    parts, of = _polygons(shapes, least_m2=-1.0)
+    parts, of = _parts(shapes)
     rings, part = shapely.get_rings(parts, return_index=True)
     corners, ring = shapely.get_coordinates(rings, return_index=True)
     of, joined = of[part[ring[1:]]], ring[1:] == ring[:-1]
@@ -374,16 +360,13 @@ def _too_tangled(shapes: npt.NDArray[np.object_]) -> int | None:
     return None
 
 
-def _polygons(
-    shapes: npt.NDArray[np.object_], least_m2: float = 0.0
-) -> tuple[npt.NDArray[np.object_], Integers]:
-    """The polygons larger than `least_m2` of which shapes consist, and the shape of each."""
+def _parts(shapes: npt.NDArray[np.object_]) -> tuple[npt.NDArray[np.object_], Integers]:
+    """The single shapes of which others consist, and the number of the shape of each."""
     parts, of = shapes, np.arange(len(shapes))
     while (shapely.get_type_id(parts) > POLYGON).any():  # What collections collect
         parts, within = shapely.get_parts(parts, return_index=True)
         of = of[within]
-    areas = np.asarray(shapely.area(parts) > least_m2)
-    return parts[areas], of[areas]
+    return parts, of
 
 
 def _points_on(footprints: npt.NDArray[np.object_]) -> Floats:
@@ -395,12 +378,7 @@ def _points_on(footprints: npt.NDArray[np.object_]) -> Floats:
 
 def _names(index: Any, of: Integers) -> list[str]:
     """A name for every part, of its feature and its number there."""
-    heads = [
-        f"b{each}"
-        if isinstance(each, int | np.integer)
-        else "/".join(map(str, each if isinstance(each, tuple) else [each]))
-        for each in index
-    ]
+    heads = [f"b{each}" if isinstance(each, int | np.integer) else str(each) for each in index]
     part = np.arange(len(of)) - np.searchsorted(of, of)
     both = zip(of.tolist(), part.tolist(), strict=True)
     return [heads[k] + (f"-{number + 1}" if number else "") for k, number in both]

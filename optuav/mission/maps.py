@@ -41,15 +41,13 @@ def check_map(file: Path) -> None:
         if (ending := file.suffix.lower()) not in HEADS:
             known = ", ".join((*HEADS, *TEXTS, *LINES, ".zip"))
             raise refusal(file, f"is none of {known}; {CONVERTS}")
-        parts = [file, file.with_suffix(".shx")] if ending == ".shp" else [file]
-        for part in (each for each in parts if each.is_file()):
+        (at, start), beside = HEADS[ending], file.with_suffix(".shx")
+        for part in [file, beside] if ending == ".shp" and beside.is_file() else [file]:
             with part.open("rb") as content:
-                head = content.read(100)
-            at, start = HEADS[ending]
+                head, size = content.read(100), part.stat().st_size
             if not head[at:].startswith(start) or 0 not in head[:TEXT_ENDS]:
                 raise refusal(part, f"is damaged, or no {part.suffix} file")
-            size, stated = part.stat().st_size, 2 * int.from_bytes(head[24:28])
-            if ending == ".shp" and size < stated:
+            if ending == ".shp" and size < (stated := 2 * int.from_bytes(head[24:28])):
                 raise refusal(part, f"is cut off: it has {size} of {stated} bytes")
 
 
@@ -65,20 +63,19 @@ def document_of(file: Path) -> Any:
 
 def features(document: Any, file: Path) -> Any:
     """The features of a GeoJSON document as a table, without geometry where that is invalid."""
-    at, known, shapes = "type", list[dict[str, Any]](), list[Any]()
+    at, known, shapes, numbers = "type", list[dict[str, Any]](), list[Any](), list[Any]()
     try:
-        rows = document.get("features", [document])
-        for number, each in enumerate(rows):
+        for number, each in enumerate(document.get("features", [document])):
             at = f"feature {number}"
             if each.get("type") != "Feature":
                 raise ValueError
             known.append({**(each.get("properties") or {})})
             shapes.append(_shape(each.get("geometry")))
-        numbers = [each.get("id") for each in rows]
+            numbers.append(each.get("id"))
     except UNREADABLE:
         raise refusal(file, f"is no GeoJSON: {at} is not as specified") from None
     if {*map(type, numbers)} != {int} or len({*numbers}) < len(numbers) or min(numbers) < 0:
-        numbers = [*range(len(rows))]
+        numbers = [*range(len(numbers))]
     return table(known, numbers, shapes, _crs(document, file), file)
 
 

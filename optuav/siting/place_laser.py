@@ -204,7 +204,7 @@ class Siting:
         return lines
 
     def _why(self) -> str:
-        """A cap on the charging current, because of which candidates are alike; empty without."""
+        """Words on a cap of the charging current, by which candidates are alike; empty without."""
         number = int((self.laser >= 0).argmax())
         place_m = self.candidates_m[self.selection.sites[self.laser[number]]].tolist()
         mission = self.missions[number].replace({"laser.position_m": place_m})

@@ -221,7 +221,7 @@ def test_a_zip_holds_one_map_of_a_size_that_is_unpacked(
     with zipfile.ZipFile(packed, "w") as archive:
         archive.writestr("a.geojson", "{}")
         archive.writestr("b.geojson", "{}")
-    refused(packed, "holds 2 maps, not one: a.geojson, b.geojson")
+    refused(packed, "holds 2 maps, not one: 'a.geojson', 'b.geojson'")
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("blank.geojson", " " * 3_000_000)
     monkeypatch.setattr(sys.modules["optuav.city.read"], "LARGEST", 2_000_000)
