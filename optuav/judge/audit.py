@@ -141,7 +141,7 @@ def audit(plan: Plan | Itinerary | Mapping[str, object] | str | Path) -> Audit:
     if isinstance(plan, Mapping):
         document, here = {**plan}, Path()
         if document.get("kind") == KIND:
-            return _judged("a dict", *parse_plan(json.dumps(document), "a dict", here))
+            return _judged("a dict", *parse_plan(json.dumps(document, default=str), "a dict", here))
         return _judged("a dict", _itinerary(document, here, "a dict"), {})
     if not isinstance(plan, str | Path):
         words = "a Plan, an Itinerary of a mission and its stops, a dict, or the path of a file"
