@@ -77,7 +77,7 @@ soak: $(VENV)/dev.stamp
 pins:
 	$(MAKE) $(VENV)-pins/created.stamp VENV=$(VENV)-pins
 	$(VENV)-pins/bin/python -m pip install --quiet --upgrade "pip>=25.1" setuptools
-	$(VENV)-pins/bin/python -m pip install --quiet --group dev ".[all,batch]"
+	$(VENV)-pins/bin/python -m pip install --quiet --group dev ".[all]"
 	echo "# Written by 'make pins' for Python 3.11 to 3.13." > requirements-dev.txt
 	$(VENV)-pins/bin/python -m pip freeze --all --exclude pip --exclude optuav >> requirements-dev.txt
 	$(VENV)-pins/bin/python -m pip install --quiet --constraint requirements-dev.txt --group docs
@@ -109,7 +109,7 @@ $(VENV)/created.stamp:
 	touch $@
 
 $(VENV)/run.stamp: pyproject.toml requirements-dev.txt | $(VENV)/created.stamp
-	$(PIP) install --quiet --constraint requirements-dev.txt --editable ".[all]"
+	$(PIP) install --quiet --constraint requirements-dev.txt --editable ".[plot,frame]"
 	touch $@
 
 $(VENV)/dev.stamp: pyproject.toml requirements-dev.txt tests/city/requirements.txt | $(VENV)/created.stamp

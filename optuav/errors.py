@@ -13,6 +13,12 @@ MOST_SHOWN = 20  # Faults that a message lists one by one
 LONGEST_TEXT = 60  # Most characters of a value, and of a name for which others are suggested
 LEAST_COLUMNS = 60  # In fewer no table would be legible
 LABEL = re.compile(r" *\S+ {2,}")  # A word before two blanks, as in "  verdict    matched"
+EXTRAS = {
+    **{"matplotlib": "plot", "pandas": "frame", "xarray": "batch", "pyarrow": "sweep"},
+    **{"distributed": "cluster", "anywidget": "notebook"},
+    **dict.fromkeys(("geopandas", "rasterio", "pyproj"), "city"),
+}
+"""The extra of ``pyproject.toml`` by package, where it has another name."""
 LONGEST_NAME, LONGEST_WORDS = 200, 2000  # Most characters of a name and of a sentence in a message
 
 
@@ -206,11 +212,28 @@ class SolverError(OptuavError):
     """
 
 
+class MissingExtraError(InputError, ImportError):
+    """A package of an extra is missing: both an `InputError` and an `ImportError`.
+
+    Examples
+    --------
+    >>> from optuav.errors import InputError, require
+    >>> try:
+    ...     require("nosuch", "such uses")
+    ... except ImportError as error:
+    ...     print(isinstance(error, InputError), str(error)[:22])
+    True such uses need nosuch
+    """
+
+
 def require(package: str, use: str) -> None:
-    """Raise `InputError` where a package is missing that only some uses of optuav need."""
+    """Raise `MissingExtraError` where a package is missing that only some uses of optuav need."""
     try:
         import_module(package)
     except ImportError as error:
-        raise InputError(f"{use} need {package}: python -m pip install {package}") from error
+        extra = EXTRAS.get(package, package)
+        command = f'in a clone of optuav: python -m pip install ".[{extra}]"'
+        words = f"{use} need {package}, of the extra optuav[{extra}]; {command}"
+        raise MissingExtraError(words) from error
     except ValueError as error:  # as matplotlib refuses a setting of the environment
         raise InputError(f"{use} need {package}, which does not start: {error}") from error

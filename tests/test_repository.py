@@ -19,6 +19,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import optuav
+from optuav.errors import EXTRAS, require
 
 ROOT = Path(__file__).parents[1]
 # The brackets keep these lines from matching themselves.
@@ -246,3 +247,18 @@ def test_public_names_are_there_on_a_fresh_import() -> None:
     )
     code = "\n".join(lines)
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
+
+
+def test_extras() -> None:
+    """`all` is everything a user can use, and a missing package names an extra that has it."""
+    extras = project()["optional-dependencies"]
+    assert isinstance(extras, dict)
+    assert extras.pop("all") == [f"optuav[{','.join(extras)}]"]
+    for package, extra in EXTRAS.items():
+        assert any(each.startswith((f"{package}>", f"dask[{package}]")) for each in extras[extra])
+    words = (
+        "such uses need nosuch, of the extra optuav.*in a clone of optuav: python -m pip install"
+    )
+    for kind in (ImportError, optuav.InputError):
+        with pytest.raises(kind, match=words):
+            require("nosuch", "such uses")

@@ -315,7 +315,9 @@ def test_what_is_missing_is_said_in_a_sentence(monkeypatch: pytest.MonkeyPatch) 
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.delattr(optuav, "city", raising=False)
     monkeypatch.setitem(sys.modules, "geopandas", None)
-    with pytest.raises(optuav.InputError, match="cities need geopandas: python -m pip install"):
+    with pytest.raises(
+        optuav.InputError, match=r"cities need geopandas, of the extra optuav\[city\]; "
+    ):
         _ = optuav.city
 
 

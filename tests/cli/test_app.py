@@ -194,7 +194,8 @@ def test_pictures_without_matplotlib_are_refused_in_one_sentence(tmp_path: Path)
     for arguments in (("reproduce",), ("solve", "paper", "--plot", "plan")):
         found = process(*arguments, env={**os.environ, "PYTHONPATH": path}, cwd=tmp_path)
         assert found.returncode == 2
-        words = "error: pictures need matplotlib: python -m pip install matplotlib\n"
+        words = "error: pictures need matplotlib, of the extra optuav[plot]; "
+        words += 'in a clone of optuav: python -m pip install ".[plot]"\n'
         assert found.stderr == words
     assert [each.name for each in tmp_path.iterdir() if each.name != "__pycache__"] == [
         "matplotlib.py"

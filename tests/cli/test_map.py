@@ -97,7 +97,10 @@ def test_without_xarray_one_sentence_says_so(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.delitem(sys.modules, "optuav.maps")
     monkeypatch.delattr(optuav, "maps")
     words = refused("map", "paper", "--over", "laser", "--step", "500")
-    assert words == "error: maps need xarray: python -m pip install xarray\n"
+    assert words == (
+        "error: maps need xarray, of the extra optuav[batch]; "
+        'in a clone of optuav: python -m pip install ".[batch]"\n'
+    )
 
 
 def test_no_plan_anywhere_is_an_honest_no() -> None:

@@ -12,7 +12,7 @@ from optuav.errors import InputError
 
 def test_without_anywidget_a_sentence_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "anywidget", None)
-    with pytest.raises(InputError, match="python -m pip install anywidget"):
+    with pytest.raises(InputError, match=r'python -m pip install "\.\[notebook\]"'):
         optuav.explore("paper")
 
 

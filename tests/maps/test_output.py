@@ -102,7 +102,7 @@ def test_a_missing_library_is_one_sentence(
         raise ImportError(package)
 
     monkeypatch.setattr("optuav.errors.import_module", missing)
-    with pytest.raises(InputError, match=rf"need {library}: python -m pip install {library}"):
+    with pytest.raises(InputError, match=rf"need {library}, of the extra optuav\[city\]; "):
         optuav.maps.save(found, tmp_path / name)
 
 

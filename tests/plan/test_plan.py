@@ -283,5 +283,7 @@ def test_without_pandas_a_frame_says_how_to_get_it(monkeypatch: pytest.MonkeyPat
         optuav.replay(plan),
         optuav.compare(plan.mission.replace({"buildings": []}), engines=["grid"], slots_s=60.0),
     ):
-        with pytest.raises(InputError, match="data frames need pandas: python -m pip install"):
+        with pytest.raises(
+            InputError, match=r"data frames need pandas, of the extra optuav\[frame\]; "
+        ):
             table.to_frame()

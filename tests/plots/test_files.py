@@ -171,7 +171,8 @@ print("matplotlib.pyplot" in sys.modules, matplotlib.get_backend(auto_select=Fal
         timeout=60,
     )
     assert ran.stdout.splitlines() == [
-        "pictures need matplotlib: python -m pip install matplotlib",
+        "pictures need matplotlib, of the extra optuav[plot]; "
+        'in a clone of optuav: python -m pip install ".[plot]"',
         "False None",
     ]
 

@@ -537,7 +537,8 @@ def test_without_xarray_one_sentence_says_so() -> None:
     )
     assert run.stdout.splitlines() == [
         "[597.27]",
-        "labelled datasets need xarray: python -m pip install xarray",
+        "labelled datasets need xarray, of the extra optuav[batch]; "
+        'in a clone of optuav: python -m pip install ".[batch]"',
     ]
 
 
