@@ -221,7 +221,7 @@ class MissingExtraError(InputError, ImportError):
     >>> try:
     ...     require("nosuch", "such uses")
     ... except ImportError as error:
-    ...     print(isinstance(error, InputError), str(error)[:22])
+    ...     print(isinstance(error, InputError), str(error)[:21])
     True such uses need nosuch
     """
 

@@ -5,12 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+import numpy as np
+
 from optuav.errors import require
 
 if TYPE_CHECKING:
     import pandas
 
 DataFrame: TypeAlias = "pandas.DataFrame"
+
+
+ROUNDING = 1e-9  # Share of a size below which a number is only what rounding has left
+
+
+def without_rounding(values: Any, size: float = 1.0) -> Any:
+    """Return numbers as they are shown: 0 for what rounding has left beside numbers of a size."""
+    return np.where(np.abs(values) <= ROUNDING * size, 0.0, values)
 
 
 def frame(

@@ -16,7 +16,7 @@ from optuav.arrays import Values
 from optuav.engines.linear_form import own_bounds, reaches
 from optuav.engines.registry import Capability, OneByOne, Single
 from optuav.engines.solution import Solution, single, without_solver
-from optuav.errors import Fault, InputError, SolverError, printable
+from optuav.errors import Fault, InputError, SolverError, printable, require
 from optuav.modelling.classify import traits
 from optuav.modelling.expression import Leaf, Let, Operand, Variable
 from optuav.modelling.model import Model
@@ -66,11 +66,9 @@ def failures_named(of: str, kind: type[Exception] = SolverError) -> Iterator[Non
 
 def library() -> Any:
     """Pyomo's modelling environment; `InputError` where Pyomo is not installed."""
-    try:
-        import pyomo.environ
-    except ImportError as error:
-        words = "models for Pyomo need pyomo: python -m pip install 'optuav[pyomo]'"
-        raise InputError(words) from error
+    require("pyomo", "models for Pyomo")
+    import pyomo.environ
+
     return pyomo.environ
 
 

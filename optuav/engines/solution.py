@@ -13,7 +13,7 @@ from optuav.engines import prices
 from optuav.engines.linear_form import own_bounds
 from optuav.engines.prices import Residuals, ShadowPrices
 from optuav.errors import SolverError
-from optuav.frames import DataFrame, frame
+from optuav.frames import DataFrame, frame, without_rounding
 from optuav.modelling.check import Checks, evaluated, relations, unusable
 from optuav.modelling.display import table
 from optuav.modelling.expression import Operand
@@ -135,10 +135,15 @@ class Solution:
         return ", ".join(f"{name} {amount:.1g}" for name, amount in lacks)
 
     def _constraints(self, index: int = 0) -> list[tuple[str, float, float | None, str]]:
-        """Of every constraint in an answer label, slack, multiplier if known, and if it binds."""
+        """Label, slack as it is shown, multiplier if known, and if it binds, by constraint."""
         weights, binding = self.multipliers_at(index), self.binding_labels(index)
         return [
-            (label, float(slack[index]), weights.get(label), "binds" * (label in binding))
+            (
+                label,
+                float(without_rounding(slack[index])),
+                weights.get(label),
+                "binds" * (label in binding),
+            )
             for label, slack in self.slacks.items()
         ]
 

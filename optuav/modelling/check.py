@@ -8,7 +8,7 @@ import numpy as np
 
 from optuav.arrays import Values
 from optuav.errors import Fault, InputError, refuse
-from optuav.frames import DataFrame, frame
+from optuav.frames import DataFrame, frame, without_rounding
 from optuav.modelling.display import table
 from optuav.modelling.expression import Call, Operand, Relation, Sense
 from optuav.modelling.model import Constraint, Model
@@ -95,7 +95,8 @@ class Check:
         unit = "" if self.unit == "1" else f" {self.unit}"
         violated, size = np.flatnonzero(~np.ravel(self.satisfied)), np.size(self.satisfied)
         several = np.ndim(self.satisfied) > 0
-        worst = f"{np.min(self.slack if violated.size else np.abs(self.slack)):.6g}{unit}"
+        least = np.min(self.slack if violated.size else np.abs(self.slack))
+        worst = f"{without_rounding(least):.6g}{unit}"
         if not violated.size:
             verdict = f"holds at all, least slack {worst}" if several else f"holds, slack {worst}"
         elif not several:

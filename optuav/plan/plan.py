@@ -12,7 +12,7 @@ from pydantic import ConfigDict, InstanceOf, StrictBool, ValidationError, model_
 from pydantic_core import to_jsonable_python
 
 from optuav.errors import Fault, InputError, NoPlanError, refuse, safe_name
-from optuav.frames import DataFrame, frame
+from optuav.frames import DataFrame, frame, without_rounding
 from optuav.mission import Mission
 from optuav.mission.files import ending_of, label, parse_json, read_text, write_text
 from optuav.mission.messages import shown
@@ -367,8 +367,8 @@ class Plan(Record):
         DataFrame
             Columns as the attributes of `Phase`, mean current [A] and power [W] into the battery,
             and the charge in the wells at its end, ``available_As`` and ``bound_As``, summed over
-            the packs [A s]. Where there is no plan, the table has no rows. Its ``attrs`` have
-            `objective`, `objective_unit` and `bound`.
+            the packs [A s], 0 where less than 1e-9 of the capacity is left. Where there is no plan,
+            the table has no rows. Its ``attrs`` have `objective`, `objective_unit` and `bound`.
 
         Raises
         ------
@@ -377,7 +377,8 @@ class Plan(Record):
         """
         table = {name: [getattr(each, name) for each in self.phases] for name in COLUMNS}
         for name in ("available_As", "bound_As"):
-            table[name] = [sum(getattr(each, name)) for each in self.phases]
+            level_As = [sum(getattr(each, name)) for each in self.phases]
+            table[name] = without_rounding(level_As, self.mission.battery.capacity_As).tolist()
         rows = frame(table)
         rows.attrs |= {name: getattr(self, name) for name in OBJECTIVE}
         return rows

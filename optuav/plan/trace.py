@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from optuav.arrays import Floats, Integers
-from optuav.frames import DataFrame, frame
+from optuav.frames import DataFrame, frame, without_rounding
 
 Texts = npt.NDArray[np.str_]
 APART = ("time_s", "position_m", "available_As", "bound_As", "soc")
@@ -139,7 +139,8 @@ class Trace:
         columns |= {
             name: getattr(self, name) for name in self.__dataclass_fields__ if name not in APART
         }
-        for name, wells in (("available", self.available_As), ("bound", self.bound_As)):
+        for name in ("available", "bound"):
+            wells = without_rounding(getattr(self, f"{name}_As"), self.bound_As[0].sum())
             columns[f"{name}_As"] = wells.sum(axis=1)
             if wells.shape[1] > 1:
                 columns |= {f"{name}_{k}_As": well for k, well in enumerate(wells.T, start=1)}

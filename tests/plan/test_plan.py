@@ -287,3 +287,22 @@ def test_without_pandas_a_frame_says_how_to_get_it(monkeypatch: pytest.MonkeyPat
             InputError, match=r"data frames need pandas, of the extra optuav\[frame\]; "
         ):
             table.to_frame()
+
+
+def test_a_table_shows_no_rounding_that_the_data_keeps() -> None:
+    """A plan that is never dry has no well below zero in its table; its phases stay as they are."""
+    pytest.importorskip("pandas")
+    plan = optuav.solve("paper")
+    assert plan.runs_dry_s is None
+    assert min(sum(each.available_As) for each in plan.phases) < 0.0
+    for table in (plan.to_frame(), optuav.replay(plan).trace.to_frame()):
+        assert table.available_As.min() == 0.0
+    dry = optuav.solve("paper", perspective="battery")
+    assert dry.to_frame().available_As.min() < -9000.0
+
+
+def test_an_answer_shows_no_rounding_that_its_slacks_keep() -> None:
+    (answer,) = optuav.formulate("paper", "P3", perspective="wells").answers()
+    (row,) = [line.split("  ") for line in str(answer).splitlines() if line.startswith("P3.a")]
+    assert [cell for cell in row if cell][1] == "0"
+    assert answer.slacks["P3.a state of charge"][0] != 0.0
