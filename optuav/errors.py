@@ -3,16 +3,26 @@
 import difflib
 import os
 import re
+import sys
 import textwrap
-from collections.abc import Iterable, Iterator
+import unicodedata
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import wraps
 from importlib import import_module
+from typing import Any, TextIO
 
 MOST_SHOWN = 20  # Faults that a message lists one by one
 LONGEST_TEXT = 60  # Most characters of a value, and of a name for which others are suggested
 LEAST_COLUMNS = 60  # In fewer no table would be legible
 LABEL = re.compile(r" *\S+ {2,}")  # A word before two blanks, as in "  verdict    matched"
+PLAIN = {
+    **{"→": "->", "−": "-", "–": "-", "·": "*", "×": "x", "…": "...", "∞": "inf", "√": "sqrt"},
+    **{"⁻": "-", "′": "'", "°": " deg", "µ": "u", "λ": "lambda", "Λ": "Lambda", "ϱ": "rho"},
+    **{"≤": "<=", "≥": ">=", "≠": "!=", "≈": "~", "∈": "in", "±": "+/-", "∂": "d", "∧": "and"},
+}
+"""What stands for signs where an encoding lacks them."""
 EXTRAS = {
     **{"matplotlib": "plot", "pandas": "frame", "xarray": "batch", "pyarrow": "sweep"},
     **{"distributed": "cluster", "anywidget": "notebook"},
@@ -45,6 +55,33 @@ def printable(text: str, kept: str = "") -> str:
     """Text from anywhere without control characters but those kept, safe to print."""
     unsafe = (ord(each) for each in {*text} - {*kept} if not each.isprintable())
     return text.translate(dict.fromkeys(unsafe, "\N{REPLACEMENT CHARACTER}"))
+
+
+def spelled(text: str, stream: TextIO | None = None) -> str:
+    """Return a text with plain signs for those that a stream, or the standard output, cannot show.
+
+    Greek letters become their names, letters with an accent lose it.
+    """
+    encoding = getattr(stream or sys.stdout, "encoding", None) or "utf-8"
+
+    def plain(letter: str) -> str:
+        name = unicodedata.name(letter, "?").split()
+        bare = unicodedata.normalize("NFKD", letter).encode("ascii", "ignore").decode()
+        greek = name[-1].lower() if "SMALL" in name else name[-1].title()
+        return PLAIN.get(letter) or bare or (greek if name[0] == "GREEK" else "?")
+
+    lacks = {x for x in {*text} if not x.isascii() and not x.encode(encoding, "ignore")}
+    return text.translate({ord(each): plain(each) for each in lacks})
+
+
+def printed(write: Callable[[Any], str]) -> Callable[[Any], str]:
+    """Return a `__str__` whose text the standard output can show, see `spelled`."""
+
+    @wraps(write)
+    def text(self: Any) -> str:
+        return spelled(write(self))
+
+    return text
 
 
 def safe_name(part: object, longest: int = LONGEST_NAME) -> str:
@@ -130,6 +167,7 @@ class Fault:
     allowed: str
     source: str = ""
 
+    @printed
     def __str__(self) -> str:
         source, value = (safe_name(each, LONGEST_WORDS // 2) for each in (self.source, self.value))
         key, allowed = safe_name(self.key), safe_name(self.allowed, LONGEST_WORDS)
@@ -162,6 +200,7 @@ class InputError(OptuavError, ValueError):
         self.faults = tuple[Fault, ...](stated)
         super().__init__(self.faults)
 
+    @printed
     def __str__(self) -> str:
         lines = [str(fault) for fault in self.faults[:MOST_SHOWN]]
         more = len(self.faults) - len(lines)

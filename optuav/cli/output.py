@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import typer
 
-from optuav.errors import folded, line_width, printable
+from optuav.errors import folded, line_width, printable, spelled
 
 if TYPE_CHECKING:
     from optuav.studies.results import Results
@@ -68,7 +68,7 @@ def say(text: str, style: str = "", *, error: bool = False, most: int | None = 8
     write = typer.echo if (terminal := stream.isatty()) else print
     plain = os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb" or not terminal
     width = line_width(sys.maxsize if error else most) if most else sys.maxsize
-    for line in folded(printable(text, "\n"), width).split("\n"):
+    for line in folded(printable(spelled(text, stream), "\n"), width).split("\n"):
         word = line.partition(" ")[0]
         weight, _, colour = (style or STYLES.get(word, "")).partition(" ")
         start = (word if word.endswith(":") else line) if weight and not plain else ""

@@ -27,7 +27,7 @@ from formulations.parameters import QUANTITIES
 from optuav.arrays import Values
 from optuav.engines import bracket
 from optuav.engines.linear_form import linear_form
-from optuav.errors import InputError
+from optuav.errors import InputError, printed
 from optuav.modelling import Model, NotAffineError
 from optuav.modelling.check import evaluated, relations
 from optuav.modelling.classify import traits
@@ -132,8 +132,7 @@ class Certificate:
         verdict = "" if self.objective else ", which is false"
         return [*rows, ("sum", "", _inequality(self.coefficients, self.limit) + verdict)]
 
-    def __str__(self) -> str:
-        return "\n".join("  ".join(filter(None, cells)) for cells in self.table)
+    __str__ = printed(lambda self: "\n".join("  ".join(filter(None, x)) for x in self.table))
 
     def to_dict(self) -> dict[str, object]:
         """As plain data; every number exact, as ``"numerator/denominator"``, and rounded."""

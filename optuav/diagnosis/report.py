@@ -9,7 +9,7 @@ from optuav.diagnosis.infeasibility import Certificate, Conflict, number_text, p
 from optuav.diagnosis.parameter_prices import Price
 from optuav.diagnosis.repair import Repair
 from optuav.diagnosis.wording import UNDECIDED, name, sentence, signed, with_unit
-from optuav.errors import line_width
+from optuav.errors import line_width, printed
 from optuav.frames import DataFrame, frame
 from optuav.plan import Plan
 from optuav.plan.summary import LABEL, wrapped
@@ -103,6 +103,7 @@ class Explanation:
     def __bool__(self) -> bool:
         return bool(self.plan)
 
+    @printed
     def __str__(self) -> str:
         head, *_ = self.plan.summary().split("\n\n")
         blocks = [head.splitlines(), *(_optimum(self) if self else _no_plan(self))]

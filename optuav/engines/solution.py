@@ -12,7 +12,7 @@ from optuav.arrays import Floats, Values
 from optuav.engines import prices
 from optuav.engines.linear_form import own_bounds
 from optuav.engines.prices import Residuals, ShadowPrices
-from optuav.errors import SolverError
+from optuav.errors import SolverError, printed
 from optuav.frames import DataFrame, frame, without_rounding
 from optuav.modelling.check import Checks, evaluated, relations, unusable
 from optuav.modelling.display import table
@@ -89,6 +89,7 @@ class Solution:
             said = f"{self.status.value}, objective {self.objective[0]:.6g}"
         return f"<Solution by {self.engine}: {said}>"
 
+    @printed
     def __str__(self) -> str:
         if len(self.statuses) != 1 or not self.status.has_answer:
             return repr(self)

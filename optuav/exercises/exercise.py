@@ -14,7 +14,7 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from optuav.errors import Fault, InputError, printable
+from optuav.errors import Fault, InputError, printable, printed
 from optuav.mission import Mission, load
 from optuav.mission.messages import nearest
 from optuav.modelling import Model
@@ -72,6 +72,7 @@ class Task:
             raise InputError([Fault(str(name), "", words + nearest(str(name), self.numbers))])
         return self.numbers[name]
 
+    @printed
     def __str__(self) -> str:
         lines = [f"Exercise {self.number} ({self.kind})", *textwrap.wrap(self.text, 80)]
         return "\n".join([*lines, "", str(self.model)] if self.model else lines)
@@ -127,6 +128,7 @@ class Grade:
     def __bool__(self) -> bool:
         return self.verdict == CORRECT
 
+    @printed
     def __str__(self) -> str:
         head = f"exercise {self.number}: {self.verdict}"
         lines = [f"{head}; {self.words}" if self.words else head]

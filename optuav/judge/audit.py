@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import TypeGuard
 
-from optuav.errors import Fault, InputError, printable
+from optuav.errors import Fault, InputError, printable, printed
 from optuav.frames import DataFrame, frame
 from optuav.judge.course import TOLERANCE
 from optuav.judge.replay import MISMATCH, Judged, Replay, replay, same
@@ -70,8 +70,7 @@ class Audit(Judged):
     def __bool__(self) -> bool:
         return self.flyable
 
-    def __str__(self) -> str:
-        return "\n".join(_lines(self))
+    __str__ = printed(lambda self: "\n".join(_lines(self)))
 
     def __repr__(self) -> str:
         return f"<Audit of {self.source!r}: {self.verdict}>"

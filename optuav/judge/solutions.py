@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from optuav.errors import Fault, InputError, printable
+from optuav.errors import Fault, InputError, printable, printed
 from optuav.frames import DataFrame, frame
 from optuav.judge.benchmark import Asked, CheckedSolution, answers, checked
 from optuav.judge.timeline import DURATION, STOP, stop_breaches
@@ -76,8 +76,7 @@ class CheckedSolutions:
     def __bool__(self) -> bool:
         return not any(each.wrong for each in self.solutions)
 
-    def __str__(self) -> str:
-        return "\n".join(_lines(self))
+    __str__ = printed(lambda self: "\n".join(_lines(self)))
 
     def __repr__(self) -> str:
         return f"<CheckedSolutions of {self.source!r}: {self.verdict}>"

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from optuav.errors import MOST_SHOWN, Fault, InputError, printable
+from optuav.errors import MOST_SHOWN, Fault, InputError, printable, printed
 from optuav.frames import DataFrame, frame
 from optuav.mission import schema, validation
 from optuav.mission.buildings import Buildings
@@ -103,8 +103,7 @@ class Mission(MissionSection):
         name, count, limits = printable(self.name), len(self.buildings), self.limits
         return f"<Mission {name!r}: {count} buildings, within {limits.deadline_s:g} s>"
 
-    def __str__(self) -> str:
-        return self.summary()
+    __str__ = printed(lambda self: self.summary())
 
     def _repr_html_(self) -> str:
         from optuav.mission.display import html

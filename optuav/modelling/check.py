@@ -7,7 +7,7 @@ from itertools import chain
 import numpy as np
 
 from optuav.arrays import Values
-from optuav.errors import Fault, InputError, refuse
+from optuav.errors import Fault, InputError, printed, refuse
 from optuav.frames import DataFrame, frame, without_rounding
 from optuav.modelling.display import table
 from optuav.modelling.expression import Call, Operand, Relation, Sense
@@ -76,6 +76,7 @@ class Check:
         """Source file and line of the declaration."""
         return self.constraint.declared_at
 
+    @printed
     def __str__(self) -> str:
         return " ".join([f"{self.label}:", *self.cells[1:]]).rstrip()
 
@@ -132,8 +133,7 @@ class Checks(tuple[Check, ...]):
         """Whether all of them hold, at every point."""
         return all(bool(np.all(row.satisfied)) for row in self)
 
-    def __str__(self) -> str:
-        return table([HEADS, *(row.cells for row in self)])
+    __str__ = printed(lambda self: table([HEADS, *(row.cells for row in self)]))
 
     def __repr__(self) -> str:
         broken = sum(not np.all(row.satisfied) for row in self)

@@ -5,6 +5,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from optuav.errors import printed
 from optuav.modelling.expression import Call
 from optuav.modelling.forms import (
     NOWHERE,
@@ -45,6 +46,7 @@ class Traits(NamedTuple):
         """Whether all functions are known to have derivatives everywhere."""
         return not self.rough
 
+    @printed
     def __str__(self) -> str:
         kind = "linear" if self.linear else "not smooth" if self.rough else "smooth"
         integer = ", some unknowns binary" if self.integer else ""

@@ -11,7 +11,7 @@ from types import FrameType
 from typing import Any, Literal
 
 from optuav.arrays import Values
-from optuav.errors import InputError
+from optuav.errors import InputError, printed
 from optuav.modelling.display import latex, text
 from optuav.modelling.expression import (
     Expression,
@@ -302,8 +302,7 @@ class Model:
         """Everything but what a walk has found, which is known by the identity of nodes."""
         return {**self.__dict__, "_walk": Walk([], [], [], {})}
 
-    def __str__(self) -> str:
-        return text(self)
+    __str__ = printed(text)
 
     def _repr_html_(self) -> str:
         from optuav.markup import shown

@@ -14,7 +14,7 @@ import numpy as np
 from formulations.p4 import P4
 from formulations.soc import PAPER, PERSPECTIVES
 from optuav.arrays import Floats
-from optuav.errors import Fault, refuse
+from optuav.errors import Fault, printed, refuse
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission
 from optuav.mission.messages import counted, nearest
@@ -233,8 +233,7 @@ class Ledger:
             blocks.append("\n".join([head, *(f"  {n:9}  {words}" for n, words in lines.items())]))
         return "\n\n".join([*blocks, DATA["paper"]["missions"]])
 
-    def __str__(self) -> str:
-        return self.summary
+    __str__ = printed(lambda self: self.summary)
 
     def __repr__(self) -> str:
         wrong = sum(count for verdict, count in self.counts.items() if verdict in UNMATCHED)

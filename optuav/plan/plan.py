@@ -11,7 +11,7 @@ from typing import Any, Literal, Self
 from pydantic import ConfigDict, InstanceOf, StrictBool, ValidationError, model_validator
 from pydantic_core import to_jsonable_python
 
-from optuav.errors import Fault, InputError, NoPlanError, refuse, safe_name
+from optuav.errors import Fault, InputError, NoPlanError, printed, refuse, safe_name
 from optuav.frames import DataFrame, frame, without_rounding
 from optuav.mission import Mission
 from optuav.mission.files import ending_of, label, parse_json, read_text, write_text
@@ -196,9 +196,9 @@ class Plan(Record):
     def __bool__(self) -> bool:
         return bool(self.phases)
 
-    def __str__(self) -> str:
-        return self.summary()
+    __str__ = printed(summary)
 
+    @printed
     def __repr__(self) -> str:
         hover = f", Δ = {self.hover_time_s:.2f} s" if self else ""
         question = f"{self.problem}, perspective {self.perspective}"

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from optuav.arrays import Floats, Integers
+from optuav.errors import printed
 from optuav.frames import DataFrame, frame, without_rounding
 
 Texts = npt.NDArray[np.str_]
@@ -53,6 +54,7 @@ class Event:
     violation: bool = True
     value_s: float | None = None
 
+    @printed
     def __str__(self) -> str:
         return f"{self.time_s:10.2f} s  {self.words}{self.figures}"
 

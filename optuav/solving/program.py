@@ -16,7 +16,7 @@ from optuav.engines.linear_form import cut_short
 from optuav.engines.prices import ShadowPrice, ShadowPrices
 from optuav.engines.registry import AUTO, Engine, capabilities, of_the_package, takers
 from optuav.engines.solution import Solution, returned
-from optuav.errors import Fault, InputError, NoPlanError, SolverError, printable
+from optuav.errors import Fault, InputError, NoPlanError, SolverError, printable, printed
 from optuav.mission.messages import nearest, shown, written_out
 from optuav.mission.messages import number as number_of_key
 from optuav.modelling import Check, Checks, Model, check
@@ -127,6 +127,7 @@ class Program:
     parts: tuple[Part, ...]
     reasons: tuple[str, ...]
 
+    @printed
     def __str__(self) -> str:
         if not self.parts:
             return "nothing can be flown: " + "; ".join(self.reasons)

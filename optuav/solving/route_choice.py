@@ -18,7 +18,7 @@ from formulations.milp import route_choice as joined
 from formulations.p1 import P1
 from formulations.soc import PAPER
 from optuav.engines.linear_form import last_slot, own_bounds
-from optuav.errors import NoPlanError, SolverError, printable, refuse
+from optuav.errors import NoPlanError, SolverError, printable, printed, refuse
 from optuav.mission import Mission
 from optuav.mission.messages import unknown
 from optuav.modelling import Model
@@ -83,6 +83,7 @@ class RouteChoice:
         remarks = [printable(f"mission {self.plan.mission.name}, form {self.form}")]
         return write(self.model, self.model.row(0), form, remarks)
 
+    @printed
     def __str__(self) -> str:
         if not self.plan:
             return self.plan.summary()

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from optuav.errors import folded, line_width
+from optuav.errors import folded, line_width, printed
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission
 
@@ -66,8 +66,7 @@ class Results:
     show: Show = dataclasses.field(repr=False, compare=False)
     draw: Draw = dataclasses.field(repr=False, compare=False)
 
-    def __str__(self) -> str:
-        return folded("\n".join(self.show(self)), line_width())
+    __str__ = printed(lambda self: folded("\n".join(self.show(self)), line_width()))
 
     def __repr__(self) -> str:
         size = f"{len(self.rows)} rows, {len(self.units)} columns"

@@ -216,7 +216,7 @@ def test_a_console_without_our_letters_gets_others() -> None:
     """As a Windows console, or LANG=C: no UnicodeEncodeError for Δ and →."""
     found = process("solve", "paper", "--problem", "P3", env={"PYTHONIOENCODING": "ascii"})
     assert found.returncode == 0
-    assert "origin ? hover ? destination" in found.stdout
+    assert "origin -> hover -> destination" in found.stdout
 
 
 def test_the_command_is_the_library() -> None:
