@@ -36,6 +36,7 @@ from optuav.arrays import Booleans, Floats
 from optuav.calibration import csv, fit
 from optuav.calibration.fit import ConfidenceInterval, Estimate, Fit, Panel, finished, quantile
 from optuav.errors import Fault, InputError, refuse
+from optuav.mission.messages import paths_of
 from optuav.physics.kibam import Battery, levelling
 from optuav.physics.packs import lifetime
 
@@ -88,7 +89,7 @@ class Discharge(NamedTuple):
         return changes_A[counted], self.lifetime_s - starts_s[counted]
 
 
-def fit_kibam(files: Iterable[str | Path]) -> Fit:
+def fit_kibam(files: str | Path | Iterable[str | Path]) -> Fit:
     r"""Fit capacity [A s], ω [-] and k_F [1/s] of a battery to lifetimes.
 
     The battery is the kinetic one, dy1/dt = I + k_F (y2/(1−ω) − y1/ω) and dy2/dt = −k_F (y2/(1−ω) −
@@ -134,8 +135,9 @@ def fit_kibam(files: Iterable[str | Path]) -> Fit:
     ...     optuav.fit_kibam([file]).data
     '3 discharges of one full pack'
     """
-    sources = tuple(map(str, files))
-    discharges = [each for found in csv.read_all(sources, FORMATS, _discharges) for each in found]
+    paths = paths_of(files, "files")
+    sources = tuple(map(str, paths))
+    discharges = [each for found in csv.read_all(paths, FORMATS, _discharges) for each in found]
     count, few = len(discharges), len(discharges) == LEAST_DISCHARGES
     if count < LEAST_DISCHARGES:
         words = f"at least {LEAST_DISCHARGES} discharges for as many parameters; there are {count}"

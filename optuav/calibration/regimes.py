@@ -28,7 +28,7 @@ from optuav.arrays import Booleans, Floats, Integers
 from optuav.calibration import csv, fit
 from optuav.calibration.fit import ConfidenceInterval, Fit, Panel, Value, finished, quantile
 from optuav.errors import Fault, InputError, refuse
-from optuav.mission.messages import nearest
+from optuav.mission.messages import nearest, paths_of
 from optuav.physics.flight import regime_leg
 
 OPTIONAL = {"voltage": "voltage", "power": "power", "speed": "speed", "phase": "text"}
@@ -65,7 +65,7 @@ class Samples(NamedTuple):
     log: Integers  # number of the log
 
 
-def fit_regimes(files: Iterable[str | Path]) -> Fit:
+def fit_regimes(files: str | Path | Iterable[str | Path]) -> Fit:
     r"""Find the loads of flight, hover, rest and charging, the acceleration and the speed cap.
 
     Parameters
@@ -99,8 +99,9 @@ def fit_regimes(files: Iterable[str | Path]) -> Fit:
     ...     optuav.fit_regimes([file]).changes["flight.hover_current_A"]
     20.5
     """
-    sources = tuple(map(str, files))
-    logs, doubts = zip(*csv.read_all(sources, [LOG], _read_log), strict=True)
+    paths = paths_of(files, "files")
+    sources = tuple(map(str, paths))
+    logs, doubts = zip(*csv.read_all(paths, [LOG], _read_log), strict=True)
     ends_s = np.cumsum([0.0, *(each.time_s[-1] for each in logs)])
     after = (
         each._replace(time_s=each.time_s + end_s, log=each.log + number)

@@ -22,6 +22,7 @@ from optuav.arrays import Floats
 from optuav.calibration import csv
 from optuav.calibration.fit import Fit, Panel, Value, estimate, finished
 from optuav.errors import Fault, InputError, refuse
+from optuav.mission.messages import paths_of
 from optuav.physics import rotor
 
 LEAST_POINTS = 6
@@ -48,7 +49,7 @@ ROUNDS = 3  # fits, each weighted by the residuals of the one before
 LEAST_RESIDUAL = 1e-9  # of a quantity for its weight, over its largest value
 
 
-def fit_rotor(files: Iterable[str | Path]) -> Fit:
+def fit_rotor(files: str | Path | Iterable[str | Path]) -> Fit:
     r"""Find the constants of a rotor.
 
     At a steady speed v the thrust is ϱ v², the current (T_f + D_f v + κ0 v²)/κ and the voltage
@@ -90,8 +91,9 @@ def fit_rotor(files: Iterable[str | Path]) -> Fit:
     ...     optuav.fit_rotor([file]).changes["rotor.lift_coefficient_N_s2_rad2"]
     3.830471e-06
     """
-    sources = tuple(map(str, files))
-    tables = csv.read_all(sources, [BENCH, SHEET], _checked)
+    paths = paths_of(files, "files")
+    sources = tuple(map(str, paths))
+    tables = csv.read_all(paths, [BENCH, SHEET], _checked)
     sheets = [table for table in tables if "radius" in table.numbers]
     if sheets and len(tables) > 1:
         words = "bench tests, or one file of propeller and motor data, not both"

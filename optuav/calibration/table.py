@@ -22,7 +22,7 @@ from optuav.calibration.fit import Fit, Panel, Role, estimate, rounded
 from optuav.errors import Fault, InputError, collected, refuse
 from optuav.mission import Mission, load, shipped
 from optuav.mission.files import beside, label, read_toml
-from optuav.mission.messages import counted, nearest, no_building, number, shown
+from optuav.mission.messages import counted, nearest, no_building, number, paths_of, shown
 from optuav.mission.schema import Number
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
@@ -122,7 +122,7 @@ class ResultsTable(NamedTuple):
         return np.array(found)
 
 
-def fit_table(files: Iterable[str | Path]) -> Fit:
+def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
     """Fit keys of a mission to a table of results.
 
     Parameters
@@ -163,7 +163,7 @@ def fit_table(files: Iterable[str | Path]) -> Fit:
     >>> fit.data
     '1 number of the table fitted by 1 free key, 0 predicted'
     """
-    paths = [Path(file) for file in files]
+    paths = paths_of(files, "files")
     if len(paths) != 1:
         raise InputError("one file that states the table, what is known and what is free")
     table = read_table(paths[0])

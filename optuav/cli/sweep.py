@@ -23,7 +23,7 @@ def sweep(
 
     plan = planned(study, workers, scheduler)
     if plot is not None and not plan.is_drawable:
-        words = "goes with one key or two, of several values each, one of them in [grid]"
+        words = "goes with up to three keys, of several values each, one of them in [grid]"
         refuse([Fault("plot", "", words)])
     began_s = time.monotonic()
     with progress("scenarios") as bar:

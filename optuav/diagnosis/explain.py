@@ -28,7 +28,7 @@ from optuav.network.graph import Graph, as_graph
 from optuav.network.network import build_network
 from optuav.network.places import charging_cap
 from optuav.options import Perspective, ProblemName
-from optuav.plan import Plan
+from optuav.plan import Plan, load_subject
 from optuav.solving import Program, solve
 from optuav.solving.outcome import Part, more_stops_may_help, not_excluded, words
 from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
@@ -72,7 +72,8 @@ def explain(
     Parameters
     ----------
     subject
-        A plan, a program of `optuav.formulate`, or a mission as `optuav.solve` takes it.
+        A plan, also by the path of its .json file, a program of `optuav.formulate`, or a mission as
+        `optuav.solve` takes it.
     problem, perspective
         With a mission only: an instance of a `Formulation` or a name such as ``"P2"``, and the way
         in which charge counts, as ``"battery"``. None for ``"P1"`` and ``"available"``.
@@ -104,6 +105,7 @@ def explain(
     >>> {price.key: round(price.gain, 3) for price in explained.prices[1:4]}
     {'battery.packs': 389.033, 'battery.capacity_As': 0.022, 'limits.min_soc': -8.19}
     """
+    subject = subject if isinstance(subject, Program) else load_subject(subject)
     if isinstance(subject, Plan) and subject.has_several_stops:
         return Explanation(subject, notes=(STOPS,), more_stops_open=True)
     options = {"slot_s": slot_s, "engine": engine, "time_limit_s": time_limit_s}

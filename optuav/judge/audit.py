@@ -1,37 +1,25 @@
 """The verdict on any plan: a plan of ours, one edited by hand, or an itinerary in a file."""
 
-import json
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TypeGuard
 
-from optuav.errors import Fault, InputError, printable, printed
+from optuav.errors import printable, printed
 from optuav.frames import DataFrame, frame
 from optuav.judge.course import TOLERANCE
+from optuav.judge.read import read
 from optuav.judge.replay import MISMATCH, Judged, Replay, replay, same
-from optuav.judge.timeline import STOP, Itinerary, stop_breaches
-from optuav.mission import Mission, load, shipped
-from optuav.mission.files import beside, label, parse_json, parse_toml, read_text
-from optuav.mission.load import is_name
-from optuav.mission.messages import nearest, shown
+from optuav.judge.timeline import Itinerary
+from optuav.mission.messages import shown
 from optuav.mission.schema import LARGEST
-from optuav.mission.validation import Breach, Document, StatedMission, format_breaches
 from optuav.network import vehicle
-from optuav.plan import Plan, Stop
-from optuav.plan.plan import DERIVED, KIND, LARGEST_BYTES, parse_plan
+from optuav.plan import Plan
+from optuav.plan.plan import DERIVED
 from optuav.plan.summary import unknown_buildings, wrapped
 from optuav.plan.trace import Event
 
 MOST_SHOWN = 20  # Largest number of events that are printed one by one
-
-MOST_STOPS = 10_000  # Largest number of stops of an itinerary
-
-KEYS = {
-    "mission": "the name of a shipped mission, a path relative to this file, or a whole mission",
-    "stops": f"tables [[stops]], each {STOP}; at most {MOST_STOPS}, or stops = []",
-}
-"""What the file of an itinerary states beside its schema."""
 
 
 @dataclass(frozen=True)
@@ -135,28 +123,7 @@ def audit(plan: Plan | Itinerary | Mapping[str, object] | str | Path) -> Audit:
     >>> print(str(found).splitlines()[2])
     Times      mission 653.29 s, hover 577.50 s, rest 0.00 s, flight 75.79 s
     """
-    if isinstance(plan, Plan | Itinerary):
-        return _judged(printable(plan.mission.name), plan, {})
-    if isinstance(plan, Mapping):
-        document, here = {**plan}, Path()
-        if document.get("kind") == KIND:
-            return _judged("a dict", *parse_plan(json.dumps(document, default=str), "a dict", here))
-        return _judged("a dict", _itinerary(document, here, "a dict"), {})
-    if not isinstance(plan, str | Path):
-        words = "a Plan, an Itinerary of a mission and its stops, a dict, or the path of a file"
-        raise InputError([Fault("plan", shown(plan), words)])
-    file, source = Path(plan), label(Path(plan))
-    known = "; it is a shipped mission, optuav solve takes it" if str(plan) in shipped() else ""
-    text = read_text(file, LARGEST_BYTES, hint=known)
-    if file.suffix != ".json" and not text.lstrip().startswith("{"):
-        return _judged(source, _itinerary(parse_toml(text, source), file.parent, source), {})
-    stated = None if KIND in text else parse_json(text, source)
-    if isinstance(stated, dict) and "stops" in stated and "phases" not in stated:
-        return _judged(source, _itinerary(stated, file.parent, source), {})
-    return _judged(source, *parse_plan(text, source, file.parent))
-
-
-def _judged(source: str, subject: Plan | Itinerary, data: Mapping[str, object]) -> Audit:
+    source, subject, data = read(plan)
     if isinstance(subject, Plan) and not subject:
         why = "; ".join(subject.reasons) or subject.proof
         words = f"there is no plan ({subject.status.value}): {why}"
@@ -213,43 +180,3 @@ def _lines(judged: Audit) -> Iterator[str]:
     yield ""
     share = f"{TOLERANCE:g} of the capacity ({TOLERANCE * capacity_As:.3g} A s)"
     yield f"Tolerance  {share}, of a limit, or of a figure"
-
-
-def _itinerary(document: Document, folder: Path, source: str) -> Itinerary:
-    """The itinerary that a document states, or an `InputError` with all faults."""
-    if not KEYS.keys() & document.keys() and {"extends", "limits", "route"} & document.keys():
-        words = "is a mission, not an itinerary; optuav solve and validate take it"
-        raise InputError([Fault("", "", words, source)])
-    name, stops = document.get("mission"), document.get("stops", ())
-    faults, breaches, mission = list[Fault](), format_breaches(document), None
-    for key in {**KEYS, **document}:
-        if key not in ("schema", *KEYS):
-            breaches.append(Breach((key,), f"unknown key{nearest(key, KEYS)}"))
-        elif key in KEYS and key not in document:
-            breaches.append(Breach((key,), f"is missing; {KEYS[key]}"))
-    if isinstance(name, str | dict) and name:
-        try:
-            if isinstance(name, dict):
-                mission = Mission.from_dict(name)
-            else:
-                mission = load(name if is_name(name) else beside(folder, name))
-        except InputError as error:
-            # That there is no such file is a fault of the key, what is wrong in it its own.
-            faults += (
-                replace(each, key=f"mission.{each.key}", source=source)
-                if isinstance(name, dict)
-                else each
-                if each.key
-                else Fault("mission", shown(name), each.allowed, source)
-                for each in error.faults
-            )
-    else:
-        breaches.append(Breach(("mission",), KEYS["mission"]))
-    if isinstance(stops, list) and len(stops) <= MOST_STOPS:
-        breaches += stop_breaches(stops, mission)
-    else:
-        breaches.append(Breach(("stops",), KEYS["stops"]))
-    faults = [*StatedMission(document, {(): source}).faults(breaches), *faults]
-    if faults or mission is None:
-        raise InputError(faults)
-    return Itinerary(mission, tuple(Stop(**each) for each in stops))

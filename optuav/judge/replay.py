@@ -6,18 +6,21 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
+from pathlib import Path
 
 import numpy as np
 
 from optuav.errors import NoPlanError
 from optuav.frames import DataFrame
 from optuav.judge.course import TOLERANCE, Course, pooled, scheduled, soc, trace
+from optuav.judge.read import read
 from optuav.judge.timeline import Itinerary, Phase, moves, phases, places
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR
 from optuav.physics import flight, link
 from optuav.plan import Plan
+from optuav.plan.plan import refuse_contradictions
 from optuav.plan.trace import Event, Trace
 
 same = partial(math.isclose, rel_tol=TOLERANCE)  # Whether two figures differ by no more
@@ -159,7 +162,7 @@ class Replay(Judged):
         return self.trace.to_frame()
 
 
-def replay(plan: Plan | Itinerary) -> Replay:
+def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
     """Simulate a plan from its mission, by the closed form of the battery model.
 
     Of the plan only the places, their order and the times of the stays are read, and what the user
@@ -169,7 +172,8 @@ def replay(plan: Plan | Itinerary) -> Replay:
     Parameters
     ----------
     plan
-        A plan, or an itinerary.
+        A plan, an itinerary, or the file of one, as `optuav.audit` takes it; a replay stays what it
+        is.
 
     Returns
     -------
@@ -179,6 +183,8 @@ def replay(plan: Plan | Itinerary) -> Replay:
 
     Raises
     ------
+    InputError
+        With everything that keeps a file from being read.
     NoPlanError
         If there is no plan to simulate.
 
@@ -193,8 +199,12 @@ def replay(plan: Plan | Itinerary) -> Replay:
     >>> print(found.violations[0])
         660.26 s  the available well runs dry: -9425.68 at 764.59 s, at least 0 A s
     """
+    if isinstance(plan, Replay):
+        return plan
+    source, plan, data = read(plan)
     if isinstance(plan, Plan):
         plan.route  # noqa: B018  (raises where there is no plan)
+        refuse_contradictions(plan, data, source)
     mission, planned = plan.mission, tuple(moves(plan))
     at = places(mission, planned)
     events = list[Event]()

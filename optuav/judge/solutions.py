@@ -13,7 +13,7 @@ from optuav.judge.benchmark import Asked, CheckedSolution, answers, checked
 from optuav.judge.timeline import DURATION, STOP, stop_breaches
 from optuav.mission import Mission, benchmark, load
 from optuav.mission.files import label, parse_json, read_text
-from optuav.mission.messages import nearest
+from optuav.mission.messages import nearest, path_of
 from optuav.mission.validation import Breach, Document, StatedMission, format_breaches, keys_of
 from optuav.plan import Stop
 from optuav.plan.plan import LARGEST_BYTES
@@ -179,8 +179,9 @@ def check_solutions(file: str | Path) -> CheckedSolutions:
     >>> bool(found), found.solutions[0].verdict
     (True, 'holds, 0.024 s below the best known')
     """
-    source = label(Path(file))
-    document = parse_json(read_text(Path(file), LARGEST_BYTES), source)
+    path = path_of(file, "file")
+    source = label(path)
+    document = parse_json(read_text(path, LARGEST_BYTES), source)
     if not isinstance(document, dict):
         raise InputError([Fault("", "", f'is no object with "kind": "{KIND}"', source)])
     entries = document.get("solutions")

@@ -1,16 +1,17 @@
 """The phases of a plan, computed again from its mission: places, stages, loads and motion."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from optuav.arrays import Floats
 from optuav.errors import refuse
-from optuav.mission import Mission
+from optuav.mission import Mission, load
 from optuav.mission.messages import nearest
 from optuav.mission.schema import COORDINATE, SCHEMA, Number
 from optuav.mission.validation import Breach, StatedMission
@@ -30,14 +31,14 @@ Point = tuple[float, float, float]
 DURATION = Number("s", ge=0, le=1e7)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Itinerary:
     """Stops in order, from origin to destination; the legs between them follow.
 
     Parameters
     ----------
     mission
-        The mission in which it is flown.
+        The mission in which it is flown, also by its name or path.
     stops
         Any number, in order; a building may be visited again. Those of a plan do as well.
 
@@ -59,10 +60,12 @@ class Itinerary:
     mission: Mission
     stops: tuple[Stop, ...]
 
-    def __post_init__(self) -> None:
-        stops = (replace(x, start_s=None) if isinstance(x, Stop) else x for x in self.stops)
-        object.__setattr__(self, "stops", tuple(stops))
-        stated = [_stated(each) if isinstance(each, Stop) else each for each in self.stops]
+    def __init__(self, mission: Mission | str | Path, stops: Stop | Iterable[Stop]) -> None:
+        every = [stops] if isinstance(stops, Stop) or not isinstance(stops, Iterable) else stops
+        own = tuple(replace(x, start_s=None) if isinstance(x, Stop) else x for x in every)
+        object.__setattr__(self, "mission", load(mission))
+        object.__setattr__(self, "stops", own)
+        stated = [_stated(each) if isinstance(each, Stop) else each for each in own]
         refuse(StatedMission({"stops": stated}).faults(stop_breaches(stated, self.mission)))
 
     def to_dict(self) -> dict[str, object]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from optuav.errors import Fault, InputError, collected, safe_name
 from optuav.mission.files import STANDARD, beside, label, read_toml, refusal
-from optuav.mission.messages import nearest, shown
+from optuav.mission.messages import nearest, of_kind, shown
 from optuav.mission.mission import Mission, overlay
 from optuav.mission.validation import Document, Key, StatedMission, format_breaches, validate
 from optuav.options import SET
@@ -56,8 +56,7 @@ def load(source: Mission | str | Path) -> Mission:
     """
     if isinstance(source, Mission):
         return source
-    if not isinstance(source, str | Path):
-        raise InputError([Fault("", shown(source), "a shipped mission's name or a file's path")])
+    of_kind("mission", source, str | Path, "a shipped mission's name or a file's path")
     if isinstance(source, str) and source.startswith(SET):
         from optuav.mission.benchmark import recipe_of
 

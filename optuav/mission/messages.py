@@ -1,8 +1,9 @@
 """Words of messages: allowed values, names that may have been meant, values and numbers as text."""
 
 import datetime
+import os
 import reprlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from decimal import Decimal
 from functools import cache
@@ -89,11 +90,30 @@ def written_out(value: float) -> str:
     return f"{Decimal(f'{value:.{DIGITS}g}'):f}"
 
 
-def path_of(stated: Any) -> Path:
-    """A path; refused if it is none."""
-    if not isinstance(stated, str | Path):
-        raise InputError([Fault("", shown(stated), "a path")])
-    return Path(stated)
+def path_of(stated: Any, name: str = "path", words: str = "a path") -> Path:
+    """A path, in which ``~`` is the home of the user; refused if it is none."""
+    return Path(os.path.expanduser(of_kind(name, stated, str | Path, words)))
+
+
+def paths_of(stated: Any, name: str) -> list[Path]:
+    """One path or several as a list; refused if there is none."""
+    return [path_of(each) for each in several(name, stated, str | Path, "a path, or several")]
+
+
+def of_kind(name: str, stated: Any, kind: Any, words: str) -> Any:
+    """A value, refused with these words if it is of another kind."""
+    if not isinstance(stated, kind):
+        raise InputError([Fault(name, shown(stated), words)])
+    return stated
+
+
+def several(name: str, stated: Any, kind: Any, words: str, least: int = 1) -> list[Any]:
+    """One value of a kind, or several, as a list; others and fewer are refused with these words."""
+    alone = isinstance(stated, kind) or not isinstance(stated, Iterable)
+    found = [stated] if alone else [*stated]
+    if len(found) < least or not all(isinstance(each, kind) for each in found):
+        raise InputError([Fault(name, shown(stated), words)])
+    return found
 
 
 def shown(value: object, depth: int = 2) -> str:

@@ -13,7 +13,7 @@ from optuav.frames import DataFrame, frame
 from optuav.mission import schema, validation
 from optuav.mission.buildings import Buildings
 from optuav.mission.files import ending_of, write_text
-from optuav.mission.messages import nearest, no_building, shown
+from optuav.mission.messages import nearest, no_building, path_of, shown
 from optuav.mission.schema import MissionSection
 from optuav.mission.validation import Document, Key, StatedMission, keys_of, validate
 
@@ -266,7 +266,7 @@ class Mission(MissionSection):
             If the suffix is another, the directory is missing or cannot be written to, or the table
             of its buildings is missing or has changed.
         """
-        file = Path(path)
+        file = path_of(path)
         ending_of(file, ".toml", "")
         if source := self.buildings.source:
             from optuav.mission.table_files import named_from

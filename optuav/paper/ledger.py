@@ -17,7 +17,7 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, printed, refuse
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission
-from optuav.mission.messages import counted, nearest
+from optuav.mission.messages import counted, nearest, several
 from optuav.network import vehicle
 from optuav.network.network import build_network
 from optuav.network.one_stop import one_stop_is_enough
@@ -303,7 +303,7 @@ def ledger(names: str | Collection[str] = ()) -> Ledger:
     >>> hover.statement.stated, f"{hover.recovered:.2f}", hover.verdict.value
     ('14.33', '14.33', 'matched with recovered parameters')
     """
-    names = [names] if isinstance(names, str) else names
+    names = several("names", names, str, "names of entries, or beginnings of names", 0)
     every = [each.name for each in STATEMENTS]
     beginnings = dict.fromkeys(name.partition("-")[0] for name in every)
     words = f"the name of an entry, or a beginning of names: {', '.join(beginnings)}"

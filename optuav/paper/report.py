@@ -18,7 +18,7 @@ from optuav.errors import Fault, refuse
 from optuav.markup import element
 from optuav.mission import Mission, load
 from optuav.mission.files import check_place, make_directory, write_files
-from optuav.mission.messages import misfits, nearest
+from optuav.mission.messages import misfits, nearest, path_of
 from optuav.options import Perspective
 from optuav.paper import figures, table2
 from optuav.paper.curves import DATA, PAPERS, solve
@@ -131,7 +131,7 @@ def reproduce(
     ...
     optuav.errors.InputError: only = 'fig99': one of wells, system, ...
     """
-    own = load(mission) if isinstance(mission, str | Path) else mission
+    own = None if mission is None else load(mission)
     known = (*NAMES, *NUMBERS) if own is None else (*NAMES[:-1], *NUMBERS)
     wrong = [
         Fault("only", repr(name), "not the ledger, which is of the paper's two missions alone")
@@ -141,7 +141,7 @@ def reproduce(
         if name not in known
     ]
     refuse([*wrong, *misfits(("workers", workers, WORKERS))])
-    folder, files = Path(directory), _files(own, only, progress, workers)
+    folder, files = path_of(directory, "directory"), _files(own, only, progress, workers)
     made = {folder / name: content for name, content in files}
     for path, content in made.items():
         if path.parent.is_dir():

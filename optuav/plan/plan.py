@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, Literal, Self, TypeAlias
 
 from pydantic import ConfigDict, InstanceOf, StrictBool, ValidationError, model_validator
 from pydantic_core import to_jsonable_python
 
 from optuav.errors import Fault, InputError, NoPlanError, printed, refuse, safe_name
 from optuav.frames import DataFrame, frame, without_rounding
-from optuav.mission import Mission
+from optuav.mission import Mission, load
 from optuav.mission.files import ending_of, label, parse_json, read_text, write_text
-from optuav.mission.messages import shown
+from optuav.mission.messages import path_of, several, shown
 from optuav.mission.schema import Record, Slot, short
 from optuav.network import vehicle
 from optuav.network.places import ENDS
@@ -353,7 +353,7 @@ class Plan(Record):
         InputError
             If the suffix is another, or the directory is missing or cannot be written to.
         """
-        file = Path(path)
+        file = path_of(path)
         ending_of(file, ".json", "")
         text = json.dumps(self._data(file), indent=2, ensure_ascii=False, allow_nan=False)
         write_text(file, text + "\n")
@@ -384,13 +384,17 @@ class Plan(Record):
         return rows
 
 
-def load_plan(path: str | Path) -> Plan:
+Plans: TypeAlias = Plan | str | Path | Sequence[Plan | str | Path]
+"""One plan or several, also by the paths of their files."""
+
+
+def load_plan(source: Plan | str | Path) -> Plan:
     """Read a plan that `Plan.save` wrote; the round trip is exact.
 
     Parameters
     ----------
-    path
-        A JSON file, up to 32 MB.
+    source
+        Path of a JSON file, up to 32 MB; a plan stays what it is.
 
     Returns
     -------
@@ -413,15 +417,35 @@ def load_plan(path: str | Path) -> Plan:
     ...     optuav.load_plan(f"{folder}/plan.json") == plan
     True
     """
-    source = label(Path(path))
-    plan, data = parse_plan(read_text(Path(path), LARGEST_BYTES), source, Path(path).parent)
-    follows = plan.to_dict()
+    if isinstance(source, Plan):
+        return source
+    path = path_of(source, "plan", "a plan, or the path of its file")
+    plan, data = parse_plan(read_text(path, LARGEST_BYTES), label(path), path.parent)
+    refuse_contradictions(plan, data, label(path))
+    return plan
+
+
+def refuse_contradictions(plan: Plan, data: Mapping[str, Any], source: str) -> None:
+    """Refuse the data of a file whose repeated figures are not those of its phases."""
+    follows = plan.to_dict() if data else {}
     refuse(
         Fault(name, shown(data[name]), f"{shown(follows[name])} is what the phases say", source)
         for name in DERIVED
         if name in data and data[name] != follows[name]
     )
-    return plan
+
+
+def load_plans(stated: Plans, name: str = "plans", least: int = 1) -> list[Plan]:
+    """One plan or several, as `load_plan` takes each of them."""
+    words = "a plan, the path of its file, or several of these"
+    return [load_plan(each) for each in several(name, stated, Plan | str | Path, words, least)]
+
+
+def load_subject(source: Plan | Mission | str | Path) -> Plan | Mission:
+    """A plan, also by the path of its .json file, or else a mission as `optuav.load` takes it."""
+    if isinstance(source, str | Path) and Path(source).suffix == ".json":
+        return load_plan(source)
+    return source if isinstance(source, Plan) else load(source)
 
 
 def parse_plan(text: str, source: str, folder: Path) -> tuple[Plan, dict[str, Any]]:

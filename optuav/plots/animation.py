@@ -11,10 +11,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from optuav.judge import Replay
+from optuav.judge import Itinerary, Replay, replay
 from optuav.mission.files import ending_of, write_files
+from optuav.mission.messages import path_of
 from optuav.network.scene import scene
-from optuav.plan import Stop
+from optuav.plan import Plan, Stop
 from optuav.plots import style
 from optuav.plots.charge import draw_wells
 from optuav.plots.map import FEW, Way, draw_from_above, draw_plan_view, plan_labels
@@ -29,7 +30,7 @@ PALETTE = (BLACK, ORANGE, SKY, GREEN, BLUE, VERMILLION, PURPLE, GREY)
 """Colours that stay as they are in a GIF, however little of the picture they fill."""
 
 
-def save_animation(replayed: Replay, path: str | Path) -> Path:
+def save_animation(replayed: Replay | Plan | Itinerary | str | Path, path: str | Path) -> Path:
     """Write a simulated plan in motion as a GIF of a quarter of a minute: map and wells together.
 
     On the map the UAV flies its way, and is joined to the laser while that delivers power; beside
@@ -39,7 +40,7 @@ def save_animation(replayed: Replay, path: str | Path) -> Path:
     Parameters
     ----------
     replayed
-        From `optuav.replay`.
+        From `optuav.replay`, or what that takes: a plan, an itinerary, or the file of one.
     path
         The file, whose name ends in ``.gif``; what is there is replaced, whole or not at all.
 
@@ -63,8 +64,9 @@ def save_animation(replayed: Replay, path: str | Path) -> Path:
     ...
     optuav.errors.InputError: path = 'mission.mp4': a name that ends in .gif
     """
-    file = Path(path)
+    file = path_of(path)
     ending_of(file, ".gif")
+    replayed = replay(replayed)
     moments_s = np.linspace(0.0, replayed.trace.time_s[-1], FRAMES).tolist()
     write_files({file: _gif([*frames(replayed, moments_s)])})
     return file

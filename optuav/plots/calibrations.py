@@ -9,6 +9,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 
 from optuav.calibration.fit import Fit, Panel
 from optuav.errors import InputError
+from optuav.mission.messages import of_kind
 from optuav.plan.display import KINDS
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE
@@ -78,6 +79,7 @@ def fit(found: Fit, *, figure: style.AnyFigure | None = None) -> tuple[FitAxes, 
     >>> optuav.plots.fit(found)[0].values.get_xlabel()
     'lifetime [s]'
     """
+    of_kind("found", found, Fit, "a calibration, as optuav.fit_kibam returns it")
     if not found.panels:
         raise InputError(f"there is nothing to draw: the values come from {found.data}")
     heights = [BASE_IN + PER_NAME_IN * len(p.names) if p.names else CURVE_IN for p in found.panels]

@@ -8,12 +8,11 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from optuav.arrays import Floats
-from optuav.errors import InputError
 from optuav.judge.replay import Replay, replay
 from optuav.network import vehicle
 from optuav.network.timeline import carry
 from optuav.physics.packs import NOBODY
-from optuav.plan import Plan
+from optuav.plan import Plan, Plans, load_plans
 from optuav.plan.display import AVAILABLE, BOUND, KINDS, LACKING
 from optuav.plan.trace import Trace
 from optuav.plots import style
@@ -30,7 +29,7 @@ FLIES, CHARGED = (-24.0, 12.0), (-38.0, 12.0)
 
 
 @style.applied()
-def wells(plans: Sequence[Plan], *, figure: style.AnyFigure | None = None) -> Sequence[Axes]:
+def wells(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Axes]:
     """Draw both wells of the pooled battery as bands over time, one panel per plan.
 
     The available well lies on the bound one, so that it runs dry where its band closes; what the
@@ -39,7 +38,8 @@ def wells(plans: Sequence[Plan], *, figure: style.AnyFigure | None = None) -> Se
     Parameters
     ----------
     plans
-        Plans that exist, usually of one mission in several perspectives.
+        A plan or several that exist, or the paths of their files, usually of one mission in several
+        perspectives.
     figure
         Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
         its own by default.
@@ -63,6 +63,7 @@ def wells(plans: Sequence[Plan], *, figure: style.AnyFigure | None = None) -> Se
     >>> ax.get_title(loc="left")
     'paper, perspective battery: hover $Δ$ = 688.85 s, cannot be flown'
     """
+    plans = load_plans(plans)
     axes = _panels(plans, 2.0, figure)
     replays = [replay(plan) for plan in plans]
     for ax, plan, replayed in zip(axes, plans, replays, strict=True):
@@ -133,9 +134,7 @@ def draw_wells(ax: Axes, replayed: Replay) -> list[Artist]:
 def _panels(
     plans: Sequence[Plan], height_in: float, figure: style.AnyFigure | None
 ) -> Sequence[Axes]:
-    """Axes of a height [inch] for each plan, over the time of the longest; at least one plan."""
-    if not plans:
-        raise InputError("there is no plan to draw")
+    """Axes of a height [inch] for each plan, over the time of the longest."""
     page = figure or style.page(0.7 + height_in * len(plans))
     grid = page.subplots(len(plans), 1, sharex=True, squeeze=False)
     end_s = max(plan.mission_time_s for plan in plans)
@@ -154,7 +153,7 @@ def _legend_below(axes: Sequence[Axes], handles: Sequence[Artist], plans: Sequen
 
 
 @style.applied()
-def packs(plans: Sequence[Plan], *, figure: style.AnyFigure | None = None) -> Sequence[Axes]:
+def packs(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Axes]:
     """Draw the available wells of all packs over time, one panel per plan.
 
     Levels are shares of a full available well, so that pooled packs stand beside single ones; the
@@ -164,7 +163,8 @@ def packs(plans: Sequence[Plan], *, figure: style.AnyFigure | None = None) -> Se
     Parameters
     ----------
     plans
-        Plans that exist, usually of one mission under several schedules.
+        A plan or several that exist, or the paths of their files, usually of one mission under
+        several schedules.
     figure
         Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
         its own by default.
@@ -188,6 +188,7 @@ def packs(plans: Sequence[Plan], *, figure: style.AnyFigure | None = None) -> Se
     >>> ax.get_title(loc="left")
     'sequential: hovers $Δ$ = 500.00 s'
     """
+    plans = load_plans(plans)
     axes = _panels(plans, 1.35, figure)
     for ax, plan in zip(axes, plans, strict=True):
         _draw_packs(ax, plan)

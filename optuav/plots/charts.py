@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 
 from optuav.arrays import Floats
 from optuav.errors import InputError, refuse
-from optuav.mission.messages import unknown
+from optuav.mission.messages import several, unknown
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 
@@ -152,6 +152,7 @@ def bars(
     >>> [text.get_text() for text in ax.texts]
     ['577.5', '597.3']
     """
+    shown = several("shown", shown, Bar, "at least one Bar")
     strange = dict.fromkeys(each.name for each in shown if each.name not in COLOURS)
     refuse(unknown("name", name, [*filter(None, COLOURS)]) for name in strange)
     ax = ax or style.page(3.4 if any(each.name for each in shown) else 3.0).subplots()
@@ -233,6 +234,7 @@ def curves(
     >>> ax.get_legend().get_texts()[0].get_text()
     'square'
     """
+    lines = several("lines", lines, Line, "at least one Line")
     values = np.concatenate([[], *(np.asarray(line.y, dtype=float) for line in lines)])
     if not (y_from_zero or np.isfinite(values).any()):
         raise InputError("there is nothing to draw: no line has a finite value")

@@ -1,18 +1,24 @@
 """Pictures as files; the same plan gives the same bytes."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any, TypeAlias
 
 from matplotlib.axes import Axes
 
+from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.files import ending_of, make_directory, write_files
-from optuav.plan import Phase, Plan
+from optuav.mission.messages import of_kind, path_of, shown
+from optuav.plan import Phase, Plan, Plans, load_plans, load_subject
 from optuav.plots import style
 from optuav.plots.charge import packs, wells
 from optuav.plots.map import mission_map
 from optuav.plots.profiles import leg
 
+SAME_S = 0.01  # Difference of two stays that no picture shows
+Drawn: TypeAlias = Any
+"""Axes, or the tuples of them that the functions of `optuav.plots` return."""
 FORMATS: Mapping[str, Mapping[str, str | None] | None] = {
     ".png": {"Software": "optuav"},
     ".svg": {"Creator": "optuav", "Date": None},
@@ -24,7 +30,7 @@ no other program, can show transparent colours, and hold no date."""
 
 
 def save_pictures(
-    subject: Plan | Mission, directory: str | Path, beside: Sequence[Plan] = ()
+    subject: Plan | Mission | str | Path, directory: str | Path, beside: Plans = ()
 ) -> list[Path]:
     """Write the pictures of a plan as PNG files.
 
@@ -35,11 +41,12 @@ def save_pictures(
     Parameters
     ----------
     subject
-        A plan, or a mission, which has a map only.
+        A plan, or a mission, which has a map only; also by its name or path.
     directory
         Where to write; made if it is missing. Files of these names are replaced.
     beside
-        Plans that exist whose wells are drawn below those of the plan.
+        Plans that exist whose wells are drawn below those of the plan, or the paths of their files;
+        not one that is flown alike.
 
     Returns
     -------
@@ -59,16 +66,25 @@ def save_pictures(
     ...     [path.name for path in optuav.plots.save_pictures(optuav.solve(late), folder)]
     ['map.png']
     """
+    subject, others = load_subject(subject), load_plans(beside, "beside", 0)
     drawn = {"map.png": mission_map(subject).plan}
     if isinstance(subject, Plan) and subject:
         if subject.mission.battery.takes_turns:
             drawn["packs.png"] = packs([subject])[0]
         else:
-            drawn["wells.png"] = wells([subject, *beside])[0]
+            more = [each for each in others if not _alike(subject, each)]
+            drawn["wells.png"] = wells([subject, *more])[0]
         if first := modelled_leg(subject):
             axes = leg(subject.mission, first.start_place, first.end_place)
             drawn["leg.png"] = axes.speed
-    return save_figures(drawn.items(), Path(directory))
+    return save_figures(drawn, directory)
+
+
+def _alike(one: Plan, other: Plan) -> bool:
+    """Whether pictures of two plans would be the same."""
+    stays = zip(one.stops, other.stops, strict=False)
+    near = all(abs(a.duration_s - b.duration_s) < SAME_S for a, b in stays)
+    return near and (one.mission, one.route) == (other.mission, other.route)
 
 
 def modelled_leg(plan: Plan) -> Phase | None:
@@ -77,13 +93,13 @@ def modelled_leg(plan: Plan) -> Phase | None:
     return next((each for each in legs if each.duration_s > 0.0 and not each.edited), None)
 
 
-def save(drawn: Axes | Sequence[Axes | None], path: str | Path) -> Path:
+def save(drawn: Drawn, path: str | Path) -> Path:
     """Write the figure of axes as a file; the same figure gives the same bytes.
 
     Parameters
     ----------
     drawn
-        Axes as the functions of `optuav.plots` return them.
+        Axes as the functions of `optuav.plots` return them, or a single named picture.
     path
         The file, in the format of its suffix: .png, .svg, .pdf, .jpg, .jpeg, .tif, .tiff or .webp.
         What is there is replaced, whole or not at all.
@@ -105,19 +121,21 @@ def save(drawn: Axes | Sequence[Axes | None], path: str | Path) -> Path:
     ...     optuav.plots.save(drawn, pathlib.Path(folder, "map.png")).name
     'map.png'
     """
-    ax = drawn if isinstance(drawn, Axes) else drawn[0]
-    assert ax is not None
-    write_files({Path(path): image(ax, Path(path))})
-    return Path(path)
+    file = path_of(path)
+    only = drawn[0][1] if isinstance(drawn, style.Pictures) and len(drawn) == 1 else drawn
+    write_files({file: image(only, file)})
+    return file
 
 
-def save_figures(drawn: Iterable[tuple[str, Axes]], folder: Path) -> list[Path]:
+def save_figures(
+    drawn: Mapping[str, Drawn] | Iterable[tuple[str, Drawn]], folder: str | Path
+) -> list[Path]:
     """Write the figures of axes under the given names, all drawn before the first is written.
 
     Parameters
     ----------
     drawn
-        Names of files, each with axes whose figure it is to hold; the suffix is its format.
+        Names of files, each with axes as `save` takes them; the suffix is its format.
     folder
         Where they go; it is made if there is none.
 
@@ -132,20 +150,30 @@ def save_figures(drawn: Iterable[tuple[str, Axes]], folder: Path) -> list[Path]:
 
     Examples
     --------
-    >>> import optuav, pathlib, tempfile
-    >>> drawn = optuav.plots.mission_map(optuav.load("paper"))
+    >>> import optuav, tempfile
+    >>> drawn = optuav.plots.mission_map("paper")
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     files = optuav.plots.save_figures([("map.svg", drawn.plan)], pathlib.Path(folder))
+    ...     files = optuav.plots.save_figures({"map.svg": drawn}, folder)
     >>> [file.name for file in files]
     ['map.svg']
     """
-    pictures = {folder / name: image(ax, folder / name) for name, ax in drawn}
+    folder = path_of(folder, "folder")
+    named: Any = drawn.items() if isinstance(drawn, Mapping) else drawn
+    pairs = [*named] if isinstance(named, Iterable) else [named]
+    if not all(isinstance(each, tuple) and [*map(type, each)][:1] == [str] for each in pairs):
+        raise InputError(
+            [Fault("drawn", shown(drawn), "axes by name, as plots.swept returns them")]
+        )
+    pictures = {folder / name: image(axes, folder / name) for name, *axes in pairs}
     make_directory(folder)
     write_files(pictures)
     return list(pictures)
 
 
-def image(ax: Axes, path: Path) -> bytes:
+def image(drawn: Drawn, path: Path) -> bytes:
     """The figure of axes as the content of a file, in the format of its suffix."""
-    suffix = ending_of(path, *FORMATS)
+    while isinstance(drawn, tuple | list) and drawn:
+        drawn = drawn[0]
+    words = "axes as a function of optuav.plots returns them; save_figures takes several pictures"
+    ax, suffix = of_kind("drawn", drawn, Axes, words), ending_of(path, *FORMATS)
     return style.written(style.root(ax), format=suffix[1:], metadata=FORMATS[suffix])

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colorbar import Colorbar
+from matplotlib.colors import Normalize
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Text
@@ -31,14 +35,16 @@ NONE: Look = {"facecolor": "white", "edgecolor": GREY, "hatch": "////", "linewid
 HOVER = "hover Δ [s]"
 LONGEST = f"longest {HOVER}"
 BELOW: Look = {"loc": "outside lower left", "ncols": 3}  # Place of a legend
+MOST_PANELS, PANELS_ACROSS = 12, 3  # Of small multiples
 ROWS = ("scenario",)  # Dimension of rows of values
 
 
 def swept(found: xarray.Dataset) -> style.Pictures:
-    """Draw the hover times of a dataset over one key or two, one of them in rows at most.
+    """Draw the hover times of a dataset over up to three keys, one of them in rows at most.
 
     Over one key they are a line for each perspective, over two a map with contours for each of
-    them; hatched, or left out, where there is no plan.
+    them, and over three a map for each value of the key that has fewest, 12 of them at most;
+    hatched, or left out, where there is no plan.
 
     Parameters
     ----------
@@ -74,19 +80,19 @@ def _drawn(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
     keys = [name for name in getattr(hover_s, "dims", ()) if name != "perspective"]
     stated = [each for each in keys if "units" in found[each].attrs]
     several = [each for each in stated if len(np.unique(found[each])) > 1]
-    if len(keys) not in (1, 2) or several != keys or not known.keys() >= {"mission", "problem"}:
-        words = "a dataset of one mission over one key or two, of several values each"
+    if len(keys) not in (1, 2, 3) or several != keys or not known.keys() >= {"mission", "problem"}:
+        words = "a dataset of one mission over up to three keys, of several values each"
         raise InputError([Fault("found", ", ".join(map(str, keys)), words)])
     found = found.sortby(keys).drop_duplicates(keys)
     hover_s = found.hover_time_s
     if "perspective" not in hover_s.dims:
         hover_s = hover_s.expand_dims(perspective=[found.attrs["perspective"]])
     town, units = style.printed(known["mission"]), {key: found[key].attrs["units"] for key in keys}
-    across, *upwards = (f"{key} [{'-' if unit == '1' else unit}]" for key, unit in units.items())
     longest = known["problem"].partition("(")[0] in LONGEST_HOVER
     words = LONGEST if longest else HOVER
     every = {name: hover_s.sel(perspective=name) for name in hover_s.perspective.values.tolist()}
-    if not upwards:
+    if len(keys) == 1:
+        across = f"{keys[0]} [{bracketed(units[keys[0]])}]"
         lines = [Line(name, found[keys[0]], values) for name, values in every.items()]
         none = bool(hover_s.isnull().all())
         ax = curves(lines, title=town, x_label=across, y_label=words, y_from_zero=none)
@@ -94,10 +100,61 @@ def _drawn(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
             style.beside(ax, "no plan", (0.5, 0.5), (0.0, 0.0), xycoords="axes fraction")
         yield "hover.png", ax
         return
-    x, y = (found[key].to_numpy() for key in keys)
+    few = min(keys, key=lambda key: found.sizes[key]) if len(keys) == 3 else None
+    first, second = (key for key in keys if key != few)
+    names = [f"{key} [{bracketed(units[key])}]" for key in (first, second)]
+    labels = (names[0], names[1], words)
+    x, y = (found[key].to_numpy() for key in (first, second))
     for name, values in every.items():
-        table, title = values.transpose(*keys[::-1]).to_numpy(), f"{town}, perspective {name}"
-        yield f"hover-{name}.png", heat_map(x, y, table, (across, upwards[0], words), title)
+        title = f"{town}, perspective {name}"
+        if few is None:
+            table = values.transpose(second, first).to_numpy()
+            yield f"hover-{name}.png", heat_map(x, y, table, labels, title)
+        else:
+            tables = values.transpose(few, second, first)
+            at = f"{few} = {{:.6g}} {units[few].replace('1', '')}".rstrip()
+            yield f"hover-{name}.png", _multiples(x, y, tables, labels, title, at)
+
+
+def bracketed(unit: str) -> str:
+    """A unit as it stands beside a quantity."""
+    return "-" if unit == "1" else unit
+
+
+@style.applied()
+def _multiples(
+    x: Floats,
+    y: Floats,
+    tables: xarray.DataArray,
+    labels: tuple[str, str, str],
+    title: str,
+    at: str,
+) -> Axes:
+    """Draw maps beside each other, one a value of the first key of the tables, on one scale."""
+    count = min(MOST_PANELS, len(tables))
+    chosen = tables[np.linspace(0, len(tables) - 1, count).round().astype(int)]
+    columns, known = min(count, PANELS_ACROSS), np.isfinite(chosen.to_numpy())
+    page = style.page(0.9 + 2.0 * -(-count // columns))
+    grid = page.subplots(-(-count // columns), columns, sharex=True, sharey=True, squeeze=False)
+    panels: list[Axes] = [*grid.flat[:count]]
+    for ax in grid.flat[count:]:
+        ax.remove()
+    scale = Normalize(float(chosen.min()), float(chosen.max())) if known.any() else Normalize(0, 1)
+    for ax, table in zip(panels, chosen, strict=True):
+        heading = at.format(float(table[tables.dims[0]]))
+        heat_map(x, y, table.to_numpy(), ("", "", ""), heading, ax, scale)
+        ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]])
+        ax.tick_params(labelbottom=ax in panels[-columns:])
+    bar = page.colorbar(ScalarMappable(scale, COLOURS), ax=panels, label=labels[2], shrink=0.9)
+    bar.outline.set_linewidth(0.4)
+    if not known.all():
+        page.legend(handles=[without_value("no plan")], **BELOW)
+    some = f", {count} of {len(tables)} values" * (count < len(tables))
+    page.suptitle(f"{title}{some}", x=0.01, ha="left", fontsize="large")
+    page.supxlabel(labels[0], fontsize="medium")
+    page.supylabel(labels[1], fontsize="medium")
+    style.settle(panels[0])
+    return panels[0]
 
 
 @style.applied()
@@ -108,12 +165,14 @@ def heat_map(
     labels: tuple[str, str, str],
     title: str,
     ax: Axes | None = None,
+    scale: Normalize | None = None,
 ) -> Axes:
     """Draw a quantity over two others as colours, with contours at round values.
 
     Of growing numbers x and y, which are the middles of cells, and values (y, x), hatched where
     they are NaN; with labels of all three. By default on a page of its own with a legend, from the
-    first value of x and y to the last, as what lies beyond may not be allowed.
+    first value of x and y to the last, as what lies beyond may not be allowed; without a bar of
+    colours where their scale is stated.
     """
     known, columns, rows = np.isfinite(values), _edges(x), _edges(y)
     ends = columns[[0, -1]], rows[[0, -1]]
@@ -125,16 +184,19 @@ def heat_map(
     if not known.all():
         corner, size = (columns[0], rows[0]), (columns[-1] - columns[0], rows[-1] - rows[0])
         ax.add_patch(Rectangle(corner, *size, zorder=0.5, **NONE))
-    shown = ax.pcolorfast(columns, rows, np.ma.masked_invalid(values), cmap=COLOURS)
+    shown = ax.pcolorfast(columns, rows, np.ma.masked_invalid(values), cmap=COLOURS, norm=scale)
     shown.set_zorder(0.8)
     ax.set(xlim=ends[0], ylim=ends[1])
-    if known.any():
-        bar = style.root(ax).colorbar(shown, ax=ax, label=labels[2], shrink=0.9)
-        bar.outline.set_linewidth(0.4)
+    bars = list[Colorbar]()
+    if known.any() and scale is None:
+        bars = [style.root(ax).colorbar(shown, ax=ax, label=labels[2], shrink=0.9)]
+        bars[0].outline.set_linewidth(0.4)
     style.group_thousands(ax)
     style.settle(ax)
-    if levels := contour_levels(values):
-        for level in levels:
+    ends_of = values if scale is None else np.array([scale.vmin, scale.vmax], dtype=float)
+    inside = [each for each in contour_levels(ends_of) if known.any() and np.nanmin(values) < each]
+    if levels := [each for each in inside if each < np.nanmax(values)]:
+        for bar, level in product(bars, levels):
             bar.ax.axhline(level, color=BLACK, linewidth=0.5)
         smooth = _without_jumps(ax, x, y, values, levels)
         lines = ax.contour(x, y, smooth, levels, colors=BLACK, linewidths=0.5)

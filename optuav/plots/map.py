@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain, cycle, pairwise
 from operator import attrgetter
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -22,9 +23,10 @@ from matplotlib.typing import LineStyleType
 from optuav.arrays import Booleans, Floats
 from optuav.errors import InputError
 from optuav.mission import Mission
+from optuav.mission.messages import of_kind
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.network.scene import Scene, scene
-from optuav.plan import Plan, Stop
+from optuav.plan import Plan, Stop, load_plan, load_subject
 from optuav.plan.display import KINDS
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, Look
@@ -93,7 +95,9 @@ class Way(NamedTuple):
 
 
 @style.applied()
-def mission_map(subject: Plan | Mission, *, figure: style.AnyFigure | None = None) -> MapAxes:
+def mission_map(
+    subject: Plan | Mission | str | Path, *, figure: style.AnyFigure | None = None
+) -> MapAxes:
     """Draw where a mission takes place and, where there is a plan, its route and stops.
 
     Seen from above (x, y) with the coverage disc at the hover altitude, the ground device, the
@@ -103,7 +107,7 @@ def mission_map(subject: Plan | Mission, *, figure: style.AnyFigure | None = Non
     Parameters
     ----------
     subject
-        A plan, a plan that says that there is none, or a mission.
+        A plan, a plan that says that there is none, or a mission; also by its name or path.
     figure
         Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
         its own by default.
@@ -118,6 +122,7 @@ def mission_map(subject: Plan | Mission, *, figure: style.AnyFigure | None = Non
     >>> optuav.plots.mission_map(optuav.load("paper")).plan.get_title(loc="left")
     'paper'
     """
+    subject = load_subject(subject)
     mission = subject if isinstance(subject, Mission) else subject.mission
     shown, title, why = scene(mission), style.printed(mission.name), ""
     ends = [k for k in (ORIGIN, HOVER, DESTINATION) if shown.places.exists[k]]
@@ -139,7 +144,9 @@ def mission_map(subject: Plan | Mission, *, figure: style.AnyFigure | None = Non
 
 
 @style.applied()
-def trajectories(plans: Mapping[str, Plan], *, figure: style.AnyFigure | None = None) -> MapAxes:
+def trajectories(
+    plans: Mapping[str, Plan | str | Path], *, figure: style.AnyFigure | None = None
+) -> MapAxes:
     """Draw the routes of several plans over one map, as the paper does for its four trajectories.
 
     Legs that several routes share lie side by side.
@@ -147,8 +154,9 @@ def trajectories(plans: Mapping[str, Plan], *, figure: style.AnyFigure | None = 
     Parameters
     ----------
     plans
-        By name; the paper's are ``"direct"``, ``"traj1"``, ``"traj2"`` and ``"optimal"``. They
-        take place on one map. A plan that says that there is none stands in the legend only.
+        Plans, or the paths of their files, by name; the paper's are ``"direct"``, ``"traj1"``,
+        ``"traj2"`` and ``"optimal"``. They take place on one map. A plan that says that there is
+        none stands in the legend only.
     figure
         Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
         its own by default.
@@ -169,14 +177,15 @@ def trajectories(plans: Mapping[str, Plan], *, figure: style.AnyFigure | None = 
     >>> optuav.plots.trajectories(plans).plan.get_title(loc="left")
     'paper: trajectories in the perspective available'
     """
-    if not plans:
+    if not of_kind("plans", plans, Mapping, "plans by name, in a dict"):
         raise InputError("a map of trajectories needs at least one plan")
-    if len({SITE(plan.mission) for plan in plans.values()}) > 1:
+    known = {name: load_plan(plan) for name, plan in plans.items()}
+    if len({SITE(plan.mission) for plan in known.values()}) > 1:
         raise InputError("the plans of one map have the same places: route, buildings, laser, link")
-    shown = scene(next(iter(plans.values())).mission)
+    shown = scene(next(iter(known.values())).mission)
     ways, entries = list[Way](), list[Artist]()
     for (name, plan), colour, dashes in zip(
-        plans.items(), cycle(COLOURS), cycle(DASHES), strict=False
+        known.items(), cycle(COLOURS), cycle(DASHES), strict=False
     ):
         look: Look = {"color": colour, "linestyle": dashes}
         label = style.WORDS.get(name, style.printed(name))
@@ -188,7 +197,7 @@ def trajectories(plans: Mapping[str, Plan], *, figure: style.AnyFigure | None = 
         else:
             label += f": no plan ({plan.status.value})"
         entries.append(Line2D([], [], label=label, **look))
-    perspectives = ", ".join(dict.fromkeys(plan.perspective for plan in plans.values()))
+    perspectives = ", ".join(dict.fromkeys(plan.perspective for plan in known.values()))
     title = f"{style.printed(shown.mission.name)}: trajectories in the perspective {perspectives}"
     return _draw(shown, ways, entries, title, times=False, figure=figure)
 

@@ -12,8 +12,9 @@ from matplotlib.patches import Patch
 
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError
+from optuav.mission.messages import of_kind, shown
 from optuav.modelling import Model, Variable
-from optuav.plan import Plan
+from optuav.plan import Plans, load_plans
 from optuav.plan.plane import constraint_name, cuts, feasible, limits, thinned, worth_seeing
 from optuav.plots import style
 from optuav.plots.style import BLACK, printed
@@ -29,7 +30,7 @@ Values: TypeAlias = Mapping[str, object]
 def plane(
     model: Model,
     parameters: Values,
-    plans: Sequence[Plan] = (),
+    plans: Plans = (),
     *,
     slot_s: float = 1.0,
     ax: Axes | None = None,
@@ -48,7 +49,8 @@ def plane(
     parameters
         Values of its parameters for one itinerary, as ``model.row(entry)`` gives them.
     plans
-        Plans to mark, of the same problem and itinerary: continuous ones and ones in slots.
+        A plan or several to mark, or the paths of their files, of the same problem and itinerary:
+        continuous ones and ones in slots.
     slot_s
         Length of the slots of the grid [s], > 0.
     ax
@@ -71,6 +73,10 @@ def plane(
     >>> optuav.plots.plane(model, model.row(0), slot_s=20.0).get_xlabel()
     "rest time $T'$ [s]"
     """
+    of_kind("model", model, Model, "a declared model, such as Program.parts[k].model")
+    words = "values of all parameters by name, as model.row(entry) gives them"
+    if not model.parameters.keys() <= of_kind("parameters", parameters, Mapping, words).keys():
+        raise InputError([Fault("parameters", shown(parameters), words)])
     if len(model.variables) != 2:
         names = ", ".join(each.symbol for each in model.variables)
         raise InputError(f"a plane needs two unknowns; the problem has {names or 'none'}")
@@ -79,11 +85,15 @@ def plane(
     upward, across = model.variables
     marked = [
         (plan, (float(getattr(plan, across.name)), float(getattr(plan, upward.name))))
-        for plan in plans
+        for plan in load_plans(plans, least=0)
         if plan
     ]
     points = [point for _, point in marked]
     route = marked[0][0].route if marked else ()
+    flights = max((getattr(each.moment, "flight", 0) for each in model.constraints), default=0)
+    if 0 < len(route) <= flights:
+        words = "plans of the itinerary of this model"
+        raise InputError([Fault("plans", " → ".join(route), words)])
     ax = ax or style.page(4.4).subplots()
     counted = worth_seeing(model, parameters, slot_s, points, SAMPLES)
     for name, number, values_s in (("ylim", 1, counted[0]), ("xlim", 0, counted[1])):

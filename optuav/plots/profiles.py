@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from itertools import pairwise
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -10,12 +11,13 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from optuav.errors import Fault, InputError, refuse
-from optuav.judge import Replay
-from optuav.mission import Mission
-from optuav.mission.messages import listed
+from optuav.judge import Itinerary, Replay, replay
+from optuav.mission import Mission, load
+from optuav.mission.messages import listed, shown
 from optuav.network import vehicle
 from optuav.network.scene import scene
 from optuav.physics import flight, rotor
+from optuav.plan import Plan
 from optuav.plan.trace import Event
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION, Band, mark
@@ -53,7 +55,9 @@ class ProfileAxes(NamedTuple):
 
 
 @style.applied()
-def profile(replayed: Replay, *, figure: style.AnyFigure | None = None) -> ProfileAxes:
+def profile(
+    replayed: Replay | Plan | Itinerary | str | Path, *, figure: style.AnyFigure | None = None
+) -> ProfileAxes:
     """Draw altitude, speed and power into the battery over a simulated plan.
 
     While a leg turns, the flight model freezes the position: no speed is drawn there. The
@@ -63,7 +67,7 @@ def profile(replayed: Replay, *, figure: style.AnyFigure | None = None) -> Profi
     Parameters
     ----------
     replayed
-        From `optuav.replay`.
+        From `optuav.replay`, or what that takes: a plan, an itinerary, or the file of one.
     figure
         Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
         its own by default.
@@ -84,6 +88,7 @@ def profile(replayed: Replay, *, figure: style.AnyFigure | None = None) -> Profi
     >>> optuav.plots.profile(replayed).altitude.get_title(loc="left")
     'paper: can be flown'
     """
+    replayed = replay(replayed)
     trace, mission = replayed.trace, replayed.mission
     time_s, height_m, power_W = trace.time_s, trace.position_m[:, 2], trace.power_W
     axes = ProfileAxes(*(figure or style.page(5.0)).subplots(3, 1, sharex=True))
@@ -159,7 +164,7 @@ class LegAxes(NamedTuple):
 
 @style.applied()
 def leg(
-    mission: Mission, start: str, end: str, *, figure: style.AnyFigure | None = None
+    mission: Mission | str | Path, start: str, end: str, *, figure: style.AnyFigure | None = None
 ) -> LegAxes:
     """Draw one leg over time by the mission's flight model.
 
@@ -170,7 +175,7 @@ def leg(
     Parameters
     ----------
     mission
-        The mission.
+        The mission, also by its name or path.
     start, end
         Names of places: ``"origin"``, ``"hover"``, ``"destination"`` or a building's.
     figure
@@ -192,6 +197,7 @@ def leg(
     >>> optuav.plots.leg(optuav.load("paper"), "origin", "hover").speed.get_title(loc="left")
     'paper: leg origin → hover, 2693.5 m in 37.90 s'
     """
+    mission = load(mission)
     displacement_m = _displacement(mission, start, end)
     rotors = mission.flight.model == "rotors"
     page = figure or style.page(5.0 if rotors else 3.6)
@@ -214,7 +220,7 @@ def _displacement(mission: Mission, start: str, end: str) -> tuple[float, float,
     """End minus start [m]; an error where no leg leads there."""
     known = scene(mission).places
     refuse(
-        Fault(option, repr(name), f"one of {listed(known.names)}")
+        Fault(option, shown(name), f"one of {listed(known.names)}")
         for option, name in (("start", start), ("end", end))
         if name not in known.names
     )

@@ -73,7 +73,7 @@ class Solved(NamedTuple):
 
 def batch_arrays(
     mission: Mission | str | Path | Sequence[Mission],
-    ranges: Mapping[str, npt.ArrayLike],
+    ranges: Mapping[str, npt.ArrayLike] | None = None,
     problem: Formulation | ProblemName = "P1",
     *,
     perspective: Perspective | Sequence[Perspective] = AVAILABLE,
@@ -121,7 +121,7 @@ def batch_arrays(
 
 def batch(
     mission: Mission | str | Path | Sequence[Mission],
-    ranges: Mapping[str, npt.ArrayLike],
+    ranges: Mapping[str, npt.ArrayLike] | None = None,
     problem: Formulation | ProblemName = "P1",
     *,
     perspective: Perspective | Sequence[Perspective] = AVAILABLE,
@@ -135,11 +135,11 @@ def batch(
         A mission, the name of a shipped one, or the path of a mission file; or several missions,
         as `optuav.layouts` makes them.
     ranges
-        Values by key, each a list or an array of numbers: any numeric key of a mission, places and
-        forces by component as ``"link.device_m[0]"``. A new value removes what depends on the old
-        one, as in `Mission.replace`. Of one mission also ``"buildings"``, whole layouts: an array
-        (layout, building, 3) of the positions [m] of all its buildings, which keep their names and
-        take their footprints along.
+        None for the missions as they are, or values by key, each a list or an array of numbers: any
+        numeric key of a mission, places and forces by component as ``"link.device_m[0]"``. A new
+        value removes what depends on the old one, as in `Mission.replace`. Of one mission also
+        ``"buildings"``, whole layouts: an array (layout, building, 3) of the positions [m] of all
+        its buildings, which keep their names and take their footprints along.
     problem, perspective
         What is solved, and how charge counts, or several of these; `optuav.solve` explains them.
     paired
@@ -205,7 +205,7 @@ def labelled(found: Solved) -> xarray.Dataset:
 
 def _solved(
     mission: Mission | str | Path | Sequence[Mission],
-    ranges: Mapping[str, npt.ArrayLike],
+    ranges: Mapping[str, npt.ArrayLike] | None,
     problem: Formulation | ProblemName,
     perspective: Perspective | Sequence[Perspective],
     paired: bool,
@@ -218,6 +218,7 @@ def _solved(
         faults.append(Fault("paired", shown(paired), "true or false"))
     if not (wholes or faults):
         faults.append(Fault("mission", shown(mission), "a mission, or several of them"))
+    ranges = {} if ranges is None else ranges
     if isinstance(ranges, Mapping) and ROOFS in ranges:
         with collected(faults):
             refuse([Fault(ROOFS, "", "layouts of one mission, not of several")] if several else ())

@@ -134,7 +134,7 @@ class Results:
         """
         from optuav.plots import save_figures
 
-        return save_figures(self.draw(self), Path(directory))
+        return save_figures(self.draw(self), directory)
 
 
 def as_cell(value: object) -> str | float | None:

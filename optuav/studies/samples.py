@@ -228,7 +228,8 @@ def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tupl
 
 def dotted(stated: Mapping[str, object]) -> Iterator[tuple[str, object]]:
     """Keys with their values, those of inner tables by dotted names."""
-    for name, content in stated.items():
+    for key, content in stated.items():
+        name = key if isinstance(key, str) else shown(key)
         if isinstance(content, dict) and "." not in name:
             yield from ((f"{name}.{key}", values) for key, values in content.items())
         else:

@@ -13,7 +13,7 @@ from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, shown, unknown
 from optuav.mission.schema import Number
 from optuav.options import Perspective
-from optuav.plan import Plan
+from optuav.plan import Plan, load_plan
 from optuav.plan.summary import tabulated
 from optuav.solving import solve
 from optuav.solving.question import checked_question
@@ -53,7 +53,7 @@ def sensitivity(
     uncertainty: Mapping[str, object] | str | Path | None = None,
     *,
     perspective: Perspective = AVAILABLE,
-    plan: Plan | None = None,
+    plan: Plan | str | Path | None = None,
     samples: int = 10_000,
     seed: int = 0,
 ) -> Results:
@@ -74,7 +74,8 @@ def sensitivity(
     perspective
         How charge is counted: ``"available"``, ``"battery"``, ``"energy"`` or ``"adjusted"``.
     plan
-        The plan that is held fixed; by default the best one of the mission.
+        The plan that is held fixed, also by the path of its file; by default the best one of the
+        mission.
     samples
         Number of samples, 1 to 1e8. The first of them are the same for any number.
     seed
@@ -112,8 +113,10 @@ def sensitivity(
     faults = [*misfits(("samples", samples, SAMPLES), ("seed", seed, SEED))]
     if perspective not in (known := (*PAPER, AVAILABLE)):
         faults.append(unknown("perspective", perspective, known))
-    if plan is not None and not plan:
-        faults.append(Fault("plan", plan.status.value, "a plan that can be flown on a route"))
+    with collected(faults):
+        plan = None if plan is None else load_plan(plan)
+        if plan is not None and not plan:
+            faults.append(Fault("plan", plan.status.value, "a plan that can be flown on a route"))
     with collected(faults):
         studied = load(mission)
         if perspective == AVAILABLE and studied.battery.takes_turns:

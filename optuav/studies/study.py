@@ -11,6 +11,7 @@ from typing import Annotated, Any, TypeAlias
 import numpy as np
 from annotated_types import MinLen
 from pydantic import BaseModel, ValidationError
+from pydantic_core import to_jsonable_python
 
 from formulations.formulation import Formulation
 from formulations.p1 import P1
@@ -70,9 +71,9 @@ class SweepPlan:
 
     @property
     def is_drawable(self) -> bool:
-        """Whether there are one or two keys, of several values each and one of rows at most."""
+        """Whether there are up to three keys, of several values each and one of rows at most."""
         keys, grid = len(self.scenarios.stated(0, 1)), len(self.scenarios.grid)
-        return keys < 3 and keys - grid < 2 and min(self.scenarios.sizes.values()) > 1
+        return keys < 4 and keys - grid < 2 and min(self.scenarios.sizes.values()) > 1
 
     def part(self, number: int) -> range:
         """The scenarios of a part by number."""
@@ -80,16 +81,23 @@ class SweepPlan:
         return every[number * self.scenarios_per_part :][: self.scenarios_per_part]
 
 
-def read_plan(path: Path) -> SweepPlan:
-    """Read a study file, or refuse it with all its faults."""
-    faults = list[Fault]()
-    stated = _stated(read_toml(path), faults)
+def read_plan(study: Path | Mapping[str, object]) -> SweepPlan:
+    """Read a study from its file or its tables, or refuse it with all its faults."""
+    faults, is_file = list[Fault](), isinstance(study, Path)
+    path, source = (study, label(study)) if isinstance(study, Path) else (Path(), "study")
+    document = read_toml(path) if is_file else to_jsonable_python(study, fallback=_as_list)
+    stated = _stated(document, faults)
     with collected(faults):
         plan = _plan(stated, path, faults)
     stated_in = dict.fromkeys(("count", "seed"), "samples")
     stated_in |= {key: name for name in TABLES for key, _ in dotted(getattr(stated, name))}
-    refuse(_placed(each, stated_in, label(path)) for each in dict.fromkeys(faults))
+    refuse(_placed(each, stated_in, source) for each in dict.fromkeys(faults))
     return plan
+
+
+def _as_list(values: Any) -> Any:
+    """The values of an array; of anything else words that no key allows."""
+    return values.tolist() if hasattr(values, "tolist") else shown(values)
 
 
 def _placed(fault: Fault, stated_in: Mapping[str, str], file: str) -> Fault:
@@ -121,7 +129,7 @@ def _plan(stated: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
         faults.append(Fault("grid", "", "keys with values here, in [paired] or in [samples]"))
     if stated.paired and stated.samples:
         faults.append(Fault("samples", "", "either [samples] or [paired]"))
-    if path == STANDARD and not stated.output:
+    if path in (STANDARD, Path()) and not stated.output:
         faults.append(Fault("output", "", "is missing; the path of a directory"))
     with collected(faults):
         problem = stated_problem(stated.problem)

@@ -103,7 +103,7 @@ class Swept(NamedTuple):
 
 
 def sweep(
-    study: str | Path,
+    study: Mapping[str, object] | str | Path,
     *,
     workers: int = 1,
     scheduler: str | None = None,
@@ -115,13 +115,14 @@ def sweep(
     Parameters
     ----------
     study
-        Path of a study file in TOML: ``mission`` (a shipped name, or a path relative to the file),
-        ``problem``, ``perspective`` (one or a list), and values of numeric keys: in ``[grid]`` with
-        all combinations, in ``[paired]`` row by row, each a list or ``{ low = 600, high = 1800,
-        count = 41 }``; in ``[samples]`` distributions as for `optuav.samples`, with ``count`` and
-        ``seed`` of a Sobol sequence. Rows and samples go with every combination of the grid.
-        ``scenarios_per_part`` is 100 000 and ``output``, the directory of the parts, the file's
-        name without its ending where they are not stated.
+        Path of a study file in TOML, or its tables as a dict, which states ``output``. Keys are
+        ``mission`` (a shipped name, or a path relative to the file), ``problem``, ``perspective``
+        (one or a list), and values of numeric keys: in ``[grid]`` with all combinations, in
+        ``[paired]`` row by row, each a list or ``{ low = 600, high = 1800, count = 41 }``; in
+        ``[samples]`` distributions as for `optuav.samples`, with ``count`` and ``seed`` of a Sobol
+        sequence. Rows and samples go with every combination of the grid. ``scenarios_per_part`` is
+        100 000 and ``output``, the directory of the parts, the file's name without its ending where
+        they are not stated.
     workers
         Number of processes of this machine that share the work, 1 to 1000.
     scheduler
@@ -157,11 +158,12 @@ def sweep(
     ...     optuav.sweep(file).parts, optuav.sweep(file).kept
     (2, 2)
     """
-    plan = planned(path_of(study), workers, scheduler)
+    stated = study if isinstance(study, Mapping) else path_of(study, "study", "a path, or a dict")
+    plan = planned(stated, workers, scheduler)
     return run(plan, workers, scheduler, resume, progress)
 
 
-def planned(study: Path, workers: int, scheduler: str | None) -> SweepPlan:
+def planned(study: Path | Mapping[str, object], workers: int, scheduler: str | None) -> SweepPlan:
     """The plan of a study, refused with all its faults and those of who is to do it."""
     require("pyarrow", "sweeps")
     faults = [*misfits(("workers", workers, WORKERS))]
@@ -203,13 +205,13 @@ def run(
     return Swept(directory, stamp, every, plan.parts, kept, *_summary(stored, plan.perspectives))
 
 
-def open_sweep(path: str | Path) -> xarray.Dataset:
+def open_sweep(path: Swept | str | Path) -> xarray.Dataset:
     """Read a finished sweep.
 
     Parameters
     ----------
     path
-        The directory of its parts.
+        The directory of its parts, or what `optuav.sweep` returned.
 
     Returns
     -------
@@ -229,13 +231,13 @@ def open_sweep(path: str | Path) -> xarray.Dataset:
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = pathlib.Path(folder) / "deadlines.toml"
     ...     _ = file.write_text("grid.limits.deadline_s = [600, 900, 1200]")
-    ...     found = optuav.open_sweep(optuav.sweep(file).directory)
+    ...     found = optuav.open_sweep(optuav.sweep(file))
     >>> found.hover_time_s.values.round(1).tolist()
     [524.2, 591.6, 597.3]
     """
     require("pyarrow", "sweeps")
     require("xarray", "labelled datasets")
-    directory = path_of(path)
+    directory = path.directory if isinstance(path, Swept) else path_of(path)
     about = _read_manifest(directory)
     study, grid, asked = about.study, about.grid, about.study.perspective
     facts = {"mission": study.mission.name, "problem": repr(stated_problem(study.problem))}

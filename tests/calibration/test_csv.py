@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from optuav.calibration import fit_kibam
 from optuav.calibration.csv import (
     Format,
     Measurements,
@@ -189,8 +190,8 @@ def test_the_format_with_most_headings_is_read(file: Path) -> None:
 
 
 def test_no_file_at_all() -> None:
-    with pytest.raises(InputError, match="no file"):
-        read_all([], [LOG], lambda table: table)
+    with pytest.raises(InputError, match=r"files = \[\]: a path, or several"):
+        fit_kibam([])
 
 
 def test_a_file_counts_once_under_all_its_names(tmp_path: Path) -> None:

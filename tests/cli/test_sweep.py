@@ -142,17 +142,17 @@ def test_a_key_of_rows_is_drawn_as_one_of_a_grid(text: str, name: str, tmp_path:
 @pytest.mark.parametrize(
     "more",
     [
-        "grid.link.transmit_power_W = [0.1, 0.2]",
-        "samples = { count = 4, body.mass_kg = { percent = 5 } }",
+        "grid.link.transmit_power_W = [0.1, 0.2]\ngrid.limits.min_soc = [0.1, 0.2]",
+        "samples = { count = 4, body.mass_kg = { percent = 5 }, laser.power_W = { percent = 5 } }",
         "grid.laser.power_W = [1000]",
     ],
 )
 def test_what_cannot_be_drawn_is_refused_before_it_is_computed(more: str, study: Path) -> None:
-    """Three keys, samples with two others, and a key with a single value."""
+    """Four keys, two of samples with two others, and a key with a single value."""
     study.write_text(STUDY.replace("grid.battery", f"{more}\ngrid.battery"))
     said = refused("sweep", str(study), "--plot", str(study.with_name("pictures")))
     assert words(said) == (
-        "error: --plot: goes with one key or two, of several values each, one of them in [grid]"
+        "error: --plot: goes with up to three keys, of several values each, one of them in [grid]"
     )
     assert not study.with_suffix("").exists()
 

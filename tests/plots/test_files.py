@@ -72,6 +72,17 @@ def test_without_a_plan_there_is_a_map_alone(nothing: optuav.Plan, tmp_path: Pat
 
 
 @pytest.mark.usefixtures("names_only")
+def test_a_twin_is_not_drawn_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where another perspective is flown alike, as with the shipped matrice350."""
+    drawn = list[int]()
+    own = files.wells
+    monkeypatch.setattr(files, "wells", lambda plans: drawn.append(len(plans)) or own(plans))
+    plan, twin = (optuav.solve("matrice350", perspective=x) for x in ("available", "battery"))
+    files.save_pictures(plan, tmp_path, [twin])
+    files.save_pictures(optuav.solve("paper"), tmp_path, optuav.solve("paper", "P3"))
+    assert drawn == [1, 2]
+
+
 def test_packs_that_take_turns_are_drawn_as_such(tmp_path: Path) -> None:
     """There is no pooled battery whose wells could be shown; a single pack is one."""
     direct = optuav.load("paper").replace({"battery.schedule": "round-robin"})

@@ -48,6 +48,35 @@ def test_maps_have_the_first_key_across_and_the_second_upwards() -> None:
     np.testing.assert_array_equal(shown.reshape(expected.shape), expected)
 
 
+def test_three_keys_are_small_multiples_on_one_scale() -> None:
+    """One panel a value of the key that has fewest, with all other values on its axes."""
+    keys = {
+        "limits.deadline_s": [20.0, 600.0, 900.0],
+        "limits.min_soc": [0.1, 0.3],
+        "battery.capacity_As": [20_000.0, 30_000.0, 36_000.0, 40_000.0],
+    }
+    found = optuav.batch("paper", keys)
+    ((name, first),) = plots.swept(found)
+    assert name == "hover-available.png"
+    panels = [ax for ax in first.figure.axes if ax.get_title(loc="left")]
+    assert [ax.get_title(loc="left") for ax in panels] == [
+        "limits.min_soc = 0.1",
+        "limits.min_soc = 0.3",
+    ]
+    (scale,) = {ax.images[0].get_clim() for ax in panels}
+    values = found.hover_time_s.values
+    assert scale == pytest.approx((np.nanmin(values), np.nanmax(values)))
+    for number, ax in enumerate(panels):
+        drawn = np.asarray(ax.images[0].get_array()).reshape(4, 3)
+        np.testing.assert_array_equal(drawn, values[:, number].T)
+    assert [text.get_text() for text in first.figure.legends[0].get_texts()] == ["no plan"]
+    many = {**keys, "limits.min_soc": np.linspace(0.0, 0.4, 30)}
+    many["limits.deadline_s"] = many["battery.capacity_As"] = np.linspace(1e3, 2e3, 31)
+    ((_, first),) = plots.swept(optuav.batch("paper", many))
+    assert len([ax for ax in first.figure.axes if ax.get_title(loc="left")]) == 12
+    assert "12 of 30 values" in first.figure.get_suptitle()
+
+
 def test_a_hover_that_is_not_the_longest_is_not_called_so() -> None:
     """P2 asks for the most charge."""
     found = optuav.batch("paper", {"limits.deadline_s": [600, 700]}, "P2")
@@ -81,7 +110,12 @@ def test_nothing_to_draw_is_drawn_over_what_was_swept() -> None:
         (["paper", "paper-table2"], {"limits.deadline_s": [600, 700]}, {}),
         (
             "paper",
-            {"limits.deadline_s": [6, 7], "laser.power_W": [1, 2], "body.mass_kg": [1, 2]},
+            {
+                "limits.deadline_s": [6, 7],
+                "laser.power_W": [1, 2],
+                "body.mass_kg": [1, 2],
+                "limits.min_soc": [0.1, 0.2],
+            },
             {},
         ),
     ],
@@ -91,5 +125,5 @@ def test_other_dimensions_are_refused(mission: Any, ranges: Any, options: Any) -
         optuav.batch(mission, ranges, **options),
         optuav.batch_arrays(mission, ranges, **options),
     ):
-        with pytest.raises(InputError, match="a dataset of one mission over one key or two"):
+        with pytest.raises(InputError, match="a dataset of one mission over up to three keys"):
             [*plots.swept(found)]

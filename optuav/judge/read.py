@@ -1,0 +1,88 @@
+"""Reads what is to be judged: a plan of ours, or an itinerary of anybody's."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from optuav.errors import Fault, InputError, printable
+from optuav.judge.timeline import STOP, Itinerary, stop_breaches
+from optuav.mission import Mission, load, shipped
+from optuav.mission.files import beside, label, parse_json, parse_toml, read_text
+from optuav.mission.load import is_name
+from optuav.mission.messages import nearest, path_of, shown
+from optuav.mission.validation import Breach, Document, StatedMission, format_breaches
+from optuav.plan import Plan, Stop
+from optuav.plan.plan import KIND, LARGEST_BYTES, parse_plan
+
+MOST_STOPS = 10_000  # Largest number of stops of an itinerary
+
+KEYS = {
+    "mission": "the name of a shipped mission, a path relative to this file, or a whole mission",
+    "stops": f"tables [[stops]], each {STOP}; at most {MOST_STOPS}, or stops = []",
+}
+"""What the file of an itinerary states beside its schema."""
+
+
+def read(
+    stated: Plan | Itinerary | Mapping[str, object] | str | Path,
+) -> tuple[str, Plan | Itinerary, Mapping[str, Any]]:
+    """A plan or itinerary, the name of its source, and the data of its file, where it is a plan."""
+    if isinstance(stated, Plan | Itinerary):
+        return printable(stated.mission.name), stated, {}
+    if isinstance(stated, Mapping):
+        document, here, source = {**stated}, Path(), "a dict"
+        if document.get("kind") == KIND:
+            return source, *parse_plan(json.dumps(document, default=str), source, here)
+        return source, _itinerary(document, here, source), {}
+    words = "a Plan, an Itinerary of a mission and its stops, a dict, or the path of a file"
+    file = path_of(stated, "plan", words)
+    known = "; it is a shipped mission, optuav solve takes it" if str(file) in shipped() else ""
+    text, source = read_text(file, LARGEST_BYTES, hint=known), label(file)
+    if file.suffix != ".json" and not text.lstrip().startswith("{"):
+        return source, _itinerary(parse_toml(text, source), file.parent, source), {}
+    found = None if KIND in text else parse_json(text, source)
+    if isinstance(found, dict) and "stops" in found and "phases" not in found:
+        return source, _itinerary(found, file.parent, source), {}
+    return source, *parse_plan(text, source, file.parent)
+
+
+def _itinerary(document: Document, folder: Path, source: str) -> Itinerary:
+    """The itinerary that a document states, or an `InputError` with all faults."""
+    if not KEYS.keys() & document.keys() and {"extends", "limits", "route"} & document.keys():
+        words = "is a mission, not an itinerary; optuav solve and validate take it"
+        raise InputError([Fault("", "", words, source)])
+    name, stops = document.get("mission"), document.get("stops", ())
+    faults, breaches, mission = list[Fault](), format_breaches(document), None
+    for key in {**KEYS, **document}:
+        if key not in ("schema", *KEYS):
+            breaches.append(Breach((key,), f"unknown key{nearest(key, KEYS)}"))
+        elif key in KEYS and key not in document:
+            breaches.append(Breach((key,), f"is missing; {KEYS[key]}"))
+    if isinstance(name, str | dict) and name:
+        try:
+            if isinstance(name, dict):
+                mission = Mission.from_dict(name)
+            else:
+                mission = load(name if is_name(name) else beside(folder, name))
+        except InputError as error:
+            # That there is no such file is a fault of the key, what is wrong in it its own.
+            faults += (
+                replace(each, key=f"mission.{each.key}", source=source)
+                if isinstance(name, dict)
+                else each
+                if each.key
+                else Fault("mission", shown(name), each.allowed, source)
+                for each in error.faults
+            )
+    else:
+        breaches.append(Breach(("mission",), KEYS["mission"]))
+    if isinstance(stops, list) and len(stops) <= MOST_STOPS:
+        breaches += stop_breaches(stops, mission)
+    else:
+        breaches.append(Breach(("stops",), KEYS["stops"]))
+    faults = [*StatedMission(document, {(): source}).faults(breaches), *faults]
+    if faults or mission is None:
+        raise InputError(faults)
+    return Itinerary(mission, tuple(Stop(**each) for each in stops))

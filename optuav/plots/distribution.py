@@ -1,0 +1,125 @@
+"""How a figure of many scenarios is spread: its histogram and its cumulative distribution."""
+
+from __future__ import annotations
+
+import math
+from itertools import cycle
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from optuav.errors import Fault, InputError
+from optuav.mission.messages import shown, unknown
+from optuav.plots import style
+from optuav.plots.charts import DASHES, LINES
+
+if TYPE_CHECKING:
+    import xarray
+
+MOST_BINS = 40
+
+
+class DistributionAxes(NamedTuple):
+    """Panels over the values of a variable.
+
+    Parameters
+    ----------
+    histogram, cumulative
+        Axes with the share of all scenarios by bin, and up to a value [%].
+
+    Examples
+    --------
+    >>> import optuav
+    >>> found = optuav.batch("paper", {"limits.deadline_s": [600, 900, 1200]})
+    >>> optuav.plots.distribution(found).cumulative.get_xlabel()
+    'hover time [s]'
+    """
+
+    histogram: Axes
+    cumulative: Axes
+
+    def _repr_png_(self) -> style.Shown:
+        return style.shown(self)
+
+
+@style.applied()
+def distribution(
+    found: xarray.Dataset,
+    variable: str = "hover_time_s",
+    *,
+    figure: style.AnyFigure | None = None,
+) -> DistributionAxes:
+    """Draw the histogram and the cumulative distribution of a variable over all scenarios.
+
+    Perspectives are lines of their own. Shares are those of all scenarios: where some have no plan,
+    the legend says how many, and the curve ends below 100 %.
+
+    Parameters
+    ----------
+    found
+        As `optuav.batch` and `optuav.open_sweep` return it.
+    variable
+        The name of one of its times and charges.
+    figure
+        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
+        its own by default.
+
+    Returns
+    -------
+    The axes, with shares in % over values in the unit of the variable.
+
+    Raises
+    ------
+    InputError
+        If the dataset is no such answer, has no such variable, or no scenario has a plan.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> found = optuav.batch("paper", {"limits.deadline_s": [10, 900, 1200]})
+    >>> ax = optuav.plots.distribution(found).histogram
+    >>> ax.get_legend().get_texts()[0].get_text()
+    'available: no plan in 1 of 3'
+    """
+    every = getattr(found, "data_vars", {})
+    known = [name for name, each in every.items() if each.dtype.kind == "f"]
+    if not known or not {"mission", "problem"} <= found.attrs.keys():
+        raise InputError([Fault("found", shown(found), "a dataset, as optuav.batch returns it")])
+    if variable not in known:
+        raise InputError([unknown("variable", variable, known)])
+    values = found[variable]
+    if "perspective" not in values.dims:
+        values = values.expand_dims(perspective=[found.attrs["perspective"]])
+    if values.isnull().all():
+        raise InputError([Fault("found", variable, "a plan in one scenario at least")])
+    axes = DistributionAxes(*(figure or style.page(4.6)).subplots(2, 1, sharex=True))
+    names = values.perspective.values.tolist()
+    bins = min(MOST_BINS, 2 + math.isqrt(values.size // len(names)))
+    edges = np.histogram_bin_edges(values.to_numpy()[values.notnull().to_numpy()], bins)
+    # The first are the widest, so that they are seen beneath others.
+    widths = np.linspace(1.2 + 0.7 * (len(names) - 1), 1.2, len(names)).tolist()
+    for name, width, colour, dashes in zip(names, widths, cycle(LINES), cycle(DASHES)):
+        row = values.sel(perspective=name).to_numpy().ravel()
+        there = np.sort(row[np.isfinite(row)])
+        none = f": no plan in {len(row) - len(there)} of {len(row)}" * (len(there) < len(row))
+        look: style.Look = {"color": colour, "linestyle": dashes, "linewidth": width}
+        look["label"] = f"{name}{none}"
+        share = 100.0 / len(row)
+        axes.histogram.stairs(share * np.histogram(there, edges)[0], edges, **look)
+        if len(there):
+            upto = share * np.arange(len(there) + 1)
+            axes.cumulative.step([there[0], *there], upto, where="post", **look)
+    axes.histogram.set(ylabel="share of scenarios [%]", ylim=(0.0, None))
+    axes.cumulative.set(ylabel="share up to a value [%]", ylim=(0.0, 104.0))
+    axes.cumulative.set(xlabel=f"{values.attrs['long_name']} [{values.attrs['units']}]")
+    rows = -(-len(names) // 2)
+    town = style.printed(found.attrs["mission"])
+    axes.histogram.set_title(f"{town}: {len(row)} scenarios", pad=4.0 + 14.0 * rows)
+    style.legend_above(axes.histogram, min(2, len(names)))
+    for ax in axes:
+        ax.yaxis.grid(True, linewidth=0.4, color=style.PALE)
+        ax.set_axisbelow(True)
+    style.group_thousands(*axes)
+    style.settle(axes.histogram)
+    return axes

@@ -1,0 +1,218 @@
+"""One rule: a mission, plan, study or table is taken as an object, by its name or by its path."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import matplotlib.axes
+import pytest
+
+import optuav
+from optuav import exercises, judge, maps, plots
+from optuav.errors import InputError
+
+DATA = Path(optuav.__file__).parent / "lessons" / "data"
+STOP = judge.Stop("hover", "hover", 300.0)
+DEADLINES = {"limits.deadline_s": [600.0, 900.0]}
+ITINERARY = """
+schema = 1
+mission = "paper"
+stops = [{ at = "hover", kind = "hover", duration_s = 300.0 }]
+"""
+
+
+class Door(NamedTuple):
+    """A public function with one of its arguments left open, and what this takes."""
+
+    call: Callable[[Any], object]
+    takes: str
+    empty: bool = False  # Whether an empty list is allowed
+    none: bool = False  # Whether None is
+
+
+M, P, PS = "mission", "plan", "plans"
+BUILDING = optuav.P4("b1", order="rest-first")
+DOORS: dict[str, Door] = {
+    "load": Door(optuav.load, M),
+    "solve": Door(lambda x: optuav.solve(x, "P3"), M),
+    "formulate": Door(lambda x: optuav.formulate(x, "P3"), M),
+    "graph": Door(optuav.graph, M),
+    "route_choice": Door(lambda x: optuav.route_choice(x, perspective="battery"), M),
+    "layouts": Door(lambda x: optuav.layouts(x, 2), M),
+    "batch": Door(lambda x: optuav.batch(x, DEADLINES), "mission, missions"),
+    "batch without ranges": Door(optuav.batch, "mission, missions"),
+    "batch_arrays": Door(optuav.batch_arrays, "mission, missions"),
+    "compare": Door(lambda x: optuav.compare(x, by="perspective"), M),
+    "samples": Door(lambda x: optuav.samples(x, {"gravity_m_s2": {"percent": 1}}, 2), ""),
+    "samples: uncertainty": Door(lambda x: optuav.samples("paper", x, 2), "uncertainty"),
+    "sensitivity": Door(lambda x: optuav.sensitivity(x, {}, samples=8), ""),
+    "sensitivity: uncertainty": Door(
+        lambda x: optuav.sensitivity("paper", x, samples=8), "uncertainty", none=True
+    ),
+    "sensitivity: plan": Door(
+        lambda x: optuav.sensitivity("paper", {}, samples=8, plan=x), P, none=True
+    ),
+    "place_laser": Door(lambda x: optuav.place_laser(x, [[1000, 0, 50]]), "mission, missions"),
+    "explain": Door(optuav.explain, "mission, plan"),
+    "explore": Door(optuav.explore, ""),
+    "reproduce": Door(lambda x: optuav.reproduce("out", mission=x), "", none=True),
+    "maps.laser": Door(lambda x: maps.laser(x, 1000), M),
+    "maps.device": Door(lambda x: maps.device(x, 1000), M),
+    "maps.hover_point": Door(lambda x: maps.hover_point(x, 1500), M),
+    "maps.save": Door(lambda x: maps.save(x, "map.tif"), ""),
+    "city.read": Door(optuav.city.read, ""),
+    "Itinerary": Door(lambda x: optuav.Itinerary(x, STOP), M),
+    "Itinerary: stops": Door(lambda x: optuav.Itinerary("paper", x), "stops", empty=True),
+    "audit": Door(optuav.audit, "plan, itinerary"),
+    "replay": Door(optuav.replay, "plan, itinerary, replay"),
+    "load_plan": Door(optuav.load_plan, P),
+    "check_solutions": Door(optuav.check_solutions, ""),
+    "sweep": Door(optuav.sweep, "study"),
+    "open_sweep": Door(optuav.open_sweep, "swept"),
+    "fit_kibam": Door(optuav.fit_kibam, "csv"),
+    "fit_regimes": Door(optuav.fit_regimes, ""),
+    "fit_rotor": Door(optuav.fit_rotor, ""),
+    "fit_table": Door(optuav.fit_table, ""),
+    "ledger": Door(optuav.ledger, "", empty=True),
+    "exercises.task": Door(exercises.task, ""),
+    "exercises.check": Door(lambda x: exercises.check(x, 1.0), ""),
+    "plots.mission_map": Door(plots.mission_map, "mission, plan"),
+    "plots.save_pictures": Door(lambda x: plots.save_pictures(x, "out"), "pictured"),
+    "plots.save_pictures: beside": Door(
+        lambda x: plots.save_pictures("plan.json", "out", x), "beside", empty=True
+    ),
+    "plots.wells": Door(plots.wells, PS),
+    "plots.packs": Door(plots.packs, PS),
+    "plots.trajectories": Door(plots.trajectories, "plans by name"),
+    "plots.profile": Door(plots.profile, "plan, itinerary, replay"),
+    "plots.save_animation": Door(lambda x: plots.save_animation(x, "plan.gif"), ""),
+    "plots.leg": Door(lambda x: plots.leg(x, "origin", "hover"), M),
+    "plots.hover_map": Door(lambda x: plots.hover_map(x, maps.laser("paper", 1000)), M),
+    "plots.hover_map: found": Door(lambda x: plots.hover_map("paper", x), ""),
+    "plots.plane": Door(lambda x: plane(plans=x), PS, empty=True),
+    "plots.plane: model": Door(lambda x: plane(model=x), ""),
+    "plots.plane: parameters": Door(lambda x: plane(parameters=x), ""),
+    "plots.sites": Door(plots.sites, ""),
+    "plots.swept": Door(plots.swept, ""),
+    "plots.distribution": Door(plots.distribution, ""),
+    "plots.fit": Door(plots.fit, ""),
+    "plots.bars": Door(lambda x: plots.bars(x, title="", y_label=""), ""),
+    "plots.curves": Door(lambda x: plots.curves(x, title="", x_label="", y_label=""), ""),
+    "plots.save": Door(lambda x: plots.save(x, "drawn.svg"), "axes, drawn"),
+    "plots.save: path": Door(lambda x: plots.save(plots.mission_map("paper"), x), "picture"),
+    "plots.save_figures": Door(lambda x: plots.save_figures(x, "out"), "axes by name", empty=True),
+    "plots.save_figures: folder": Door(lambda x: plots.save_figures([], x), "folder", empty=True),
+    "Plan.save": Door(lambda x: optuav.load_plan("plan.json").save(x), "file"),
+    "Mission.save": Door(optuav.load("paper").save, "file"),
+}
+WITHOUT = {"shipped", "json_schema", "longest_hovers", "validate_graph", "exercises.numbers"}
+"""Functions that take nothing of this kind."""
+
+
+def plane(**changed: Any) -> matplotlib.axes.Axes:
+    """The plane of P4, with other arguments."""
+    model = optuav.formulate("paper", BUILDING).parts[0].model
+    stated = {"model": model, "parameters": model.row(0), "slot_s": 100.0, **changed}
+    return plots.plane(**stated)
+
+
+def good(kind: str) -> Iterator[Any]:
+    """What an argument of a kind takes: an object, a name, and a path as text and as path."""
+    if kind in ("mission", "plan", "itinerary", "uncertainty", "study", "csv"):
+        suffix = {"plan": "json", "csv": "csv"}.get(kind, "toml")
+        yield from (f"{kind}.{suffix}", Path(f"{kind}.{suffix}"))
+    plan, paper = optuav.load_plan("plan.json"), optuav.load("paper")
+    own: dict[str, Callable[[], tuple[Any, ...]]] = {
+        "mission": lambda: (paper, "paper"),
+        "missions": lambda: ([paper, "paper", Path("mission.toml")],),
+        "plan": lambda: (plan,),
+        "plans": lambda: ("plan.json", [plan, Path("plan.json")]),
+        "plans by name": lambda: (
+            {"direct": plan, "again": "plan.json", "path": Path("plan.json")},
+        ),
+        "itinerary": lambda: (optuav.Itinerary(paper, [STOP]),),
+        "stops": lambda: (STOP, [STOP], plan.stops),
+        "replay": lambda: (optuav.replay(plan),),
+        "uncertainty": lambda: ({"limits.deadline_s": {"percent": 5}},),
+        "study": lambda: ({"output": "dict", "grid": DEADLINES},),
+        "swept": lambda: (optuav.sweep("study.toml"), "study", Path("study")),
+        "csv": lambda: (["csv.csv"], [Path("csv.csv")]),
+        "axes": lambda: (drawn := plots.wells(plan), drawn[0]),
+        "drawn": lambda: (plots.swept(optuav.batch(paper, DEADLINES)),),
+        "axes by name": lambda: (
+            {"a.svg": (drawn := plots.mission_map(paper))},
+            [("b.svg", drawn.plan)],
+        ),
+        "pictured": lambda: ("plan.json", "paper"),
+        "beside": lambda: ("plan.json",),
+        "folder": lambda: ("out", Path("out")),
+        "picture": lambda: ("map.svg", Path("map.svg")),
+        "file": lambda: ("file", Path("file")),
+    }
+    yield from own[kind]()
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a file of each kind."""
+    folder = tmp_path_factory.mktemp("files")
+    optuav.load("paper").save(folder / "mission.toml")
+    optuav.solve("paper", BUILDING).save(folder / "plan.json")
+    (folder / "itinerary.toml").write_text(ITINERARY)
+    (folder / "uncertainty.toml").write_text("limits.deadline_s = { percent = 5 }\n")
+    (folder / "study.toml").write_text("grid.limits.deadline_s = [600, 900]\n")
+    (folder / "csv.csv").write_bytes((DATA / "lifetimes.csv").read_bytes())
+    return folder
+
+
+@pytest.fixture
+def folder(files: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder in which relative paths are looked for."""
+    monkeypatch.chdir(files)
+    return files
+
+
+KINDS = [(name, each) for name, door in DOORS.items() for each in door.takes.split(", ") if each]
+
+
+@pytest.mark.parametrize(("name", "kind"), KINDS)
+def test_an_object_a_name_and_a_path_are_taken(name: str, kind: str, folder: Path) -> None:
+    """Wherever a function takes one of these, and one where several may be."""
+    for stated in good(kind):
+        DOORS[name].call(stated)
+
+
+WRITES = ("plots.save: path", "plots.save_figures: folder", "Plan.save", "Mission.save")
+
+
+@pytest.mark.parametrize("name", DOORS)
+def test_anything_else_is_refused_in_words(name: str, folder: Path) -> None:
+    """By the argument or the file, with its value or what would do, and never by Python's error."""
+    door = DOORS[name]
+    wrong = [3, {3: 4}, b"x", object(), *([] if door.none else [None])]
+    wrong += [] if door.empty else [[], ""]
+    wrong += [] if name in WRITES else ["no.toml", Path("no.json")]
+    for stated in wrong:
+        with pytest.raises(InputError) as refusal:
+            door.call(stated)
+        for fault in refusal.value.faults:
+            assert fault.allowed, stated
+            assert fault.key or fault.source, (stated, str(fault))
+
+
+def test_every_public_function_is_held_to_it() -> None:
+    """A new function stands in the table above, or takes nothing of this kind."""
+    tables: dict[str, Any] = {"": optuav, "plots.": plots, "maps.": maps, "judge.": judge}
+    tables |= {"exercises.": exercises, "city.": optuav.city}
+    functions = {
+        f"{table}{name}"
+        for table, module in tables.items()
+        for name in module.__all__
+        if callable(found := getattr(module, name)) and not isinstance(found, type | ModuleType)
+    }
+    known = {name.partition(":")[0] for name in DOORS}
+    own = {name.removeprefix("judge.") for name in functions - WITHOUT}
+    assert own <= known, own - known
