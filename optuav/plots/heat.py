@@ -133,7 +133,7 @@ def _multiples(
     """Draw maps beside each other, one a value of the first key of the tables, on one scale."""
     count = min(MOST_PANELS, len(tables))
     chosen = tables[np.linspace(0, len(tables) - 1, count).round().astype(int)]
-    columns, known = min(count, PANELS_ACROSS), np.isfinite(chosen.to_numpy())
+    columns, known = 2 if count == 4 else min(count, PANELS_ACROSS), np.isfinite(chosen.to_numpy())
     page = style.page(0.9 + 2.0 * -(-count // columns))
     grid = page.subplots(-(-count // columns), columns, sharex=True, sharey=True, squeeze=False)
     panels: list[Axes] = [*grid.flat[:count]]
