@@ -14,7 +14,7 @@ from optuav.plots.animation import save_animation
 from optuav.plots.calibrations import FitAxes, fit
 from optuav.plots.charge import packs, wells
 from optuav.plots.charts import Bar, Line, Mark, bars, curves
-from optuav.plots.distribution import DistributionAxes, distribution
+from optuav.plots.distribution import distribution
 from optuav.plots.files import save, save_figures, save_pictures
 from optuav.plots.heat import swept
 from optuav.plots.map import MapAxes, mission_map, trajectories
@@ -22,7 +22,7 @@ from optuav.plots.planes import plane
 from optuav.plots.positions import hover_map, sites
 from optuav.plots.profiles import LegAxes, ProfileAxes, leg, profile
 
-__all__ = ["Bar", "DistributionAxes", "FitAxes", "LegAxes", "Line", "MapAxes", "Mark"]
+__all__ = ["Bar", "FitAxes", "LegAxes", "Line", "MapAxes", "Mark"]
 __all__ += ["ProfileAxes", "bars", "curves", "distribution", "fit", "hover_map", "leg"]
 __all__ += ["mission_map", "packs", "plane", "profile", "save", "save_animation", "save_figures"]
 __all__ += ["save_pictures", "sites", "swept", "trajectories", "wells"]

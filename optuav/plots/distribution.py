@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import cycle
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,36 +21,13 @@ if TYPE_CHECKING:
 MOST_BINS = 40
 
 
-class DistributionAxes(NamedTuple):
-    """Panels over the values of a variable.
-
-    Parameters
-    ----------
-    histogram, cumulative
-        Axes with the share of all scenarios by bin, and up to a value [%].
-
-    Examples
-    --------
-    >>> import optuav
-    >>> found = optuav.batch("paper", {"limits.deadline_s": [600, 900, 1200]})
-    >>> optuav.plots.distribution(found).cumulative.get_xlabel()
-    'hover time [s]'
-    """
-
-    histogram: Axes
-    cumulative: Axes
-
-    def _repr_png_(self) -> style.Shown:
-        return style.shown(self)
-
-
 @style.applied()
 def distribution(
     found: xarray.Dataset,
     variable: str = "hover_time_s",
     *,
     figure: style.AnyFigure | None = None,
-) -> DistributionAxes:
+) -> Sequence[Axes]:
     """Draw the histogram and the cumulative distribution of a variable over all scenarios.
 
     Perspectives are lines of their own. Shares are those of all scenarios: where some have no plan,
@@ -67,7 +45,8 @@ def distribution(
 
     Returns
     -------
-    The axes, with shares in % over values in the unit of the variable.
+    The axes of histogram and cumulative distribution, with shares in % over values in the unit of
+    the variable.
 
     Raises
     ------
@@ -78,8 +57,8 @@ def distribution(
     --------
     >>> import optuav
     >>> found = optuav.batch("paper", {"limits.deadline_s": [10, 900, 1200]})
-    >>> ax = optuav.plots.distribution(found).histogram
-    >>> ax.get_legend().get_texts()[0].get_text()
+    >>> histogram, cumulative = optuav.plots.distribution(found)
+    >>> histogram.get_legend().get_texts()[0].get_text()
     'available: no plan in 1 of 3'
     """
     every = getattr(found, "data_vars", {})
@@ -93,7 +72,8 @@ def distribution(
         values = values.expand_dims(perspective=[found.attrs["perspective"]])
     if values.isnull().all():
         raise InputError([Fault("found", variable, "a plan in one scenario at least")])
-    axes = DistributionAxes(*(figure or style.page(4.6)).subplots(2, 1, sharex=True))
+    axes = style.Panels((figure or style.page(4.6)).subplots(2, 1, sharex=True))
+    histogram, cumulative = axes
     names = values.perspective.values.tolist()
     bins = min(MOST_BINS, 2 + math.isqrt(values.size // len(names)))
     edges = np.histogram_bin_edges(values.to_numpy()[values.notnull().to_numpy()], bins)
@@ -106,20 +86,19 @@ def distribution(
         look: style.Look = {"color": colour, "linestyle": dashes, "linewidth": width}
         look["label"] = f"{name}{none}"
         share = 100.0 / len(row)
-        axes.histogram.stairs(share * np.histogram(there, edges)[0], edges, **look)
+        histogram.stairs(share * np.histogram(there, edges)[0], edges, **look)
         if len(there):
             upto = share * np.arange(len(there) + 1)
-            axes.cumulative.step([there[0], *there], upto, where="post", **look)
-    axes.histogram.set(ylabel="share of scenarios [%]", ylim=(0.0, None))
-    axes.cumulative.set(ylabel="share up to a value [%]", ylim=(0.0, 104.0))
-    axes.cumulative.set(xlabel=f"{values.attrs['long_name']} [{values.attrs['units']}]")
+            cumulative.step([there[0], *there], upto, where="post", **look)
+    histogram.set(ylabel="share of scenarios [%]", ylim=(0.0, None))
+    cumulative.set(ylabel="share up to a value [%]", ylim=(0.0, 104.0))
+    cumulative.set(xlabel=f"{values.attrs['long_name']} [{values.attrs['units']}]")
     rows = -(-len(names) // 2)
     town = style.printed(found.attrs["mission"])
-    axes.histogram.set_title(f"{town}: {len(row)} scenarios", pad=4.0 + 14.0 * rows)
-    style.legend_above(axes.histogram, min(2, len(names)))
+    histogram.set_title(f"{town}: {len(row)} scenarios", pad=4.0 + 14.0 * rows)
+    style.legend_above(histogram, min(2, len(names)))
     for ax in axes:
         ax.yaxis.grid(True, linewidth=0.4, color=style.PALE)
-        ax.set_axisbelow(True)
     style.group_thousands(*axes)
-    style.settle(axes.histogram)
+    style.settle(histogram)
     return axes

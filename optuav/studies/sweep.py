@@ -240,7 +240,8 @@ def open_sweep(path: Swept | str | Path) -> xarray.Dataset:
     directory = path.directory if isinstance(path, Swept) else path_of(path)
     about = _read_manifest(directory)
     study, grid, asked = about.study, about.grid, about.study.perspective
-    facts = {"mission": study.mission.name, "problem": repr(stated_problem(study.problem))}
+    town, *buildings = about.names
+    facts = {"mission": town, "problem": repr(stated_problem(study.problem))}
     labels = {} if isinstance(asked, str) else {"perspective": asked}
     facts |= {"perspective": asked} if isinstance(asked, str) else {}
     rows = {ROW: about.rows} if about.rows else {}
@@ -252,7 +253,6 @@ def open_sweep(path: Swept | str | Path) -> xarray.Dataset:
     if missing:
         words = f"is not finished: {missing} of {stored.count} parts are missing or damaged"
         raise files.refusal(directory, f"{words}; optuav sweep goes on with it")
-    buildings = [each.name for each in study.mission.buildings]
     columns = stored.read(
         range(stored.count), {"perspective": [*PERSPECTIVES], **words_of(buildings)}
     )
@@ -393,7 +393,7 @@ def _damaged(path: Path, words: str = NOT_OURS) -> Iterator[None]:
 
     try:
         yield
-    except (OSError, KeyError, ValueError, pa.ArrowException):
+    except (OSError, KeyError, TypeError, ValueError, pa.ArrowException):
         raise files.refusal(path, words) from None
 
 
@@ -433,22 +433,10 @@ def _is_begun(directory: Path, manifest: Document) -> bool:
     return MANIFEST in there
 
 
-class Named(BaseModel, strict=True):
-    """A building of which the name is enough."""
-
-    name: str
-
-
-class NamedMission(Named, strict=True):
-    """A mission of which the names are enough."""
-
-    buildings: list[Named] = []
-
-
 class SweptStudy(StudyFile):
     """The study of a manifest, with its mission inside."""
 
-    mission: NamedMission  # type: ignore[assignment]
+    mission: Document  # type: ignore[assignment]
 
 
 class Manifest(BaseModel, extra="forbid", strict=True, allow_inf_nan=False):
@@ -461,6 +449,12 @@ class Manifest(BaseModel, extra="forbid", strict=True, allow_inf_nan=False):
     rows: Annotated[int, Interval(ge=1)] | None
     grid: dict[str, Annotated[list[float], MinLen(1)]]
     study: SweptStudy
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the mission, and of its buildings."""
+        mission = self.study.mission
+        return [str(each["name"]) for each in (mission, *mission.get("buildings", ()))]
 
     @property
     def scenarios(self) -> int:
@@ -486,6 +480,7 @@ def _read_manifest(directory: Path) -> Manifest:
             or not (found.scenarios <= MOST and parts <= MOST_PARTS)
             or not found.grid.keys() <= numeric_keys().keys()
             or found.versions.keys() != {*PACKAGES}
+            or not found.names
             or found.hash != _hash(stated)
         ):
             raise ValueError
