@@ -160,11 +160,13 @@ def save_figures(
     folder = path_of(folder, "folder")
     named: Any = drawn.items() if isinstance(drawn, Mapping) else drawn
     pairs = [*named] if isinstance(named, Iterable) else [named]
-    if not all(isinstance(each, tuple) and [*map(type, each)][:1] == [str] for each in pairs):
+    if not all(
+        isinstance(each, tuple) and len(each) == 2 and str(each[0]) == each[0] for each in pairs
+    ):
         raise InputError(
             [Fault("drawn", shown(drawn), "axes by name, as plots.swept returns them")]
         )
-    pictures = {folder / name: image(axes, folder / name) for name, *axes in pairs}
+    pictures = {folder / name: image(axes, folder / name) for name, axes in pairs}
     make_directory(folder)
     write_files(pictures)
     return list(pictures)
