@@ -36,20 +36,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.physics.kibam import Battery, Stage, Tilted, levelling, tilted_after
 from optuav.physics.quantity import TINY
-from optuav.search.terrain import ROUNDING, Boxes, Flown, Terrain
+from optuav.search.terrain import ORIGIN, ROUNDING, Boxes, Flown, Terrain
 
 
 def possible(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> Boxes:
     """The boxes that may hold plans with such hover times (box,) [s], each cut to these."""
-    way = boxes.places[:-1], boxes.places[1:]
-    legs = Flown(*(table[-1][way] for table in terrain.leg_maps))
+    legs = _legs(terrain, boxes)
     time_left_s = terrain.deadline_s - legs.duration_s.sum(axis=0)
-    low_s, high_s, alive = _in_time(boxes, time_left_s, hover_s)
-    within, overfull = _enveloped(terrain, boxes, legs, low_s, high_s)
-    alive &= within
+    left, boxes, overfull = _passable(terrain, boxes, legs, time_left_s, hover_s)
+    legs = Flown(*(each[..., left] for each in legs))
+    time_left_s, hover_s = time_left_s[left], hover_s[left]
+    low_s, high_s = boxes.low_s, boxes.high_s
     hovers, rests = boxes.hovers, boxes.rests
     hover = np.array(boxes.pattern)[:, None]
     hovered_s = np.maximum(hover_s, low_s[hovers].sum(axis=0))
@@ -80,10 +80,42 @@ def possible(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> Boxes:
         np.where(hover, np.maximum(low_s, high_s - far_s), high_s - near_s),
         np.where(hover, low_s + near_s, np.minimum(high_s, low_s + far_s)),
     )
-    alive &= (promise >= 0.0) & (low_s <= high_s).all(axis=0)
+    alive = (promise >= 0.0) & (low_s <= high_s).all(axis=0)
     pulled = overfull | np.where(hover, more_hover_s > 0.0, less_rest_s > 0.0)
     cut = replace(boxes, low_s=low_s, high_s=high_s, promise=promise, pulled=pulled)
     return cut if alive.all() else cut.take(alive)
+
+
+def passable(terrain: Terrain, part: Boxes, time_left_s: Floats, hover_s: float) -> Booleans:
+    """Which parts of sequences, that have all hovers, time and envelopes do not rule out.
+
+    Before the first place, which is left with full wells at most, and behind the last place there
+    may be more stops. The time left is what all legs leave of the deadline [s].
+    """
+    most_s, found = np.full(len(part), hover_s), np.zeros(len(part), bool)
+    found[_passable(terrain, part, _legs(terrain, part), time_left_s, most_s)[0]] = True
+    return found
+
+
+def _legs(terrain: Terrain, boxes: Boxes) -> Flown:
+    """Whole legs from place to place."""
+    way = boxes.places[:-1], boxes.places[1:]
+    return Flown(*(table[-1][way] for table in terrain.leg_maps))
+
+
+def _passable(
+    terrain: Terrain, boxes: Boxes, legs: Flown, time_left_s: Floats, hover_s: Floats
+) -> tuple[Integers, Boxes, Booleans]:
+    """Numbers of the boxes that time and envelopes leave, these cut, and where they are overfull.
+
+    Rules look only at what those before them leave.
+    """
+    low_s, high_s, alive = _in_time(boxes, time_left_s, hover_s)
+    left = np.flatnonzero(alive)
+    boxes = replace(boxes, low_s=low_s, high_s=high_s).take(left)
+    legs = Flown(*(each[..., left] for each in legs))
+    within, overfull = _enveloped(terrain, boxes, legs, boxes.low_s, boxes.high_s)
+    return left[within], boxes.take(within), overfull[:, within]
 
 
 def _in_time(boxes: Boxes, time_left_s: Floats, hover_s: Floats) -> tuple[Floats, Floats, Booleans]:
@@ -120,13 +152,16 @@ def _enveloped(
     full, share = battery.full, battery.available_fraction
     rounding_As = ROUNDING * battery.capacity_As
     # Total charge and tilt.
-    most = least = (np.full(len(boxes), battery.capacity_As), np.zeros(len(boxes)))
+    from_full = (boxes.places[0] == ORIGIN).all()
+    most = np.full(len(boxes), battery.capacity_As), np.zeros(len(boxes))
+    least = most if from_full else (np.full(len(boxes), -np.inf), most[1])
     alive, overfull = np.ones(len(boxes), bool), np.zeros(low_s.shape, bool)
     for stop, leg in enumerate(Flown(*each) for each in zip(*legs, strict=True)):
         most = most[0] - leg.charge_As, most[1] * leg.remaining + leg.tilt_As
         least = least[0] - leg.charge_As, least[1] * leg.remaining + leg.tilt_As
         alive &= share * most[0] + most[1] >= -rounding_As
         if stop == len(boxes.pattern):
+            alive &= most[0] >= terrain.least_charge_As - rounding_As
             break
         stay = terrain.stay_current_A[boxes.places[stop + 1]], low_s[stop], high_s[stop]
         total, available = _farthest(battery, most, *stay, np.maximum)
@@ -144,7 +179,7 @@ def _enveloped(
             available = np.maximum(available, 0.0)
             total = np.maximum(total, available)
             least = total, available - share * total
-    return alive & (most[0] >= terrain.least_charge_As - rounding_As), overfull
+    return alive, overfull
 
 
 def _farthest(

@@ -12,7 +12,8 @@ from optuav.arrays import Booleans, Floats, Integers
 from optuav.physics.kibam import Stage, Tilted, Wells, tapered, tilted_after
 from optuav.physics.quantity import TINY
 from optuav.search.bounds import possible
-from optuav.search.terrain import HOVER, Boxes, Pattern, Terrain, patterns, sequences
+from optuav.search.sequences import patterns, sequences
+from optuav.search.terrain import HOVER, Boxes, Pattern, Terrain
 
 TIE_S = 5e-7
 """Hover times that differ by no more tie [s]; what is proved leaves a gap of twice that."""
@@ -98,7 +99,7 @@ class _BranchAndBound:
     def _begin(self, kinds: Iterable[Pattern]) -> None:
         """Look at every sequence; the most promising boxes of each pattern lead to a good plan."""
         for pattern in kinds:
-            for roots in sequences(self.terrain, pattern):
+            for roots in sequences(self.terrain, pattern, self._least_s):
                 boxes = self._looked_at(roots)
                 self._keep(boxes)
                 for _ in range(BEAM_LEVELS):
@@ -123,14 +124,12 @@ class _BranchAndBound:
 
     def _looked_at(self, boxes: Boxes) -> Boxes:
         """Cut or drop boxes, look for a better plan in them, and return what is left."""
-        if self._late((1.0 - GAP_SHARE) * self.time_limit_s):
-            raise _EarlyEnd(f"ended after {self.time_limit_s:g} s")
+        self._end_in_time()
         self.examined += len(boxes)
         left = possible(self.terrain, boxes, self._to_beat_s(boxes))
         if len(left):
             self._improve(left)
-        if self.progress is not None:
-            self.progress(max(self.longest_s, 0.0), self.examined, sum(map(len, self.open)))
+        self._report()
         return left
 
     def _to_beat_s(self, boxes: Boxes) -> Floats:
@@ -139,6 +138,12 @@ class _BranchAndBound:
             return np.zeros(len(boxes))
         first = boxes.rank < self.best.rank
         return np.maximum(self.longest_s + np.where(first, -TIE_S, TIE_S), 0.0)
+
+    def _least_s(self) -> float:
+        """Hover time that a plan must reach in any box [s]."""
+        self._report()
+        self._end_in_time()
+        return max(self.longest_s - TIE_S, 0.0)
 
     def _improve(self, boxes: Boxes) -> None:
         """Look for a better plan in boxes."""
@@ -163,15 +168,23 @@ class _BranchAndBound:
         if old is None or falls_behind or (new.rank, -new.hover_s) < (old.rank, -old.hover_s):
             self.best = new
 
+    def _report(self) -> None:
+        if self.progress is not None:
+            self.progress(max(self.longest_s, 0.0), self.examined, sum(map(len, self.open)))
+
+    def _end_in_time(self) -> None:
+        if self._late((1.0 - GAP_SHARE) * self.time_limit_s):
+            raise _EarlyEnd(f"ended after {self.time_limit_s:g} s")
+
     def _late(self, limit_s: float) -> bool:
         return time.monotonic() - self.started_s > limit_s
 
     def _bound_s(self) -> float:
         """Hover time that no plan exceeds [s], by halving over what the open boxes let through."""
-        low_s, high_s = self.longest_s + TIE_S, self.terrain.longest_stay_s
+        low_s = self.longest_s + TIE_S
         if not self.open:
             return low_s
-        low_s, left = max(low_s, 0.0), list(self.open)
+        low_s, high_s, left = max(low_s, 0.0), self.terrain.longest_stay_s, list(self.open)
         budget = GAP_BOXES if self.time_limit_s == np.inf else np.inf
         for _ in range(GAP_HALVINGS):
             middle_s, passed = 0.5 * (low_s + high_s), []

@@ -6,8 +6,6 @@ duration t at the current I to (y + I t, z e^(−k't) + (1−ω) I (1 − e^(−
 k' = k_F/(ω(1−ω)); see `optuav.physics.kibam`.
 """
 
-import itertools
-from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import NamedTuple
@@ -18,11 +16,8 @@ from optuav.arrays import Booleans, Floats, Integers
 from optuav.physics import kibam
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3  # Numbers of places
-AT_ONCE = 1 << 16  # Sequences that are made at once
-STOPS_FROM_BIT = 52
-"""Bits of a rank below the number of stops; more sequences than that are out of reach."""
 Pattern = tuple[bool, ...]  # Kinds of the stops in order: True for a hover, False for a rest
-ROUNDING = 1e-11  # Share of the capacity by which a limit must be missed before a box falls [-]
+ROUNDING = 1e-11  # Share of capacity or deadline by which a limit must be missed before a box falls
 
 
 class Flown(NamedTuple):
@@ -57,7 +52,8 @@ class Terrain:
     def longest_stay_s(self) -> float:
         """What the deadline leaves of the shortest way by the hover point [s]; −inf if none."""
         there_s, back_s = self.duration_s[ORIGIN].copy(), self.duration_s[:, DESTINATION].copy()
-        for _ in range(len(self.duration_s)):
+        before = None
+        while before != (before := (there_s.tobytes(), back_s.tobytes())):
             there_s = np.minimum(there_s, (there_s[:, None] + self.duration_s).min(axis=0))
             back_s = np.minimum(back_s, (self.duration_s + back_s).min(axis=1))
         return self.deadline_s - float(there_s[HOVER] + back_s[HOVER])
@@ -65,15 +61,17 @@ class Terrain:
     @cached_property
     def leg_maps(self) -> Flown:
         """All legs up to the end of each stage; only whole legs where y1 is least at their ends."""
+        drawn_A = self.stage_currents_A[self.stage_durations_s > 0.0]
+        whole = np.all(kibam.falls_throughout(self.battery, -drawn_A))
         charge, elapsed_s, found = kibam.Tilted(0.0, 0.0), np.zeros_like(self.duration_s), []
-        for current_A, time_s in zip(self.stage_currents_A, self.stage_durations_s, strict=True):
+        stages = zip(self.stage_currents_A, self.stage_durations_s, strict=True)
+        for number, (current_A, time_s) in enumerate(stages, 1):
             charge = kibam.tilted_after(self.battery, charge, kibam.Stage(-current_A, time_s))
             elapsed_s = elapsed_s + time_s
-            remaining, _ = kibam.levelling(self.battery, elapsed_s)
-            found.append((-charge.total_As, remaining, charge.tilt_As))
-        drawn_A = self.stage_currents_A[self.stage_durations_s > 0.0]
-        kept = found[-1:] if np.all(kibam.falls_throughout(self.battery, -drawn_A)) else found
-        return Flown(self.duration_s[None], *(np.array(table) for table in zip(*kept, strict=True)))
+            if number == len(self.stage_currents_A) or not whole:
+                remaining, _ = kibam.levelling(self.battery, elapsed_s)
+                found.append((-charge.total_As, remaining, charge.tilt_As))
+        return Flown(self.duration_s[None], *map(np.array, zip(*found, strict=True)))
 
 
 @dataclass(frozen=True)
@@ -122,42 +120,3 @@ class Boxes:
         twice.high_s[widest, column] = middle_s
         twice.low_s[widest, len(self) + column] = middle_s
         return twice
-
-
-def patterns(rests: int, hovers: int) -> Iterator[Pattern]:
-    """Kinds of stops in order, up to `rests` rests and 1 to `hovers` hovers, the shortest first.
-
-    Two hovers in a row are one. Among equally many stops, rests come early, as ties are broken.
-    """
-    for stops in range(1, rests + hovers + 1):
-        for pattern in itertools.product((False, True), repeat=stops):
-            few = 1 <= sum(pattern) <= hovers and stops - sum(pattern) <= rests
-            if few and not any(a and b for a, b in itertools.pairwise(pattern)):
-                yield pattern
-
-
-def sequences(terrain: Terrain, pattern: Pattern) -> Iterator[Boxes]:
-    """All sequences of a pattern that can be flown, each as one box of any durations.
-
-    Two rests in a row on the same building are one, and left out. Sequences rank by the number of
-    stops, then by the buildings in order, then resting early first.
-    """
-    buildings = len(terrain.duration_s) - FIRST_BUILDING
-    rests = [stop for stop, hover in enumerate(pattern, 1) if not hover]
-    late = sum(1 << (len(pattern) - stop) for stop, hover in enumerate(pattern, 1) if hover)
-    count = buildings ** len(rests)
-    for first in range(0, count, AT_ONCE):
-        number = np.arange(first, min(first + AT_ONCE, count))
-        places = np.full((len(pattern) + 2, len(number)), HOVER, dtype=np.intp)
-        places[0], places[-1] = ORIGIN, DESTINATION
-        digits = number
-        for stop in reversed(rests):
-            digits, building = np.divmod(digits, buildings)
-            places[stop] = FIRST_BUILDING + building
-        time_left_s = terrain.deadline_s - terrain.duration_s[places[:-1], places[1:]].sum(axis=0)
-        kept = time_left_s >= 0.0
-        rank = (len(pattern) << STOPS_FROM_BIT) + (number[kept] << len(pattern)) + late
-        high_s = np.tile(time_left_s[kept], (len(pattern), 1))
-        low_s, pulled = np.zeros_like(high_s), np.ones_like(high_s, dtype=bool)
-        promise = np.full(len(rank), np.inf)
-        yield Boxes(pattern, places[:, kept], rank, low_s, high_s, promise, pulled)

@@ -25,7 +25,8 @@ from optuav.network.timeline import phases_along, simulated, stay_net
 from optuav.physics.quantity import TINY
 from optuav.plan import Plan
 from optuav.search.branch import INTERRUPTED, TIE_S, Progress, SearchResult, search
-from optuav.search.terrain import Terrain, patterns, sequences
+from optuav.search.sequences import patterns, sequences
+from optuav.search.terrain import Terrain
 from optuav.solving.assemble import quantities
 from optuav.solving.outcome import ENDS, Part, plan_for, plan_without, replayed, shortfalls
 from optuav.solving.program import Program
@@ -116,7 +117,7 @@ def _compared(program: Program, network: Network, rests: int, hovers: int) -> Pr
     gain = net.current_A if question.perspective == "battery" else net.power_W
     # Behind the last stop of a sequence stands −1, which takes the last entry: no place.
     worth = np.concatenate([np.full(FIRST_BUILDING, -np.inf), gain, [-np.inf]])
-    columns, count = list[Integers](), 0
+    columns, count = [np.zeros((rests + hovers + 2, 0), dtype=np.intp)], 0
     for pattern in patterns(rests, hovers):
         for boxes in sequences(known, pattern):
             rows = np.full((rests + hovers + 2, len(boxes)), -1, dtype=np.intp)

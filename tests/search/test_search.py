@@ -12,13 +12,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import optuav
+from optuav.arrays import Floats
 from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.network.one_stop import all_legs
 from optuav.physics import kibam
+from optuav.search import branch
 from optuav.search.bounds import possible
 from optuav.search.branch import TIE_S, SearchResult, search, slack
-from optuav.search.terrain import Pattern, Terrain, patterns, sequences
+from optuav.search.sequences import patterns, sequences
+from optuav.search.terrain import Boxes, Pattern, Terrain
 from optuav.solving.several_stops import terrain
 from tests.examples import few
 
@@ -217,3 +220,54 @@ def test_no_rule_drops_a_plan(keys: dict[str, float], pattern: Pattern, seed: in
     rounding_s = 1e-6
     assert (left.low_s[:, order] <= held_s + rounding_s).all()
     assert (left.high_s[:, order] >= held_s - rounding_s).all()
+
+
+@settings(few(16), deadline=None)
+@given(
+    small,
+    st.sampled_from([each for each in patterns(3, 2) if 1 < len(each) < 5]),
+    st.sampled_from(["constant", "taper"]),
+    st.integers(0, 2**32 - 1),
+)
+def test_no_part_of_a_sequence_is_ruled_out_that_a_plan_has(
+    keys: dict[str, float], pattern: Pattern, charging: str, seed: int
+) -> None:
+    """Random plans that the wells bear: asked for no more than their own hover time, sequences
+    chosen building by building hold theirs, each once and in the time that they leave."""
+    changes = {**keys, "limits.deadline_s": 1200.0, "battery.charging": charging}
+    mission = optuav.load("paper")
+    known = terrain_of(mission.replace({**changes, "buildings": mission.buildings[:6]}))
+    chance = np.random.default_rng(seed)
+    (roots,) = sequences(known, pattern)
+    count = 6 ** (len(pattern) - sum(pattern))
+    assert len(set(roots.rank.tolist())) == len(roots) <= count
+    some = roots.take(chance.integers(0, len(roots), 1000))
+    longest_s = some.high_s * chance.choice([0.0, 0.1, 0.6, 1.0], some.high_s.shape)
+    stays_s = longest_s * chance.random(some.high_s.shape)
+    bears = (slack(known, some.places, stays_s) >= 0.0) & (stays_s.sum(axis=0) <= some.high_s[0])
+    hover_s = np.where(bears, stays_s[some.hovers].sum(axis=0), -1.0)
+    for plan in np.argsort(-hover_s)[:5]:
+        least_s = float(hover_s[plan])
+        if least_s >= 0.0:
+            parts = [*sequences(known, pattern, lambda least_s=least_s: least_s - 1e-9)]
+            ranks = np.concatenate([each.rank for each in parts])
+            assert np.isin(some.rank[plan], ranks)
+            assert len(np.unique(ranks)) == len(ranks)
+
+
+def test_stops_far_from_the_hover_are_chosen_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the 3000 sequences of four stops, a fraction is bounded as a whole."""
+    bounded = []
+
+    def counted(known: Terrain, boxes: Boxes, hover_s: Floats) -> Boxes:
+        bounded.append(len(boxes))
+        return possible(known, boxes, hover_s)
+
+    known = terrain_of(optuav.load("paper"))
+    least = search(known, 2, 1).bound_s
+    monkeypatch.setattr(branch, "possible", counted)
+    found = search(known, 3, 1)
+    assert found.stops is not None
+    assert found.stops.hover_s == pytest.approx(605.456, abs=5e-4)
+    assert found.bound_s == pytest.approx(least, abs=1e-6)
+    assert sum(bounded) < 4 * 10**3
