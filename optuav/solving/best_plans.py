@@ -187,17 +187,21 @@ def best_plans(variants: Variants, question: Question, table: Quantities | None 
     return best
 
 
-def hover_times_s(variants: Variants, perspective: Perspective) -> Floats:
-    """The longest hover by variant and itinerary [s], −∞ without a plan."""
+def hover_times_s(variants: Variants, perspective: Perspective, least_s: float = 0.0) -> Floats:
+    """The longest hover by variant and itinerary [s], −∞ without a plan.
+
+    Also −∞ where one that is shorter than the least of interest, ≥ 0, is not sought.
+    """
     table = figures(variants)
     able = allowed(variants, P1(), impossible(variants) == 0)
-    counted = perspective if perspective in PAPER else "battery"
-    hover_s = _longest(variants, _balance(table, counted), able).copy()
-    if perspective == AVAILABLE:
-        route, variant = np.nonzero(hover_s >= 0.0)
-        for some, given in _in_steps(variants, table, variant, route):
-            found, *_ = _bracketed(given, len(some), shortest_rest=False)
-            hover_s[route[some], variant[some]] = np.nan_to_num(found, nan=-np.inf)
+    if perspective != AVAILABLE:
+        return _longest(variants, _balance(table, perspective), able).T
+    most_s = _most_s(variants, table, able)
+    hover_s = np.full(most_s.shape, -np.inf)
+    route, variant = np.nonzero(most_s >= least_s)
+    for some, given in _in_steps(variants, table, variant, route):
+        found, *_ = _bracketed(given, len(some), shortest_rest=False, least_s=least_s)
+        hover_s[route[some], variant[some]] = np.nan_to_num(found, nan=-np.inf)
     return hover_s.T
 
 
@@ -310,9 +314,7 @@ def _never_dry(variants: Variants, table: Quantities, able: Booleans) -> Candida
 
     Routes that cannot be the best by a bound are left out: the likeliest is bracketed first.
     """
-    most_s = _longest(variants, _balance(table, "battery"), able)
-    if not table.tapers:
-        most_s = np.minimum(most_s, _well_bound(variants, table, most_s))
+    most_s = _most_s(variants, table, able)
     hover_s, rest_s, beyond_s = (np.full(most_s.shape, each) for each in (np.nan, np.nan, -np.inf))
     open_, every, least_s = most_s >= 0.0, np.arange(variants.count), np.zeros(variants.count)
     for turn in range(TURNS):
@@ -338,6 +340,12 @@ def _never_dry(variants: Variants, table: Quantities, able: Booleans) -> Candida
     otherwise[~np.isneginf(beyond_s).all(axis=0)] = STATUSES.index(Status.UNKNOWN)
     times_s = hover_s[route, variant], rest_s[route, variant]
     return Candidates(variant, route, *times_s, status, otherwise)
+
+
+def _most_s(variants: Variants, table: Quantities, able: Booleans) -> Floats:
+    """What no Δ exceeds where the wells count (route, variant) [s], −∞ where none is possible."""
+    most_s = _longest(variants, _balance(table, "battery"), able)
+    return most_s if table.tapers else np.minimum(most_s, _well_bound(variants, table, most_s))
 
 
 def _in_steps(

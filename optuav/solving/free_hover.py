@@ -45,6 +45,10 @@ REFUSED = (
     "route.hover_m is the point"
 )
 PROOF = "local: points all over the region, the best of them refined by ever smaller steps"
+TRIED = "a feasible plan: the best of the hover points that were tried within the time limit"
+LATE = "the search for a hover point did not end within the time limit"
+AT_ONCE = 1 << 17
+"""Itineraries that are evaluated together, in bounded memory. No result depends on it."""
 WITHIN = 1.0 - 1e-12  # share of the coverage radius that is used, for rounding
 SAMPLES = (60, 12, 4)  # angles, radii and heights of the points that are tried
 NEAR, REACH = (7, 24, 9), 0.2
@@ -100,20 +104,25 @@ class FreeProgram(Program):
         if not self.parts:
             return own
         routes = np.concatenate([part.routes for part in self.parts])
-        points_m = _PointSearch(self.question, mission).best_m(routes)
+        search = _PointSearch(self.question, mission)
+        points_m = search.best_m(routes)
         plans = [own] if own else []
         for hover_m in (*([] if mission.route.hover_m is None else [None]), *points_m):
             moved = build_network(mission.replace({"route.hover_m": hover_m}))
             plan = declared_program(self.own.question, moved).solve()
             plans += [plan] if plan else []
+        if not plans and search.ended:
+            raise SolverError(f"{LATE}, without a plan or proof that there is none")
         if not plans:
             reasons = ("no hover point was found that has a plan", *own.reasons)
             return own.model_copy(update={"reasons": reasons})
         figures = [(each.hover_time_s, each.mission_time_s, len(each.route)) for each in plans]
         chosen = plans[best(*zip(*figures, strict=True)) or 0]
         notes = (_gain(chosen, own), *chosen.notes)
-        local = {"proof": PROOF, "status": Status.LOCALLY_OPTIMAL, "notes": notes}
-        return chosen.model_copy(update=local)
+        known = {"proof": PROOF, "status": Status.LOCALLY_OPTIMAL, "notes": notes}
+        if search.ended:
+            known = {"proof": TRIED, "status": Status.FEASIBLE, "notes": (LATE, *notes)}
+        return chosen.model_copy(update=known)
 
     def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> NoReturn:
         """Refused: the plan's mission, which states the point found, has shadow prices."""
@@ -259,6 +268,10 @@ class _Spot(NamedTuple):
     point_m: Floats
 
 
+class _LateError(Exception):
+    """The time limit has passed."""
+
+
 class _PointSearch:
     """The search for the best hover point, with the battery charged at constant current."""
 
@@ -270,12 +283,22 @@ class _PointSearch:
         stated = {"route.hover_m": anywhere_m, "battery.charging": "constant"}
         self.network = build_network(mission.replace(stated))
         self.latest = time.monotonic() + (question.time_limit_s or math.inf)
+        self.ended = False  # Whether the time limit ended it
+        self.best: _Spot | None = None  # So far
 
     def best_m(self, routes: Integers) -> list[tuple[float, ...]]:
         """The best point found [m] over some routes; empty where none has a plan."""
+        try:
+            top = self._searched(routes)
+        except _LateError:
+            self.ended, top = True, self.best
+        return [tuple(top.point_m.tolist())] if top else []
+
+    def _searched(self, routes: Integers) -> _Spot | None:
+        """The best point that was not late."""
         rough = [self._refined(each, 0, FIRST_M, ROUGH_M) for each in self._starts(routes)]
         if not rough:
-            return []
+            return None
         rough.sort(key=lambda each: each.hover_s)
         least_s = rough[-1].hover_s - ROUGH_S
         near = {each.route: each for each in rough if each.hover_s >= least_s}
@@ -289,14 +312,20 @@ class _PointSearch:
             top = max(top, again, key=lambda each: each.hover_s)
             if agrees:
                 break
-        return [tuple(top.point_m.tolist())]
+        return top
 
-    def _hover_s(self, network: Network, points_m: Floats) -> Floats:
-        """Δ [s] at points by the routes of a network (point, route); −∞ where there is no plan."""
+    def _hover_s(self, network: Network, points_m: Floats, least_s: float) -> Floats:
+        """Δ [s] at points by the routes of a network (point, route); see `hover_times_s`."""
         if time.monotonic() > self.latest:
-            raise SolverError("the search for a hover point did not end within the time limit")
+            raise _LateError
         columns = {f"route.hover_m[{axis}]": points_m[:, axis] for axis in range(3)}
-        return hover_times_s(Variants(network, columns), self.perspective)
+        return hover_times_s(Variants(network, columns), self.perspective, least_s)
+
+    def _seen(self, spot: _Spot) -> _Spot:
+        """A spot, which is kept if it is the best so far."""
+        if self.best is None or spot.hover_s > self.best.hover_s:
+            self.best = spot
+        return spot
 
     def _starts(self, routes: Integers) -> list[_Spot]:
         """The points from which to refine: the best of every promising route, apart from others."""
@@ -307,16 +336,27 @@ class _PointSearch:
         places_m = np.vstack([self.w_U_m, network.places.position_m[ends[ends != HOVER]]])
         near_m = [region.near(place_m) for place_m in places_m]
         points_m = np.concatenate([region.kept(places_m), region.spread(), *near_m])
-        sampled_s = self._hover_s(network, points_m)
-        least_s = max(sampled_s.max() - PROMISING_S, 0.0)
-        for k in np.argsort(-sampled_s.max(axis=0), kind="stable")[:MOST_ROUTES].tolist():
-            left_s = sampled_s[:, k].copy()
+        # Of each portion, hovers that are promising beside the best so far.
+        sampled, least_s, at_once = list[Floats](), 0.0, max(1, AT_ONCE // len(routes))
+        for begin in range(0, len(points_m), at_once):
+            hover_s = self._hover_s(network, points_m[begin : begin + at_once], least_s)
+            of, by = divmod(int(hover_s.argmax()), len(routes))
+            if (top_s := float(hover_s[of, by])) >= 0.0:
+                self._seen(_Spot(top_s, int(routes[by]), points_m[begin + of]))
+                least_s = max(top_s - PROMISING_S, least_s)
+            point, route = np.nonzero(hover_s >= least_s)
+            sampled.append(np.array([begin + point, route, hover_s[point, route]]))
+        point, route, hover_s = np.concatenate(sampled, axis=1)
+        best_s = np.full(len(routes), -np.inf)
+        np.maximum.at(best_s, route.astype(np.intp), hover_s)
+        for k in np.argsort(-best_s, kind="stable")[:MOST_ROUTES].tolist():
+            near_m, left_s = points_m[point[route == k].astype(np.intp)], hover_s[route == k]
             for _ in range(STARTS):
-                if (hover_s := float(left_s.max())) < least_s:
+                if left_s.max(initial=-np.inf) < least_s:
                     break
-                point_m = points_m[left_s.argmax()]
-                found.append(_Spot(hover_s, int(routes[k]), point_m))
-                close = np.linalg.norm(points_m - point_m, axis=1) <= APART * region.radius_m
+                start = int(left_s.argmax())
+                found.append(_Spot(float(left_s[start]), int(routes[k]), near_m[start]))
+                close = np.linalg.norm(near_m - near_m[start], axis=1) <= APART * region.radius_m
                 left_s[close] = -np.inf
         return found
 
@@ -346,10 +386,10 @@ class _PointSearch:
             level_m = along_m.copy()
             level_m[..., 2] = spot.point_m[2]
             points_m = self.region.inside(np.concatenate([points_m, *along_m, *level_m]))
-            hover_s = self._hover_s(network, points_m)[:, 0]
+            hover_s = self._hover_s(network, points_m, max(spot.hover_s, 0.0))[:, 0]
             top = int(hover_s.argmax())
             if hover_s[top] > spot.hover_s:
-                spot = _Spot(float(hover_s[top]), spot.route, points_m[top])
+                spot = self._seen(_Spot(float(hover_s[top]), spot.route, points_m[top]))
             else:
                 reach_m *= SHRINK
         return spot

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import tracemalloc
 from typing import Any
 
 import numpy as np
@@ -11,6 +13,8 @@ from hypothesis import given, settings
 import optuav
 from optuav import InputError, Mission
 from optuav.network import vehicle
+from optuav.solving import free_hover
+from optuav.solving.question import checked_question
 from tests.asking import formulate, solve
 from tests.mission.strategies import missions
 from tests.solving.dense import best_s, delivered_s
@@ -212,3 +216,66 @@ def test_towns(seed: int) -> None:
     mission = town(seed)
     plan = never_worse(mission)
     assert (plan.hover_time_s if plan else -np.inf) >= best_s(mission, 81, close=1) - 0.01
+
+
+def test_out_of_time_the_best_point_so_far_is_flown(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Never worse than w_U, longer with more time, and not called an optimum."""
+    hovers_s, whole = list[float](), solve(PAPER, hover_point="free", perspective="battery")
+    for rounds in (0, 2, 20):
+        clock = itertools.count()
+        monkeypatch.setattr(free_hover.time, "monotonic", lambda clock=clock: float(next(clock)))
+        limit_s = rounds + 0.5
+        plan = solve(PAPER, hover_point="free", perspective="battery", time_limit_s=limit_s)
+        assert plan.status == "feasible"
+        assert "within the time limit" in plan.proof
+        assert any("did not end within the time limit" in note for note in plan.notes)
+        hovers_s.append(plan.hover_time_s)
+    at_w_U = solve(PAPER, perspective="battery")
+    assert hovers_s[0] == pytest.approx(at_w_U.hover_time_s, abs=1e-9)
+    assert hovers_s == sorted(hovers_s)
+    assert hovers_s[0] < hovers_s[1] < hovers_s[2] <= whole.hover_time_s + 1e-9
+
+
+def test_out_of_time_without_a_plan_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """w_U has no plan and no point was tried: neither a plan nor proof that there is none."""
+    clock = itertools.count()
+    monkeypatch.setattr(free_hover.time, "monotonic", lambda: float(next(clock)))
+    mission = PAPER.replace(VARIANTS["screened"])
+    with pytest.raises(optuav.SolverError, match=r"within the time limit, without a plan"):
+        solve(mission, hover_point="free", perspective="battery", time_limit_s=0.5)
+
+
+def search_of(mission: Mission, perspective: str) -> tuple[Any, Any]:
+    """A search for a hover point, and the routes that it may take."""
+    question = checked_question(mission, optuav.P1(hover_point="free"), perspective)
+    search = free_hover._PointSearch(question, mission)
+    return search, np.flatnonzero(search.network.routes.flyable)
+
+
+@pytest.mark.parametrize("perspective", ["battery", "available"])
+def test_no_answer_depends_on_the_portion(
+    perspective: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Points in one portion, in some and in many: the same starts, to the last bit."""
+    search, routes = search_of(FEW, perspective)
+    found = []
+    for at_once in (1 << 30, 1 << 13, 997):
+        monkeypatch.setattr(free_hover, "AT_ONCE", at_once)
+        starts = search._starts(routes)
+        found.append([(each.hover_s, each.route, *each.point_m) for each in starts])
+    assert found[0]
+    assert found[0] == found[1] == found[2]
+
+
+def test_memory_does_not_grow_with_the_buildings() -> None:
+    """All points by all routes at once take 240 MB for 60 buildings, and gigabytes for 1000."""
+    roofs_m = np.random.default_rng(1).uniform((0, 0, 30), (2000, 2000, 100), (60, 3))
+    table = dict(zip(("x_m", "y_m", "z_m"), roofs_m.T, strict=True))
+    search, routes = search_of(
+        PAPER.with_buildings({"name": [f"x{k}" for k in range(60)], **table}), "battery"
+    )
+    tracemalloc.start()
+    search._starts(routes)
+    _, peak_B = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak_B < 1.2e8
