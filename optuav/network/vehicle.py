@@ -99,6 +99,13 @@ def leg_loads(mission: Mission, displacement_m: Vector) -> tuple[Loads, Quantity
     return leg.loads, leg.peak_speed_m_s
 
 
+def least_loads(mission: Mission, distance_m: Quantity) -> Loads:
+    """What any leg of some length [m] draws at least."""
+    if mission.flight.model == "regimes":
+        return leg_loads(mission, (distance_m, 0.0, 0.0))[0]
+    return flight.least_loads(airframe(mission), motor(mission), distance_m, mission.wind.force_N)
+
+
 def attenuation_per_km(mission: Mission) -> Quantity:
     """α [1/km] as stated, or from the visibility."""
     given = mission.laser

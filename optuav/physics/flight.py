@@ -19,6 +19,7 @@ References
 
 import itertools
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -166,14 +167,37 @@ def leg(
         for start_rad, end_rad, inertia in zip(before, after, inertias, strict=True):
             turn_s = 2.0 * np.sqrt(np.abs(end_rad - start_rad) * inertia / torque_Nm)
             turns.append(np.sign(distance) * turn_s)
-    # While turning, one rotor is at v_max and two at v_max/√2; else all are at v_max.
-    draws = (rotor.current, rotor.power)
-    turning = [sum(draw(motor, share * v_max) for share in TURNING_SPEEDS) for draw in draws]
-    full = [rotor.ROTORS * draw(motor, v_max) for draw in draws]
-    currents_A, powers_W = ((t, f, t, f, t) for t, f in zip(turning, full, strict=True))
+    currents_A, powers_W = ((t, f, t, f, t) for t, f in _draws(motor))
     t1, t3, t5 = (turns[k] + turns[k + 1] for k in (0, 2, 4))
     loads = Loads((t1, t2, t3, displacement_time - t2, t5), currents_A, powers_W)
     return Leg(displacement_m, a2, a4, a2 * t2, cruise, brake, tuple(turns), loads)
+
+
+def least_loads(
+    airframe: Airframe, motor: rotor.Motor, distance_m: Quantity, wind_N: Vector
+) -> Loads:
+    """What any leg of some length [m] draws at least while it turns and between the turns.
+
+    With |F_e| = F cos θ, both accelerations of `leg` are at most F sin θ / m where they are equal,
+    and else take longer. Their thrusts differ by 2 F sin θ or more: stage 3 turns the thrust by 2θ
+    or more, and so do stages 1 and 5 together. A turn by γ takes 2 sqrt(γ I/M) or more.
+    """
+    external_N, thrust_N = norm(airframe.external_force_N(wind_N)), rotor.full_thrust(motor)
+    with np.errstate(invalid="ignore"):  # NaN where the thrust does not carry
+        lean_rad = np.arccos(external_N / thrust_N)
+    flown_s = 2.0 * np.sqrt(distance_m * (airframe.mass_kg / (thrust_N * np.sin(lean_rad))))
+    inertia = np.minimum(airframe.inertia_x_kg_m2, airframe.inertia_y_kg_m2)
+    torque_Nm = airframe.arm_length_m * thrust_N / rotor.ROTORS
+    turning_s = np.sign(distance_m) * (4.0 * np.sqrt(2.0 * lean_rad * inertia / torque_Nm))
+    return Loads((turning_s, flown_s), *_draws(motor))
+
+
+def _draws(motor: rotor.Motor) -> Iterator[tuple[Quantity, Quantity]]:
+    """Currents [A], then powers [W], during a turn and between turns, at v_max."""
+    v_max = motor.max_speed_rad_s
+    for draw in (rotor.current, rotor.power):
+        turning = sum(draw(motor, share * v_max) for share in TURNING_SPEEDS)
+        yield turning, rotor.ROTORS * draw(motor, v_max)
 
 
 def impossible(airframe: Airframe, motor: rotor.Motor, wind_N: Vector) -> str | None:

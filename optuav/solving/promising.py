@@ -7,21 +7,35 @@ import numpy as np
 from formulations.p1 import P1
 from formulations.p3 import P3
 from formulations.soc import AVAILABLE, PAPER
-from optuav.arrays import Floats, Integers
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines.registry import AUTO
 from optuav.mission import Mission
+from optuav.network import vehicle
 from optuav.network.network import Network, network_by
-from optuav.network.places import Places, build_places
+from optuav.network.places import FIRST_BUILDING, HOVER, Places, build_places
 from optuav.network.prisms import prisms
-from optuav.solving.best_plans import hover_bounds_s
+from optuav.network.variants import Columns, Variants
+from optuav.physics.kibam import Shift, Stage, Tilted, falls_throughout, tilted_after
+from optuav.physics.quantity import norm
+from optuav.solving.assemble import figures
+from optuav.solving.best_plans import (
+    Best,
+    best_plans,
+    hover_bounds_s,
+    impossible,
+    takes_arrays,
+)
 from optuav.solving.outcome import by_balance
 from optuav.solving.program import Program, declared_program
 from optuav.solving.question import Question
 from optuav.status import SAME_S
 
+FEW_AT_ONCE = 1 << 10  # Variants that are solved together on few routes
 AT_ONCE = 1 << 12
 """Buildings that are bounded together: their legs stay in the cache."""
 FIRST, MOST = 50, 20_000  # Routes that are solved first, and most of them
+RARE = 0.1  # Share of variants that may be solved on all routes
+SHORT = 1e-9  # Share of the capacity that brackets and rounding may take from an empty well
 SLACK_S = 2.0 * SAME_S  # By which a bound may fall short for rounding and ties [s]
 
 
@@ -92,3 +106,68 @@ def _figures_s(network: Network) -> Floats:
     promised_s, short_s = by_balance(network, rests=True)[0], -routes.flight_time_s
     by_order = [np.where(routes.rest_first == first, short_s, -np.inf) for first in (True, False)]
     return np.where(routes.flyable, [promised_s, *by_order], -np.inf)[:, 1:]
+
+
+def fewer(network: Network, columns: Columns, question: Question) -> Network | None:
+    """The routes from which `best_of_few` finds most plans of such variants; None without any."""
+    mission, places, size = network.mission, network.places, FIRST // 2
+    known = question.perspective == AVAILABLE and mission.battery.charging == "constant"
+    if not known or question.problem != P1() or not takes_arrays(mission, question):
+        return None
+    away_m = norm(tuple((places.position_m - places.position_m[HOVER])[FIRST_BUILDING:].T))
+    likely = np.argsort(-hover_bounds_s(network, AVAILABLE)[1:], kind="stable") // 2
+    while 4 * size <= len(away_m):
+        chosen = np.union1d(likely[: 2 * size], np.argsort(away_m, kind="stable")[:size])
+        few = Variants(network_by(mission, places, chosen), columns)
+        if np.mean(_open(few, best_plans(few, question).hover_time_s)) <= RARE:
+            return few.network
+        size *= 4
+    return None
+
+
+def best_of_few(few: Network, network: Network, columns: Columns, question: Question) -> Best:
+    """The plans that `best_plans` finds for variants of a network, most of them from few routes.
+
+    On all routes it finds those that the few do not decide.
+    """
+    variants, routes = Variants(few, columns), few.routes
+    plans = {name: np.array(each) for name, each in vars(best_plans(variants, question)).items()}
+    number = np.where(routes.building < 0, 0, 2 * routes.building + 2 - routes.rest_first)
+    plans["route"] = np.append(number, -1)[plans["route"]]
+    (left,) = np.nonzero(_open(variants, plans["hover_time_s"]))
+    at_once = 1 + FEW_AT_ONCE * len(routes) // len(network.routes)
+    for some in np.split(left, range(at_once, len(left), at_once)):
+        own = Variants(network, {key: values[some] for key, values in columns.items()})
+        for name, values in vars(best_plans(own, question)).items() if len(some) else ():
+            plans[name][some] = values
+    return Best(**plans)
+
+
+def _open(variants: Variants, hover_s: Floats) -> Booleans:
+    """Variants in which other buildings may admit a plan as good as the best of these routes.
+
+    No rest leaves more than full wells (`optuav.physics.kibam`), so the available well must not be
+    empty after the flight to the hover point, the hover and the next flight, if both wells are full
+    before. Where it falls all along, longer hovers and flights leave less; of the leg between roof
+    and hover point counts what it has drawn when that is the least that any such leg draws.
+    """
+    mission, table = variants.mission, figures(variants)
+    pool, hover_m = vehicle.pool(mission), variants.position_m[:, [HOVER]]
+    roofs_m = np.delete(mission.buildings.roof_m, variants.network.routes.building[1:], axis=0)
+    x, y, z = np.moveaxis(hover_m - roofs_m, -1, 0)
+    nearest_m = np.sqrt((x * x + y * y + z * z).min(axis=1, keepdims=True))
+    loads = vehicle.least_loads(mission, nearest_m)
+    drawn_As, slowest_A = loads.charge_As, np.minimum.reduce(np.broadcast_arrays(*loads.currents_A))
+    remaining = np.exp(-pool.rate_per_s * (drawn_As / slowest_A))
+    leg = Shift(-drawn_As, remaining, -pool.bound_fraction * drawn_As * remaining)
+    hover = Stage(-table.hover_current_A, hover_s[:, None] - SLACK_S)
+    to_hover, from_hover = (
+        [Shift(*(part[:, [number]] for part in each)) for each in variants.shifts]
+        for number in (0, 1)
+    )
+    full, falls = Tilted(pool.capacity_As, 0.0), falls_throughout(pool, hover.current_A)
+    ways: list[list[Stage | Shift]] = [[leg, hover, *from_hover], [*to_hover, hover, leg]]
+    ends = [tilted_after(pool, full, *way).wells(pool).available_As for way in ways]
+    short = np.maximum(*ends) < -SHORT * pool.capacity_As
+    decided = (short & falls & variants.falls_in_flight)[:, 0]
+    return np.asarray(~decided & (impossible(variants) == 0))

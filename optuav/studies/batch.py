@@ -25,6 +25,7 @@ from optuav.network.variants import Variants
 from optuav.options import Perspective, ProblemName
 from optuav.solving.assemble import figures
 from optuav.solving.best_plans import CODES, REASONS, STATUSES, Best, best_plans, takes_arrays
+from optuav.solving.promising import FEW_AT_ONCE, best_of_few, fewer
 from optuav.solving.question import OF_THE_PAPER, Question, checked_question, perspectives_of
 from optuav.solving.solve import formulate, solve
 from optuav.status import Status
@@ -56,6 +57,7 @@ CODED = {"building": np.int32, **dict.fromkeys(("order", "status", "reason"), np
 """Types of the variables that are numbers of words."""
 KINDS: dict[str, type] = {**CODED, "proved": bool}
 ORDERS = ("none", "rest-first", "hover-first")
+TRIED = 64  # Scenarios by which routes are chosen
 PROVED = np.isin(STATUSES, [Status.OPTIMAL, Status.INFEASIBLE])
 
 
@@ -300,6 +302,14 @@ def best_of(
     scenarios: Scenarios, questions: Sequence[Question]
 ) -> Iterator[tuple[int, Variants, list[Best]]]:
     """The best plans of scenarios, some at a time: number of the first, their tables, plans."""
+    many = len(questions) == 1 and scenarios.count > TRIED
+    network, tried = scenarios.network, scenarios.columns(0, TRIED) if many else {}
+    if many and (few := fewer(network, tried, questions[0])):
+        for first in range(0, scenarios.count, FEW_AT_ONCE):
+            columns = scenarios.columns(first, min(FEW_AT_ONCE, scenarios.count - first))
+            best = best_of_few(few, network, columns, questions[0])
+            yield first, Variants(few, columns), [best]
+        return
     for first, variants in scenarios.variants():
         table, found = None, list[Best]()
         for question in questions:

@@ -364,6 +364,19 @@ def test_charge_and_energy_are_integrals(case: Case) -> None:
     assert energy_J.sum() == pytest.approx(case.leg.loads.energy_J, rel=1e-12)
 
 
+@given(cases())
+@example(Case(AIRFRAME, CALM, (50.0, 0.0, 0.0)))  # Along an axis, level: turning takes least
+def test_no_leg_of_a_length_draws_less(case: Case) -> None:
+    """Nor is there one that takes less time, wherever it leads and whatever the wind."""
+    leg, length_m = case.leg, math.dist(case.displacement_m, CALM)
+    least = flight.least_loads(case.airframe, MOTOR, length_m, case.wind_N)
+    rounding = 1.0 + 1e-9
+    assert least.duration_s <= rounding * leg.loads.duration_s
+    assert least.charge_As <= rounding * leg.loads.charge_As
+    assert least.energy_J <= rounding * leg.loads.energy_J
+    assert least.currents_A == leg.loads.currents_A[:2]
+
+
 def test_states_of_the_paper() -> None:
     """One moment in every stage: number, speed and position."""
     ends = stage_ends(PAPER)

@@ -7,12 +7,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import optuav
 from optuav.mission import Mission
 from optuav.network.network import build_network
 from optuav.solving import promising
 from optuav.solving.question import checked_question
+from tests.examples import few
 
 KINDS: list[dict[str, Any]] = [{"perspective": each} for each in ("available", "battery", "energy")]
 KINDS += [{"problem": optuav.P3()}, {"problem": optuav.P4("b2")}, {"perspective": "wells"}]
@@ -106,3 +109,37 @@ def test_most_routes_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     everything = promising.narrowed(mission, question)
     assert everything is not None
     assert len(everything.network.routes) == 21
+
+
+@few(8)
+@given(seed=st.integers(0, 10_000))
+def test_few_routes_give_the_plans_of_all_routes(seed: int) -> None:
+    """In every variant, whatever varies: no route that is left out is the best in any of them."""
+    draw, count = np.random.default_rng(seed), 24
+    roofs = {"x_m": (200.0, 2000.0), "y_m": (800.0, 2900.0), "z_m": (20.0, 90.0)}
+    table = {name: draw.uniform(*ends, 30) for name, ends in roofs.items()}
+    if seed % 2:
+        table |= dict.fromkeys(("width_m", "depth_m"), np.full(30, 60.0))
+    names = [f"b{k}" for k in range(30)]
+    mission = optuav.load("paper").with_buildings({"name": names, **table})
+    values = {
+        "limits.deadline_s": draw.uniform(300.0, 2400.0, count),
+        "battery.capacity_As": draw.uniform(10e3, 45e3, count),
+        "battery.available_fraction": draw.uniform(0.3, 0.9, count),
+        "battery.flow_rate_per_s": draw.choice([0.0, 4.5e-5, 1e-3, 1e-2], count),
+        "body.mass_kg": draw.uniform(1.0, 1.5, count),
+        "body.inertia_x_kg_m2": draw.uniform(0.001, 0.3, count),
+        "wind.force_N[0]": draw.uniform(-2.0, 2.0, count),
+        "laser.power_W": draw.uniform(0.0, 3000.0, count),
+        "link.device_m[0]": draw.uniform(500.0, 1500.0, count),
+        "link.transmit_power_W": draw.uniform(0.5, 8.0, count),
+    }
+    known = optuav.batch_arrays(mission, values, paired=True)
+    with pytest.MonkeyPatch.context() as patched:
+        for name, value in {"FIRST": 4, "FEW_AT_ONCE": 7, "RARE": 1.0}.items():
+            patched.setattr(promising, name, value)
+        for name in ("FEW_AT_ONCE", "TRIED"):
+            patched.setattr(import_module("optuav.studies.batch"), name, 7)
+        found = optuav.batch_arrays(mission, values, paired=True)
+    for name, each in known.items():
+        np.testing.assert_array_equal(found[name], each, err_msg=name)
