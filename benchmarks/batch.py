@@ -22,8 +22,9 @@ AT_ONCE_VARIED = 200
 LIMITS = {"battery": 2.0, "energy": 2.0, "adjusted": 2.0, "available": 3.0}
 LIMIT_VARIED = 4.0
 SAME_S = 1e-6
-TOWNS, FEW, LEAST_OF_TOWNS = 200, 20, 1.5
-TOWN_DEADLINES = {"limits.deadline_s": [900, 1200]}
+TOWNS, FEW = 200, 20
+LEAST_OF_TOWNS = {"battery": 4.0, "available": 2.0}
+TOWN_DEADLINES = {"limits.deadline_s": [1200]}
 LENGTHS = 10**3, 10**4, 10**5, 10**6, 10**7
 MOST_MB, MOST_LINEAR = 500.0, 1.5
 """Memory beside the result, and how many times longer a scenario may take among 10⁷ than 10⁶."""
@@ -60,7 +61,7 @@ def run() -> list[Row]:
 
 
 def towns(mission: Mission) -> list[Row]:
-    """A scenario of many random towns, each with its own legs, against a loop of solves."""
+    """Many random towns, each with its own legs and walls, against a loop of solves."""
     drawn, rows = optuav.layouts(mission, TOWNS, "uniform", buildings=10, seed=1), list[Row]()
     for name in AT_ONCE:
 
@@ -71,8 +72,11 @@ def towns(mission: Mission) -> list[Row]:
             return [optuav.solve(town, perspective=perspective) for town in drawn[:FEW]]
 
         ours_s, loop_s = interleaved_s(ours, loop, 3)
-        title = f"a scenario of {TOWNS} random towns × 2 deadlines, {name} / solved by itself"
-        rows.append(Row(title, ours_s / (2 * TOWNS), loop_s / FEW, at_least=LEAST_OF_TOWNS))
+        title, least = (
+            f"one of {TOWNS} random towns, {name} / solved by itself",
+            LEAST_OF_TOWNS[name],
+        )
+        rows.append(Row(title, ours_s / TOWNS, loop_s / FEW, at_least=least))
     return rows
 
 

@@ -57,7 +57,7 @@ def build_network(mission: Mission) -> Network:
     if mission.buildings.source and mission.buildings.lacking:
         words = "the table itself is needed; the plan has only the buildings that it uses"
         raise InputError([Fault("buildings_file", "", words)])
-    places = build_places(mission, prisms(mission.buildings))
+    places = build_places(mission)
     return network_by(mission, places, np.arange(len(mission.buildings)))
 
 

@@ -1,17 +1,20 @@
 """The places of a mission as arrays: ends, hover point and buildings, with the laser's reach."""
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
+from optuav.mission.buildings import Buildings
 from optuav.mission.messages import listed
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, clear_lines
-from optuav.network.prisms import Prisms
+from optuav.network.prisms import prisms
 from optuav.physics.quantity import Quantity, Vector, norm
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3
@@ -41,10 +44,10 @@ class Places:
         return np.asarray(np.isfinite(self.position_m).all(axis=1))
 
 
-def build_places(mission: Mission, obstacles: Prisms) -> Places:
-    """The places of a mission, with the laser's sight and charging power past its obstacles."""
+def build_places(mission: Mission) -> Places:
+    """The places of a mission, with the laser's sight and charging power past its buildings."""
     position_m = position_table(mission, mission.buildings.roof_m)
-    sight, received = received_table(mission, position_m, obstacles)
+    sight, received = received_table(mission, position_m, (mission.buildings,))
     names = (*ENDS, *mission.buildings.names)
     power_W, current_A = received.power_W[0], received.current_A[0]
     return Places(names, position_m[0], sight[0], power_W, current_A, np.zeros(len(names), bool))
@@ -53,17 +56,17 @@ def build_places(mission: Mission, obstacles: Prisms) -> Places:
 def position_table(mission: Mission, roofs_m: Floats, radius_m: Quantity | None = None) -> Floats:
     """Positions of all places (variant or 1, place, 3) [m]; NaN for a hover point out of reach.
 
-    Figures may be columns (variant, 1), see `optuav.network.variants`; `roofs_m` (building, 3) are
-    the positions of buildings, `radius_m` the coverage radius if known [m].
+    Figures may be columns (variant, 1), see `optuav.network.variants`; `roofs_m` are the positions
+    of buildings ([variant,] building, 3), `radius_m` the coverage radius if known [m].
     """
     route = mission.route
     hover_m = vehicle.hover_point_m(mission, radius_m)
     ends_m = as_points(route.origin_m, hover_m, route.destination_m)
-    return np.concatenate([ends_m, np.broadcast_to(roofs_m, (len(ends_m), *roofs_m.shape))], axis=1)
+    return _joined(ends_m, roofs_m if roofs_m.ndim == 3 else roofs_m[None])
 
 
 def received_table(
-    mission: Mission, position_m: Floats, obstacles: Prisms
+    mission: Mission, position_m: Floats, towns: Sequence[Buildings]
 ) -> tuple[Booleans, vehicle.Flow]:
     """Sight of the laser, and current and power from it, each (variant or 1, place).
 
@@ -73,15 +76,49 @@ def received_table(
     if mission.laser is None:
         dark = np.zeros((1, count))
         return np.zeros((1, count), bool), vehicle.Flow(dark, dark)
-    laser_m, number = as_points(mission.laser.position_m), np.arange(count)
-    lines = np.stack([np.full(count, count), number], axis=1)
-    own_roof = np.maximum(number - FIRST_BUILDING, CLEAR)[:, None]
+    laser_m = as_points(mission.laser.position_m)
     from_laser_m = position_m - laser_m
-    rows = len(from_laser_m)
-    both_m = [np.broadcast_to(m, (rows, *m.shape[1:])) for m in (position_m, laser_m)]
-    sight = clear_lines(obstacles, np.concatenate(both_m, axis=1), lines, own_roof)
+    if len(from_laser_m) == 1:
+        ends_m = np.concatenate([laser_m, position_m[:, :FIRST_BUILDING]], axis=1)
+        sight = _kept_sight(*towns, *ends_m.ravel().tolist())
+    else:
+        sight = _sight(towns, position_m, laser_m)
     received = vehicle.charging(mission, norm(tuple(np.moveaxis(from_laser_m, -1, 0))))
     return sight, vehicle.Flow(*(np.where(sight, each, 0.0) for each in received))
+
+
+@lru_cache(maxsize=4)
+def _kept_sight(buildings: Buildings, *numbers_m: float) -> Booleans:
+    """Sight of the laser (1, place), from its position and those of the ends, kept."""
+    laser_m, *ends_m = np.reshape(numbers_m, (-1, 1, 1, 3))
+    position_m = np.concatenate([*ends_m, buildings.roof_m[None]], axis=1)
+    sight = _sight((buildings,), position_m, laser_m)
+    sight.setflags(write=False)
+    return sight
+
+
+def _sight(towns: Sequence[Buildings], position_m: Floats, laser_m: Floats) -> Booleans:
+    """Sight of the laser by place (variant, place)."""
+    number = np.arange(count := position_m.shape[1])
+    lines = np.stack([np.full(count, count), number], axis=1)
+    own_roof = np.maximum(number - FIRST_BUILDING, CLEAR)[:, None]
+    return clear_past(towns, _joined(position_m, laser_m), lines, own_roof)
+
+
+def clear_past(
+    towns: Sequence[Buildings], position_m: Floats, lines: Integers, exempt: Integers
+) -> Booleans:
+    """As `clear_lines`, past the buildings of towns, each in as many variants in a row."""
+    parts = zip(towns, np.split(position_m, len(towns)), strict=True)
+    clear = [clear_lines(prisms(each), part, lines, exempt) for each, part in parts]
+    return np.concatenate(clear)
+
+
+def _joined(*tables: Floats) -> Floats:
+    """Places in tables (variant or 1, place, 3) in one."""
+    rows = max(map(len, tables))
+    every = [np.broadcast_to(each, (rows, *each.shape[1:])) for each in tables]
+    return np.concatenate(every, axis=1)
 
 
 def as_points(*places_m: Vector) -> Floats:

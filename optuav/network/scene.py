@@ -78,5 +78,4 @@ class Scene:
 
 def scene(mission: Mission) -> Scene:
     """The places and buildings that a map of a mission shows."""
-    obstacles = prisms(mission.buildings)
-    return Scene(mission, build_places(mission, obstacles), obstacles)
+    return Scene(mission, build_places(mission), prisms(mission.buildings))

@@ -15,13 +15,12 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats
 from optuav.mission import Mission
+from optuav.mission.buildings import Buildings
 from optuav.mission.mission import DISPLACED
 from optuav.network import vehicle
 from optuav.network.legs import shared_lines
 from optuav.network.network import Network
-from optuav.network.obstacles import clear_lines
-from optuav.network.places import FIRST_BUILDING, position_table, received_table
-from optuav.network.prisms import prisms
+from optuav.network.places import FIRST_BUILDING, clear_past, position_table, received_table
 from optuav.physics.flight import Loads
 from optuav.physics.kibam import Shift, Stage, falls_throughout, shift
 from optuav.physics.quantity import Quantity
@@ -38,6 +37,7 @@ class Variants:
     network: Network
     columns: Columns
     known_radius_m: Quantity = None  # Their coverage radius (variant, 1) [m] if it is known
+    towns: tuple[Buildings, ...] = ()  # Other buildings, each in as many variants in a row
 
     @cached_property
     def count(self) -> int:
@@ -79,6 +79,11 @@ class Variants:
         changed = {n: getattr(mission, n).model_copy(update=own) for n, own in tables.items()}
         return mission.model_copy(update=changed)
 
+    @property
+    def _past(self) -> tuple[Buildings, ...]:
+        """The towns past which they fly."""
+        return self.towns or (self.network.mission.buildings,)
+
     @cached_property
     def coverage_radius_m(self) -> Quantity:
         """d_max (variant, 1) or a number [m]."""
@@ -89,14 +94,15 @@ class Variants:
     def position_m(self) -> Floats:
         """Places (variant or 1, place, 3) [m]; NaN for a hover point out of reach."""
         roofs_m = self.network.places.position_m[FIRST_BUILDING:]
+        if self.towns:
+            every_m = np.stack([each.roof_m for each in self.towns])
+            roofs_m = every_m.repeat(self.count // len(self.towns), axis=0)
         return position_table(self.mission, roofs_m, self.coverage_radius_m)
 
     @cached_property
     def received(self) -> vehicle.Flow:
         """Current [A] and power [W] from the laser by place (variant or 1, place)."""
-        return received_table(
-            self.mission, self.position_m, prisms(self.network.mission.buildings)
-        )[1]
+        return received_table(self.mission, self.position_m, self._past)[1]
 
     @cached_property
     def able(self) -> Booleans:
@@ -104,8 +110,7 @@ class Variants:
         able = np.isfinite(np.atleast_2d(self.loads.duration_s))
         if not self.mission.flight.through_buildings:
             lines, line = shared_lines(self.network.legs.start, self.network.legs.end)
-            obstacles = prisms(self.network.mission.buildings)
-            free = clear_lines(obstacles, self.position_m, lines, lines - FIRST_BUILDING)
+            free = clear_past(self._past, self.position_m, lines, lines - FIRST_BUILDING)
             able = able & free[:, line]
         able = np.concatenate([able, np.ones((len(able), 1), bool)], axis=1)  # for NO_LEG
         held = np.isfinite(self.hover_load.current_A)

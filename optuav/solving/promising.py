@@ -13,7 +13,6 @@ from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.network.network import Network, network_by
 from optuav.network.places import FIRST_BUILDING, HOVER, Places, build_places
-from optuav.network.prisms import prisms
 from optuav.network.variants import Columns, Variants
 from optuav.physics.kibam import Shift, Stage, Tilted, falls_throughout, tilted_after
 from optuav.physics.quantity import norm
@@ -30,7 +29,6 @@ from optuav.solving.program import Program, declared_program
 from optuav.solving.question import Question
 from optuav.status import SAME_S
 
-FEW_AT_ONCE = 1 << 10  # Variants that are solved together on few routes
 AT_ONCE = 1 << 12
 """Buildings that are bounded together: their legs stay in the cache."""
 FIRST, MOST = 50, 20_000  # Routes that are solved first, and most of them
@@ -47,7 +45,7 @@ def narrowed(mission: Mission, question: Question) -> Program | None:
     problem, every = question.problem, mission.buildings.names
     if question.several or question.p1.hover_point != "w_U":
         return None
-    places = build_places(mission, prisms(mission.buildings))
+    places = build_places(mission)
     if isinstance(problem, P3) or problem.trajectory == "direct":
         return _over(mission, question, places, np.zeros(0, dtype=np.intp))
     if problem.building is not None:
@@ -125,19 +123,19 @@ def fewer(network: Network, columns: Columns, question: Question) -> Network | N
     return None
 
 
-def best_of_few(few: Network, network: Network, columns: Columns, question: Question) -> Best:
-    """The plans that `best_plans` finds for variants of a network, most of them from few routes.
+def best_of_few(variants: Variants, network: Network, question: Question) -> Best:
+    """The plans that `best_plans` finds on a whole network, for variants of few of its routes.
 
-    On all routes it finds those that the few do not decide.
+    Those that the few do not decide are found on all routes.
     """
-    variants, routes = Variants(few, columns), few.routes
+    routes = variants.network.routes
     plans = {name: np.array(each) for name, each in vars(best_plans(variants, question)).items()}
     number = np.where(routes.building < 0, 0, 2 * routes.building + 2 - routes.rest_first)
     plans["route"] = np.append(number, -1)[plans["route"]]
     (left,) = np.nonzero(_open(variants, plans["hover_time_s"]))
-    at_once = 1 + FEW_AT_ONCE * len(routes) // len(network.routes)
+    at_once = 1 + variants.count * len(routes) // len(network.routes)
     for some in np.split(left, range(at_once, len(left), at_once)):
-        own = Variants(network, {key: values[some] for key, values in columns.items()})
+        own = Variants(network, {key: values[some] for key, values in variants.columns.items()})
         for name, values in vars(best_plans(own, question)).items() if len(some) else ():
             plans[name][some] = values
     return Best(**plans)

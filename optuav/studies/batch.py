@@ -25,12 +25,12 @@ from optuav.network.variants import Variants
 from optuav.options import Perspective, ProblemName
 from optuav.solving.assemble import figures
 from optuav.solving.best_plans import CODES, REASONS, STATUSES, Best, best_plans, takes_arrays
-from optuav.solving.promising import FEW_AT_ONCE, best_of_few, fewer
+from optuav.solving.promising import best_of_few, fewer
 from optuav.solving.question import OF_THE_PAPER, Question, checked_question, perspectives_of
 from optuav.solving.solve import formulate, solve
 from optuav.status import Status
 from optuav.studies.layouts import ROOFS, relocated
-from optuav.studies.scenarios import ROW, Scenarios, check, values_of
+from optuav.studies.scenarios import AT_ONCE, ROW, Scenarios, check, values_of
 
 if TYPE_CHECKING:
     import xarray
@@ -282,41 +282,71 @@ def variables(
     more = OWN if type(questions[0][0].problem) not in OF_THE_PAPER else {}
     found: Variables = {name: np.empty(size, KINDS.get(name, float)) for name in (*LABELS, *more)}
     numbers = {name: number for number, name in enumerate(buildings)}
-    for place, (scenarios, asked) in enumerate(zip(every, questions, strict=True)):
+    for place, scenarios, asked in _stacked(every, questions):
         # By route: the direct one first, and no plan, −1, last.
         own = [numbers[name] for name in scenarios.mission.buildings.names]
         building = np.array([-1, *np.repeat(own, 2), -1])
         order = np.array([0, *(1, 2) * len(own), 0])
         for first, variants, plans in best_of(scenarios, asked):
             for question, best in enumerate(plans):
-                some = question, place, slice(first, first + variants.count)
-                for name in (*MEASURED, *more, "status", "reason"):
-                    found[name][some] = getattr(best, name)
-                found["building"][some] = building.take(best.route)
-                found["order"][some] = order.take(best.route)
-                found["proved"][some] = PROVED.take(best.status)
+                begin = place * every[0].count + first
+                columns = {**vars(best), "building": building.take(best.route)}
+                columns |= {"order": order.take(best.route), "proved": PROVED.take(best.status)}
+                for name, values in found.items():
+                    row = values[question].reshape(-1)
+                    row[begin : begin + variants.count] = columns[name]
     return found
+
+
+def _stacked(
+    every: Sequence[Scenarios], questions: Sequence[Sequence[Question]]
+) -> Iterator[tuple[int, Scenarios, Sequence[Question]]]:
+    """Scenarios with the number of their mission, and what is asked.
+
+    Missions in a row that differ in their buildings alone are one with several towns.
+    """
+    first = 0
+    while first < len(every):
+        one, asked, last = every[first], questions[first], first + 1
+        many = one.count * (1 + 2 * len(one.mission.buildings)) > AT_ONCE
+        if not many and all(takes_arrays(one.mission, each) for each in asked):
+            while last < len(every) and questions[last] == asked and _alike(one, every[last]):
+                last += 1
+        if len(group := every[first:last]) > 1:
+            rows = [each.rows for each in group if isinstance(each.rows, Mapping)]
+            keys = rows[0] if rows else {}
+            columns = {key: np.concatenate([row[key] for row in rows]) for key in keys}
+            towns = tuple(each.mission.buildings for each in group)
+            one = Scenarios(one.mission, columns, one.grid, towns)
+        yield first, one, asked
+        first = last
+
+
+def _alike(one: Scenarios, other: Scenarios) -> bool:
+    """Whether their missions differ in their names and the places of their buildings alone."""
+    own, found = one.mission, other.mission
+    same = {"buildings": own.buildings, "name": own.name}
+    alike = own.buildings.names == found.buildings.names
+    return alike and found.model_copy(update=same) == own
 
 
 def best_of(
     scenarios: Scenarios, questions: Sequence[Question]
 ) -> Iterator[tuple[int, Variants, list[Best]]]:
     """The best plans of scenarios, some at a time: number of the first, their tables, plans."""
-    many = len(questions) == 1 and scenarios.count > TRIED
-    network, tried = scenarios.network, scenarios.columns(0, TRIED) if many else {}
-    if many and (few := fewer(network, tried, questions[0])):
-        for first in range(0, scenarios.count, FEW_AT_ONCE):
-            columns = scenarios.columns(first, min(FEW_AT_ONCE, scenarios.count - first))
-            best = best_of_few(few, network, columns, questions[0])
-            yield first, Variants(few, columns), [best]
-        return
-    for first, variants in scenarios.variants():
+    few = None
+    if len(questions) == 1 and scenarios.count > TRIED and not scenarios.towns:
+        few = fewer(scenarios.network, scenarios.columns(0, TRIED), questions[0])
+    for first, variants in scenarios.variants(few):
         table, found = None, list[Best]()
         for question in questions:
             if takes_arrays(scenarios.base, question):
                 table = table or figures(variants)
                 with suppress(SolverError):  # of one scenario: then each is solved by itself
-                    found.append(best_plans(variants, question, table))
+                    if few is None:
+                        found.append(best_plans(variants, question, table))
+                    else:
+                        found.append(best_of_few(variants, scenarios.network, question))
                     continue
             missions = scenarios.missions(first, variants.count)
             alone = (vars(best_alone(one, question)).values() for one in missions)

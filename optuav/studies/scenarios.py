@@ -12,6 +12,7 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, refuse
 from optuav.mission import Mission
+from optuav.mission.buildings import Buildings
 from optuav.mission.keys import as_stated, now_of, numeric_keys
 from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import CONVERSIONS, Number
@@ -42,18 +43,19 @@ class Scenarios:
     mission: Mission
     rows: Mapping[str, Floats] | Draws | None = None
     grid: Mapping[str, Floats] = field(default_factory=dict)
+    towns: tuple[Buildings, ...] = ()  # Buildings by row; without any, those of the mission
 
     @cached_property
     def row_count(self) -> int:
         """Number of rows; 1 without any."""
         if isinstance(self.rows, Draws):
             return self.rows.count
-        return max([1, *map(len, (self.rows or {}).values())])
+        return max([1, len(self.towns), *map(len, (self.rows or {}).values())])
 
     @cached_property
     def sizes(self) -> dict[str, int]:
         """Number of scenarios along every dimension, by its name."""
-        rows = {} if self.rows is None else {ROW: self.row_count}
+        rows = {} if self.rows is None and not self.towns else {ROW: self.row_count}
         return rows | {key: len(values) for key, values in self.grid.items()}
 
     @cached_property
@@ -87,13 +89,21 @@ class Scenarios:
         pairs = zip(self.grid.items(), places, strict=True)
         return found | {key: values[place] for (key, values), place in pairs}
 
-    def variants(self) -> Iterator[tuple[int, Variants]]:
-        """All of them, some at a time, with the number of the first."""
+    def variants(self, few: Network | None = None) -> Iterator[tuple[int, Variants]]:
+        """All of them, some at a time, with the number of the first; of few routes on demand."""
         np.empty(HELD_BYTES, np.uint8)
-        found, at_once = None, max(1, AT_ONCE // len(self.network.routes))
+        network = few or self.network
+        found, at_once = None, max(1, AT_ONCE // len(network.routes))
+        if self.towns:  # Whole towns
+            per_town = self.count // len(self.towns)
+            at_once = per_town * max(1, at_once // per_town)
         for first in range(0, self.count, at_once):
             columns = self.columns(first, min(at_once, self.count - first))
-            found = found.others(columns) if found else Variants(self.network, columns)
+            if self.towns:
+                some = slice(first // per_town, (first + at_once) // per_town)
+                found = Variants(network, columns, towns=self.towns[some])
+            else:
+                found = found.others(columns) if found else Variants(network, columns)
             yield first, found
 
     def columns(self, first: int, count: int) -> Columns:
@@ -122,11 +132,14 @@ class Scenarios:
 
     def missions(self, first: int, count: int) -> Iterator[Mission | InputError]:
         """Every scenario as a mission of its own, or what is wrong with it."""
-        columns = self.stated(first, count)
+        columns, mission = self.stated(first, count), self.mission
         for row in range(count):
             try:
                 values = {key: float(column[row]) for key, column in columns.items()}
-                yield self.mission.replace(as_stated(self.mission, values))
+                if self.towns:
+                    town = self.towns[(first + row) * len(self.towns) // self.count]
+                    mission = mission.model_copy(update={"buildings": town})
+                yield mission.replace(as_stated(mission, values))
             except InputError as error:
                 yield error
 

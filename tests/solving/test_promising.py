@@ -136,10 +136,10 @@ def test_few_routes_give_the_plans_of_all_routes(seed: int) -> None:
     }
     known = optuav.batch_arrays(mission, values, paired=True)
     with pytest.MonkeyPatch.context() as patched:
-        for name, value in {"FIRST": 4, "FEW_AT_ONCE": 7, "RARE": 1.0}.items():
+        for name, value in {"FIRST": 4, "RARE": 1.0}.items():
             patched.setattr(promising, name, value)
-        for name in ("FEW_AT_ONCE", "TRIED"):
-            patched.setattr(import_module("optuav.studies.batch"), name, 7)
+        patched.setattr(import_module("optuav.studies.batch"), "TRIED", 7)
+        patched.setattr(import_module("optuav.studies.scenarios"), "AT_ONCE", 80)
         found = optuav.batch_arrays(mission, values, paired=True)
     for name, each in known.items():
         np.testing.assert_array_equal(found[name], each, err_msg=name)

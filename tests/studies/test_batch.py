@@ -21,6 +21,7 @@ from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.timeline import stay_net
 from optuav.solving import best_plans, program
 from optuav.solving.outcome import longest_by_balance
+from optuav.studies import batch as batching
 from optuav.studies import scenarios as machine
 
 PAPER = optuav.load("paper")
@@ -648,3 +649,32 @@ def test_an_engine_that_fails_in_one_scenario_fails_in_no_other(
     assert found["status_words"][found["status"]].tolist() == ["optimal", failed, "optimal"]
     assert np.isnan(found["hover_time_s"][1])
     assert found["hover_time_s"][::2].tolist() == right["hover_time_s"][::2].tolist()
+
+
+@pytest.mark.parametrize("perspective", ["battery", "available"])
+@pytest.mark.parametrize("at_once", [1, 100, 1 << 17])
+def test_towns_are_solved_as_if_each_were_alone(
+    perspective: Any, at_once: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whether they follow one another or not, some at a time, with several values or one each."""
+    drawn = optuav.layouts("paper", 6, buildings=5, size_m=150.0, seed=4)
+    others = [drawn[0].replace({"body.mass_kg": 1.4}), drawn[1].replace({"buildings.r2": None})]
+    towns = [*drawn[:3], *others, *drawn[3:], drawn[0].replace({"name": "again"})]
+    ranges = {"limits.deadline_s": [120.0, 900.0, 1200.0], "body.mass_kg": [1.2, 1.35]}
+    own = {key: np.linspace(values[0], values[-1], len(towns)) for key, values in ranges.items()}
+    monkeypatch.setattr(machine, "AT_ONCE", at_once)
+    monkeypatch.setattr(batching, "AT_ONCE", at_once)
+    options: dict[str, Any] = {"perspective": perspective}
+    grid = optuav.batch_arrays(towns, ranges, **options)
+    paired = optuav.batch_arrays(towns, own, paired=True, **options)
+    stacked = machine.Scenarios(towns[0], {}, {}, tuple(each.buildings for each in drawn))
+    assert [*stacked.missions(1, 4)] == drawn[1:5]
+    for number, town in enumerate(towns):
+        one = {key: values[[number]] for key, values in own.items()}
+        alone = optuav.batch_arrays(town, ranges, **options)
+        alone_too = optuav.batch_arrays(town, one, paired=True, **options)
+        for name in ("hover_time_s", "rest_time_s", "flight_time_s", "status", "reason", "order"):
+            np.testing.assert_array_equal(grid[name][number], alone[name], err_msg=name)
+            np.testing.assert_array_equal(paired[name][[number]], alone_too[name], err_msg=name)
+        by_name = grid["building_words"][grid["building"][number]]
+        np.testing.assert_array_equal(by_name, alone["building_words"][alone["building"]])
