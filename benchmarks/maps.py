@@ -1,12 +1,14 @@
-"""Maps of ten thousand points of the shipped mission, in every perspective."""
+"""Maps of ten thousand points of the shipped mission in every perspective, and the command."""
 
 from __future__ import annotations
 
+import statistics
 import time
 from collections.abc import Callable
 from typing import Any, get_args
 
 import optuav
+from benchmarks.startup import process_s
 from benchmarks.timing import Row
 from optuav.options import Perspective
 
@@ -34,4 +36,13 @@ def run() -> list[Row]:
             assert not found.isnull().all()
             title = f"{over.replace('_', ' ')}, {perspective}: {found.size} points / {LIMIT_S:g} s"
             rows.append(Row(title, min(spent), LIMIT_S, at_most=1.0))
-    return rows
+    return [*rows, command()]
+
+
+def command() -> Row:
+    """The words of `optuav map`, which label no array, against a process that makes the array."""
+    printed = ["-m", "optuav", "map", "paper", "--over", "device", "--step", "50"]
+    labelled = ["-c", "import optuav.cli.app; optuav.maps.device('paper', 50)"]
+    rounds = [(process_s(printed), process_s(labelled)) for _ in range(REPEATS)]
+    pair = (statistics.median(each) for each in zip(*rounds, strict=True))
+    return Row("optuav map, step 50: printed / as a labelled array", *pair, at_least=1.5)

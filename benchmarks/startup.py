@@ -29,7 +29,7 @@ def run() -> list[Row]:
         "needed": ["-c", NEEDED],
         **{command: ["-m", "optuav", *command.split()] for command in TARGETS},
     }
-    rounds = [{name: _process_s(each) for name, each in processes.items()} for _ in range(REPEATS)]
+    rounds = [{name: process_s(each) for name, each in processes.items()} for _ in range(REPEATS)]
     median = {name: statistics.median(each[name] for each in rounds) for name in processes}
     extra_s = median["import optuav"] - median["nothing"]
     solved, numpy = median["solve paper"], median["import numpy"]
@@ -43,7 +43,7 @@ def run() -> list[Row]:
     ]
 
 
-def _process_s(arguments: list[str]) -> float:
+def process_s(arguments: list[str]) -> float:
     """CPU time of a process [s], with the bytecode of all modules at hand."""
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
     before = getrusage(RUSAGE_CHILDREN)

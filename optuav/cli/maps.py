@@ -32,7 +32,7 @@ def map(
     """
     from optuav import maps
     from optuav.maps.output import FORMATS, summary, to_dict
-    from optuav.maps.positions import faults_of
+    from optuav.maps.positions import DEVICE, HOVER_POINT, LASER, faults_of, hovers
     from optuav.mission.files import STANDARD
     from optuav.mission.messages import unknown
 
@@ -48,15 +48,15 @@ def map(
     with collected(faults):
         stated = mission_of(mission, settings)
     refuse([*faults, *(faults_of(step_m, ends, height_m, perspective) if faults else ())])
-    options = {"bounds": ends, "height_m": height_m, "perspective": perspective}
-    found = getattr(maps, over.replace("-", "_"))(stated, step_m, **options)
+    key = dict(zip(MOVED, (DEVICE, LASER, HOVER_POINT), strict=True))[over]
+    found = hovers(key, stated, step_m, ends, height_m, perspective)
     written = []
     if save is not None:
-        written.append(maps.save(found, save))
+        written.append(maps.save(found.labelled(), save))
     if plot is not None:
         from optuav.plots import hover_map, save_figures
 
-        written += save_figures([(f"{over}.png", hover_map(stated, found))], plot)
+        written += save_figures([(f"{over}.png", hover_map(stated, found.labelled()))], plot)
     deliver(lambda: to_dict(found), summary(found), as_json=as_json, written=written)
-    if "best_m" not in found.attrs:
+    if "best_m" not in found.facts:
         raise typer.Exit(NO)

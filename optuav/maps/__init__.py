@@ -8,10 +8,6 @@ Examples
 ([1000.0, 0.0, 50.0], 597.27)
 """
 
-from optuav.errors import require
-
-require("xarray", "maps")
-
 from optuav.maps.output import save
 from optuav.maps.positions import device, hover_point, laser
 

@@ -11,8 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from optuav.errors import Fault, InputError, require
+from optuav.maps.positions import HoverMap
 from optuav.mission.files import ending_of, write_files
 from optuav.mission.messages import counted, path_of, shown
+from optuav.solving.best_plans import REASONS
+from optuav.studies.batch import LABELS
 
 if TYPE_CHECKING:
     import pyproj
@@ -24,10 +27,10 @@ NO_MAP = "a map, as the functions of optuav.maps return it"
 FORMATS = {".tif": "GeoTIFF", ".tiff": "GeoTIFF", ".geojson": "GeoJSON"}
 
 
-def summary(found: xarray.DataArray) -> str:
+def summary(found: HoverMap) -> str:
     """What a map is of, where the hover is longest, and why some points have no plan."""
-    facts, values, places = found.attrs, found.to_numpy(), dict[str, str]()
-    height, width = found.shape
+    facts, values = found.facts, found.solved.values["hover_time_s"]
+    (height, width), places = values.shape, dict[str, str]()
     places["Map"] = f"{facts['mission']}, {facts['perspective']}: {facts['over']} on {width} × "
     places["Map"] += f"{height} points at z = {facts['height_m']:.10g} m"
     for name, axis in ("x", found.x), ("y", found.y):
@@ -45,13 +48,19 @@ def summary(found: xarray.DataArray) -> str:
     return "\n".join([*lines, *none])
 
 
-def to_dict(found: xarray.DataArray) -> dict[str, Any]:
+def to_dict(found: HoverMap) -> dict[str, Any]:
     """A map as plain data for JSON, None where there is no plan."""
-    rows = [[None if isnan(at) else at for at in row] for row in found.to_numpy().tolist()]
-    axes = {f"{name}_m": found[name].to_numpy().tolist() for name in ("x", "y")}
-    words = found.reason.attrs["words"].splitlines()
-    reasons = {"reason": found.reason.to_numpy().tolist(), "reason_words": words}
-    return {"kind": "optuav map", **found.attrs, **axes, "hover_time_s": rows, **reasons}
+    values = {name: found.solved.values[name].tolist() for name in ("hover_time_s", "reason")}
+    values["hover_time_s"] = [
+        [None if isnan(at) else at for at in row] for row in values["hover_time_s"]
+    ]
+    axes = {"x_m": found.x.tolist(), "y_m": found.y.tolist()}
+    words = {"reason_words": [*REASONS.values()]}
+    head = {
+        "kind": "optuav map",
+        **dict(zip(("long_name", "units"), LABELS["hover_time_s"], strict=True)),
+    }
+    return {**head, **found.facts, **axes, **values, **words}
 
 
 def save(found: xarray.DataArray, path: str | Path) -> Path:
@@ -169,10 +178,10 @@ def _system(found: xarray.DataArray) -> pyproj.CRS | None:
     return system
 
 
-def _why(found: xarray.DataArray) -> Iterator[tuple[int, str]]:
+def _why(found: HoverMap) -> Iterator[tuple[int, str]]:
     """Numbers of points without a plan and the reasons, the most frequent first."""
-    words = found.reason.attrs["words"].splitlines()
-    codes, counts = np.unique(found.reason.to_numpy(), return_counts=True)
+    words = [*REASONS.values()]
+    codes, counts = np.unique(found.solved.values["reason"], return_counts=True)
     for place in np.argsort(-counts, kind="stable"):
         if codes[place]:
             yield int(counts[place]), words[codes[place]]

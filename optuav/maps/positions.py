@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from math import isfinite, isnan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from formulations.soc import AVAILABLE, PERSPECTIVES
 from optuav.arrays import Floats
-from optuav.errors import Fault, collected, refuse
+from optuav.errors import Fault, collected, refuse, require
 from optuav.mission import Mission, load
 from optuav.mission.messages import misfits, shown, unknown
 from optuav.mission.schema import Number
@@ -21,7 +21,7 @@ from optuav.network.vehicle import hover_point_m
 from optuav.options import Perspective
 from optuav.solving.question import checked_question
 from optuav.status import SAME_S
-from optuav.studies.batch import batch
+from optuav.studies.batch import Solved, labelled, solved_batch
 
 if TYPE_CHECKING:
     import xarray
@@ -88,7 +88,7 @@ def device(
     [[600.1 599.4 600. ]
      [597.9 597.3 597.8]]
     """
-    return _hovers(DEVICE, mission, step_m, bounds, height_m, perspective)
+    return hovers(DEVICE, mission, step_m, bounds, height_m, perspective).labelled()
 
 
 def laser(
@@ -125,7 +125,7 @@ def laser(
     >>> dict(found.sizes), found.attrs["best_m"]
     ({'y': 5, 'x': 5}, [1000.0, 0.0, 10.0])
     """
-    return _hovers(LASER, mission, step_m, bounds, height_m, perspective)
+    return hovers(LASER, mission, step_m, bounds, height_m, perspective).labelled()
 
 
 def hover_point(
@@ -167,17 +167,34 @@ def hover_point(
     >>> found.reason.attrs["words"].splitlines()[int(found.reason[0, 0])][:46]
     'the device is out of reach of the hover point '
     """
-    return _hovers(HOVER_POINT, mission, step_m, bounds, height_m, perspective)
+    return hovers(HOVER_POINT, mission, step_m, bounds, height_m, perspective).labelled()
 
 
-def _hovers(
+class HoverMap(NamedTuple):
+    """The longest hovers over positions, without the library that labels arrays."""
+
+    solved: Solved
+    facts: dict[str, Any]
+    # Coordinates of the points [m].
+    x: Floats
+    y: Floats
+
+    def labelled(self) -> xarray.DataArray:
+        """The map as an array with coordinates and attributes."""
+        require("xarray", "maps")
+        keys = dict(zip(self.solved.keys, "yx", strict=True))
+        values = labelled(self.solved).set_coords("reason")["hover_time_s"]
+        return values.rename(keys).assign_attrs(self.facts)
+
+
+def hovers(
     over: str,
     mission: Mission | str | Path,
     step_m: float,
     bounds: Bounds | None,
     height_m: float | None,
     perspective: Perspective,
-) -> xarray.DataArray:
+) -> HoverMap:
     """The longest hovers with a place of the mission, by its key, anywhere on a grid."""
     found, own_m = [*faults_of(step_m, bounds, height_m, perspective)], None
     with collected(found):
@@ -191,21 +208,20 @@ def _hovers(
     base = whole.replace({over: (x_m, y_m, z_m)})
     corners_m = _around_m(over, base, step_m) if bounds is None else np.reshape([*bounds], (2, 2))
     x, y = _axes(corners_m, float(step_m))
-    keys = {f"{over}[1]": "y", f"{over}[0]": "x"}
-    values = batch(base, dict(zip(keys, (y, x), strict=True)), perspective=perspective)
-    hover_s = values.set_coords("reason")["hover_time_s"].rename(keys)
+    solved = solved_batch(base, {f"{over}[1]": y, f"{over}[0]": x}, perspective=perspective)
     facts: dict[str, Any] = {"mission": whole.name, "perspective": perspective}
     facts |= {"over": over, "height_m": z_m} | ({"crs": whole.crs} if whole.crs else {})
-    if (best := _best(hover_s.to_numpy(), x - x_m, y - y_m)) is not None:
+    if (best := _best(solved.values["hover_time_s"], x - x_m, y - y_m)) is not None:
         facts["best_m"] = [float(x[best[1]]), float(y[best[0]]), z_m]
-        facts["best_points"] = int((hover_s >= hover_s.max() - SAME_S).sum())
+        hover_s = solved.values["hover_time_s"]
+        facts["best_points"] = int((hover_s >= np.nanmax(hover_s) - SAME_S).sum())
         if over == LASER:
             there = base.replace({LASER: facts["best_m"]})
             if cap := charging_cap(there, scene(there).places):
                 facts["best_because"] = cap.words
         at_edge = best[0] in (0, len(y) - 1) or best[1] in (0, len(x) - 1)
         facts["best_at"] = "edge" if at_edge else "inside"
-    return hover_s.assign_attrs(facts)
+    return HoverMap(solved, facts, x, y)
 
 
 def faults_of(

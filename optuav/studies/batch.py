@@ -116,7 +116,7 @@ def batch_arrays(
     >>> print(found["reason_words"][found["reason"]][0])
     the shortest flight alone takes longer than limits.deadline_s
     """
-    found = _solved(mission, ranges, problem, perspective, paired)
+    found = solved_batch(mission, ranges, problem, perspective, paired)
     words = {f"{name}_words": np.array(each) for name, each in words_of(found.buildings).items()}
     return {**found.keys, **found.values, **words}
 
@@ -183,7 +183,7 @@ def batch(
     {'perspective': 2, 'limits.deadline_s': 2, 'battery.capacity_As': 3}
     """
     require("xarray", "labelled datasets")
-    return labelled(_solved(mission, ranges, problem, perspective, paired))
+    return labelled(solved_batch(mission, ranges, problem, perspective, paired))
 
 
 def labelled(found: Solved) -> xarray.Dataset:
@@ -205,12 +205,12 @@ def labelled(found: Solved) -> xarray.Dataset:
     return xarray.Dataset(variables, coordinates, {"Conventions": "CF-1.11", **found.facts})
 
 
-def _solved(
+def solved_batch(
     mission: Mission | str | Path | Sequence[Mission],
     ranges: Mapping[str, npt.ArrayLike] | None,
-    problem: Formulation | ProblemName,
-    perspective: Perspective | Sequence[Perspective],
-    paired: bool,
+    problem: Formulation | ProblemName = "P1",
+    perspective: Perspective | Sequence[Perspective] = AVAILABLE,
+    paired: bool = False,
 ) -> Solved:
     """The best plans of all scenarios of all missions under all perspectives."""
     faults, keys = list[Fault](), dict[str, Floats]()

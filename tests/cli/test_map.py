@@ -93,10 +93,12 @@ def test_a_city_is_on_earth(folder: Path) -> None:
 
 
 def test_without_xarray_one_sentence_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where arrays are labelled; the words and numbers of a map need no library."""
+    asked = ("map", "paper", "--over", "laser", "--step", "500")
+    known = [run(*asked).out, run(*asked, "--json").out]
     monkeypatch.setitem(sys.modules, "xarray", None)
-    monkeypatch.delitem(sys.modules, "optuav.maps")
-    monkeypatch.delattr(optuav, "maps")
-    words = refused("map", "paper", "--over", "laser", "--step", "500")
+    assert [run(*asked).out, run(*asked, "--json").out] == known
+    words = refused(*asked, "--save", "map.tif")
     assert words == (
         "error: maps need xarray, of the extra optuav[batch]; "
         'in a clone of optuav: python -m pip install ".[batch]"\n'
