@@ -4,10 +4,6 @@ from enum import StrEnum
 
 SAME_S = 1e-6  # Times that differ by no more than this are equal, for ties and for proofs [s]
 
-SAME_S = 1e-6
-"""Times that differ by no more than this are equal: for ties, and for a proof that none is longer
-[s]."""
-
 
 class Status(StrEnum):
     """What is known of a programme as it was stated; one list for all engines."""

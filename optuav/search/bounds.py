@@ -36,7 +36,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats, Integers
+from optuav.arrays import Booleans, Floats
 from optuav.physics.kibam import Battery, Stage, Tilted, levelling, tilted_after
 from optuav.physics.quantity import TINY
 from optuav.search.terrain import ORIGIN, ROUNDING, Boxes, Flown, Terrain
@@ -44,11 +44,8 @@ from optuav.search.terrain import ORIGIN, ROUNDING, Boxes, Flown, Terrain
 
 def possible(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> Boxes:
     """The boxes that may hold plans with such hover times (box,) [s], each cut to these."""
-    legs = _legs(terrain, boxes)
+    boxes, legs, hover_s, overfull = passable(terrain, boxes, hover_s)
     time_left_s = terrain.deadline_s - legs.duration_s.sum(axis=0)
-    left, boxes, overfull = _passable(terrain, boxes, legs, time_left_s, hover_s)
-    legs = Flown(*(each[..., left] for each in legs))
-    time_left_s, hover_s = time_left_s[left], hover_s[left]
     low_s, high_s = boxes.low_s, boxes.high_s
     hovers, rests = boxes.hovers, boxes.rests
     hover = np.array(boxes.pattern)[:, None]
@@ -86,36 +83,22 @@ def possible(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> Boxes:
     return cut if alive.all() else cut.take(alive)
 
 
-def passable(terrain: Terrain, part: Boxes, time_left_s: Floats, hover_s: float) -> Booleans:
-    """Which parts of sequences, that have all hovers, time and envelopes do not rule out.
+def passable(
+    terrain: Terrain, boxes: Boxes, hover_s: Floats
+) -> tuple[Boxes, Flown, Floats, Booleans]:
+    """The boxes that time and envelopes leave, cut, their legs and hovers, and where overfull.
 
-    Before the first place, which is left with full wells at most, and behind the last place there
-    may be more stops. The time left is what all legs leave of the deadline [s].
+    They may be of parts of sequences that have all hovers: the first place is left with full wells
+    at most then, and behind the last there may be more stops. Envelopes look at what time leaves.
     """
-    most_s, found = np.full(len(part), hover_s), np.zeros(len(part), bool)
-    found[_passable(terrain, part, _legs(terrain, part), time_left_s, most_s)[0]] = True
-    return found
-
-
-def _legs(terrain: Terrain, boxes: Boxes) -> Flown:
-    """Whole legs from place to place."""
-    way = boxes.places[:-1], boxes.places[1:]
-    return Flown(*(table[-1][way] for table in terrain.leg_maps))
-
-
-def _passable(
-    terrain: Terrain, boxes: Boxes, legs: Flown, time_left_s: Floats, hover_s: Floats
-) -> tuple[Integers, Boxes, Booleans]:
-    """Numbers of the boxes that time and envelopes leave, these cut, and where they are overfull.
-
-    Rules look only at what those before them leave.
-    """
+    legs = Flown(*(table[-1][boxes.places[:-1], boxes.places[1:]] for table in terrain.leg_maps))
+    time_left_s = terrain.deadline_s - legs.duration_s.sum(axis=0)
     low_s, high_s, alive = _in_time(boxes, time_left_s, hover_s)
-    left = np.flatnonzero(alive)
-    boxes = replace(boxes, low_s=low_s, high_s=high_s).take(left)
-    legs = Flown(*(each[..., left] for each in legs))
-    within, overfull = _enveloped(terrain, boxes, legs, boxes.low_s, boxes.high_s)
-    return left[within], boxes.take(within), overfull[:, within]
+    boxes = replace(boxes, low_s=low_s, high_s=high_s).take(alive)
+    legs, hover_s = Flown(*(each[:, alive] for each in legs)), hover_s[alive]
+    alive, overfull = _enveloped(terrain, boxes, legs)
+    legs = Flown(*(each[:, alive] for each in legs))
+    return boxes.take(alive), legs, hover_s[alive], overfull[:, alive]
 
 
 def _in_time(boxes: Boxes, time_left_s: Floats, hover_s: Floats) -> tuple[Floats, Floats, Booleans]:
@@ -144,9 +127,7 @@ def _cheapest(price: Floats, width: Floats, need: Floats) -> Floats:
     return np.asarray((price * taken).sum(axis=0))
 
 
-def _enveloped(
-    terrain: Terrain, boxes: Boxes, legs: Flown, low_s: Floats, high_s: Floats
-) -> tuple[Booleans, Booleans]:
+def _enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> tuple[Booleans, Booleans]:
     """Whether envelopes leave a box possible (box,), and pass y1 = ωB after a stay (stop, box)."""
     battery = terrain.battery
     full, share = battery.full, battery.available_fraction
@@ -155,7 +136,7 @@ def _enveloped(
     from_full = (boxes.places[0] == ORIGIN).all()
     most = np.full(len(boxes), battery.capacity_As), np.zeros(len(boxes))
     least = most if from_full else (np.full(len(boxes), -np.inf), most[1])
-    alive, overfull = np.ones(len(boxes), bool), np.zeros(low_s.shape, bool)
+    alive, overfull = np.ones(len(boxes), bool), np.zeros(boxes.low_s.shape, bool)
     for stop, leg in enumerate(Flown(*each) for each in zip(*legs, strict=True)):
         most = most[0] - leg.charge_As, most[1] * leg.remaining + leg.tilt_As
         least = least[0] - leg.charge_As, least[1] * leg.remaining + leg.tilt_As
@@ -163,7 +144,8 @@ def _enveloped(
         if stop == len(boxes.pattern):
             alive &= most[0] >= terrain.least_charge_As - rounding_As
             break
-        stay = terrain.stay_current_A[boxes.places[stop + 1]], low_s[stop], high_s[stop]
+        current_A = terrain.stay_current_A[boxes.places[stop + 1]]
+        stay = current_A, boxes.low_s[stop], boxes.high_s[stop]
         total, available = _farthest(battery, most, *stay, np.maximum)
         alive &= available >= -rounding_As
         overfull[: stop + 1] |= available > full.available_As

@@ -124,12 +124,11 @@ class _BranchAndBound:
 
     def _looked_at(self, boxes: Boxes) -> Boxes:
         """Cut or drop boxes, look for a better plan in them, and return what is left."""
-        self._end_in_time()
         self.examined += len(boxes)
         left = possible(self.terrain, boxes, self._to_beat_s(boxes))
         if len(left):
             self._improve(left)
-        self._report()
+        self._go_on()
         return left
 
     def _to_beat_s(self, boxes: Boxes) -> Floats:
@@ -141,8 +140,7 @@ class _BranchAndBound:
 
     def _least_s(self) -> float:
         """Hover time that a plan must reach in any box [s]."""
-        self._report()
-        self._end_in_time()
+        self._go_on()
         return max(self.longest_s - TIE_S, 0.0)
 
     def _improve(self, boxes: Boxes) -> None:
@@ -168,11 +166,10 @@ class _BranchAndBound:
         if old is None or falls_behind or (new.rank, -new.hover_s) < (old.rank, -old.hover_s):
             self.best = new
 
-    def _report(self) -> None:
+    def _go_on(self) -> None:
+        """Report the progress; the search ends if it is late."""
         if self.progress is not None:
             self.progress(max(self.longest_s, 0.0), self.examined, sum(map(len, self.open)))
-
-    def _end_in_time(self) -> None:
         if self._late((1.0 - GAP_SHARE) * self.time_limit_s):
             raise _EarlyEnd(f"ended after {self.time_limit_s:g} s")
 

@@ -17,7 +17,7 @@ from optuav.physics import kibam
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3  # Numbers of places
 Pattern = tuple[bool, ...]  # Kinds of the stops in order: True for a hover, False for a rest
-ROUNDING = 1e-11  # Share of capacity or deadline by which a limit must be missed before a box falls
+ROUNDING = 1e-11  # Share of the capacity by which a limit must be missed before a box falls [-]
 
 
 class Flown(NamedTuple):
@@ -91,6 +91,15 @@ class Boxes:
     # Whether something pulls the stay from the corner of long rests and short hovers (stop, box):
     # the deadline, the hover time to reach, or a full battery.
     pulled: Booleans
+
+    @classmethod
+    def whole(
+        cls, pattern: Pattern, places: Integers, rank: Integers, time_left_s: Floats
+    ) -> "Boxes":
+        """Boxes of any durations in the time that is left [s]."""
+        high_s = np.tile(time_left_s, (len(pattern), 1))
+        low_s, pulled = np.zeros_like(high_s), np.ones_like(high_s, dtype=bool)
+        return cls(pattern, places, rank, low_s, high_s, np.full(len(rank), np.inf), pulled)
 
     def __len__(self) -> int:
         return len(self.rank)

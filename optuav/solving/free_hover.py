@@ -268,10 +268,6 @@ class _Spot(NamedTuple):
     point_m: Floats
 
 
-class _LateError(Exception):
-    """The time limit has passed."""
-
-
 class _PointSearch:
     """The search for the best hover point, with the battery charged at constant current."""
 
@@ -284,21 +280,21 @@ class _PointSearch:
         self.network = build_network(mission.replace(stated))
         self.latest = time.monotonic() + (question.time_limit_s or math.inf)
         self.ended = False  # Whether the time limit ended it
-        self.best: _Spot | None = None  # So far
+        self.best = _Spot(-math.inf, 0, np.zeros(3))  # So far
 
     def best_m(self, routes: Integers) -> list[tuple[float, ...]]:
         """The best point found [m] over some routes; empty where none has a plan."""
         try:
             top = self._searched(routes)
-        except _LateError:
+        except TimeoutError:
             self.ended, top = True, self.best
-        return [tuple(top.point_m.tolist())] if top else []
+        return [tuple(top.point_m.tolist())] if top.hover_s >= 0.0 else []
 
-    def _searched(self, routes: Integers) -> _Spot | None:
-        """The best point that was not late."""
+    def _searched(self, routes: Integers) -> _Spot:
+        """The best point, if time allows."""
         rough = [self._refined(each, 0, FIRST_M, ROUGH_M) for each in self._starts(routes)]
         if not rough:
-            return None
+            return self.best
         rough.sort(key=lambda each: each.hover_s)
         least_s = rough[-1].hover_s - ROUGH_S
         near = {each.route: each for each in rough if each.hover_s >= least_s}
@@ -314,18 +310,18 @@ class _PointSearch:
                 break
         return top
 
-    def _hover_s(self, network: Network, points_m: Floats, least_s: float) -> Floats:
-        """Δ [s] at points by the routes of a network (point, route); see `hover_times_s`."""
+    def _tried(
+        self, network: Network, routes: Integers, points_m: Floats, least_s: float
+    ) -> tuple[Floats, _Spot]:
+        """Δ [s] at points by routes (point, route), as of `hover_times_s`, and the best of them."""
         if time.monotonic() > self.latest:
-            raise _LateError
+            raise TimeoutError
         columns = {f"route.hover_m[{axis}]": points_m[:, axis] for axis in range(3)}
-        return hover_times_s(Variants(network, columns), self.perspective, least_s)
-
-    def _seen(self, spot: _Spot) -> _Spot:
-        """A spot, which is kept if it is the best so far."""
-        if self.best is None or spot.hover_s > self.best.hover_s:
-            self.best = spot
-        return spot
+        hover_s = hover_times_s(Variants(network, columns), self.perspective, least_s)
+        point, route = divmod(int(hover_s.argmax()), len(routes))
+        top = _Spot(float(hover_s[point, route]), int(routes[route]), points_m[point])
+        self.best = max(self.best, top, key=lambda each: each.hover_s)
+        return hover_s, top
 
     def _starts(self, routes: Integers) -> list[_Spot]:
         """The points from which to refine: the best of every promising route, apart from others."""
@@ -339,11 +335,9 @@ class _PointSearch:
         # Of each portion, hovers that are promising beside the best so far.
         sampled, least_s, at_once = list[Floats](), 0.0, max(1, AT_ONCE // len(routes))
         for begin in range(0, len(points_m), at_once):
-            hover_s = self._hover_s(network, points_m[begin : begin + at_once], least_s)
-            of, by = divmod(int(hover_s.argmax()), len(routes))
-            if (top_s := float(hover_s[of, by])) >= 0.0:
-                self._seen(_Spot(top_s, int(routes[by]), points_m[begin + of]))
-                least_s = max(top_s - PROMISING_S, least_s)
+            portion_m = points_m[begin : begin + at_once]
+            hover_s, top = self._tried(network, routes, portion_m, least_s)
+            least_s = max(top.hover_s - PROMISING_S, least_s)
             point, route = np.nonzero(hover_s >= least_s)
             sampled.append(np.array([begin + point, route, hover_s[point, route]]))
         point, route, hover_s = np.concatenate(sampled, axis=1)
@@ -365,7 +359,8 @@ class _PointSearch:
         # Hover times have ridges where a turn of a leg vanishes: lines through the place before or
         # after, in the plane of its x or its y without wind. A step that leaves a ridge loses, so
         # some steps keep to such lines and planes.
-        random, network = np.random.default_rng(seed), self.network.only(spot.route)
+        random, routes = np.random.default_rng(seed), np.array([spot.route])
+        network = self.network.only(spot.route)
         hover_legs = (network.legs.start == HOVER) | (network.legs.end == HOVER)
         ends = network.legs.start[hover_legs] + network.legs.end[hover_legs] - HOVER
         around_m = network.places.position_m[ends]
@@ -386,10 +381,9 @@ class _PointSearch:
             level_m = along_m.copy()
             level_m[..., 2] = spot.point_m[2]
             points_m = self.region.inside(np.concatenate([points_m, *along_m, *level_m]))
-            hover_s = self._hover_s(network, points_m, max(spot.hover_s, 0.0))[:, 0]
-            top = int(hover_s.argmax())
-            if hover_s[top] > spot.hover_s:
-                spot = self._seen(_Spot(float(hover_s[top]), spot.route, points_m[top]))
+            _, top = self._tried(network, routes, points_m, max(spot.hover_s, 0.0))
+            if top.hover_s > spot.hover_s:
+                spot = top
             else:
                 reach_m *= SHRINK
         return spot
