@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -73,9 +74,10 @@ def city(
     with collected(faults):
         base = load(source)
     stated, origin = {**vars(map), "bbox": None if faults else bbox}, places["origin"][:2]
+    known = len(faults)
     with collected(faults):
         town = read(file, **stated, origin=None if faults else origin)
-    refuse(faults)
+    refuse([*faults[:known], *(_by_option(each, stated) for each in faults[known:])])
     at_m = {name: town.point_m(*place) for name, place in places.items()}
     mission = base.replace(
         {
@@ -114,6 +116,13 @@ def city(
     found = {"kind": "optuav city", "crs": town.crs, "buildings": len(town.names), **lists}
     found |= {"notes": notes, "warnings": warnings, "written": [str(each) for each in files]}
     deliver(lambda: found, remarks, as_json=as_json, written=[*files])
+
+
+def _by_option(fault: Fault, arguments: Iterable[str]) -> Fault:
+    """The fault with options in place of the arguments of `optuav.city.read`."""
+    flags = {name: f"--{name.replace('_', '-')}" for name in arguments}
+    words = re.sub(r"(?<=as |by )\w+|\w+_\w+", lambda x: flags.get(x[0], x[0]), fault.allowed)
+    return replace(fault, key=flags.get(fault.key, fault.key), allowed=words)
 
 
 def _warnings(mission: Mission, at_m: Mapping[str, tuple[float, float, float]]) -> Iterator[str]:

@@ -119,12 +119,9 @@ def explain(
     more: dict[str, Any] = {"stops": asked.stops, "hovers": asked.hovers}
     changed = vars(asked).items() - vars(SolveOptions()).items() - more.items()
     if is_plan(mission, [*(name for name, _ in changed), *(["set"] if settings else [])]):
-        plan = optuav.load_plan(mission)
-        if plan and optuav.audit(plan).contradicted:
-            from optuav.mission.files import refusal
+        from optuav.diagnosis.explain import saved_plan
 
-            words = "its simulation contradicts this plan: optuav show says where"
-            raise refusal(Path(mission), words)
+        plan = saved_plan(mission)
         if asked.stops is None and asked.hovers is None:
             explained = optuav.explain(plan)
         else:

@@ -19,7 +19,9 @@ from optuav.diagnosis.report import Explanation, Side
 from optuav.engines.registry import Engine, capabilities
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
+from optuav.judge import audit
 from optuav.mission import Mission, load
+from optuav.mission.files import refusal
 from optuav.modelling import Model, Variable
 from optuav.modelling.check import evaluated, relations
 from optuav.modelling.traversal import has_unknowns, leaves
@@ -28,7 +30,7 @@ from optuav.network.graph import Graph, as_graph
 from optuav.network.network import build_network
 from optuav.network.places import charging_cap
 from optuav.options import Perspective, ProblemName
-from optuav.plan import Plan, load_subject
+from optuav.plan import Plan, load_plan, load_subject
 from optuav.solving import Program, solve
 from optuav.solving.outcome import Part, more_stops_may_help, not_excluded, words
 from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
@@ -72,8 +74,8 @@ def explain(
     Parameters
     ----------
     subject
-        A plan, also by the path of its .json file, a program of `optuav.formulate`, or a mission as
-        `optuav.solve` takes it.
+        A plan or its file (.json), a program of `optuav.formulate`, or a mission as `optuav.solve`
+        takes it.
     problem, perspective
         With a mission only: an instance of a `Formulation` or a name such as ``"P2"``, and the way
         in which charge counts, as ``"battery"``. None for ``"P1"`` and ``"available"``.
@@ -105,7 +107,10 @@ def explain(
     >>> {price.key: round(price.gain, 3) for price in explained.prices[1:4]}
     {'battery.packs': 389.033, 'battery.capacity_As': 0.022, 'limits.min_soc': -8.19}
     """
-    subject = subject if isinstance(subject, Program) else load_subject(subject)
+    if isinstance(subject, str | Path) and Path(subject).suffix == ".json":
+        subject = saved_plan(subject)
+    elif not isinstance(subject, Program):
+        subject = load_subject(subject)
     if isinstance(subject, Plan) and subject.has_several_stops:
         return Explanation(subject, notes=(STOPS,), more_stops_open=True)
     options = {"slot_s": slot_s, "engine": engine, "time_limit_s": time_limit_s}
@@ -117,6 +122,14 @@ def explain(
         note = not_excluded(question.stated, question.mission)
         explained = replace(explained, notes=(*explained.notes, note))
     return explained
+
+
+def saved_plan(path: str | Path) -> Plan:
+    """Return the plan of a file; refused where its simulation contradicts it."""
+    plan = load_plan(path)
+    if plan and audit(plan).contradicted:
+        raise refusal(Path(path), "its simulation contradicts this plan: optuav show says where")
+    return plan
 
 
 def question_of(subject: Subject, graph: Graph | None = None, **options: Any) -> MissionQuestion:

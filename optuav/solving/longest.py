@@ -1,5 +1,7 @@
 """The longest hover of many routes at once, from arrays, under the perspective `available`."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple

@@ -18,7 +18,7 @@ from optuav.mission.messages import nearest, shown
 from optuav.mission.schema import CONVERSIONS, Number
 from optuav.network.network import Network, build_network
 from optuav.network.variants import Columns, Variants
-from optuav.studies.samples import COEFFICIENTS, WAVELENGTH, Draws
+from optuav.studies.samples import COEFFICIENTS, WAVELENGTH, Draws, dotted
 
 PER_MINUTE, PER_SECOND = "battery.flow_rate_per_min", "battery.flow_rate_per_s"
 SIZES, ENERGIES = ("packs", "capacity_As"), ("flight_energy_J", "hover_energy_J")
@@ -183,7 +183,7 @@ def values_of(ranges: object, faults: list[Fault], *, paired: bool) -> dict[str,
         faults.append(Fault("ranges", shown(ranges), "values by key in a dict"))
         return {}
     known, values = numeric_keys(), dict[str, Floats]()
-    for key, stated in ranges.items():
+    for key, stated in dotted(ranges):
         if key not in known:
             words = "a numeric key of a mission, a place or force by component as link.device_m[0]"
             faults.append(Fault(str(key), "", f"{words}{nearest(str(key), known)}"))

@@ -101,7 +101,7 @@ def test_a_mission_is_saved_as_toml(town: Path, tmp_path: Path, name: str) -> No
 def test_the_options_of_reading_are_passed_on(town: Path, tmp_path: Path) -> None:
     """Their faults come by the names of the options."""
     bare = geojson(tmp_path, [({}, square(40)), ({}, square(400))], "bare.geojson")
-    assert "state default_height_m" in refused("city", str(bare), *SITE)
+    assert "state --default-height-m" in refused("city", str(bare), *SITE)
     assert "--default-height-m = -1" in refused(
         "city", str(bare), *SITE, "--default-height-m", "-1"
     )
@@ -218,3 +218,18 @@ def test_faults_of_places_the_file_and_the_mission_are_said_together(town: Path)
     )
     for option in ("origin", "--default-height-m", "--crs", "layer", "nowhere.toml"):
         assert option in words
+
+
+def test_faults_of_the_map_are_said_by_the_names_of_the_options(tmp_path: Path) -> None:
+    """Also in the words; the library says crs and default_height_m."""
+    geopandas, shapely = (pytest.importorskip(each) for each in ("geopandas", "shapely"))
+    corner = shapely.box(500_000, 5_500_000, 500_020, 5_500_020)
+    file, places = tmp_path / "map.shp", []
+    for name in ("origin", "destination", "device", "laser"):
+        places += [f"--{name}", "9,49.6,30"]
+    geopandas.GeoDataFrame({"name": ["a"]}, geometry=[corner], crs=25832).to_file(file)
+    assert "--height = 'height': no column of this name" in refused("city", str(file), *places)
+    assert "or state --default-height-m" in refused("city", str(file), *places)
+    assert "--layer = 'x': " in refused("city", str(file), *places, "--layer", "x")
+    file.with_suffix(".prj").unlink()
+    assert "state it as --crs" in refused("city", str(file), *places)

@@ -607,3 +607,14 @@ def test_own_parameters_of_a_row_without_unknowns_are_shown() -> None:
     (price,) = (each for each in explained.prices if each.name == "spare_s")
     assert (price.value, price.gain, price.matters) == (500.0, 0.0, False)
     assert "spare_s" in str(explained).partition("No effect")[2]
+
+
+def test_a_saved_plan_is_explained_as_the_plan(tmp_path: Path) -> None:
+    """In Python as by the command, and refused where its simulation contradicts it."""
+    plan = optuav.solve("paper", "P3", perspective="battery")
+    file = plan.save(tmp_path / "plan.json")
+    assert str(optuav.explain(file)) == str(optuav.explain(plan))
+    wrong = file.read_text("utf-8").replace('"peak_speed_m_s": ', '"peak_speed_m_s": 1')
+    file.write_text(wrong, "utf-8")
+    with pytest.raises(InputError, match=r"plan\.json: its simulation contradicts this plan"):
+        optuav.explain(str(file))

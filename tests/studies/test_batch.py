@@ -678,3 +678,12 @@ def test_towns_are_solved_as_if_each_were_alone(
             np.testing.assert_array_equal(paired[name][[number]], alone_too[name], err_msg=name)
         by_name = grid["building_words"][grid["building"][number]]
         np.testing.assert_array_equal(by_name, alone["building_words"][alone["building"]])
+
+
+def test_keys_may_be_in_tables_as_those_of_a_sensitivity() -> None:
+    """One way to write keys for both; a key that is no text is refused in words."""
+    dotted = optuav.batch_arrays(PAPER, {"limits.deadline_s": [900.0, 1200.0]})
+    nested = optuav.batch_arrays(PAPER, {"limits": {"deadline_s": [900.0, 1200.0]}})
+    np.testing.assert_array_equal(dotted["hover_time_s"], nested["hover_time_s"])
+    with pytest.raises(InputError, match="1: a numeric key of a mission"):
+        optuav.batch_arrays(PAPER, {1: [2.0]})  # type: ignore[dict-item]
