@@ -8,7 +8,4 @@ from optuav.city.city import City
 from optuav.city.read import read
 
 __all__ = ["City", "read"]
-
-
-def __dir__() -> list[str]:
-    return __all__
+__dir__ = __all__.copy

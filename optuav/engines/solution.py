@@ -138,15 +138,8 @@ class Solution:
     def _constraints(self, index: int = 0) -> list[tuple[str, float, float | None, str]]:
         """Label, slack as it is shown, multiplier if known, and if it binds, by constraint."""
         weights, binding = self.multipliers_at(index), self.binding_labels(index)
-        return [
-            (
-                label,
-                float(without_rounding(slack[index])),
-                weights.get(label),
-                "binds" * (label in binding),
-            )
-            for label, slack in self.slacks.items()
-        ]
+        rows = [(label, float(without_rounding(x[index]))) for label, x in self.slacks.items()]
+        return [(label, x, weights.get(label), "binds" * (label in binding)) for label, x in rows]
 
     def to_frame(self) -> DataFrame:
         """One row a constraint in each programme that has an answer; needs pandas.

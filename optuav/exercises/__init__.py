@@ -17,7 +17,4 @@ from optuav.exercises.course import check, numbers, task
 from optuav.exercises.exercise import Grade, Task
 
 __all__ = ["Grade", "Task", "check", "numbers", "task"]
-
-
-def __dir__() -> list[str]:
-    return __all__
+__dir__ = __all__.copy

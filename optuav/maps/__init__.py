@@ -12,7 +12,4 @@ from optuav.maps.output import save
 from optuav.maps.positions import device, hover_point, laser
 
 __all__ = ["device", "hover_point", "laser", "save"]
-
-
-def __dir__() -> list[str]:
-    return __all__
+__dir__ = __all__.copy

@@ -161,23 +161,17 @@ class Model:
 
         The unit is that of a bare symbol, unless it is stated.
         """
-        self._aim("maximise", 1.0, objective, unit)
+        self._aim("maximise", objective, unit)
 
     def minimise(self, objective: Operand, *, unit: str = "") -> None:
         """State what is to be as small as possible; see `maximise`."""
-        self._aim("minimise", -1.0, objective, unit)
+        self._aim("minimise", objective, unit)
 
-    def _aim(
-        self,
-        sense: Literal["maximise", "minimise"],
-        towards: float,
-        objective: Operand,
-        unit: str,
-    ) -> None:
+    def _aim(self, sense: Literal["maximise", "minimise"], objective: Operand, unit: str) -> None:
         if self.has_objective:
             already = f"the model {self.sense}s an objective already"
             raise InputError(f"{sense}: {already}; state one, such as a weighted sum of both")
-        self.sense, self.towards = sense, towards
+        self.sense, self.towards = sense, 1.0 if sense == "maximise" else -1.0
         self.objective, self.has_objective = objective, True
         self.objective_unit = unit or getattr(objective, "unit", "")
 

@@ -26,7 +26,4 @@ __all__ = ["Bar", "FitAxes", "LegAxes", "Line", "MapAxes", "Mark"]
 __all__ += ["ProfileAxes", "bars", "curves", "distribution", "fit", "hover_map", "leg"]
 __all__ += ["mission_map", "packs", "plane", "profile", "save", "save_animation", "save_figures"]
 __all__ += ["save_pictures", "sites", "swept", "trajectories", "wells"]
-
-
-def __dir__() -> list[str]:
-    return __all__
+__dir__ = __all__.copy
