@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-import numpy as np
-
 from optuav.errors import require
 
 if TYPE_CHECKING:
@@ -20,6 +18,8 @@ ROUNDING = 1e-9  # Share of a size below which a number is only what rounding ha
 
 def without_rounding(values: Any, size: float = 1.0) -> Any:
     """Return numbers as they are shown: 0 for what rounding has left beside numbers of a size."""
+    import numpy as np  # not where a mission is only read
+
     return np.where(np.abs(values) <= ROUNDING * size, 0.0, values)
 
 

@@ -211,10 +211,12 @@ def test_symbols_give_what_floats_give() -> None:
     motor = rotor.Motor(*symbols)
     v = Variable("v", "v", "rad/s", 0.0, 1060.0, "", 0)
     for function in (rotor.current, rotor.power, polynomial_power):
-        assert evaluate(function(motor, v), {"v": 800.0}) == function(MOTOR, 800.0)
+        found = evaluate(function(motor, v), {"v": 800.0})
+        assert found == pytest.approx(function(MOTOR, 800.0), rel=1e-13)
     wind = Variable("wind", "F_w", "N", -20.0, 20.0, "", 0)
     hover = rotor.hover_speed(motor, AIRFRAME.external_force_N((wind, 0.0, 0.0)))
-    assert evaluate(hover, {"wind": 6.0}) == rotor.hover_speed(MOTOR, (6.0, 0.0, -WEIGHT_N))
+    floats = rotor.hover_speed(MOTOR, (6.0, 0.0, -WEIGHT_N))
+    assert evaluate(hover, {"wind": 6.0}) == pytest.approx(floats, rel=1e-13)
     assert evaluate(rotor.largest_wind(motor, WEIGHT_N, (1.0, 0.0, 0.0)), {}) == rotor.largest_wind(
         MOTOR, WEIGHT_N, (1.0, 0.0, 0.0)
     )
