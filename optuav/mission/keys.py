@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from optuav.mission.flight_model import TABLES, table_keys
 from optuav.mission.messages import number
 from optuav.mission.mission import Mission
-from optuav.mission.schema import RATE_PER_MINUTE, SECTIONS, Number
+from optuav.mission.schema import RATE_PER_MINUTE, Number
 
 VECTORS = {
     **dict.fromkeys(("route.origin_m", "route.destination_m", "route.hover_m"), "m"),
@@ -33,8 +34,8 @@ class Key:
 def numeric_keys() -> dict[str, Number]:
     """Ranges of all numeric keys of missions by name, components of places and forces by number."""
     found = {"battery.flow_rate_per_min": RATE_PER_MINUTE}
-    for table, section in SECTIONS.items():
-        for name in section.model_fields if table != "buildings" else ():
+    for table in TABLES[:-1]:
+        for name in table_keys(table):
             if (allowed := number(key := f"{table}.{name}")) is not None:
                 found[key] = allowed
     for key, unit in VECTORS.items():

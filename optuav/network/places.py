@@ -8,10 +8,12 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
+from optuav.mission.flight_model import flight_of
 from optuav.mission.messages import listed
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, clear_lines
 from optuav.network.prisms import Prisms
+from optuav.physics.flight import Flow
 from optuav.physics.quantity import Quantity, Vector, norm
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3
@@ -64,7 +66,7 @@ def position_table(mission: Mission, roofs_m: Floats, radius_m: Quantity | None 
 
 def received_table(
     mission: Mission, position_m: Floats, obstacles: Prisms
-) -> tuple[Booleans, vehicle.Flow]:
+) -> tuple[Booleans, Flow]:
     """Sight of the laser, and current and power from it, each (variant or 1, place).
 
     The places are those of `position_table`; the building below a place does not hide the laser.
@@ -72,7 +74,7 @@ def received_table(
     count = position_m.shape[1]
     if mission.laser is None:
         dark = np.zeros((1, count))
-        return np.zeros((1, count), bool), vehicle.Flow(dark, dark)
+        return np.zeros((1, count), bool), Flow(dark, dark)
     laser_m, number = as_points(mission.laser.position_m), np.arange(count)
     lines = np.stack([np.full(count, count), number], axis=1)
     own_roof = np.maximum(number - FIRST_BUILDING, CLEAR)[:, None]
@@ -81,7 +83,7 @@ def received_table(
     both_m = [np.broadcast_to(m, (rows, *m.shape[1:])) for m in (position_m, laser_m)]
     sight = clear_lines(obstacles, np.concatenate(both_m, axis=1), lines, own_roof)
     received = vehicle.charging(mission, norm(tuple(np.moveaxis(from_laser_m, -1, 0))))
-    return sight, vehicle.Flow(*(np.where(sight, each, 0.0) for each in received))
+    return sight, Flow(*(np.where(sight, each, 0.0) for each in received))
 
 
 def as_points(*places_m: Vector) -> Floats:
@@ -106,9 +108,9 @@ def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
         return None
     lit = places.laser_sight & ~places.edited
     lit[[ORIGIN, DESTINATION]] = False
-    stated = mission.flight.charge_current_A if mission.flight.model == "regimes" else None
+    stated = flight_of(mission).charging()
     key = "battery.charge_current_A" if stated is None else "flight.charge_current_A"
-    current_A = mission.battery.charge_current_A if stated is None else stated
+    current_A = mission.battery.charge_current_A if stated is None else stated.current_A
     distance_m = norm(tuple((places.position_m - mission.laser.position_m).T))
     free_A = vehicle.charging(mission, distance_m, capped=False).current_A
     capped = lit if stated is not None else lit & (free_A > current_A)

@@ -15,6 +15,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats
 from optuav.mission import Mission
+from optuav.mission.flight_model import flight_of
 from optuav.mission.mission import DISPLACED
 from optuav.network import vehicle
 from optuav.network.legs import shared_lines
@@ -22,7 +23,7 @@ from optuav.network.network import Network
 from optuav.network.obstacles import clear_lines
 from optuav.network.places import FIRST_BUILDING, position_table, received_table
 from optuav.network.prisms import prisms
-from optuav.physics.flight import Loads
+from optuav.physics.flight import Flow, Loads
 from optuav.physics.kibam import Shift, Stage, falls_throughout, shift
 from optuav.physics.quantity import Quantity
 
@@ -92,7 +93,7 @@ class Variants:
         return position_table(self.mission, roofs_m, self.coverage_radius_m)
 
     @cached_property
-    def received(self) -> vehicle.Flow:
+    def received(self) -> Flow:
         """Current [A] and power [W] from the laser by place (variant or 1, place)."""
         return received_table(
             self.mission, self.position_m, prisms(self.network.mission.buildings)
@@ -122,9 +123,9 @@ class Variants:
         return found
 
     @cached_property
-    def hover_load(self) -> vehicle.Flow:
+    def hover_load(self) -> Flow:
         """Drawn while hovering, radio included (variant or 1, 1)."""
-        return vehicle.Flow(*map(np.atleast_2d, vehicle.hover_load(self.mission)))
+        return Flow(*map(np.atleast_2d, vehicle.hover_load(self.mission)))
 
     @cached_property
     def stages(self) -> list[Stage]:
@@ -148,7 +149,7 @@ class Variants:
         """What the legs draw in their stages, each (variant or 1, leg) or a number."""
         legs, position_m = self.network.legs, self.position_m
         x, y, z = np.moveaxis(position_m[:, legs.end] - position_m[:, legs.start], -1, 0)
-        return vehicle.leg_loads(self.mission, (x, y, z))[0]
+        return flight_of(self.mission).leg((x, y, z))
 
 
 def _flat(tables: Iterable[Any]) -> Iterator[Quantity]:

@@ -10,11 +10,13 @@ import numpy as np
 from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER, Quantities
 from optuav.arrays import Floats, Integers
 from optuav.mission import Mission
+from optuav.mission.flight_model import flight_of
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER, as_points
 from optuav.network.variants import Variants
+from optuav.physics.flight import Flow
 from optuav.physics.kibam import Shift, Stage, shift
 from optuav.physics.quantity import Quantity
 
@@ -27,8 +29,8 @@ class Single:
     mission: Mission
     position_m: Floats
     coverage_radius_m: Quantity
-    received: vehicle.Flow
-    hover_load: vehicle.Flow
+    received: Flow
+    hover_load: Flow
     flight: Sequence[Floats]
     loads: tuple[Floats, Floats]  # Durations and currents of the stages of the legs
 
@@ -49,7 +51,7 @@ def single(network: Network) -> tuple[Single, Quantities]:
         mission,
         places.position_m[None],
         vehicle.coverage_radius_m(mission),
-        vehicle.Flow(places.charge_current_A[None], places.received_power_W[None]),
+        Flow(places.charge_current_A[None], places.received_power_W[None]),
         vehicle.hover_load(mission),
         [each[None] for each in totals],
         (legs.durations_s[:, None], legs.currents_A[:, None]),
@@ -187,7 +189,7 @@ def figures(tables: Single | Variants) -> Quantities:
     received_A, received_W = (each[:, [HOVER]] for each in tables.received)
     rest_A, rest_W = (
         np.where(building >= 0, table[:, FIRST_BUILDING + building] - drawn, 0.0)
-        for table, drawn in zip(tables.received, vehicle.rest_load(tables.mission), strict=True)
+        for table, drawn in zip(tables.received, flight_of(tables.mission).rest(), strict=True)
     )
     hover_m = tables.position_m[:, [HOVER]]
     apart_m = hover_m - as_points(tables.mission.link.device_m)

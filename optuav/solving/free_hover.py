@@ -23,6 +23,7 @@ from optuav.engines.registry import AUTO, Engine
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
+from optuav.mission.flight_model import flight_of
 from optuav.modelling import Model, Parameter
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
@@ -163,8 +164,8 @@ def _declared(network: Network, which: Integers, rests: bool, perspective: Persp
         ]
         for name, end in (("before", table.start[legs[to_w]]), ("after", table.end[legs[from_w]]))
     )
-    arriving = vehicle.leg_loads(mission, _way(before, w))[0]
-    leaving = vehicle.leg_loads(mission, _way(w, after))[0]
+    flight = flight_of(mission)
+    arriving, leaving = flight.leg(_way(before, w)), flight.leg(_way(w, after))
     stages: dict[object, list[Stage | str]] = {
         name: [Stage(-i, t) for i, t in zip(leg.currents_A, leg.durations_s, strict=True)]
         for name, leg in ((TO_HOVER, arriving), (FROM_HOVER, leaving))

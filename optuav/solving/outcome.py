@@ -36,7 +36,7 @@ from optuav.network.one_stop import one_stop_is_enough
 from optuav.network.places import FIRST_BUILDING, HOVER, charging_cap
 from optuav.network.routes import SAME_S
 from optuav.network.timeline import route_phases, simulated, stay_net
-from optuav.physics.flight import STAGES, speed_warning
+from optuav.physics.flight import speed_warning
 from optuav.physics.quantity import Quantity
 from optuav.plan import Phase, Plan
 from optuav.solving.assemble import legs_and_stays, quantities
@@ -204,7 +204,8 @@ def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
         leg = names[table.start[legs[entry]]], names[table.end[legs[entry]]]
         stages = np.flatnonzero(table.durations_s[:, legs].any(axis=1)).tolist()
         of_flight = "of the flight {} → {}".format(*leg)
-        ends += [f"after stage {stage + 1} ({STAGES[stage]}) {of_flight}" for stage in stages[:-1]]
+        for stage in stages[:-1]:
+            ends.append(f"after stage {stage + 1} ({table.stages[stage]}) {of_flight}")
         ends += [ENDS["flight"].format(*leg)] * (len(stages) > 0)
         ends += [ENDS[stay].format(*leg)] if stay else []
     return {label: ends[step] for label, step in steps.items()}

@@ -16,7 +16,8 @@ from pydantic import ValidationError
 import optuav.mission
 from optuav.errors import InputError
 from optuav.mission import Mission, load, schema
-from optuav.mission.schema import BatteryPacks, Building, Laser, RegimeFlight, RouteEnds
+from optuav.mission.flights.regimes import RegimeFlight
+from optuav.mission.schema import BatteryPacks, Building, Laser, RouteEnds
 from optuav.mission.validation import MOST_TURNS
 from optuav.physics import kibam
 from tests.examples import few

@@ -14,8 +14,11 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
 from optuav.modelling import Parameter, Variable, evaluate
-from optuav.physics import flight, rotor
-from optuav.physics.flight import LegState, regime_leg, speed_warning, state_at
+from optuav.physics import bang_bang, rotor
+from optuav.physics import six_stages as flight
+from optuav.physics.flight import LegState, Loads, speed_warning
+from optuav.physics.quantity import Quantity
+from optuav.physics.six_stages import state_at
 from tests.examples import few
 from tests.physics.reference import (
     AIRFRAME,
@@ -499,6 +502,11 @@ def test_symbols_give_what_floats_give() -> None:
 
 
 # Legs of constant load
+
+
+def regime_leg(distance_m: Quantity, *figures: Quantity) -> tuple[Loads, Quantity]:
+    loads = bang_bang.leg((distance_m, 0.0 * distance_m, 0.0), *figures)
+    return loads, loads.peak_speed_m_s
 
 
 def test_regime_legs_of_the_papers_results() -> None:
