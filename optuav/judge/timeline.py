@@ -232,7 +232,7 @@ def places(mission: Mission, planned: Sequence[Move]) -> dict[str, Place]:
         x, y, z = map(float, point_m)
         received = NOTHING
         if laser is not None and sight:
-            received = vehicle.charging(mission, math.dist(laser.position_m, (x, y, z)))
+            received = vehicle.charging(mission, (x, y, z))
         found[name] = Place(name, number, (x, y, z), sight, received)
     return found
 

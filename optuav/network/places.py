@@ -14,7 +14,7 @@ from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, clear_lines
 from optuav.network.prisms import Prisms
 from optuav.physics.flight import Flow
-from optuav.physics.quantity import Quantity, Vector, norm
+from optuav.physics.quantity import Quantity, Vector
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3
 ENDS = ("origin", "hover", "destination")
@@ -78,11 +78,11 @@ def received_table(
     laser_m, number = as_points(mission.laser.position_m), np.arange(count)
     lines = np.stack([np.full(count, count), number], axis=1)
     own_roof = np.maximum(number - FIRST_BUILDING, CLEAR)[:, None]
-    from_laser_m = position_m - laser_m
-    rows = len(from_laser_m)
+    rows = max(len(position_m), len(laser_m))
     both_m = [np.broadcast_to(m, (rows, *m.shape[1:])) for m in (position_m, laser_m)]
     sight = clear_lines(obstacles, np.concatenate(both_m, axis=1), lines, own_roof)
-    received = vehicle.charging(mission, norm(tuple(np.moveaxis(from_laser_m, -1, 0))))
+    x, y, z = np.moveaxis(position_m, -1, 0)
+    received = vehicle.charging(mission, (x, y, z))
     return sight, Flow(*(np.where(sight, each, 0.0) for each in received))
 
 
@@ -111,8 +111,8 @@ def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
     stated = flight_of(mission).charging()
     key = "battery.charge_current_A" if stated is None else "flight.charge_current_A"
     current_A = mission.battery.charge_current_A if stated is None else stated.current_A
-    distance_m = norm(tuple((places.position_m - mission.laser.position_m).T))
-    free_A = vehicle.charging(mission, distance_m, capped=False).current_A
+    x, y, z = places.position_m.T
+    free_A = vehicle.charging(mission, (x, y, z), capped=False).current_A
     capped = lit if stated is not None else lit & (free_A > current_A)
     if not (current_A and capped.any()):
         return None

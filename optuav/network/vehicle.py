@@ -3,8 +3,9 @@
 import numpy as np
 
 from optuav.mission import Mission
+from optuav.mission.beams import beam_of
 from optuav.mission.flight_model import flight_of
-from optuav.physics import kibam, laser, link
+from optuav.physics import kibam, link
 from optuav.physics.flight import Flow
 from optuav.physics.quantity import Quantity, Vector
 
@@ -12,12 +13,6 @@ from optuav.physics.quantity import Quantity, Vector
 def channel(mission: Mission) -> link.Channel:
     """The radio channel to the device."""
     return mission.link.as_record(link.Channel)
-
-
-def conversion(mission: Mission) -> laser.Conversion:
-    """Fits of emitter and receiver; the mission has a laser."""
-    assert mission.laser is not None
-    return mission.laser.as_record(laser.Conversion)
 
 
 def pool(mission: Mission) -> kibam.Battery:
@@ -55,28 +50,16 @@ def hover_load(mission: Mission) -> Flow:
     return Flow(drawn.current_A + radio_A, drawn.power_W + radio.transmit_power_W)
 
 
-def attenuation_per_km(mission: Mission) -> Quantity:
-    """α [1/km] as stated, or from the visibility."""
-    given = mission.laser
-    assert given is not None
-    if given.attenuation_per_km is not None:
-        return given.attenuation_per_km
-    assert given.visibility_km is not None
-    return laser.attenuation(given.wavelength_nm, given.visibility_km)
-
-
-def charging(mission: Mission, distance_m: Quantity, *, capped: bool = True) -> Flow:
-    """Current into the battery and power received in clear sight of the laser, by distance [m].
+def charging(mission: Mission, place_m: Vector, *, capped: bool = True) -> Flow:
+    """Current into the battery and power received in clear sight of the laser, at a place [m].
 
     Without the cap, as if the battery took any current.
     """
-    given = mission.laser
-    if given is None:
+    if mission.laser is None:
         return Flow(0.0, 0.0)
     if (stated := flight_of(mission).charging()) is not None:
         return stated
     voltage_V = mission.battery.nominal_voltage_V
-    limit_W = mission.battery.charge_current_A * voltage_V if capped else np.inf
-    light = conversion(mission), given.power_W, attenuation_per_km(mission)
-    power_W = laser.received_power(*light, distance_m, limit_W)
+    most_W = mission.battery.charge_current_A * voltage_V if capped else np.inf
+    power_W = beam_of(mission).received_W(mission.laser.position_m, place_m, most_W)
     return Flow(power_W / voltage_V, power_W)

@@ -14,9 +14,9 @@ from formulations.soc import AVAILABLE
 from optuav import solving
 from optuav.arrays import Floats
 from optuav.mission import Mission, load
+from optuav.mission.beams.fits import Fits
 from optuav.mission.flight_model import flight_of
 from optuav.mission.flights.rotors import Rotors
-from optuav.network import vehicle
 from optuav.network.network import build_network
 from optuav.network.routes import SAME_S
 from optuav.network.variants import Variants
@@ -152,7 +152,7 @@ def harvest(mission: Mission, source_W: float, distance_m: Floats) -> tuple[Floa
 
     The energy is not limited to what the battery takes.
     """
-    conversion, per_km = vehicle.conversion(mission), vehicle.attenuation_per_km(mission)
+    conversion, per_km = Fits(mission).conversion, Fits(mission).attenuation_per_km
     power_W = laser.received_power(conversion, source_W, per_km, distance_m, np.inf)
     efficiency = laser.efficiency(power_W, source_W)
     return HOVER_S * np.asarray(power_W, dtype=float), np.asarray(efficiency, dtype=float)

@@ -17,6 +17,7 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, refuse
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission
+from optuav.mission.beams.fits import Fits
 from optuav.mission.flights.rotors import Rotors
 from optuav.mission.messages import counted, nearest
 from optuav.network import vehicle
@@ -336,9 +337,10 @@ def source_for_full_charge(mission: Mission) -> Value:
     assert mission.laser is not None
     places = build_network(mission).places
     there_m = places.position_m[[HOVER, *places.buildings]] - np.array(mission.laser.position_m)
-    share = laser.transmission(vehicle.attenuation_per_km(mission), np.linalg.norm(there_m, axis=1))
+    beam, distance_m = Fits(mission), np.linalg.norm(there_m, axis=1)
+    share = laser.transmission(beam.attenuation_per_km, distance_m)
     most_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
-    needed_W = np.max(laser.source_limit(vehicle.conversion(mission), most_W, share))
+    needed_W = np.max(laser.source_limit(beam.conversion, most_W, share))
     return "below 1 kW" if needed_W < 1000.0 else f"{needed_W:.0f} W"
 
 

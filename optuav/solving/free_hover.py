@@ -182,7 +182,7 @@ def _declared(network: Network, which: Integers, rests: bool, perspective: Persp
         "hover_altitude_m": w[2],
     }
     if mission.laser is not None:
-        lit = vehicle.charging(mission, norm(_way(mission.laser.position_m, w)))
+        lit = vehicle.charging(mission, (w[0], w[1], w[2]))
         at_w["hover_current_A"] = known.hover_current_A - lit.current_A
         at_w["hover_received_W"] = lit.power_W
     named: dict[str, Quantity] = {

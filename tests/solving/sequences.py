@@ -66,7 +66,7 @@ class Town:
         self.received = {}
         for name, at_m in self.position_m.items():
             sees = self._clear(laser_m, at_m, name)
-            flow = vehicle.charging(mission, float(np.linalg.norm(at_m - laser_m)))
+            flow = vehicle.charging(mission, tuple(at_m))
             self.received[name] = tuple(map(float, flow)) if sees else (0.0, 0.0)
         self.legs = dict(self._legs())
         if graph is not None:
