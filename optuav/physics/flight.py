@@ -29,7 +29,7 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.physics import drag, rotor
-from optuav.physics.quantity import TINY, Quantity, Vector, kept, norm
+from optuav.physics.quantity import TINY, Quantity, Vector, is_number, kept, norm
 
 STAGES = ("turn", "accelerate", "turn", "brake", "turn")
 """Stages of a leg in flight; how long the sixth, hovering, lasts is up to the mission."""
@@ -185,8 +185,8 @@ def leg(
     displacement_time = np.sqrt(2.0 * distance * (a2 + a4) / a2_a4)
     t2 = displacement_time * a4 / (a2 + a4)
     t4, peak, drag_per_m = displacement_time - t2, a2 * t2, drag_kg_m / airframe.mass_kg
-    has_cap, cruise = not _is(max_speed_m_s, math.inf), None
-    if has_cap or not _is(drag_kg_m, 0.0):
+    has_cap, cruise = not is_number(max_speed_m_s, math.inf), None
+    if has_cap or not is_number(drag_kg_m, 0.0):
         moved = drag.run(distance, (a2, a4), (t2, t4), drag_per_m, max_speed_m_s)
         t2, cruise_s, t4, peak, capped = moved
     # While turning, one rotor is at v_max and two at v_max/√2; at full thrust all are at v_max.
@@ -215,11 +215,6 @@ def leg(
     loads = Loads(*zip(*rows, strict=True))
     figures = a2, a4, peak, drag_per_m, accelerate, cruise, brake
     return Leg(displacement_m, *figures, tuple(turns), loads)
-
-
-def _is(quantity: Quantity, number: float) -> bool:
-    """Whether a quantity is this number, rather than an array or a symbol."""
-    return isinstance(quantity, int | float) and quantity == number
 
 
 def _attitude(thrust: Sequence[Quantity]) -> Attitude:

@@ -48,13 +48,16 @@ def integrated(
     acceleration: float, drag_per_m: float, speed: float, duration_s: float
 ) -> tuple[float, float]:
     """Way [m] and speed [m/s] after a time by v' = a − k v², or v' = −a − k v² with −a."""
+    scale = max(
+        speed, min(abs(acceleration) * duration_s, math.sqrt(abs(acceleration) / drag_per_m))
+    )
     course = solve_ivp(
         lambda _, state: [state[1], acceleration - drag_per_m * state[1] ** 2],
         (0.0, duration_s),
         [0.0, speed],
         "LSODA",
         rtol=1e-11,
-        atol=1e-12,
+        atol=[1e-12 * scale * duration_s, 1e-12 * scale],
     )
     return course.y[0, -1], course.y[1, -1]
 

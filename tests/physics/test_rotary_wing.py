@@ -143,8 +143,8 @@ def test_ground_speed_and_air_speed_are_inverse(
     g = rotary_wing.ground_speed(V, wind_m_s, direction)
     along = wind * math.cos(blows - heading)
     across = wind * math.sin(blows - heading)
-    assume(abs(V - abs(across)) > 1e-9)
-    possible = abs(across) < V and along + math.sqrt(V**2 - across**2) > 1e-9
+    assume(abs(V - abs(across)) > 1e-9 and abs(V - wind) > 1e-9)
+    possible = abs(across) < V and along + math.sqrt(V**2 - across**2) > 0.0
     assert math.isnan(g) != possible
     if possible:
         assert rotary_wing.air_speed(g, wind_m_s, direction) == pytest.approx(V, rel=1e-9)
@@ -161,9 +161,8 @@ def test_wind_as_strong_as_the_cap_leaves_no_leg() -> None:
 
 
 LEGS = st.tuples(
-    st.floats(-2000.0, 2000.0) | st.just(0.0),
-    st.floats(-2000.0, 2000.0) | st.just(0.0),
-    st.floats(-300.0, 300.0) | st.just(0.0),
+    *[st.floats(-2000.0, 2000.0).map(lambda x: round(x, 9))] * 2,
+    st.floats(-300.0, 300.0).map(lambda x: round(x, 9)) | st.just(0.0),
 )
 
 

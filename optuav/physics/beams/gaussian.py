@@ -19,10 +19,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from optuav.physics.beams import jitter
 from optuav.physics.beams.turbulence import blur, mixture
 from optuav.physics.laser import transmission
-from optuav.physics.quantity import TINY, Quantity
+from optuav.physics.quantity import TINY, Quantity, is_number
 
 
 class Emitter(NamedTuple):
@@ -46,11 +45,6 @@ class Receiver(NamedTuple):
     dc_efficiency: Quantity = 1.0
     max_irradiance_W_m2: Quantity = math.inf  # Mean over the receiver, before its optics, > 0
     max_power_W: Quantity = math.inf  # Largest DC power [W], > 0
-
-    @property
-    def area_m2(self) -> Quantity:
-        """Area π a² [m²]."""
-        return np.pi * self.radius_m**2
 
     @property
     def efficiency(self) -> Quantity:
@@ -92,7 +86,7 @@ def _mean(emitter: Emitter, distance_m: Quantity, of: Callable[[Quantity], Quant
     """Mean of a function of the squared width [m²] over jitter and turbulence."""
     wander = emitter.jitter_rad * distance_m
     squared = width(emitter, distance_m) ** 2 + 4.0 * wander**2
-    if isinstance(emitter.turbulence_cn2, int | float) and emitter.turbulence_cn2 == 0.0:
+    if is_number(emitter.turbulence_cn2, 0.0):
         return of(squared)
     blurred = _blur(emitter, distance_m)
     return sum(weight * of(squared + blurred * S) for weight, S in zip(*mixture(), strict=True))
@@ -108,11 +102,14 @@ def limited_share(
 ) -> Quantity:
     """Mean over the jitter of the smaller of the share on a disc and a largest share [-] > 0.
 
-    With turbulence it is an upper bound, as its blur flickers. No symbols, unless σ is 0.
+    With turbulence it is an upper bound, as its blur flickers. No symbols, unless σ is 0 or the
+    largest share infinite.
     """
     mean = np.minimum(share(emitter, radius_m, distance_m), most)
-    if isinstance(emitter.jitter_rad, int | float) and emitter.jitter_rad == 0.0:
+    if is_number(emitter.jitter_rad, 0.0) or is_number(most, math.inf):
         return mean
+    from optuav.physics.beams import jitter
+
     spread = width(emitter, distance_m) ** 2, _blur(emitter, distance_m)
     figures = radius_m, *spread, emitter.jitter_rad * distance_m, most
     return jitter.limited_share(mean, *figures)
@@ -153,7 +150,7 @@ def largest_shares(
     """
     light = np.maximum(arriving_W, TINY)
     dc = light * receiver.efficiency
-    irradiance_W = receiver.max_irradiance_W_m2 * receiver.area_m2
+    irradiance_W = receiver.max_irradiance_W_m2 * np.pi * receiver.radius_m**2
     return irradiance_W / light, receiver.max_power_W / dc, most_W / dc
 
 

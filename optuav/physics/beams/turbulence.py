@@ -59,8 +59,7 @@ def _falling(S: Floats) -> Floats:
     """Density of S ≥ 1, by its convergent series."""
     total = np.zeros_like(S)
     for n in range(1, 80):
-        size = math.exp(math.lgamma(5.0 * n / 6.0 + 1.0) - math.lgamma(n + 1.0)) / math.pi
-        total -= (
-            (-1.0) ** n * math.sin(5.0 * n * math.pi / 6.0) * size * S ** (-5.0 * n / 6.0 - 1.0)
-        )
+        order = 5.0 * n / 6.0
+        size = math.exp(math.lgamma(order + 1.0) - math.lgamma(n + 1.0)) / math.pi
+        total -= (-1.0) ** n * math.sin(order * math.pi) * size * S ** (-order - 1.0)
     return total
