@@ -28,7 +28,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from optuav.physics import drag, rotor
+from optuav.physics import drag, ramps, rotor
 from optuav.physics.quantity import TINY, Quantity, Vector, is_number, kept, norm
 
 STAGES = ("turn", "accelerate", "turn", "brake", "turn")
@@ -325,9 +325,4 @@ def regime_motion(
     moments lie between 0 and its end.
     """
     rise_s = peak_speed_m_s / acceleration_m_s2
-    end_s = distance_m / peak_speed_m_s + rise_s
-    rising, left = np.minimum(time_s, rise_s), np.minimum(end_s - time_s, rise_s)
-    speed = acceleration_m_s2 * np.minimum(rising, left)
-    cruised_s = np.clip(time_s - rise_s, 0.0, end_s - 2.0 * rise_s)
-    braked = 0.5 * acceleration_m_s2 * (rise_s**2 - left**2)
-    return 0.5 * acceleration_m_s2 * rising**2 + peak_speed_m_s * cruised_s + braked, speed
+    return ramps.motion(peak_speed_m_s, rise_s, distance_m / peak_speed_m_s + rise_s, time_s)

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from optuav.physics import roots
+from optuav.physics import ramps, roots
 from optuav.physics.quantity import TINY, Quantity, Vector, kept
 
 PROFILE_DRAG = 0.012
@@ -200,9 +200,4 @@ def motion(leg: Leg, time_s: Quantity) -> tuple[Quantity, Quantity]:
 
     The moments lie between 0 and its end. A climb on the spot moves at constant speed.
     """
-    rise_s, end_s = leg.rise_s, leg.duration_s
-    ramp = np.maximum(rise_s, TINY)
-    up, down = np.minimum(time_s / ramp, 1.0), np.minimum((end_s - time_s) / ramp, 1.0)
-    cruised_s = np.clip(time_s - rise_s, 0.0, end_s - 2.0 * rise_s)
-    travelled_s = 0.5 * rise_s * up**2 + cruised_s + 0.5 * rise_s * (1.0 - down**2)
-    return leg.peak_speed_m_s * travelled_s, leg.peak_speed_m_s * np.minimum(up, down)
+    return ramps.motion(leg.peak_speed_m_s, leg.rise_s, leg.duration_s, time_s)
