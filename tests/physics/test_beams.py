@@ -369,6 +369,7 @@ def test_reach_in_its_branches() -> None:
     assert divergence.reach(straight, 600.0, 0.0, 168.5) == math.inf
     assert divergence.reach(straight, 600.0, 0.0, 240.1) == 0.0
     assert divergence.reach(CHEN, 600.0, 1e-3, 0.0) == math.inf
+    assert divergence.reach(CHEN, 600.0, 1e-3, -1.0) == math.inf
     assert divergence.reach(CHEN, 0.0, 1e-3, 1.0) == 0.0
     assert divergence.reach(CHEN, 600.0, 1e-3, 239.99) == pytest.approx(0.06, abs=0.01)
     needed = np.array([0.0, 100.0, 1e3])

@@ -72,10 +72,10 @@ def reach(
     air, spread = np.divide(2.0 * (ln_u - np.log(D)), α), np.divide(np.exp(ln_u) - D, Δθ)
     no_air, no_spread = np.equal(α, 0.0), np.equal(Δθ, 0.0)
     cases = (
-        np.less(gain, D**2),
         np.less_equal(needed_W, 0.0),
+        np.less(gain, D**2),
         no_air & no_spread,
         no_spread,
         no_air,
     )
-    return np.select(cases, (0.0, np.inf, np.inf, air, spread), both)[()]
+    return np.select(cases, (np.inf, 0.0, np.inf, air, spread), both)[()]
