@@ -74,7 +74,7 @@ thrust_N = rotor.full_thrust(motor)
 gravity_N = np.array(airframe.external_force_N((0.0, 0.0, 0.0)))
 along = way_m / leg.distance_m
 for name, attitude, acceleration in (
-    ("accelerate", leg.cruise, leg.acceleration_m_s2 * along),
+    ("accelerate", leg.accelerate, leg.acceleration_m_s2 * along),
     ("brake", leg.brake, -leg.braking_m_s2 * along),
 ):
     ψ_p, ψ_r = attitude.pitch_rad, attitude.roll_rad

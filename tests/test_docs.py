@@ -283,9 +283,14 @@ def test_contract_of_the_graph_is_the_graph() -> None:
 
 SYMBOLS = table(DOCS / "nomenclature.md", "symbol", "mission key")
 FORMULATIONS = ("p1", "p2", "p3", "p4", "soc", "algorithms")
-PHYSICS = ("rotor", "flight", "six_stages", "bang_bang", "link", "laser", "kibam")
+PHYSICS = (
+    *("rotor", "flight", "six_stages", "bang_bang", "drag", "rotary_wing"),
+    *("link", "laser", "eye", "kibam"),
+)
+BEAMS = ("gaussian", "turbulence", "divergence")
 MODULES = {
     **{name: f"optuav.physics.{name}" for name in PHYSICS},
+    **{name: f"optuav.physics.beams.{name}" for name in BEAMS},
     **{name: f"formulations.{name}" for name in FORMULATIONS},
 }
 

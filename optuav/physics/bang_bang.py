@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from optuav.physics import ramps
 from optuav.physics.flight import Attitude, LegState, Loads
 from optuav.physics.quantity import TINY, Quantity, Vector, norm
 
@@ -30,12 +31,7 @@ def leg(
 def state_at(leg: Loads, time_s: Quantity) -> LegState:
     """State on one leg of positive length at moments between its start and its end [s]."""
     distance, peak, rise_s = leg.distance_m, leg.peak_speed_m_s, leg.peak_s
-    end_s, acceleration = distance / peak + rise_s, peak / rise_s
-    rising, left = np.minimum(time_s, rise_s), np.minimum(end_s - time_s, rise_s)
-    speed = acceleration * np.minimum(rising, left)
-    cruised_s = np.clip(time_s - rise_s, 0.0, end_s - 2.0 * rise_s)
-    braked = 0.5 * acceleration * (rise_s**2 - left**2)
-    travelled = 0.5 * acceleration * rising**2 + peak * cruised_s + braked
+    travelled, speed = ramps.motion(peak, rise_s, leg.duration_s, np.asarray(time_s, dtype=float))
     x, y, z = (travelled / distance * each for each in leg.way_m)
     unknown = np.full_like(speed, np.nan)
     return LegState(np.ones_like(speed), (x, y, z), speed, Attitude(unknown, unknown))
