@@ -241,14 +241,15 @@ def _broken_limits(mission: Mission, flown: Sequence[Phase], soc: float) -> Iter
             yield Event("building", phase.start_s, words)
         if phase.kind != "flight" and phase.duration_s > 0.0:
             yield from _stay(mission, phase)
+    model = flight_of(mission)
     if legs := [phase for phase in flown if phase.kind == "flight"]:
         leg = max(legs, key=lambda each: each.peak_speed_m_s)
         speed_m_s, peak_s = leg.peak_speed_m_s, leg.start_s
         if not leg.stated:
-            peak_s += float(flight_of(mission).leg(leg.way_m).peak_s)
+            peak_s += float(model.leg(leg.way_m).peak_s)
         words = f"the peak speed is reached on the leg {leg.start.name} → {leg.end.name}"
         yield Event("peak speed", peak_s, words, speed_m_s, None, "m/s", violation=False)
-        if warning := flight.speed_warning(speed_m_s):
+        if warning := flight.speed_warning(speed_m_s, has_drag=model.has_drag):
             yield Event("no drag", peak_s, warning, violation=False)
     if end_s > deadline_s * (1.0 + TOLERANCE):
         words = "the deadline passes before the mission ends"

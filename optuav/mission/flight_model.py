@@ -71,6 +71,16 @@ class FlightModel(ABC):
         """A sentence on why no leg can be flown, with the keys that decide; None if legs can."""
         return None
 
+    @property
+    def has_drag(self) -> bool:
+        """Whether the air slows the UAV down in this model."""
+        return False
+
+    @property
+    def needs_numbers(self) -> str | None:
+        """A sentence on why ways cannot be symbols; None where they can."""
+        return None
+
     def charging(self) -> Flow | None:
         """What charges in sight of the laser if the mission states it; None for the laser's."""
         return None

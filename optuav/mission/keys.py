@@ -9,13 +9,15 @@ from typing import Any
 from optuav.mission.flight_model import TABLES, table_keys
 from optuav.mission.messages import number
 from optuav.mission.mission import Mission
-from optuav.mission.schema import RATE_PER_MINUTE, Number
+from optuav.mission.schema import COORDINATE, FORCE, RATE_PER_MINUTE, WIND_SPEED, Number
 
 VECTORS = {
-    **dict.fromkeys(("route.origin_m", "route.destination_m", "route.hover_m"), "m"),
-    **{"laser.position_m": "m", "link.device_m": "m", "wind.force_N": "N"},
+    **dict.fromkeys(("route.origin_m", "route.destination_m", "route.hover_m"), (COORDINATE, 3)),
+    **dict.fromkeys(("laser.position_m", "link.device_m"), (COORDINATE, 3)),
+    "wind.force_N": (FORCE, 3),
+    "wind.velocity_m_s": (WIND_SPEED, 2),
 }
-"""Keys with three components, each at most 1e6 either way, and their units."""
+"""Keys with components: what each may be, and how many of them may vary."""
 INSIDE = 1e-9  # Distance of the outermost value from a bound that is excluded
 
 
@@ -38,8 +40,8 @@ def numeric_keys() -> dict[str, Number]:
         for name in table_keys(table):
             if (allowed := number(key := f"{table}.{name}")) is not None:
                 found[key] = allowed
-    for key, unit in VECTORS.items():
-        found |= {f"{key}[{axis}]": Number(unit, ge=-1e6, le=1e6) for axis in range(3)}
+    for key, (allowed, axes) in VECTORS.items():
+        found |= {f"{key}[{axis}]": allowed for axis in range(axes)}
     return found
 
 

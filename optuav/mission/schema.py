@@ -176,6 +176,17 @@ FORCE = Number("N", ge=-1e6, le=1e6)
 _Newton = Annotated[float, FORCE]
 Force = Annotated[tuple[_Newton, _Newton, _Newton], Strict(), Listed, Allowed(f"{_THREE} [N]")]
 
+WIND_SPEED = Number("m/s", ge=-1e3, le=1e3)
+_WindSpeed = Annotated[float, WIND_SPEED]
+Velocity = Annotated[
+    tuple[_WindSpeed, _WindSpeed, Annotated[float, Number("m/s", ge=0, le=0)]],
+    Strict(),
+    Listed,
+    Allowed("three numbers [x, y, 0], each |x| <= 1e3 [m/s]"),
+]
+SPEED = Number("m/s", ge=1e-3, le=1e6)
+Speed = Annotated[float, SPEED]
+
 # Light and radio
 _KNOWN = "; known at 810 and 1550 nm"
 Slope = Annotated[float, Number("-", ge=1e-6, le=1e3, note=_KNOWN)]
@@ -327,14 +338,23 @@ class Body(MissionSection):
     """Mass of the UAV m [kg]."""
     gravity_m_s2: Acceleration = 9.8
     """Acceleration of gravity [m/s²]."""
-    arm_length_m: Length
+    arm_length_m: Length | None = None
     """Distance l from the centre to a rotor [m]."""
-    inertia_x_kg_m2: Inertia
+    inertia_x_kg_m2: Inertia | None = None
     """Inertia in roll I_x [kg m²]."""
-    inertia_y_kg_m2: Inertia
+    inertia_y_kg_m2: Inertia | None = None
     """Inertia in pitch I_y [kg m²]."""
-    inertia_z_kg_m2: Inertia
+    inertia_z_kg_m2: Inertia | None = None
     """Inertia in yaw I_z [kg m²]."""
+    drag_area_m2: Annotated[float, Number("m2", ge=0, le=1e3)] = 0.0
+    """Drag area C_d A [m²]; 0 for flight without drag."""
+
+
+class Air(MissionSection):
+    """The air through which the UAV flies."""
+
+    density_kg_m3: Annotated[float, Number("kg/m3", ge=1e-3, le=100)] = 1.225
+    """Density ρ [kg/m³]."""
 
 
 class Laser(MissionSection):
@@ -398,6 +418,8 @@ class Wind(MissionSection):
 
     force_N: Force = (0.0, 0.0, 0.0)
     """Force of the wind on the UAV (x, y, z) [N]."""
+    velocity_m_s: Velocity = (0.0, 0.0, 0.0)
+    """Velocity of the wind (x, y, 0) [m/s]."""
 
 
 class Building(MissionSection):
@@ -417,6 +439,7 @@ SECTIONS: dict[str, type[MissionSection]] = {
     "battery": BatteryPacks,
     "rotor": Rotor,
     "body": Body,
+    "air": Air,
     "laser": Laser,
     "link": Link,
     "wind": Wind,

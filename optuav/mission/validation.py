@@ -239,16 +239,21 @@ def _rules_of_flight(document: Document, flight: Document) -> Iterator[Breach]:
     if flight["model"] not in [*FLIGHTS]:
         return
     model, by = FLIGHTS[flight["model"]], f'flight.model = "{flight["model"]}"'
-    for name in model.needs:
-        if name not in document:
+    for needed in model.needs:
+        name, _, key = needed.partition(".")
+        if not key and name not in document:
             yield Breach((name,), f"is missing; {table(name)}, needed by {by}")
-    for dotted in model.refuses:
-        name, _, key = dotted.partition(".")
-        value = keys_of(document.get(name)).get(key, UNKNOWN)
+        elif key and isinstance(own := document.get(name), dict) and key not in own:
+            words = allowed(table_keys(name)[key], key)
+            yield Breach((name, key), f"is missing; {words}, needed by {by}")
+    for refused in model.refuses:
+        name, *parts = refused.split(".")
+        value = document.get(name)
+        value = keys_of(value).get(parts[0]) if parts else value
         if isinstance(value, list | tuple) and any(value):
-            yield Breach((name, key), f"{[0] * len(value)} with {by}")
-        elif value is not UNKNOWN and not isinstance(value, list | tuple):
-            yield Breach((name, key), f"not with {by}")
+            yield Breach((name, *parts), f"{[0] * len(value)} with {by}")
+        elif value and value is not UNKNOWN and not isinstance(value, list | tuple):
+            yield Breach((name, *parts), f"not with {by}")
     for place, words in model.breaches({**document, "flight": flight}):
         yield Breach(place, words)
 

@@ -83,7 +83,8 @@ def advice(mission: Mission) -> Iterator[str]:
             yield f"{places.names[place]} lies inside building {mission.buildings.names[building]}"
     speeds_m_s = np.where(legs.flyable & ~legs.edited, legs.peak_speed_m_s, 0.0)
     fastest = int(speeds_m_s.argmax())
-    if warning := flight.speed_warning(float(speeds_m_s[fastest])):
+    peak_m_s, has_drag = float(speeds_m_s[fastest]), flight_of(mission).has_drag
+    if warning := flight.speed_warning(peak_m_s, has_drag=has_drag):
         start, end = (places.names[each[fastest]] for each in (legs.start, legs.end))
         yield f"on the leg {start} → {end}, {warning}"
     battery = mission.battery

@@ -14,9 +14,9 @@ FASTEST_WITHOUT_DRAG_M_S = 40.0
 """Peak speed above which the missing drag matters [m/s]; small drones hardly reach it."""
 
 
-def speed_warning(peak_speed_m_s: float) -> str | None:
-    """A sentence on a peak speed [m/s] above 40 m/s; None for a slower one."""
-    if not peak_speed_m_s > FASTEST_WITHOUT_DRAG_M_S:
+def speed_warning(peak_speed_m_s: float, *, has_drag: bool = False) -> str | None:
+    """A sentence on a peak speed [m/s] above 40 m/s without drag; None for others."""
+    if has_drag or not peak_speed_m_s > FASTEST_WITHOUT_DRAG_M_S:
         return None
     return f"a peak of {peak_speed_m_s:.1f} m/s is not realistic: this model has no drag"
 

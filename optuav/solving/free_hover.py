@@ -141,6 +141,8 @@ def _gain(plan: Plan, own: Plan) -> str:
 def _declared(network: Network, which: Integers, rests: bool, perspective: Perspective) -> Model:
     """(P1) over w, which is taken to be in sight of the laser, Δ and T' for some routes."""
     mission, table, legs = network.mission, network.legs, network.routes.legs[which]
+    if why := flight_of(mission).needs_numbers:
+        raise InputError(f"the program of a free hover point cannot be declared: {why}")
     flown = legs != NO_LEG
     to_w, from_w = (flown & (ends[legs] == HOVER) for ends in (table.end, table.start))
     other = flown & ~to_w & ~from_w

@@ -22,6 +22,7 @@ from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.judge.replay import replay
 from optuav.mission import Mission
+from optuav.mission.flight_model import flight_of
 from optuav.mission.messages import written_out
 from optuav.modelling import Model, Relation, evaluate
 from optuav.modelling.check import evaluated
@@ -126,7 +127,8 @@ def plan_for(
             notes.append(
                 "some places have sight or power of the laser from the graph, not from the mission"
             )
-        if too_fast := speed_warning(max(each.peak_speed_m_s for each in flown)):
+        peak_m_s, has_drag = max(each.peak_speed_m_s for each in flown), flight_of(mission).has_drag
+        if too_fast := speed_warning(peak_m_s, has_drag=has_drag):
             notes.append(too_fast)
         cap = charging_cap(mission, network.places)
         if cap and any(each.end_place in cap.places for each in flown):

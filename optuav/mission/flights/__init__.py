@@ -2,6 +2,7 @@
 
 from optuav.mission.flight_model import FLIGHTS
 from optuav.mission.flights.regimes import Regimes
+from optuav.mission.flights.rotary_wing import RotaryWing
 from optuav.mission.flights.rotors import Rotors
 
-FLIGHTS.update({model.name: model for model in (Rotors, Regimes)})
+FLIGHTS.update({model.name: model for model in (Rotors, Regimes, RotaryWing)})

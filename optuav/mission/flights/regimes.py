@@ -11,7 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from optuav.mission.flight_model import MODEL, FlightModel, FlightTable
 from optuav.mission.messages import allowed, table
-from optuav.mission.schema import Acceleration, Current, LoadCurrent, LoadPower, Number, Power
+from optuav.mission.schema import (
+    Acceleration,
+    Current,
+    LoadCurrent,
+    LoadPower,
+    Power,
+    Speed,
+)
 
 if TYPE_CHECKING:
     from optuav.physics.flight import Flow, LegState, Loads
@@ -27,7 +34,7 @@ class RegimeFlight(FlightTable):
     """Flight model: "regimes" has constant loads in flight, in hover and at rest."""
     acceleration_m_s2: Acceleration
     """Acceleration and braking of a leg [m/s²]."""
-    max_speed_m_s: Annotated[float, Number("m/s", ge=1e-3, le=1e6)] | None = None
+    max_speed_m_s: Speed | None = None
     """Largest speed of a leg [m/s]; without it there is no cap."""
     flight_current_A: LoadCurrent
     """Current in flight [A]."""
@@ -52,7 +59,7 @@ class Regimes(FlightModel):
 
     name: ClassVar[str] = "regimes"
     table: ClassVar[type[FlightTable]] = RegimeFlight
-    refuses: ClassVar[tuple[str, ...]] = ("wind.force_N",)
+    refuses: ClassVar[tuple[str, ...]] = ("wind.force_N", "wind.velocity_m_s")
     radio_included: ClassVar[bool] = True
 
     @property

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from optuav.mission.flight_model import MODEL, FlightModel, FlightTable
+from optuav.mission.schema import Air, Speed
 
 if TYPE_CHECKING:
     from optuav.physics.flight import Flow, LegState, Loads
@@ -23,6 +24,8 @@ class RotorFlight(FlightTable):
 
     model: Annotated[Literal["rotors"], MODEL] = "rotors"
     """Flight model: "rotors" computes loads and legs from [rotor] and [body]."""
+    max_speed_m_s: Speed | None = None
+    """Largest speed over ground of a leg [m/s]; without it there is no cap."""
 
 
 class Rotors(FlightModel):
@@ -30,7 +33,12 @@ class Rotors(FlightModel):
 
     name: ClassVar[str] = "rotors"
     table: ClassVar[type[FlightTable]] = RotorFlight
-    needs: ClassVar[tuple[str, ...]] = ("rotor", "body")
+    needs: ClassVar[tuple[str, ...]] = (
+        "rotor",
+        "body",
+        *(f"body.{key}" for key in ("arm_length_m", *(f"inertia_{k}_kg_m2" for k in "xyz"))),
+    )
+    refuses: ClassVar[tuple[str, ...]] = ("wind.velocity_m_s",)
 
     @property
     def motor(self) -> Motor:
@@ -60,11 +68,23 @@ class Rotors(FlightModel):
 
         return float(largest_wind(self.motor, self.airframe.weight_N, (1.0, 0.0, 0.0)))
 
+    @property
+    def drag_kg_m(self) -> Quantity:
+        """Drag over squared speed [kg/m]."""
+        from optuav.physics.drag import coefficient
+
+        body, air = self.mission.body, self.mission.air or Air()
+        assert body is not None
+        return coefficient(body.drag_area_m2, air.density_kg_m3)
+
     def six_stage_leg(self, way_m: Vector) -> Leg:
         """The leg with its attitudes and turns."""
         from optuav.physics.six_stages import leg
 
-        return leg(self.airframe, self.motor, way_m, self.mission.wind.force_N)
+        assert isinstance(self.mission.flight, RotorFlight)
+        cap_m_s, wind_N = self.mission.flight.max_speed_m_s, self.mission.wind.force_N
+        limits = self.drag_kg_m, math.inf if cap_m_s is None else cap_m_s
+        return leg(self.airframe, self.motor, way_m, wind_N, *limits)
 
     def leg(self, way_m: Vector) -> Loads:
         return self.six_stage_leg(way_m).loads
@@ -86,6 +106,10 @@ class Rotors(FlightModel):
         from optuav.physics.six_stages import state_at
 
         return state_at(self.six_stage_leg(leg.way_m), passed_s)
+
+    @property
+    def has_drag(self) -> bool:
+        return bool(self.drag_kg_m > 0.0)
 
     def impossible(self) -> str | None:
         from optuav.physics.six_stages import impossible
