@@ -13,15 +13,9 @@ from typing import Any
 from pydantic.fields import FieldInfo
 
 from optuav.mission import Mission
+from optuav.mission.flight_model import FLIGHTS, TABLES, FlightTable, forms
 from optuav.mission.messages import allowed
-from optuav.mission.schema import (
-    CONVERSIONS,
-    RATE_PER_MINUTE,
-    REGIME_KEYS,
-    SECTIONS,
-    MissionSection,
-    RotorFlight,
-)
+from optuav.mission.schema import CONVERSIONS, RATE_PER_MINUTE, MissionSection
 
 PAGE = Path(__file__).parent / "mission-keys.md"
 START, END = "<!-- keys: written by make_mission_keys.py -->\n", "<!-- end of keys -->\n"
@@ -68,9 +62,7 @@ def plain(value: Any) -> Any:
 
 
 def summary(model: type[MissionSection]) -> str:
-    """What a table is for, in a line; [flight] has two forms."""
-    if model is SECTIONS["flight"]:
-        return "How legs are flown, and what flying draws."
+    """What a table is for, in a line."""
     return (model.__doc__ or "").partition("\n")[0]
 
 
@@ -89,14 +81,18 @@ def sections() -> Iterator[str]:
         *table(rows(Mission, ("name", "description", "crs"))),
         "",
     )
-    for name, model in SECTIONS.items():
+    for name in TABLES:
+        model = FlightTable if name == "flight" else forms(name)[0]
         title = f"[[{name}]]" if name == "buildings" else f"[{name}]"
         yield from (f"## {title}", "", summary(model), "")
         if name == "flight":
-            yield from (*table(rows(RotorFlight, RotorFlight.model_fields)), "")
-            regimes = (key for key in model.model_fields if key in REGIME_KEYS)
-            yield 'Only with `model = "regimes"`, constant loads by regime and bang-bang legs:'
-            yield from ("", *table(rows(model, regimes)), "")
+            (_, first), *others = ((each, flight.table) for each, flight in FLIGHTS.items())
+            yield from (*table(rows(first, first.model_fields)), "")
+            for model_name, form in others:
+                keys = (key for key in form.model_fields if key not in first.model_fields)
+                _, _, what = summary(form).partition(" with ")
+                yield f'Only with `model = "{model_name}"`, {what[:-1]}:'
+                yield from ("", *table(rows(form, keys)), "")
             continue
         found = list(rows(model, model.model_fields))
         if name == "battery":

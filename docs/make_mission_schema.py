@@ -12,14 +12,8 @@ from typing import Any
 from pydantic import BaseModel
 
 from optuav.mission import Mission
-from optuav.mission.schema import (
-    CONVERSIONS,
-    RATE_PER_MINUTE,
-    SCHEMA,
-    SECTIONS,
-    RegimeFlight,
-    RotorFlight,
-)
+from optuav.mission.flight_model import FLIGHTS, TABLES, forms
+from optuav.mission.schema import CONVERSIONS, RATE_PER_MINUTE, SCHEMA, SECTIONS
 
 FILE = Path(__file__).parents[1] / "optuav" / "mission" / "mission.schema.json"
 
@@ -34,8 +28,11 @@ _ALTERNATIVES = {*CONVERSIONS[810], *(key for twins in _TWINS.values() for key i
 def json_schema() -> dict[str, Any]:
     """The schema that `optuav.json_schema` describes."""
     generated = _plain(Mission.model_json_schema(ref_template="#/definitions/{model}"))
+    flights = [model.table for model in FLIGHTS.values()]
     definitions: dict[str, Any] = generated["$defs"]
-    for model in (Mission, RotorFlight, *SECTIONS.values()):
+    definitions |= {form.__name__: _plain(form.model_json_schema()) for form in flights}
+    definitions = dict(sorted(definitions.items()))
+    for model in (Mission, *(form for name in TABLES for form in forms(name))):
         properties = (generated if model is Mission else definitions[model.__name__])["properties"]
         for key, words in model.descriptions().items():
             properties[key] = {"description": words, **properties[key]}
@@ -51,8 +48,8 @@ def json_schema() -> dict[str, Any]:
         "type": "number",
     }
     properties: dict[str, Any] = generated["properties"]
-    # Where a table states no model, either one may be meant.
-    properties["flight"] = {"anyOf": properties["flight"]["oneOf"]}
+    # Where a table states no model, any of them may be meant.
+    properties["flight"] = {"anyOf": [{"$ref": f"#/definitions/{x.__name__}"} for x in flights]}
     for key in ("name", "description"):
         properties[key].pop("default")
     return {
@@ -86,20 +83,23 @@ def _complete() -> dict[str, Any]:
     tables: dict[str, dict[str, Any]] = {
         name: {"required": [key for key in _required(section) if key not in _ALTERNATIVES]}
         for name, section in SECTIONS.items()
-        if name not in ("flight", "wind", "buildings")
+        if name not in ("wind", "buildings")
     }
     for name, twins in _TWINS.items():
         tables[name]["anyOf"] = [{"required": [twin]} for twin in twins]
     known = {"properties": {"wavelength_nm": {"enum": list(CONVERSIONS)}}}
     tables["laser"]["if"], tables["laser"]["else"] = known, {"required": list(CONVERSIONS[810])}
-    regimes = {"properties": {"model": {"const": "regimes"}}, "required": ["model"]}
-    return {
-        "required": _required(Mission),
-        "properties": tables,
-        "if": {"properties": {"flight": regimes}, "required": ["flight"]},
-        "then": {"properties": {"flight": {"required": _required(RegimeFlight)}}},
-        "else": {"required": ["rotor", "body"]},
-    }
+    by_default, *others = FLIGHTS.values()
+    needed: dict[str, Any] = {"required": [*by_default.needs]}
+    for model in reversed(others):
+        stated = {"properties": {"model": {"const": model.name}}, "required": ["model"]}
+        keys = {"properties": {"flight": {"required": _required(model.table)}}}
+        needed = {
+            "if": {"properties": {"flight": stated}, "required": ["flight"]},
+            "then": keys | ({"required": [*model.needs]} if model.needs else {}),
+            "else": needed,
+        }
+    return {"required": _required(Mission), "properties": tables, **needed}
 
 
 def _required(model: type[BaseModel]) -> list[str]:

@@ -24,15 +24,16 @@ import math
 import numpy as np
 
 import optuav
+from optuav.mission.flights.rotors import Rotors
 from optuav.network import vehicle
-from optuav.physics import flight, rotor
+from optuav.physics import rotor, six_stages
 
 mission = optuav.load("paper")
 if mission.rotor is None:
     raise SystemExit("This mission states no rotor: take one that does, as `paper`.")
-motor, airframe = vehicle.motor(mission), vehicle.airframe(mission)
+motor, airframe = Rotors(mission).motor, Rotors(mission).airframe
 way_m = np.subtract(vehicle.hover_point_m(mission), mission.route.origin_m)
-leg = flight.leg(airframe, motor, tuple(way_m))
+leg = six_stages.leg(airframe, motor, tuple(way_m))
 
 # %% [markdown]
 # ## The stages from the origin to the hover point
@@ -46,7 +47,7 @@ leg = flight.leg(airframe, motor, tuple(way_m))
 # %%
 print(f"{'stage':<12}{'s':>8}{'A':>9}{'A s':>9}")
 for name, duration_s, current_A in zip(
-    flight.STAGES, leg.loads.durations_s, leg.loads.currents_A, strict=True
+    leg.loads.stages, leg.loads.durations_s, leg.loads.currents_A, strict=True
 ):
     print(f"{name:<12}{duration_s:8.3f}{current_A:9.3f}{duration_s * current_A:9.1f}")
 print(f"{'in all':<12}{leg.loads.duration_s:8.3f}{'':9}{leg.loads.charge_As:9.1f}")
@@ -73,7 +74,7 @@ thrust_N = rotor.full_thrust(motor)
 gravity_N = np.array(airframe.external_force_N((0.0, 0.0, 0.0)))
 along = way_m / leg.distance_m
 for name, attitude, acceleration in (
-    ("accelerate", leg.cruise, leg.acceleration_m_s2 * along),
+    ("accelerate", leg.accelerate, leg.acceleration_m_s2 * along),
     ("brake", leg.brake, -leg.braking_m_s2 * along),
 ):
     ψ_p, ψ_r = attitude.pitch_rad, attitude.roll_rad
@@ -94,7 +95,7 @@ for name, attitude, acceleration in (
 
 # %%
 winds_N = np.linspace(-9.0, 9.0, 7)
-windy = flight.leg(airframe, motor, tuple(way_m), tuple(winds_N * each for each in along))
+windy = six_stages.leg(airframe, motor, tuple(way_m), tuple(winds_N * each for each in along))
 for wind_N, duration_s, charge_As in zip(
     winds_N, windy.loads.duration_s, windy.loads.charge_As, strict=True
 ):
@@ -110,7 +111,10 @@ for wind_N, duration_s, charge_As in zip(
 # %%
 limit_N = rotor.largest_wind(motor, airframe.weight_N, tuple(along))
 storm_N = tuple(1.001 * limit_N * along)
-print(f"largest level wind {limit_N:.4f} N; above it,", flight.impossible(airframe, motor, storm_N))
+print(
+    f"largest level wind {limit_N:.4f} N; above it,",
+    six_stages.impossible(airframe, motor, storm_N),
+)
 
 # %% [markdown]
 # ## Exercises

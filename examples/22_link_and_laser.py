@@ -24,6 +24,7 @@ if hasattr(sys.stdout, "reconfigure"):
 import numpy as np
 
 import optuav
+from optuav.mission.beams.fits import Fits
 from optuav.network import vehicle
 from optuav.physics import laser, link
 
@@ -175,7 +176,7 @@ optuav.plots.curves(
 # $\nu$, and $\nu$ for $d$.
 
 # %%
-conversion = vehicle.conversion(mission)
+conversion = Fits(mission).conversion
 cap_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
 source_W = mission.laser.power_W
 received_W = {

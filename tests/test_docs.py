@@ -20,7 +20,7 @@ from formulations.soc import PERSPECTIVES
 from optuav.cli.app import COMMANDS, program
 from optuav.engines.registry import ENGINES
 from optuav.mission import Mission
-from optuav.mission.schema import SECTIONS
+from optuav.mission.flight_model import TABLES, table_keys
 from optuav.options import Perspective
 from optuav.solving.question import PROBLEMS, problem_of
 from tests.city.maps import shipped
@@ -265,7 +265,7 @@ def test_tables_of_keys_are_up_to_date() -> None:
 def test_tables_of_keys_are_complete() -> None:
     """Every key of the models is there, once, with words for it and a range."""
     rows = table(DOCS / "mission-keys.md", "key", "if left out")
-    fields = [key for section in SECTIONS.values() for key in section.model_fields]
+    fields = [key for name in TABLES for key in table_keys(name)]
     expected = [*fields, "flow_rate_per_min", "name", "description", "crs"]
     assert sorted(row["key"] for row in rows) == sorted(expected)
     assert all(row["what it is"] and row["what it may be"] for row in rows)
@@ -283,9 +283,14 @@ def test_contract_of_the_graph_is_the_graph() -> None:
 
 SYMBOLS = table(DOCS / "nomenclature.md", "symbol", "mission key")
 FORMULATIONS = ("p1", "p2", "p3", "p4", "soc", "algorithms")
-PHYSICS = ("rotor", "flight", "link", "laser", "kibam")
+PHYSICS = (
+    *("rotor", "flight", "six_stages", "bang_bang", "drag", "rotary_wing"),
+    *("link", "laser", "eye", "kibam"),
+)
+BEAMS = ("gaussian", "turbulence", "divergence")
 MODULES = {
     **{name: f"optuav.physics.{name}" for name in PHYSICS},
+    **{name: f"optuav.physics.beams.{name}" for name in BEAMS},
     **{name: f"formulations.{name}" for name in FORMULATIONS},
 }
 
@@ -304,7 +309,7 @@ def exists(dotted: str) -> bool:
     first, *parts = dotted.split(".")
     if first == "mission":
         name, *key = parts
-        return has(Mission, name) and all(has(SECTIONS[name], each) for each in key)
+        return has(Mission, name) and all(each in table_keys(name) for each in key)
     owner: Any = {"Quantities": Quantities, "plan": optuav.Plan}.get(first)
     owner = importlib.import_module(MODULES[first]) if owner is None else owner
     for part in parts[:-1]:
@@ -329,7 +334,7 @@ def test_nomenclature_agrees_with_the_printed_problems(quantity: Any) -> None:
 
 
 def test_nomenclature_has_every_key_of_a_mission_once() -> None:
-    keys = [f"{name}.{key}" for name, model in SECTIONS.items() for key in model.model_fields]
+    keys = [f"{name}.{key}" for name in TABLES for key in table_keys(name)]
     listed = [row["mission key"] for row in SYMBOLS if row["mission key"]]
     assert sorted(listed) == sorted([*keys, "battery.flow_rate_per_min"])
 
@@ -342,7 +347,7 @@ def test_nomenclature_has_every_key_of_a_mission_once() -> None:
 def test_units_and_symbols_agree_with_the_mission_file(row: Row) -> None:
     """As the comment says that ``optuav new`` writes over the key."""
     name, _, key = row["mission key"].partition(".")
-    comment = SECTIONS[name].descriptions()[key]
+    comment = table_keys(name)[key].descriptions()[key]
     units = [unit for unit in re.findall(r"\[([^]]+)\]", comment) if unit not in ("rotor", "body")]
     assert {"1": "-"}.get(row["unit"], row["unit"]) == (units[-1] if units else "–")
     words = re.split(r"[^\w']+", comment)

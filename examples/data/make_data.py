@@ -9,8 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from optuav.physics import rotor
-from optuav.physics.flight import regime_leg
+from optuav.physics import bang_bang, rotor
 
 FOLDER = Path(__file__).parent
 MOTOR = rotor.Motor(3.8305e-6, 2.2518e-8, 0.04, 2e-4, 920.0, 0.2, 0.0, 1060.0)
@@ -20,7 +19,7 @@ def flight_log(folder: Path) -> None:
     """Stand, fly out, hover, fly back, stand in the laser's light; two samples a second."""
     random = np.random.default_rng(1)
     acceleration_m_s2, cap_m_s, distance_m = 2.5, 12.0, 420.0
-    loads, _ = regime_leg(distance_m, acceleration_m_s2, 0.0, 0.0, cap_m_s)
+    loads = bang_bang.leg((distance_m, 0.0, 0.0), acceleration_m_s2, 0.0, 0.0, cap_m_s)
     leg_s = loads.durations_s[0]
     course = (
         ("rest", 30.0, 0.4),

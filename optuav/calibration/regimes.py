@@ -29,7 +29,7 @@ from optuav.calibration import csv, fit
 from optuav.calibration.fit import ConfidenceInterval, Fit, Panel, Value, finished, quantile
 from optuav.errors import Fault, InputError, refuse
 from optuav.mission.messages import nearest, paths_of
-from optuav.physics.flight import regime_leg
+from optuav.physics import bang_bang
 
 OPTIONAL = {"voltage": "voltage", "power": "power", "speed": "speed", "phase": "text"}
 LOG = csv.Format({"time": "time", "current": "current"} | OPTIONAL, tuple(OPTIONAL), least=10)
@@ -278,7 +278,7 @@ def _speeds(
         return np.bincount(leg_of[chosen], values[chosen], legs) / np.maximum(count, 1)
 
     def speeds(acceleration_m_s2: float, cap_m_s: float = math.inf) -> Floats:
-        loads, _ = regime_leg(distance_m, acceleration_m_s2, 1.0, 1.0, cap_m_s)
+        loads = bang_bang.leg((distance_m, 0.0, 0.0), acceleration_m_s2, 1.0, 1.0, cap_m_s)
         start_s = middle_s - 0.5 * loads.durations_s[0]
         end_s = middle_s + 0.5 * loads.durations_s[0]
         for _ in range(ROUNDS):

@@ -5,6 +5,7 @@ import math
 import optuav
 from optuav.exercises.exercise import Task, decimals
 from optuav.exercises.predict import Predictions, predict
+from optuav.mission.beams.fits import Fits
 from optuav.network import vehicle
 from optuav.physics import laser
 
@@ -204,10 +205,13 @@ def _light(task: Task) -> Predictions:
 )
 def _received(task: Task) -> Predictions:
     given = task.mission
-    share = laser.transmission(vehicle.attenuation_per_km(given), 1300.0)
+    share = laser.transmission(Fits(given).attenuation_per_km, 1300.0)
     light_W = 0.34 * task["laser.power_W"] - 1.1
     received_W = 0.5434 * float(share) * light_W - 0.2761
-    yield float(vehicle.charging(given, 1300.0).power_W), "two straight lines with the air between"
+    assert given.laser is not None
+    x, y, z = given.laser.position_m
+    there = vehicle.charging(given, (x + 1300.0, y, z))
+    yield float(there.power_W), "two straight lines with the air between"
     yield 0.5434 * light_W - 0.2761, "the air takes its share"
     yield light_W, "that is the light that leaves the laser"
     if received_W > 111.0:

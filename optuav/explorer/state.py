@@ -11,17 +11,14 @@ import numpy as np
 from formulations.formulation import Formulation
 from optuav.errors import Fault, InputError, collected, refuse
 from optuav.mission import Mission
+from optuav.mission.flight_model import flight_of, table_keys
 from optuav.mission.keys import now_of
 from optuav.mission.messages import number, shown, unknown
-from optuav.mission.schema import SECTIONS
-from optuav.network import vehicle
 from optuav.options import ORDERS, TRAJECTORIES, Perspective, ProblemName
-from optuav.physics import rotor
 from optuav.solving.question import problem_of
 
 DRAGGED = ("link.device_m", "laser.position_m")  # Places that can be moved, beside roofs
 ROOF = re.compile(r"buildings\.(.+)\.position_m")
-WIND = "wind.force_N"
 STEPS = 200  # Of a slider, at most
 HIGHEST_SOC = 0.95  # End of the slider of η0, which has to be less than 1
 FILES = ("mission", "plan")
@@ -138,13 +135,10 @@ def controls(mission: Mission) -> Iterator[Control]:
             low, high = 0.0, HIGHEST_SOC
         step = _round_step(high)
         yield _control(key, None, step if allowed.ge != 0.0 else low, high, step, value)
-    if mission.flight.model == "rotors":
-        motor, airframe = vehicle.motor(mission), vehicle.airframe(mission)
-        most_N = float(rotor.largest_wind(motor, airframe.weight_N, (1.0, 0.0, 0.0)))
-        most_N = math.ceil(most_N if math.isfinite(most_N) else airframe.weight_N)
-        for axis in (0, 1):
-            value = mission.wind.force_N[axis]
-            yield _control(WIND, axis, -most_N, most_N, _round_step(most_N), value)
+    for key, axis, low, high in flight_of(mission).sliders():
+        value = now_of(mission, key if axis is None else f"{key}[{axis}]")
+        assert value is not None
+        yield _control(key, axis, low, high, _round_step(high), value)
 
 
 def _control(
@@ -152,7 +146,7 @@ def _control(
 ) -> Control:
     """A control with its label and unit, from the description of its key."""
     table, _, name = key.partition(".")
-    found = DESCRIPTION.fullmatch(SECTIONS[table].descriptions()[name])
+    found = DESCRIPTION.fullmatch(table_keys(table)[name].descriptions()[name])
     label, unit = (found[1], found[2] or "") if found else (name, "")
     if axis is not None:
         label = f"{label.removesuffix(' (x, y, z)')}, {'xyz'[axis]}"

@@ -16,6 +16,7 @@ from optuav.judge.course import TOLERANCE, Course, pooled, scheduled, soc, trace
 from optuav.judge.read import read
 from optuav.judge.timeline import Itinerary, Phase, moves, phases, places
 from optuav.mission import Mission
+from optuav.mission.flight_model import flight_of
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR
 from optuav.physics import flight, link
@@ -208,7 +209,7 @@ def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
     mission, planned = plan.mission, tuple(moves(plan))
     at = places(mission, planned)
     events = list[Event]()
-    if why := vehicle.impossible(mission):
+    if why := flight_of(mission).impossible():
         events.append(Event("impossible", 0.0, f"the UAV cannot fly: {why}"))
     for name in (name for name, place in at.items() if math.isnan(place.position_m[0])):
         words = f"there is no place {name}: the device is out of reach at limits.min_altitude_m"
@@ -249,16 +250,15 @@ def _broken_limits(mission: Mission, flown: Sequence[Phase], soc: float) -> Iter
             yield Event("building", phase.start_s, words)
         if phase.kind != "flight" and phase.duration_s > 0.0:
             yield from _stay(mission, phase)
+    model = flight_of(mission)
     if legs := [phase for phase in flown if phase.kind == "flight"]:
         leg = max(legs, key=lambda each: each.peak_speed_m_s)
         speed_m_s, peak_s = leg.peak_speed_m_s, leg.start_s
-        if not leg.stated and mission.flight.model == "regimes":
-            peak_s += speed_m_s / mission.flight.acceleration_m_s2
-        elif not leg.stated:
-            peak_s += sum(stage.duration_s for stage in leg.stages[:2])
+        if not leg.stated:
+            peak_s += float(model.leg(leg.way_m).peak_s)
         words = f"the peak speed is reached on the leg {leg.start.name} → {leg.end.name}"
         yield Event("peak speed", peak_s, words, speed_m_s, None, "m/s", violation=False)
-        if warning := flight.speed_warning(speed_m_s):
+        if warning := flight.speed_warning(speed_m_s, has_drag=model.has_drag):
             yield Event("no drag", peak_s, warning, violation=False)
     if end_s > deadline_s * (1.0 + TOLERANCE):
         words = "the deadline passes before the mission ends"

@@ -12,6 +12,7 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.errors import refuse
 from optuav.mission import Mission, load
+from optuav.mission.flight_model import flight_of
 from optuav.mission.messages import nearest
 from optuav.mission.schema import COORDINATE, SCHEMA, Number
 from optuav.mission.validation import Breach, StatedMission
@@ -19,8 +20,7 @@ from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import ENDS
 from optuav.network.prisms import prisms
-from optuav.network.vehicle import Flow
-from optuav.physics import flight
+from optuav.physics.flight import Flow
 from optuav.physics.quantity import Vector
 from optuav.plan import Phase as Planned
 from optuav.plan import Plan, Stop
@@ -160,8 +160,8 @@ class Place(NamedTuple):
 class Stage(NamedTuple):
     """A stage of constant current: start, counted from take-off, duration, and what flows.
 
-    The name is ``"turn"``, ``"accelerate"`` or ``"brake"`` on a leg of six stages; ``"flight"``,
-    ``"hover"`` or ``"rest"`` otherwise.
+    The name is that of the flight model's stage on a leg, ``"turn"`` for example; else the kind of
+    the phase.
     """
 
     name: str
@@ -228,7 +228,7 @@ def places(mission: Mission, planned: Sequence[Move]) -> dict[str | Point, Place
         x, y, z = map(float, point_m)
         received = NOTHING
         if laser is not None and sight:
-            received = vehicle.charging(mission, math.dist(laser.position_m, (x, y, z)))
+            received = vehicle.charging(mission, (x, y, z))
         words = name if isinstance(name, str) else f"({x:.10g}, {y:.10g}, {z:.10g})"
         found[name] = Place(words, number, (x, y, z), sight, received)
     return found
@@ -238,7 +238,8 @@ def phases(
     mission: Mission, at: Mapping[str | Point, Place], planned: Sequence[Move]
 ) -> tuple[Phase, ...]:
     """The phases of some moves between places that are known."""
-    loads = {"hover": vehicle.hover_load(mission), "rest": vehicle.rest_load(mission)}
+    flight = flight_of(mission)
+    loads = {"hover": vehicle.hover_load(mission), "rest": flight.rest()}
     found, start_s = list[Phase](), 0.0
     ends = [(at[move.start_place], at[move.end_place]) for move in planned]
     blockers: Sequence[int] = [CLEAR] * len(ends)
@@ -260,11 +261,11 @@ def phases(
         elif move.kind != "flight":
             rows.append((move.kind, move.duration_s, loads[move.kind], end.received))
         else:
-            flown, peak = vehicle.leg_loads(mission, (dx, dy, dz))
-            peak_m_s = float(peak)
-            names = flight.STAGES if len(flown.durations_s) > 1 else (move.kind,)
+            flown = flight.leg((dx, dy, dz))
+            peak_m_s = float(flown.peak_speed_m_s)
             flows = map(Flow, flown.currents_A, flown.powers_W)
-            rows += [(*each, NOTHING) for each in zip(names, flown.durations_s, flows, strict=True)]
+            named = zip(flown.stages, flown.durations_s, flows, strict=True)
+            rows += [(*each, NOTHING) for each in named]
             crosses = blocker
         stages, begun_s = list[Stage](), start_s
         for name, duration_s, drawn, received in rows:
@@ -278,23 +279,17 @@ def phases(
 def motion(mission: Mission, phase: Phase, passed_s: Floats) -> dict[str, Floats]:
     """Motion at moments since a phase began [s], as columns of a `Trace`.
 
-    A leg with stated figures is flown at constant speed; its attitude is unknown (NaN), as that of
-    a leg of constant load.
+    A leg with stated figures is flown at constant speed; its attitude is unknown (NaN), as in
+    flight models that have none.
     """
     moved_m, speed_m_s = np.zeros((len(passed_s), 3)), np.zeros_like(passed_s)
     pitch_rad = roll_rad = np.full_like(passed_s, np.nan if phase.kind == "flight" else 0.0)
-    given, way_m = mission.flight, np.array(phase.way_m)
     if phase.stated and phase.kind == "flight":
-        moved_m = (passed_s / phase.duration_s)[:, None] * way_m
+        moved_m = (passed_s / phase.duration_s)[:, None] * np.array(phase.way_m)
         speed_m_s = np.full_like(passed_s, phase.distance_m / phase.duration_s)
-    elif phase.kind == "flight" and given.model == "regimes":
-        figures = phase.distance_m, given.acceleration_m_s2, phase.peak_speed_m_s
-        along_m, speed_m_s = flight.regime_motion(*figures, passed_s)
-        moved_m = (along_m / phase.distance_m)[:, None] * way_m
     elif phase.kind == "flight":
-        airframe, motor = vehicle.airframe(mission), vehicle.motor(mission)
-        leg = flight.leg(airframe, motor, phase.way_m, mission.wind.force_N)
-        state = flight.state_at(leg, passed_s)
+        flight = flight_of(mission)
+        state = flight.state(flight.leg(phase.way_m), passed_s)
         moved_m, speed_m_s = np.stack(state.position_m, axis=1), state.speed_m_s
         pitch_rad, roll_rad = state.attitude.pitch_rad, state.attitude.roll_rad
     return {

@@ -6,15 +6,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from optuav.mission.flight_model import TABLES, table_keys
 from optuav.mission.messages import number
 from optuav.mission.mission import Mission
-from optuav.mission.schema import RATE_PER_MINUTE, SECTIONS, Number
+from optuav.mission.schema import COORDINATE, FORCE, RATE_PER_MINUTE, WIND_SPEED, Number
 
 VECTORS = {
-    **dict.fromkeys(("route.origin_m", "route.destination_m", "route.hover_m"), "m"),
-    **{"laser.position_m": "m", "link.device_m": "m", "wind.force_N": "N"},
+    **dict.fromkeys(("route.origin_m", "route.destination_m", "route.hover_m"), (COORDINATE, 3)),
+    **dict.fromkeys(("laser.position_m", "link.device_m"), (COORDINATE, 3)),
+    "wind.force_N": (FORCE, 3),
+    "wind.velocity_m_s": (WIND_SPEED, 2),
 }
-"""Keys with three components, each at most 1e6 either way, and their units."""
+"""Keys with components: what each may be, and how many of them may vary."""
 INSIDE = 1e-9  # Distance of the outermost value from a bound that is excluded
 
 
@@ -33,12 +36,12 @@ class Key:
 def numeric_keys() -> dict[str, Number]:
     """Ranges of all numeric keys of missions by name, components of places and forces by number."""
     found = {"battery.flow_rate_per_min": RATE_PER_MINUTE}
-    for table, section in SECTIONS.items():
-        for name in section.model_fields if table != "buildings" else ():
+    for table in TABLES[:-1]:
+        for name in table_keys(table):
             if (allowed := number(key := f"{table}.{name}")) is not None:
                 found[key] = allowed
-    for key, unit in VECTORS.items():
-        found |= {f"{key}[{axis}]": Number(unit, ge=-1e6, le=1e6) for axis in range(3)}
+    for key, (allowed, axes) in VECTORS.items():
+        found |= {f"{key}[{axis}]": allowed for axis in range(axes)}
     return found
 
 

@@ -15,39 +15,43 @@ from pydantic import BaseModel
 
 from optuav.errors import LONGEST_TEXT, Fault, InputError
 from optuav.errors import nearest as nearest  # noqa: PLC0414
-from optuav.mission.schema import SECTIONS, Allowed, Number
+from optuav.mission.flight_model import forms, table_keys
+from optuav.mission.schema import Allowed, MissionSection, Number, OneOf
 
 DIGITS = 15  # Decimal digits that every float holds
 
 
-@cache
 def allowed(model: type[BaseModel], key: str) -> str:
     """What a value may be, from the type of its field: ``"a number, 0 <= x < 1 [-]"``."""
     return next(described(model, key)).words
 
 
-@cache
 def number(name: str) -> Number | None:
     """Unit and range of a key of the mission by its dotted name; None if it is no number."""
     table, _, key = name.partition(".")
-    if key not in getattr(SECTIONS.get(table), "model_fields", ()):
-        return None
-    whole = next(described(SECTIONS[table], key), None)
+    form = table_keys(table).get(key)
+    return None if form is None else _number(form, key)
+
+
+@cache
+def _number(form: type[MissionSection], key: str) -> Number | None:
+    whole = next(described(form, key), None)
     return whole if isinstance(whole, Number) else None
 
 
-def described(model: type[BaseModel], key: str) -> Iterator[Allowed | Number]:
+def described(model: type[BaseModel], key: str) -> Iterator[Allowed | Number | OneOf]:
     """What the type of a field says of its values, then of the components of a vector."""
     field = model.model_fields[key]
     of_options = (getattr(each, "__metadata__", ()) for each in get_args(field.annotation))
     for item in (*field.metadata, *(item for items in of_options for item in items)):
-        if isinstance(item, Allowed | Number):
+        if isinstance(item, Allowed | Number | OneOf):
             yield item
 
 
 def table(name: str) -> str:
     """What a table of the mission has to be: for example ``"a table [wind]"``."""
-    needed = [key for key, field in SECTIONS[name].model_fields.items() if field.is_required()]
+    first = forms(name)[0]
+    needed = [key for key, field in first.model_fields.items() if field.is_required()]
     content = f" with {', '.join(needed)}" if needed and name != "flight" else ""
     return f"a table [[{name}]]{content}" if name == "buildings" else f"a table [{name}]{content}"
 

@@ -13,6 +13,8 @@ from optuav.frames import DataFrame, frame
 from optuav.mission import schema, validation
 from optuav.mission.buildings import Buildings
 from optuav.mission.files import ending_of, write_text
+from optuav.mission.flight_model import TABLES, Flight, form_of, table_keys
+from optuav.mission.flights.rotors import RotorFlight
 from optuav.mission.messages import nearest, no_building, path_of, shown
 from optuav.mission.schema import MissionSection
 from optuav.mission.validation import Document, Key, StatedMission, keys_of, validate
@@ -32,11 +34,8 @@ DISPLACED: dict[str, dict[str, frozenset[str]]] = {
         "attenuation_per_km": frozenset({"visibility_km"}),
         "wavelength_nm": frozenset(schema.CONVERSIONS[810]),
     },
-    "flight": {"model": schema.REGIME_KEYS},
 }
 """By table, the keys that a new value of a key displaces unless they are stated with it."""
-
-_KEYS = {"name", "description", "crs", *validation.KEYS, *validation.DOTTED}
 
 
 class Mission(MissionSection):
@@ -50,7 +49,7 @@ class Mission(MissionSection):
     ----------
     name, description, crs
         What it is called and about, and the reference system of x and y in metres, or None.
-    route, limits, battery, rotor, body, laser, link, wind, flight
+    route, limits, battery, rotor, body, air, laser, link, wind, flight
         The tables of a mission file. Each of their keys is an attribute with its unit as a suffix,
         as ``limits.deadline_s`` [s]; ``optuav new FILE`` writes them all, with what they may be.
     buildings
@@ -78,10 +77,11 @@ class Mission(MissionSection):
     battery: schema.BatteryPacks
     rotor: schema.Rotor | None = None
     body: schema.Body | None = None
+    air: schema.Air | None = None
     laser: schema.Laser | None = None
     link: schema.Link
     wind: schema.Wind = schema.Wind()
-    flight: schema.Flight = schema.RotorFlight()
+    flight: Flight = RotorFlight()
     buildings: Annotated[
         Buildings,
         schema.Allowed(f"up to {schema.MOST_ITEMS} tables [[buildings]] with name, position_m"),
@@ -301,12 +301,19 @@ def overlay(base: Document, stated: Document) -> tuple[Document, dict[Key, str]]
         below = base.get(name)
         if not isinstance(below, dict) or not isinstance(table, dict):
             continue
-        for key, others in DISPLACED.get(name, {}).items():
+        for key, others in displaced(name, table):
             if table.get(key) is not None and table[key] != below.get(key):
                 for other in others & below.keys() - table.keys():
                     gone[name, other] = f"{name}.{key}"
         joined[name] = {k: v for k, v in below.items() if (name, k) not in gone} | table
     return joined, gone
+
+
+def displaced(name: str, table: Document) -> Iterator[tuple[str, frozenset[str]]]:
+    """The keys of a table, each with those that a new value of it displaces."""
+    yield from DISPLACED.get(name, {}).items()
+    if name == "flight":  # Keys of other flight models
+        yield "model", frozenset(table_keys(name).keys() - form_of(table).model_fields.keys())
 
 
 def without_none(value: Any, depth: int = 3, *, kept: bool = False) -> Any:
@@ -328,14 +335,15 @@ def _revised(base: Document, values: Mapping[str, object]) -> tuple[StatedMissio
     """
     stated, buildings = Document(), Document()
     faults: list[Fault] = []
+    known = {"name", "description", "crs", *TABLES, *validation.dotted_keys()}
     plain = ((str(key), without_none(value, 2, kept=True)) for key, value in values.items())
     # Whole tables first, so that their keys can be stated beside them.
     for key, value in sorted(plain, key=lambda item: item[0].count(".")):
         name, _, field = key.partition(".")
         if key.startswith(("buildings.", "buildings[")):
             buildings[key] = value
-        elif key not in _KEYS:
-            faults.append(Fault(key, shown(value), f"unknown key{nearest(key, _KEYS)}"))
+        elif key not in known:
+            faults.append(Fault(key, shown(value), f"unknown key{nearest(key, known)}"))
         else:
             stated[name] = {**keys_of(stated.get(name)), field: value} if field else value
     document, gone = overlay(base, stated)

@@ -7,23 +7,21 @@ values, NaN and infinities do not.
 
 import ast
 import inspect
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 from numbers import Real
 from operator import ge, gt, le, lt
 from textwrap import dedent
-from typing import Annotated, Literal, TypeAlias, TypeGuard
+from typing import Annotated, NamedTuple, TypeGuard, TypeVar
 
 from annotated_types import Ge, GroupedMetadata, Gt, Le, Len, Lt, Predicate
 from pydantic import (
     BaseModel,
     BeforeValidator,
     ConfigDict,
-    Discriminator,
     Strict,
-    Tag,
     model_validator,
 )
 
@@ -38,6 +36,18 @@ class Allowed:
     """What a value may be, in the words that a fault shows."""
 
     words: str
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """A name in a registry, to which others may be added."""
+
+    names: Mapping[str, object]
+
+    @property
+    def words(self) -> str:
+        """For example ``"rotors" or "regimes"``."""
+        return " or ".join(f'"{name}"' for name in self.names)
 
 
 @dataclass(frozen=True)
@@ -158,7 +168,6 @@ Energy = Annotated[float, Number("J", ge=1e-3, le=1e15)]
 
 _CHARGING = Allowed('one of "constant", "taper"')
 _SCHEDULE = Allowed(f"one of {', '.join(map(repr, SCHEDULES))}".replace("'", '"'))
-_MODEL = Allowed('"rotors" or "regimes"')
 
 # Mechanics
 Inertia = Annotated[float, Number("kg m2", ge=1e-9, le=1e6)]
@@ -166,6 +175,17 @@ Acceleration = Annotated[float, Number("m/s2", ge=1e-6, le=1e6)]
 FORCE = Number("N", ge=-1e6, le=1e6)
 _Newton = Annotated[float, FORCE]
 Force = Annotated[tuple[_Newton, _Newton, _Newton], Strict(), Listed, Allowed(f"{_THREE} [N]")]
+
+WIND_SPEED = Number("m/s", ge=-1e3, le=1e3)
+_WindSpeed = Annotated[float, WIND_SPEED]
+Velocity = Annotated[
+    tuple[_WindSpeed, _WindSpeed, Annotated[float, Number("m/s", ge=0, le=0)]],
+    Strict(),
+    Listed,
+    Allowed("three numbers [x, y, 0], each |x| <= 1e3 [m/s]"),
+]
+SPEED = Number("m/s", ge=1e-3, le=1e6)
+Speed = Annotated[float, SPEED]
 
 # Light and radio
 _KNOWN = "; known at 810 and 1550 nm"
@@ -175,6 +195,8 @@ Offset = Annotated[float, Number("W", ge=-1e9, le=1e9, note=_KNOWN)]
 
 SCHEMA = 1  # Version of the format of a mission file
 PYDANTIC = {*dir(BaseModel)} - {*dir(object)}
+
+Figures = TypeVar("Figures", bound=NamedTuple)
 
 _COEFFICIENTS = ("emitter_slope", "emitter_offset_W", "receiver_slope", "receiver_offset_W")
 CONVERSIONS: dict[float, dict[str, float]] = {
@@ -209,12 +231,18 @@ class MissionSection(Record):
         """What stands below each key in this file, by key; read from it when first asked for."""
         (table,) = ast.parse(dedent(inspect.getsource(cls))).body
         assert isinstance(table, ast.ClassDef)
-        return {
+        above = [base for base in cls.__bases__ if issubclass(base, MissionSection)]
+        inherited = {key: words for base in above for key, words in base.descriptions().items()}
+        return inherited | {
             key.target.id: inspect.cleandoc(str(text.value.value))
             for key, text in pairwise(table.body)
             if isinstance(key, ast.AnnAssign) and isinstance(text, ast.Expr)
             if isinstance(key.target, ast.Name) and isinstance(text.value, ast.Constant)
         }
+
+    def as_record(self, record: type[Figures]) -> Figures:
+        """The named tuple whose fields have the names of keys of this table."""
+        return record(*map(vars(self).__getitem__, record._fields))
 
 
 class RouteEnds(MissionSection):
@@ -318,14 +346,23 @@ class Body(MissionSection):
     """Mass of the UAV m [kg]."""
     gravity_m_s2: Acceleration = 9.8
     """Acceleration of gravity [m/s²]."""
-    arm_length_m: Length
+    arm_length_m: Length | None = None
     """Distance l from the centre to a rotor [m]."""
-    inertia_x_kg_m2: Inertia
+    inertia_x_kg_m2: Inertia | None = None
     """Inertia in roll I_x [kg m²]."""
-    inertia_y_kg_m2: Inertia
+    inertia_y_kg_m2: Inertia | None = None
     """Inertia in pitch I_y [kg m²]."""
-    inertia_z_kg_m2: Inertia
+    inertia_z_kg_m2: Inertia | None = None
     """Inertia in yaw I_z [kg m²]."""
+    drag_area_m2: Annotated[float, Number("m2", ge=0, le=1e3)] = 0.0
+    """Drag area C_d A [m²]; 0 for flight without drag."""
+
+
+class Air(MissionSection):
+    """The air through which the UAV flies."""
+
+    density_kg_m3: Annotated[float, Number("kg/m3", ge=1e-3, le=100)] = 1.225
+    """Density ρ [kg/m³]."""
 
 
 class Laser(MissionSection):
@@ -389,64 +426,8 @@ class Wind(MissionSection):
 
     force_N: Force = (0.0, 0.0, 0.0)
     """Force of the wind on the UAV (x, y, z) [N]."""
-
-
-class RotorFlight(MissionSection):
-    """Flight computed from rotor and airframe."""
-
-    model: Annotated[Literal["rotors"], _MODEL] = "rotors"
-    """Flight model: "rotors" computes loads and legs from [rotor] and [body]."""
-    through_buildings: Switch = False
-    """Whether a leg may cross a building."""
-
-
-class RegimeFlight(MissionSection):
-    """Flight with constant loads by regime and bang-bang legs."""
-
-    model: Annotated[Literal["regimes"], _MODEL]
-    """Flight model: "regimes" has constant loads in flight, in hover and at rest."""
-    through_buildings: Switch = False
-    """Whether a leg may cross a building."""
-    acceleration_m_s2: Acceleration
-    """Acceleration and braking of a leg [m/s²]."""
-    max_speed_m_s: Annotated[float, Number("m/s", ge=1e-3, le=1e6)] | None = None
-    """Largest speed of a leg [m/s]; without it there is no cap."""
-    flight_current_A: LoadCurrent
-    """Current in flight [A]."""
-    flight_power_W: LoadPower
-    """Power in flight [W]."""
-    hover_current_A: LoadCurrent
-    """Current in hover, communication included [A]."""
-    hover_power_W: LoadPower
-    """Power in hover, communication included [W]."""
-    rest_current_A: Current = 0.0
-    """Current at rest [A]."""
-    rest_power_W: Power = 0.0
-    """Power at rest [W]."""
-    charge_current_A: Current | None = None
-    """Charging current in sight of the laser [A]; replaces the laser's power model."""
-    charge_power_W: Power | None = None
-    """Charging power in sight of the laser [W]; replaces the laser's power model."""
-
-
-REGIME_KEYS = frozenset(RegimeFlight.model_fields) - frozenset(RotorFlight.model_fields)
-"""Keys of [flight] that have a meaning with ``flight.model = "regimes"`` only."""
-
-
-def flight_model(stated: object) -> str:
-    """Which of the two tables [flight] is; with a misspelt model, the one that has its keys."""
-    if not isinstance(stated, dict):
-        return getattr(stated, "model", "rotors")
-    model = stated.get("model", "rotors")
-    if model in ("rotors", "regimes"):
-        return str(model)
-    return "rotors" if REGIME_KEYS.isdisjoint(stated) else "regimes"
-
-
-Flight: TypeAlias = Annotated[
-    Annotated[RotorFlight, Tag("rotors")] | Annotated[RegimeFlight, Tag("regimes")],
-    Discriminator(flight_model),
-]
+    velocity_m_s: Velocity = (0.0, 0.0, 0.0)
+    """Velocity of the wind (x, y, 0) [m/s]."""
 
 
 class Building(MissionSection):
@@ -466,10 +447,10 @@ SECTIONS: dict[str, type[MissionSection]] = {
     "battery": BatteryPacks,
     "rotor": Rotor,
     "body": Body,
+    "air": Air,
     "laser": Laser,
     "link": Link,
     "wind": Wind,
-    "flight": RegimeFlight,
     "buildings": Building,
 }
-"""The tables of a mission file; for [flight] the one with all its keys."""
+"""The tables of a mission file but [flight], which has a form for every flight model."""

@@ -11,29 +11,21 @@ from pydantic import BaseModel, ValidationError
 from optuav.errors import Fault, InputError, safe_name
 from optuav.mission import schema
 from optuav.mission.buildings import Buildings, misnamed, misshapen
+from optuav.mission.flight_model import FLIGHTS, TABLES, models_with, table_keys
 from optuav.mission.messages import allowed, nearest, shown, table
-from optuav.mission.schema import RATE_PER_MINUTE, REGIME_KEYS, SCHEMA, SECTIONS
+from optuav.mission.schema import RATE_PER_MINUTE, SCHEMA, SECTIONS
 
 Document: TypeAlias = dict[str, Any]  # Tables and values by name, as a TOML file gives them
 
 Key: TypeAlias = tuple[str | int, ...]
 """The place of a value: ``("limits", "min_soc")``, ``("buildings", 2, "position_m")``."""
 
-KEYS = {
-    name: {*section.model_fields, *({"flow_rate_per_min"} if name == "battery" else ())}
-    for name, section in SECTIONS.items()
-}
-"""The keys that a file may state, by table."""
-
 MOST_SUGGESTIONS = 50
 MOST_TURNS = 20_000  # Of packs by the clock, up to the deadline: each is simulated, in some 60 µs
 UNKNOWN = object()  # Stands for a value that is missing or not allowed by itself: no rule judges it
 
-DOTTED = [f"{name}.{key}" for name, keys in KEYS.items() if name != "buildings" for key in keys]
-_HOME = {key.partition(".")[2]: key for key in DOTTED}
 _RATE: Key = ("battery", "flow_rate_per_s")
 _RATE_PER_MINUTE: Key = ("battery", "flow_rate_per_min")
-_CHARGING = ("charge_current_A", "charge_power_W")
 
 AnyModel = TypeVar("AnyModel", bound=BaseModel)
 
@@ -100,6 +92,17 @@ class StatedMission:
         return {n: x for n, x in enumerate(names) if x and uses[x] == 1 and x == safe_name(x)}
 
 
+def keys_in_file(table: str) -> set[str]:
+    """The keys that a file may state in a table."""
+    return {*table_keys(table), *({"flow_rate_per_min"} if table == "battery" else ())}
+
+
+def dotted_keys() -> Iterator[str]:
+    """The keys that a file may state outside the list of buildings."""
+    for name in TABLES[:-1]:
+        yield from (f"{name}.{key}" for key in keys_in_file(name))
+
+
 def keys_of(table: object) -> Document:
     """The keys of a table with their values; none of what is no table."""
     return table if isinstance(table, dict) else {}
@@ -154,15 +157,16 @@ def breaches_of(
             known = (
                 {*model.model_fields, "schema", "extends", "buildings_file"}
                 if len(key) == 1
-                else KEYS[name]
+                else keys_in_file(name)
             )
             likely = known if suggestions <= MOST_SUGGESTIONS else ()
             yield Breach(key, _unknown(key, likely, stated))
             continue
-        if name not in SECTIONS or key == ("buildings",):
+        if name not in TABLES or key == ("buildings",):
             words = allowed(model, name)
         else:
-            words = allowed(SECTIONS[name], str(key[-1])) if key[-1] in KEYS[name] else table(name)
+            form = table_keys(name).get(str(key[-1]))
+            words = allowed(form, str(key[-1])) if form else table(name)
         if stated.value(key) is UNKNOWN:
             by = stated.displaced.get(key)
             why = f"; a new {by} displaces the old one, state both" if by else ""
@@ -171,9 +175,7 @@ def breaches_of(
 
 
 def _key(location: tuple[int | str, ...]) -> Key:
-    """Where pydantic found an error: no finer than a key, without its tag of the flight model."""
-    if location[:1] == ("flight",):
-        return ("flight", *location[2:3])
+    """Where pydantic found an error: no finer than a key."""
     return location[:3] if location[:1] == ("buildings",) else location[:2]
 
 
@@ -185,10 +187,11 @@ def _unknown(key: Key, known: Iterable[str], stated: StatedMission) -> str:
         return "either flow_rate_per_s or flow_rate_per_min" if both else RATE_PER_MINUTE.words
     if key in (("extends",), ("buildings_file",)):
         return "only in a mission file"
-    if key[0] == "flight" and name in REGIME_KEYS:
-        return 'only with flight.model = "regimes"'
-    if name in _HOME:
-        return f"unknown key; did you mean '{_HOME[name]}'?"
+    if key[0] == "flight" and (models := models_with(name)):
+        return "only with flight.model = {}".format(" or ".join(f'"{each}"' for each in models))
+    home = next((each for each in dotted_keys() if each.partition(".")[2] == name), None)
+    if home is not None:
+        return f"unknown key; did you mean '{home}'?"
     return f"unknown key{nearest(name, known)}"
 
 
@@ -227,23 +230,32 @@ def rules(document: Document) -> Iterator[Breach]:
             words = f"{allowed(schema.Laser, 'attenuation_per_km')}; or state visibility_km"
             yield Breach(("laser", "attenuation_per_km"), f"is missing; {words}")
     if isinstance(flight := document.get("flight", {}), dict):
-        # What a flight model needs of other tables, and what has no meaning with it.
-        model, needed = flight.get("model", "rotors"), dict[str, str]()
-        if model == "rotors":
-            needed = dict.fromkeys(("rotor", "body"), 'model = "rotors"')
-        elif model == "regimes":
-            if charging := [key for key in _CHARGING if key in flight]:
-                needed = {"laser": charging[0]}
-                for key in {*_CHARGING}.difference(charging):
-                    words = f"is missing; {allowed(schema.RegimeFlight, key)}, stated together"
-                    yield Breach(("flight", key), f"{words} with {charging[0]}")
-            force = keys_of(document.get("wind")).get("force_N", UNKNOWN)
-            if force is not UNKNOWN and any(force):
-                yield Breach(("wind", "force_N"), '[0, 0, 0] with flight.model = "regimes"')
-        for name, by in needed.items():
-            if name not in document:
-                yield Breach((name,), f"is missing; {table(name)}, needed by flight.{by}")
+        yield from _rules_of_flight(document, {"model": "rotors", **flight})
     yield from rules_of_buildings(document)
+
+
+def _rules_of_flight(document: Document, flight: Document) -> Iterator[Breach]:
+    """What a flight model needs of other tables, and what has no meaning with it."""
+    if flight["model"] not in [*FLIGHTS]:
+        return
+    model, by = FLIGHTS[flight["model"]], f'flight.model = "{flight["model"]}"'
+    for needed in model.needs:
+        name, _, key = needed.partition(".")
+        if not key and name not in document:
+            yield Breach((name,), f"is missing; {table(name)}, needed by {by}")
+        elif key and isinstance(own := document.get(name), dict) and key not in own:
+            words = allowed(table_keys(name)[key], key)
+            yield Breach((name, key), f"is missing; {words}, needed by {by}")
+    for refused in model.refuses:
+        name, *parts = refused.split(".")
+        value = document.get(name)
+        value = keys_of(value).get(parts[0]) if parts else value
+        if isinstance(value, list | tuple) and any(value):
+            yield Breach((name, *parts), f"{[0] * len(value)} with {by}")
+        elif value and value is not UNKNOWN and not isinstance(value, list | tuple):
+            yield Breach((name, *parts), f"not with {by}")
+    for place, words in model.breaches({**document, "flight": flight}):
+        yield Breach(place, words)
 
 
 def rules_of_buildings(document: Document) -> Iterator[Breach]:

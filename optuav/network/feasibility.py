@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.mission import Mission
+from optuav.mission.flight_model import flight_of
 from optuav.mission.messages import listed
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
@@ -15,7 +16,7 @@ from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.network.prisms import prisms
 from optuav.network.timeline import stay_net
-from optuav.physics import flight, link, rotor
+from optuav.physics import flight, link
 
 TOLERANCE = 1e-9  # Relative; a hover point on the rim of the coverage is covered
 
@@ -23,9 +24,8 @@ TOLERANCE = 1e-9  # Relative; a hover point on the rim of the coverage is covere
 def impossibilities(network: Network, *, one_stop: bool = True) -> tuple[str, ...]:
     """Reasons for which no route can be flown, with one stop or else with any number of them."""
     reasons, mission, limits = list[str](), network.mission, network.mission.limits
-    if why := vehicle.impossible(mission):
-        keys = "body.mass_kg, wind.force_N, rotor.max_speed_rad_s"
-        reasons.append(f"the UAV cannot fly: {why} ({keys})")
+    if why := flight_of(mission).impossible():
+        reasons.append(f"the UAV cannot fly: {why}")
     radius_m, device_m = vehicle.coverage_radius_m(mission), np.array(mission.link.device_m)
     point_m = network.places.position_m[HOVER]
     if np.isnan(point_m).any():
@@ -83,7 +83,8 @@ def advice(mission: Mission) -> Iterator[str]:
             yield f"{places.names[place]} lies inside building {mission.buildings.names[building]}"
     speeds_m_s = np.where(legs.flyable & ~legs.edited, legs.peak_speed_m_s, 0.0)
     fastest = int(speeds_m_s.argmax())
-    if warning := flight.speed_warning(float(speeds_m_s[fastest])):
+    peak_m_s, has_drag = float(speeds_m_s[fastest]), flight_of(mission).has_drag
+    if warning := flight.speed_warning(peak_m_s, has_drag=has_drag):
         start, end = (places.names[each[fastest]] for each in (legs.start, legs.end))
         yield f"on the leg {start} → {end}, {warning}"
     battery = mission.battery
@@ -145,14 +146,7 @@ def _figures(mission: Mission) -> Iterator[tuple[str, float | tuple[float, ...],
     capacity_As = float(vehicle.pool(mission).capacity_As)
     yield "battery capacity B", capacity_As, "A s"
     yield "nominal battery energy E_0", capacity_As * mission.battery.nominal_voltage_V, "J"
-    if mission.flight.model == "rotors":
-        motor, airframe = vehicle.motor(mission), vehicle.airframe(mission)
-        force_N = airframe.external_force_N(mission.wind.force_N)
-        level_N = rotor.largest_wind(motor, airframe.weight_N, (1.0, 0.0, 0.0))
-        yield "full thrust", float(rotor.full_thrust(motor)), "N"
-        yield "weight", float(airframe.weight_N), "N"
-        yield "rotor speed in hover", float(rotor.hover_speed(motor, force_N)), "rad/s"
-        yield "largest level wind", float(level_N), "N"
+    yield from flight_of(mission).figures()
     drawn = vehicle.hover_load(mission)
     yield "hover power, radio included", float(drawn.power_W), "W"
     yield "hover current, radio included", float(drawn.current_A), "A"

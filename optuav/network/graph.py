@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
@@ -48,8 +48,8 @@ def graph(mission: Mission | str | Path) -> Graph:
     no node ``"hover"``. Nodes of buildings and edges may be taken away, edges added and figures
     changed; `validate_graph` checks the result.
 
-    Legs are those of the six-stage flight model [1]_, or of loads by regime; the received power is
-    P_0 = a1 a2 ν P_s + a2 b1 ν + b2 with ν = exp(−α d), up to what the battery takes ([2]_ eqs (10)
+    Legs are those of the mission's flight model; the received power is
+    P_0 = a1 a2 ν P_s + a2 b1 ν + b2 with ν = exp(−α d), up to what the battery takes ([1]_ eqs (10)
     and (14)).
 
     Parameters
@@ -64,9 +64,7 @@ def graph(mission: Mission | str | Path) -> Graph:
 
     References
     ----------
-    .. [1] M. Mozaffari, W. Saad, M. Bennis, M. Debbah, "Communications and control for wireless
-       drone-based antenna array", IEEE Transactions on Communications, 2019, eqs (25)-(51).
-    .. [2] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
+    .. [1] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
        IEEE Internet of Things Journal, 2021.
 
     Examples
@@ -223,7 +221,7 @@ def edited_legs(
 
     A leg without an edge is forbidden if it is `needed` (leg,), by default all; others stay.
     """
-    table = {each.name: getattr(legs, each.name).copy() for each in fields(legs)}
+    table = {name: each.copy() for name, each in legs.arrays.items()}
     table["flyable"][slice(None) if needed is None else needed] = False
     table["edited"][:] = False
     figures = np.stack([getattr(legs, name) for name in EDGE_FIGURES], axis=1)
@@ -244,7 +242,7 @@ def edited_legs(
         table["durations_s"][0, leg] = duration_s
         for name, drawn in (("currents_A", charge_As), ("powers_W", energy_J)):
             table[name][:, leg] = drawn / duration_s if duration_s > 0.0 else 0.0
-    return Legs(**table)
+    return replace(legs, **table)
 
 
 def _foreign(computed: Network, view: Graph) -> Iterator[Fault]:

@@ -1,16 +1,19 @@
 """Legs: flights between two places, as arrays."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
-from optuav.network import vehicle
+from optuav.mission.flight_model import flight_of
 from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import FIRST_BUILDING, Places
 from optuav.network.prisms import Prisms
-from optuav.physics.quantity import norm
+from optuav.physics.flight import Loads
+from optuav.physics.quantity import Quantity
 
 NO_LEG = -1
 AT_ONCE = 1 << 14  # Legs that are computed together: as many as fit the cache
@@ -18,11 +21,12 @@ AT_ONCE = 1 << 14  # Legs that are computed together: as many as fit the cache
 
 @dataclass(frozen=True)
 class Legs:
-    """Legs by number; all arrays have one entry a leg."""
+    """Legs by number; all arrays have one entry per leg."""
 
     # Numbers of places.
     start: Integers
     end: Integers
+    stages: tuple[str, ...]  # Names of the stages of the flight model
     # Length [m] and largest speed [m/s].
     distance_m: Floats
     peak_speed_m_s: Floats
@@ -34,6 +38,15 @@ class Legs:
     crosses: Integers
     flyable: Booleans  # Whether a route may use it
     edited: Booleans  # Whether its figures were stated by the user rather than computed
+
+    @property
+    def arrays(self) -> dict[str, Any]:
+        """Its arrays by name."""
+        return {k: each for k, each in vars(self).items() if isinstance(each, np.ndarray)}
+
+    def take(self, numbers: Integers) -> "Legs":
+        """Some of the legs, by number."""
+        return replace(self, **{k: each[..., numbers] for k, each in self.arrays.items()})
 
     @property
     def duration_s(self) -> Floats:
@@ -55,19 +68,15 @@ def build_legs(
     mission: Mission, places: Places, obstacles: Prisms, start: Integers, end: Integers
 ) -> Legs:
     """A table of the legs between places, from `start` to `end` (leg,), different in every leg."""
-    count, at_m = len(start), places.position_m
-    rows = list[Floats]()
+    count, at_m, flight = len(start), places.position_m, flight_of(mission)
+    loads = list[Loads]()
     for part in (slice(k, k + AT_ONCE) for k in range(0, max(count, 1), AT_ONCE)):
-        way_m = tuple((at_m.take(end[part], axis=0) - at_m.take(start[part], axis=0)).T)
-        loads, peak_m_s = vehicle.leg_loads(mission, way_m)
-        rows.append(np.stack(np.broadcast_arrays(norm(way_m), peak_m_s, *loads.durations_s)))
-    distance_m, top_m_s, *stages_s = figures = np.concatenate(rows, axis=1)
-    durations_s = figures[-len(stages_s) :]
-    # Currents and powers are the same on all legs.
-    currents_A, powers_W = (
-        np.broadcast_to(np.array(each, dtype=float)[:, None], durations_s.shape)
-        for each in (loads.currents_A, loads.powers_W)
-    )
+        x, y, z = (at_m.take(end[part], axis=0) - at_m.take(start[part], axis=0)).T
+        loads.append(flight.leg((x, y, z)))
+    distance_m, peak_m_s = _table([(each.distance_m, each.peak_speed_m_s) for each in loads], count)
+    durations_s = _table([each.durations_s for each in loads], count)
+    currents_A = _table([each.currents_A for each in loads], count)
+    powers_W = _table([each.powers_W for each in loads], count)
     crosses = np.full(len(start), CLEAR, dtype=np.intp)
     if not mission.flight.through_buildings and len(obstacles.building):
         # A building in the way is the same there and back, and none where an end is not known.
@@ -79,9 +88,16 @@ def build_legs(
         blockers[known] = crossed(obstacles, low_m, high_m, ways - FIRST_BUILDING)
         crosses = blockers.take(line)
     flyable = np.isfinite(durations_s).all(axis=0) & (crosses == CLEAR)
+    edited, stages = np.zeros(count, bool), loads[0].stages
     drawn = durations_s, currents_A, powers_W
-    edited = np.zeros(count, bool)
-    return Legs(start, end, distance_m, top_m_s, *drawn, crosses, flyable, edited)
+    return Legs(start, end, stages, distance_m, peak_m_s, *drawn, crosses, flyable, edited)
+
+
+def _table(parts: Sequence[Sequence[Quantity]], count: int) -> Floats:
+    """Figures (figure, leg) from those of parts; without memory where they suit all legs."""
+    if not any(np.ndim(each) for each in parts[0]):
+        return np.broadcast_to(np.array(parts[0], dtype=float)[:, None], (len(parts[0]), count))
+    return np.concatenate([np.stack(np.broadcast_arrays(*part)) for part in parts], axis=1)
 
 
 def shared_lines(start: Integers, end: Integers) -> tuple[Integers, Integers]:

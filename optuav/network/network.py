@@ -1,6 +1,6 @@
 """The network of a mission as arrays: its places, legs and routes, and the trajectories over it."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -42,7 +42,7 @@ class Network:
         routes, table = self.routes.take([route]), self.legs
         flown = routes.legs != NO_LEG
         used = routes.legs[flown]
-        legs = Legs(*(getattr(table, each.name)[..., used] for each in fields(table)))
+        legs = table.take(used)
         routes = replace(routes, legs=np.where(flown, np.cumsum(flown) - 1, NO_LEG))
         return replace(self, legs=legs, routes=routes)
 

@@ -11,11 +11,13 @@ import numpy as np
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
 from optuav.mission.buildings import Buildings
+from optuav.mission.flight_model import flight_of
 from optuav.mission.messages import listed
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, clear_lines
 from optuav.network.prisms import prisms
-from optuav.physics.quantity import Quantity, Vector, norm
+from optuav.physics.flight import Flow
+from optuav.physics.quantity import Quantity, Vector
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3
 ENDS = ("origin", "hover", "destination")
@@ -67,7 +69,7 @@ def position_table(mission: Mission, roofs_m: Floats, radius_m: Quantity | None 
 
 def received_table(
     mission: Mission, position_m: Floats, towns: Sequence[Buildings]
-) -> tuple[Booleans, vehicle.Flow]:
+) -> tuple[Booleans, Flow]:
     """Sight of the laser, and current and power from it, each (variant or 1, place).
 
     The places are those of `position_table`; the building below a place does not hide the laser.
@@ -75,16 +77,16 @@ def received_table(
     count = position_m.shape[1]
     if mission.laser is None:
         dark = np.zeros((1, count))
-        return np.zeros((1, count), bool), vehicle.Flow(dark, dark)
+        return np.zeros((1, count), bool), Flow(dark, dark)
     laser_m = as_points(mission.laser.position_m)
-    from_laser_m = position_m - laser_m
-    if len(from_laser_m) == 1:
+    if len(position_m) == len(laser_m) == 1:
         ends_m = np.concatenate([laser_m, position_m[:, :FIRST_BUILDING]], axis=1)
         sight = _kept_sight(*towns, *ends_m.ravel().tolist())
     else:
         sight = _sight(towns, position_m, laser_m)
-    received = vehicle.charging(mission, norm(tuple(np.moveaxis(from_laser_m, -1, 0))))
-    return sight, vehicle.Flow(*(np.where(sight, each, 0.0) for each in received))
+    x, y, z = np.moveaxis(position_m, -1, 0)
+    received = vehicle.charging(mission, (x, y, z))
+    return sight, Flow(*(np.where(sight, each, 0.0) for each in received))
 
 
 @lru_cache(maxsize=4)
@@ -143,11 +145,11 @@ def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
         return None
     lit = places.laser_sight & ~places.edited
     lit[[ORIGIN, DESTINATION]] = False
-    stated = mission.flight.charge_current_A if mission.flight.model == "regimes" else None
+    stated = flight_of(mission).charging()
     key = "battery.charge_current_A" if stated is None else "flight.charge_current_A"
-    current_A = mission.battery.charge_current_A if stated is None else stated
-    distance_m = norm(tuple((places.position_m - mission.laser.position_m).T))
-    free_A = vehicle.charging(mission, distance_m, capped=False).current_A
+    current_A = mission.battery.charge_current_A if stated is None else stated.current_A
+    x, y, z = places.position_m.T
+    free_A = vehicle.charging(mission, (x, y, z), capped=False).current_A
     capped = lit if stated is not None else lit & (free_A > current_A)
     if not (current_A and capped.any()):
         return None

@@ -10,11 +10,13 @@ from annotated_types import Len
 from pydantic import ConfigDict, FailFast, Strict
 
 from optuav.mission import Mission
+from optuav.mission.flight_model import flight_of
 from optuav.mission.schema import LARGEST, Number
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER
+from optuav.physics.flight import Flow
 from optuav.physics.kibam import STEPS, Battery, Stage, Wells
 from optuav.physics.packs import JobStage, Packs, Stretch
 from optuav.physics.quantity import Quantity
@@ -131,11 +133,12 @@ class Phase:
         return [Stage(each.current_A, each.duration_s) for each in self.stages]
 
 
-def stay_net(network: Network, place: Quantity) -> vehicle.Flow:
+def stay_net(network: Network, place: Quantity) -> Flow:
     """Net current [A] and power [W] into the battery: at the hover point, or on buildings."""
     places, hovers = network.places, bool(np.all(place == HOVER))
-    drawn = (vehicle.hover_load if hovers else vehicle.rest_load)(network.mission)
-    return vehicle.Flow(
+    mission = network.mission
+    drawn = vehicle.hover_load(mission) if hovers else flight_of(mission).rest()
+    return Flow(
         places.charge_current_A[place] - drawn.current_A,
         places.received_power_W[place] - drawn.power_W,
     )
@@ -221,7 +224,8 @@ def pack_loads(mission: Mission, phase: Phase) -> list[JobStage]:
     """
     if phase.kind == "flight":
         return [JobStage(-net_A, 0.0, duration_s) for net_A, duration_s in phase.net]
-    flow = vehicle.hover_load(mission) if phase.kind == "hover" else vehicle.rest_load(mission)
+    hovers = phase.kind == "hover"
+    flow = vehicle.hover_load(mission) if hovers else flight_of(mission).rest()
     drawn_A = float(flow.current_A)
     return [JobStage(drawn_A, net_A + drawn_A, duration_s) for net_A, duration_s in phase.net]
 

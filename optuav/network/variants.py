@@ -16,12 +16,13 @@ import numpy as np
 from optuav.arrays import Booleans, Floats
 from optuav.mission import Mission
 from optuav.mission.buildings import Buildings
+from optuav.mission.flight_model import flight_of
 from optuav.mission.mission import DISPLACED
 from optuav.network import vehicle
 from optuav.network.legs import shared_lines
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, clear_past, position_table, received_table
-from optuav.physics.flight import Loads
+from optuav.physics.flight import Flow, Loads
 from optuav.physics.kibam import Shift, Stage, falls_throughout, shift
 from optuav.physics.quantity import Quantity
 
@@ -100,7 +101,7 @@ class Variants:
         return position_table(self.mission, roofs_m, self.coverage_radius_m)
 
     @cached_property
-    def received(self) -> vehicle.Flow:
+    def received(self) -> Flow:
         """Current [A] and power [W] from the laser by place (variant or 1, place)."""
         return received_table(self.mission, self.position_m, self._past)[1]
 
@@ -127,9 +128,9 @@ class Variants:
         return found
 
     @cached_property
-    def hover_load(self) -> vehicle.Flow:
+    def hover_load(self) -> Flow:
         """Drawn while hovering, radio included (variant or 1, 1)."""
-        return vehicle.Flow(*map(np.atleast_2d, vehicle.hover_load(self.mission)))
+        return Flow(*map(np.atleast_2d, vehicle.hover_load(self.mission)))
 
     @cached_property
     def stages(self) -> list[Stage]:
@@ -153,7 +154,7 @@ class Variants:
         """What the legs draw in their stages, each (variant or 1, leg) or a number."""
         legs, position_m = self.network.legs, self.position_m
         x, y, z = np.moveaxis(position_m[:, legs.end] - position_m[:, legs.start], -1, 0)
-        return vehicle.leg_loads(self.mission, (x, y, z))[0]
+        return flight_of(self.mission).leg((x, y, z))
 
 
 def _flat(tables: Iterable[Any]) -> Iterator[Quantity]:

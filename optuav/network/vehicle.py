@@ -1,37 +1,18 @@
 """What a mission says of the UAV, its radio and its laser, in the terms of the physics."""
 
-from functools import partial
-from typing import NamedTuple, TypeVar
-
 import numpy as np
 
 from optuav.mission import Mission
-from optuav.physics import flight, kibam, laser, link, rotor
-from optuav.physics.flight import Loads, regime_leg
-from optuav.physics.quantity import Quantity, Vector, norm
-
-Model = TypeVar("Model", rotor.Motor, flight.Airframe, link.Channel, laser.Conversion)
-
-
-def _of(model: type[Model], table: str, mission: Mission) -> Model:
-    """A model of the physics from the keys of the same names in a table of the mission."""
-    return model(*map(vars(getattr(mission, table)).__getitem__, model._fields))
+from optuav.mission.beams import beam_of
+from optuav.mission.flight_model import flight_of
+from optuav.physics import kibam, link
+from optuav.physics.flight import Flow
+from optuav.physics.quantity import Quantity, Vector
 
 
-motor = partial(_of, rotor.Motor, "rotor")
-"""Constants of a rotor; the mission's flight model is "rotors"."""
-airframe = partial(_of, flight.Airframe, "body")
-"""Mass and inertia; the mission's flight model is "rotors"."""
-channel = partial(_of, link.Channel, "link")  # The radio channel to the device
-conversion = partial(_of, laser.Conversion, "laser")
-"""Fits of emitter and receiver; the mission has a laser."""
-
-
-class Flow(NamedTuple):
-    """Current [A] and power [W]."""
-
-    current_A: Quantity
-    power_W: Quantity
+def channel(mission: Mission) -> link.Channel:
+    """The radio channel to the device."""
+    return mission.link.as_record(link.Channel)
 
 
 def pool(mission: Mission) -> kibam.Battery:
@@ -59,75 +40,26 @@ def hover_point_m(mission: Mission, radius_m: Quantity | None = None) -> Vector:
     return link.hover_point(*places_m, radius_m, mission.limits.min_altitude_m, laser_m)
 
 
-def impossible(mission: Mission) -> str | None:
-    """Why the UAV cannot fly at all; None if it can, or its loads are by regime."""
-    if mission.flight.model == "regimes":
-        return None
-    return flight.impossible(airframe(mission), motor(mission), mission.wind.force_N)
-
-
 def hover_load(mission: Mission) -> Flow:
     """Drawn while hovering, radio included; NaN where the UAV cannot hold its place."""
-    given, radio = mission.flight, mission.link
-    if given.model == "regimes":
-        return Flow(given.hover_current_A, given.hover_power_W)
-    turning = motor(mission)
-    speed = rotor.hover_speed(turning, airframe(mission).external_force_N(mission.wind.force_N))
+    flight, radio = flight_of(mission), mission.link
+    drawn = flight.hover()
+    if flight.radio_included:
+        return drawn
     radio_A = radio.transmit_power_W / radio.transmit_voltage_V
-    return Flow(
-        rotor.ROTORS * rotor.current(turning, speed) + radio_A,
-        rotor.ROTORS * rotor.power(turning, speed) + radio.transmit_power_W,
-    )
+    return Flow(drawn.current_A + radio_A, drawn.power_W + radio.transmit_power_W)
 
 
-def rest_load(mission: Mission) -> Flow:
-    """Drawn while resting on a roof with the rotors stopped."""
-    given = mission.flight
-    if given.model == "regimes":
-        return Flow(given.rest_current_A, given.rest_power_W)
-    return Flow(0.0, 0.0)
-
-
-def leg_loads(mission: Mission, displacement_m: Vector) -> tuple[Loads, Quantity]:
-    """What a leg draws by the mission's flight model, and its peak speed [m/s]."""
-    given = mission.flight
-    if given.model == "regimes":
-        cap_m_s = np.inf if given.max_speed_m_s is None else given.max_speed_m_s
-        drawn = given.flight_current_A, given.flight_power_W
-        return regime_leg(norm(displacement_m), given.acceleration_m_s2, *drawn, cap_m_s)
-    leg = flight.leg(airframe(mission), motor(mission), displacement_m, mission.wind.force_N)
-    return leg.loads, leg.peak_speed_m_s
-
-
-def least_loads(mission: Mission, distance_m: Quantity) -> Loads:
-    """What any leg of some length [m] draws at least."""
-    if mission.flight.model == "regimes":
-        return leg_loads(mission, (distance_m, 0.0, 0.0))[0]
-    return flight.least_loads(airframe(mission), motor(mission), distance_m, mission.wind.force_N)
-
-
-def attenuation_per_km(mission: Mission) -> Quantity:
-    """α [1/km] as stated, or from the visibility."""
-    given = mission.laser
-    assert given is not None
-    if given.attenuation_per_km is not None:
-        return given.attenuation_per_km
-    assert given.visibility_km is not None
-    return laser.attenuation(given.wavelength_nm, given.visibility_km)
-
-
-def charging(mission: Mission, distance_m: Quantity, *, capped: bool = True) -> Flow:
-    """Current into the battery and power received in clear sight of the laser, by distance [m].
+def charging(mission: Mission, place_m: Vector, *, capped: bool = True) -> Flow:
+    """Current into the battery and power received in clear sight of the laser, at a place [m].
 
     Without the cap, as if the battery took any current.
     """
-    given, stated = mission.laser, mission.flight
-    if given is None:
+    if mission.laser is None:
         return Flow(0.0, 0.0)
-    if stated.model == "regimes" and stated.charge_current_A is not None:
-        return Flow(stated.charge_current_A, stated.charge_power_W)
+    if (stated := flight_of(mission).charging()) is not None:
+        return stated
     voltage_V = mission.battery.nominal_voltage_V
-    limit_W = mission.battery.charge_current_A * voltage_V if capped else np.inf
-    light = conversion(mission), given.power_W, attenuation_per_km(mission)
-    power_W = laser.received_power(*light, distance_m, limit_W)
+    most_W = mission.battery.charge_current_A * voltage_V if capped else np.inf
+    power_W = beam_of(mission).received_W(mission.laser.position_m, place_m, most_W)
     return Flow(power_W / voltage_V, power_W)

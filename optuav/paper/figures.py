@@ -19,6 +19,7 @@ from formulations.soc import AVAILABLE, PAPER
 from optuav import plots
 from optuav.judge import replay
 from optuav.mission import Mission
+from optuav.mission.flight_model import flight_of
 from optuav.network import vehicle
 from optuav.options import Perspective
 from optuav.paper import curves
@@ -392,7 +393,7 @@ def wind(mission: Mission) -> Exhibits:
 
 def charging(mission: Mission) -> Exhibits:
     """Harvested energy, and efficiency, by the distance from the laser."""
-    if mission.flight.model == "regimes" and mission.flight.charge_power_W is not None:
+    if flight_of(mission).charging() is not None:
         raise NotShownError("the mission states with what it charges, whatever the distance")
     assert mission.laser is not None
     records, spans = list[Record](), list[str]()
@@ -467,7 +468,7 @@ def peak_speed(mission: Mission) -> Exhibits:
     columns = ("start_place", "end_place", "distance_m", "duration_s", "peak_speed_m_s")
     legs = [phase for phase in plan.phases if phase.kind == "flight"]
     records = [{name: getattr(leg, name) for name in columns} for leg in legs]
-    capped = mission.flight.model == "regimes" and mission.flight.max_speed_m_s is not None
+    capped = getattr(mission.flight, "max_speed_m_s", None) is not None
     cap, speed = " but the mission's own" if capped else "", plan.peak_speed_m_s
     words = {"speed": speed, "kmh": 3.6 * speed, "cap": cap}
     axes = plots.leg(mission, first.start_place, first.end_place).speed

@@ -17,6 +17,8 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, printed, refuse
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission
+from optuav.mission.beams.fits import Fits
+from optuav.mission.flights.rotors import Rotors
 from optuav.mission.messages import counted, nearest, several
 from optuav.network import vehicle
 from optuav.network.network import build_network
@@ -334,15 +336,16 @@ def source_for_full_charge(mission: Mission) -> Value:
     assert mission.laser is not None
     places = build_network(mission).places
     there_m = places.position_m[[HOVER, *places.buildings]] - np.array(mission.laser.position_m)
-    share = laser.transmission(vehicle.attenuation_per_km(mission), np.linalg.norm(there_m, axis=1))
+    beam, distance_m = Fits(mission), np.linalg.norm(there_m, axis=1)
+    share = laser.transmission(beam.attenuation_per_km, distance_m)
     most_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
-    needed_W = np.max(laser.source_limit(vehicle.conversion(mission), most_W, share))
+    needed_W = np.max(laser.source_limit(beam.conversion, most_W, share))
     return "below 1 kW" if needed_W < 1000.0 else f"{needed_W:.0f} W"
 
 
 def c9_over_c6(mission: Mission) -> Value:
     """The quotient with which the polynomial of eq (4) is voltage times current."""
-    motor, speeds = vehicle.motor(mission), np.array([500.0, 1000.0, 1500.0])
+    motor, speeds = Rotors(mission).motor, np.array([500.0, 1000.0, 1500.0])
     # What is odd in v̇ is v̇ (c6 + c8 v + c9 v²).
     odd = rotor.power(motor, speeds, 100.0) - rotor.power(motor, speeds, -100.0)
     c9, _, c6 = np.polyfit(speeds, odd, 2)
@@ -380,8 +383,8 @@ def rotor_voltage(mission: Mission, regime: str) -> Value:
         legs = build_network(mission).legs
         return float(legs.energy_J[0] / legs.charge_As[0])
     if mission.flight.model == "rotors":
-        motor = vehicle.motor(mission)
-        force_N = vehicle.airframe(mission).external_force_N((0.0, 0.0, 0.0))
+        motor = Rotors(mission).motor
+        force_N = Rotors(mission).airframe.external_force_N((0.0, 0.0, 0.0))
         return float(rotor.voltage(motor, rotor.hover_speed(motor, force_N)))
     load = vehicle.hover_load(mission)
     return float(load.power_W) / float(load.current_A)
@@ -457,7 +460,7 @@ FORMULAS: dict[str, Callable[..., Any]] = {
         "z_min" if build_network(m).places.position_m[HOVER][2] == m.limits.min_altitude_m else None
     ),
     "rests_that_pay": lambda m: 1.0 if one_stop_is_enough(build_network(m)) else None,
-    "weight_N": lambda m: -float(vehicle.airframe(m).weight_N),
+    "weight_N": lambda m: -float(Rotors(m).airframe.weight_N),
     "nominal_energy_J": lambda m: vehicle.pool(m).capacity_As * m.battery.nominal_voltage_V,
     "full_battery_J": lambda m, voltage_V: vehicle.pool(m).capacity_As * voltage_V,
     # The propeller of Morbidi et al. (2016) in air of 1.225 kg/m³

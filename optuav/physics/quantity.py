@@ -40,6 +40,11 @@ def kept(formula: Formula) -> Formula:
     return result  # type: ignore[return-value]
 
 
+def is_number(quantity: Quantity, number: float) -> bool:
+    """Whether a quantity is this number, not an array or a symbol that may have its value."""
+    return isinstance(quantity, int | float) and quantity == number
+
+
 @np.errstate(invalid="ignore")
 def one_where_not_negative(margin: Quantity) -> Quantity:
     """1 where the margin is 0 or above, NaN elsewhere: a factor that voids what is impossible."""

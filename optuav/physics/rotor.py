@@ -76,15 +76,19 @@ def full_thrust(motor: Motor) -> Quantity:
     return ROTORS * motor.lift_coefficient_N_s2_rad2 * motor.max_speed_rad_s**2
 
 
+def steady_speed(motor: Motor, thrust_N: Quantity) -> Quantity:
+    """Speed of each rotor sqrt(T/(4ϱ)) [rad/s] at which the four give a thrust T [N] ≥ 0."""
+    return np.sqrt(thrust_N / (ROTORS * motor.lift_coefficient_N_s2_rad2))
+
+
 def hover_speed(motor: Motor, external_force_N: Vector) -> Quantity:
     """Speed of each rotor v_h = sqrt(|F_e|/(4ϱ)) [rad/s] that holds the UAV against a force.
 
     F_e is gravity plus wind [N]. NaN where v_h exceeds v_max: the UAV cannot hold its place.
     """
     external_N = norm(external_force_N)
-    return one_where_not_negative(full_thrust(motor) - external_N) * np.sqrt(
-        external_N / (ROTORS * motor.lift_coefficient_N_s2_rad2)
-    )
+    can_hover = one_where_not_negative(full_thrust(motor) - external_N)
+    return can_hover * steady_speed(motor, external_N)
 
 
 def largest_wind(motor: Motor, weight_N: Quantity, direction: Vector) -> Quantity:

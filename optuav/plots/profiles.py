@@ -1,7 +1,7 @@
 """Flying over time: a replayed plan with altitude, speed and power, and one leg in its stages."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -10,13 +10,14 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
+from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, refuse
 from optuav.judge import Itinerary, Replay, replay
 from optuav.mission import Mission, load
+from optuav.mission.flight_model import FlightModel, flight_of
 from optuav.mission.messages import listed, shown
-from optuav.network import vehicle
 from optuav.network.scene import scene
-from optuav.physics import flight, rotor
+from optuav.physics.flight import LegState, Loads
 from optuav.plan import Plan
 from optuav.plan.trace import Event
 from optuav.plots import style
@@ -24,10 +25,8 @@ from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION
 
 MOST_MARKED = 12  # Violations that are marked one by one
 WORDS = {"empty": "dry", "full": "driven past full"}  # For kinds of violations
-STAGES = (*flight.STAGES, "hover")  # The stages of the six-stage model, and the hover after them
-COLOURS = {"turn": ORANGE, "accelerate": BLUE, "brake": SKY, "hover": GREEN}
+COLOURS = {"turn": ORANGE, "accelerate": BLUE, "brake": SKY, "hover": GREEN}  # Of stages
 HOVER_SHARE = 0.06  # Duration of the hover that is shown after the leg, as a share of the leg's
-FREEZING_STAGE = 3
 POINTS_PER_STAGE = 129
 
 
@@ -144,8 +143,8 @@ class LegAxes(NamedTuple):
     Parameters
     ----------
     speed, attitude, current
-        Axes with the speed along the path [m/s], pitch and roll [°] (None for legs of constant
-        load), and the current that is drawn [A].
+        Axes with the speed along the path [m/s], pitch and roll [°] (None where the flight model
+        has none), and the current that is drawn [A].
 
     Examples
     --------
@@ -168,9 +167,9 @@ def leg(
 ) -> LegAxes:
     """Draw one leg over time by the mission's flight model.
 
-    For the six-stage model: the speed along the path, pitch and roll, and the current of the
-    rotors; where it freezes the position while the UAV turns at speed, the speed that it keeps is
-    dotted. For the regime loads: the speed and the constant current.
+    The speed along the path, pitch and roll where the model has them, and the current that is
+    drawn. Where the model freezes the position while the UAV turns at speed, the speed that it
+    keeps is dotted.
 
     Parameters
     ----------
@@ -198,21 +197,25 @@ def leg(
     'paper: leg origin → hover, 2693.5 m in 37.90 s'
     """
     mission = load(mission)
-    displacement_m = _displacement(mission, start, end)
-    rotors = mission.flight.model == "rotors"
-    page = figure or style.page(5.0 if rotors else 3.6)
-    grid = page.subplots(3 if rotors else 2, 1, sharex=True)
-    axes = LegAxes(grid[0], grid[1] if rotors else None, grid[-1])
-    draw = _draw_six_stages if rotors else _draw_constant_load
-    duration_s, bands = draw(mission, displacement_m, axes)
-    ends, length_m = " → ".join(map(style.printed, (start, end))), math.hypot(*displacement_m)
-    heading = f"{style.printed(mission.name)}: leg {ends}, {length_m:.1f} m in {duration_s:.2f} s"
-    axes.speed.set_title(heading, pad=style.NAMES_PT if rotors else 6.0)
-    axes.current.set(xlabel="time since the leg began $t$ [s]")
-    axes.current.set_xlim(0.0, bands[-1].end_s if bands else duration_s)
+    way_m, model = _displacement(mission, start, end), flight_of(mission)
+    loads = model.leg(way_m)
+    stages = [*_stages(model, loads)]
+    attitudes = any(np.isfinite(each.state.attitude.pitch_rad).any() for each in stages)
+    grid = (figure or style.page(5.0 if attitudes else 3.6)).subplots(2 + attitudes, 1, sharex=True)
+    axes = LegAxes(grid[0], grid[1] if attitudes else None, grid[-1])
+    peak_m_s, duration_s = float(loads.peak_speed_m_s), float(loads.duration_s)
+    _draw_speed(axes.speed, stages, peak_m_s)
+    if axes.attitude is not None:
+        _draw_attitude(axes.attitude, stages)
+    _draw_current(axes.current, stages)
+    ends = " → ".join(map(style.printed, (start, end)))
+    heading = f"{style.printed(mission.name)}: leg {ends}, {math.hypot(*way_m):.1f} m in"
+    several = len(stages) > 1
+    axes.speed.set_title(f"{heading} {duration_s:.2f} s", pad=style.NAMES_PT if several else 6.0)
+    axes.current.set(xlabel="time since the leg began $t$ [s]", xlim=(0.0, stages[-1].time_s[-1]))
     style.group_thousands(*grid)
     style.settle(axes.speed)
-    style.draw_bands(grid, bands)
+    style.draw_bands(grid, [each.band for each in stages] if several else [])
     return axes
 
 
@@ -228,73 +231,91 @@ def _displacement(mission: Mission, start: str, end: str) -> tuple[float, float,
     x, y, z = (last_m - first_m).tolist()
     if x == y == z == 0.0:
         raise InputError(f"the leg {start} → {end} has no length")
-    why = "there is no hover point within reach" if math.isnan(x) else vehicle.impossible(mission)
+    unknown = "there is no hover point within reach" if math.isnan(x) else None
+    why = unknown or flight_of(mission).impossible()
     if why is not None:
         raise InputError(f"the leg {start} → {end} cannot be flown: {why}")
     return x, y, z
 
 
-def _draw_six_stages(
-    mission: Mission, displacement_m: tuple[float, float, float], axes: LegAxes
-) -> tuple[float, list[Band]]:
-    """Draw a leg of the six-stage model; its duration [s], and its stages."""
-    airframe, motor = vehicle.airframe(mission), vehicle.motor(mission)
-    flown = flight.leg(airframe, motor, displacement_m, mission.wind.force_N)
-    hover_speed = rotor.hover_speed(motor, airframe.external_force_N(mission.wind.force_N))
-    currents_A = (*flown.loads.currents_A, rotor.ROTORS * rotor.current(motor, hover_speed))
-    duration_s, peak_m_s = float(flown.loads.duration_s), float(flown.peak_speed_m_s)
-    ends_s = np.cumsum([0.0, *map(float, flown.loads.durations_s), HOVER_SHARE * duration_s])
-    bands, states = list[Band](), []
-    for number, (name, (begin, finish)) in enumerate(zip(STAGES, pairwise(ends_s), strict=True), 1):
-        if not begin < finish:
-            continue
-        bands.append(Band(begin, finish, COLOURS[name], (f"{number} {name}", f"{number}")))
-        # The last moment is just before the next stage begins.
-        within_s = np.linspace(begin, np.nextafter(finish, begin), POINTS_PER_STAGE)
-        state = flight.state_at(flown, within_s)
-        turns = [np.rad2deg(each) for each in (state.attitude.pitch_rad, state.attitude.roll_rad)]
-        current_A = np.full(POINTS_PER_STAGE, currents_A[number - 1])
-        states.append(np.stack([within_s, *turns, current_A]))
-        freezes = number == FREEZING_STAGE
-        shown_m_s = np.full(POINTS_PER_STAGE, peak_m_s) if freezes else state.speed_m_s
-        axes.speed.plot(within_s, shown_m_s, color=BLACK, linestyle=":" if freezes else "-")
-    time_s, pitch, roll, drawn_A = np.concatenate(states, axis=1)
-    axes.speed.set(ylabel="speed [m/s]", ylim=(-0.04 * peak_m_s, 1.12 * peak_m_s))
-    frozen = "stage 3: position frozen,\nspeed kept for stage 4"
-    speed = style.entry("speed along the path", BLACK)
-    _legend_beside(axes.speed, [speed, style.entry(frozen, BLACK, linestyle=":")])
-    assert axes.attitude is not None
-    lines = axes.attitude.plot(time_s, pitch, color=BLUE, label="pitch $ψ_p$")
+class _Stage(NamedTuple):
+    """A stage of a leg, or the hover after it: its number from 1, moments [s], and figures."""
+
+    number: int
+    name: str
+    time_s: Floats
+    current_A: float
+    state: LegState
+
+    @property
+    def band(self) -> Band:
+        """The stretch of time of the stage."""
+        names = f"{self.number} {self.name}", f"{self.number}"
+        return Band(self.time_s[0], self.time_s[-1], COLOURS.get(self.name, GREY), names)
+
+
+def _stages(model: FlightModel, loads: Loads) -> Iterator[_Stage]:
+    """The stages of a leg that take time; after several of them, the hover at its end."""
+    duration_s, peak_s = float(loads.duration_s), float(loads.peak_s)
+    names, currents_A, ends_s = loads.stages, loads.currents_A, np.cumsum(loads.durations_s)
+    if len(names) > 1:
+        names, currents_A = (*names, "hover"), (*currents_A, model.hover().current_A)
+        ends_s = np.append(ends_s, (1.0 + HOVER_SHARE) * duration_s)
+    moments = enumerate(pairwise([0.0, *ends_s.tolist()]))
+    for (number, (begin, finish)), name, current_A in zip(moments, names, currents_A, strict=True):
+        if begin < finish:
+            # The last moment is just before the next stage begins.
+            last_s = np.nextafter(finish, begin)
+            corners_s = np.clip([peak_s, duration_s - peak_s], begin, last_s)
+            time_s = np.union1d(np.linspace(begin, last_s, POINTS_PER_STAGE), corners_s)
+            yield _Stage(number + 1, name, time_s, float(current_A), model.state(loads, time_s))
+
+
+def _draw_speed(ax: Axes, stages: Sequence[_Stage], peak_m_s: float) -> None:
+    """Draw the speed along the path, dotted where the model freezes the position at speed."""
+    handles = [style.entry("speed along the path", BLACK)]
+    for before, stage in zip([None, *stages], stages, strict=False):
+        kept_m_s = before.state.speed_m_s[-1] if before else 0.0
+        frozen = bool(kept_m_s > 0.5 * peak_m_s and not stage.state.speed_m_s.any())
+        shown_m_s = np.full_like(stage.time_s, peak_m_s) if frozen else stage.state.speed_m_s
+        ax.plot(stage.time_s, shown_m_s, color=BLACK, linestyle=":" if frozen else "-")
+        if frozen:
+            words = (
+                f"stage {stage.number}: position frozen,\nspeed kept for stage {stage.number + 1}"
+            )
+            handles.append(style.entry(words, BLACK, linestyle=":"))
+    ax.set(ylabel="speed [m/s]", ylim=(-0.04 * peak_m_s, 1.12 * peak_m_s))
+    if len(stages) > 1:
+        _legend_beside(ax, handles)
+
+
+def _draw_attitude(ax: Axes, stages: Sequence[_Stage]) -> None:
+    """Draw pitch and roll."""
+    time_s = np.concatenate([each.time_s for each in stages])
+    attitudes = zip(*(each.state.attitude for each in stages), strict=True)
+    pitch, roll = (np.rad2deg(np.concatenate(each)) for each in attitudes)
+    lines = ax.plot(time_s, pitch, color=BLUE, label="pitch $ψ_p$")
     dashed: style.Look = {"color": VERMILLION, "linestyle": (0.0, (4.0, 1.5))}
-    lines += axes.attitude.plot(time_s, roll, label="roll $ψ_r$", **dashed)
-    axes.attitude.set(ylabel="attitude [°]")
-    _legend_beside(axes.attitude, lines)
-    axes.current.plot(time_s, drawn_A, color=BLACK)
-    axes.current.set(ylabel="current drawn by\nthe rotors [A]")
-    axes.current.set(ylim=style.margins([0.0, *drawn_A]))
-    numbers = {kind: [n for n, each in enumerate(STAGES, 1) if each == kind] for kind in COLOURS}
-    words = {kind: f"{kind} ({', '.join(map(str, own))})" for kind, own in numbers.items()}
-    entries = [style.swatch(COLOURS[kind], words[kind]) for kind in words]
-    _legend_beside(axes.current, entries, "stages")
-    return duration_s, bands
+    lines += ax.plot(time_s, roll, label="roll $ψ_r$", **dashed)
+    ax.set(ylabel="attitude [°]")
+    _legend_beside(ax, lines)
+
+
+def _draw_current(ax: Axes, stages: Sequence[_Stage]) -> None:
+    """Draw the current that is drawn, with the names of several stages."""
+    time_s = np.concatenate([each.time_s for each in stages])
+    drawn_A = np.concatenate([np.full_like(each.time_s, each.current_A) for each in stages])
+    ax.plot(time_s, drawn_A, color=BLACK)
+    ax.set(ylabel="current drawn\nin flight [A]", ylim=style.margins([0.0, *drawn_A]))
+    if len(stages) > 1:
+        numbers = dict[str, list[str]]()
+        for each in stages:
+            numbers.setdefault(each.name, []).append(f"{each.number}")
+        words = {name: f"{name} ({', '.join(own)})" for name, own in numbers.items()}
+        entries = [style.swatch(COLOURS.get(name, GREY), words[name]) for name in words]
+        _legend_beside(ax, entries, "stages")
 
 
 def _legend_beside(ax: Axes, handles: Sequence[Artist], title: str | None = None) -> None:
     """Put a legend to the right of axes."""
     ax.legend(handles=handles, title=title, loc="center left", bbox_to_anchor=(1.0, 0.5))
-
-
-def _draw_constant_load(
-    mission: Mission, displacement_m: tuple[float, float, float], axes: LegAxes
-) -> tuple[float, list[Band]]:
-    """Draw a leg of the regime loads; its duration [s], and no stages."""
-    given, (loads, peak) = mission.flight, vehicle.leg_loads(mission, displacement_m)
-    assert given.model == "regimes"
-    duration_s, current_A = float(loads.duration_s), given.flight_current_A
-    rise_s = float(peak) / given.acceleration_m_s2
-    corners_s = [0.0, rise_s, duration_s - rise_s, duration_s]
-    axes.speed.plot(corners_s, [0.0, peak, peak, 0.0], color=BLACK)
-    axes.speed.set(ylabel="speed [m/s]", ylim=(-0.04 * peak, 1.12 * peak))
-    axes.current.plot([0.0, duration_s], [current_A] * 2, color=BLACK)
-    axes.current.set(ylabel="current drawn\nin flight [A]", ylim=(0.0, 1.2 * current_A))
-    return duration_s, []

@@ -10,12 +10,14 @@ import numpy as np
 from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER, Number, Quantities
 from optuav.arrays import Floats, Integers
 from optuav.mission import Mission
+from optuav.mission.flight_model import flight_of
 from optuav.mission.keys import stated_keys
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER, as_points
 from optuav.network.variants import Variants
+from optuav.physics.flight import Flow
 from optuav.physics.kibam import Shift, Stage, shift
 from optuav.physics.quantity import Quantity
 
@@ -28,16 +30,16 @@ class Single:
     mission: Mission
     position_m: Floats
     coverage_radius_m: Quantity
-    received: vehicle.Flow
-    hover_load: vehicle.Flow
+    received: Flow
+    hover_load: Flow
     flight: Sequence[Floats]
-    loads: tuple[Floats, Floats]  # Durations and currents of the stages of the legs
+    stages: list[Stage]  # Of the legs, each (1, leg)
 
     @property
     def shifts(self) -> list[Shift]:
         """What the stages of the legs do to the charge of all packs, each (1, leg)."""
         pool = vehicle.pool(self.mission)
-        return [shift(pool, Stage(0.0 - i, t)) for t, i in zip(*self.loads, strict=True)]
+        return [shift(pool, each) for each in self.stages]
 
 
 @lru_cache(maxsize=1)
@@ -50,10 +52,10 @@ def single(network: Network) -> tuple[Single, Quantities]:
         mission,
         places.position_m[None],
         vehicle.coverage_radius_m(mission),
-        vehicle.Flow(places.charge_current_A[None], places.received_power_W[None]),
+        Flow(places.charge_current_A[None], places.received_power_W[None]),
         vehicle.hover_load(mission),
         [each[None] for each in totals],
-        (legs.durations_s[:, None], legs.currents_A[:, None]),
+        [*map(Stage, 0.0 - legs.currents_A[:, None], legs.durations_s[:, None])],
     )
     return tables, figures(tables)
 
@@ -181,12 +183,10 @@ def _steps(
             yield [Shift(*(table_entries(t, variant, legs) for t in each)) for each in shifts]
         else:
             none = np.zeros(len(legs))
-            for tables_of_stage in zip(*tables.loads[:2], strict=True):
-                duration_s, current_A = (
-                    none + table_entries(each, variant, legs) for each in tables_of_stage
-                )
+            for stage in tables.stages:
+                net_A, duration_s = (none + table_entries(each, variant, legs) for each in stage)
                 if duration_s.any():
-                    net = 0.0 - current_A, duration_s
+                    net = net_A, duration_s
                     yield Stage(*(each.item() if len(legs) == 1 else each for each in net))
         if stay:
             yield stay
@@ -217,7 +217,7 @@ def figures(tables: Single | Variants) -> Quantities:
     received_A, received_W = (each[:, [HOVER]] for each in tables.received)
     rest_A, rest_W = (
         np.where(building >= 0, table[:, FIRST_BUILDING + building] - drawn, 0.0)
-        for table, drawn in zip(tables.received, vehicle.rest_load(tables.mission), strict=True)
+        for table, drawn in zip(tables.received, flight_of(tables.mission).rest(), strict=True)
     )
     hover_m = tables.position_m[:, [HOVER]]
     apart_m = hover_m - as_points(tables.mission.link.device_m)

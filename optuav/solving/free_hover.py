@@ -23,6 +23,7 @@ from optuav.engines.registry import AUTO, Engine
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
+from optuav.mission.flight_model import flight_of
 from optuav.modelling import Model, Parameter
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
@@ -148,6 +149,8 @@ def _gain(plan: Plan, own: Plan) -> str:
 def _declared(network: Network, which: Integers, rests: bool, perspective: Perspective) -> Model:
     """(P1) over w, which is taken to be in sight of the laser, Δ and T' for some routes."""
     mission, table, legs = network.mission, network.legs, network.routes.legs[which]
+    if why := flight_of(mission).needs_numbers:
+        raise InputError(f"the program of a free hover point cannot be declared: {why}")
     flown = legs != NO_LEG
     to_w, from_w = (flown & (ends[legs] == HOVER) for ends in (table.end, table.start))
     other = flown & ~to_w & ~from_w
@@ -171,8 +174,8 @@ def _declared(network: Network, which: Integers, rests: bool, perspective: Persp
         ]
         for name, end in (("before", table.start[legs[to_w]]), ("after", table.end[legs[from_w]]))
     )
-    arriving = vehicle.leg_loads(mission, _way(before, w))[0]
-    leaving = vehicle.leg_loads(mission, _way(w, after))[0]
+    flight = flight_of(mission)
+    arriving, leaving = flight.leg(_way(before, w)), flight.leg(_way(w, after))
     stages: dict[object, list[Stage | str]] = {
         name: [Stage(-i, t) for i, t in zip(leg.currents_A, leg.durations_s, strict=True)]
         for name, leg in ((TO_HOVER, arriving), (FROM_HOVER, leaving))
@@ -189,7 +192,7 @@ def _declared(network: Network, which: Integers, rests: bool, perspective: Persp
         "hover_altitude_m": w[2],
     }
     if mission.laser is not None:
-        lit = vehicle.charging(mission, norm(_way(mission.laser.position_m, w)))
+        lit = vehicle.charging(mission, (w[0], w[1], w[2]))
         at_w["hover_current_A"] = known.hover_current_A - lit.current_A
         at_w["hover_received_W"] = lit.power_W
     named: dict[str, Quantity] = {

@@ -22,6 +22,7 @@ from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.judge.replay import replay
 from optuav.mission import Mission
+from optuav.mission.flight_model import flight_of
 from optuav.mission.messages import written_out
 from optuav.modelling import Model, Relation, evaluate
 from optuav.modelling.check import evaluated
@@ -35,7 +36,7 @@ from optuav.network.network import Network
 from optuav.network.one_stop import one_stop_is_enough
 from optuav.network.places import FIRST_BUILDING, HOVER, charging_cap
 from optuav.network.timeline import route_phases, simulated, stay_net
-from optuav.physics.flight import STAGES, speed_warning
+from optuav.physics.flight import speed_warning
 from optuav.physics.quantity import Quantity
 from optuav.plan import Phase, Plan
 from optuav.solving.assemble import legs_and_stays, quantities
@@ -125,7 +126,8 @@ def plan_for(
             notes.append(
                 "some places have sight or power of the laser from the graph, not from the mission"
             )
-        if too_fast := speed_warning(max(each.peak_speed_m_s for each in flown)):
+        peak_m_s, has_drag = max(each.peak_speed_m_s for each in flown), flight_of(mission).has_drag
+        if too_fast := speed_warning(peak_m_s, has_drag=has_drag):
             notes.append(too_fast)
         cap = charging_cap(mission, network.places)
         if cap and any(each.end_place in cap.places for each in flown):
@@ -208,7 +210,8 @@ def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
         leg = names[table.start[legs[entry]]], names[table.end[legs[entry]]]
         stages = np.flatnonzero(table.durations_s[:, legs].any(axis=1)).tolist()
         of_flight = "of the flight {} → {}".format(*leg)
-        ends += [f"after stage {stage + 1} ({STAGES[stage]}) {of_flight}" for stage in stages[:-1]]
+        for stage in stages[:-1]:
+            ends.append(f"after stage {stage + 1} ({table.stages[stage]}) {of_flight}")
         ends += [ENDS["flight"].format(*leg)] * (len(stages) > 0)
         ends += [ENDS[stay].format(*leg)] if stay else []
     return {label: ends[step] for label, step in steps.items()}

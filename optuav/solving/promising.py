@@ -10,6 +10,7 @@ from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines.registry import AUTO
 from optuav.mission import Mission
+from optuav.mission.flight_model import flight_of
 from optuav.network import vehicle
 from optuav.network.network import Network, network_by
 from optuav.network.places import FIRST_BUILDING, HOVER, Places, build_places
@@ -110,6 +111,7 @@ def fewer(network: Network, columns: Columns, question: Question) -> Network | N
     """The routes from which `best_of_few` finds most plans of such variants; None without any."""
     mission, places, size = network.mission, network.places, FIRST // 2
     known = question.perspective == AVAILABLE and mission.battery.charging == "constant"
+    known = known and flight_of(mission).least(0.0) is not None
     if not known or question.problem != P1() or not takes_arrays(mission, question):
         return None
     away_m = norm(tuple((places.position_m - places.position_m[HOVER])[FIRST_BUILDING:].T))
@@ -154,7 +156,8 @@ def _open(variants: Variants, hover_s: Floats) -> Booleans:
     roofs_m = np.delete(mission.buildings.roof_m, variants.network.routes.building[1:], axis=0)
     x, y, z = np.moveaxis(hover_m - roofs_m, -1, 0)
     nearest_m = np.sqrt((x * x + y * y + z * z).min(axis=1, keepdims=True))
-    loads = vehicle.least_loads(mission, nearest_m)
+    loads = flight_of(mission).least(nearest_m)
+    assert loads is not None
     drawn_As, slowest_A = loads.charge_As, np.minimum.reduce(np.broadcast_arrays(*loads.currents_A))
     remaining = np.exp(-pool.rate_per_s * (drawn_As / slowest_A))
     leg = Shift(-drawn_As, remaining, -pool.bound_fraction * drawn_As * remaining)

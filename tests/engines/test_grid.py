@@ -328,8 +328,10 @@ def test_cells_without_a_value_are_passed_over() -> None:
     x = model.variable("x", "x", unit="s", upper=9.0)
     model.maximise(np.sqrt(5.0 - x) + 2.0 * x)
     assert grid.solve(model, 1, slot_s=1.0).point(0) == {"x": 5.0}
-    model.maximise(np.sqrt(-1.0 - x))
-    assert grid.solve(model, 1, slot_s=1.0).statuses == [Status.INFEASIBLE]
+    nowhere = Model("test")
+    x = nowhere.variable("x", "x", unit="s", upper=9.0)
+    nowhere.maximise(np.sqrt(-1.0 - x))
+    assert grid.solve(nowhere, 1, slot_s=1.0).statuses == [Status.INFEASIBLE]
 
 
 def test_what_it_does_not_take_is_refused_in_words() -> None:

@@ -559,7 +559,7 @@ class Aimless(optuav.Formulation):
             Mistyped,
             r"AttributeError in line \d+ of your code, 'model\..* <= given\.time_lef\)': .*",
         ),
-        (Mistyped(), r".* no attribute 'time_lef'; did you mean 'time_left'\?"),
+        (Mistyped(), r".*given has no 'time_lef'; did you mean 'time_left'\? .*"),
         (Misspelt, r"NameError in line \d+ of .* not defined; did you mean 'model'\?"),
         (Compared, r"TypeError in line \d+ of your code, 'model\.subject_to.*: a constraint .*"),
         (Unwritten, r"TypeError: Can't instantiate abstract class Unwritten .*"),

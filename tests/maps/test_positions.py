@@ -12,6 +12,7 @@ pytest.importorskip("xarray")
 
 import optuav
 from optuav.maps.output import summary
+from optuav.maps.positions import hovers
 from optuav.mission import Mission
 from optuav.options import Perspective
 
@@ -181,8 +182,11 @@ def test_points_that_are_as_good_are_counted_with_the_reason() -> None:
     values = found.to_numpy()
     assert found.attrs["best_points"] == (values > values.max() - 1e-6).sum() > 10
     others = f"and at {found.attrs['best_points'] - 1} other points; "
-    assert f"{others}battery.charge_current_A = 10 A caps the charging current" in summary(found)
+    bounds = (0, 0, 2000, 2000)
+    words = summary(hovers("laser.position_m", "paper", 500, bounds, None, "available"))
+    assert f"{others}battery.charge_current_A = 10 A caps the charging current" in words
     haze = PAPER.replace({"laser.visibility_km": 1.0})
     alone = optuav.maps.laser(haze, 500, bounds=(0, 0, 2000, 2000))
     assert alone.attrs["best_points"] == 1
-    assert "other point" not in summary(alone)
+    words = summary(hovers("laser.position_m", haze, 500, bounds, None, "available"))
+    assert "other point" not in words

@@ -51,7 +51,7 @@ def keys(error: InputError) -> list[str]:
 
 
 def test_shipped_missions() -> None:
-    assert shipped() == ("matrice350", "paper", "paper-table2")
+    assert shipped() == ("matrice350", "paper", "paper-drag", "paper-table2")
     assert [load(name).name for name in shipped()] == list(shipped())
 
 
@@ -100,6 +100,7 @@ def test_paper_has_the_printed_parameters(paper: Mission) -> None:
         "inertia_x_kg_m2": 0.081,
         "inertia_y_kg_m2": 0.081,
         "inertia_z_kg_m2": 0.142,
+        "drag_area_m2": 0.0,
     }
     assert paper.laser is not None
     assert vars(paper.laser) == {

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from optuav.modelling import Model, Parameter, Variable, evaluate
 from optuav.modelling.traversal import KINKED, PARTIALS, slope
-from optuav.physics import flight, kibam, laser, rotor
+from optuav.physics import kibam, laser, rotor, six_stages
 from tests.physics.reference import AIRFRAME, BATTERY, MOTOR
 from tests.wells import after
 
@@ -184,11 +184,11 @@ def through(function: Callable[..., Any], constants: Mapping[str, float]) -> tup
 
 def leg(**numbers: Any) -> Any:
     """Charge of a flight leg plus its time, as a function of everything in it."""
-    airframe = flight.Airframe(**{name: numbers.pop(name) for name in AIRFRAME._fields})
+    airframe = six_stages.Airframe(**{name: numbers.pop(name) for name in AIRFRAME._fields})
     motor = rotor.Motor(**{name: numbers.pop(name) for name in MOTOR._fields})
     way_m = tuple(numbers[name] for name in ("dx", "dy", "dz"))
     wind_N = tuple(numbers[name] for name in ("wx", "wy", "wz"))
-    flown = flight.leg(airframe, motor, way_m, wind_N)
+    flown = six_stages.leg(airframe, motor, way_m, wind_N)
     return flown.loads.charge_As + 100.0 * flown.loads.duration_s
 
 

@@ -10,12 +10,11 @@ from hypothesis import given
 
 import optuav
 from optuav.mission import Mission
-from optuav.network import vehicle
+from optuav.mission.flights.rotors import Rotors
 from optuav.network.legs import Legs, build_legs
 from optuav.network.network import build_network
 from optuav.network.places import DESTINATION, HOVER, ORIGIN, Places
 from optuav.network.prisms import prisms
-from optuav.physics import flight
 from tests.examples import few
 from tests.mission.strategies import missions
 
@@ -92,14 +91,12 @@ def test_a_building_between_two_others_blocks_their_leg() -> None:
 @few(10, most=1000)
 @given(missions("rotors"))
 def test_rotor_legs_are_those_of_the_physics_one_by_one(mission: Mission) -> None:
-    """Durations and charges of every stage, wind included, as `flight.leg` gives them."""
+    """Durations and charges of every stage, wind included, as `six_stages.leg` gives them."""
     network = build_network(mission)
     where, table = network.places.position_m, network.legs
     for leg, (start, end) in enumerate(zip(table.start, table.end, strict=True)):
         x, y, z = (where[end] - where[start]).tolist()
-        one = flight.leg(
-            vehicle.airframe(mission), vehicle.motor(mission), (x, y, z), mission.wind.force_N
-        )
+        one = Rotors(mission).six_stage_leg((x, y, z))
         expected = {
             "distance_m": math.hypot(x, y, z),
             "peak_speed_m_s": one.peak_speed_m_s,

@@ -6,11 +6,11 @@ from decimal import Decimal
 
 import pytest
 
-from optuav.physics.flight import Airframe
 from optuav.physics.kibam import Battery
 from optuav.physics.laser import Conversion
 from optuav.physics.link import Channel
 from optuav.physics.rotor import Motor
+from optuav.physics.six_stages import Airframe
 
 MOTOR = Motor(
     lift_coefficient_N_s2_rad2=3.8305e-6,

@@ -14,8 +14,11 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
 from optuav.modelling import Parameter, Variable, evaluate
-from optuav.physics import flight, rotor
-from optuav.physics.flight import LegState, regime_leg, speed_warning, state_at
+from optuav.physics import bang_bang, rotor
+from optuav.physics import six_stages as flight
+from optuav.physics.flight import LegState, Loads, speed_warning
+from optuav.physics.quantity import Quantity
+from optuav.physics.six_stages import state_at
 from tests.examples import few
 from tests.physics.reference import (
     AIRFRAME,
@@ -120,7 +123,7 @@ def rotor_speeds_rad_s(case: Case, time_s: np.ndarray) -> np.ndarray:
     Pitch works on rotors 1 and 3, roll on 2 and 4; to slow down, the opposite rotor pushes.
     """
     shares = list[np.ndarray]()
-    attitudes = (flight.LEVEL, case.leg.cruise, case.leg.brake, flight.LEVEL)
+    attitudes = (flight.LEVEL, case.leg.accelerate, case.leg.brake, flight.LEVEL)
     for before, after in itertools.pairwise(attitudes):
         for axis, (old_rad, new_rad) in enumerate(zip(before, after, strict=True)):
             push = np.roll(flight.TURNING_SPEEDS, axis if new_rad >= old_rad else axis + 2)
@@ -190,7 +193,7 @@ def test_forces_balance_while_moving(case: Case) -> None:
     """F f + F_e = m a u in stages 2 and 4, for any wind and direction."""
     leg = case.leg
     for attitude, acceleration, direction in (
-        (leg.cruise, leg.acceleration_m_s2, case.unit),
+        (leg.accelerate, leg.acceleration_m_s2, case.unit),
         (leg.brake, leg.braking_m_s2, -case.unit),
     ):
         assert acceleration > 0.0
@@ -213,7 +216,7 @@ def test_level_leg_lifts_the_weight(
         (800 * math.cos(heading), 800 * math.sin(heading), 0.0),
         (wind_N * math.cos(from_where), wind_N * math.sin(from_where), 0.0),
     )
-    for attitude in (leg.cruise, leg.brake):
+    for attitude in (leg.accelerate, leg.brake):
         lift_N = THRUST_N * math.cos(attitude.roll_rad) * math.cos(attitude.pitch_rad)
         assert lift_N == pytest.approx(weight_N, rel=1e-11)
 
@@ -297,7 +300,7 @@ def test_there_and_back(case: Case) -> None:
         assert getattr(there.loads, name) == pytest.approx(getattr(back.loads, name), rel=1e-12)
     assert there.loads.durations_s == pytest.approx(back.loads.durations_s[::-1], rel=1e-12)
     assert there.acceleration_m_s2 == back.braking_m_s2
-    assert there.cruise == back.brake
+    assert there.accelerate == back.brake
     assert there.peak_speed_m_s == pytest.approx(back.peak_speed_m_s, rel=1e-9)
 
 
@@ -512,6 +515,11 @@ def test_symbols_give_what_floats_give() -> None:
 
 
 # Legs of constant load
+
+
+def regime_leg(distance_m: Quantity, *figures: Quantity) -> tuple[Loads, Quantity]:
+    loads = bang_bang.leg((distance_m, 0.0 * distance_m, 0.0), *figures)
+    return loads, loads.peak_speed_m_s
 
 
 def test_regime_legs_of_the_papers_results() -> None:

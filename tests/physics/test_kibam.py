@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from optuav.modelling import Parameter, Variable, evaluate
-from optuav.physics import flight, kibam, rotor
+from optuav.physics import kibam, rotor, six_stages
 from optuav.physics.kibam import Battery, Stage, Wells
 from tests.examples import few
 from tests.physics.reference import (
@@ -409,7 +409,7 @@ def test_ends_of_a_stage_are_the_extremes(case: Case) -> None:
 def mission(places_m: list[tuple[float, float, float]]) -> list[list[Stage]]:
     """Phases of the legs between places, each stage of a leg with its own current."""
     legs = (
-        flight.leg(AIRFRAME, MOTOR, tuple(np.subtract(end, start))).loads
+        six_stages.leg(AIRFRAME, MOTOR, tuple(np.subtract(end, start))).loads
         for start, end in itertools.pairwise(places_m)
     )
     return [

@@ -45,6 +45,10 @@ def a_fit() -> optuav.Fit:
     return optuav.Fit("kibam", ("cell.csv",), "2 loads", (), (panel,))
 
 
+def a_batch() -> Any:
+    return optuav.batch("paper", {"limits.deadline_s": [300.0, 600.0, 900.0, 1200.0]})
+
+
 def by_turns() -> optuav.Plan:
     mission = optuav.load("paper").replace({"battery.schedule": "sequential"})
     return optuav.solve(mission, "P3", slot_s=50.0)
@@ -58,6 +62,7 @@ ONE_PANEL: dict[str, Callable[..., Any]] = {
     "sites": lambda **ax: plots.sites(a_siting(), **ax),
 }
 SEVERAL_PANELS: dict[str, Callable[..., Any]] = {
+    "distribution": lambda **figure: plots.distribution(a_batch(), "hover_time_s", **figure),
     "fit": lambda **figure: plots.fit(a_fit(), **figure),
     "leg": lambda **figure: plots.leg(optuav.load("paper"), "origin", "b1", **figure),
     "mission_map": lambda **figure: plots.mission_map(plan(), **figure),

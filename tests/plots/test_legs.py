@@ -120,7 +120,7 @@ def test_shipped_missions_are_drawn_without_texts_on_each_other(
 ) -> None:
     assert overlaps(drawn.speed.figure) == []
     assert overlaps(plots.leg(table2.mission, "origin", "b1").speed.figure) == []
-    assert [ax.get_ylabel()[-5:] for ax in drawn if ax is not None] == ["[m/s]", "e [°]", "s [A]"]
+    assert [ax.get_ylabel()[-5:] for ax in drawn if ax is not None] == ["[m/s]", "e [°]", "t [A]"]
     assert drawn.current.get_xlabel().endswith("[s]")
 
 

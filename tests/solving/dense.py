@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from optuav.mission import Mission
+from optuav.mission.flights.rotors import Rotors
 from optuav.network import vehicle
-from optuav.physics import flight
 from optuav.physics.flight import Loads
 from tests.kibam import Kibam
 
@@ -51,9 +51,7 @@ def hidden(mission: Mission, from_m: Array, to_m: Array, exempt: str = "") -> np
 def leg(mission: Mission, start_m: Array, end_m: Array) -> Loads:
     """What legs draw; either end may be an array (point, 3) [m]."""
     x, y, z = np.moveaxis(end_m - start_m, -1, 0)
-    return flight.leg(
-        vehicle.airframe(mission), vehicle.motor(mission), (x, y, z), mission.wind.force_N
-    ).loads
+    return Rotors(mission).six_stage_leg((x, y, z)).loads
 
 
 class Way(NamedTuple):
@@ -77,9 +75,7 @@ def way(mission: Mission, points_m: Array, building: int, rest_first: bool) -> W
         roof_m = np.array(roof.position_m)
         stops.insert(1 if rest_first else 2, (roof.name, roof_m))
         if not hidden(mission, laser_m, roof_m[None], roof.name)[0]:
-            charge_A = float(
-                vehicle.charging(mission, float(np.linalg.norm(roof_m - laser_m))).current_A
-            )
+            charge_A = float(vehicle.charging(mission, tuple(roof_m)).current_A)
     legs, blocked = [], np.zeros(len(points_m), bool)
     for (name, start_m), (to, stop_m) in itertools.pairwise(stops):
         legs.append(leg(mission, start_m, stop_m))
@@ -88,9 +84,8 @@ def way(mission: Mission, points_m: Array, building: int, rest_first: bool) -> W
             roofs = name if name not in ("", "hover") else to if to not in ("", "hover") else ""
             blocked |= hidden(mission, fixed_m, np.atleast_2d(other_m), roofs)
     lit = ~hidden(mission, laser_m, points_m)
-    distance_m = np.linalg.norm(points_m - laser_m, axis=1)
     net_A = vehicle.hover_load(mission).current_A - np.where(
-        lit, vehicle.charging(mission, distance_m).current_A, 0.0
+        lit, vehicle.charging(mission, tuple(points_m.T)).current_A, 0.0
     )
     return Way(legs, net_A, charge_A, blocked)
 

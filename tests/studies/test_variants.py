@@ -70,7 +70,14 @@ def test_quantities_are_those_of_each_variant_alone(name: str) -> None:
             expected = quantities(one, routes, rests=rests)
             variants = np.full(len(routes), number)
             given = quantities(ensemble, routes, variants, rests=rests)
-            apart = {"steps", "rests", "known_levels", "flight_battery_J", "hover_battery_J"}
+            apart = {
+                "numbers",
+                "steps",
+                "rests",
+                "known_levels",
+                "flight_battery_J",
+                "hover_battery_J",
+            }
             for field in expected.__dataclass_fields__.keys() - apart:
                 left, right = getattr(given, field), getattr(expected, field)
                 np.testing.assert_allclose(left, right, 1e-9, 1e-9, err_msg=field)

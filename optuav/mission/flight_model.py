@@ -1,0 +1,151 @@
+"""The base class of flight models and the registry that [flight] chooses from."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from pydantic import PlainValidator, SerializeAsAny, WithJsonSchema
+
+from optuav.mission.schema import SECTIONS, MissionSection, OneOf, Switch
+
+if TYPE_CHECKING:
+    from optuav.mission.mission import Mission
+    from optuav.physics.flight import Flow, LegState, Loads
+    from optuav.physics.quantity import Quantity, Vector
+
+FLIGHTS: dict[str, type[FlightModel]] = {}
+"""Flight models by name; one that is added here can be stated as ``flight.model``."""
+
+MODEL = OneOf(FLIGHTS)
+
+
+class FlightTable(MissionSection):
+    """How legs are flown, and what flying draws."""
+
+    model: Annotated[str, MODEL]
+    """Flight model."""
+    through_buildings: Switch = False
+    """Whether a leg may cross a building."""
+
+
+class FlightModel(ABC):
+    """How a UAV flies and what that draws: the figures of legs, hover and rest.
+
+    A model is one class in one file. Its quantities may be numbers, arrays over missions or
+    legs, or symbols, as in `optuav.physics`.
+
+    Parameters
+    ----------
+    mission
+        The mission whose tables hold the figures of the model.
+    """
+
+    name: ClassVar[str]  # As ``flight.model`` states it
+    table: ClassVar[type[FlightTable]]  # The form of [flight] with the keys of the model
+    needs: ClassVar[tuple[str, ...]] = ()  # Other tables of the mission
+    refuses: ClassVar[tuple[str, ...]] = ()  # Dotted keys that have no meaning, unless 0
+    radio_included: ClassVar[bool] = False  # Whether `hover` counts the radio
+
+    def __init__(self, mission: Mission) -> None:
+        self.mission = mission
+
+    @abstractmethod
+    def leg(self, way_m: Vector) -> Loads:
+        """Legs from rest to rest along ways (x, y, z) [m]."""
+
+    def least(self, distance_m: Quantity) -> Loads | None:
+        """Loads that draw no more than any leg of a length [m]; None if none are known."""
+        return None
+
+    @abstractmethod
+    def hover(self) -> Flow:
+        """What hovering draws; NaN where the UAV cannot hold its place."""
+
+    @abstractmethod
+    def rest(self) -> Flow:
+        """What resting on a roof draws."""
+
+    @abstractmethod
+    def state(self, leg: Loads, passed_s: Quantity) -> LegState:
+        """State on one leg at moments since it began [s]."""
+
+    def impossible(self) -> str | None:
+        """A sentence on why no leg can be flown, with the keys that decide; None if legs can."""
+        return None
+
+    @property
+    def has_drag(self) -> bool:
+        """Whether the air slows the UAV down in this model."""
+        return False
+
+    @property
+    def needs_numbers(self) -> str | None:
+        """A sentence on why ways cannot be symbols; None where they can."""
+        return None
+
+    def charging(self) -> Flow | None:
+        """What charges in sight of the laser if the mission states it; None for the laser's."""
+        return None
+
+    def figures(self) -> Iterator[tuple[str, float, str]]:
+        """Names, values and units of what follows from the tables alone."""
+        yield from ()
+
+    def sliders(self) -> Iterator[tuple[str, int | None, float, float]]:
+        """Keys worth moving by hand: dotted key, component if any, least and largest value."""
+        yield from ()
+
+    @classmethod
+    def breaches(cls, document: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], str]]:
+        """Keys that break rules which bind several keys, and what they may be."""
+        yield from ()
+
+
+def flight_of(mission: Mission) -> FlightModel:
+    """The flight model of a mission."""
+    return FLIGHTS[mission.flight.model](mission)
+
+
+def form_of(stated: object) -> type[FlightTable]:
+    """The form of [flight] that is meant; of a misspelt model, the one with most of the keys."""
+    keys = stated if isinstance(stated, dict) else {}
+    tables = {name: model.table for name, model in FLIGHTS.items()}
+    if "model" not in keys:
+        return next(iter(tables.values()))
+    likely = max(tables, key=lambda name: len(keys.keys() & tables[name].model_fields.keys()))
+    return tables[keys["model"] if keys["model"] in [*tables] else likely]
+
+
+def _flight_table(stated: object) -> FlightTable:
+    return stated if isinstance(stated, FlightTable) else form_of(stated).model_validate(stated)
+
+
+Flight = Annotated[
+    SerializeAsAny[FlightTable], PlainValidator(_flight_table), WithJsonSchema({"type": "object"})
+]
+"""Any form of [flight]."""
+
+
+TABLES = (*list(SECTIONS)[:-1], "flight", "buildings")  # Of a mission file, in order
+
+
+def forms(table: str) -> tuple[type[MissionSection], ...]:
+    """The forms that a table of a mission may have; none of what is no table."""
+    if table == "flight":
+        return tuple(model.table for model in FLIGHTS.values())
+    return (SECTIONS[table],) if table in SECTIONS else ()
+
+
+def table_keys(table: str) -> dict[str, type[MissionSection]]:
+    """The keys of a table of the mission, each with the first form that has it."""
+    found: dict[str, type[MissionSection]] = {}
+    for form in forms(table):
+        found = {**dict.fromkeys(form.model_fields, form), **found}
+    return found
+
+
+def models_with(key: str) -> list[str]:
+    """Names of the flight models whose [flight] has a key."""
+    return [name for name, model in FLIGHTS.items() if key in model.table.model_fields]

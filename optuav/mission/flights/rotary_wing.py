@@ -1,0 +1,182 @@
+"""Flight at the power that a rotary wing draws over air speed, fitted or from a datasheet.
+
+The physics is imported where it is used: reading a mission needs no numpy.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+
+from optuav.mission.flight_model import MODEL, FlightModel, FlightTable
+from optuav.mission.schema import Acceleration, Allowed, Current, LoadPower, Number, Power, Speed
+
+if TYPE_CHECKING:
+    from optuav.physics.flight import Flow, LegState, Loads
+    from optuav.physics.quantity import Quantity, Vector
+    from optuav.physics.rotary_wing import RotaryWing as Coefficients
+
+CruiseRule = Literal["best-range", "best-endurance", "max"]
+
+
+class RotaryWingFlight(FlightTable):
+    """Flight with the power of a rotary wing over its air speed."""
+
+    model: Annotated[Literal["rotary-wing"], MODEL]
+    """Flight model: "rotary-wing" computes loads from the power over air speed."""
+    blade_power_W: LoadPower
+    """Power of the blades in hover P_0 [W]."""
+    induced_power_W: LoadPower
+    """Induced power in hover P_i [W]."""
+    induced_speed_m_s: Speed
+    """Induced speed in hover v_0 [m/s]."""
+    tip_speed_m_s: Speed
+    """Speed of the blade tips U_tip [m/s]."""
+    parasite_W_s3_m3: Annotated[float, Number("W s3/m3", ge=0, le=1e6)]
+    """Power of the fuselage over cubed speed, ½d_0ρsA [W s³/m³]."""
+    efficiency: Annotated[float, Number("-", gt=0, le=1)] = 1.0
+    """Share of the battery's power that reaches the rotors [-]."""
+    acceleration_m_s2: Acceleration
+    """Acceleration and braking of a leg [m/s²]."""
+    max_speed_m_s: Speed
+    """Largest air speed [m/s]."""
+    climb_speed_m_s: Speed
+    """Largest vertical speed of a climb [m/s]."""
+    descent_speed_m_s: Speed
+    """Largest vertical speed of a descent [m/s]."""
+    speed: (
+        Annotated[
+            CruiseRule, Allowed('one of "best-range", "best-endurance", "max"; or cruise_speed_m_s')
+        ]
+        | None
+    ) = None
+    """Air speed of legs: "best-range" (also if left out), "best-endurance" or "max"."""
+    cruise_speed_m_s: Speed | None = None
+    """Speed over ground of all legs [m/s]; in place of speed."""
+    rest_current_A: Current = 0.0
+    """Current at rest [A]."""
+    rest_power_W: Power = 0.0
+    """Power at rest [W]."""
+
+
+class RotaryWing(FlightModel):
+    """Power over air speed, the weight, and a level wind."""
+
+    name: ClassVar[str] = "rotary-wing"
+    table: ClassVar[type[FlightTable]] = RotaryWingFlight
+    needs: ClassVar[tuple[str, ...]] = ("body",)
+    refuses: ClassVar[tuple[str, ...]] = (
+        "rotor",
+        "air",
+        "wind.force_N",
+        "body.drag_area_m2",
+    )
+
+    @property
+    def stated(self) -> RotaryWingFlight:
+        """The keys of [flight]."""
+        assert isinstance(self.mission.flight, RotaryWingFlight)
+        return self.mission.flight
+
+    @property
+    def wing(self) -> Coefficients:
+        """Coefficients of the power over air speed."""
+        from optuav.physics import rotary_wing
+
+        return self.stated.as_record(rotary_wing.RotaryWing)
+
+    @property
+    def weight_N(self) -> Quantity:
+        """Weight [N]."""
+        assert self.mission.body is not None
+        return self.mission.body.mass_kg * self.mission.body.gravity_m_s2
+
+    def cruise_speed_m_s(self, direction: Vector) -> Quantity:
+        """Speed over ground along a level direction [m/s]; NaN where the wind is too strong."""
+        from optuav.physics import rotary_wing
+
+        keys, wind_m_s = self.stated, self.mission.wind.velocity_m_s
+        if keys.cruise_speed_m_s is not None:
+            return keys.cruise_speed_m_s
+        if keys.speed in (None, "best-range"):
+            way = (wind_m_s, direction) if _blows(wind_m_s) else ()
+            return rotary_wing.best_range(self.wing, keys.max_speed_m_s, *way)
+        air_speed = keys.max_speed_m_s
+        if keys.speed == "best-endurance":
+            air_speed = rotary_wing.best_endurance(self.wing, air_speed)
+        return rotary_wing.ground_speed(air_speed, wind_m_s, direction)
+
+    def leg(self, way_m: Vector) -> Loads:
+        from optuav.physics import rotary_wing
+        from optuav.physics.flight import Loads
+
+        keys, wind_m_s = self.stated, self.mission.wind.velocity_m_s
+        cruise = self.cruise_speed_m_s(rotary_wing.level_direction(way_m))
+        limits = keys.acceleration_m_s2, (keys.climb_speed_m_s, keys.descent_speed_m_s)
+        leg = rotary_wing.leg(self.wing, way_m, cruise, *limits, self.weight_N, wind_m_s)
+        drawn, peak = self._drawn(leg.power_W), leg.peak_speed_m_s
+        each = (leg.duration_s,), (drawn.current_A,), (drawn.power_W,)
+        return Loads(way_m, ("flight",), *each, peak, leg.rise_s)
+
+    def hover(self) -> Flow:
+        from optuav.physics import rotary_wing
+
+        wind_m_s = self.mission.wind.velocity_m_s
+        air_speed = rotary_wing.air_speed(0.0, wind_m_s, (1.0, 0.0, 0.0))
+        return self._drawn(rotary_wing.power(self.wing, air_speed))
+
+    def rest(self) -> Flow:
+        from optuav.physics.flight import Flow
+
+        return Flow(self.stated.rest_current_A, self.stated.rest_power_W)
+
+    def state(self, leg: Loads, passed_s: Quantity) -> LegState:
+        from optuav.physics.bang_bang import state_at
+
+        return state_at(leg, passed_s)
+
+    def impossible(self) -> str | None:
+        wind, cap = math.hypot(*self.mission.wind.velocity_m_s), self.stated.max_speed_m_s
+        if wind <= cap:
+            return None
+        keys = "wind.velocity_m_s, flight.max_speed_m_s"
+        return f"the wind blows at {wind:.6g} m/s, the UAV flies at {cap:.6g} m/s at most ({keys})"
+
+    @property
+    def has_drag(self) -> bool:
+        return True
+
+    @property
+    def needs_numbers(self) -> str | None:
+        if self.stated.cruise_speed_m_s is not None or not _blows(self.mission.wind.velocity_m_s):
+            return None
+        return (
+            "in a wind the speed of a leg depends on its direction; state flight.cruise_speed_m_s"
+        )
+
+    def figures(self) -> Iterator[tuple[str, float, str]]:
+        from optuav.physics import rotary_wing
+
+        yield "power in hover without wind", float(rotary_wing.power(self.wing, 0.0)), "W"
+        limits = self.wing, self.stated.max_speed_m_s
+        for name in ("best_endurance", "best_range"):
+            speed_m_s = float(getattr(rotary_wing, name)(*limits))
+            yield f"air speed of {name.replace('_', ' ')}", speed_m_s, "m/s"
+
+    @classmethod
+    def breaches(cls, document: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], str]]:
+        if {"speed", "cruise_speed_m_s"} <= document["flight"].keys():
+            yield ("flight", "cruise_speed_m_s"), "either speed or cruise_speed_m_s"
+
+    def _drawn(self, power_W: Quantity) -> Flow:
+        """Current and power of the battery for a power at the rotors [W]."""
+        from optuav.physics.flight import Flow
+
+        drawn_W = power_W / self.stated.efficiency
+        return Flow(drawn_W / self.mission.battery.nominal_voltage_V, drawn_W)
+
+
+def _blows(wind_m_s: Vector) -> bool:
+    """Whether there is a wind; one that varies may blow."""
+    return any(not isinstance(each, int | float) or each for each in wind_m_s)

@@ -1,0 +1,37 @@
+"""Legs of constant load: accelerate, cruise at the speed cap if it is reached, brake."""
+
+import math
+
+import numpy as np
+
+from optuav.physics import ramps
+from optuav.physics.flight import Attitude, LegState, Loads
+from optuav.physics.quantity import TINY, Quantity, Vector, norm
+
+
+def leg(
+    way_m: Vector,
+    acceleration_m_s2: Quantity,
+    current_A: Quantity,
+    power_W: Quantity,
+    max_speed_m_s: Quantity = math.inf,
+) -> Loads:
+    """A leg in a single stage; its way [m] has components (x, y, z).
+
+    For a length d [m] ≥ 0, an acceleration a [m/s²] > 0 and a cap v [m/s]: T = 2 sqrt(d/a), or
+    d/v + v/a [s] where the cap is reached.
+    """
+    distance = norm(way_m)
+    peak = np.minimum(np.sqrt(distance * acceleration_m_s2), max_speed_m_s)
+    rise_s = peak / acceleration_m_s2
+    duration = distance / np.maximum(peak, TINY) + rise_s
+    return Loads(way_m, ("flight",), (duration,), (current_A,), (power_W,), peak, rise_s)
+
+
+def state_at(leg: Loads, time_s: Quantity) -> LegState:
+    """State on one leg of positive length at moments between its start and its end [s]."""
+    distance, peak, rise_s = leg.distance_m, leg.peak_speed_m_s, leg.peak_s
+    travelled, speed = ramps.motion(peak, rise_s, leg.duration_s, np.asarray(time_s, dtype=float))
+    x, y, z = (travelled / distance * each for each in leg.way_m)
+    unknown = np.full_like(speed, np.nan)
+    return LegState(np.ones_like(speed), (x, y, z), speed, Attitude(unknown, unknown))

@@ -1,0 +1,1 @@
+"""Laser beams that spread: the light that a receiver gets, by place."""

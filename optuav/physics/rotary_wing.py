@@ -1,0 +1,203 @@
+"""Power of a rotary-wing UAV over air speed, the speeds that follow, and legs at constant power.
+
+P(V) = P_0 (1 + 3V²/U²) + P_i/√(√(1 + z²) + z) + pV³ with z = V²/(2v_0²): blades, lift and fuselage
+[1]_, whose eq (12) has √(1 + z²) − z under a root, which cancels at speed. V is the horizontal air
+speed, so P(0) is drawn in hover without wind. A climb at v_z draws m g v_z more; a descent gives
+nothing back.
+
+References
+----------
+.. [1] Y. Zeng, J. Xu, R. Zhang, "Energy minimization for wireless communication with rotary-wing
+   UAV", IEEE Transactions on Wireless Communications, 2019, eqs (12), (61)-(65).
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from optuav.physics import ramps, roots
+from optuav.physics.quantity import TINY, Quantity, Vector, kept
+
+PROFILE_DRAG = 0.012
+"""Drag coefficient of a blade's section, δ of [1]_."""
+INDUCED_CORRECTION = 0.1
+"""Share of induced power above the ideal, k of [1]_."""
+
+
+class RotaryWing(NamedTuple):
+    """Coefficients of the power over air speed."""
+
+    blade_power_W: Quantity  # P_0 in hover [W], ≥ 0
+    induced_power_W: Quantity  # P_i in hover [W], > 0
+    induced_speed_m_s: Quantity  # v_0 in hover [m/s], > 0
+    tip_speed_m_s: Quantity  # U_tip of the blades [m/s], > 0
+    parasite_W_s3_m3: Quantity  # p = ½ d_0 ρ s A of the fuselage [W s³/m³], ≥ 0
+
+
+def coefficients(
+    disc_area_m2: Quantity,
+    solidity: Quantity,
+    tip_speed_m_s: Quantity,
+    weight_N: Quantity,
+    drag_ratio: Quantity,
+    density_kg_m3: Quantity = 1.225,
+) -> RotaryWing:
+    """The coefficients by [1]_, eqs (61)-(65), from a datasheet; all arguments > 0.
+
+    The disc area A [m²] is that of all rotors, n π R²; solidity s [-] is the share of it that
+    blades fill, and the drag ratio of the fuselage d_0 [-] is its drag area over s A.
+    """
+    blades = density_kg_m3 * solidity * disc_area_m2
+    induced_speed = np.sqrt(weight_N / (2.0 * density_kg_m3 * disc_area_m2))
+    return RotaryWing(
+        blade_power_W=PROFILE_DRAG / 8.0 * blades * tip_speed_m_s**3,
+        induced_power_W=(1.0 + INDUCED_CORRECTION) * weight_N * induced_speed,
+        induced_speed_m_s=induced_speed,
+        tip_speed_m_s=tip_speed_m_s,
+        parasite_W_s3_m3=0.5 * drag_ratio * blades,
+    )
+
+
+def power(wing: RotaryWing, air_speed_m_s: Quantity) -> Quantity:
+    """P(V) [W] in level flight at a horizontal air speed [m/s] ≥ 0, [1]_ eq (12)."""
+    V, z = air_speed_m_s, air_speed_m_s**2 / (2.0 * wing.induced_speed_m_s**2)
+    blades = wing.blade_power_W * (1.0 + 3.0 * V**2 / wing.tip_speed_m_s**2)
+    lift = wing.induced_power_W / np.sqrt(np.sqrt(1.0 + z**2) + z)
+    return blades + lift + wing.parasite_W_s3_m3 * V**3
+
+
+def rise(wing: RotaryWing, air_speed_m_s: Quantity) -> Quantity:
+    """dP/d(V²) [W s²/m²], which grows with V: P is convex in V², though not in V."""
+    V, v_0 = air_speed_m_s, wing.induced_speed_m_s
+    z = V**2 / (2.0 * v_0**2)
+    root = np.sqrt(1.0 + z**2)
+    lift = wing.induced_power_W / (4.0 * v_0**2 * root * np.sqrt(root + z))
+    blades = 3.0 * wing.blade_power_W / wing.tip_speed_m_s**2
+    return blades - lift + 1.5 * wing.parasite_W_s3_m3 * V
+
+
+@kept
+def best_endurance(wing: RotaryWing, max_speed_m_s: Quantity = math.inf) -> Quantity:
+    """Air speed of least power [m/s], up to a cap [m/s]; no symbols.
+
+    0 where the power grows from hover on. Either P_0 or p must be > 0.
+    """
+    best = roots.last(lambda V: -rise(wing, V), wing.induced_speed_m_s)
+    return np.minimum(best, max_speed_m_s)
+
+
+@kept
+def best_range(
+    wing: RotaryWing,
+    max_speed_m_s: Quantity = math.inf,
+    wind_m_s: Vector = (0.0, 0.0, 0.0),
+    direction: Vector = (1.0, 0.0, 0.0),
+) -> Quantity:
+    """Ground speed [m/s] at which a metre over ground takes the least energy; no symbols.
+
+    The direction is that of `ground_speed`, and the cap one of the air speed [m/s]. NaN where the
+    cap leaves no way against the wind. Either P_0 or p must be > 0.
+    """
+    along, across = _components(wind_m_s, direction)
+    # The air speed has a part f along the path, and g = f + along is the ground speed. Slower than
+    # the wind, the same power carries further with f turned round, so f ≥ 0. As P first is concave
+    # in f and then convex, g dP/df − P has one root.
+    least = np.maximum(-along, 0.0)
+
+    def falling(more: Quantity) -> Quantity:
+        f = least + more
+        V = np.sqrt(f**2 + across**2)
+        return power(wing, V) - (f + along) * 2.0 * f * rise(wing, V)
+
+    best = least + along + roots.last(falling, wing.induced_speed_m_s)
+    return np.minimum(best, ground_speed(max_speed_m_s, wind_m_s, direction))
+
+
+def ground_speed(air_speed_m_s: Quantity, wind_m_s: Vector, direction: Vector) -> Quantity:
+    """Speed over ground [m/s] along a direction at an air speed [m/s] in a level wind [m/s].
+
+    The direction is horizontal, of length 1 or 0: without one, as on a climb on the spot, it is the
+    air speed. NaN where the wind leaves no way forward.
+    """
+    along, across = _components(wind_m_s, direction)
+    with np.errstate(invalid="ignore"):
+        forward = along + np.sqrt(air_speed_m_s**2 - across**2)
+        way_on = np.sqrt(np.sign(forward))
+        return np.divide(way_on, way_on) * forward
+
+
+def air_speed(ground_speed_m_s: Quantity, wind_m_s: Vector, direction: Vector) -> Quantity:
+    """Horizontal air speed [m/s] at a speed over ground [m/s] along a direction of length 1 or 0.
+
+    Wind makes hovering cheaper: at 0 over ground, it is the speed of the wind [m/s].
+    """
+    x, y = (ground_speed_m_s * u - w for u, w in zip(direction[:2], wind_m_s[:2], strict=True))
+    return np.sqrt(x * x + y * y)
+
+
+def _components(wind_m_s: Vector, direction: Vector) -> tuple[Quantity, Quantity]:
+    """Wind along and across a level direction [m/s]."""
+    (x, y, _), (u, v, _) = wind_m_s, direction
+    return x * u + y * v, x * v - y * u
+
+
+def level_direction(way_m: Vector) -> Vector:
+    """Horizontal direction of a way [m], of length 1; of length 0 for a climb on the spot."""
+    x, y, _ = way_m
+    length = np.maximum(np.sqrt(x * x + y * y), TINY)
+    return x / length, y / length, 0.0
+
+
+class Leg(NamedTuple):
+    """A leg at constant power; every field may be an array over legs."""
+
+    way_m: Vector  # From start to end [m], components (x, y, z)
+    duration_s: Quantity
+    rise_s: Quantity  # Time to reach the largest speed, and to lose it again [s]
+    peak_speed_m_s: Quantity  # Largest speed along the path [m/s]
+    air_speed_m_s: Quantity  # Horizontal air speed at the peak [m/s]
+    power_W: Quantity  # At the rotors, climb included [W]
+
+
+def leg(
+    wing: RotaryWing,
+    way_m: Vector,
+    ground_speed_m_s: Quantity,
+    acceleration_m_s2: Quantity,
+    vertical_speeds_m_s: tuple[Quantity, Quantity],
+    weight_N: Quantity,
+    wind_m_s: Vector = (0.0, 0.0, 0.0),
+) -> Leg:
+    """A straight leg from rest to rest: accelerate, cruise, brake, all at the draw of the cruise.
+
+    With the horizontal length d and the horizontal ground speed V [m/s] > 0 it takes d/V + V/a, and
+    V is at most √(a d), at which nothing is cruised; a [m/s²] > 0. A leg that has to climb or
+    descend takes |Δz| over that mean speed at least (climb and descent [m/s] > 0): V is then as low
+    as the time allows, and a climb draws m g Δz over that time more. The way is end minus start
+    [m]; a leg of no length takes no time. NaN where the ground speed is.
+    """
+    a, (climb, descent) = acceleration_m_s2, vertical_speeds_m_s
+    x, y, z = way_m
+    d = np.sqrt(x * x + y * y)
+    V = np.minimum(ground_speed_m_s, np.sqrt(a * d))
+    cruise_s, ramp_s = d / np.maximum(V, TINY), V / a
+    level_s = cruise_s + ramp_s
+    up, down = np.maximum(z, 0.0), np.maximum(-z, 0.0)
+    T = np.maximum(level_s, up / climb + down / descent)
+    # The smaller root V of d/V + V/a = T, written without cancellation.
+    root = np.sqrt((T - level_s) * (T + level_s) + (cruise_s - ramp_s) ** 2)
+    V = 2.0 * d / np.maximum(T + root, TINY)
+    speed = air_speed(V, wind_m_s, level_direction(way_m))
+    drawn_W = power(wing, speed) + weight_N * up / np.maximum(T, TINY)
+    # Along the path the speed rises as long: to V times length over d, or L/(T − V/a).
+    peak = np.sqrt(d * d + z * z) / np.maximum(T - V / a, TINY)
+    return Leg(way_m, T, V / a, peak, speed, drawn_W)
+
+
+def motion(leg: Leg, time_s: Quantity) -> tuple[Quantity, Quantity]:
+    """Way travelled along a leg [m] and speed along it [m/s] at moments since its start [s].
+
+    The moments lie between 0 and its end. A climb on the spot moves at constant speed.
+    """
+    return ramps.motion(leg.peak_speed_m_s, leg.rise_s, leg.duration_s, time_s)
