@@ -10,6 +10,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from optuav.looks import LOOKS, PHASES
 from optuav.markup import element, figure, folded, pairs, paragraph, shown, table
 from optuav.network import vehicle
 from optuav.network.timeline import carry
@@ -31,8 +32,7 @@ if TYPE_CHECKING:
 
 WIDTH, HEIGHT = 440.0, 120.0  # Of the levels [px]
 ABOVE, LEFT, RIGHT = 20.0, 46.0, 30.0  # Room around them [px]
-KINDS = {"flight": "#0072B2", "hover": "#009E73", "rest": "#E69F00"}  # Colours of the phases
-BOUND, AVAILABLE, LACKING = "#B9A6D3", "#75519C", "#D55E00"  # Colours of the wells
+BOUND, AVAILABLE, LACKING = (LOOKS[role].light for role in ("bound", "available", "dry"))
 PIECES = 12  # Into which a stage is divided, as the wells do not change along straight lines
 LETTER = 6.5  # About how wide a letter is [px]
 MOST_TICKS, MOST_POINTS = 6, 400
@@ -147,7 +147,7 @@ def picture(
     for kind, start_s, duration_s in phases:
         start, wide = x(start_s), x(start_s + duration_s) - x(start_s)
         place = {"x": start, "y": ABOVE - 5.0, "width": wide, "height": 4.0}
-        drawn.append(_shape("rect", **place, fill=KINDS[kind]))
+        drawn.append(_shape("rect", **place, fill=PHASES[kind]))
         if wide > LETTER * len(kind):
             middle = start + wide / 2.0
             drawn.append(_shape("text", kind, x=middle, y=ABOVE - 8.0, text_anchor="middle"))
@@ -163,7 +163,8 @@ def picture(
         at += 14.0 + LETTER * (len(words) + 3)
     if dry_s is not None:
         at, words = x(dry_s), f"dry at {dry_s:.1f} s"
-        drawn.append(_shape("line", x1=at, x2=at, y1=ABOVE, y2=bottom, **line, stroke_width="1.5"))
+        ends = {"x1": at, "x2": at, "y1": ABOVE, "y2": bottom}
+        drawn.append(_shape("line", **ends, stroke=LACKING, stroke_width="2"))
         drawn.append(_shape("text", words, x=right, y=below, text_anchor="end"))
     box = f"0 0 {right + RIGHT:g} {below + 9.0:g}"
     named = {"role": "img", "aria_label": "Charge in both wells over time"}

@@ -17,6 +17,14 @@ from optuav.modelling.check import evaluated
 
 REACHED = {"dry": "dry", "past full": "full"}
 """What the available well is where one of its limits binds, by the kind of the constraint."""
+ROLES = {
+    "state of charge": "charge",
+    "deadline": "deadline",
+    "dry": "dry",
+    "past full": "overfull",
+    "bounds": "bounds",
+}
+"""Roles in `optuav.looks` of limits by the kind of the constraint."""
 MOST_POINTS = 40  # Most points of the grid that are shown along an axis
 BEYOND = 1.5  # How far the grid is shown, as a multiple of how far it is feasible
 MARGIN = 0.07  # Share of the plane that is shown beyond the grid
