@@ -16,6 +16,7 @@ from optuav.diagnosis.infeasibility import bound, conflicts, is_own, parameters_
 from optuav.diagnosis.parameter_prices import prices
 from optuav.diagnosis.repair import MissionQuestion, repairs
 from optuav.diagnosis.report import Explanation, Side
+from optuav.diagnosis.sentences import limit
 from optuav.engines.registry import Engine, capabilities
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
@@ -287,6 +288,7 @@ def _objective(model: Model) -> str:
 
 def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -> Iterator[Side]:
     """The constraints with unknowns or own parameters; others compare figures of the mission."""
+    way = program.network.route_names(int(part.routes[entry]))
     labels = words(program.network, part, entry, [each.label for each in relations(part.model)])
     for label, row in zip(labels, evaluated(part.model, values), strict=True):
         constraint, slack, right = row.constraint, float(row.slack), float(row.right)
@@ -307,4 +309,5 @@ def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -
             kind=constraint.kind,
             step=constraint.step,
             in_flight=isinstance(constraint.moment, StepEnd) and not constraint.moment.stay,
+            words=limit(constraint.kind, constraint.moment, way, label),
         )

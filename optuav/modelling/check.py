@@ -174,11 +174,14 @@ def relations(model: Model) -> Sequence[Constraint]:
         return walk.relations
     found = [*model.constraints]
     for each in model.variables:
-        stated = each.unit, each.declared_at, each.kind or "bounds"
+        declared = each.unit, each.declared_at
         if not (isinstance(each.lower, float) and each.lower == -np.inf):
-            found.append(Constraint(each.label, Relation(each, ">=", each.lower), *stated))
+            found.append(
+                Constraint(each.label, Relation(each, ">=", each.lower), *declared, "bounds")
+            )
         if not (isinstance(each.upper, float) and each.upper == np.inf):
-            found.append(Constraint(each.label, Relation(each, "<=", each.upper), *stated))
+            kind = each.kind or "bounds"
+            found.append(Constraint(each.label, Relation(each, "<=", each.upper), *declared, kind))
     walk.relations = found
     return found
 

@@ -1,6 +1,7 @@
 """The places of a mission as arrays: ends, hover point and buildings, with the laser's reach."""
 
 import itertools
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -9,9 +10,11 @@ import numpy as np
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
 from optuav.mission.messages import listed
+from optuav.mission.schema import Laser
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, clear_lines
 from optuav.network.prisms import Prisms
+from optuav.physics import laser
 from optuav.physics.quantity import Quantity, Vector, norm
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3
@@ -97,6 +100,35 @@ class ChargingCap(NamedTuple):
     words: str  # What it is, as a sentence
 
 
+class LaserReach(NamedTuple):
+    """What the laser can give at the places in its sight, without those stated in a graph."""
+
+    most_A: float  # Largest charging current, were nothing capped; 0 where it sees no place
+    capped_W: float  # Source power from which on all of them get the capped current
+
+
+def laser_reach(mission: Mission, places: Places) -> LaserReach:
+    """Return the limits of a laser; it moves nothing where the mission states the current."""
+    assert mission.laser is not None
+    lit, distance_m = _lit(mission.laser, places)
+    if mission.flight.model == "regimes" and mission.flight.charge_current_A is not None:
+        return LaserReach(math.inf, 0.0)
+    if not lit.any():
+        return LaserReach(0.0, 0.0)
+    current_A = vehicle.charging(mission, distance_m[lit], capped=False).current_A
+    alpha, light = vehicle.attenuation_per_km(mission), vehicle.conversion(mission)
+    share = laser.transmission(alpha, float(distance_m[lit].max()))
+    limit_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
+    return LaserReach(float(np.max(current_A)), float(laser.source_limit(light, limit_W, share)))
+
+
+def _lit(source: Laser, places: Places) -> tuple[Booleans, Floats]:
+    """Which places the laser sees, where a UAV may stay, and the distances to all [m]."""
+    lit = places.laser_sight & ~places.edited
+    lit[[ORIGIN, DESTINATION]] = False
+    return lit, norm(tuple((places.position_m - source.position_m).T))
+
+
 def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
     """Which key caps the charging current, and where; None if none does, or nothing may charge.
 
@@ -104,12 +136,10 @@ def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
     """
     if mission.laser is None:
         return None
-    lit = places.laser_sight & ~places.edited
-    lit[[ORIGIN, DESTINATION]] = False
+    lit, distance_m = _lit(mission.laser, places)
     stated = mission.flight.charge_current_A if mission.flight.model == "regimes" else None
     key = "battery.charge_current_A" if stated is None else "flight.charge_current_A"
     current_A = mission.battery.charge_current_A if stated is None else stated
-    distance_m = norm(tuple((places.position_m - mission.laser.position_m).T))
     free_A = vehicle.charging(mission, distance_m, capped=False).current_A
     capped = lit if stated is not None else lit & (free_A > current_A)
     if not (current_A and capped.any()):

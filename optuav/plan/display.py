@@ -36,7 +36,7 @@ BOUND, AVAILABLE, LACKING = (LOOKS[role].light for role in ("bound", "available"
 PIECES = 12  # Into which a stage is divided, as the wells do not change along straight lines
 LETTER = 6.5  # About how wide a letter is [px]
 MOST_TICKS, MOST_POINTS = 6, 400
-ROUNDING = 1e-6  # Percent of the capacity
+ROUNDING = 1e-6  # Percent of the capacity, and share of a step
 
 
 class Levels(NamedTuple):
@@ -100,7 +100,8 @@ def levels(plan: Plan) -> Levels:
                 end_s += piece.duration_s
                 found.append((end_s, float(wells.available_As), float(wells.bound_As)))
     full = vehicle.pool(plan.mission).full
-    return Levels(*np.array([(0.0, *map(float, full)), *found]).T)
+    course, every = np.array([(0.0, *map(float, full)), *found]).T, 1 + len(found) // MOST_POINTS
+    return Levels(*(np.append(each[:-1:every], each[-1]) for each in course))
 
 
 def picture(
@@ -113,8 +114,7 @@ def picture(
 
     Above them the phases: kind, start and duration [s].
     """
-    every = 1 + len(course.time_s) // MOST_POINTS
-    time_s, available_As, bound_As = (np.append(each[:-1:every], each[-1]) for each in course)
+    time_s, available_As, bound_As = course
     bound, total = (100.0 * each / capacity_As for each in (bound_As, bound_As + available_As))
     end_s, lacking = max(float(time_s[-1]), 1e-9), total < bound - ROUNDING
     low, high = min(0.0, float(total.min())), max(100.0, float(total.max()))
@@ -173,9 +173,20 @@ def picture(
 
 def ticks(end_s: float) -> list[float]:
     """Round moments from 0 on [s], at most `MOST_TICKS` steps."""
-    size = 10.0 ** math.floor(math.log10(end_s / MOST_TICKS))
-    step = next(size * each for each in (1, 2, 5, 10, 20) if end_s / (size * each) <= MOST_TICKS)
+    step = round_step(end_s, MOST_TICKS)
     return [step * number for number in range(int(end_s / step) + 1)]
+
+
+def round_step(length: float, most: int = MOST_TICKS) -> float:
+    """A step of 1, 2 or 5 times a power of ten that fits into a length > 0 at most so often."""
+    size = 10.0 ** math.floor(math.log10(length / most))
+    return next(size * each for each in (1, 2, 5, 10, 20) if length / (size * each) <= most)
+
+
+def rounded_up(length: float) -> float:
+    """The least number of round steps that is as long: 1200 for 1108; 1 for nothing."""
+    step = round_step(length or 1.0)
+    return step * math.ceil((length or 1.0) / step - ROUNDING)
 
 
 def _shape(tag: str, *words: str, **look: str | float) -> Element:
