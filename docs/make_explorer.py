@@ -17,7 +17,7 @@ import numpy as np
 
 import optuav
 from optuav.explorer.answers import answers
-from optuav.explorer.static import script, text
+from optuav.explorer.static import script, style
 from optuav.mission.keys import now_of
 
 MISSION = "paper"
@@ -60,7 +60,7 @@ def page() -> str:
     data = f"const keys = {_json(keys)}, answers = {_json(stored)};"
     code = "\n".join([script(), data, (Path(__file__).parent / "stored.js").read_text("utf-8")])
     title = html.escape(f"optuav: {mission.name} with sliders")
-    return PAGE.format(title=title, style=text("explorer.css"), code=code)
+    return PAGE.format(title=title, style=style(), code=code)
 
 
 def _json(data: Any) -> str:
