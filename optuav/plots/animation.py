@@ -36,8 +36,8 @@ def save_animation(replayed: Replay, path: str | Path) -> Path:
     """Write a simulated plan in motion as a GIF of a quarter of a minute: map and wells together.
 
     On the map the UAV flies its way, and is joined to the laser while that delivers power; beside
-    it the bands of the wells grow. From the first violated limit on, the UAV is red. The same plan
-    gives the same bytes.
+    it the bands of the wells grow. From the first violated limit on, the UAV is orange-red. The
+    same plan gives the same bytes.
 
     Parameters
     ----------

@@ -92,7 +92,8 @@ export class Labels {
   #points = [];
   #width;
   #height;
-  constructor(width, height) { [this.#width, this.#height] = [width, height]; }
+  #left;
+  constructor(width, height, left = 0) { [this.#width, this.#height, this.#left] = [width, height, left]; }
   keep(box) { this.#taken.push(box); }
   avoid(points) { this.#points.push(...points); }
   box({x, y, anchor}, lines, size, weight) {
@@ -104,7 +105,7 @@ export class Labels {
     let best = null;
     for (const candidate of candidates) {
       const [a, b, c, d] = this.box(candidate, lines, size, weight);
-      const outside = Math.max(0, -a, -b, c - this.#width, d - this.#height);
+      const outside = Math.max(0, this.#left - a, -b, c - this.#width, d - this.#height);
       const covered = d3.sum(this.#taken, ([e, f, g, h]) =>
         Math.max(0, Math.min(c, g) - Math.max(a, e)) * Math.max(0, Math.min(d, h) - Math.max(b, f)));
       const crossed = this.#points.filter(([x, y]) => x > a && x < c && y > b && y < d).length;

@@ -38,7 +38,7 @@ export function drawPlane(draw, {plane, wells}, {axes, trail, size, u, slots}) {
   draw.replaceChildren(plot);
   const x = place(plot, "x"), y = place(plot, "y"), [left, right, top, bottom] = [x(-below * most_x), x(most_x), y(most_y), y(-below * most_y)];
   const muted = {size: size - 1, fill: "muted", halo: false};
-  const end = "rest time, s →", labels = new Labels(width, bottom);
+  const end = "rest time, s →", labels = new Labels(width, bottom, left);
   for (const value of up) {
     write(plot, {x: left - 5, y: Math.max(y(value) + size / 3, top + size * 0.75), words: grouped(value), anchor: "end", ...muted});
   }
@@ -53,21 +53,24 @@ export function drawPlane(draw, {plane, wells}, {axes, trail, size, u, slots}) {
   for (const limit of lines) limit.dots = limit.ways.flatMap((way) => dots(way));
   labels.avoid([...lines.flatMap((limit) => limit.dots), ...dots([[left, y(0)], [right, y(0)]]), ...dots([[x(0), top], [x(0), bottom]])]);
   const star = plane.best && [x(plane.best[0]), y(plane.best[1])];
-  drawOptimum(plot, {plane, trail, star, mark: missed(wells), x, y, u, size, labels, narrow, bounds: [left, right, top, bottom]});
-  const said = new Set();
+  const before = trail.slice(0, -1).map((each) => [x(each.best[0]), y(each.best[1])]).filter(([a, b]) => a >= left && a <= right && b >= top && b <= bottom);
+  for (const [[a, b], reach] of [...before.map((each) => [each, 5 * u]), ...(star ? [[star, 17 * u]] : [])]) labels.keep([a - reach, b - reach, a + reach, b + reach]);
+  const said = new Set(), told = draw.closest(".symbols");
   for (const {role, words, short, symbol, ways, dots: own} of lines) {
-    const text = narrow ? short : words, points = ways.flat();
+    const text = narrow ? short : words, whole = told ? `${text}  ${symbol}` : text, points = ways.flat();
     if (!text || said.has(text) || points.length < 2) continue;
     said.add(text);
     const others = lines.flatMap((each) => (each.dots === own ? [] : each.dots));
     const near = (spot) => {
-      const [a, b, c, d] = labels.box(spot, [text], size, 600);
-      return others.filter(([x, y]) => x > a - 6 && x < c + 6 && y > b - 8 && y < d + 8).length;
+      const [a, b, c, d] = labels.box(spot, [whole], size, 600);
+      const wished = star && a < star[0] + 16 * u + 9 * size && c > star[0] + 16 * u && b < star[1] - 34 * u + 1.5 * size && d > star[1] - 34 * u - size;
+      return others.filter(([x, y]) => x > a - 6 && x < c + 6 && y > b - 8 && y < d + 8).length + (wished ? 3 : 0); // Words of the optimum
     };
-    const spots = beside(points, text, size, u, [left, right, top, bottom]).map((spot) => ({...spot, cost: spot.cost + 4 * near(spot)}));
-    const found = labels.find([text], spots, {size, weight: 600});
+    const spots = beside(points, whole, size, u, [left, right, top, bottom]).map((spot) => ({...spot, cost: spot.cost + 4 * near(spot)}));
+    const found = labels.find([whole], spots, {size, weight: 600});
     if (found) write(plot, {...found, words: text, size, weight: 600, fill: role, symbol}).append("title").text(`${words} ${symbol}`);
   }
+  drawOptimum(plot, {plane, star, before, from: trail[0]?.from, mark: missed(wells), u, size, labels, narrow});
   limits.filter(({forbids, excess}) => forbids && excess.every((value) => value < 0)).slice(0, 3).forEach(({role, words}, k) =>
     write(plot, {x: (left + right) / 2, y: (top + bottom) / 2 + 1.5 * k * size, words: `${words} – kept nowhere here`, anchor: "middle", size, weight: 600, fill: role}));
   if (plane.chosen && grid.feasible.flat().some(Boolean)) {
@@ -85,22 +88,17 @@ function missed(wells) {
 }
 
 // The star, a ring where the plan falls, the optima before it, and their words.
-function drawOptimum(plot, {plane, trail, star, mark, x, y, u, size, labels, narrow, bounds: [left, right, top, bottom]}) {
+function drawOptimum(plot, {plane, star, before, from, mark, u, size, labels, narrow}) {
   if (!star) return;
   const svg = d3.select(plot), [sx, sy] = star;
-  const before = trail.slice(0, -1).map((each) => [x(each.best[0]), y(each.best[1])]);
-  const inside = before.filter(([a, b]) => a >= left && a <= right && b >= top && b <= bottom);
-  svg.append("g").attr("class", "trail").selectAll("circle").data(inside).join("circle").attr("cx", ([a]) => a).attr("cy", ([, b]) => b)
+  svg.append("g").attr("class", "trail").selectAll("circle").data(before).join("circle").attr("cx", ([a]) => a).attr("cy", ([, b]) => b)
     .attr("r", 4.5 * u).attr("fill", colour("optimum")).attr("stroke", colour("edge")).attr("stroke-width", u)
-    .attr("opacity", (_, k) => FAINTEST + ((1 - FAINTEST) * k) / inside.length);
+    .attr("opacity", (_, k) => FAINTEST + ((1 - FAINTEST) * k) / before.length);
   svg.append("path").attr("d", d3.symbol(d3.symbolStar, 105 * u * u)()).attr("transform", `translate(${sx} ${sy})`).attr("class", "optimum")
     .attr("fill", colour("optimum")).attr("stroke", colour("edge")).attr("stroke-width", 1.5 * u);
   if (mark) {
     svg.append("circle").attr("cx", sx).attr("cy", sy).attr("r", 15 * u).attr("fill", "none").attr("stroke", colour(mark[1])).attr("stroke-width", 2.5 * u);
   }
-  const ring = 17 * u;
-  labels.keep([sx - ring, sy - ring, sx + ring, sy + ring]);
-  for (const [a, b] of inside) labels.keep([a - 5 * u, b - 5 * u, a + 5 * u, b + 5 * u]);
   const [hover, rest] = [`hover ${plane.best[1].toFixed(2)} s`, `rest ${plane.best[0].toFixed(1)} s`], also = mark && !narrow ? mark[0] : "";
   const spots = [[16, -34], [16, -52], [-16, -34], [0, 20], [16, 26], [-16, 26], [-16, -52], [-30, 26], [16, 46], [-30, 46], [22, -10], [-16, 46]]
     .map(([a, b], k) => ({x: sx + a * u, y: sy + b * u + (b > 0 ? size / 2 : 0), anchor: a >= 0 || a === -30 ? "start" : "end", cost: 3 * k}));
@@ -108,9 +106,8 @@ function drawOptimum(plot, {plane, trail, star, mark, x, y, u, size, labels, nar
   const first = write(plot, {...found, words: hover, size, weight: 700});
   if (also) first.append("tspan").attr("dx", 1.2 * size).attr("fill", colour(mark[1])).text(also);
   write(plot, {...found, y: found.y + 1.25 * size, words: rest, size});
-  const from = trail[0]?.from;
-  if (inside.length && from && !narrow) {
-    const words = `trail: from ${grouped(from[1] === "%" ? 100 * from[0] : from[0])} ${from[1]}`, [a, b] = inside[0];
+  if (before.length && from && !narrow) {
+    const words = `trail: from ${grouped(from[1] === "%" ? 100 * from[0] : from[0])} ${from[1]}`, [a, b] = before[0];
     const spot = labels.find([words], [[-10, 14], [10, 14], [-10, -8], [10, -8]].map(([dx, dy]) => ({x: a + dx * u, y: b + dy * u + (dy > 0 ? size / 2 : 0), anchor: dx > 0 ? "start" : "end"})), {size: size - 1, needed: false});
     if (spot) write(plot, {...spot, words, size: size - 1, fill: "muted"});
   }
