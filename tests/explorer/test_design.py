@@ -305,6 +305,10 @@ def test_in_a_page_of_the_site_the_controls_are_a_sheet(open_page: Open) -> None
     assert sheet["bottom"] <= 641
     page.keyboard.press("Escape")
     assert not page.locator(".controls").is_visible()
+    assert not page.get_by_text("Share").is_visible()
+    page.locator(".more").click()
+    page.get_by_text("Share").click()
+    assert page.get_by_role("button", name="Picture (SVG)").is_visible()
 
 
 def test_on_a_phone_the_picture_stays_beside_the_sheet(open_page: Open) -> None:
@@ -318,6 +322,11 @@ def test_on_a_phone_the_picture_stays_beside_the_sheet(open_page: Open) -> None:
     assert lower["height"] == 96
     assert len(boxes(page, ".controls input[type=range]")) == 1
     page.get_by_label("Height of the controls").click(click_count=2, delay=20)
+    page.locator(".more").click()
+    page.get_by_role("button", name="Details").click()
+    playwright.expect(page.locator(".tables")).to_contain_text("charge left")
+    page.evaluate("scrollTo(0, 0)")
+    page.locator(".more").click()
     for tab in ("Start", "Question", "Mission", "Places"):
         page.get_by_role("tab", name=tab).click()
         rests(page)

@@ -37,7 +37,8 @@ function render({model, el}) {
   const opener = button("Controls", () => root.classList.toggle("sheet-open"), {class: "sheet-opener", "data-stays": ""});
   const more = button("⋯", () => actions.classList.toggle("open"), {class: "more", "aria-label": "Pin, lock axes, symbols, share, reset"});
   const share = make("details", {class: "menu"}, make("summary", {}, "Share ▾"), make("div", {class: "panel"}));
-  const actions = make("div", {class: "actions"}, opener, pin, lock, symbols, talk, share, reset);
+  const tablesToo = button("Details", () => details.click(), {class: "narrow"});
+  const actions = make("div", {class: "actions"}, opener, pin, lock, symbols, talk, share, tablesToo, reset);
   const keys = {p: pin, a: lock, s: symbols, l: talk, " ": columns[0].element.querySelector(".play")};
   header.append(actions, more);
   stage.append(chosen, presets);
