@@ -31,6 +31,7 @@ from optuav.network.places import charging_cap
 from optuav.network.routes import SAME_S
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan
+from optuav.plan.plane import kind_of
 from optuav.solving import Program, solve
 from optuav.solving.outcome import Part, more_stops_may_help, not_excluded, words
 from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
@@ -306,8 +307,8 @@ def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -
             right=right,
             slack=slack,
             binds=math.isclose(slack, 0.0, abs_tol=1e-6 * max(1.0, abs(right))),
-            kind=constraint.kind,
+            kind=kind_of(constraint),
             step=constraint.step,
             in_flight=isinstance(constraint.moment, StepEnd) and not constraint.moment.stay,
-            words=limit(constraint.kind, constraint.moment, way, label),
+            words=limit(kind_of(constraint), constraint.moment, way, label),
         )

@@ -14,7 +14,7 @@ from optuav.modelling.check import evaluated
 from optuav.network.network import Network
 from optuav.network.places import laser_reach
 from optuav.plan import Plan
-from optuav.plan.plane import ROLES
+from optuav.plan.plane import ROLES, kind_of
 from optuav.solving import Program
 from optuav.solving.program import entry_of
 
@@ -158,7 +158,7 @@ class Curve(NamedTuple):
 
 def curve(constraint: Constraint, way: Sequence[str], mission: Mission) -> Curve:
     """Return what stands beside a limit in the plane; no words for the bounds of times."""
-    kind, moment, limits = constraint.kind, constraint.moment, mission.limits
+    kind, moment, limits = kind_of(constraint), constraint.moment, mission.limits
     role = ROLES.get(kind, "bounds")
     words = {
         "charge": f"charge left: {100.0 * limits.min_soc:.3g} %",

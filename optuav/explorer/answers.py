@@ -25,7 +25,7 @@ from optuav.network import vehicle
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.network.scene import scene
 from optuav.plan import Plan
-from optuav.plan.display import levels, round_step, rounded_up
+from optuav.plan.display import levels, round_step, rounded_up, thinned
 from optuav.plan.plane import ROLES, SAMPLES, sampled
 from optuav.plan.summary import facts
 from optuav.solving import Program, formulate
@@ -149,7 +149,7 @@ def _map(mission: Mission, plan: Plan) -> Data:
 
 def _wells(plan: Plan) -> Data:
     """Charge in both wells over time, the phases, and the levels that matter [s], [A s]."""
-    time_s, available_As, bound_As = levels(plan)
+    time_s, available_As, bound_As = thinned(levels(plan))
     total_As, deadline_s = bound_As + available_As, plan.mission.limits.deadline_s
     mission, full_As = plan.mission, float(vehicle.pool(plan.mission).capacity_As)
     return {

@@ -174,14 +174,11 @@ def relations(model: Model) -> Sequence[Constraint]:
         return walk.relations
     found = [*model.constraints]
     for each in model.variables:
-        declared = each.unit, each.declared_at
+        stated = each.unit, each.declared_at, each.kind or "bounds"
         if not (isinstance(each.lower, float) and each.lower == -np.inf):
-            found.append(
-                Constraint(each.label, Relation(each, ">=", each.lower), *declared, "bounds")
-            )
+            found.append(Constraint(each.label, Relation(each, ">=", each.lower), *stated))
         if not (isinstance(each.upper, float) and each.upper == np.inf):
-            kind = each.kind or "bounds"
-            found.append(Constraint(each.label, Relation(each, "<=", each.upper), *declared, kind))
+            found.append(Constraint(each.label, Relation(each, "<=", each.upper), *stated))
     walk.relations = found
     return found
 

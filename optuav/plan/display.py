@@ -100,7 +100,12 @@ def levels(plan: Plan) -> Levels:
                 end_s += piece.duration_s
                 found.append((end_s, float(wells.available_As), float(wells.bound_As)))
     full = vehicle.pool(plan.mission).full
-    course, every = np.array([(0.0, *map(float, full)), *found]).T, 1 + len(found) // MOST_POINTS
+    return Levels(*np.array([(0.0, *map(float, full)), *found]).T)
+
+
+def thinned(course: Levels) -> Levels:
+    """Every n-th moment and the last, about `MOST_POINTS`."""
+    every = 1 + len(course.time_s) // MOST_POINTS
     return Levels(*(np.append(each[:-1:every], each[-1]) for each in course))
 
 
@@ -114,7 +119,7 @@ def picture(
 
     Above them the phases: kind, start and duration [s].
     """
-    time_s, available_As, bound_As = course
+    time_s, available_As, bound_As = thinned(course)
     bound, total = (100.0 * each / capacity_As for each in (bound_As, bound_As + available_As))
     end_s, lacking = max(float(time_s[-1]), 1e-9), total < bound - ROUNDING
     low, high = min(0.0, float(total.min())), max(100.0, float(total.max()))

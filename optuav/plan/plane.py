@@ -37,6 +37,12 @@ BEYOND_NUMBERS: Mapping[str, Any] = {"over": "ignore", "invalid": "ignore"}
 """Far from what is feasible an exponential may be too large for a number."""
 
 
+def kind_of(constraint: Constraint) -> str:
+    """What a constraint limits; a time that the deadline bounds above is at least 0 without it."""
+    lower = constraint.kind == "deadline" and constraint.relation.sense == ">="
+    return "bounds" if lower else constraint.kind
+
+
 class Cut(NamedTuple):
     """A constraint without which more would be feasible."""
 

@@ -14,7 +14,16 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, InputError
 from optuav.modelling import Model, Variable
 from optuav.plan import Plan
-from optuav.plan.plane import ROLES, constraint_name, cuts, feasible, limits, thinned, worth_seeing
+from optuav.plan.plane import (
+    ROLES,
+    constraint_name,
+    cuts,
+    feasible,
+    kind_of,
+    limits,
+    thinned,
+    worth_seeing,
+)
 from optuav.plots import style
 from optuav.plots.style import BLACK, printed
 
@@ -146,7 +155,7 @@ def _draw_constraints(
     names = [*map(printed, route)]
     own = cycle(OWN)
     for cut in cuts(model, parameters, x, y):
-        role = ROLES.get(cut.constraint.kind)
+        role = ROLES.get(kind_of(cut.constraint))
         look: style.Look = (
             {"color": next(own), "linestyle": "-"} if role is None else style.limit(role)
         )
