@@ -93,9 +93,9 @@ function name({plot, kept, map, at, used, named, all, legs, ends, x, y, size, u,
   put(["device"], map.device, {first: 400, gap: 15 * u, order: [2, 0, 1, 3, 4, 5, 6, 7]});
   if (map.hover && !used.has("hover")) put(["hover point"], map.hover, {first: 400});
   if (!named || !all) return;
-  const middle = width / 2;
+  const middle = width / 2, sides = (aside) => [...(Math.abs(aside) < 0.09 * width ? [3] : []), ...(aside < 0 ? [1, 0] : [0, 1]), 3, 2, 4, 5, 6, 7];
   for (const {name: words, at: point} of map.buildings) {
-    if (!used.has(words)) put([short(words)], point, {first: 400, gap: 7 * u, fill: "muted", needed: false, scaled: size - 1, order: x(point[0]) < middle ? [1, 0, 3, 2, 4, 5, 6, 7] : [0, 1, 3, 2, 4, 5, 6, 7]});
+    if (!used.has(words)) put([short(words)], point, {first: 400, gap: 7 * u, fill: "muted", needed: false, scaled: size - 1, order: sides(x(point[0]) - middle)});
   }
 }
 

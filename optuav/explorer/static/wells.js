@@ -100,9 +100,10 @@ function drawWords(plot, {wells, verdict}, {x, y, size, u, narrow, end, rows}) {
     const under = rows.filter(({time}) => x(time) > at - half && x(time) < at + half);
     write(plot, {x: at, y: y(d3.max(under, ({upper}) => upper) ?? 0) - 10 * u, words, anchor: "middle", fill: "dry", ...strong});
   }
-  if (wells.spare_s > 0.5 && x(end) - x(last) > size * 8) {
-    const words = narrow || x(end) - x(last) < size * 14 ? `${wells.spare_s.toFixed(0)} s to spare` : `${wells.spare_s.toFixed(0)} s before the deadline`;
-    write(plot, {x: x(Math.min(end, wells.deadline_s)) - 10 * u, y: y(0.62 * full), words, anchor: "end", size, fill: "muted"});
+  const spare = [`${wells.spare_s.toFixed(0)} s before the deadline`, `${wells.spare_s.toFixed(0)} s to spare`].slice(narrow ? 1 : 0);
+  const left_s = spare.find((each) => wide(each, size) < x(end) - x(last) - 16 * u);
+  if (wells.spare_s > 0.5 && left_s) {
+    write(plot, {x: x(Math.min(end, wells.deadline_s)) - 10 * u, y: y(0.62 * full), words: left_s, anchor: "end", size, fill: "muted"});
   }
 }
 
