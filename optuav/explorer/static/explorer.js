@@ -129,7 +129,7 @@ function render({model, el}) {
     const end = wells.dry_s ?? wells.time_s.at(-1), still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     flight = d3.timer((past) => {
       column.moment = still ? end : Math.min(end, (past / FLIGHT_MS) * wells.time_s.at(-1));
-      column.draw();
+      column.tick();
       if (column.moment >= end) flight.stop();
     });
   }

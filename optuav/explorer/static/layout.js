@@ -44,13 +44,12 @@ export class Column {
     this.heading.replaceChildren(`${this.kind === "now" ? "Now" : "Pinned"}: ${answer.verdict.promise ? `${answer.verdict.hover_s.toFixed(2)} s, ` : ""}`, event(answer.verdict), make("br"), make("span", {}, lower(answer.verdict.binds)));
     this.heading.classList.toggle("good", answer.verdict.good);
     wells.caption.querySelector(".play").hidden = !answer.wells;
-    if (seen("map")) {
-      const drawn = drawMap(map.draw, answer, {window: axes.map, size, u, all: !lecture});
-      if (this.#handles && !stored) this.#handles.draw(map.draw, drawn, answer.map);
-      if (this.moment !== null && answer.wells) drawDrone(drawn, answer, this.moment, {size, u});
-    }
+    const drawn = seen("map") ? drawMap(map.draw, answer, {window: axes.map, size, u, all: !lecture}) : null;
+    if (drawn && this.#handles && !stored) this.#handles.draw(map.draw, drawn, answer.map);
     if (seen("plane")) drawPlane(plane.draw, answer, {axes: stored ? null : axes.plane, trail: this.kind === "now" ? trail : [], size, u, slots: this.slots.checked});
-    if (seen("wells")) drawWells(wells.draw, answer, {axes: axes.wells, size, u, playhead: answer.wells ? this.moment : null});
+    const clock = seen("wells") ? drawWells(wells.draw, answer, {axes: axes.wells, size, u}) : null;
+    this.tick = () => [clock?.(this.moment), drawn && drawDrone(drawn, answer, this.moment, {size, u})]; // What moves in flight
+    this.tick();
   }
   shape([[x1, y1], [x2, y2]]) {
     const [across, up] = [x2 - x1, y2 - y1];

@@ -160,6 +160,8 @@ export class Handles {
 
 // The drone at a moment: on its way, at a stop, or falling once its available well is empty.
 export function drawDrone({plot, x, y, at}, {map, wells, verdict}, moment, {size, u}) {
+  d3.select(plot).selectAll(".drone").remove();
+  if (moment === null || !wells) return;
   const group = d3.select(plot).append("g").attr("class", "drone"), falls = wells.dry_s !== null && moment >= wells.dry_s;
   const time = falls ? wells.dry_s : moment, k = Math.max(0, wells.phases.findIndex(({end_s}) => time <= end_s));
   const {kind, at: end, start_s, end_s} = wells.phases[k], to = at(end), from = kind === "flight" ? at(wells.phases[k - 1]?.at ?? "origin") : to;

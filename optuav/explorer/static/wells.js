@@ -4,7 +4,7 @@ import {casing, colour, grouped, line, picture, place, steps, wide, write} from 
 const NARROW_WELLS_PX = 560;
 const HEADROOM = 1.1; // Of the axis of the charge, for words above the full battery
 
-export function drawWells(draw, answer, {axes, size, u, playhead}) {
+export function drawWells(draw, answer, {axes, size, u}) {
   const width = draw.clientWidth, height = draw.clientHeight, {wells, verdict} = answer;
   if (!wells) return draw.replaceChildren(Object.assign(document.createElement("p"), {textContent: "There is no plan to fly."}));
   const narrow = width < NARROW_WELLS_PX * u, strip = 1.55 * size, top = 8 + strip + 4;
@@ -49,7 +49,7 @@ export function drawWells(draw, answer, {axes, size, u, playhead}) {
   }));
   drawPhases(plot, wells.phases, x, strip, size);
   drawWords(plot, answer, {x, y, size, u, narrow, end, rows});
-  if (playhead !== null) drawPlayhead(plot, {at: x(playhead), from: 8 + strip, to: ground, hidden: playhead === dry, u});
+  return (moment) => drawPlayhead(plot, {at: moment === null ? null : x(moment), from: 8 + strip, to: ground, hidden: moment === dry, u});
 }
 
 function drawPhases(plot, phases, x, strip, size) {
@@ -108,6 +108,8 @@ function drawWords(plot, {wells, verdict}, {x, y, size, u, narrow, end, rows}) {
 }
 
 function drawPlayhead(plot, {at, from, to, hidden, u}) {
+  d3.select(plot).selectAll(".playhead").remove();
+  if (at === null) return;
   const group = d3.select(plot).append("g").attr("class", "playhead");
   if (!hidden) group.append("line").attr("x1", at).attr("x2", at).attr("y1", 2).attr("y2", to).attr("stroke", colour("ink")).attr("stroke-width", 1.5 * u);
   group.append("path").attr("d", "M-7,-2L7,-2L0,9Z").attr("transform", `translate(${at} ${from}) scale(${u})`).attr("fill", colour("ink")).attr("stroke", colour("panel"));
