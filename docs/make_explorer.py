@@ -17,7 +17,7 @@ import numpy as np
 
 import optuav
 from optuav.explorer.answers import answers
-from optuav.explorer.static import script, text
+from optuav.explorer.static import script, style
 from optuav.mission.keys import now_of
 
 MISSION = "paper"
@@ -27,6 +27,7 @@ STOPS = {
     "battery.capacity_As": range(24_000, 48_001, 6_000),
 }
 """Where the sliders stand, evenly; the mission's own values are among them."""
+AXES_S = [2000, 1200]  # Of the plane, rest and hover: no stored answer has others
 EVERY, WHOLE = 2, 999  # Of the plane every second sample, in numbers of three digits
 PAGE = """<!doctype html>
 <html lang="en" class="optuav-page">
@@ -50,7 +51,8 @@ def page() -> str:
     """The page as one text."""
     mission, stored, keys = optuav.load(MISSION), dict[str, Any](), list[Any]()
     for perspective, *values in product(PERSPECTIVES, *STOPS.values()):
-        state = {"perspective": perspective, "changes": dict(zip(STOPS, values, strict=True))}
+        changes = dict(zip(STOPS, values, strict=True))
+        state = {"perspective": perspective, "changes": changes, "axes": AXES_S}
         found = answers(mission, state)
         stored[json.dumps([perspective, *values], separators=(",", ":"))] = _brief(found)
         keys = [each for each in found["controls"] if each["key"] in STOPS]
@@ -60,7 +62,7 @@ def page() -> str:
     data = f"const keys = {_json(keys)}, answers = {_json(stored)};"
     code = "\n".join([script(), data, (Path(__file__).parent / "stored.js").read_text("utf-8")])
     title = html.escape(f"optuav: {mission.name} with sliders")
-    return PAGE.format(title=title, style=text("explorer.css"), code=code)
+    return PAGE.format(title=title, style=style(), code=code)
 
 
 def _json(data: Any) -> str:
@@ -81,8 +83,10 @@ def _brief(found: dict[str, Any]) -> dict[str, Any]:
         most = max(1, int(np.abs(excess).max()))
         each["excess"] = np.rint(excess * (WHOLE / most)).astype(int).ravel().tolist()
     options = {"perspective": PERSPECTIVES}
-    plane = {**plane, "samples": len(range(0, count, EVERY))}
-    return {**found, "stored": True, "controls": controls, "options": options, "plane": plane}
+    plane = {**plane, "samples": len(range(0, count, EVERY)), "round_s": AXES_S}
+    presets = [each for each in found["presets"] if "changes" not in each["state"]][:2]
+    stored = {"stored": True, "controls": controls, "options": options, "presets": presets}
+    return {**found, **stored, "plane": plane}
 
 
 if __name__ == "__main__":

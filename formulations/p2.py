@@ -50,4 +50,5 @@ class P2(Formulation):
                 "is left"
             )
             used = hover + rest if given.rests else hover
-            model.subject_to("P2.d deadline tight", used == given.time_left, unit="s")
+            label, whole = "P2.d deadline tight", used == given.time_left
+            model.subject_to(label, whole, unit="s", kind="deadline")

@@ -9,17 +9,21 @@ from typing import TypeAlias
 from xml.etree.ElementTree import Element, tostring
 
 from optuav.errors import printable
+from optuav.looks import colour
 
 Cell: TypeAlias = str | float | bool | Element | None
 
 MOST_ROWS = 60  # Of a long table, how many are shown
 FIGURE = re.compile(r"[-+−]?(\d[\d.]*(·10\S+|e[-+−]?\d+)?|∞)( %)?|–")
 KEPT = "\n\N{NO-BREAK SPACE}"
-STYLE = """
+STYLE = (
+    f"\n.optuav {{--flies: {colour('flies')}; --dry: {colour('dry')}}}"
+    + """
 .optuav {max-width: 64rem; font-size: .9em; line-height: 1.45; overflow-wrap: anywhere}
 .optuav p {margin: .3em 0}
-.optuav p.yes, .optuav p.no {border-left: .3em solid #009e73; padding-left: .6em; font-weight: bold}
-.optuav p.no {border-color: #d55e00}
+.optuav p.yes, .optuav p.no {border-left: .3em solid var(--flies); padding-left: .6em;
+font-weight: bold}
+.optuav p.no {border-color: var(--dry)}
 .optuav div.wide {overflow-x: auto}
 .optuav table {border-collapse: collapse; margin: .3em 0; font-variant-numeric: tabular-nums}
 .optuav table th, .optuav table td {text-align: left !important;
@@ -29,11 +33,12 @@ white-space: normal; max-width: min(28rem, 70vw); background: none; overflow-wra
 .optuav table td:has(> math) {max-width: none; white-space: nowrap}
 .optuav table:not(.pairs) {width: max-content}
 .optuav table .number {text-align: right !important; white-space: nowrap}
-.optuav table tr.no td:first-child {box-shadow: inset .2em 0 #d55e00; padding-left: .5em}
+.optuav table tr.no td:first-child {box-shadow: inset .2em 0 var(--dry); padding-left: .5em}
 .optuav summary {cursor: pointer}
 .optuav svg {width: 100%; max-width: 44rem; height: auto; display: block; margin: .4em 0;
 overflow: visible}
 """
+)
 IGNORED = "optuav tex2jax_ignore mathjax_ignore"  # MathJax reads no name as mathematics.
 
 

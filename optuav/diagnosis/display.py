@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element
 
 from optuav.diagnosis.infeasibility import Certificate
+from optuav.diagnosis.sentences import binding, binding_moments
 from optuav.diagnosis.wording import UNDECIDED, name, sentence, signed, with_unit
 from optuav.markup import folded, pairs, paragraph, shown, table
 
@@ -25,18 +26,25 @@ def html(explained: Explanation) -> str:
 def _optimum(explained: Explanation) -> Iterator[Element]:
     """Verdict, constraints, proof and prices of a plan."""
     plan, sides = explained.plan, explained.constraints
-    binding = [each.label for each in sides if each.binds] or [*plan.binding]
     stays = ", ".join(f"{stop.kind} {stop.duration_s:.2f} s at {stop.at}" for stop in plan.stops)
-    yield paragraph(f"{stays}: {', '.join(binding) or 'nothing'} binds", good=True)
+    said = binding(explained) or f"{', '.join(plan.binding) or 'nothing'} binds"
+    yield paragraph(f"{stays}: {said[0].lower()}{said[1:].removesuffix('.')}", good=True)
+    yield from map(paragraph, filter(None, [binding_moments(explained)]))
     rows = [
-        (e.label, e.statement, e.figures, "binds" if e.binds else with_unit(e.slack, e.unit))
+        (
+            e.words,
+            e.label,
+            e.statement,
+            e.figures,
+            "binds" if e.binds else with_unit(e.slack, e.unit),
+        )
         for e in sorted(sides, key=lambda side: not side.binds)
     ]
-    titles = ("constraint", "as stated", "in numbers", "to spare")
+    titles = ("limit", "constraint", "as stated", "in numbers", "to spare")
     well = "; y1_k is the charge in the available well after step k"
     shows_well = any(e.step is not None and e.statement for e in sides)
     head = f"Constraints ({len(rows)}){well * shows_well}"
-    yield folded(head, table(titles, rows), is_open=True)
+    yield folded(head, table(titles, rows))
     if explained.bound is not None:
         yield folded("Proof that nothing is better", _sum(explained.bound))
     worth = [

@@ -16,6 +16,7 @@ from optuav.diagnosis.infeasibility import bound, conflicts, is_own, parameters_
 from optuav.diagnosis.parameter_prices import prices
 from optuav.diagnosis.repair import MissionQuestion, repairs
 from optuav.diagnosis.report import Explanation, Side
+from optuav.diagnosis.sentences import limit
 from optuav.engines.registry import Engine, capabilities
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
@@ -31,6 +32,7 @@ from optuav.network.network import build_network
 from optuav.network.places import charging_cap
 from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan, load_plan, load_subject
+from optuav.plan.plane import kind_of
 from optuav.solving import Program, solve
 from optuav.solving.outcome import Part, more_stops_may_help, not_excluded, words
 from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
@@ -301,6 +303,7 @@ def _objective(model: Model) -> str:
 
 def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -> Iterator[Side]:
     """The constraints with unknowns or own parameters; others compare figures of the mission."""
+    way = program.network.route_names(int(part.routes[entry]))
     labels = words(program.network, part, entry, [each.label for each in relations(part.model)])
     for label, row in zip(labels, evaluated(part.model, values), strict=True):
         constraint, slack, right = row.constraint, float(row.slack), float(row.right)
@@ -318,7 +321,8 @@ def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -
             right=right,
             slack=slack,
             binds=math.isclose(slack, 0.0, abs_tol=1e-6 * max(1.0, abs(right))),
-            kind=constraint.kind,
+            kind=kind_of(constraint),
             step=constraint.step,
             in_flight=isinstance(constraint.moment, StepEnd) and not constraint.moment.stay,
+            words=limit(kind_of(constraint), constraint.moment, way, label),
         )

@@ -8,6 +8,7 @@ from formulations.soc import LABELS
 from optuav.diagnosis.infeasibility import Certificate, Conflict, number_text, plain
 from optuav.diagnosis.parameter_prices import Price
 from optuav.diagnosis.repair import Repair
+from optuav.diagnosis.sentences import binding, binding_moments
 from optuav.diagnosis.wording import UNDECIDED, name, sentence, signed, with_unit
 from optuav.errors import line_width, printed
 from optuav.frames import DataFrame, frame
@@ -39,6 +40,7 @@ class Side:
     kind: str = ""  # What it limits, and at the end of which step, as in a `Constraint`
     step: int | None = None
     in_flight: bool = False  # Whether that step is a stage of flight
+    words: str = ""  # What it limits, without symbols
 
     @property
     def figures(self) -> str:
@@ -215,7 +217,10 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
     """What binds, what there is to spare, the proof and the prices, one block of lines each."""
     plan, sides = explained.plan, explained.constraints
     stays = [f"{stop.kind} {stop.duration_s:.2f} s at {stop.at}" for stop in plan.stops]
-    yield wrapped("Optimum", ", ".join(stays))
+    head = wrapped("Optimum", ", ".join(stays))
+    for label, said in (("What binds", binding(explained)), ("", binding_moments(explained))):
+        head += wrapped(label, said) if said else []
+    yield head
     wells = [each for each in sides if each.kind in LABELS]
     others = [each for each in sides if each.kind not in LABELS]
     stated = ((each.label, each.statement or each.figures) for each in others if each.binds)

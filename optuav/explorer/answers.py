@@ -3,7 +3,7 @@
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any, TypeAlias
 
@@ -13,31 +13,29 @@ from formulations.soc import AVAILABLE, LABELS
 from optuav.arrays import Floats
 from optuav.diagnosis.explain import explain
 from optuav.diagnosis.report import Explanation
+from optuav.diagnosis.sentences import Idle, curve, header, idle
 from optuav.diagnosis.wording import name, sentence, signed, with_unit
 from optuav.errors import Fault, InputError, SolverError
+from optuav.explorer.presets import presets
 from optuav.explorer.state import OPTIONS, Control, State, controls
 from optuav.mission import Mission
 from optuav.mission.keys import now_of
 from optuav.mission.mission import toml_of
-from optuav.modelling import Constraint
-from optuav.modelling.writer import Text
 from optuav.network import vehicle
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.network.scene import scene
 from optuav.plan import Plan
-from optuav.plan.display import levels, verdict
-from optuav.plan.plane import constraint_name, cuts, feasible, limits, thinned, worth_seeing
-from optuav.plan.summary import heading, outcome, remarks, times
+from optuav.plan.display import levels, round_step, rounded_up, thinned
+from optuav.plan.plane import ROLES, SAMPLES, sampled
+from optuav.plan.summary import facts
 from optuav.solving import Program, formulate
-from optuav.solving.outcome import shortest_flight
+from optuav.solving.program import entry_of
 
-SAMPLES = 61  # Of the plane along an axis
-MOST_POINTS = 25  # Of its grid along an axis
-WHOLE = 100_000  # The largest excess of a constraint in the plane, as whole numbers
+MOST_STEPS = 16  # Of the longer side of a map
+SHOWN = ("words", "label", "statement", "figures", "binds")  # Of a limit
+EMPTY = 1e-5  # Share of the capacity up to which a well is empty
 MOST_BUILDINGS = 2_000
 LACKING = 1e-8  # Share of the capacity by which the available well is below 0
-MOST_MOMENTS = 400  # Of the wells over time
-AXES = range(3)
 SOLVE_S = 10.0  # Longest that an engine may take [s]
 
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 91)
@@ -76,51 +74,37 @@ def _answers(base: Mission, state: State) -> tuple[Data, Plan]:
     mission, problem = state.mission(base), state.question
     asked: Data = {"perspective": state.perspective, "time_limit_s": SOLVE_S}
     program = formulate(mission, problem, **asked)
-    explained = _explained(program, state.repairs)
-    plan = explained.plan
+    plan = program.solve()
+    explained = explain(program) if plan or state.repairs else Explanation(plan)
+    still = dict(idle(explained, program.network))
     notes = [("Note", each) for each in explained.notes if each not in plan.notes]
-    files: dict[str | None, tuple[str, object]] = {
-        "mission": ("toml", toml_of(mission.to_dict()) if state.file == "mission" else ""),
-        "plan": ("json", json.dumps(plan.to_dict(), indent=2) if state.file == "plan" else ""),
-    }
     found: Data = {
         "number": state.number,
         "name": mission.name,
-        "controls": [_control(each, mission) for each in controls(base)],
+        "controls": [_control(each, mission, still) for each in controls(base)],
         "options": {**OPTIONS, "building": mission.buildings.names},
-        "verdict": {"text": verdict(plan), "good": bool(plan) and plan.flyable is not False},
-        "facts": [*heading(plan), *_facts(plan), *remarks(plan), *notes],
+        "presets": presets(base),
+        "verdict": header(program, explained),
+        "facts": [*facts(plan), *notes],
         "map": _map(mission, plan),
         "wells": _wells(plan) if plan else None,
-        "plane": _plane(program, plan),
+        "plane": _plane(program, plan, state.axes),
         **_reasons(explained),
     }
     if state.file is not None:
-        ending, text = files[state.file]
+        as_toml = state.file == "mission"
+        text = toml_of(mission.to_dict()) if as_toml else json.dumps(plan.to_dict(), indent=2)
         stem = re.sub(r"[^\w.-]+", "-", mission.name).strip("-.") or "mission"
-        found["file"] = {"name": f"{stem}.{ending}", "text": text}
+        found["file"] = {"name": f"{stem}.{'toml' if as_toml else 'json'}", "text": text}
     return found, plan
 
 
-def _control(control: Control, mission: Mission) -> Data:
-    """A control with its value in a mission, and with the whole vector of a component."""
-    key = control.key if control.axis is None else f"{control.key}[{control.axis}]"
-    whole = None if control.axis is None else [now_of(mission, f"{control.key}[{k}]") for k in AXES]
-    return {**asdict(control), "value": now_of(mission, key), "whole": whole}
-
-
-def _explained(program: Program, repairs: bool) -> Explanation:
-    """The plan with what binds and prices; what is to be repaired only if it is asked for."""
-    plan = program.solve()
-    return explain(program) if plan or repairs else Explanation(plan)
-
-
-def _facts(plan: Plan) -> list[tuple[str, str]]:
-    """Times, route, charge and what binds, in words."""
-    if not plan:
-        return []
-    taken = ((name, f"{time_s:.2f} s, {words}") for name, time_s, words in times(plan))
-    return [*taken, *outcome(plan)]
+def _control(control: Control, mission: Mission, still: Mapping[str, Idle]) -> Data:
+    """A control with its value, the whole vector of a component, and what changes nothing."""
+    whole = None if control.axis is None else [*mission.wind.force_N]
+    value = now_of(mission, control.key) if whole is None else whole[control.axis or 0]
+    idle = still[control.key]._asdict() if control.key in still else None
+    return {**asdict(control), "value": value, "whole": whole, "idle": idle}
 
 
 def _map(mission: Mission, plan: Plan) -> Data:
@@ -133,9 +117,12 @@ def _map(mission: Mission, plan: Plan) -> Data:
     lines_m, clear = shown.sight_lines()
     ends = {places.names[each]: _listed(places.position_m[each]) for each in (ORIGIN, DESTINATION)}
     hover = places.position_m[HOVER] if places.exists[HOVER] else None
+    step_m = round_step(float(np.ptp(shown.corners_m, axis=0).max()) or 1.0, MOST_STEPS)
+    low, high = shown.corners_m / step_m
     radius_m, device_m = shown.disc_radius_m, np.array(mission.link.device_m)
     return {
         "bounds": _listed(shown.corners_m),
+        "window": _listed(step_m * np.stack([np.floor(low), np.ceil(high)])),
         "buildings": [
             {
                 "name": places.names[place],
@@ -163,16 +150,19 @@ def _map(mission: Mission, plan: Plan) -> Data:
 
 def _wells(plan: Plan) -> Data:
     """Charge in both wells over time, the phases, and the levels that matter [s], [A s]."""
-    course = levels(plan)
-    every = 1 + len(course.time_s) // MOST_MOMENTS
-    time_s, available_As, bound_As = (np.append(each[:-1:every], each[-1]) for each in course)
-    total_As = bound_As + available_As
+    time_s, available_As, bound_As = thinned(levels(plan))
+    total_As, deadline_s = bound_As + available_As, plan.mission.limits.deadline_s
     mission, full_As = plan.mission, float(vehicle.pool(plan.mission).capacity_As)
     return {
         "time_s": _listed(time_s, 3),
         "bound_As": _listed(bound_As, 1),
         "total_As": _listed(total_As, 1),
         "upper_As": _listed(np.maximum(total_As, bound_As), 1),
+        "least": f"{100.0 * mission.limits.min_soc:.3g} %",
+        "deadline_s": deadline_s,
+        "spare_s": deadline_s - plan.mission_time_s,
+        "empty_s": [e.end_s for e in plan.phases if sum(e.available_As) < EMPTY * full_As],
+        "axes": [rounded_up(max(deadline_s, plan.mission_time_s)), rounded_up(1.1 * full_As)],
         "lacks": bool((available_As < -LACKING * full_As).any()),
         "full_As": full_As,
         "least_As": mission.limits.min_soc * full_As,
@@ -185,87 +175,59 @@ def _wells(plan: Plan) -> Data:
     }
 
 
-def _plane(program: Program, plan: Plan) -> Data:
+def _plane(program: Program, plan: Plan, axes: Sequence[float]) -> Data:
     """The plane of the chosen route, or of the shortest flight; or ``words`` on why there is none.
 
-    What a constraint leaves over is in whole numbers, by row of Δ from below: 0 on its curve.
+    Its axes end at stated times, rest and hover [s], or at round ones.
     """
-    mission, network = program.network.mission, program.network
+    mission = program.network.mission
     if program.question.perspective == AVAILABLE and mission.battery.takes_turns:
         return {"words": "Packs that take turns are simulated: there is no plane."}
     if not program.parts:
         return {"words": "No route can be flown: there is no plane."}
-    number, entry = _chosen(program, plan) if plan else shortest_flight(network, program.parts)
-    part = program.parts[number]
-    model, row, route = part.model, part.model.row(entry), part.routes[entry]
+    part, entry = entry_of(program, plan)
+    model, way = part.model, program.network.route_names(int(part.routes[entry]))
     marked = [(plan.rest_time_s, plan.hover_time_s)] if plan else []
     try:
-        counted = worth_seeing(model, row, mission.limits.slot_s, marked, SAMPLES)
+        shown = sampled(model, model.row(entry), mission.limits, marked, axes[::-1])
     except InputError as error:
         return {"words": str(error)}
-    ends = [limits(values_s, [p[1 - k] for p in marked]) for k, values_s in enumerate(counted)]
-    y, x = (np.linspace(*each, SAMPLES) for each in ends)
-    (upward_s, across_s), one_of = thinned(counted, MOST_POINTS)
-    way = network.route_names(int(route))
-    found = [*cuts(model, row, x, y)]
-    names = [constraint_name(each.constraint, way) for each in found]
     return {
         "route": way,
         "chosen": bool(plan),
         "rests": len(model.variables) > 1,
-        "hover_s": ends[0],
-        "rest_s": ends[1],
+        "hover_s": shown.ends_s[0],
+        "rest_s": shown.ends_s[1],
+        "round_s": shown.round_s[::-1],
         "samples": SAMPLES,
         "constraints": [
             {
-                "name": label
-                if names.count(label) == 1
-                else f"{label}: {_stated(each.constraint)}",
+                **curve(each.constraint, way, mission)._asdict(),
                 "forbids": each.forbids,
-                "holds_nowhere": float(each.excess.max()) < 0.0,
-                "excess": _whole(each.excess),
+                "excess": each.whole,
             }
-            for each, label in zip(found, names, strict=True)
+            for each in shown.cuts
         ],
         "grid": {
             "slot_s": mission.limits.slot_s,
-            "one_of": one_of,
-            "hover_s": _listed(upward_s),
-            "rest_s": _listed(across_s),
-            "feasible": feasible(model, row, upward_s, across_s).astype(int).tolist(),
+            "one_of": shown.one_of,
+            "hover_s": _listed(shown.grid_s[0]),
+            "rest_s": _listed(shown.grid_s[1]),
+            "feasible": shown.feasible.astype(int).tolist(),
         },
         "best": marked[0] if marked else None,
     }
 
 
-def _stated(constraint: Constraint) -> str:
-    """A constraint as it is declared, where its label alone does not tell it from others."""
-    notation = Text()
-    return notation.write(constraint.relation).replace(notation.after, " ")
-
-
-def _chosen(program: Program, plan: Plan) -> tuple[int, int]:
-    """Part and entry of the route of a plan."""
-    return next(
-        (number, entry)
-        for number, part in enumerate(program.parts)
-        for entry, route in enumerate(part.routes.tolist())
-        if program.network.route_names(route) == plan.route
-    )
-
-
 def _reasons(explained: Explanation) -> Data:
     """What binds and what it is worth; or why there is no plan, and what would make one."""
     sides = [e for e in explained.constraints if e.binds or e.kind not in LABELS]
-    worth = [e for e in explained.prices if e.matters]
     return {
         "constraints": [
             {
-                "label": each.label,
-                "statement": each.statement,
-                "figures": each.figures,
+                **{key: getattr(each, key) for key in SHOWN},
+                "role": ROLES.get(each.kind, "bounds"),
                 "spare": "binds" if each.binds else with_unit(each.slack, each.unit),
-                "binds": each.binds,
             }
             for each in sorted(sides, key=lambda side: not side.binds)
         ],
@@ -277,21 +239,13 @@ def _reasons(explained: Explanation) -> Data:
                 "more": signed(each.more),
                 "words": sentence(explained, each) if each.solved_again else "",
             }
-            for each in worth
+            for each in explained.prices
+            if each.matters
         ],
         "objective": explained.objective,
         "reasons": explained.plan.reasons,
         "repairs": [each.row for each in explained.repairs],
     }
-
-
-def _whole(excess: Floats) -> list[int]:
-    """Numbers as whole ones, the largest as `WHOLE`; what is no number counts as not held."""
-    known = np.where(np.isfinite(excess), excess, np.where(excess > 0.0, 1e300, -1e300))
-    finite = np.abs(excess[np.isfinite(excess)]).max(initial=0.0) or 1.0
-    scaled = np.clip(known / finite, -1.0, 1.0) * WHOLE
-    whole: list[int] = np.rint(scaled).astype(int).ravel().tolist()
-    return whole
 
 
 def _listed(values: Floats, digits: int = 3) -> Any:

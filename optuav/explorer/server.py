@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from optuav.errors import Fault, InputError
 from optuav.explorer.answers import refuse_many
-from optuav.explorer.static import script, text
+from optuav.explorer.static import script, style, text
 from optuav.explorer.worker import Workers
 from optuav.mission import Mission
 from optuav.mission.files import parse_json
@@ -56,7 +56,7 @@ class Server(ThreadingHTTPServer):
             "": File(HTML, text("index.html").encode()),
             "page.js": File(CODE, text("page.js").encode()),
             "explorer.js": File(CODE, script().encode()),
-            "explorer.css": File(STYLE, text("explorer.css").encode()),
+            "explorer.css": File(STYLE, style().encode()),
         }
         try:
             super().__init__((HERE, port), Handler)

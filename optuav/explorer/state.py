@@ -1,8 +1,7 @@
 """What the explorer is asked: changes of a mission, a problem, and the controls that state them."""
 
-import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, get_args
 
@@ -11,16 +10,19 @@ import numpy as np
 from formulations.formulation import Formulation
 from optuav.errors import Fault, InputError, collected, refuse
 from optuav.mission import Mission
-from optuav.mission.flight_model import flight_of, table_keys
+from optuav.mission.flight_model import flight_of
 from optuav.mission.keys import now_of
 from optuav.mission.messages import number, shown, unknown
+from optuav.mission.schema import Number
 from optuav.options import ORDERS, TRAJECTORIES, Perspective, ProblemName
+from optuav.plan.display import round_step
 from optuav.solving.question import problem_of
 
 DRAGGED = ("link.device_m", "laser.position_m")  # Places that can be moved, beside roofs
 ROOF = re.compile(r"buildings\.(.+)\.position_m")
 STEPS = 200  # Of a slider, at most
 HIGHEST_SOC = 0.95  # End of the slider of η0, which has to be less than 1
+TIME = Number("s", gt=0.0, le=1e9)
 FILES = ("mission", "plan")
 OPTIONS: Mapping[str, tuple[str, ...]] = {
     "problem": get_args(ProblemName),
@@ -29,7 +31,16 @@ OPTIONS: Mapping[str, tuple[str, ...]] = {
     "order": ORDERS,
 }
 """The values of each option that has names."""
-DESCRIPTION = re.compile(r"(.+?)(?: \[([^]]*)\])?[.;](?: .*)?", re.DOTALL)
+CURRENT = ("Charging current", "I_ch", "A")
+WORDS = {
+    "limits.deadline_s": ("Deadline", "T_max", "s"),
+    "limits.min_soc": ("Charge to be left", "η₀", "%"),
+    "battery.capacity_As": ("Capacity of a pack", "B_i", "A s"),
+    "laser.power_W": ("Laser power", "P_s", "W"),
+    "battery.charge_current_A": CURRENT,
+    "flight.charge_current_A": CURRENT,
+}
+"""Words, symbol and unit of the sliders by key."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +56,7 @@ class State:
     repairs: bool = False  # Whether to seek changes that make an infeasible mission feasible
     file: str | None = None  # Of `FILES`, one whose text is wanted too
     number: int = 0  # Of the question, which the answer repeats
+    axes: Sequence[float] = ()  # Highest rest and hover time of the plane [s]; chosen if empty
 
     @classmethod
     def of(cls, stated: object) -> "State":
@@ -64,6 +76,9 @@ class State:
             faults.append(Fault("building", shown(building), "the name of a building"))
         if not isinstance(stated.get("number", 0), int):
             faults.append(Fault("number", shown(stated["number"]), "a whole number"))
+        axes = stated.get("axes") or []
+        if [*map(TIME.accepts, axes if isinstance(axes, list) else [axes])] not in ([], 2 * [True]):
+            faults.append(Fault("axes", shown(axes), f"none or two: {TIME.words}"))
         refuse(faults)
         return cls(**{name: value for name, value in stated.items() if value is not None})
 
@@ -112,7 +127,8 @@ class Control:
     key: str
     axis: int | None
     label: str
-    unit: str
+    symbol: str
+    unit: str  # A share is shown in %, and stated as a share
     low: float
     high: float
     step: float
@@ -127,33 +143,11 @@ def controls(mission: Mission) -> Iterator[Control]:
         charging = "flight" if stated else "battery"
         keys += ["laser.power_W", f"{charging}.charge_current_A"]
     for key in keys:
-        allowed, value = number(key), now_of(mission, key)
-        assert allowed is not None
-        assert value is not None
-        low, high = 0.0, 2.0 * value or 10.0
-        if key == "limits.min_soc":
-            low, high = 0.0, HIGHEST_SOC
-        step = _round_step(high)
-        yield _control(key, None, step if allowed.ge != 0.0 else low, high, step, value)
-    for key, axis, low, high in flight_of(mission).sliders():
-        value = now_of(mission, key if axis is None else f"{key}[{axis}]")
-        assert value is not None
-        yield _control(key, axis, low, high, _round_step(high), value)
-
-
-def _control(
-    key: str, axis: int | None, low: float, high: float, step: float, value: float
-) -> Control:
-    """A control with its label and unit, from the description of its key."""
-    table, _, name = key.partition(".")
-    found = DESCRIPTION.fullmatch(table_keys(table)[name].descriptions()[name])
-    label, unit = (found[1], found[2] or "") if found else (name, "")
-    if axis is not None:
-        label = f"{label.removesuffix(' (x, y, z)')}, {'xyz'[axis]}"
-    return Control(key, axis, label, unit.replace("-", ""), low, high, step, value)
-
-
-def _round_step(high: float) -> float:
-    """A step of 1, 2 or 5 times a power of ten of which `STEPS` make the whole range, or fewer."""
-    size = 10.0 ** math.floor(math.log10(high / STEPS))
-    return next(size * each for each in (1, 2, 5, 10, 20) if high / (size * each) <= STEPS)
+        allowed, value = number(key), now_of(mission, key) or 0.0
+        high = HIGHEST_SOC if key == "limits.min_soc" else 2.0 * value or 10.0
+        step = round_step(high, STEPS)
+        low = 0.0 if allowed and allowed.ge == 0.0 else step
+        yield Control(key, None, *WORDS[key], low, high, step, value)
+    for key, axis, label, symbol, unit, low, high in flight_of(mission).sliders():
+        value = now_of(mission, key if axis is None else f"{key}[{axis}]") or 0.0
+        yield Control(key, axis, label, symbol, unit, low, high, round_step(high, STEPS), value)

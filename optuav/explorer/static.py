@@ -1,11 +1,17 @@
 """The files of the page, and its script as one module without imports."""
 
+import json
+import re
 from pathlib import Path
+
+from optuav.looks import LOOKS, variables
 
 FOLDER = Path(__file__).parent / "static"
 LIBRARIES = ("d3.min.js", "plot.umd.min.js")  # The second finds the first where it is put
+MODULES = ("state", "drawing", "map", "plane", "wells", "controls", "layout", "saving", "explorer")
 HIDDEN = "define, exports, module, globalThis, self"
 """Names by which a library finds where to put itself; without them it takes `this`."""
+BETWEEN = re.compile(r"^import .*\n|^export (?=const|function|class)", re.MULTILINE)
 
 
 def text(name: str) -> str:
@@ -13,8 +19,15 @@ def text(name: str) -> str:
     return (FOLDER / name).read_text("utf-8")
 
 
+def style() -> str:
+    """The style with the table of colours above it."""
+    return variables(".optuav-page, .optuav-frame") + text("explorer.css")
+
+
 def script() -> str:
     """A module whose default has `render`, with its libraries inside and no global of its own."""
     libraries = "\n".join(text(f"vendor/{name}") for name in LIBRARIES)
     start = f"const {{d3, Plot}} = (function ({HIDDEN}) {{\n"
-    return f"{start}{libraries}\nreturn this;\n}}).call({{}});\n{text('explorer.js')}"
+    looks = f"const LOOKS = {json.dumps({role: look._asdict() for role, look in LOOKS.items()})};"
+    modules = BETWEEN.sub("", "\n".join(text(f"{name}.js") for name in MODULES))
+    return f"{start}{libraries}\nreturn this;\n}}).call({{}});\n{looks}\n{modules}"

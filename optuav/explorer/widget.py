@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from optuav.errors import require
 from optuav.explorer.answers import answered, refuse_many
-from optuav.explorer.static import script, text
+from optuav.explorer.static import script, style
 from optuav.mission import Mission, load
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def _widget_class() -> Any:
     class Explorer(anywidget.AnyWidget):  # type: ignore[misc]
         """A mission and its plan, which follow the controls."""
 
-        _esm, _css = script(), text("explorer.css")
+        _esm, _css = script(), style()
         state = traitlets.Dict().tag(sync=True)
         pinned = traitlets.Dict(allow_none=True, default_value=None).tag(sync=True)
         answer = traitlets.Dict().tag(sync=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import PlainValidator, SerializeAsAny, WithJsonSchema
 
@@ -19,6 +19,18 @@ FLIGHTS: dict[str, type[FlightModel]] = {}
 """Flight models by name; one that is added here can be stated as ``flight.model``."""
 
 MODEL = OneOf(FLIGHTS)
+
+
+class Slider(NamedTuple):
+    """A number of the mission that is worth moving by hand."""
+
+    key: str  # Dotted
+    axis: int | None  # Component, if it is a vector
+    label: str
+    symbol: str
+    unit: str
+    low: float
+    high: float
 
 
 class FlightTable(MissionSection):
@@ -93,8 +105,8 @@ class FlightModel(ABC):
         """Names, values and units of what follows from the tables alone."""
         yield from ()
 
-    def sliders(self) -> Iterator[tuple[str, int | None, float, float]]:
-        """Keys worth moving by hand: dotted key, component if any, least and largest value."""
+    def sliders(self) -> Iterator[Slider]:
+        """Keys worth moving by hand."""
         yield from ()
 
     @classmethod

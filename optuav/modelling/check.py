@@ -175,7 +175,7 @@ def relations(model: Model) -> Sequence[Constraint]:
         return walk.relations
     found = [*model.constraints]
     for each in model.variables:
-        stated = each.unit, each.declared_at, each.kind
+        stated = each.unit, each.declared_at, each.kind or "bounds"
         if not (isinstance(each.lower, float) and each.lower == -np.inf):
             found.append(Constraint(each.label, Relation(each, ">=", each.lower), *stated))
         if not (isinstance(each.upper, float) and each.upper == np.inf):

@@ -1,6 +1,7 @@
 """The places of a mission as arrays: ends, hover point and buildings, with the laser's reach."""
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -10,14 +11,16 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
+from optuav.mission.beams.fits import Fits
 from optuav.mission.buildings import Buildings
 from optuav.mission.flight_model import flight_of
 from optuav.mission.messages import listed
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, clear_lines
 from optuav.network.prisms import prisms
+from optuav.physics import laser
 from optuav.physics.flight import Flow
-from optuav.physics.quantity import Quantity, Vector
+from optuav.physics.quantity import Quantity, Vector, norm
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3
 ENDS = ("origin", "hover", "destination")
@@ -136,6 +139,37 @@ class ChargingCap(NamedTuple):
     words: str  # What it is, as a sentence
 
 
+class LaserReach(NamedTuple):
+    """What the laser can give at the places in its sight, without those stated in a graph."""
+
+    most_A: float  # Largest charging current, were nothing capped; 0 where it sees no place
+    capped_W: float  # Source power from which on all of them get the capped current
+
+
+def laser_reach(mission: Mission, places: Places) -> LaserReach:
+    """Return the limits of a laser; it moves nothing where the mission states the current."""
+    assert mission.laser is not None
+    lit, beam = _lit(places), Fits(mission)
+    if flight_of(mission).charging() is not None:
+        return LaserReach(math.inf, 0.0)
+    if not lit.any():
+        return LaserReach(0.0, 0.0)
+    x, y, z = places.position_m[lit].T
+    current_A = vehicle.charging(mission, (x, y, z), capped=False).current_A
+    away_m = norm(tuple((places.position_m[lit] - mission.laser.position_m).T))
+    share = laser.transmission(beam.attenuation_per_km, float(away_m.max()))
+    limit_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
+    most_W = laser.source_limit(beam.conversion, limit_W, share)
+    return LaserReach(float(np.max(current_A)), float(most_W))
+
+
+def _lit(places: Places) -> Booleans:
+    """Which places the laser sees, where a UAV may stay."""
+    lit = places.laser_sight & ~places.edited
+    lit[[ORIGIN, DESTINATION]] = False
+    return np.asarray(lit)
+
+
 def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
     """Which key caps the charging current, and where; None if none does, or nothing may charge.
 
@@ -143,9 +177,7 @@ def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
     """
     if mission.laser is None:
         return None
-    lit = places.laser_sight & ~places.edited
-    lit[[ORIGIN, DESTINATION]] = False
-    stated = flight_of(mission).charging()
+    lit, stated = _lit(places), flight_of(mission).charging()
     key = "battery.charge_current_A" if stated is None else "flight.charge_current_A"
     current_A = mission.battery.charge_current_A if stated is None else stated.current_A
     x, y, z = places.position_m.T

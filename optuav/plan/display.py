@@ -10,6 +10,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from optuav.looks import LOOKS, PHASES
 from optuav.markup import element, figure, folded, pairs, paragraph, shown, table
 from optuav.network import vehicle
 from optuav.network.timeline import carry
@@ -31,12 +32,11 @@ if TYPE_CHECKING:
 
 WIDTH, HEIGHT = 440.0, 120.0  # Of the levels [px]
 ABOVE, LEFT, RIGHT = 20.0, 46.0, 30.0  # Room around them [px]
-KINDS = {"flight": "#0072B2", "hover": "#009E73", "rest": "#E69F00"}  # Colours of the phases
-BOUND, AVAILABLE, LACKING = "#B9A6D3", "#75519C", "#D55E00"  # Colours of the wells
+BOUND, AVAILABLE, LACKING = (LOOKS[role].light for role in ("bound", "available", "dry"))
 PIECES = 12  # Into which a stage is divided, as the wells do not change along straight lines
 LETTER = 6.5  # About how wide a letter is [px]
 MOST_TICKS, MOST_POINTS = 6, 400
-ROUNDING = 1e-6  # Percent of the capacity
+ROUNDING = 1e-6  # Percent of the capacity, and share of a step
 
 
 class Levels(NamedTuple):
@@ -103,6 +103,12 @@ def levels(plan: Plan) -> Levels:
     return Levels(*np.array([(0.0, *map(float, full)), *found]).T)
 
 
+def thinned(course: Levels) -> Levels:
+    """Every n-th moment and the last, about `MOST_POINTS`."""
+    every = 1 + len(course.time_s) // MOST_POINTS
+    return Levels(*(np.append(each[:-1:every], each[-1]) for each in course))
+
+
 def picture(
     course: Levels,
     phases: Iterable[tuple[str, float, float]],
@@ -113,8 +119,7 @@ def picture(
 
     Above them the phases: kind, start and duration [s].
     """
-    every = 1 + len(course.time_s) // MOST_POINTS
-    time_s, available_As, bound_As = (np.append(each[:-1:every], each[-1]) for each in course)
+    time_s, available_As, bound_As = thinned(course)
     bound, total = (100.0 * each / capacity_As for each in (bound_As, bound_As + available_As))
     end_s, lacking = max(float(time_s[-1]), 1e-9), total < bound - ROUNDING
     low, high = min(0.0, float(total.min())), max(100.0, float(total.max()))
@@ -147,7 +152,7 @@ def picture(
     for kind, start_s, duration_s in phases:
         start, wide = x(start_s), x(start_s + duration_s) - x(start_s)
         place = {"x": start, "y": ABOVE - 5.0, "width": wide, "height": 4.0}
-        drawn.append(_shape("rect", **place, fill=KINDS[kind]))
+        drawn.append(_shape("rect", **place, fill=PHASES[kind]))
         if wide > LETTER * len(kind):
             middle = start + wide / 2.0
             drawn.append(_shape("text", kind, x=middle, y=ABOVE - 8.0, text_anchor="middle"))
@@ -163,7 +168,8 @@ def picture(
         at += 14.0 + LETTER * (len(words) + 3)
     if dry_s is not None:
         at, words = x(dry_s), f"dry at {dry_s:.1f} s"
-        drawn.append(_shape("line", x1=at, x2=at, y1=ABOVE, y2=bottom, **line, stroke_width="1.5"))
+        ends = {"x1": at, "x2": at, "y1": ABOVE, "y2": bottom}
+        drawn.append(_shape("line", **ends, stroke=LACKING, stroke_width="2"))
         drawn.append(_shape("text", words, x=right, y=below, text_anchor="end"))
     box = f"0 0 {right + RIGHT:g} {below + 9.0:g}"
     named = {"role": "img", "aria_label": "Charge in both wells over time"}
@@ -172,9 +178,20 @@ def picture(
 
 def ticks(end_s: float) -> list[float]:
     """Round moments from 0 on [s], at most `MOST_TICKS` steps."""
-    size = 10.0 ** math.floor(math.log10(end_s / MOST_TICKS))
-    step = next(size * each for each in (1, 2, 5, 10, 20) if end_s / (size * each) <= MOST_TICKS)
+    step = round_step(end_s, MOST_TICKS)
     return [step * number for number in range(int(end_s / step) + 1)]
+
+
+def round_step(length: float, most: int = MOST_TICKS) -> float:
+    """A step of 1, 2 or 5 times a power of ten that fits into a length > 0 at most so often."""
+    size = 10.0 ** math.floor(math.log10(length / most))
+    return next(size * each for each in (1, 2, 5, 10, 20) if length / (size * each) <= most)
+
+
+def rounded_up(length: float) -> float:
+    """The least number of round steps that is as long: 1200 for 1108; 1 for nothing."""
+    step = round_step(length or 1.0)
+    return step * math.ceil((length or 1.0) / step - ROUNDING)
 
 
 def _shape(tag: str, *words: str, **look: str | float) -> Element:

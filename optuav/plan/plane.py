@@ -12,16 +12,35 @@ import numpy as np
 from formulations.soc import StepEnd
 from optuav.arrays import Booleans, Floats
 from optuav.engines import grid
+from optuav.mission.schema import Limits
 from optuav.modelling import Constraint, Model
 from optuav.modelling.check import evaluated
+from optuav.plan.display import rounded_up
 
 REACHED = {"dry": "dry", "past full": "full"}
 """What the available well is where one of its limits binds, by the kind of the constraint."""
+ROLES = {
+    "state of charge": "charge",
+    "deadline": "deadline",
+    "dry": "dry",
+    "past full": "overfull",
+    "bounds": "bounds",
+}
+"""Roles in `optuav.looks` of limits by the kind of the constraint."""
 MOST_POINTS = 40  # Most points of the grid that are shown along an axis
+SAMPLES, WHOLE = 61, 100_000  # Of a plane for a page: along an axis, and largest whole number
+POINTS = 25  # Of its grid along an axis
+BELOW = 0.0375  # Share of its axes that lies below 0
 BEYOND = 1.5  # How far the grid is shown, as a multiple of how far it is feasible
 MARGIN = 0.07  # Share of the plane that is shown beyond the grid
 BEYOND_NUMBERS: Mapping[str, Any] = {"over": "ignore", "invalid": "ignore"}
 """Far from what is feasible an exponential may be too large for a number."""
+
+
+def kind_of(constraint: Constraint) -> str:
+    """What a constraint limits; a time that the deadline bounds above is at least 0 without it."""
+    lower = constraint.kind == "deadline" and constraint.relation.sense == ">="
+    return "bounds" if lower else constraint.kind
 
 
 class Cut(NamedTuple):
@@ -32,9 +51,51 @@ class Cut(NamedTuple):
     others_hold: Booleans  # Where all other constraints hold (Δ, T')
 
     @property
+    def whole(self) -> list[int]:
+        """The excess as whole numbers up to `WHOLE`, row by row; what is no number is not held."""
+        known = np.nan_to_num(self.excess, nan=-np.inf, posinf=np.inf, neginf=-np.inf)
+        most = np.abs(known[np.isfinite(known)]).max(initial=0.0) or 1.0
+        numbers: list[int] = (
+            np.rint(np.clip(known / most, -1.0, 1.0) * WHOLE).astype(int).ravel().tolist()
+        )
+        return numbers
+
+    @property
     def forbids(self) -> bool:
         """Whether it has a forbidden side: an equality holds on its line alone."""
         return self.constraint.relation.sense != "=="
+
+
+class Sampled(NamedTuple):
+    """A plane as a page draws it: ends of the axes and grid [s], Δ before T', and what cuts."""
+
+    ends_s: list[tuple[float, float]]
+    round_s: list[float]  # Where the axes end if nothing is stated
+    cuts: list[Cut]
+    grid_s: list[Floats]
+    one_of: int  # How many points of the grid each point stands for
+    feasible: Booleans
+
+
+def sampled(
+    model: Model,
+    parameters: Mapping[str, object],
+    given: Limits,
+    marked: Sequence[tuple[float, float]],
+    highest_s: Sequence[float] = (),
+) -> Sampled:
+    """Return the plane up to stated times, Δ and T' [s], or up to round ones if none are stated.
+
+    Marked points are (T', Δ). Where nothing is feasible, the axes end at the deadline.
+    """
+    counted = worth_seeing(model, parameters, given.slot_s, marked, SAMPLES)
+    along = ([*values_s[-1:], *(p[1 - k] for p in marked)] for k, values_s in enumerate(counted))
+    round_s = [rounded_up(float(max(each, default=0.0)) or given.deadline_s) for each in along]
+    ends_s = [(-BELOW * each, float(each)) for each in highest_s or round_s]
+    y, x = (np.linspace(*each, SAMPLES) for each in ends_s)
+    grid_s, one_of = thinned(counted, POINTS)
+    found = [*cuts(model, parameters, x, y)]
+    return Sampled(ends_s, round_s, found, grid_s, one_of, feasible(model, parameters, *grid_s))
 
 
 def constraint_name(constraint: Constraint, route: Sequence[str]) -> str:

@@ -75,6 +75,14 @@ def heading(plan: Plan) -> list[Line]:
     return lines
 
 
+def facts(plan: Plan) -> list[Line]:
+    """Question and answer, times, where the plan leads, and remarks."""
+    if not plan:
+        return [*heading(plan), *remarks(plan)]
+    taken = [(name, f"{time_s:.2f} s, {words}") for name, time_s, words in times(plan)]
+    return [*heading(plan), *taken, *outcome(plan), *remarks(plan)]
+
+
 def remarks(plan: Plan) -> list[Line]:
     """Warnings, then notes."""
     warnings = plan.warnings if plan else ()

@@ -16,17 +16,18 @@ from optuav.mission.files import ending_of, write_files
 from optuav.mission.messages import path_of
 from optuav.network.scene import scene
 from optuav.plan import Plan, Stop
+from optuav.plan.display import LACKING
 from optuav.plots import style
 from optuav.plots.charge import draw_wells
 from optuav.plots.map import FEW, Way, draw_from_above, draw_plan_view, plan_labels
 from optuav.plots.profiles import timed
-from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, place
+from optuav.plots.style import BLACK, BLUE, GREEN, GREY, LASER, ORANGE, SKY, place
 
 FRAMES, FRAMES_PER_S, HELD = 120, 10, 20
 """Moments that are shown, evenly over the mission; how many a second; how often the end is."""
 DOTS_PER_INCH = 100
 COLOURS = 256
-PALETTE = (BLACK, ORANGE, SKY, GREEN, BLUE, VERMILLION, PURPLE, GREY)
+PALETTE = (BLACK, ORANGE, SKY, GREEN, BLUE, LACKING, LASER, GREY)
 """Colours that stay as they are in a GIF, however little of the picture they fill."""
 
 
@@ -34,8 +35,8 @@ def save_animation(replayed: Replay | Plan | Itinerary | str | Path, path: str |
     """Write a simulated plan in motion as a GIF of a quarter of a minute: map and wells together.
 
     On the map the UAV flies its way, and is joined to the laser while that delivers power; beside
-    it the bands of the wells grow. From the first violated limit on, the UAV is red. The same plan
-    gives the same bytes.
+    it the bands of the wells grow. From the first violated limit on, the UAV is orange-red. The
+    same plan gives the same bytes.
 
     Parameters
     ----------
@@ -84,12 +85,12 @@ def frames(replayed: Replay, moments_s: Sequence[float]) -> Iterator[Image.Image
         still = canvas.copy_from_bbox(figure.bbox)
         left.set_autoscale_on(False)
         (trail,) = left.plot([], [], color=BLUE, linewidth=1.6)
-        (beam,) = left.plot([], [], color=ORANGE, linewidth=1.6)
+        (beam,) = left.plot([], [], color=LASER, linewidth=1.6)
         (craft,) = left.plot([], [], "o", markersize=8, markeredgecolor="white")
         veil = right.axvspan(0.0, end_s, color="white", alpha=0.85, linewidth=0.0)
         (now,) = right.plot([], [], color=BLACK, linewidth=0.8)
         clock = left.set_title("", y=1.0)
-        verdict = right.set_title("", y=1.0, pad=style.NAMES_PT, color=VERMILLION)
+        verdict = right.set_title("", y=1.0, pad=style.NAMES_PT, color=LACKING)
         for moment_s in moments_s:
             at = max(0, int(np.searchsorted(trace.time_s, moment_s, side="right")) - 1)
             here = [float(np.interp(moment_s, trace.time_s, x)) for x in trace.position_m.T[:2]]
@@ -98,7 +99,7 @@ def frames(replayed: Replay, moments_s: Sequence[float]) -> Iterator[Image.Image
             beam.set_data(*np.array([laser.position_m[:2], here]).T if laser and lit else ([], []))
             past = [words for words, event in events if event.time_s <= moment_s]
             craft.set_data(here[:1], here[1:])
-            craft.set_markerfacecolor(VERMILLION if past else BLACK)
+            craft.set_markerfacecolor(LACKING if past else BLACK)
             veil.set_bounds(moment_s, 0.0, end_s - moment_s, 1.0)
             now.set_data([moment_s, moment_s], right.get_ylim())
             clock.set_text(f"{name}, $t$ = {moment_s:.0f} s: {trace.kind[at]}")
@@ -135,7 +136,7 @@ def _still(replayed: Replay) -> Figure:
     draw_plan_view(left, view, [way])
     arrows = draw_from_above(left, view, [way])
     style.group_thousands(left, right)
-    beam = style.entry("power from the laser", ORANGE, 1.6)
+    beam = style.entry("power from the laser", LASER, 1.6)
     entries = [beam, *bands, *style.swatches(trace.kind)]
     figure.legend(handles=entries, loc="outside lower center", ncols=7)
     style.settle(left)

@@ -9,12 +9,12 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 
 from optuav.calibration.fit import Fit, Panel
 from optuav.errors import InputError
+from optuav.looks import PHASES
 from optuav.mission.messages import of_kind
-from optuav.plan.display import KINDS
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE
 
-GROUPS = {**KINDS, "charge": style.PURPLE, "": BLUE}  # Colours of the groups of observations
+GROUPS = {**PHASES, "charge": style.PINK, "": BLUE}  # Colours of the groups of observations
 ROLES = {"fitted": BLUE, "repeat": style.SKY, "predicted": style.ORANGE}
 """Colours of named observations."""
 DECADE = 10.0  # Largest over smallest value beyond which the axis is logarithmic

@@ -9,21 +9,22 @@ from matplotlib.axes import Axes
 
 from optuav.arrays import Floats
 from optuav.judge.replay import Replay, replay
+from optuav.looks import PHASES
 from optuav.network import vehicle
 from optuav.network.timeline import carry
 from optuav.physics.packs import NOBODY
 from optuav.plan import Plan, Plans, load_plans
-from optuav.plan.display import AVAILABLE, BOUND, KINDS, LACKING
+from optuav.plan.display import AVAILABLE, BOUND, LACKING
 from optuav.plan.trace import Trace
 from optuav.plots import style
-from optuav.plots.style import BLACK, BLUE, GREY, PURPLE, SKY, VERMILLION, mark
+from optuav.plots.style import BLACK, BLUE, DARK, PINK, SKY, mark
 
 FADED = 0.6  # Share of white over what follows the moment at which the battery is dry
 FILLS, FADE = 1.5, 2.0  # Heights of layers, above the bands of the phases
 HATCH = "//////"
 MOST = 7  # Largest number of entries side by side in a legend
 CLOSE = 0.05  # Distance of two levels of charge that share a line of words, as a share of the axis
-COLOURS = (BLUE, VERMILLION, PURPLE, SKY)  # Colours of the packs by number, repeated
+COLOURS = (BLUE, PINK, SKY, DARK)  # Colours of the packs by number, repeated
 FLIES, CHARGED = (-24.0, 12.0), (-38.0, 12.0)
 """Lower edge and height of the strips that show which pack flies and which is charged [%]."""
 
@@ -80,17 +81,17 @@ def wells(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
         style.draw_bands([ax], style.phase_bands(replayed))
         time_s, total_As = replayed.trace.time_s, _total_As(replayed.trace)
         under = [np.stack([time_s, share * total_As], axis=1) for share in np.linspace(0, 1, 9)]
-        events = list[tuple[str, float, float]]()
+        events = list[tuple[str, float, float, str]]()
         if (full_s := plan.overfull_s) is not None:
             level_As = float(np.interp(full_s, time_s, total_As))
-            events.append((f"driven past full at {full_s:.1f} s", full_s, level_As))
+            events.append((f"driven past full at {full_s:.1f} s", full_s, level_As, "overfull"))
         if (dry_s := plan.runs_dry_s) is not None:
-            ax.axvline(dry_s, color=VERMILLION, linewidth=0.9, zorder=FADE + 0.2)
+            ax.axvline(dry_s, **style.limit("dry"), zorder=FADE + 0.2)
             under.append(np.array([(dry_s, end) for end in ax.get_ylim()]))
             ax.axvspan(dry_s, time_s[-1], color="white", alpha=FADED, linewidth=0.0, zorder=FADE)
             level_As = float(np.interp(dry_s, time_s, total_As))
             left = f"{level_As:,.0f}".replace(",", "\N{THIN SPACE}")
-            events.append((f"dry at {dry_s:.1f} s\n{left} A s still bound", dry_s, level_As))
+            events.append((f"dry at {dry_s:.1f} s\n{left} A s still bound", dry_s, level_As, "dry"))
         ceiling = [(time_s[end], total_As[0]) for end in (0, -1)]
         mark(ax, events, under, [ceiling])
     return axes
@@ -117,8 +118,8 @@ def draw_wells(ax: Axes, replayed: Replay) -> list[Artist]:
     line.set_label("total $y_1 + y_2$")
     full_As = float(vehicle.pool(mission).capacity_As)
     least_As = mission.limits.min_soc * full_As
-    for level_As in (full_As, least_As):
-        ax.axhline(level_As, color=GREY, linewidth=0.8, linestyle=style.DASHED)
+    for level_As, role in ((full_As, "overfull"), (least_As, "charge")):
+        ax.axhline(level_As, **style.limit(role))
     low, (_, high) = min(0.0, *total_As), style.margins([0.0, *total_As, full_As], 0.16, 0.0)
     ax.set(ylim=(low, high), ylabel="charge [A s]")
     levels = {least_As: "to be kept: $η_0 B$", full_As: "full: $B$"}
@@ -203,7 +204,7 @@ def _draw_packs(ax: Axes, plan: Plan) -> None:
     """Draw the packs of a plan over its phases."""
     given, trace = plan.mission.battery, replay(plan).trace
     for phase in plan.phases:
-        ax.axvspan(phase.start_s, phase.end_s, color=KINDS[phase.kind], alpha=0.13, linewidth=0.0)
+        ax.axvspan(phase.start_s, phase.end_s, color=PHASES[phase.kind], alpha=0.13, linewidth=0.0)
     for levels_As, width in ((trace.available_As, 1.4), (trace.bound_As, 0.5)):
         # All are full at take-off.
         for number, percent in enumerate((100.0 * levels_As / levels_As[0]).T):

@@ -14,7 +14,7 @@ from optuav.arrays import Floats
 from optuav.errors import InputError, refuse
 from optuav.mission.messages import several, unknown
 from optuav.plots import style
-from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
+from optuav.plots.style import BLACK, BLUE, DARK, GREEN, GREY, ORANGE, PINK, SKY
 
 COLOURS = {
     **{"battery": BLUE, "energy": ORANGE, "adjusted": SKY, "available": GREEN},
@@ -32,7 +32,7 @@ PRINTED = {
 LONG = 1000.0  # Least number that is written without a decimal
 GROUP = 0.8  # Share of the way to the next group that the bars of one take up
 HATCH = "/////"
-LINES = (BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK)
+LINES = (BLUE, ORANGE, GREEN, PINK, SKY, BLACK)
 DASHES = (*style.DASHES, (0.0, (9.0, 2.0)), style.DOTTED)  # Looks of curves
 COLUMNS = 3
 ROOM_ABOVE = 0.14  # Share of the height that is left above the curves for the words of the marks
@@ -180,7 +180,7 @@ def bars(
         Patch(color=COLOURS[name], label=style.WORDS.get(name, name)) for name in used if name
     ]
     if level:
-        handles.append(ax.axhline(floor, color=VERMILLION, linewidth=1.0, label=level.words))
+        handles.append(ax.axhline(floor, **style.limit("charge"), label=level.words))
     if any(each.flyable is False for each in shown):
         looks: style.Look = {"fc": GREY, "ec": "white", "hatch": HATCH, "linewidth": 0.0}
         handles.append(Patch(label="cannot be flown", **looks))
@@ -253,14 +253,14 @@ def curves(
     style.legend_above(ax, min(COLUMNS, len(lines)))
     style.group_thousands(ax)
     for mark in marks:
-        ax.axvline(mark.at, color=VERMILLION, linewidth=0.9, linestyle=style.DOTTED)
+        ax.axvline(mark.at, color=DARK, linewidth=0.9, linestyle=style.DOTTED)
     style.settle(ax)
     left, right = ax.get_xlim()
     for number, (at, words) in enumerate(marks):  # on the side with more room, in two rows
         to_left = at - left > right - at
         offset_pt = (-3.0 if to_left else 3.0, -3.0 - 9.0 * (number % 2))
         fraction = ("data", "axes fraction")
-        style.beside(ax, words, (at, 1.0), offset_pt, xycoords=fraction, color=VERMILLION)
+        style.beside(ax, words, (at, 1.0), offset_pt, xycoords=fraction, color=DARK)
     return ax
 
 
@@ -342,7 +342,7 @@ def hover_times(times_s: Floats, mission: str, *, fixed_s: float | None = None) 
     ax.axvline(middle_s, color=BLACK, linewidth=1.0)
     words = [f"median {middle_s:.0f} s", f"90 % within {low_s:.0f} to {high_s:.0f} s"]
     if fixed_s is not None:
-        ax.axvline(fixed_s, color=VERMILLION, linewidth=1.2, linestyle="--")
+        ax.axvline(fixed_s, color=DARK, linewidth=1.2, linestyle="--")
         words.append(f"fixed plan {fixed_s:.0f} s (dashed)")
     if len(planned) < len(times_s):
         words.append(f"no plan in {1.0 - len(planned) / len(times_s):.1%}")

@@ -22,21 +22,21 @@ from matplotlib.typing import LineStyleType
 
 from optuav.arrays import Booleans, Floats
 from optuav.errors import InputError
+from optuav.looks import PHASES
 from optuav.mission import Mission
 from optuav.mission.messages import of_kind
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.network.scene import Scene, scene
 from optuav.plan import Plan, Stop, load_plan, load_subject
-from optuav.plan.display import KINDS
 from optuav.plots import style
-from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, Look
+from optuav.plots.style import BLACK, BLUE, DARK, GREEN, GREY, LASER, ORANGE, PINK, SKY, Look
 
 SYMBOLS = {
     "origin": "origin $\\mathbf{w}_0$",
     "hover": "hover point $\\mathbf{w}_U$",
     "destination": "destination $\\mathbf{w}_F$",
 }
-COLOURS = (BLACK, SKY, ORANGE, BLUE, VERMILLION, GREEN)
+COLOURS = (BLACK, SKY, ORANGE, BLUE, PINK, GREEN)
 DASHES = (*style.DASHES, style.DOTTED, (0.0, (3.0, 3.0)))
 """Looks of several routes, no two of which differ in colour alone."""
 REACH = ("link", "limits.outage_probability", "limits.min_altitude_m")
@@ -276,7 +276,7 @@ def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style
         scenery.append(style.Label("laser $\\mathbf{w}_s$", mission.laser.position_m[:2]))
     for each in mission.buildings if len(mission.buildings) <= MOST_NAMED else ():
         name, at = style.printed(each.name), each.position_m[:2]
-        scenery.append(style.Label(name, at, needed=False, colour="#404040", size=6.5))
+        scenery.append(style.Label(name, at, needed=False, colour=DARK, size=6.5))
     return labels + [label for label in scenery if tuple(label.at) not in written]
 
 
@@ -386,8 +386,8 @@ def draw_plan_view(ax: Axes, shown: Scene, ways: Sequence[Way] = ()) -> list[Art
         entries.append(disc)
     lines, sight = _sight(shown, ways)
     looks: tuple[tuple[bool, str, LineStyleType, str], ...] = (
-        (False, VERMILLION, (0.0, (2.0, 2.0)), "blocked sight line"),
-        (True, PURPLE, "-", "clear sight line of the laser"),
+        (False, DARK, (0.0, (2.0, 2.0)), "blocked sight line"),
+        (True, LASER, "-", "clear sight line of the laser"),
     )
     for clear, colour, dashes, words in looks:
         if (sight == clear).any():
@@ -407,7 +407,7 @@ def draw_site(ax: Axes, shown: Scene, walls: Look) -> list[Artist]:
     entries += ax.plot(*mission.link.device_m[:2], "^", **device)
     if mission.laser is not None:
         source = mission.laser.position_m[:2]
-        entries += ax.plot(*source, "*", color=PURPLE, markersize=9, zorder=4, label="laser")
+        entries += ax.plot(*source, "*", color=LASER, markersize=9, zorder=4, label="laser")
     return entries
 
 
@@ -428,7 +428,7 @@ def draw_buildings(ax: Axes, shown: Scene, walls: Look) -> list[Artist]:
 
 def stop_look(kind: str, stays: bool) -> Look:
     """The marker of a stop; hollow where the UAV passes by."""
-    colour = KINDS[kind]
+    colour = PHASES[kind]
     fill, edge = (colour, "white") if stays else ("white", colour)
     look: Look = {"marker": MARKERS[kind], "markersize": 6.0, "markeredgewidth": 0.8}
     return {**look, "markerfacecolor": fill, "markeredgecolor": edge}

@@ -15,11 +15,20 @@ from optuav.errors import Fault, InputError
 from optuav.mission.messages import of_kind, shown
 from optuav.modelling import Model, Variable
 from optuav.plan import Plans, load_plans
-from optuav.plan.plane import constraint_name, cuts, feasible, limits, thinned, worth_seeing
+from optuav.plan.plane import (
+    ROLES,
+    constraint_name,
+    cuts,
+    feasible,
+    kind_of,
+    limits,
+    thinned,
+    worth_seeing,
+)
 from optuav.plots import style
 from optuav.plots.style import BLACK, printed
 
-COLOURS = (style.VERMILLION, style.BLUE, style.GREEN, style.PURPLE, style.ORANGE, style.SKY)
+OWN = (style.PINK, style.SKY, style.DARK, style.GREEN)  # Colours of limits that have no role
 SAMPLES = 401  # Points along an axis at which the constraints are evaluated
 LETTERS = 30  # Longest line of the legend
 
@@ -154,7 +163,14 @@ def _draw_constraints(
     """Draw the boundaries that cut, with their forbidden sides; entries of the legend."""
     x, y = (np.linspace(*limits, SAMPLES) for limits in (ax.get_xlim(), ax.get_ylim()))
     names = [*map(printed, route)]
-    for cut, colour in zip(cuts(model, parameters, x, y), cycle(COLOURS), strict=False):
+    own = cycle(OWN)
+    for cut in cuts(model, parameters, x, y):
+        role = ROLES.get(kind_of(cut.constraint))
+        look: style.Look = (
+            {"color": next(own), "linestyle": "-"} if role is None else style.limit(role)
+        )
+        colour, dashes = look["color"], look["linestyle"]
+        lines: style.Look = {"colors": [colour], "linestyles": [dashes], "zorder": 3}
         name = _set(textwrap.fill(constraint_name(cut.constraint, names), LETTERS))
         excess = cut.excess
         low, high = float(excess.min()), float(excess.max())
@@ -167,5 +183,5 @@ def _draw_constraints(
             where = np.ma.masked_array(excess, ~cut.others_hold)
             for shown, width in ((excess, 0.8), (where, 2.0)):
                 if shown.min() < 0.0 < shown.max():
-                    ax.contour(x, y, shown, [0.0], colors=[colour], linewidths=width, zorder=3)
-            yield style.entry(name, colour, 2.0)
+                    ax.contour(x, y, shown, [0.0], linewidths=width, **lines)
+            yield style.entry(name, colour, 2.0, dashes)

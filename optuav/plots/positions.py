@@ -21,7 +21,7 @@ from optuav.network.scene import scene
 from optuav.plots import style
 from optuav.plots.heat import LONGEST, heat_map, without_value
 from optuav.plots.map import draw_buildings, draw_site
-from optuav.plots.style import BLACK, GREEN, GREY, ORANGE, PALE, PURPLE, SKY, VERMILLION, Look
+from optuav.plots.style import BLACK, GREEN, GREY, LASER, ORANGE, PALE, PINK, SKY, YELLOW, Look
 
 if TYPE_CHECKING:
     import xarray
@@ -33,7 +33,7 @@ MOVED = {"link.device_m": "device", "laser.position_m": "laser", "route.hover_m"
 NO_MAP = "a map, as the functions of optuav.maps return it"
 LARGEST_IN, LEAST_IN, AROUND_IN, LEGEND_IN = (5.4, 6.0), (1.6, 1.6), (1.8, 1.5), 6.0
 """Largest and least size of a map, what surrounds it, and width of its legend [inch]."""
-BEST: Look = {"color": VERMILLION, "markersize": 9.0, "markeredgecolor": "white", "zorder": 5}
+BEST: Look = {"color": YELLOW, "markersize": 9.0, "markeredgecolor": BLACK, "zorder": 5}
 BEST |= {"markeredgewidth": 0.7, "clip_on": False}  # It may be at the edge
 LABELS_PT = 32.0  # Height of the labels below axes [pt]
 
@@ -145,10 +145,10 @@ def sites(found: Siting, *, ax: Axes | None = None) -> Axes:
     own_m, moved = lasers_m[found.laser[served]], (chosen_m != lasers_m).any(axis=1)
     drawn: tuple[tuple[str, str, Floats, str, float], ...] = (
         ("-", "device and its laser", _lines(devices_m[served], own_m), SKY, 0.0),
-        ("-", "moved", _lines(chosen_m[moved], lasers_m[moved]), PURPLE, 0.0),
+        ("-", "moved", _lines(chosen_m[moved], lasers_m[moved]), PINK, 0.0),
         ("o", "candidate", candidates_m, ORANGE, 5.0),
         ("s", "chosen", chosen_m, BLACK, 8.0),
-        ("*", "laser", lasers_m, PURPLE, 9.0),
+        ("*", "laser", lasers_m, LASER, 9.0),
         ("^", "device", devices_m[served], GREEN, 6.0),
         ("^", "device without a plan", devices_m[~served], GREEN, 6.0),
     )

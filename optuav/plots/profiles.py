@@ -21,7 +21,7 @@ from optuav.physics.flight import LegState, Loads
 from optuav.plan import Plan
 from optuav.plan.trace import Event
 from optuav.plots import style
-from optuav.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION, Band, mark
+from optuav.plots.style import BLACK, BLUE, GREEN, GREY, LASER, ORANGE, PINK, SKY, Band, mark
 
 MOST_MARKED = 12  # Violations that are marked one by one
 WORDS = {"empty": "dry", "full": "driven past full"}  # For kinds of violations
@@ -101,7 +101,7 @@ def profile(
     axes.speed.plot(time_s, np.where(trace.stage == "turn", np.nan, trace.speed_m_s), color=BLACK)
     axes.speed.set(ylabel="speed [m/s]", ylim=style.margins([0.0, *trace.speed_m_s], 0.12))
     axes.power.axhline(0.0, color=BLACK, linewidth=0.5)
-    axes.power.plot(time_s, trace.received_power_W, color=ORANGE, linewidth=1.0)
+    axes.power.plot(time_s, trace.received_power_W, color=LASER, linewidth=1.0)
     axes.power.plot(time_s, power_W, color=BLACK)
     limits = style.margins([0.0, *power_W, *trace.received_power_W], 0.12)
     axes.power.set(ylabel="power into\nthe battery [W]", ylim=limits)
@@ -110,7 +110,7 @@ def profile(
     axes.altitude.set_title(f"{style.printed(mission.name)}: {verdict}", pad=style.NAMES_PT)
     entries = [
         style.entry("net power", BLACK),
-        style.entry("from the laser", ORANGE, 1.0),
+        style.entry("from the laser", LASER, 1.0),
         style.entry("altitudes for hovering", GREY, 0.8, "--"),
         *style.swatches(trace.kind),
     ]
@@ -120,7 +120,7 @@ def profile(
     style.settle(axes.altitude)
     style.draw_bands(axes, style.phase_bands(replayed))
     events = [
-        (words, each.time_s, height)
+        (words, each.time_s, height, "overfull" if each.kind == "full" else "dry")
         for words, each in timed(replayed)[:MOST_MARKED]
         for height in [float(np.interp(each.time_s, time_s, height_m))]
     ]
@@ -295,7 +295,7 @@ def _draw_attitude(ax: Axes, stages: Sequence[_Stage]) -> None:
     attitudes = zip(*(each.state.attitude for each in stages), strict=True)
     pitch, roll = (np.rad2deg(np.concatenate(each)) for each in attitudes)
     lines = ax.plot(time_s, pitch, color=BLUE, label="pitch $ψ_p$")
-    dashed: style.Look = {"color": VERMILLION, "linestyle": (0.0, (4.0, 1.5))}
+    dashed: style.Look = {"color": PINK, "linestyle": (0.0, (4.0, 1.5))}
     lines += ax.plot(time_s, roll, label="roll $ψ_r$", **dashed)
     ax.set(ylabel="attitude [°]")
     _legend_beside(ax, lines)

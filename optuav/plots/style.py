@@ -30,12 +30,12 @@ from matplotlib.typing import LineStyleType
 from optuav import markup
 from optuav.arrays import Floats
 from optuav.judge import Replay
-from optuav.plan.display import KINDS
+from optuav.looks import LOOKS, PHASES, SERIES
 
-# The palette of Okabe and Ito, which colour-blind readers can tell apart, and two greys.
-BLACK, GREY, PALE = "#000000", "#7F7F7F", "#D9D9D9"
-ORANGE, SKY, GREEN, YELLOW = "#E69F00", "#56B4E9", "#009E73", "#F0E442"
-BLUE, VERMILLION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
+BLACK = "black"
+BLUE, GREEN, ORANGE = PHASES.values()
+SKY, PINK, GREY, PALE, DARK = SERIES
+LASER, YELLOW = (LOOKS[role].light for role in ("laser", "optimum"))
 
 WORDS = {"direct": "Direct path", "traj1": "Traj. 1", "traj2": "Traj. 2", "optimal": "Optimal"}
 """Names of the trajectories as the paper prints them."""
@@ -73,12 +73,13 @@ that is covered costs 1."""
 MARKER = 4.0  # Distance of a label from places of others [pt]
 LEADER_DOTS = 100  # Dots that stand for the line to a label
 MOST_COVERED = 2  # Most dots that a label covers which is not needed
-LEADER = {"arrowstyle": "-", "linewidth": 0.6, "color": "#404040", "shrinkA": 0.0, "shrinkB": 2.0}
+LEADER = {"arrowstyle": "-", "linewidth": 0.6, "color": DARK, "shrinkA": 0.0, "shrinkB": 2.0}
 
 AnyFigure: TypeAlias = Figure | SubFigure
 Shown: TypeAlias = tuple[bytes, dict[str, int | str]] | None  # A PNG, its width and title
 Look: TypeAlias = dict[str, Any]  # Properties of a line or marker, by matplotlib's names
 LABEL: Look = {"ha": "left", "va": "bottom", "linespacing": 1.1, "annotation_clip": False}
+POINTS_PER_PIXEL = 0.6  # Width of a line in a picture and in the explorer's page
 HALO: Look = {"path_effects": [withStroke(linewidth=2.5, foreground="white")]}
 LABEL |= {**HALO, "zorder": 10}
 _ONE_AT_A_TIME = RLock()
@@ -225,6 +226,14 @@ def entry(
     return Line2D([], [], color=colour, linewidth=linewidth, linestyle=linestyle, label=label)
 
 
+def limit(role: str) -> Look:
+    """Colour and line of a limit, as in `optuav.looks`."""
+    colour, _, width, dash, rounded = LOOKS[role]
+    style: LineStyleType = (0.0, tuple(each / width for each in dash)) if dash else "-"
+    look: Look = {"color": colour, "linestyle": style, "linewidth": POINTS_PER_PIXEL * width}
+    return {**look, "dash_capstyle": "round" if rounded else "butt"}
+
+
 def root(ax: Axes) -> Figure:
     """The figure that axes belong to."""
     figure = ax.get_figure(root=True)
@@ -267,7 +276,7 @@ def phase_bands(replayed: Replay) -> list[Band]:
     bands = []
     for each in replayed.phases:
         names = (f"rest, {printed(each.end.name)}",) if each.kind == "rest" else ()
-        bands.append(Band(each.start_s, each.end_s, KINDS[each.kind], (*names, each.kind)))
+        bands.append(Band(each.start_s, each.end_s, PHASES[each.kind], (*names, each.kind)))
     return bands
 
 
@@ -293,7 +302,7 @@ def swatch(colour: str, label: str) -> Patch:
 
 def swatches(kinds: Iterable[str]) -> list[Patch]:
     """The entries of the kinds of phases that occur."""
-    return [swatch(KINDS[kind], kind) for kind in dict.fromkeys(map(str, kinds))]
+    return [swatch(PHASES[kind], kind) for kind in dict.fromkeys(map(str, kinds))]
 
 
 @dataclass(frozen=True)
@@ -359,14 +368,14 @@ def place(
 
 def mark(
     ax: Axes,
-    events: Iterable[tuple[str, float, float]],
+    events: Iterable[tuple[str, float, float, str]],
     lines: Iterable[npt.ArrayLike],
     faint: Iterable[npt.ArrayLike] = (),
 ) -> None:
-    """Draw dots at events (words, x, y) where a limit is passed, with their words beside them."""
-    labels = [Label(words, (x, y), colour=VERMILLION) for words, x, y in events]
+    """Draw dots at events where a limit is passed, with words: words, x, y, role of the limit."""
+    labels = [Label(words, (x, y), colour=LOOKS[role].light) for words, x, y, role in events]
     for label in labels:
-        ax.plot(*label.at, "o", color=VERMILLION, markersize=4.5, clip_on=False, zorder=5)
+        ax.plot(*label.at, "o", color=label.colour, markersize=4.5, clip_on=False, zorder=5)
     place(ax, labels, lines, faint)
 
 

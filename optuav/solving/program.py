@@ -563,3 +563,14 @@ class CompiledProgram:
         if allowed is None or all(map(allowed.accepts, np.ravel(value).tolist())):
             return ""
         return f"{allowed.words}, as {key}"
+
+
+def entry_of(program: Program, plan: Plan) -> tuple[Part, int]:
+    """Return part and entry of the route of a plan; without one, of the shortest flight."""
+    names = program.network.route_names
+    for part in program.parts if plan else ():
+        for entry, route in enumerate(part.routes.tolist()):
+            if names(route) == plan.route:
+                return part, entry
+    number, entry = outcome.shortest_flight(program.network, program.parts)
+    return program.parts[number], entry

@@ -23,6 +23,7 @@ from tests.diagnosis.missions import PAPER, SMALL, InTime, only, repairs
 
 P3_TEXT = """\
 Optimum      hover 688.85 s at hover
+What binds   Charge binds, the deadline does not.
 
 Binding      P3.a state of charge  1 − (Q_fl + I_hv·Δ) / (N·B_i) ≥ η0
 
@@ -50,6 +51,7 @@ No effect    limits.deadline_s, flight_time_s"""
 
 P4_TEXT = """\
 Optimum      rest 392.14 s at b1, hover 719.54 s at hover
+What binds   Charge and deadline bind.
 
 Binding      P4.a state of charge
                                   1 − (Q_fl + I_hv·Δ − I_rest·T') / (N·B_i) ≥ η0
@@ -158,6 +160,24 @@ def test_long_names_break_neither_formulas_nor_prices(
 
 def test_the_words_for_one_rest_on_b1() -> None:
     assert below_the_head(explain("paper", optuav.P4("b1"), perspective="battery")) == P4_TEXT
+
+
+def test_what_binds_comes_first_in_words_and_the_rows_are_folded() -> None:
+    """Without a label or a symbol: when the available well is empty; a notebook folds 18 rows."""
+    explained = explain("paper")
+    text = " ".join(str(explained).split())
+    assert (
+        "What binds The available well binds, the deadline does not. Available well empty on "
+        "landing at b10; available well empty on landing at the destination. Binding P1.b"
+    ) in text
+    shown = explained._repr_html_()
+    assert "the available well binds, the deadline does not" in shown
+    assert "<details><summary>Constraints (" in shown
+    words = {each.words for each in explained.constraints if each.binds}
+    assert words == {
+        "available well empty on landing at b10",
+        "available well empty on landing at the destination",
+    }
 
 
 def test_the_words_for_a_deadline_that_is_too_short() -> None:

@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
+import shutil
 import signal
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import pytest
+
+import optuav
+from optuav.explorer.server import Server
+
+CHROMIUM = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), ""
+)
+EVIL = "<img src=x onerror=\"document.title='run'\">"
+Open = Callable[..., Any]
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -17,3 +29,53 @@ def broken_pipes_are_errors() -> Iterator[None]:
     before = signal.signal(signal.SIGPIPE, signal.SIG_IGN)
     yield
     signal.signal(signal.SIGPIPE, before)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    if not CHROMIUM:
+        pytest.skip("Chromium is not installed")
+    playwright.expect.set_options(timeout=30_000)  # Of a machine that does other things too
+    with playwright.sync_playwright() as running:
+        # Its sandbox does not start for root, nor in many containers; the pages are our own.
+        flags = ["--no-sandbox"]
+        try:
+            launched = running.chromium.launch(executable_path=CHROMIUM, args=flags)
+        except playwright.Error as error:  # as for a user without a home
+            pytest.skip(f"Chromium does not start here: {str(error).splitlines()[0]}")
+        yield launched
+        launched.close()
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    mission = optuav.load("paper").replace({"buildings.b7.name": EVIL, "name": f"{EVIL} paper"})
+    with Server(mission) as server:
+        threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
+        yield server.address
+        server.shutdown()
+
+
+@pytest.fixture
+def open_page(browser: Any, address: str) -> Iterator[Open]:
+    """A function that opens the page; no page may have reported an error."""
+    contexts, errors = [], []
+
+    def opened(
+        width: int = 1400, scheme: str = "light", fragment: str = "", height: int = 900
+    ) -> Any:
+        view = {"width": width, "height": height}
+        context = browser.new_context(viewport=view, color_scheme=scheme, reduced_motion="reduce")
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", lambda each: each.type == "error" and errors.append(each.text))
+        page.on("pageerror", lambda each: errors.append(str(each)))
+        page.goto(address + fragment)
+        page.locator("figure svg[role=img]").first.wait_for()
+        return page
+
+    yield opened
+    for context in contexts:
+        context.close()
+    assert errors == []

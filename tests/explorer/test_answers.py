@@ -38,7 +38,7 @@ def fields(answer: dict[str, Any]) -> dict[str, np.ndarray]:
     """What constraints leave over in the plane (Δ, T'), by name."""
     plane = answer["plane"]
     shape = (plane["samples"], plane["samples"])
-    return {e["name"]: np.reshape(e["excess"], shape) for e in plane["constraints"]}
+    return {e["short"]: np.reshape(e["excess"], shape) for e in plane["constraints"]}
 
 
 def times(answer: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
@@ -62,7 +62,7 @@ def times(answer: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
 def test_answers_are_the_known_ones(paper: Mission, state: dict[str, Any], hover_s: float) -> None:
     """Those that the publication's parameters give, printed and in the picture of the wells."""
     found = answers(paper, state)
-    assert found["verdict"]["text"].startswith(f"Hover {hover_s:.2f} s")
+    assert found["verdict"]["text"].startswith(f"{hover_s:.2f} s of hover")
     stays = [e for e in found["wells"]["phases"] if e["kind"] == "hover"]
     assert sum(e["end_s"] - e["start_s"] for e in stays) == pytest.approx(hover_s, abs=1e-3)
     assert found["plane"]["best"][1] == pytest.approx(hover_s, abs=1e-3)
@@ -72,11 +72,11 @@ def test_curves_are_where_the_limits_are(by_battery: dict[str, Any]) -> None:
     """Deadline and charge meet at the optimum; the deadline is a straight line through it."""
     hover_s, rest_s = times(by_battery)
     found = fields(by_battery)
-    deadline = found["P1.d hover time"]
+    deadline = found["deadline"]
     spare_s = HOVER_S + REST_S - hover_s - rest_s
     assert (np.sign(deadline) == np.sign(spare_s))[np.abs(spare_s) > 1.0].all()
     # Linear: where one falls to 0 follows from any two samples along Δ.
-    charge = found["P1.b state of charge"].astype(float)
+    charge = found["charge left"].astype(float)
     across = int(np.abs(rest_s - REST_S).argmin())
     column, upward = charge[:, across], hover_s[:, 0]
     zero_s = np.interp(0.0, column[::-1], upward[::-1])
@@ -107,11 +107,118 @@ def test_wells_are_those_of_the_known_plan(by_battery: dict[str, Any]) -> None:
     assert not by_battery["verdict"]["good"]
 
 
-def test_curves_have_names_of_their_own(paper: Mission) -> None:
-    """Both ends of Δ are stated under one label where there is no rest."""
-    state = {**BATTERY, "problem": "P3", "changes": {"limits.deadline_s": 400}}
-    names = [each["name"] for each in answers(paper, state)["plane"]["constraints"]]
-    assert names == ["P3.b hover time: Δ ≥ 0", "P3.b hover time: Δ ≤ T_max − T_fl"]
+def test_limits_have_words_roles_and_symbols(paper: Mission, by_battery: dict[str, Any]) -> None:
+    """Those of a person: no label of a constraint, and for a well when it is empty."""
+    said = [(e["role"], e["words"]) for e in by_battery["plane"]["constraints"] if e["words"]]
+    assert said == [("charge", "charge left: 5 %"), ("deadline", "deadline: 1200 s")]
+    found = answers(paper, {})["plane"]["constraints"]
+    assert [(e["role"], e["short"]) for e in found if e["words"]] == [
+        ("dry", "empty at b10"),
+        ("overfull", "too full after the rest"),
+        ("dry", "empty at the end"),
+        ("deadline", "deadline"),
+    ]
+    assert {e["symbol"] for e in found} == {"y₁ ≥ 0", "y₁ ≤ ωB", "Δ + T′ ≤ T_max − T_fl", ""}
+
+
+@pytest.mark.parametrize(
+    ("state", "words"),
+    [
+        ({}, "597.27 s of hover; ✓ flies"),
+        (BATTERY, "719.54 s of hover promised; ✕ falls at 1095 s: the available well is empty"),
+        (
+            {"perspective": "energy"},
+            "559.34 s of hover promised; ✕ overfills at 157 s: the available well is full and "
+            "takes less than the plan counts on",
+        ),
+        (
+            {"changes": {"limits.deadline_s": 60.0}},
+            "✕ no plan: the deadline is shorter than the flight",
+        ),
+        (
+            {"changes": {"battery.capacity_As": 3000.0}},
+            "✕ no plan: the battery is too small for the flight alone",
+        ),
+        (
+            {"changes": {"link.device_m": [1000, 3000, 900]}},
+            "✕ no plan: the device is out of reach: its link covers 501.484 m, but hovering at "
+            "the lowest altitude of 50 m means 850 m at least",
+        ),
+    ],
+)
+def test_the_verdict_has_its_reason(paper: Mission, state: dict[str, Any], words: str) -> None:
+    """In one sentence without a symbol or a key: it flies, falls, overfills, or there is none."""
+    assert answers(paper, state)["verdict"]["text"] == words
+
+
+@pytest.mark.parametrize(
+    ("state", "words"),
+    [
+        ({}, "The available well binds, the deadline does not."),
+        (BATTERY, "Charge and deadline bind."),
+        ({**BATTERY, "problem": "P3"}, "Charge binds, the deadline does not."),
+        ({"problem": "P2"}, "Neither charge nor the deadline binds."),
+        (
+            {"changes": {"limits.deadline_s": 300.0}},
+            "The deadline binds, charge does not.",
+        ),
+    ],
+)
+def test_what_binds_is_said_in_words(paper: Mission, state: dict[str, Any], words: str) -> None:
+    assert answers(paper, state)["verdict"]["binds"] == words
+
+
+@pytest.mark.parametrize(
+    ("state", "key"),
+    [
+        ({}, "limits.deadline_s"),
+        ({}, "limits.min_soc"),
+        (BATTERY, "laser.power_W"),
+        ({**BATTERY, "changes": {"laser.power_W": 500}}, "battery.charge_current_A"),
+    ],
+)
+def test_where_a_control_changes_nothing_the_answer_is_the_same(
+    paper: Mission, state: dict[str, Any], key: str
+) -> None:
+    """Solved again at both ends of the stretch that the page hatches, and at its middle."""
+    found = answers(paper, state)
+    (control,) = (each for each in found["controls"] if each["key"] == key)
+    idle = control["idle"]
+    high = control["high"] if idle["high"] is None else idle["high"]
+    for value in np.linspace(idle["low"], high, 3).tolist():
+        changes = {**state.get("changes", {}), key: value * (1.0 + 1e-9) if value < high else value}
+        again = answers(paper, {**state, "changes": changes})["verdict"]
+        assert again["hover_s"] == pytest.approx(found["verdict"]["hover_s"], abs=1e-3), value
+
+
+def test_axes_are_round_and_stay_where_they_are_asked_to(paper: Mission) -> None:
+    """At whole steps of 1, 2 or 5; stated ends hold whatever the deadline."""
+    found = answers(paper, {})
+    assert (found["plane"]["rest_s"][1], found["plane"]["hover_s"][1]) == (1200.0, 1200.0)
+    assert (found["wells"]["axes"], found["map"]["window"]) == (
+        [1200.0, 80_000.0],
+        [[0.0, 0.0], [2000.0, 3500.0]],
+    )
+    held = answers(paper, {"axes": [900, 1500], "changes": {"limits.deadline_s": 220}})["plane"]
+    assert (held["rest_s"][1], held["hover_s"][1]) == (900.0, 1500.0)
+    assert held["round_s"][1] < 400.0
+    for axes in ([1], [1, 2, 3], [0, 1], "ab", [1, "2"], {"a": 1}, [1, 1e300]):
+        assert [e["key"] for e in answers(paper, {"axes": axes})["faults"]] == ["axes"], axes
+
+
+@pytest.mark.parametrize("name", ["paper", "paper-table2", "matrice350"])
+def test_presets_are_answered(name: str) -> None:
+    """Each as a state that the page may start from; the first ones show what they promise."""
+    mission = optuav.load(name)
+    known = {e["short"]: answers(mission, e["state"]) for e in answers(mission, {})["presets"]}
+    assert not any("faults" in each for each in known.values())
+    assert [*known][:2] == ["Mission", "Fall"]
+    assert not known["Small battery"]["verdict"]["promise"]
+    if name == "paper":
+        assert known["Fall"]["verdict"]["event"] == "falls at 1095 s"
+        assert known["Kink"]["plane"]["best"][0] == pytest.approx(0.0, abs=0.05)
+        assert known["Kink"]["plane"]["rests"]
+        assert known["Laser"]["verdict"]["hover_s"] < known["Fall"]["verdict"]["hover_s"]
 
 
 def test_the_map_shows_the_reach_of_the_link(paper: Mission) -> None:
@@ -146,10 +253,10 @@ def test_without_a_plan_reasons_stand_and_repairs_when_asked(paper: Mission) -> 
     """To seek repairs takes a second: it is left to a click."""
     late = {"changes": {"limits.deadline_s": 60.0}, "problem": "P3"}
     found = answers(paper, late)
-    assert found["verdict"] == {"text": "No plan: P3, infeasible", "good": False}
+    assert found["verdict"]["event"] == "no plan"
     assert "75.79 s" in found["reasons"][0]
     assert (found["wells"], found["repairs"], found["plane"]["best"]) == (None, [], None)
-    assert [e["holds_nowhere"] for e in found["plane"]["constraints"]] == [True]
+    assert [max(e["excess"]) < 0 for e in found["plane"]["constraints"]] == [True]
     repairs = answers(paper, {**late, "repairs": True})["repairs"]
     assert ("limits.deadline_s >= 75.8", "now 60") in repairs
 

@@ -87,7 +87,7 @@ def test_every_answer_keeps_the_page_to_itself(server: Server) -> None:
 def test_a_state_is_answered(server: Server) -> None:
     state = json.dumps({"changes": {"limits.deadline_s": 800}, "perspective": "battery"})
     found = json.loads(ask(server, "POST", "answers", state, **JSON).body)
-    assert found["verdict"]["text"].startswith("Hover 688.85 s")
+    assert found["verdict"]["text"].startswith("688.85 s of hover promised")
     faulty = ask(server, "POST", "answers", '{"changes": {"limits.deadline_s": -1}}', **JSON)
     assert faulty.status == 200
     assert "0 < x <= 1e7 [s]" in json.loads(faulty.body)["faults"][0]["words"]
@@ -240,7 +240,7 @@ def test_it_serves_until_it_is_interrupted() -> None:
             connection = http.client.HTTPConnection(host, timeout=20)
             connection.request("POST", f"/{token}/answers", '{"problem": "P3"}', JSON)
             if reads:
-                assert b"Hover 577.52 s" in connection.getresponse().read()
+                assert b"577.52 s of hover" in connection.getresponse().read()
             connection.close()
         os.killpg(process.pid, signal.SIGINT)
         _, errors = process.communicate(timeout=20)
@@ -256,7 +256,7 @@ def test_an_answer_that_takes_too_long_is_given_up() -> None:
         assert found == {"number": 3, "faults": [{"key": "", "words": found["faults"][0]["words"]}]}
         assert "no answer within 0 s" in found["faults"][0]["words"]
         worker._longest_s = 20.0
-        assert worker.ask({"problem": "P3"})["verdict"]["text"].startswith("Hover 577.52 s")
+        assert worker.ask({"problem": "P3"})["verdict"]["text"].startswith("577.52 s of hover")
         worker._process.kill()
         assert "failed" in worker.ask({})["faults"][0]["words"]
     finally:
@@ -273,7 +273,7 @@ def test_an_answer_that_nobody_waits_for_is_given_up() -> None:
         with pytest.raises(ConnectionAbortedError):
             worker.ask({}, wanted=lambda: worker._pipe.looks < 2)
         theirs.close()
-        assert worker.ask({"problem": "P3"})["verdict"]["text"].startswith("Hover 577.52 s")
+        assert worker.ask({"problem": "P3"})["verdict"]["text"].startswith("577.52 s of hover")
     finally:
         worker.end()
 
@@ -305,7 +305,7 @@ def test_a_slow_question_does_not_block_another() -> None:
     try:
         while workers._idle.queue != [None]:
             time.sleep(0.01)
-        assert workers.ask({"problem": "P3"})["verdict"]["text"].startswith("Hover 577.52 s")
+        assert workers.ask({"problem": "P3"})["verdict"]["text"].startswith("577.52 s of hover")
         assert answers == []
         slow.set()
         asking.join(60.0)

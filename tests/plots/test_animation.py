@@ -19,8 +19,9 @@ from PIL import Image
 import optuav
 from optuav import plots
 from optuav.errors import InputError, NoPlanError
+from optuav.plan.display import LACKING
 from optuav.plots import animation
-from optuav.plots.style import BLACK, ORANGE, VERMILLION, applied
+from optuav.plots.style import BLACK, LASER, applied
 
 
 @pytest.fixture(scope="module")
@@ -53,13 +54,13 @@ def test_the_uav_is_where_the_replay_has_it(falling: optuav.Replay) -> None:
 
 def test_power_comes_from_the_laser_while_it_hovers(falling: optuav.Replay) -> None:
     beam = lines(falling, 300.0)["beam"]
-    assert beam.get_color() == ORANGE
+    assert beam.get_color() == LASER
     (source, end) = np.asarray(beam.get_xydata())
     assert source == pytest.approx((1000.0, 0.0))
     assert end == pytest.approx((1000.0, 2501.0152), abs=1e-3)
 
 
-@pytest.mark.parametrize(("moment_s", "colour"), [(660.0, BLACK), (661.0, VERMILLION)])
+@pytest.mark.parametrize(("moment_s", "colour"), [(660.0, BLACK), (661.0, LACKING)])
 def test_it_turns_red_when_it_is_dry(moment_s: float, colour: str, falling: optuav.Replay) -> None:
     craft = lines(falling, moment_s)["craft"]
     assert to_rgba(craft.get_markerfacecolor()) == to_rgba(colour)

@@ -23,7 +23,7 @@ from optuav.network import vehicle
 from optuav.physics import link
 from optuav.plots import style
 from optuav.plots.animation import _still as still
-from optuav.plots.style import VERMILLION
+from optuav.plots.style import DARK
 
 TRAJECTORIES = ("direct", "traj1", "traj2", "optimal")
 WALL = {"name": "wall", "position_m": [600, 150, 70], "footprint_m": [20, 200]}
@@ -192,7 +192,7 @@ def test_only_the_sight_line_through_the_wall_is_blocked() -> None:
         for each in axes.plan.collections
         if isinstance(each, LineCollection)
     }
-    blocked = lines.pop(to_rgba(VERMILLION)[:3])
+    blocked = lines.pop(to_rgba(DARK)[:3])
     assert [segment.tolist() for segment in blocked] == [[[1000.0, 0.0], [50.0, 300.0]]]
     (clear,) = lines.values()
     assert len(clear) == 11

@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 import optuav
 from optuav import NoPlanError, plots
 from optuav.judge import Itinerary, Stop
-from optuav.plots.style import BLACK, VERMILLION
+from optuav.looks import LOOKS
+from optuav.plots.style import BLACK
 
 Overlaps = Callable[[Figure], list[tuple[str, str]]]
 
@@ -41,7 +42,8 @@ def test_curves_are_those_of_the_mission(paper: optuav.Plan) -> None:
 def test_violations_are_marked(paper: optuav.Plan, overlaps: Overlaps) -> None:
     replayed = optuav.replay(paper)
     axes = plots.profile(replayed)
-    marks = [line for line in axes.altitude.lines if line.get_color() == VERMILLION]
+    colours = {LOOKS[role].light for role in ("dry", "overfull")}
+    marks = [line for line in axes.altitude.lines if line.get_color() in colours]
     moments = [float(line.get_xdata()[0]) for line in marks]
     assert moments == [event.time_s for event in replayed.violations]
     assert {"dry at 1095.5 s", "driven past full at 157.0 s"} <= {

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 import optuav
 from optuav import plots
 from optuav.errors import InputError
-from optuav.plots.style import BLUE, VERMILLION
+from optuav.plots.style import BLUE, PINK
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,7 @@ def thick(ax: Axes, colour: str) -> np.ndarray:
 
 def test_levels_at_the_ends_of_the_phases(plans: list[optuav.Plan], drawn: Sequence[Axes]) -> None:
     """As the plan tells them, in percent of a full well of one pack."""
-    for number, colour in enumerate((BLUE, VERMILLION)):
+    for number, colour in enumerate((BLUE, PINK)):
         points = thick(drawn[1], colour)
         for phase in plans[1].phases:
             at = np.abs(points[:, 0] - phase.end_s).argmin()
@@ -60,9 +60,9 @@ def test_levels_at_the_ends_of_the_phases(plans: list[optuav.Plan], drawn: Seque
 
 def test_a_panel_a_plan_and_a_line_a_pack(drawn: Sequence[Axes]) -> None:
     assert [ax.get_title(loc="left").partition(":")[0] for ax in drawn] == ["pooled", "sequential"]
-    assert thick(drawn[1], VERMILLION).size
+    assert thick(drawn[1], PINK).size
     with pytest.raises(ValueError, match="concatenate"):
-        thick(drawn[0], VERMILLION)
+        thick(drawn[0], PINK)
 
 
 def test_a_pack_seen_empty_is_marked_when_it_is(

@@ -18,8 +18,8 @@ from scipy.integrate import solve_ivp
 import optuav
 from optuav import plots
 from optuav.errors import InputError, NoPlanError
+from optuav.looks import LOOKS
 from optuav.plan.display import AVAILABLE, BOUND
-from optuav.plots.style import VERMILLION
 
 CAPACITY_AS, SHARE, FLOW_PER_S = 72_000.0, 0.8, 4.5e-5
 
@@ -74,7 +74,7 @@ def test_the_moment_it_runs_dry_is_marked(drawn: Sequence[Axes]) -> None:
     assert none == []
     (at,) = np.asarray(dot.get_xydata())
     assert at == pytest.approx((660.26, 13_366.0), abs=0.5)
-    assert dot.get_color() == VERMILLION
+    assert dot.get_color() == LOOKS["dry"].light
     (text,) = (each.get_text() for each in drawn[0].texts if "dry" in each.get_text())
     assert text == "dry at 660.3 s\n13\N{THIN SPACE}366 A s still bound"
     assert thickness(drawn[0], AVAILABLE, 660.26) < 200.0

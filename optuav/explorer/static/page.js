@@ -6,11 +6,9 @@ const UNREAD = "The mission is shown as it is, as what the address states cannot
 
 class Served extends Model {
   #open = null;
-
   give_up() {
     this.#open?.abort();
   }
-
   async save_changes() {
     const {signal} = (this.#open = new AbortController());
     const state = this.get("state");

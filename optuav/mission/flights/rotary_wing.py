@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from optuav.mission.flight_model import MODEL, FlightModel, FlightTable
+from optuav.mission.flight_model import MODEL, FlightModel, FlightTable, Slider
 from optuav.mission.schema import Acceleration, Allowed, Current, LoadPower, Number, Power, Speed
 
 if TYPE_CHECKING:
@@ -163,6 +163,12 @@ class RotaryWing(FlightModel):
         for name in ("best_endurance", "best_range"):
             speed_m_s = float(getattr(rotary_wing, name)(*limits))
             yield f"air speed of {name.replace('_', ' ')}", speed_m_s, "m/s"
+
+    def sliders(self) -> Iterator[Slider]:
+        cap_m_s = math.ceil(self.stated.max_speed_m_s)
+        for axis, towards in enumerate(("eastward", "northward")):
+            words = f"Wind, {towards}", f"w_{'xy'[axis]}", "m/s"
+            yield Slider("wind.velocity_m_s", axis, *words, -cap_m_s, cap_m_s)
 
     @classmethod
     def breaches(cls, document: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], str]]:

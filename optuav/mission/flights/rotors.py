@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
-from optuav.mission.flight_model import MODEL, FlightModel, FlightTable
+from optuav.mission.flight_model import MODEL, FlightModel, FlightTable, Slider
 from optuav.mission.schema import Air, Speed
 
 if TYPE_CHECKING:
@@ -136,8 +136,9 @@ class Rotors(FlightModel):
         yield "rotor speed in hover", hover_rad_s, "rad/s"
         yield "largest level wind", self.largest_level_wind_N, "N"
 
-    def sliders(self) -> Iterator[tuple[str, int | None, float, float]]:
+    def sliders(self) -> Iterator[Slider]:
         most_N = self.largest_level_wind_N
         most_N = math.ceil(most_N if math.isfinite(most_N) else self.airframe.weight_N)
-        for axis in (0, 1):
-            yield "wind.force_N", axis, -most_N, most_N
+        for axis, towards in enumerate(("eastward", "northward")):
+            words = f"Wind, {towards}", f"F_{'xy'[axis]}", "N"
+            yield Slider("wind.force_N", axis, *words, -most_N, most_N)

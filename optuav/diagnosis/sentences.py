@@ -1,0 +1,251 @@
+"""A plan in sentences without symbols: verdict, route, what binds, and what changes nothing."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from formulations.soc import LABELS, StepEnd
+from optuav.mission import Mission
+from optuav.modelling import Constraint
+from optuav.modelling.check import evaluated
+from optuav.network.network import Network
+from optuav.network.places import laser_reach
+from optuav.plan import Plan
+from optuav.plan.plane import ROLES, kind_of
+from optuav.solving import Program
+from optuav.solving.program import entry_of
+
+if TYPE_CHECKING:
+    from optuav.diagnosis.report import Explanation
+
+NOUNS = {
+    "state of charge": "charge",
+    "deadline": "the deadline",
+    **dict.fromkeys(LABELS, "the available well"),
+}
+"""What binds, by the kind of the constraint."""
+KEYS = {
+    "limits.deadline_s": "the deadline",
+    "limits.min_altitude_m": "the lowest altitude",
+    "limits.max_altitude_m": "the highest altitude",
+}
+STATED = re.compile(rf"({'|'.join(map(re.escape, KEYS))}) = ")
+IN_BRACKETS = re.compile(r" \([a-z_]+\.[\w., ]+\)$")
+SHORT = {
+    "deadline": "the deadline is shorter than the flight",
+    "state of charge": "the battery is too small for the flight alone",
+    **dict.fromkeys(LABELS, "the available well does not last for the flight alone"),
+}
+"""Why even the flight alone cannot be made, by the kind of the constraint that it breaks."""
+SYMBOLS = {
+    "charge": "η ≥ η₀",
+    "deadline": "Δ + T′ ≤ T_max − T_fl",
+    "dry": "y₁ ≥ 0",
+    "overfull": "y₁ ≤ ωB",
+}
+"""Limits in symbols, by role."""
+WORTH = {"battery.packs": "a pack more", "limits.deadline_s": "a second more"}
+
+
+SAME = 1e-6  # Share up to which two times or charges are the same
+
+
+class Verdict(NamedTuple):
+    """A plan in one sentence: hover time, whether the plan flies, why not."""
+
+    promise: str  # Such as "719.54 s of hover promised"; empty without a plan
+    event: str  # Such as "falls at 1095 s"
+    reason: str
+    good: bool
+
+    def __str__(self) -> str:
+        mark = "✓" if self.good else "✕"
+        return "; ".join(filter(None, [self.promise, f"{mark} {self.event}"])) + (
+            f": {self.reason}" if self.reason else ""
+        )
+
+
+def verdict(plan: Plan, broken: Iterable[str] = ()) -> Verdict:
+    """Return the verdict; broken are the kinds of constraints that the flight alone breaks."""
+    if not plan:
+        known = [SHORT[kind] for kind in broken if kind in SHORT]
+        reason = known[0] if known else IN_BRACKETS.sub("", plan.reasons[0] if plan.reasons else "")
+        return Verdict("", "no plan", STATED.sub(lambda m: f"{KEYS[m[1]]} of ", reason), False)
+    hover = f"{plan.hover_time_s:.2f} s of hover"
+    if plan.flyable is not False:
+        return Verdict(hover, "flies" if plan.flyable else "not simulated", "", True)
+    event, reason = "cannot be flown", plan.notes[0] if plan.notes else ""
+    if (dry_s := plan.runs_dry_s) is not None:
+        turns = plan.mission.battery.takes_turns
+        event = f"falls at {dry_s:.0f} s"
+        reason = "no pack is left to fly on" if turns else "the available well is empty"
+    elif (full_s := plan.overfull_s) is not None:
+        event = f"overfills at {full_s:.0f} s"
+        reason = "the available well is full and takes less than the plan counts on"
+    return Verdict(f"{hover} promised", event, reason, False)
+
+
+def route(plan: Plan) -> str:
+    """The stops in order, such as "Rest 392.1 s at b1, then hover."."""
+    stays = list[str]()
+    for stop in plan.stops if plan else ():
+        if stop.kind == "rest":
+            lasts = f"rest {stop.duration_s:.1f} s at {stop.at}"
+            stays.append(lasts if stop.duration_s else f"pass by {stop.at}")
+        else:
+            stays.append("hover")
+    words = ", then ".join(stays) if len(stays) > 1 else "".join(stays) + " without a rest"
+    return f"{words[0].upper()}{words[1:]}." if stays else ""
+
+
+def header(program: Program, explained: Explanation) -> dict[str, object]:
+    """Return all that stands above the pictures of a plan, as plain data."""
+    plan = explained.plan
+    said = verdict(plan, () if plan else _broken(program, plan))
+    stops = plan.stops if plan else ()
+    return {
+        **said._asdict(),
+        "text": str(said),
+        "hover_s": plan.hover_time_s if plan else None,
+        "rest_s": plan.rest_time_s if plan else None,
+        "stops": [(each.kind, each.at) for each in stops],
+        "binds": binding(explained),
+        "route": route(plan),
+        "worth": worth(explained),
+    }
+
+
+def _broken(program: Program, plan: Plan) -> list[str]:
+    """The kinds of constraints that the flight alone breaks; none where nothing can be flown."""
+    if not program.parts:
+        return []
+    part, entry = entry_of(program, plan)
+    model = part.model
+    still = dict.fromkeys((each.name for each in model.variables), 0.0)
+    rows = evaluated(model, {**model.row(entry), **still})
+    return [row.constraint.kind for row in rows if not row.satisfied]
+
+
+def limit(kind: str, moment: object, way: Sequence[str], label: str = "") -> str:
+    """A limit in words: what it limits, and for a well when; its label where it has no words."""
+    if kind not in LABELS or not isinstance(moment, StepEnd):
+        return {"state of charge": "charge left", "deadline": "deadline"}.get(kind, label)
+    return f"available well {'empty' if kind == 'dry' else 'past full'} {when(moment, way)}"
+
+
+def when(moment: StepEnd, way: Sequence[str]) -> str:
+    """The end of a step in words, with the places of the route."""
+    if moment.stay:
+        return f"after the {moment.stay}"
+    place = way[moment.flight] if way else f"the end of flight {moment.flight}"
+    place = {"hover": "the hover point", "destination": "the destination"}.get(place, place)
+    if moment.lands:
+        return f"on reaching {place}" if place == "the hover point" else f"on landing at {place}"
+    return f"in flight to {place}"
+
+
+class Curve(NamedTuple):
+    """A limit in a plane: its role, what it says in two lengths, and in symbols."""
+
+    role: str
+    words: str
+    short: str
+    symbol: str
+
+
+def curve(constraint: Constraint, way: Sequence[str], mission: Mission) -> Curve:
+    """Return what stands beside a limit in the plane; no words for the bounds of times."""
+    kind, moment, limits = kind_of(constraint), constraint.moment, mission.limits
+    role = ROLES.get(kind, "bounds")
+    words = {
+        "charge": f"charge left: {100.0 * limits.min_soc:.3g} %",
+        "deadline": f"deadline: {limits.deadline_s:.6g} s",
+    }.get(role, constraint.label if kind != "bounds" else "")
+    short = words.partition(":")[0]
+    if isinstance(moment, StepEnd) and kind in LABELS:
+        words = f"{'empty' if kind == 'dry' else 'too full'} {when(moment, way)}"
+        short = words.replace("on landing ", "").replace("at the destination", "at the end")
+    return Curve(role, words, short, SYMBOLS.get(role, ""))
+
+
+def binding(explained: Explanation) -> str:
+    """What binds and what does not; empty where that is not known."""
+    kinds = {each.kind: False for each in explained.constraints if each.kind in NOUNS}
+    kinds |= {
+        each.kind: True for each in explained.constraints if each.binds and each.kind in kinds
+    }
+    if not kinds:
+        return ""
+    binds = [*dict.fromkeys(NOUNS[kind] for kind in NOUNS if kinds.get(kind))]
+    loose = [NOUNS[kind] for kind in ("deadline", "state of charge") if kinds.get(kind) is False]
+    if not binds:
+        return f"Neither {' nor '.join(reversed(loose))} binds."
+    if len(binds) > 1:
+        words = " and ".join(each.removeprefix("the ") for each in binds) + " bind"
+    else:
+        words = f"{binds[0]} binds" + f", {loose[0]} does not" * bool(loose)
+    return f"{words[0].upper()}{words[1:]}."
+
+
+def binding_moments(explained: Explanation) -> str:
+    """When the available well is at a limit that binds; empty where none does."""
+    words = "; ".join(e.words for e in explained.constraints if e.binds and e.kind in LABELS)
+    return f"{words[0].upper()}{words[1:]}." if words else ""
+
+
+def worth(explained: Explanation) -> str:
+    """What a pack and a second more are worth, as steps that were solved again."""
+    known = {each.key: each.gain for each in explained.prices if each.matters and each.solved_again}
+    gains = {
+        what: known[key] for key, what in WORTH.items() if 0.0 < known.get(key, 0.0) < math.inf
+    }
+    if not gains or explained.objective != "s of hover":
+        return ""
+    (first, most), *others = (
+        (what, f"{gain:.{2 if gain < 1.0 else 0}f} s") for what, gain in gains.items()
+    )
+    also = "".join(f", {what} {gain}" for what, gain in others)
+    return f"{first[0].upper()}{first[1:]} brings {most} of hover{also}."
+
+
+class Idle(NamedTuple):
+    """Values of a mission key over which the answer stays the same, and why."""
+
+    low: float
+    high: float | None  # None without an end
+    words: str
+
+
+def idle(explained: Explanation, network: Network) -> Iterator[tuple[str, Idle]]:
+    """Return the keys that change nothing, each with a reason that holds without solving again."""
+    plan, mission = explained.plan, network.mission
+    if plan and not plan.has_several_stops:
+        limits, end_s = mission.limits, plan.mission_time_s
+        if limits.deadline_s - end_s > SAME * limits.deadline_s:
+            yield "limits.deadline_s", Idle(end_s, limits.deadline_s, "plan's end")
+        left = (plan.soc or {}).get(plan.perspective, (plan.soc or {}).get("battery", 0.0))
+        if left - limits.min_soc > SAME:
+            yield "limits.min_soc", Idle(limits.min_soc, left, "left at end")
+    if mission.laser is None:
+        return
+    current_A, (most_A, capped_W) = (
+        mission.battery.charge_current_A,
+        laser_reach(mission, network.places),
+    )
+    if most_A == capped_W == 0.0:
+        words = "the laser reaches no place to stay"
+        yield from (
+            (key, Idle(0.0, None, words)) for key in ("laser.power_W", "battery.charge_current_A")
+        )
+    elif mission.laser.power_W >= capped_W:
+        words = f"the charging current caps at {current_A:g} A"
+        yield (
+            "laser.power_W",
+            Idle(capped_W, None, words if capped_W else "the mission states the current"),
+        )
+    elif most_A < current_A:
+        words = f"the laser gives {most_A:.3g} A at most"
+        yield "battery.charge_current_A", Idle(most_A, None, words)

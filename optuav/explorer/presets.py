@@ -1,0 +1,36 @@
+"""States that a lecture starts from, made from a mission."""
+
+from functools import lru_cache
+from typing import Any
+
+from optuav.diagnosis.explain import explain
+from optuav.mission import Mission
+from optuav.network.network import build_network
+from optuav.network.places import laser_reach
+from optuav.solving import solve
+
+BATTERY = {"perspective": "battery"}
+
+
+@lru_cache(maxsize=4)
+def presets(mission: Mission) -> list[dict[str, Any]]:
+    """Return words, short words and state of each preset that a mission has."""
+    found: list[Any] = [("The mission", "Mission", {}), ("A plan that falls", "Fall", BATTERY)]
+    plan = solve(mission, perspective="battery")
+    if plan and plan.rest_time_s:
+        first, *_ = stops = [each for each in plan.stops if each.duration_s]
+        rest = {"building": next(e.at for e in stops if e.kind == "rest")}
+        price = {each.key: each for each in explain(plan).prices}.get("limits.deadline_s")
+        if price and price.matters and price.less < 1.0:
+            # As charge binds too, the rest shrinks with the deadline along a straight line.
+            time_s = mission.limits.deadline_s - plan.rest_time_s / (1.0 - price.less)
+            changes = {"limits.deadline_s": round(time_s, 2)}
+            kink = {**BATTERY, **rest, "order": f"{first.kind}-first", "changes": changes}
+            found.append(("The kink: no time for a rest", "Kink", kink))
+        found.append(("Hover first or rest first", "Order", {**rest, "order": "rest-first"}))
+    changes = {"battery.capacity_As": round(mission.battery.capacity_As / 20.0, 3)}
+    found.append(("Too small a battery", "Small battery", {"changes": changes}))
+    if mission.laser and (capped_W := laser_reach(mission, build_network(mission).places).capped_W):
+        changes = {"laser.power_W": round(0.5 * capped_W, -1)}
+        found.append(("The reach of the laser", "Laser", {**BATTERY, "changes": changes}))
+    return [dict(zip(("words", "short", "state"), each, strict=True)) for each in found]

@@ -1,0 +1,220 @@
+// The state of the page: what is asked and answered, pinned and locked, and the axes that stand still.
+export const DEFAULTS = {problem: "P1", perspective: "available", trajectory: "optimal", building: "", order: ""};
+const PATIENCE_MS = 15000; // With a question that cannot be given up
+const PATIENCE_WHILE_MOVED_MS = 2000; // With one that is given up where another waits
+const TELL_MS = 500, STILL_MS = 5000; // After which it is told that an answer takes time
+const KEYS_MS = 800; // After the last key, a control is let go
+const LONGEST_TRAIL = 7; // The optimum, and the six before it
+const ELSEWHERE = 0.004; // Share of the axes by which an optimum has moved
+
+// Values with listeners, as anywidget has them.
+export class Model {
+  #values;
+  #listeners = {};
+  constructor(values) { this.#values = values; }
+  get(name) { return this.#values[name]; }
+  set(name, value) {
+    this.#values[name] = value;
+    for (const listener of this.#listeners[`change:${name}`] ?? []) listener();
+  }
+  on(event, listener) { (this.#listeners[event] ??= []).push(listener); }
+}
+
+// Questions are asked one at a time, the last state always; `view` draws what is answered.
+export class Session {
+  shown = null; // The last answer that was no fault
+  pinnedAnswer = null;
+  axes = {plane: null, wells: null, map: null}; // Ends of those that are drawn
+  locked = false; trail = []; last = null; // The last is the key that was changed last
+  #view; #model;
+  #held = false; // Whether a control is moved
+  #letGo = null;
+  #asked = null; // The question that is open
+  #later = null; // What to ask after it
+  #number = Date.now() % 1e9; // So that no two answers of a notebook are alike
+  #touched = false;
+  #kept; // Faults of the address, which are told until something is changed
+  #ticking = null;
+  constructor(model, view) {
+    this.#model = model;
+    this.#view = view;
+    this.state = {changes: {}, ...model.get("state")};
+    this.good = this.state; // The last state that was answered without a fault
+    this.pinned = model.get("pinned") ?? null;
+    this.#kept = model.get("faults") ?? [];
+  }
+  start() {
+    this.#model.on("change:answer", () => this.#received(this.#model.get("answer")));
+    if (this.pinned) this.#ask("pinned");
+    else if (this.#model.get("answer")?.controls) this.#received(this.#model.get("answer"));
+    else this.#ask("now");
+  }
+  end() {
+    clearInterval(this.#ticking);
+    clearTimeout(this.#letGo);
+  }
+  get stored() { return Boolean(this.shown?.stored); }
+  get waiting() { return Boolean(this.#later); }
+  #ask(kind, more = {}) {
+    const patience = this.#model.give_up ? PATIENCE_WHILE_MOVED_MS : PATIENCE_MS;
+    if (this.#asked && performance.now() - this.#asked.moment < patience) {
+      this.#later = {kind, more};
+      return;
+    }
+    this.#model.give_up?.();
+    const stated = kind === "pinned" ? this.pinned : this.state;
+    const still = this.#held || this.locked || this.pinned;
+    const axes = still && this.axes.plane ? {axes: this.axes.plane} : {};
+    const question = {...stated, ...axes, ...more, number: ++this.#number};
+    this.#asked = {kind, stated, ...more, number: question.number, moment: performance.now()};
+    clearInterval(this.#ticking);
+    this.#ticking = setInterval(() => this.#tell(), TELL_MS);
+    this.#view.busy(true);
+    this.#model.set("state", question);
+    this.#model.save_changes();
+  }
+  #askLater() {
+    if (!this.#later) return;
+    const {kind, more} = this.#later;
+    this.#later = null;
+    this.#ask(kind, more);
+  }
+  #tell() {
+    this.#askLater();
+    const long = performance.now() - this.#asked.moment >= STILL_MS;
+    this.#view.busy(true, long ? "still computing …" : "computing …");
+  }
+  #received(answer) {
+    if (!answer || (this.#asked && answer.number !== this.#asked.number)) return;
+    const foreign = !this.#asked; // By another view of a notebook, or the notebook itself
+    if (foreign) this.state = this.#plain({changes: {}, ...this.#model.get("state")});
+    const {kind, stated, file} = this.#asked ?? {kind: "now", stated: this.state};
+    this.#asked = null;
+    clearInterval(this.#ticking);
+    this.#view.busy(false);
+    if (answer.faults) return this.#refused(kind, answer.faults);
+    if (kind === "pinned") this.pinnedAnswer = answer;
+    else {
+      this.shown = answer;
+      this.good = stated;
+      if (this.#touched) this.link();
+      if (file && answer.file) this.#view.save(answer.file);
+    }
+    if (!this.shown) return this.#ask("now");
+    const redone = this.settle();
+    this.#follow(answer, kind);
+    this.#view.answered(foreign);
+    this.#view.told(this.#kept, false);
+    if (redone) this.#later ??= {kind: redone, more: {}};
+    this.#askLater();
+  }
+  #refused(kind, faults) {
+    if (kind === "pinned") {
+      this.#kept = [{key: "", words: "The pinned plan of the address is left out:"}, ...faults];
+      this.pinned = null;
+      this.#model.set("pinned", null);
+      return this.#ask("now");
+    }
+    if (!this.shown && JSON.stringify(brief(this.state)) !== JSON.stringify(brief({changes: {}}))) {
+      const words = "The mission is shown as it is, as what the address states is refused:";
+      this.#kept = [...this.#kept, {key: "", words}, ...faults];
+      this.state = {changes: {}};
+      return this.#ask("now");
+    }
+    this.#view.told([...this.#kept, ...faults], true);
+    this.#askLater();
+  }
+  #plain(state) {
+    const {axes, ...plain} = state;
+    return plain;
+  }
+  // Axes change in round steps, never while a control is moved, and are those of both columns.
+  // Returns which answer has a plane that does not reach as far.
+  settle() {
+    const both = [this.shown, this.pinnedAnswer].filter(Boolean), known = this.axes;
+    const planes = both.map(({plane}) => plane.round_s).filter(Boolean);
+    const wells = both.map((each) => each.wells?.axes).filter(Boolean);
+    const windows = both.map(({map}) => map.window);
+    const most = (rows) => (rows.length ? rows[0].map((_, k) => d3.max(rows, (row) => row[k])) : null);
+    const low = (k) => d3.min(windows, (each) => each[0][k]), high = (k) => d3.max(windows, (each) => each[1][k]);
+    const found = {plane: most(planes), wells: most(wells), map: [[low(0), low(1)], [high(0), high(1)]]};
+    const still = this.#held || this.locked;
+    for (const name of Object.keys(found)) if (!still || !known[name]) known[name] = found[name] ?? known[name];
+    if (this.stored || !known.plane) return null;
+    const short = (answer) => answer?.plane.rest_s && (answer.plane.rest_s[1] !== known.plane[0] || answer.plane.hover_s[1] !== known.plane[1]);
+    return short(this.shown) ? "now" : short(this.pinnedAnswer) ? "pinned" : null;
+  }
+  hold() {
+    clearTimeout(this.#letGo);
+    this.#held = true;
+  }
+  holdByKey() {
+    this.hold();
+    this.#letGo = setTimeout(() => this.release(), KEYS_MS);
+  }
+  release() {
+    if (!this.#held) return;
+    clearTimeout(this.#letGo);
+    this.#held = false;
+    this.resettle();
+  }
+  resettle() {
+    if (!this.shown) return;
+    const redone = this.settle();
+    this.#view.draw();
+    if (redone) this.#ask(redone);
+  }
+  lock(on) {
+    this.locked = on;
+    if (!on) this.resettle();
+  }
+  // The last optima
+  #follow({plane, controls}, kind) {
+    if (kind !== "now" || !plane.best || !this.axes.plane) return;
+    const control = controls.find((each) => each.key === this.last);
+    const [was] = this.trail.slice(-1);
+    const far = (k) => Math.abs(was.best[k] - plane.best[k]) > ELSEWHERE * this.axes.plane[k];
+    if (was && !far(0) && !far(1)) was.best = plane.best;
+    else this.trail.push({best: plane.best, from: control && [control.value, control.unit]});
+    this.trail = this.trail.slice(-LONGEST_TRAIL);
+  }
+  // Changes. The address has states that were answered alone: a link opens what was seen.
+  link() { return this.#model.get("link")?.({state: brief(this.good), pinned: this.pinned && brief(this.pinned)}); }
+  change(changes) {
+    this.state = {...this.state, ...changes};
+    this.#kept = [];
+    this.#touched = true;
+    this.#ask("now");
+  }
+  changeKey(key, value) {
+    this.last = key;
+    this.change({changes: {...this.state.changes, [key]: value}});
+  }
+  file(file) { this.#ask("now", {file}); }
+  repairs() { this.#ask("now", {repairs: true}); }
+  begin(state) {
+    this.trail = [];
+    this.change({...DEFAULTS, building: null, order: null, changes: {}, ...state});
+  }
+  reset() {
+    this.locked = false;
+    if (this.pinned) this.#setPin(null, null);
+    this.begin({});
+  }
+  pin() {
+    this.#setPin(this.pinned ? null : {...this.good}, this.pinned ? null : this.shown);
+    this.#touched = true;
+    this.link();
+    this.resettle();
+  }
+  #setPin(state, answer) {
+    this.pinned = state;
+    this.pinnedAnswer = answer;
+    this.#model.set("pinned", state && brief(state));
+  }
+}
+
+export function brief(state) {
+  const {number, file, repairs, axes, ...kept} = state;
+  return Object.fromEntries(Object.entries(kept).filter(([name, value]) => value && value !== DEFAULTS[name]));
+}

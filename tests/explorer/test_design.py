@@ -1,0 +1,365 @@
+"""The explorer as a lecturer projects it: one screen, still axes, words that are read, a sheet."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+from urllib.parse import quote
+
+import pytest
+
+from optuav.looks import LOOKS
+from tests.explorer.conftest import Open
+
+playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+
+FALLS = {"perspective": "battery"}
+PICTURES = ("map", "plane", "wells")
+SIZES = {
+    "desktop": (1400, 900, "", None),
+    "large": (1920, 1080, "", None),
+    "pinned": (1400, 900, "", {}),
+    "lecture": (1920, 1080, "?lecture", None),
+    "site": (820, 640, "", None),
+    "phone": (400, 800, "", None),
+}
+BOX = """(each) => {
+  const {left, top, right, bottom, width, height} = each.getBoundingClientRect();
+  return {left, top, right, bottom, width, height};
+}"""
+CROWDED = """() => {
+  const found = [];
+  for (const svg of document.querySelectorAll(".draw > svg[role=img]")) {
+    const frame = svg.getBoundingClientRect();
+    if (!frame.width) continue;
+    const texts = [...svg.querySelectorAll("text")].filter((each) => each.textContent);
+    const boxes = texts.map((each) => each.getBoundingClientRect());
+    boxes.forEach((a, k) => {
+      const words = texts[k].textContent;
+      const cut = Math.max(frame.left - a.left, a.right - frame.right, a.bottom - frame.bottom);
+      if (cut > 1 || frame.top - a.top > 4) found.push(`${words} is cut`);
+      boxes.slice(k + 1).forEach((b, j) => {
+        const across = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+        const down = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+        const least = 0.3 * Math.min(a.height, b.height);
+        if (across > 2 && down > least) found.push(`${words} on ${texts[k + 1 + j].textContent}`);
+      });
+    });
+  }
+  return found;
+}"""
+WORDS = """() => {
+  const seen = [], walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (walker.nextNode()) {
+    const node = walker.currentNode, parent = node.parentElement;
+    const apart = parent.closest("script, style, option, title");
+    if (!node.data.trim() || !parent.checkVisibility() || apart) continue;
+    const {width, height} = parent.getBoundingClientRect();
+    if (!width || !height) continue;
+    const style = getComputedStyle(parent), svg = parent.closest("svg");
+    const under = (each) => getComputedStyle(each).backgroundColor;
+    let ground = parent;
+    while (under(ground) === "rgba(0, 0, 0, 0)") ground = ground.parentElement;
+    seen.push({
+      words: node.data.trim(), size: parseFloat(style.fontSize), ground: under(ground),
+      colour: svg ? style.fill : style.color,
+      onFill: Boolean(svg) && /--on-/.test(parent.getAttribute("fill")),
+    });
+  }
+  return seen;
+}"""
+
+
+def fragment(state: Any, pinned: Any = None) -> str:
+    """The part of an address that holds a state."""
+    return f"#{quote(json.dumps({'state': state, 'pinned': pinned}))}"
+
+
+def opened(open_page: Open, name: str, state: Any = None, scheme: str = "light") -> Any:
+    """The page at one of the sizes of the design, once it rests."""
+    width, height, query, pinned = SIZES[name]
+    place = query + fragment(FALLS if state is None else state, pinned)
+    page = open_page(width, scheme, place, height)
+    rests(page)
+    return page
+
+
+def rests(page: Any) -> None:
+    """Wait until nothing is asked, and the page has had time to draw."""
+    playwright.expect(page.locator(".optuav-explorer.busy")).to_have_count(0)
+    page.evaluate("() => new Promise((done) => requestAnimationFrame(() => setTimeout(done, 60)))")
+
+
+def boxes(page: Any, selector: str) -> list[dict[str, float]]:
+    """The places of all visible elements of a selector."""
+    found = [each.evaluate(BOX) for each in page.locator(selector).all() if each.is_visible()]
+    return [each for each in found if each["width"]]
+
+
+def domains(page: Any) -> dict[str, list[str]]:
+    """The ends of both axes of all pictures that there are, by column and name."""
+    read = """(all) => Object.fromEntries(all.map((each) =>
+      [each.closest(".plan").className + each.closest("figure").className,
+       [each.dataset.x, each.dataset.y]]))"""
+    return dict(page.locator(".draw > svg[role=img]").evaluate_all(read))
+
+
+def same(now: dict[str, list[str]], before: dict[str, list[str]]) -> bool:
+    """Whether no axis has moved; without a plan there are fewer."""
+    return now.items() <= before.items()
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance of a colour as a browser writes it, WCAG 2.2."""
+    shares = [float(each) / 255.0 for each in colour.strip("rgba()").split(",")[:3]]
+    linear = [e / 12.92 if e <= 0.04045 else ((e + 0.055) / 1.055) ** 2.4 for e in shares]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+@pytest.mark.parametrize("name", ["desktop", "large"])
+@pytest.mark.parametrize("state", [FALLS, {}], ids=["falls", "flies"])
+def test_all_is_on_one_screen(open_page: Open, name: str, state: Any) -> None:
+    """Three pictures and what binds, above the fold; the page does not scroll, nor do controls."""
+    page = opened(open_page, name, state)
+    width, height, *_ = SIZES[name]
+    seen = [box for each in (*PICTURES, "foot") for box in boxes(page, f".{each}")]
+    assert len(seen) == 4
+    for box in seen:
+        assert 0 <= box["left"] < box["right"] <= width
+        assert 0 <= box["top"] < box["bottom"] <= height
+    assert all(box["height"] > 200 for box in seen[:3])
+    for measured in ("document.documentElement", "document.querySelector('.controls')"):
+        assert page.evaluate(f"{measured}.scrollHeight <= {measured}.clientHeight"), measured
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+@pytest.mark.parametrize("name", SIZES)
+def test_no_words_overlap_or_are_cut(open_page: Open, name: str) -> None:
+    page = opened(open_page, name)
+    assert page.evaluate(CROWDED) == []
+    if name == "phone":
+        for tab in ("Times", "Charge"):
+            page.get_by_role("tab", name=tab).click()
+            rests(page)
+            assert page.evaluate(CROWDED) == []
+    if name == "desktop":
+        for state in ("available", "energy"):
+            page.get_by_label("Judge by", exact=True).select_option(state)
+            rests(page)
+            assert page.evaluate(CROWDED) == []
+
+
+def test_pinned_columns_share_rows_and_axes(open_page: Open) -> None:
+    """Also once the deadline has made one of the planes smaller."""
+    page = opened(open_page, "pinned")
+    for deadline in ("1200", "500"):
+        page.locator("input[data-key='limits.deadline_s|null'][type=text]").fill(deadline)
+        rests(page)
+        page.wait_for_function(
+            "() => { const [a, , , , b] = document.querySelectorAll('.draw > svg[role=img]');"
+            "return a && b && [...document.querySelectorAll('figure.plane svg[role=img]')]"
+            ".every(({dataset}, _, all) => dataset.y === all[0].dataset.y); }"
+        )
+        for each in PICTURES:
+            one, other = boxes(page, f"figure.{each}")
+            assert (one["top"], one["height"]) == (other["top"], other["height"])
+            assert one["width"] == pytest.approx(other["width"], abs=1)
+        found = domains(page)
+        for each in PICTURES:
+            assert found[f"plan nowpanel {each}"] == found[f"plan pinnedpanel {each}"]
+
+
+def test_no_axis_moves_on_a_drag(open_page: Open) -> None:
+    """Of any control, while it is dragged; and of none at all once the axes are locked."""
+    page = opened(open_page, "desktop")
+    for number in range(page.locator(".controls input[type=range]").count()):
+        box = page.locator(".controls input[type=range]").nth(number).evaluate(BOX)
+        x, y = (box["left"] + box["right"]) / 2, (box["top"] + box["bottom"]) / 2
+        page.mouse.move(x, y)
+        page.mouse.down()
+        before = domains(page)
+        for step in (-60, 40):
+            page.mouse.move(x + step, y)
+            rests(page)
+            assert same(domains(page), before), number
+        page.mouse.up()
+        page.get_by_role("button", name="Reset").click()
+        rests(page)
+    for key in ("link.device_m", "laser.position_m", "buildings.b1.position_m"):
+        box = page.locator(f"circle[data-key='{key}']").evaluate(BOX)
+        x, y = (box["left"] + box["right"]) / 2, (box["top"] + box["bottom"]) / 2
+        page.mouse.move(x, y)
+        page.mouse.down()
+        before = domains(page)
+        page.mouse.move(x + 40, y - 30, steps=2)
+        rests(page)
+        assert same(domains(page), before), key
+        page.mouse.up()
+        rests(page)
+    assert page.get_by_label("device, x [m]").input_value() != "1000"  # Places follow a drag
+    page.get_by_role("button", name="Reset").click()
+    rests(page)
+    page.keyboard.press("a")
+    before = domains(page)
+    field = page.locator("input[data-key='limits.deadline_s|null'][type=text]")
+    field.fill("220")
+    rests(page)
+    assert same(domains(page), before)
+    page.get_by_role("button", name="Lock axes").click()
+    rests(page)
+    assert not same(domains(page), before)
+
+
+def test_the_trail_holds_six_optima_and_is_cleared(open_page: Open) -> None:
+    """Fading, the oldest most; reset clears it, and the pin."""
+    page = opened(open_page, "desktop")
+    slider = page.locator("input[type=range][data-key='battery.capacity_As|null']")
+    for _ in range(9):
+        slider.press("PageDown")
+        rests(page)
+    dots = page.locator("figure.plane .trail circle")
+    assert dots.count() == 6
+    strength = [
+        float(each) for each in dots.evaluate_all("(a) => a.map((e) => e.getAttribute('opacity'))")
+    ]
+    assert strength == sorted(strength)
+    assert strength[0] == 0.25
+    page.keyboard.press("p")
+    playwright.expect(page.locator(".plan.pinned")).to_have_count(1)
+    page.get_by_role("button", name="Reset").click()
+    rests(page)
+    assert (dots.count(), page.locator(".plan.pinned").count()) == (0, 0)
+
+
+def test_a_control_that_changes_nothing_says_why_beside_it(open_page: Open) -> None:
+    page = opened(open_page, "desktop")
+    laser = page.locator(".slider", has_text="Laser power")
+    words = "changes nothing from 790 W up: the charging current caps at 10 A"
+    playwright.expect(laser.locator(".note")).to_have_text(words)
+    assert laser.locator(".inert").evaluate("(each) => each.getBoundingClientRect().width") > 100
+    page.get_by_label("Way", exact=True).select_option("direct")
+    rests(page)
+    order = page.locator(".choice[data-name=order]")
+    playwright.expect(order.locator(".note")).to_have_text("without a rest there is no order")
+
+
+def test_the_header_says_verdict_and_reason(open_page: Open) -> None:
+    """Of plans that fall, fly, overfill, and of none; with sign and word, not by colour alone."""
+    page = opened(open_page, "desktop")
+    verdict, why = page.locator("header .verdict"), page.locator("header .why")
+    judge = page.get_by_label("Judge by", exact=True)
+    for perspective, words, binds in (
+        ("battery", "✕ falls at 1095 s: the available well is empty", "Charge and deadline bind."),
+        ("available", "597.27 s of hover; ✓ flies", "The available well binds, the deadline does"),
+        ("energy", "✕ overfills at 157 s: the available well is full", "Charge and deadline bind."),
+    ):
+        judge.select_option(perspective)
+        playwright.expect(verdict).to_contain_text(words)
+        playwright.expect(why).to_contain_text(binds)
+    page.locator("input[data-key='limits.deadline_s|null'][type=text]").fill("60")
+    playwright.expect(verdict).to_have_text("✕ no plan: the deadline is shorter than the flight")
+    playwright.expect(page.locator("figure.plane text").last).to_contain_text("kept nowhere here")
+
+
+def test_a_lecture_is_large_and_has_the_chosen_controls_alone(open_page: Open) -> None:
+    """No text below 20 px; presets by keys; the drone falls at the moment the well is empty."""
+    page = opened(open_page, "lecture")
+    small = [e["words"] for e in page.evaluate(WORDS) if e["size"] < 20]
+    assert small == []
+    assert not page.locator(".controls").is_visible()
+    assert page.locator(".stage input[type=range]").count() == 1
+    page.keyboard.press(" ")
+    drone = page.locator("figure.map .drone")
+    playwright.expect(drone).to_contain_text("falls at 1095 s")
+    assert drone.locator("g").last.get_attribute("stroke") == "var(--dry)"
+    page.locator(".segments button", has_text="the available well").click()
+    playwright.expect(page.locator("header .verdict")).to_contain_text("✓ flies")
+    for key, words in (("2", "674.93 s"), ("3", "✓ flies"), ("4", "no plan"), ("5", "✕ falls")):
+        page.keyboard.press(key)
+        playwright.expect(page.locator("header .verdict")).to_contain_text(words)
+        assert page.locator(".presets [aria-pressed=true]").count() == 1
+    page.keyboard.press("Escape")
+    assert page.locator(".controls").is_visible()
+    assert page.locator(".controls .slider").count() == 7
+
+
+def test_a_link_chooses_the_controls_of_a_lecture(open_page: Open) -> None:
+    page = open_page(1920, "light", "?lecture=order,laser.power_W#", 1080)
+    rests(page)
+    assert page.locator(".stage .choice[data-name=order]").count() == 1
+    assert (
+        page.locator(".stage input[type=range]").get_attribute("data-key") == "laser.power_W|null"
+    )
+
+
+def test_in_a_page_of_the_site_the_controls_are_a_sheet(open_page: Open) -> None:
+    """And the pictures stay whole above it."""
+    page = opened(open_page, "site")
+    assert not page.locator(".controls").is_visible()
+    page.get_by_role("button", name="Controls").click()
+    rests(page)
+    (sheet,) = boxes(page, ".controls")
+    shown = [box for each in PICTURES for box in boxes(page, f"figure.{each}")]
+    assert len(shown) == 3
+    assert all(box["bottom"] <= sheet["top"] + 1 and box["height"] > 80 for box in shown)
+    assert sheet["bottom"] <= 641
+    page.keyboard.press("Escape")
+    assert not page.locator(".controls").is_visible()
+    assert not page.get_by_text("Share").is_visible()
+    page.locator(".more").click()
+    page.get_by_text("Share").click()
+    assert page.get_by_role("button", name="Picture (SVG)").is_visible()
+
+
+def test_on_a_phone_the_picture_stays_beside_the_sheet(open_page: Open) -> None:
+    """At least 300 px of it; what is touched has 44 px, and fields 16 px, so that nothing zooms."""
+    page = opened(open_page, "phone")
+    (picture,), (sheet,) = boxes(page, "figure"), boxes(page, ".controls")
+    assert picture["height"] >= 300
+    assert picture["bottom"] <= sheet["top"] + 1
+    page.get_by_label("Height of the controls").click()
+    (lower,) = boxes(page, ".controls")
+    assert lower["height"] == 96
+    assert len(boxes(page, ".controls input[type=range]")) == 1
+    page.get_by_label("Height of the controls").click(click_count=2, delay=20)
+    page.locator(".more").click()
+    page.get_by_role("button", name="Details").click()
+    playwright.expect(page.locator(".tables")).to_contain_text("charge left")
+    page.evaluate("scrollTo(0, 0)")
+    page.locator(".more").click()
+    for tab in ("Start", "Question", "Mission", "Places"):
+        page.get_by_role("tab", name=tab).click()
+        rests(page)
+        for box in boxes(page, "button, select, input:not([type=checkbox])"):
+            assert box["height"] >= 44, (tab, box)
+        read = "(all) => all.map((each) => parseFloat(getComputedStyle(each).fontSize))"
+        assert min(page.locator("select, input[type=text]").evaluate_all(read)) >= 16
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_all_words_are_read_on_their_ground(open_page: Open, scheme: str) -> None:
+    """By computation: 4.5 to 1 in both themes, in pictures too; on fills the table is tested."""
+    page = opened(open_page, "pinned", scheme=scheme)
+    page.get_by_role("button", name="Details").click()
+    ground = luminance(
+        page.evaluate("getComputedStyle(document.body.parentElement).backgroundColor")
+    )
+    assert (ground > 0.5) == (scheme == "light")
+    for each in page.evaluate(WORDS):
+        if each["onFill"]:
+            continue
+        low, high = sorted(luminance(each[name]) + 0.05 for name in ("colour", "ground"))
+        assert high / low >= 4.5, each
+
+
+def test_pictures_take_their_colours_from_the_table(open_page: Open) -> None:
+    """One colour and one line for charge and deadline, in the plane, the wells and what binds."""
+    page = opened(open_page, "desktop")
+    for role in ("charge", "deadline"):
+        dash = " ".join(f"{each:g}" for each in LOOKS[role].dash)
+        for place in ("figure.plane", "figure.wells", ".foot"):
+            lines = page.locator(f"{place} [stroke='var(--{role})']")
+            assert lines.count(), (role, place)
+            read = "(each) => (each.getAttribute('stroke-dasharray') || '').replaceAll(',', ' ')"
+            assert lines.first.evaluate(read) == dash
