@@ -14,6 +14,7 @@ from pydantic.fields import FieldInfo
 
 from optuav.mission import Mission
 from optuav.mission.flight_model import FLIGHTS, TABLES, FlightTable, forms
+from optuav.mission.flights.rotors import Rotors
 from optuav.mission.messages import allowed
 from optuav.mission.schema import CONVERSIONS, RATE_PER_MINUTE, MissionSection
 
@@ -26,6 +27,7 @@ INSTEAD = {
     "visibility_km": "state attenuation_per_km",
     "attenuation_per_km": "state visibility_km",
     **dict.fromkeys(CONVERSIONS[810], "by the wavelength"),
+    **{key.removeprefix("body."): "needed by rotors" for key in Rotors.needs if "." in key},
 }
 """What holds where a key is left out whose field has no default that tells."""
 
@@ -86,13 +88,21 @@ def sections() -> Iterator[str]:
         title = f"[[{name}]]" if name == "buildings" else f"[{name}]"
         yield from (f"## {title}", "", summary(model), "")
         if name == "flight":
-            (_, first), *others = ((each, flight.table) for each, flight in FLIGHTS.items())
-            yield from (*table(rows(first, first.model_fields)), "")
-            for model_name, form in others:
-                keys = (key for key in form.model_fields if key not in first.model_fields)
+            known = dict[str, None]()
+            for model_name, flight in FLIGHTS.items():
+                form = flight.table
+                keys = [key for key in form.model_fields if key not in known]
+                shared = [*known][len(FlightTable.model_fields) :]
+                again = [key for key in form.model_fields if key in shared]
                 _, _, what = summary(form).partition(" with ")
-                yield f'Only with `model = "{model_name}"`, {what[:-1]}:'
-                yield from ("", *table(rows(form, keys)), "")
+                if known:
+                    yield f'Only with `model = "{model_name}"`, {what[:-1]}:'
+                    yield ""
+                yield from (*table(rows(form, keys)), "")
+                if again:
+                    yield f"It also has {', '.join(f'`{key}`' for key in again)}, as above."
+                    yield ""
+                known |= dict.fromkeys(keys)
             continue
         found = list(rows(model, model.model_fields))
         if name == "battery":

@@ -33,7 +33,8 @@ class Given(Quantities):
         if name.startswith("_"):
             raise AttributeError(name)
         if name not in (others := self._symbols()):
-            hint = nearest(name, [*others, *(each for each in dir(type(self)) if each[0] != "_")])
+            own = [each for each in dir(type(self)) if not each.startswith("_")]
+            hint = nearest(name, [*others, *own, *(each.name for each in QUANTITIES)])
             if name.startswith("rest_") and not self.rests:
                 hint = " on a route without a rest: ask for it under 'if given.rests:'."
             words = "Numbers of the mission have the name of their table and key, as laser_power_W"
