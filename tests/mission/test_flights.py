@@ -1,0 +1,148 @@
+"""Rotors with drag and a cap, and rotary wings: check numbers, replays, sweeps, broken input."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import optuav
+from optuav.errors import InputError
+from optuav.mission.flight_model import flight_of
+from optuav.network.network import build_network
+from tests.examples import few
+
+WING: dict[str, Any] = {
+    "model": "rotary-wing",
+    "blade_power_W": 79.85628,
+    "induced_power_W": 88.62794,
+    "induced_speed_m_s": 4.028543,
+    "tip_speed_m_s": 120.0,
+    "parasite_W_s3_m3": 0.00924263,
+    "acceleration_m_s2": 2.0,
+    "max_speed_m_s": 23.0,
+    "climb_speed_m_s": 5.0,
+    "descent_speed_m_s": 4.0,
+}
+WINGED = optuav.load("paper").replace({"flight": WING, "rotor": None})
+
+
+def test_drag_and_cap_of_the_papers_scenario() -> None:
+    """SPEC-FLIGHT: leg wU → wF, and (P3) under `battery` with drag and with a cap as well."""
+    drag = optuav.load("paper-drag")
+    legs = build_network(drag).legs
+    assert legs.duration_s[1] == pytest.approx(113.60610, abs=5e-6)
+    assert legs.charge_As[1] == pytest.approx(12_012.163, abs=5e-4)
+    assert legs.peak_speed_m_s[1] == pytest.approx(25.10292, abs=5e-6)
+    p3 = optuav.solve(drag, "P3", perspective="battery")
+    assert p3.hover_time_s == pytest.approx(504.8, abs=0.05)
+    assert not any("drag" in note for note in p3.notes)
+    capped = drag.replace({"flight.max_speed_m_s": 15})
+    assert optuav.solve(capped, "P3", perspective="battery").hover_time_s == pytest.approx(
+        379.7, abs=0.05
+    )
+
+
+@pytest.mark.parametrize("cap", [None, 15.0])
+def test_legs_with_drag_differ_there_and_back_and_replay(cap: float | None) -> None:
+    """A climb differs from a descent; the judge flies each as planned and stays below the cap."""
+    mission = optuav.load("paper-drag").replace(
+        {"flight.max_speed_m_s": cap, "limits.deadline_s": 2000, "route.origin_m": [0, 0, 0]}
+    )
+    model = flight_of(mission)
+    up, down = (model.leg(way_m) for way_m in ((300.0, 0.0, 60.0), (-300.0, 0.0, -60.0)))
+    assert up.duration_s != pytest.approx(down.duration_s, rel=1e-6)
+    for problem in (optuav.P1(), optuav.P1(stops=2)):
+        replayed = optuav.replay(optuav.solve(mission, problem))
+        assert replayed.flyable
+        assert replayed.trace.speed_m_s.max() <= (cap or 30.0) * (1 + 1e-9)
+
+
+def test_power_and_speeds_of_the_published_wing() -> None:
+    """SPEC-FLIGHT: hover, best range; hovering in a wind of 10 m/s is cheaper."""
+    drawn = flight_of(WINGED).hover()
+    assert drawn.power_W == pytest.approx(168.48422, abs=5e-6)
+    assert drawn.current_A == pytest.approx(168.48422 / 11.1, abs=5e-6)
+    named = {name: value for name, value, _ in flight_of(WINGED).figures()}
+    assert named["air speed of best endurance"] == pytest.approx(10.21169, abs=5e-5)
+    assert named["air speed of best range"] == pytest.approx(18.29448, abs=5e-5)
+    windy = flight_of(WINGED.replace({"wind.velocity_m_s": [6, 8, 0]})).hover()
+    assert windy.power_W == pytest.approx(126.0, abs=0.05)
+
+
+@few(12, most=300)
+@given(
+    st.sampled_from(
+        [{}, {"speed": "max"}, {"speed": "best-endurance"}, {"cruise_speed_m_s": 12.0}]
+    ),
+    st.tuples(st.floats(-8.0, 8.0), st.floats(-8.0, 8.0)),
+    st.floats(0.5, 1.0),
+)
+def test_plans_of_a_wing_replay_in_any_wind(
+    speed: dict[str, Any], wind: tuple[float, float], efficiency: float
+) -> None:
+    """The judge finds the speeds, charges and places of the plan again."""
+    mission = WINGED.replace(
+        {
+            "flight": {**WING, **speed, "efficiency": efficiency},
+            "wind.velocity_m_s": [*wind, 0.0],
+            "limits.deadline_s": 2500.0,
+        }
+    )
+    plan = optuav.solve(mission)
+    replayed = optuav.replay(plan)
+    assert replayed.flyable, replayed.violations
+    assert plan.flyable
+    flown = [each for each in plan.phases if each.kind == "flight"]
+    assert replayed.trace.speed_m_s.max() == pytest.approx(max(x.peak_speed_m_s for x in flown))
+
+
+def test_a_batch_of_winds_is_each_mission_alone() -> None:
+    """Wind and cap are swept in arrays, with the figures of single missions."""
+    pytest.importorskip("xarray")
+    ranges = {"flight.max_speed_m_s": [10.0, 20.0], "wind.velocity_m_s[0]": [0.0, 5.0, 9.0]}
+    found = optuav.batch(WINGED, ranges)["hover_time_s"].to_numpy()
+    for row, cap in enumerate(ranges["flight.max_speed_m_s"]):
+        for column, wind in enumerate(ranges["wind.velocity_m_s[0]"]):
+            own = {"flight.max_speed_m_s": cap, "wind.velocity_m_s": [wind, 0, 0]}
+            alone = optuav.solve(WINGED.replace(own)).hover_time_s
+            assert found[row, column] == pytest.approx(alone, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"flight.speed": "fast"}, "flight.speed = 'fast': one of"),
+        ({"flight.speed": "max", "flight.cruise_speed_m_s": 5}, "either speed or cruise_speed_m_s"),
+        ({"flight.efficiency": 0}, "flight.efficiency = 0: a number, 0 < x <= 1"),
+        ({"wind.velocity_m_s": [1, 0, 2]}, "three numbers [x, y, 0]"),
+        ({"wind.force_N": [1, 0, 0]}, '[0, 0, 0] with flight.model = "rotary-wing"'),
+        ({"air.density_kg_m3": 1.2}, 'not with flight.model = "rotary-wing"'),
+        ({"body.drag_area_m2": 0.1}, "body.drag_area_m2 = 0.1: not with flight.model"),
+        ({"rotor": dict(optuav.load("paper").rotor or {})}, "rotor = a table: not with"),
+        ({"body": None}, "body: is missing; a table [body]"),
+    ],
+)
+def test_faults_of_a_wing_are_named(changes: dict[str, Any], words: str) -> None:
+    """One clear error for each key that has no meaning or no such value."""
+    with pytest.raises(InputError) as refusal:
+        WINGED.replace(changes)
+    assert words in str(refusal.value)
+
+
+def test_keys_of_other_models_are_refused_with_rotors() -> None:
+    """A wind as a velocity, and a body without inertia, are no rotors'."""
+    with pytest.raises(InputError, match=r'velocity_m_s.*\[0, 0, 0\] with flight.model = "rotors"'):
+        optuav.load("paper").replace({"wind.velocity_m_s": [3, 0, 0]})
+    with pytest.raises(InputError, match=r"inertia_x_kg_m2: is missing; .* needed by flight.model"):
+        optuav.load("paper").replace({"body.inertia_x_kg_m2": None})
+
+
+def test_too_strong_a_wind_is_no_flight() -> None:
+    """No plan, and the reason names wind, cap and keys."""
+    plan = optuav.solve(WINGED.replace({"wind.velocity_m_s": [30, 0, 0]}))
+    assert not plan
+    assert "the wind blows at 30 m/s" in plan.reasons[0]
+    assert "flight.max_speed_m_s" in plan.reasons[0]
