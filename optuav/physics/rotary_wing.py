@@ -25,7 +25,7 @@ INDUCED_CORRECTION = 0.1
 """Share of induced power above the ideal, k of [1]_."""
 
 
-class RotaryWing(NamedTuple):
+class PowerCoefficients(NamedTuple):
     """Coefficients of the power over air speed."""
 
     blade_power_W: Quantity  # P_0 in hover [W], ≥ 0
@@ -42,7 +42,7 @@ def coefficients(
     weight_N: Quantity,
     drag_ratio: Quantity,
     density_kg_m3: Quantity = 1.225,
-) -> RotaryWing:
+) -> PowerCoefficients:
     """The coefficients by [1]_, eqs (61)-(65), from a datasheet; all arguments > 0.
 
     The disc area A [m²] is that of all rotors, n π R²; solidity s [-] is the share of it that
@@ -50,7 +50,7 @@ def coefficients(
     """
     blades = density_kg_m3 * solidity * disc_area_m2
     induced_speed = np.sqrt(weight_N / (2.0 * density_kg_m3 * disc_area_m2))
-    return RotaryWing(
+    return PowerCoefficients(
         blade_power_W=PROFILE_DRAG / 8.0 * blades * tip_speed_m_s**3,
         induced_power_W=(1.0 + INDUCED_CORRECTION) * weight_N * induced_speed,
         induced_speed_m_s=induced_speed,
@@ -59,7 +59,7 @@ def coefficients(
     )
 
 
-def power(wing: RotaryWing, air_speed_m_s: Quantity) -> Quantity:
+def power(wing: PowerCoefficients, air_speed_m_s: Quantity) -> Quantity:
     """P(V) [W] in level flight at a horizontal air speed [m/s] ≥ 0, [1]_ eq (12)."""
     V, z = air_speed_m_s, air_speed_m_s**2 / (2.0 * wing.induced_speed_m_s**2)
     blades = wing.blade_power_W * (1.0 + 3.0 * V**2 / wing.tip_speed_m_s**2)
@@ -67,7 +67,7 @@ def power(wing: RotaryWing, air_speed_m_s: Quantity) -> Quantity:
     return blades + lift + wing.parasite_W_s3_m3 * V**3
 
 
-def rise(wing: RotaryWing, air_speed_m_s: Quantity) -> Quantity:
+def rise(wing: PowerCoefficients, air_speed_m_s: Quantity) -> Quantity:
     """dP/d(V²) [W s²/m²], which grows with V: P is convex in V², though not in V."""
     V, v_0 = air_speed_m_s, wing.induced_speed_m_s
     z = V**2 / (2.0 * v_0**2)
@@ -78,7 +78,7 @@ def rise(wing: RotaryWing, air_speed_m_s: Quantity) -> Quantity:
 
 
 @kept
-def best_endurance(wing: RotaryWing, max_speed_m_s: Quantity = math.inf) -> Quantity:
+def best_endurance(wing: PowerCoefficients, max_speed_m_s: Quantity = math.inf) -> Quantity:
     """Air speed of least power [m/s], up to a cap [m/s]; no symbols.
 
     0 where the power grows from hover on. Either P_0 or p must be > 0.
@@ -89,7 +89,7 @@ def best_endurance(wing: RotaryWing, max_speed_m_s: Quantity = math.inf) -> Quan
 
 @kept
 def best_range(
-    wing: RotaryWing,
+    wing: PowerCoefficients,
     max_speed_m_s: Quantity = math.inf,
     wind_m_s: Vector = (0.0, 0.0, 0.0),
     direction: Vector = (1.0, 0.0, 0.0),
@@ -149,7 +149,7 @@ def level_direction(way_m: Vector) -> Vector:
     return x / length, y / length, 0.0
 
 
-class Leg(NamedTuple):
+class CruiseLeg(NamedTuple):
     """A leg at constant power; every field may be an array over legs."""
 
     way_m: Vector  # From start to end [m], components (x, y, z)
@@ -161,14 +161,14 @@ class Leg(NamedTuple):
 
 
 def leg(
-    wing: RotaryWing,
+    wing: PowerCoefficients,
     way_m: Vector,
     ground_speed_m_s: Quantity,
     acceleration_m_s2: Quantity,
     vertical_speeds_m_s: tuple[Quantity, Quantity],
     weight_N: Quantity,
     wind_m_s: Vector = (0.0, 0.0, 0.0),
-) -> Leg:
+) -> CruiseLeg:
     """A straight leg from rest to rest: accelerate, cruise, brake, all at the draw of the cruise.
 
     With the horizontal length d and the horizontal ground speed V [m/s] > 0 it takes d/V + V/a, and
@@ -192,10 +192,10 @@ def leg(
     drawn_W = power(wing, speed) + weight_N * up / np.maximum(T, TINY)
     # Along the path the speed rises as long: to V times length over d, or L/(T − V/a).
     peak = np.sqrt(d * d + z * z) / np.maximum(T - V / a, TINY)
-    return Leg(way_m, T, V / a, peak, speed, drawn_W)
+    return CruiseLeg(way_m, T, V / a, peak, speed, drawn_W)
 
 
-def motion(leg: Leg, time_s: Quantity) -> tuple[Quantity, Quantity]:
+def motion(leg: CruiseLeg, time_s: Quantity) -> tuple[Quantity, Quantity]:
     """Way travelled along a leg [m] and speed along it [m/s] at moments since its start [s].
 
     The moments lie between 0 and its end. A climb on the spot moves at constant speed.

@@ -14,16 +14,16 @@ from scipy.optimize import minimize_scalar
 
 from optuav.modelling import Parameter, Variable, evaluate
 from optuav.physics import rotary_wing
-from optuav.physics.rotary_wing import RotaryWing, best_endurance, best_range, power
+from optuav.physics.rotary_wing import PowerCoefficients, best_endurance, best_range, power
 from tests.physics.reference import printed
 
-ZENG = RotaryWing(79.85628, 88.62794, 4.028543, 120.0, 0.00924263)
+ZENG = PowerCoefficients(79.85628, 88.62794, 4.028543, 120.0, 0.00924263)
 """The UAV of 20 N of Zeng, Xu and Zhang."""
 CALM = (0.0, 0.0, 0.0)
 AHEAD = (1.0, 0.0, 0.0)
 
 WINGS = st.builds(
-    RotaryWing,
+    PowerCoefficients,
     st.floats(5.0, 500.0),
     st.floats(5.0, 500.0),
     st.floats(1.0, 12.0),
@@ -37,7 +37,7 @@ def level(length: float, angle: float) -> tuple[float, float, float]:
     return length * math.cos(angle), length * math.sin(angle), 0.0
 
 
-def printed_power(wing: RotaryWing, V: float) -> float:
+def printed_power(wing: PowerCoefficients, V: float) -> float:
     """Eq (12) as it is printed, which cancels at speed."""
     v_0 = wing.induced_speed_m_s
     lift = math.sqrt(math.sqrt(1.0 + V**4 / (4.0 * v_0**4)) - V**2 / (2.0 * v_0**2))
@@ -69,20 +69,20 @@ def test_coefficients_of_a_datasheet() -> None:
 
 
 @given(WINGS, st.floats(0.0, 40.0))
-def test_power_is_the_printed_formula(wing: RotaryWing, V: float) -> None:
+def test_power_is_the_printed_formula(wing: PowerCoefficients, V: float) -> None:
     """As far as that does not cancel."""
     assert power(wing, V) == pytest.approx(printed_power(wing, V), rel=1e-9)
 
 
 def test_power_does_not_cancel_at_speed() -> None:
     """Lift alone, at 10⁵ v_0: P_i v_0/V, where the printed formula gives nothing."""
-    lift = RotaryWing(0.0, 100.0, 1.0, 1.0, 0.0)
+    lift = PowerCoefficients(0.0, 100.0, 1.0, 1.0, 0.0)
     assert power(lift, 1e5) == pytest.approx(100.0 / 1e5, rel=1e-12)
     assert printed_power(lift, 1e5) == 0.0
 
 
 @given(WINGS, st.floats(0.5, 60.0))
-def test_rise_is_the_derivative(wing: RotaryWing, V: float) -> None:
+def test_rise_is_the_derivative(wing: PowerCoefficients, V: float) -> None:
     """dP/d(V²) by central differences, and it grows with V."""
     step = 1e-4 * V**2
     up, down = (power(wing, math.sqrt(V**2 + side * step)) for side in (1.0, -1.0))
@@ -94,7 +94,7 @@ def test_rise_is_the_derivative(wing: RotaryWing, V: float) -> None:
 
 @given(WINGS)
 @example(ZENG)
-def test_best_endurance_is_the_least_power(wing: RotaryWing) -> None:
+def test_best_endurance_is_the_least_power(wing: PowerCoefficients) -> None:
     """By SciPy from a grid, and no speed of the grid needs less."""
     V = best_endurance(wing)
     speeds = np.linspace(0.0, 200.0, 2001)
@@ -111,7 +111,7 @@ def test_best_endurance_is_the_least_power(wing: RotaryWing) -> None:
 @example(ZENG, 15.0, 0.0, 0.0, 60.0)
 @example(ZENG, 10.0, math.pi, 0.0, 60.0)
 def test_best_range_takes_least_per_metre(
-    wing: RotaryWing, wind: float, blows: float, heading: float, cap: float
+    wing: PowerCoefficients, wind: float, blows: float, heading: float, cap: float
 ) -> None:
     """Over a grid of ground speeds, in any wind, also those slower than a tail wind."""
     wind_m_s, direction = level(wind, blows), level(1.0, heading)
@@ -131,7 +131,7 @@ def test_best_range_takes_least_per_metre(
 
 def test_hover_is_best_where_power_grows_at_once() -> None:
     """Heavy blades and hardly any lift: flying saves nothing."""
-    assert best_endurance(RotaryWing(500.0, 1.0, 12.0, 50.0, 0.01)) == 0.0
+    assert best_endurance(PowerCoefficients(500.0, 1.0, 12.0, 50.0, 0.01)) == 0.0
 
 
 @given(st.floats(0.0, 20.0), ANGLES, ANGLES, st.floats(0.5, 40.0))

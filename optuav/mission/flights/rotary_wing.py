@@ -15,7 +15,7 @@ from optuav.mission.schema import Acceleration, Allowed, Current, LoadPower, Num
 if TYPE_CHECKING:
     from optuav.physics.flight import Flow, LegState, Loads
     from optuav.physics.quantity import Quantity, Vector
-    from optuav.physics.rotary_wing import RotaryWing as Coefficients
+    from optuav.physics.rotary_wing import PowerCoefficients
 
 CruiseRule = Literal["best-range", "best-endurance", "max"]
 
@@ -80,11 +80,11 @@ class RotaryWing(FlightModel):
         return self.mission.flight
 
     @property
-    def wing(self) -> Coefficients:
+    def wing(self) -> PowerCoefficients:
         """Coefficients of the power over air speed."""
         from optuav.physics import rotary_wing
 
-        return self.stated.as_record(rotary_wing.RotaryWing)
+        return self.stated.as_record(rotary_wing.PowerCoefficients)
 
     @property
     def weight_N(self) -> Quantity:
