@@ -4,21 +4,19 @@ import atexit
 import gc
 import io
 import os
-import re
 import signal
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from typing import Annotated, Any
 
 import typer
 
-from optuav.cli.options import command_of
+from optuav.cli.options import by_flags, command_of
 from optuav.cli.output import BAD_INPUT, FAILED, say
 from optuav.cli.problem_file import faults_named
-from optuav.errors import Fault, InputError, SolverError
+from optuav.errors import InputError, SolverError
 
 COMMANDS = {
     **dict.fromkeys(("solve", "explain", "audit"), "solve"),
@@ -122,10 +120,4 @@ def run(arguments: Sequence[str] | None = None) -> None:
 def _by_options(error: InputError, command: Any) -> InputError:
     """The error with names of options in place of the library's names of them."""
     flags = {each.name: each.opts[0] for each in command.params if each.opts[0].startswith("-")}
-
-    def named(fault: Fault) -> Fault:
-        words = re.sub(r"\w+_\w+", lambda found: flags.get(found[0], found[0]), fault.allowed)
-        known = replace(fault, key=flags.get(fault.key, fault.key), allowed=words)
-        return fault if fault.source else known
-
-    return InputError(map(named, error.faults))
+    return InputError(each if each.source else by_flags(each, flags) for each in error.faults)

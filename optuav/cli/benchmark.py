@@ -41,10 +41,8 @@ def _data() -> Iterator[dict[str, Any]]:
     known = {name: [*found] for name, found in groupby(answers().values(), lambda x: x.mission)}
     for name, recipe in recipes().items():
         rows = [{key: x for key, x in asdict(each).items() if x} for each in known[name]]
-        roofs = len(optuav.load(name).buildings)
-        yield {"name": name, "family": recipe.family, "about": recipe.about, "roofs": roofs} | {
-            "answers": rows
-        }
+        about = {"name": name, "family": recipe.family, "about": recipe.about}
+        yield about | {"roofs": len(optuav.load(name).buildings), "answers": rows}
 
 
 def _tables() -> Iterator[str]:
@@ -69,9 +67,8 @@ def _tables() -> Iterator[str]:
 
 def _cells(answer: Answer) -> tuple[str, str, str]:
     """Best known value and bound, and a word on the proof: search, bracket, bound, physics."""
-    best, bound = (
-        "none" if each is None else f"{each:.3f}" for each in (answer.hover_s, answer.bound_s)
-    )
+    ends = answer.hover_s, answer.bound_s
+    best, bound = ("none" if each is None else f"{each:.3f}" for each in ends)
     by = answer.proof.partition(":")[0].removesuffix("ed")
     by = "search" if answer.engine == "search" else by
     return best, bound, "open" if answer.status == "feasible" else by

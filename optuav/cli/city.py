@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from optuav.cli.options import numbers_in
+from optuav.cli.options import by_flags, numbers_in
 from optuav.cli.output import check_places, deliver, say
 from optuav.errors import Fault, InputError, collected, refuse
 
@@ -16,6 +15,7 @@ if TYPE_CHECKING:
     from optuav.mission import Mission
 
 LEAST_BYTES = 50  # Of a building in a mission file
+ARGUMENT = r"(?<=as |by )\w+|\w+_\w+"  # Of `optuav.city.read`, as its errors name them
 FAR_M = 5000.0  # A place this far from all buildings is hardly meant [m]
 
 
@@ -77,7 +77,8 @@ def city(
     known = len(faults)
     with collected(faults):
         town = read(file, **stated, origin=None if faults else origin)
-    refuse([*faults[:known], *(_by_option(each, stated) for each in faults[known:])])
+    flags = {name: f"--{name.replace('_', '-')}" for name in stated}
+    refuse([*faults[:known], *(by_flags(each, flags, ARGUMENT) for each in faults[known:])])
     at_m = {name: town.point_m(*place) for name, place in places.items()}
     mission = base.replace(
         {
@@ -116,13 +117,6 @@ def city(
     found = {"kind": "optuav city", "crs": town.crs, "buildings": len(town.names), **lists}
     found |= {"notes": notes, "warnings": warnings, "written": [str(each) for each in files]}
     deliver(lambda: found, remarks, as_json=as_json, written=[*files])
-
-
-def _by_option(fault: Fault, arguments: Iterable[str]) -> Fault:
-    """The fault with options in place of the arguments of `optuav.city.read`."""
-    flags = {name: f"--{name.replace('_', '-')}" for name in arguments}
-    words = re.sub(r"(?<=as |by )\w+|\w+_\w+", lambda x: flags.get(x[0], x[0]), fault.allowed)
-    return replace(fault, key=flags.get(fault.key, fault.key), allowed=words)
 
 
 def _warnings(mission: Mission, at_m: Mapping[str, tuple[float, float, float]]) -> Iterator[str]:

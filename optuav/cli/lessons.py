@@ -21,9 +21,7 @@ if hasattr(sys.stdout, "reconfigure"):
     sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
 
 """
-SHOWN = re.compile(
-    r"^(task|grade)$", re.MULTILINE
-)  # What a notebook shows and a script has to print
+SHOWN = re.compile(r"^(task|grade)$", re.MULTILINE)  # In notebooks; a script has to print it
 
 
 def lessons(directory: Path, scripts: bool = False) -> None:
@@ -35,10 +33,8 @@ def lessons(directory: Path, scripts: bool = False) -> None:
         with collected(faults):
             must_be_new(path)
     refuse(faults)
-    made = [
-        each for each in (directory, *directory.parents, directory / "data") if not each.exists()
-    ]
-    new = [path for path in files if not path.exists()]
+    folders = directory, *directory.parents, directory / "data"
+    made, new = ([path for path in some if not path.exists()] for some in (folders, files))
     make_directory(directory)
     make_directory(directory / "data")
     try:

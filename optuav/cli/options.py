@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import inspect
 import io
+import re
 import sys
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from contextvars import copy_context
-from dataclasses import dataclass, is_dataclass
+from dataclasses import dataclass, is_dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -64,9 +65,8 @@ class ProblemOptions:
 
             kind = problem_class(self.problem)
             keys = {each: each.partition("=")[0].strip() for each in settings}
-            own = [
-                e for e in settings if "." not in keys[e] and keys[e] not in Mission.model_fields
-            ]
+            ours = Mission.model_fields
+            own = [each for each in settings if "." not in keys[each] and keys[each] not in ours]
             settings = [each for each in settings if each not in own]
             fields |= values_of(own, faults)
         mission = mission_of(source, settings)
@@ -102,9 +102,8 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
     records: dict[str, Any] = {
         key: each.annotation for key, each in own.items() if is_dataclass(each.annotation)
     }
-    fields = {
-        key: inspect.signature(kind, eval_str=True).parameters for key, kind in records.items()
-    }
+    signatures = {key: inspect.signature(kind, eval_str=True) for key, kind in records.items()}
+    fields = {key: each.parameters for key, each in signatures.items()}
 
     def run(force: bool | None = None, **given: Any) -> None:
         for key, record in records.items():
@@ -197,6 +196,12 @@ def is_plan(source: str, stated: Iterable[str]) -> bool:
     options = sorted(stated) if found else []
     refuse(Fault(f"--{name.replace('_', '-')}", "", words) for name in options)
     return found
+
+
+def by_flags(fault: Fault, flags: Mapping[str, str], names: str = r"\w+_\w+") -> Fault:
+    """The fault with options in place of the library's names of them, which a pattern finds."""
+    words = re.sub(names, lambda found: flags.get(found[0], found[0]), fault.allowed)
+    return replace(fault, key=flags.get(fault.key, fault.key), allowed=words)
 
 
 def numbers_in(text: str) -> tuple[float, ...]:

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
 COMPARED: dict[str, Perspective] = {"battery": "available", "available": "battery"}
 """The perspective whose plan pictures show beside: one counts charge only, one both wells."""
-
-
 ENDINGS = {"text": ".txt", "latex": ".tex", "lp": ".lp", "mps": ".mps"}
 """Forms in which a problem is printed, with the suffixes of their files."""
 
