@@ -77,10 +77,8 @@ def largest(
 ) -> Interval:
     """Bracket the largest x of every programme.
 
-    Beyond the tops [s], one a programme, the rows do not hold. Where y is 0, the points where a row
-    ceases to hold are all found, and tried from the largest. With `any_point`, any point will do
-    where looking for the largest x takes long. Of programmes that can be shown without much ado to
-    have no point from a `least` x on, none is sought.
+    Beyond the tops [s], one a programme, the rows do not hold. With `any_point`, any point will do
+    where the largest x takes long; none is sought where plainly no x from a `least` one on holds.
     """
     if not y_top.any():
         x = Section(rows.weights[:3], rows.rate_x_per_s).end(x_top)
@@ -304,10 +302,8 @@ def rows_and_tops(
                 most = np.where(shortens & (slope < 0.0), least / -slope, np.inf)
             tops[k] = np.minimum(tops[k], most)
         if np.isinf(tops[k]).any():
-            raise InputError(
-                f"engine {NAME} needs a linear constraint that bounds {name}: "
-                "given.keep_deadline states the deadline"
-            )
+            words = f"engine {NAME} needs a linear constraint that bounds {name}"
+            raise InputError(f"{words}: given.keep_deadline states the deadline")
     usable = np.asarray(~np.isnan(tops).any(axis=0))
     tops = np.where(usable, tops, 0.0)
     exact = [each for each in forms if each.constraint or not each.relaxed]

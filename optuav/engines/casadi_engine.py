@@ -182,10 +182,8 @@ class CasadiProgramme:
         parameters = {**self.base, **values}
         if decided := without_solver(self.model, NAME, parameters):
             return decided
-        found, bounds = (
-            partial(single, self.model, NAME, parameters),
-            own_bounds(self.model, parameters),
-        )
+        found = partial(single, self.model, NAME, parameters)
+        bounds = own_bounds(self.model, parameters)
         if corner := self._corner(parameters, bounds):
             point, duals = corner
             return found(Status.OPTIMAL, CORNER, "not handed to IPOPT", point, duals=duals)
@@ -205,9 +203,8 @@ class CasadiProgramme:
             proof = f"local: none of {len(said)} starts led to a feasible point"
             return found(Status.INFEASIBLE if proved else Status.UNKNOWN, proof, words)
         point, answer = best
-        weights, at_bounds = (
-            np.asarray(answer[name]).ravel() * scaled.steepness for name in ("lam_g", "lam_x")
-        )
+        prices = (np.asarray(answer[name]).ravel() for name in ("lam_g", "lam_x"))
+        weights, at_bounds = (each * scaled.steepness for each in prices)
         duals = {
             each.label: float(weight if each.relation.sense == "==" else abs(weight))
             for each, weight in zip(self.constraints, weights, strict=True)
@@ -275,9 +272,8 @@ class CasadiProgramme:
     def _is_alone(self, answer: Any, scaled: Scaled) -> bool:
         """Whether no other point of a linear model is as good: what has a price holds it there."""
         weights, at_bounds = (np.abs(np.asarray(answer[k]).ravel()) for k in ("lam_g", "lam_x"))
-        rows = np.asarray(self._functions.normals(answer["x"], scaled.numbers)).reshape(
-            -1, len(self.names)
-        )
+        normals = self._functions.normals(answer["x"], scaled.numbers)
+        rows = np.asarray(normals).reshape(-1, len(self.names))
         prices = np.concatenate([weights * np.linalg.norm(rows, axis=1), at_bounds])
         held = (prices > PRICED)[:, None]
         rank = np.linalg.matrix_rank(np.vstack([rows, np.eye(len(self.names))]) * held)

@@ -23,7 +23,7 @@ import numpy as np
 from optuav.arrays import Floats, Values
 from optuav.engines.linear_form import LinearForm, linear_form, own_bounds, slot_ranges
 from optuav.engines.registry import OneByOne, Single, capabilities
-from optuav.engines.solution import Solution, single
+from optuav.engines.solution import DUALITY, Solution, single
 from optuav.errors import InputError, SolverError
 from optuav.modelling.check import TOLERANCE
 from optuav.modelling.expression import Operand
@@ -31,7 +31,6 @@ from optuav.modelling.model import Model
 from optuav.status import Status
 
 NAME = "cvxpy"
-DUALITY = "linear programming duality, KKT conditions evaluated again"
 EQUAL = 1e-11  # Relative loss of the objective that the preferences may use up
 TIGHT = 1e-7  # Relative slack below which a row counts as holding with equality
 GAP = 1e-7

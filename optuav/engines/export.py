@@ -35,10 +35,8 @@ FILES: Mapping[str, str] = {"lp": "\\ ", "mps": "* "}
 def need_linear(model: Model) -> None:
     """Refuse a model that LP and MPS files cannot hold."""
     if flaw := traits(model).nonlinear:
-        label, why = flaw
-        raise InputError(
-            f"LP and MPS files hold linear programmes only; {label!r} is not linear: {why}"
-        )
+        words = "{!r} is not linear: {}".format(*flaw)
+        raise InputError(f"LP and MPS files hold linear programmes only; {words}")
 
 
 def to_file(model: Model, values: Values, form: str, remarks: Iterable[str] = ()) -> str:

@@ -121,9 +121,8 @@ def reaches(model: Model, parameters: Values) -> tuple[Floats, Floats]:
     """Where to begin to look for every unknown, and how far from there it may lie."""
     bounds = own_bounds(model, parameters)
     lower, upper = np.array([*bounds.values()]).reshape(-1, 2).T
-    implied = implied_upper_bounds(
-        model, parameters, dict(zip(bounds, lower.tolist(), strict=True))
-    )
+    lowest = {name: low for name, (low, _) in bounds.items()}
+    implied = implied_upper_bounds(model, parameters, lowest)
     reach = np.minimum(upper, [*implied.values()]) - lower
     reach = np.where((reach > 0.0) & (reach < math.inf), np.maximum(reach, LEAST), TYPICAL)
     open_below = np.where(np.isinf(upper), -0.5 * TYPICAL, upper - TYPICAL)

@@ -177,10 +177,9 @@ def _with_longest_other(model: Model, parameters: Values, point: Values) -> list
     except NotExponentialError:
         return [[point]]
     rows.weights[0] += TOLERANCE  # Rounding ends no time that may be of any length
-    longest = rows.at_x(np.array([point[goal]])).end(np.array([top]))[0]
-    if np.isnan(longest):
+    longest_s = float(rows.at_x(np.array([point[goal]])).end(np.array([top]))[0])
+    if math.isnan(longest_s):
         return [[point]]
-    longest_s = float(longest)
     last = {**point, other: longest_s}
     return [[point, last] if longest_s - point[other] >= APART_S else [point], [last]]
 

@@ -15,7 +15,7 @@ import numpy as np
 from optuav.arrays import Values
 from optuav.engines.linear_form import own_bounds, reaches
 from optuav.engines.registry import Capability, OneByOne, Single
-from optuav.engines.solution import Solution, single, without_solver
+from optuav.engines.solution import DUALITY, Solution, single, without_solver
 from optuav.errors import Fault, InputError, SolverError, printable, require
 from optuav.modelling.classify import traits
 from optuav.modelling.expression import Leaf, Let, Operand, Variable
@@ -32,7 +32,6 @@ SETTINGS: Mapping[str, Values] = {
     "ipopt": {"tol": 1e-10, "constr_viol_tol": 1e-11, "bound_relax_factor": 0.0},
 }
 """Options of solvers whose defaults are too coarse for seconds."""
-DUALITY = "linear programming duality, KKT conditions evaluated again"
 EQUAL = 1e-11  # Relative loss of the objective that the preferences may use up
 STATIONARY = 1e-6  # Largest residual of an answer that meets the conditions of optimality
 SAME = 1e-9  # Relative difference by which Pyomo's value of a tree may differ from optuav's
@@ -204,12 +203,11 @@ class PyomoProgramme:
             branched = f"branch and bound ({self.name})"
             status, proof = Status.OPTIMAL, branched if any(self.binary) else DUALITY
         answer = found(status, proof, word, point)
-        if any(self.binary):
-            return answer
-        answer = replace(answer, duals=None)
-        if np.max(answer.residuals()) <= STATIONARY:
-            return answer
-        return replace(answer, statuses=[Status.FEASIBLE], proof=f"{self.name} says {word}")
+        if not any(self.binary):
+            answer = replace(answer, duals=None)
+            if np.max(answer.residuals()) > STATIONARY:
+                return replace(answer, statuses=[Status.FEASIBLE], proof=f"{self.name} says {word}")
+        return answer
 
     def _reached(self, solver: Any, goals: Sequence[Any], number: int) -> str:
         """Solve for one of some goals, and load the values if there are any; the solver's word."""

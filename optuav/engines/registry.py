@@ -302,9 +302,8 @@ def need(wanted: str | Engine, model: Traits, slots: bool, linear: str = "") -> 
     if why := takes.obstacle(model, slots):
         others = ", ".join(takers(model, slots)) or "none"
         hint = linear if model.nonlinear and not takes.nonlinear else ""
-        raise InputError(
-            f"engine {takes.name} does not take this model: {why}. Engines that do: {others}{hint}"
-        )
+        words = f"engine {takes.name} does not take this model: {why}."
+        raise InputError(f"{words} Engines that do: {others}{hint}")
 
 
 def preferred(model: Traits, slots: bool) -> Engine:

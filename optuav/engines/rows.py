@@ -54,11 +54,9 @@ def close_in(
 ) -> tuple[Floats, Floats]:
     """The last points that hold (margin ≥ 0) on the way from a start that does to a goal.
 
-    With neighbours at most a width apart, or next to each other, that do not hold; the goal twice
-    where it holds, NaN and the goal where neither end does. Inverse quadratic interpolation where
-    three points allow it, else halving: [1]_. What is found of an interval does not depend on the
-    others. What belongs to them has them along its last axis. Margins at start and goal may be
-    known.
+    With neighbours at most a width apart that do not hold [1]_; the goal twice where it holds, NaN
+    and the goal where neither end does. What belongs to intervals has them along its last axis.
+    Margins at start and goal may be known.
     """
     f1, f2 = known or (margin(start, *own), margin(goal, *own))
     held, failed = np.where(f2 >= 0.0, goal, np.where(f1 >= 0.0, start, np.nan)), goal.copy()

@@ -21,6 +21,7 @@ from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, has_unknowns
 from optuav.status import Status
 
+DUALITY = "linear programming duality, KKT conditions evaluated again"
 HEADS = ("constraint", "slack", "multiplier", "")
 TIGHT = 1e-7  # Slack below which a constraint holds with equality, relative to max(1, |right side|)
 
