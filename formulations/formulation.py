@@ -50,39 +50,33 @@ class Given(Quantities):
         for name, (value, unit, key) in () if self._others else self.numbers().items():
             stem, _, axis = name.partition("[")
             single = f"{stem}_{'xyz'[int(axis[0])]}" if axis else stem
-            symbol = same.get(key) if key else None
-            symbol = (
-                Parameter(single, key or single, unit, value, key) if symbol is None else symbol
-            )
+            if (symbol := same.get(key) if key else None) is None:
+                symbol = Parameter(single, key or single, unit, value, key)
             self._others[stem] = (*self._others.get(stem, ()), symbol) if axis else symbol
         return self._others
 
     @classmethod
     def of(cls, quantities: Quantities, perspective: Perspective) -> Self:
         """Symbols for the numbers of some itineraries; without a rest, its figures are 0."""
-        symbols = {
-            each.name: getattr(quantities, each.name) for each in fields(Quantities) if each.init
-        }
+        names = (each.name for each in fields(Quantities) if each.init)
+        symbols = {name: getattr(quantities, name) for name in names}
         symbols |= {
             each.name: Parameter(each.name, value=symbols[each.name], **each.metadata)
             for each in QUANTITIES
             if symbols[each.name] is not None
         }
         symbols |= {} if quantities.rests else dict.fromkeys(STAYS["rest"], 0.0)
-        symbols["steps"] = tuple(
-            step
-            if isinstance(step, str)
-            else Stage(
-                *(
-                    Parameter(f"step_{n}_{name}", f"{symbol}_{n}", unit, value, varies=False)
-                    for name, symbol, unit, value in zip(
-                        Stage._fields, "It", "As", step, strict=True
+        steps = [*quantities.steps]
+        for n, step in enumerate(steps, start=1):
+            if not isinstance(step, str):
+                stated = zip(Stage._fields, "It", "As", step, strict=True)
+                steps[n - 1] = Stage(
+                    *(
+                        Parameter(f"step_{n}_{name}", f"{sign}_{n}", unit, value, varies=False)
+                        for name, sign, unit, value in stated
                     )
                 )
-            )
-            for n, step in enumerate(quantities.steps, start=1)
-        )
-        return cls(**symbols, perspective=perspective)
+        return cls(**symbols | {"steps": tuple(steps)}, perspective=perspective)
 
     def hover_and_rest(self, model: Model) -> tuple[Variable, Operand]:
         """Declare Δ and, where the route goes by way of a building, T'; else T' is 0.0.

@@ -83,9 +83,8 @@ def route_choice(
     hover = model.variable("hover_time_s", "Δ", unit="s")
     rest = model.variable("rest_time_s", "T'", unit="s")
     options, hovered = [], hover
-    for number, (route, own) in enumerate(
-        zip(routes, _symbols(routes, perspective), strict=True), start=1
-    ):
+    pairs = zip(routes, _symbols(routes, perspective), strict=True)
+    for number, (route, own) in enumerate(pairs, start=1):
         name, symbol = f"choice[{number}]", Indexed("λ", number)
         choice = model.variable(
             name, symbol, unit="1", upper=1.0, label=route.name, binary=not relaxed
@@ -198,12 +197,8 @@ def _big_m(model: Model, options: Sequence[_Option]) -> None:
             at_least, label = row.sense == ">=", PartedLabel(f"{row.name},", route.name)
             left, towards = row.left(hover, rest if given.rests else 0.0), -1.0 if at_least else 1.0
             slopes = affine(left, {}).coefficients
-            worst = row.left(
-                *(
-                    end if towards * slopes.get(time.name, 0.0) > 0.0 else 0.0
-                    for end, time in zip(ends, (hover, rest), strict=True)
-                )
-            )
+            grows = (towards * slopes.get(time.name, 0.0) > 0.0 for time in (hover, rest))
+            worst = row.left(*(x if up else 0.0 for x, up in zip(ends, grows, strict=True)))
             missed, symbol = row.right - worst if at_least else worst - row.right, f"M{k}"
             called = PartedLabel(f"{symbol} of", label)
             most = model.let(called, missed, symbol=Indexed(symbol, number), unit=row.unit)
