@@ -279,9 +279,8 @@ def refuse_misfits(model: Model, programmes: int) -> None:
     held = [*walk.trees, *walk.tape[1], *(each.value for each in walk.given.values())]
     if all(each.shape in allowed for each in held if isinstance(each, np.ndarray)):
         return
-    stated: list[tuple[Operand, tuple[Operand, ...]]] = [
-        (node, node.arguments) for node in walk.nodes if isinstance(node, Call)
-    ]
+    stated: list[tuple[Operand, tuple[Operand, ...]]]
+    stated = [(node, node.arguments) for node in walk.nodes if isinstance(node, Call)]
     stated += [(node, (node.value,)) for node in walk.given.values()]
     stated += [(tree, (tree,)) for tree in walk.trees]
     for node, numbers in stated:
@@ -300,9 +299,8 @@ def refuse_misfits(model: Model, programmes: int) -> None:
 @np.errstate(all="ignore")
 def unusable(model: Model, values: Values) -> str:
     """Where the numbers of a programme are no numbers: parameters, else labels of constraints."""
-    parameters = [
-        f"{name} = {values[name]:g}" for name in model.given if not np.isfinite(values[name])
-    ]
+    wrong = (name for name in model.given if not np.isfinite(values[name]))
+    parameters = [f"{name} = {values[name]:g}" for name in wrong]
     anywhere = {**values, **{each.name: 1.0 for each in model.variables}}
 
     def is_unusable(side: Operand) -> bool:
@@ -310,9 +308,8 @@ def unusable(model: Model, values: Values) -> str:
         value = evaluate(side, anywhere)
         return bool(np.any(np.isnan(value)) or (np.any(np.isinf(value)) and has_unknowns(side)))
 
-    labels = [
-        repr(label) for label, sides in _stated(model).items() if any(map(is_unusable, sides))
-    ]
+    stated = _stated(model).items()
+    labels = [repr(label) for label, sides in stated if any(map(is_unusable, sides))]
     return ", ".join(parameters or labels)
 
 

@@ -83,9 +83,8 @@ def traits(model: Model) -> Traits:
         and all(bound == 0.0 for bound in bounds)
         and not integer
     )
-    open_below = (
-        each.symbol for each, bound in zip(unknowns, bounds, strict=True) if bound == -math.inf
-    )
+    pairs = zip(unknowns, bounds, strict=True)
+    open_below = (each.symbol for each, bound in pairs if bound == -math.inf)
     calls = [each for each in walked.nodes if isinstance(each, Call)]
     if {each.ufunc for each in calls} <= PARTIALS.keys():
         calls = []

@@ -197,10 +197,8 @@ class Model:
         if the label is taken or empty.
         """
         if not isinstance(relation, Relation):
-            words = (
-                "compares expressions with <=, >= or ==, not numbers, as T' = 0.0 without a rest"
-            )
-            raise TypeError(f"{label}: a constraint {words}")
+            words = "with <=, >= or ==, not numbers, as T' = 0.0 without a rest"
+            raise TypeError(f"{label}: a constraint compares expressions {words}")
         if not label.strip():
             raise ValueError("a constraint needs a label, by which answers name it")
         stated = Constraint(label, relation, unit, _place_of_caller(), kind, step, moment)

@@ -252,9 +252,8 @@ def parts_of(symbol: str) -> Parts | None:
     if found is None:
         return None
     base, index, primes, subscript, more_primes = found.groups(default="")
-    return Parts(
-        base, [part for part in (index, *subscript.split(",")) if part], primes + more_primes
-    )
+    below = [part for part in (index, *subscript.split(",")) if part]
+    return Parts(base, below, primes + more_primes)
 
 
 OPERATORS = frozenset({"exp", "ln", "max", "min", "sin", "cos", "tan", "tanh"})
