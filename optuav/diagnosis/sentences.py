@@ -180,9 +180,16 @@ def binding(explained: Explanation) -> str:
     if not kinds:
         return ""
     binds = [*dict.fromkeys(NOUNS[kind] for kind in NOUNS if kinds.get(kind))]
+    binds += dict.fromkeys(  # Of a problem of one's own
+        each.label
+        for each in explained.constraints
+        if each.binds and each.kind not in NOUNS and each.kind != "bounds"
+    )
     loose = [NOUNS[kind] for kind in ("deadline", "state of charge") if kinds.get(kind) is False]
     if not binds:
-        return f"Neither {' nor '.join(reversed(loose))} binds."
+        words = f"neither {' nor '.join(reversed(loose))} binds"
+        words = words if len(loose) == 2 else f"{loose[0]} does not bind" if loose else ""
+        return f"{words[0].upper()}{words[1:]}." if words else ""
     if len(binds) > 1:
         words = " and ".join(each.removeprefix("the ") for each in binds) + " bind"
     else:

@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -62,11 +62,10 @@ class Itinerary:
 
     def __init__(self, mission: Mission | str | Path, stops: Stop | Iterable[Stop]) -> None:
         every = [stops] if isinstance(stops, Stop) or not isinstance(stops, Iterable) else stops
-        own = tuple(replace(x, start_s=None) if isinstance(x, Stop) else x for x in every)
+        stated = [_stated(each) if isinstance(each, Stop) else each for each in every]
         object.__setattr__(self, "mission", load(mission))
-        object.__setattr__(self, "stops", own)
-        stated = [_stated(each) if isinstance(each, Stop) else each for each in own]
         refuse(StatedMission({"stops": stated}).faults(stop_breaches(stated, self.mission)))
+        object.__setattr__(self, "stops", tuple(Stop(**each) for each in stated))
 
     def to_dict(self) -> dict[str, object]:
         """Return the itinerary as plain data, ready for JSON, as `optuav.audit` takes it."""
@@ -74,7 +73,7 @@ class Itinerary:
         return {"schema": SCHEMA, "mission": self.mission.to_dict(), "stops": stops}
 
 
-def _stated(stop: Stop) -> dict[str, object]:
+def _stated(stop: Stop) -> dict[str, Any]:
     """The keys of a stop with their values."""
     return {key: getattr(stop, key) for key in ALLOWED}
 

@@ -6,6 +6,7 @@ import importlib
 import json
 import math
 import re
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -638,3 +639,23 @@ def test_a_saved_plan_is_explained_as_the_plan(tmp_path: Path) -> None:
     file.write_text(wrong, "utf-8")
     with pytest.raises(InputError, match=r"plan\.json: its simulation contradicts this plan"):
         optuav.explain(str(file))
+
+
+def test_what_binds_of_a_problem_of_ones_own_has_its_labels() -> None:
+    """Neither is said to bind alone where constraints without a kind do."""
+
+    @dataclass(frozen=True)
+    class LeastRest(optuav.Formulation):
+        """Least rest for a wanted hover time."""
+
+        wanted_hover_s: float = 700.0
+
+        def declare(self, model: Any, given: Any) -> None:
+            hover, rest = given.hover_and_rest(model)
+            model.minimise(rest)
+            model.subject_to("wanted hover", hover >= self.wanted_hover_s, unit="s")
+            model.subject_to("charge", given.soc_end(hover, rest) >= given.min_soc)
+            given.keep_deadline(model, "deadline", hover, rest)
+
+    words = str(optuav.explain("paper", LeastRest(), perspective="battery"))
+    assert "What binds   Wanted hover and charge bind." in words

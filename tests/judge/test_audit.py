@@ -420,3 +420,11 @@ def test_a_stop_may_be_a_point_to_hover_at(tmp_path: Path) -> None:
     for wrong in ([1, 2], [1, 2, "3"], [1, 2, float("nan")], [1, 2, 1e9], [[1], 2, 3], 5, None):
         with pytest.raises(InputError, match=r"the name of a place, or \[x, y, z\] \[m\]"):
             Itinerary(paper, (Stop(wrong, "hover", 1.0),))  # type: ignore[arg-type]
+
+
+def test_stops_as_tables_are_stops() -> None:
+    """A dict with the keys of a stop is taken where an itinerary is made, as its error says."""
+    table = {"at": "hover", "kind": "hover", "duration_s": 100.0}
+    itinerary = optuav.Itinerary("paper", [table])  # type: ignore[list-item]
+    assert itinerary == optuav.Itinerary("paper", optuav.Stop("hover", "hover", 100.0))
+    assert optuav.audit(itinerary).flyable
