@@ -15,8 +15,10 @@ BATTERY = {"perspective": "battery"}
 @lru_cache(maxsize=4)
 def presets(mission: Mission) -> list[dict[str, Any]]:
     """Return words, short words and state of each preset that a mission has."""
-    found: list[Any] = [("The mission", "Mission", {}), ("A plan that falls", "Fall", BATTERY)]
+    found: list[Any] = [("The mission", "Mission", {})]
     plan = solve(mission, perspective="battery")
+    if plan and plan.runs_dry_s is not None:
+        found.append(("A plan that falls", "Fall", BATTERY))
     if plan and plan.rest_time_s:
         first, *_ = stops = [each for each in plan.stops if each.duration_s]
         rest = {"building": next(e.at for e in stops if e.kind == "rest")}

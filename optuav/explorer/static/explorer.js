@@ -69,7 +69,7 @@ function render({model, el}) {
     }
     const typing = /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName) && event.target.type !== "range", acts = /^(BUTTON|SUMMARY)$/.test(event.target.tagName);
     if (typing || (event.key === " " && acts)) return;
-    const preset = lecture && presets.children[Number(event.key) - 1], act = keys[event.key.toLowerCase()] ?? preset;
+    const preset = lecture && [...presets.children].find(({dataset}) => dataset.digit === event.key), act = keys[event.key.toLowerCase()] ?? preset;
     if (!act) return;
     event.preventDefault();
     event.stopPropagation(); // A notebook has keys of its own
@@ -85,7 +85,8 @@ function render({model, el}) {
     controls.fill(foreign);
     if (!share.lastChild.children.length) shares();
     if (!presets.children.length && !session.stored) {
-      session.shown.presets.forEach(({short, state}, k) => k && presets.append(button(`${k} ${short}`, () => (columns.forEach(rewind), session.begin(state)), {"aria-pressed": "false"})));
+      const begin = (state) => (columns.forEach(rewind), session.begin(state)), digit = (short) => Object.keys(CHOSEN).indexOf(short); // Is a preset's own, whatever others there are
+      for (const {short, state} of session.shown.presets.slice(1)) presets.append(button(`${digit(short)} ${short}`, () => begin(state), {"data-digit": digit(short), "aria-pressed": "false"}));
     }
     if (invited) teach(true);
     else if (lecture) choose();
