@@ -74,7 +74,10 @@ def verdict(plan: Plan, broken: Iterable[str] = ()) -> Verdict:
         known = [SHORT[kind] for kind in broken if kind in SHORT]
         reason = known[0] if known else IN_BRACKETS.sub("", plan.reasons[0] if plan.reasons else "")
         return Verdict("", "no plan", STATED.sub(lambda m: f"{KEYS[m[1]]} of ", reason), False)
+    # The shortest trip has no hover
     hover = f"{plan.hover_time_s:.2f} s of hover"
+    if not plan.hover_time_s:
+        hover = f"{plan.mission_time_s:.2f} s of travel"
     if plan.flyable is not False:
         return Verdict(hover, "flies" if plan.flyable else "not simulated", "", True)
     event, reason = "cannot be flown", plan.notes[0] if plan.notes else ""
@@ -93,8 +96,8 @@ def route(plan: Plan) -> str:
     stays = list[str]()
     for stop in plan.stops if plan else ():
         if stop.kind == "rest":
-            lasts = f"rest {stop.duration_s:.1f} s at {stop.at}"
-            stays.append(lasts if stop.duration_s else f"pass by {stop.at}")
+            lasts = f"{stop.duration_s:.1f} s"
+            stays.append(f"pass by {stop.at}" if lasts == "0.0 s" else f"rest {lasts} at {stop.at}")
         else:
             stays.append("hover")
     words = ", then ".join(stays) if len(stays) > 1 else "".join(stays) + " without a rest"
@@ -232,10 +235,10 @@ def idle(explained: Explanation, network: Network) -> Iterator[tuple[str, Idle]]
     if plan and not plan.has_several_stops:
         limits, end_s = mission.limits, plan.mission_time_s
         if limits.deadline_s - end_s > SAME * limits.deadline_s:
-            yield "limits.deadline_s", Idle(end_s, limits.deadline_s, "plan's end")
+            yield "limits.deadline_s", Idle(end_s, limits.deadline_s, "the plan ends there")
         left = (plan.soc or {}).get(plan.perspective, (plan.soc or {}).get("battery", 0.0))
         if left - limits.min_soc > SAME:
-            yield "limits.min_soc", Idle(limits.min_soc, left, "left at end")
+            yield "limits.min_soc", Idle(limits.min_soc, left, "that much is left")
     if mission.laser is None:
         return
     current_A, (most_A, capped_W) = (

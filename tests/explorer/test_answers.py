@@ -212,7 +212,7 @@ def test_presets_are_answered(name: str) -> None:
     mission = optuav.load(name)
     known = {e["short"]: answers(mission, e["state"]) for e in answers(mission, {})["presets"]}
     assert not any("faults" in each for each in known.values())
-    assert [*known][0] == "Mission"
+    assert next(iter(known)) == "Mission"
     falls = name != "matrice350"
     assert (optuav.solve(mission, perspective="battery").flyable is False) == falls
     assert ("Fall" in known) == falls
@@ -233,6 +233,17 @@ def test_the_map_shows_the_reach_of_the_link(paper: Mission) -> None:
     assert np.hypot(*rim.T) == pytest.approx(math.sqrt(501.4836**2 - 50.0**2), abs=1e-2)
     assert found["route"][0] == [0.0, 0.0, 50.0]
     assert {e["name"] for e in found["buildings"] if e["lit"]} == {f"b{k}" for k in range(1, 11)}
+
+
+def test_words_of_trips_and_of_what_changes_nothing(paper: Mission) -> None:
+    """A trip has its time, not 0 s of hover; no rest of 0.0 s; sentences, not heads of tables."""
+    trip = answers(paper, {"problem": "P2"})
+    assert trip["verdict"]["promise"].endswith(" s of travel")
+    assert float(trip["verdict"]["promise"].split()[0]) > 100.0
+    still = {e["key"]: e["idle"]["words"] for e in answers(paper, {})["controls"] if e["idle"]}
+    assert still["limits.deadline_s"] == "the plan ends there"
+    kink = next(e for e in answers(paper, {})["presets"] if e["short"] == "Kink")["state"]
+    assert "0.0 s" not in answers(paper, kink)["verdict"]["route"]
 
 
 def test_a_faulty_state_is_refused_with_all_that_is_wrong(paper: Mission) -> None:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import threading
 from typing import Any
 from urllib.parse import quote
 
 import pytest
 
+import optuav
+from optuav.explorer.server import Server
 from optuav.looks import LOOKS
 from tests.explorer.conftest import Open
 
@@ -15,6 +18,19 @@ playwright = pytest.importorskip("playwright.sync_api", reason="playwright is no
 
 FALLS = {"perspective": "battery"}
 PICTURES = ("map", "plane", "wells")
+SCREENS = {
+    "falls": FALLS,
+    "flies": {},
+    "by b3": {"building": "b3", "order": "rest-first"},
+    "direct": {"problem": "P3"},
+    "trip": {"problem": "P2"},
+    "kink": {
+        **FALLS,
+        "building": "b1",
+        "order": "hover-first",
+        "changes": {"limits.deadline_s": 1081.16},
+    },
+}
 SIZES = {
     "desktop": (1400, 900, "", None),
     "large": (1920, 1080, "", None),
@@ -22,6 +38,10 @@ SIZES = {
     "lecture": (1920, 1080, "?lecture", None),
     "site": (820, 640, "", None),
     "phone": (400, 800, "", None),
+    "small lecture": (1280, 720, "?lecture", None),
+    "old lecture": (1024, 768, "?lecture", None),
+    "pinned lecture": (1920, 1080, "?lecture", {}),
+    "pinned in the site": (820, 640, "", {}),
 }
 BOX = """(each) => {
   const {left, top, right, bottom, width, height} = each.getBoundingClientRect();
@@ -117,7 +137,7 @@ def luminance(colour: str) -> float:
 
 
 @pytest.mark.parametrize("name", ["desktop", "large"])
-@pytest.mark.parametrize("state", [FALLS, {}], ids=["falls", "flies"])
+@pytest.mark.parametrize("state", SCREENS.values(), ids=SCREENS)
 def test_all_is_on_one_screen(open_page: Open, name: str, state: Any) -> None:
     """Three pictures and what binds, above the fold; the page does not scroll, nor do controls."""
     page = opened(open_page, name, state)
@@ -147,6 +167,51 @@ def test_no_words_overlap_or_are_cut(open_page: Open, name: str) -> None:
             page.get_by_label("Judge by", exact=True).select_option(state)
             rests(page)
             assert page.evaluate(CROWDED) == []
+
+
+@pytest.mark.parametrize("name", ["small lecture", "old lecture"])
+def test_nothing_lies_on_another_thing_in_the_bar_of_a_lecture(open_page: Open, name: str) -> None:
+    """In small windows the bar breaks into lines, and stays on the screen."""
+    page = opened(open_page, name)
+    width, height, *_ = SIZES[name]
+    bar = boxes(page, ".presets button, .chosen > *")
+    assert len(bar) == 7
+    for number, one in enumerate(bar):
+        assert 0 <= one["left"] < one["right"] <= width
+        assert 0 <= one["top"] < one["bottom"] <= height
+        for other in bar[number + 1 :]:
+            across = min(one["right"], other["right"]) - max(one["left"], other["left"])
+            down = min(one["bottom"], other["bottom"]) - max(one["top"], other["top"])
+            assert min(across, down) <= 1
+
+
+def test_a_phone_has_no_lecture(open_page: Open) -> None:
+    page = open_page(400, "light", "?lecture", 800)
+    rests(page)
+    assert page.locator(".optuav-explorer.lecture").count() == 0
+    assert page.locator(".controls").is_visible()
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "query"), [(400, 800, ""), (820, 640, ""), (1920, 1080, "?lecture")]
+)
+def test_a_mission_whose_places_lie_at_the_edge(
+    browser: Any, width: int, height: int, query: str
+) -> None:
+    """Words are whole where the destination lies at the right; keys of presets do not shift."""
+    with Server(optuav.load("matrice350")) as server:
+        threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
+        page = browser.new_page(viewport={"width": width, "height": height})
+        page.goto(server.address + query)
+        page.locator("figure svg[role=img]").first.wait_for()
+        rests(page)
+        assert page.evaluate(CROWDED) == []
+        if query:
+            names = page.locator(".presets button").all_text_contents()
+            assert "4 Small battery" in names
+            assert not any("Fall" in each for each in names)
+        page.close()
+        server.shutdown()
 
 
 def test_pinned_columns_share_rows_and_axes(open_page: Open) -> None:
@@ -240,7 +305,7 @@ def test_a_control_that_changes_nothing_says_why_beside_it(open_page: Open) -> N
     page.get_by_label("Way", exact=True).select_option("direct")
     rests(page)
     order = page.locator(".choice[data-name=order]")
-    playwright.expect(order.locator(".note")).to_have_text("without a rest there is no order")
+    playwright.expect(order.locator(".note")).to_have_text("without a rest, none")
 
 
 def test_the_header_says_verdict_and_reason(open_page: Open) -> None:

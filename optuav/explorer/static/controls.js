@@ -34,7 +34,7 @@ function stillness(control, {low, high, words}) {
   const said = (number) => `${grouped(Number(shown(control, number).toPrecision(3)))} ${control.unit}`;
   if (high === null && low <= control.low) return `changes nothing: ${words}`;
   if (high === null) return `changes nothing from ${said(Math.ceil(low / control.step - 1e-9) * control.step)} up: ${words}`;
-  return `no change ${high > control.value ? `up to ${said(high)}` : `down to ${said(Math.ceil(low))}`}: ${words}`;
+  return `changes nothing ${high > control.value ? `up to ${said(high)}` : `down to ${said(Math.ceil(low))}`}: ${words}`;
 }
 
 export class Controls {
@@ -65,10 +65,10 @@ export class Controls {
     }
     if (!answer.stored) this.#fillPlaces(free);
     const problem = state.problem ?? "P1", direct = problem === "P3" || state.trajectory === "direct";
-    this.#disable("problem", state.building && `a rest on ${state.building} is asked for`);
-    this.#disable("trajectory", state.building ? `the way leads by ${state.building}` : problem === "P3" && "the way is direct");
-    this.#disable("building", problem !== "P1" && `${WORDS[problem]}: no building is given`);
-    this.#disable("order", direct && !state.building && "without a rest there is no order");
+    this.#disable("problem", state.building && "the building is chosen");
+    this.#disable("trajectory", state.building ? `by ${state.building}` : problem === "P3" && "the way is direct");
+    this.#disable("building", problem !== "P1" && "not in this question");
+    this.#disable("order", direct && !state.building && "without a rest, none");
     this.#compare();
     this.#fields.get("start").inputs[0].value = presetOf(state, answer.presets);
   }

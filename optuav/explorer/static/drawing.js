@@ -103,14 +103,14 @@ export class Labels {
   }
   find(lines, candidates, {size, weight = 400, needed = true}) {
     let best = null;
-    for (const candidate of candidates) {
-      const [a, b, c, d] = this.box(candidate, lines, size, weight);
-      const outside = Math.max(0, this.#left - a, -b, c - this.#width, d - this.#height);
+    for (const wished of candidates) {
+      const [left, top, right, bottom] = this.box(wished, lines, size, weight), dx = Math.max(Math.min(0, this.#width - right), this.#left - left), dy = Math.max(-top, Math.min(0, this.#height - bottom));
+      const candidate = {...wished, x: wished.x + dx, y: wished.y + dy}, [a, b, c, d] = [left + dx, top + dy, right + dx, bottom + dy], moved = Math.hypot(dx, dy);
       const covered = d3.sum(this.#taken, ([e, f, g, h]) =>
         Math.max(0, Math.min(c, g) - Math.max(a, e)) * Math.max(0, Math.min(d, h) - Math.max(b, f)));
       const crossed = this.#points.filter(([x, y]) => x > a && x < c && y > b && y < d).length;
-      const cost = (candidate.cost ?? 0) + 100 * outside + 20 * covered + 6 * crossed;
-      if (!best || cost < best.cost) best = {...candidate, cost, free: !covered && !outside && crossed < 3, box: [a, b, c, d]};
+      const cost = (candidate.cost ?? 0) + 0.5 * moved + 20 * covered + 6 * crossed;
+      if (!best || cost < best.cost) best = {...candidate, cost, free: !covered && !moved && crossed < 3, box: [a, b, c, d]};
     }
     if (!best || (!needed && !best.free)) return null;
     this.keep(best.box);

@@ -6,7 +6,7 @@ import {Column, gripOf, sayBinding, sayVerdict, tables, tabsOf} from "./layout.j
 import {drawing, raster, save} from "./saving.js";
 import {DEFAULTS, Model, Session} from "./state.js";
 
-const FLIGHT_MS = 8000; // Of the animation of a whole plan
+const FLIGHT_MS = 8000, PHONE_PX = 700; // Of the animation of a whole plan; below it there is no lecture
 const CHOSEN = {
   Mission: ["limits.deadline_s|null", "battery.capacity_As|null"], Fall: ["perspective", "battery.capacity_As|null"], Kink: ["limits.deadline_s|null", "perspective"],
   Order: ["order", "limits.deadline_s|null"], "Small battery": ["battery.capacity_As|null", "limits.min_soc|null"], Laser: ["laser.power_W|null", "perspective"],
@@ -50,7 +50,7 @@ function render({model, el}) {
   if (!el.closest(".optuav-page")) frame.style.colorScheme = d3.lab(getComputedStyle(el).color).l > 50 ? "dark" : "light";
   (el.closest(".optuav-page") ? document : root).addEventListener("keydown", shortcut);
   root.addEventListener("click", ({target}) => target.closest(".menu") || (share.open = false));
-  const sized = new ResizeObserver(() => requestAnimationFrame(draw));
+  const sized = new ResizeObserver(() => requestAnimationFrame(() => (lecture && root.clientWidth < PHONE_PX ? teach(false) : draw())));
   sized.observe(plans);
   session.start();
   return () => {
@@ -142,8 +142,8 @@ function render({model, el}) {
 
   // A lecture: larger, with the controls that were chosen and the presets.
   function teach(on) {
-    [lecture, invited] = [on, false];
-    root.classList.toggle("lecture", on);
+    [lecture, invited] = [on && root.clientWidth >= PHONE_PX, false];
+    root.classList.toggle("lecture", lecture);
     choose();
     changed();
   }

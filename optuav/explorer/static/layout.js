@@ -7,7 +7,7 @@ import {drawWells} from "./wells.js";
 const FIGURES = {map: "Map", plane: "How long to rest, how long to hover", wells: "Charge over time"};
 const TABS = {map: "Map", plane: "Times", wells: "Charge"};
 const TALL = 1.2, WIDE = 1.6; // Height over width, and width over height, of a mission
-const LEAST_PX = 60; // Of a picture, to be drawn
+const LEAST_PX = 60, LABEL_PX = 12.6; // Of a picture, to be drawn; of labels beside lines of plain width
 const SHEETS = ["half", "low", "full"];
 
 export class Column {
@@ -35,9 +35,9 @@ export class Column {
   draw() {
     const {answer, session: {axes, trail, stored, pinnedAnswer}} = this, alone = !pinnedAnswer;
     if (!answer) return;
-    const style = getComputedStyle(this.element), size = parseFloat(style.getPropertyValue("--t-label")), u = parseFloat(style.getPropertyValue("--u"));
+    const lecture = this.element.closest(".lecture"), size = parseFloat(getComputedStyle(this.#figures.map.draw).fontSize), u = lecture ? size / LABEL_PX : 1;
     const seen = (name) => Math.min(this.#figures[name].draw.clientWidth, this.#figures[name].draw.clientHeight) > LEAST_PX;
-    const {map, plane, wells} = this.#figures, lecture = u > 1;
+    const {map, plane, wells} = this.#figures;
     plane.caption.firstChild.textContent = alone ? FIGURES.plane : "Rest and hover";
     plane.note.textContent = alone ? `${answer.plane.route?.join(" → ") ?? ""}${answer.plane.chosen === false ? " (shortest flight; no plan)" : ""}` : "";
     map.note.textContent = alone && !stored ? "drag a ring, or arrows" : "";

@@ -55,7 +55,8 @@ export function drawPlane(draw, {plane, wells}, {axes, trail, size, u, slots}) {
   const star = plane.best && [x(plane.best[0]), y(plane.best[1])];
   const before = trail.slice(0, -1).map((each) => [x(each.best[0]), y(each.best[1])]).filter(([a, b]) => a >= left && a <= right && b >= top && b <= bottom);
   for (const [[a, b], reach] of [...before.map((each) => [each, 5 * u]), ...(star ? [[star, 17 * u]] : [])]) labels.keep([a - reach, b - reach, a + reach, b + reach]);
-  const said = new Set(), told = draw.closest(".symbols");
+  const best = () => drawOptimum(plot, {plane, star, before, from: trail[0]?.from, mark: missed(wells), u, size, labels, narrow}); // First where there is little room
+  const said = (narrow && best(), new Set()), told = draw.closest(".symbols");
   for (const {role, words, short, symbol, ways, dots: own} of lines) {
     const text = narrow ? short : words, whole = told ? `${text}  ${symbol}` : text, points = ways.flat();
     if (!text || said.has(text) || points.length < 2) continue;
@@ -70,7 +71,7 @@ export function drawPlane(draw, {plane, wells}, {axes, trail, size, u, slots}) {
     const found = labels.find([whole], spots, {size, weight: 600});
     if (found) write(plot, {...found, words: text, size, weight: 600, fill: role, symbol}).append("title").text(`${words} ${symbol}`);
   }
-  drawOptimum(plot, {plane, star, before, from: trail[0]?.from, mark: missed(wells), u, size, labels, narrow});
+  if (!narrow) best();
   limits.filter(({forbids, excess}) => forbids && excess.every((value) => value < 0)).slice(0, 3).forEach(({role, words}, k) =>
     write(plot, {x: (left + right) / 2, y: (top + bottom) / 2 + 1.5 * k * size, words: `${words} – kept nowhere here`, anchor: "middle", size, weight: 600, fill: role}));
   if (plane.chosen && grid.feasible.flat().some(Boolean)) {
