@@ -15,12 +15,11 @@ import pyproj
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError
 from optuav.mission.buildings import Buildings
+from optuav.mission.earth import DEGREES, plane
 from optuav.mission.messages import counted, listed, shown
 from optuav.mission.schema import COORDINATE, Number
 from optuav.mission.tables import COLUMNS, corners_of, of_polygons
 
-DEGREES = "EPSG:4326"
-"""Longitude and latitude, as maps and GPS receivers state them."""
 ON_EARTH = "|longitude| <= 180, |latitude| <= 90 [deg]"
 NOTED = {
     "level_heights": "heights that follow from levels",
@@ -39,16 +38,6 @@ def on_earth(place: object) -> TypeGuard[tuple[float, float]]:
         return False
     limits = Number("deg", ge=-180, le=180), Number("deg", ge=-90, le=90)
     return all(limit.accepts(each) for limit, each in zip(limits, place, strict=True))
-
-
-def plane(origin: tuple[float, float]) -> str:
-    """The plane that touches the Earth at a longitude and a latitude [deg], with x east [m].
-
-    Distances and directions from the origin are true; 30 km away, lengths across are 4e-6 too long
-    (the azimuthal equidistant projection: J. P. Snyder, "Map Projections", USGS, 1987, chapter 25).
-    """
-    longitude, latitude = origin
-    return f"+proj=aeqd +lon_0={longitude!r} +lat_0={latitude!r} +datum=WGS84 +units=m +no_defs"
 
 
 @dataclass(frozen=True, eq=False)

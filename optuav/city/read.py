@@ -24,9 +24,10 @@ import pyproj
 import shapely
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.city.city import DEGREES, ON_EARTH, City, on_earth, plane
+from optuav.city.city import ON_EARTH, City, on_earth
 from optuav.city.cityjson import FARTHEST, solids
 from optuav.errors import Fault, InputError, collected, refuse
+from optuav.mission.earth import DEGREES, plane
 from optuav.mission.files import label, refusal, refusals
 from optuav.mission.maps import HEADS, LARGEST, LINES, TEXTS, check_map, document_of, features
 from optuav.mission.messages import counted, listed, misfits, nearest, shown

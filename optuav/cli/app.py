@@ -19,7 +19,7 @@ from optuav.cli.problem_file import faults_named
 from optuav.errors import InputError, SolverError
 
 COMMANDS = {
-    **dict.fromkeys(("solve", "explain", "audit"), "solve"),
+    **dict.fromkeys(("solve", "explain", "audit", "export"), "solve"),
     **dict.fromkeys(("compare", "reproduce", "sensitivity", "ledger"), "studies"),
     **{"formulate": "solve", "calibrate": "calibrate"},
     **dict.fromkeys(("show", "validate", "new", "missions"), "missions"),

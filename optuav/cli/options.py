@@ -113,12 +113,14 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
             from optuav.mission.files import only_ours
 
             context.run(only_ours.set, not force)
+            if "force" in own:
+                given["force"] = force
         context.run(function, **given)
 
     words = tomllib.loads(Path(__file__).with_name("words.toml").read_text("utf-8"))
     known: dict[str, Any] = words["all"] | words.get(name, {})
     parts = [part for key in own for part in fields.get(key, {key: own[key]}).values()]
-    if WRITTEN & own.keys():
+    if WRITTEN & own.keys() and "force" not in own:
         keyword = inspect.Parameter.KEYWORD_ONLY
         parts.append(inspect.Parameter("force", keyword, default=False, annotation=bool))
     for number, part in enumerate(parts):

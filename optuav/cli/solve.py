@@ -12,7 +12,7 @@ import typer
 import optuav
 from optuav.cli.options import ProblemOptions, SolveOptions, is_plan
 from optuav.cli.output import FAILED, NO, check_places, command, deliver, progress, say
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, NoPlanError
 from optuav.options import Perspective
 from optuav.status import Status
 
@@ -153,6 +153,22 @@ def audit(plan: str, as_json: bool = False, plot: Path | None = None) -> None:
     deliver(judged.to_dict, str(judged), as_json=as_json, written=written)
     if not judged:
         raise typer.Exit(NO)
+
+
+def export(plan: str, file: Path, force: bool = False) -> None:
+    """Write where a saved plan flies, hovers and rests on Earth, for maps and autopilots.
+
+    Exit code 1 if there is no plan.
+    """
+    from optuav.plan.export import WRITERS
+
+    check_places(file, None, *WRITERS, option="FILE")
+    try:
+        optuav.load_plan(plan).export(file, force=force)
+    except NoPlanError as error:
+        say(f"{error}")
+        raise typer.Exit(NO) from None
+    say(f"wrote {file}", most=None)
 
 
 def formulate(

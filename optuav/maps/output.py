@@ -12,8 +12,9 @@ import numpy as np
 
 from optuav.errors import Fault, InputError, require
 from optuav.maps.positions import HoverMap
+from optuav.mission.earth import DEGREES, system_in_metres
 from optuav.mission.files import ending_of, write_files
-from optuav.mission.messages import counted, path_of, shown
+from optuav.mission.messages import counted, path_of
 from optuav.solving.best_plans import REASONS
 from optuav.studies.batch import LABELS
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     import pyproj
     import xarray
 
-DEGREES, PRECISION_DEG = "EPSG:4326", 1e-7  # Longitudes and latitudes, to a centimetre
+PRECISION_DEG = 1e-7  # Longitudes and latitudes, to a centimetre
 UNEVEN = 1e-5  # Difference of distances of points that is none [m]
 NO_MAP = "a map, as the functions of optuav.maps return it"
 FORMATS = {".tif": "GeoTIFF", ".tiff": "GeoTIFF", ".geojson": "GeoJSON"}
@@ -165,17 +166,7 @@ def _system(found: xarray.DataArray) -> pyproj.CRS | None:
     """The reference system of a map; None if it has none."""
     if (stated := found.attrs.get("crs")) is None:
         return None
-    require("pyproj", "reference systems")
-    import pyproj
-
-    try:
-        system = pyproj.CRS.from_user_input(stated)
-    except pyproj.exceptions.CRSError:
-        words = 'a coordinate reference system that pyproj knows, as "EPSG:25832"'
-        raise InputError([Fault("crs", shown(stated), words)]) from None
-    if any(axis.unit_name != "metre" for axis in system.axis_info[:2]):
-        raise InputError([Fault("crs", shown(stated), "a reference system in metres")])
-    return system
+    return system_in_metres(stated)
 
 
 def _why(found: HoverMap) -> Iterator[tuple[int, str]]:

@@ -13,6 +13,7 @@ from formulations.soc import AVAILABLE, PERSPECTIVES
 from optuav.arrays import Floats
 from optuav.errors import Fault, collected, refuse, require
 from optuav.mission import Mission, load
+from optuav.mission.earth import stated_system
 from optuav.mission.messages import misfits, shown, unknown
 from optuav.mission.schema import Number
 from optuav.network.places import charging_cap
@@ -210,7 +211,9 @@ def hovers(
     x, y = _axes(corners_m, float(step_m))
     solved = solved_batch(base, {f"{over}[1]": y, f"{over}[0]": x}, perspective=perspective)
     facts: dict[str, Any] = {"mission": whole.name, "perspective": perspective}
-    facts |= {"over": over, "height_m": z_m} | ({"crs": whole.crs} if whole.crs else {})
+    facts |= {"over": over, "height_m": z_m} | (
+        {"crs": crs} if (crs := stated_system(whole)) else {}
+    )
     if (best := _best(solved.values["hover_time_s"], x - x_m, y - y_m)) is not None:
         facts["best_m"] = [float(x[best[1]]), float(y[best[0]]), z_m]
         hover_s = solved.values["hover_time_s"]

@@ -49,7 +49,7 @@ class Mission(MissionSection):
     ----------
     name, description, crs
         What it is called and about, and the reference system of x and y in metres, or None.
-    route, limits, battery, rotor, body, air, laser, link, wind, flight
+    route, limits, battery, rotor, body, air, earth, laser, link, wind, flight
         The tables of a mission file. Each of their keys is an attribute with its unit as a suffix,
         as ``limits.deadline_s`` [s]; ``optuav new FILE`` writes them all, with what they may be.
     buildings
@@ -78,6 +78,7 @@ class Mission(MissionSection):
     rotor: schema.Rotor | None = None
     body: schema.Body | None = None
     air: schema.Air | None = None
+    earth: schema.Earth | None = None
     laser: schema.Laser | None = None
     link: schema.Link
     wind: schema.Wind = schema.Wind()

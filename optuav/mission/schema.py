@@ -365,6 +365,17 @@ class Air(MissionSection):
     """Density ρ [kg/m³]."""
 
 
+class Earth(MissionSection):
+    """Where the mission takes place on Earth."""
+
+    latitude_deg: Annotated[float, Number("deg", ge=-90, le=90)] | None = None
+    """Latitude of x = y = 0 [deg]; y points north. Not beside crs."""
+    longitude_deg: Annotated[float, Number("deg", ge=-180, le=180)] | None = None
+    """Longitude of x = y = 0 [deg]; x points east. Not beside crs."""
+    altitude_m: Annotated[float, Number("m", ge=-1e4, le=1e5)] = 0.0
+    """Altitude of z = 0 above mean sea level [m]."""
+
+
 class Laser(MissionSection):
     """The charging laser and the air that it shines through.
 
@@ -448,6 +459,7 @@ SECTIONS: dict[str, type[MissionSection]] = {
     "rotor": Rotor,
     "body": Body,
     "air": Air,
+    "earth": Earth,
     "laser": Laser,
     "link": Link,
     "wind": Wind,

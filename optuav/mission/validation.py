@@ -229,6 +229,13 @@ def rules(document: Document) -> Iterator[Breach]:
         elif not twins:
             words = f"{allowed(schema.Laser, 'attenuation_per_km')}; or state visibility_km"
             yield Breach(("laser", "attenuation_per_km"), f"is missing; {words}")
+    origin = {"latitude_deg", "longitude_deg"} & keys_of(document.get("earth")).keys()
+    if origin and document.get("crs"):
+        yield from (Breach(("earth", key), "not beside crs") for key in sorted(origin))
+    elif len(origin) == 1:
+        (other,) = {"latitude_deg", "longitude_deg"} - origin
+        words = f"is missing; {allowed(schema.Earth, other)}, needed beside {min(origin)}"
+        yield Breach(("earth", other), words)
     if isinstance(flight := document.get("flight", {}), dict):
         yield from _rules_of_flight(document, {"model": "rotors", **flight})
     yield from rules_of_buildings(document)

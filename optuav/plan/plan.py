@@ -359,6 +359,47 @@ class Plan(Record):
         write_text(file, text + "\n")
         return file
 
+    def export(self, path: str | Path, *, force: bool = False) -> Path:
+        """Write where the plan flies, hovers and rests on Earth; needs pyproj.
+
+        Parameters
+        ----------
+        path
+            The file; its suffix decides the format. .kml and .geojson hold lines and points at
+            altitudes above mean sea level, z + ``earth.altitude_m``. .plan (QGroundControl) and
+            .waypoints (MAVLink's text, "QGC WPL 110") hold commands at altitudes above home, which
+            is the origin: a change of speed before each leg, a hover as a loiter with its time, a
+            rest as a landing, a delay and a take-off. What is there is replaced.
+        force
+            Whether to export a plan that cannot be flown, or was not simulated; the file says why.
+
+        Returns
+        -------
+        Path
+            The file that was written. It says that no autopilot has flown the plan.
+
+        Raises
+        ------
+        InputError
+            If the suffix is another, the mission states neither ``crs`` nor ``[earth]``, the
+            reference system is unknown or not in metres, the plan cannot be flown, or the file
+            cannot be written.
+        NoPlanError
+            If there is no plan.
+
+        Examples
+        --------
+        >>> import optuav, tempfile
+        >>> place = {"earth.latitude_deg": 52.5, "earth.longitude_deg": 13.4}
+        >>> plan = optuav.solve(optuav.load("paper").replace(place))
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     plan.export(f"{folder}/paper.waypoints").read_text().splitlines()[0]
+        'QGC WPL 110'
+        """
+        from optuav.plan.export import export
+
+        return export(self, path, force=force)
+
     def to_frame(self) -> DataFrame:
         """One row per phase, in order; needs pandas (``python -m pip install pandas``).
 

@@ -1,0 +1,63 @@
+"""A course as shapes on a map, KML (OGC 12-007r2) and GeoJSON (RFC 7946), at absolute altitudes."""
+
+from __future__ import annotations
+
+import json
+from xml.etree import ElementTree
+
+from optuav.export.course import Course, Step
+
+KML = "http://www.opengis.net/kml/2.2"
+
+
+def geojson(course: Course) -> str:
+    """A line for each flight, and a point for each stay."""
+    features = [
+        {
+            "type": "Feature",
+            "properties": {
+                **{"kind": step.kind, "place": step.place, "duration_s": step.duration_s},
+                **({"peak_speed_m_s": step.peak_speed_m_s} if step.kind == "flight" else {}),
+            },
+            "geometry": {
+                "type": "LineString" if step.kind == "flight" else "Point",
+                "coordinates": points if step.kind == "flight" else points[0],
+            },
+        }
+        for step in course.steps
+        for points in [_points(course, step)]
+    ]
+    head = {"type": "FeatureCollection", "name": course.name, "creator": "optuav"}
+    document = {**head, "notes": course.notes, "features": features}
+    return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
+
+
+def kml(course: Course) -> str:
+    """A placemark for each flight and each stay."""
+    root = ElementTree.Element("kml", xmlns=KML)
+    document = ElementTree.SubElement(root, "Document")
+    _text(document, "name", course.name)
+    _text(document, "description", "\n".join(course.notes))
+    for step in course.steps:
+        mark, flies = ElementTree.SubElement(document, "Placemark"), step.kind == "flight"
+        words = (step.kind, "to" if flies else "at", step.place)
+        named = step.kind if step.kind == step.place else " ".join(words)
+        _text(mark, "name", named)
+        speed = f", at most {step.peak_speed_m_s:.2f} m/s" if flies else ""
+        _text(mark, "description", f"{step.duration_s:.2f} s{speed}")
+        shape = ElementTree.SubElement(mark, "LineString" if flies else "Point")
+        _text(shape, "altitudeMode", "absolute")
+        lines = (",".join(map(repr, point)) for point in _points(course, step))
+        _text(shape, "coordinates", " ".join(lines))
+    ElementTree.indent(root)
+    text = ElementTree.tostring(root, encoding="unicode")
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'
+
+
+def _points(course: Course, step: Step) -> list[list[float]]:
+    """Longitudes and latitudes [deg] and altitudes above mean sea level [m]."""
+    return [[*point[:2], round(point.z_m + course.altitude_m, 6)] for point in step.way]
+
+
+def _text(parent: ElementTree.Element, tag: str, words: str) -> None:
+    ElementTree.SubElement(parent, tag).text = words

@@ -1,0 +1,76 @@
+"""Files of a plan for maps and for ground stations of drones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from optuav.errors import Fault, InputError, require
+from optuav.export import shapes, waypoints
+from optuav.export.course import NOT_FLOWN, Course, Position, Step
+from optuav.mission.earth import DEGREES, stated_system, system_in_metres
+from optuav.mission.files import ending_of, write_text
+from optuav.mission.messages import path_of
+from optuav.network.scene import scene
+
+if TYPE_CHECKING:
+    from optuav.plan.plan import Plan
+
+WRITERS: dict[str, Callable[[Course], str]] = {
+    ".kml": shapes.kml,
+    ".geojson": shapes.geojson,
+    ".plan": waypoints.plan,
+    ".waypoints": waypoints.waypoints,
+}
+"""What writes a course, by the suffix of the file."""
+DIGITS = 9  # Of degrees, 0.1 mm
+NO_EARTH = "is missing; an export needs the mission's place on Earth: crs, or [earth]"
+
+
+def export(plan: Plan, path: str | Path, *, force: bool = False) -> Path:
+    """Write the course of a plan; see `Plan.export`."""
+    file = path_of(path)
+    write = WRITERS[ending_of(file, *WRITERS)]
+    course = course_of(plan)
+    if not (plan.flyable or force):
+        why = "; ".join(plan.warnings) or "its simulation failed or is missing; optuav audit"
+        words = f"true; {why}. force = True (--force) exports the plan all the same"
+        raise InputError([Fault("plan.flyable", repr(plan.flyable), words)])
+    write_text(file, write(course))
+    return file
+
+
+def course_of(plan: Plan) -> Course:
+    """The places of a plan on Earth, in its order, without stays of no length."""
+    mission, route = plan.mission, plan.route
+    if (crs := stated_system(mission)) is None:
+        raise InputError([Fault("crs", "", NO_EARTH)])
+    require("pyproj", "exports of plans")
+    import pyproj
+
+    names = [*dict.fromkeys(route)]
+    position_m = scene(mission).positions(names)
+    ahead = pyproj.Transformer.from_crs(system_in_metres(crs), DEGREES, always_xy=True)
+    degrees = np.column_stack(ahead.transform(*position_m[:, :2].T))
+    if not np.isfinite(degrees).all():
+        raise InputError(
+            [Fault("crs", crs, "a reference system that holds all places of the plan")]
+        )
+    angles = np.round(degrees, DIGITS).tolist()
+    places = {
+        name: Position(longitude_deg, latitude_deg, float(z_m))
+        for name, (longitude_deg, latitude_deg), z_m in zip(
+            names, angles, position_m[:, 2], strict=True
+        )
+    }
+    steps = []
+    for phase in plan.phases:
+        ends = (phase.start_place, phase.end_place)
+        if phase.kind == "flight" or phase.duration_s > 0.0:
+            way = tuple(places[name] for name in (ends if phase.kind == "flight" else ends[1:]))
+            steps.append(Step(phase.kind, ends[1], way, phase.duration_s, phase.peak_speed_m_s))
+    altitude_m = mission.earth.altitude_m if mission.earth else 0.0
+    return Course(mission.name, (NOT_FLOWN, *plan.warnings), altitude_m, tuple(steps))
