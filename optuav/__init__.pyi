@@ -12,6 +12,7 @@ from optuav import plots as plots
 from optuav.calibration import Fit as Fit
 from optuav.calibration import fit_kibam as fit_kibam
 from optuav.calibration import fit_regimes as fit_regimes
+from optuav.calibration import fit_rotary_wing as fit_rotary_wing
 from optuav.calibration import fit_rotor as fit_rotor
 from optuav.calibration import fit_table as fit_table
 from optuav.diagnosis import explain as explain
@@ -36,6 +37,7 @@ from optuav.mission import json_schema as json_schema
 from optuav.mission import load as load
 from optuav.mission import shipped as shipped
 from optuav.mission.template import Datasheet as Datasheet
+from optuav.mission.template import RotorDatasheet as RotorDatasheet
 from optuav.modelling import Parameter as Parameter
 from optuav.network.graph import graph as graph
 from optuav.network.graph import validate_graph as validate_graph
@@ -56,6 +58,8 @@ from optuav.studies.batch import batch as batch
 from optuav.studies.batch import batch_arrays as batch_arrays
 from optuav.studies.compare import compare as compare
 from optuav.studies.layouts import layouts as layouts
+from optuav.studies.power_curve import PowerCurve as PowerCurve
+from optuav.studies.power_curve import power_curve as power_curve
 from optuav.studies.samples import samples as samples
 from optuav.studies.sensitivity import sensitivity as sensitivity
 from optuav.studies.sweep import open_sweep as open_sweep

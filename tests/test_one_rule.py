@@ -75,6 +75,7 @@ DOORS: dict[str, Door] = {
     "fit_kibam": Door(optuav.fit_kibam, "csv"),
     "fit_regimes": Door(optuav.fit_regimes, ""),
     "fit_rotor": Door(optuav.fit_rotor, ""),
+    "fit_rotary_wing": Door(optuav.fit_rotary_wing, ""),
     "fit_table": Door(optuav.fit_table, ""),
     "ledger": Door(optuav.ledger, "", empty=True),
     "exercises.task": Door(exercises.task, ""),
@@ -105,6 +106,7 @@ DOORS: dict[str, Door] = {
     "plots.save: path": Door(lambda x: plots.save(plots.mission_map("paper"), x), "picture"),
     "plots.save_figures": Door(lambda x: plots.save_figures(x, "out"), "axes by name", empty=True),
     "plots.save_figures: folder": Door(lambda x: plots.save_figures([], x), "folder", empty=True),
+    "power_curve": Door(optuav.power_curve, ""),
     "Plan.save": Door(lambda x: optuav.load_plan("plan.json").save(x), "file"),
     "Mission.save": Door(optuav.load("paper").save, "file"),
 }

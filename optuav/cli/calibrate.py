@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 40  # Observations that are listed one by one
 LONGEST = 30  # Letters of a name or of an interval
-Kind = Literal["kibam", "regimes", "rotor", "table"]
+Kind = Literal["kibam", "regimes", "rotor", "rotary-wing", "table"]
 
 
 def calibrate(
@@ -37,7 +37,7 @@ def calibrate(
         must_be_new(save)
     from optuav import calibration
 
-    found: Fit = getattr(calibration, f"fit_{kind}")(files)
+    found: Fit = getattr(calibration, f"fit_{kind.replace('-', '_')}")(files)
     written = []
     if save is not None:
         write_text(save, found.to_toml(extends, save))

@@ -22,13 +22,14 @@ from optuav.errors import Fault, decimal, line_width, refuse
 if TYPE_CHECKING:
     from optuav.mission import Mission
     from optuav.mission.schema import MissionSection
-    from optuav.mission.template import Datasheet
+    from optuav.mission.template import Drone
     from optuav.network.feasibility import BuildingFigures
     from optuav.plan import Plan
 
 UNIT = re.compile(r"\[([^]]+)\]")
 _NO_UNITS = ("-", "rotor", "body")
-REGIMES = "regimes"
+SHEETS = {"regimes": "Datasheet", "rotary-wing": "RotorDatasheet"}
+"""Datasheets by the flight model of the mission that is made of them."""
 SHIPPED = Path(optuav.__file__).parent / "mission" / "shipped"
 """The shipped missions, as `optuav.shipped` names them; found here without the mission's schema."""
 
@@ -183,6 +184,12 @@ class Numbers:
     cruise_speed_m_s: float | None = None
     reserve_percent: float | None = None
     laser_power_W: float | None = None
+    rotors: int | None = None
+    rotor_radius_m: float | None = None
+    blade_solidity: float | None = None
+    tip_speed_m_s: float | None = None
+    drag_ratio: float | None = None
+    efficiency: float | None = None
 
 
 def new(file: Path, asked: Numbers, source: str = "paper") -> None:
@@ -194,13 +201,13 @@ def new(file: Path, asked: Numbers, source: str = "paper") -> None:
     ending_of(file, ".toml", "", name="FILE")
     must_be_new(file)
     stated = vars(asked)
-    if source == REGIMES:
-        sheet = _sheet(stated)
+    if source in SHEETS:
+        sheet = _sheet(getattr(optuav, SHEETS[source]), stated)
         mission, remarks = sheet.mission(), sheet.remarks()
         say(" ".join(sheet.assumptions()))
     else:
         refuse(
-            Fault(name, f"{value:g}", f"goes with --from {REGIMES}")
+            Fault(name, f"{value:g}", f"goes with --from {' or '.join(SHEETS)}")
             for name, value in stated.items()
             if value is not None
         )
@@ -211,33 +218,33 @@ def new(file: Path, asked: Numbers, source: str = "paper") -> None:
         say(f"wrote {file}; next: optuav validate {file}")
 
 
-def _sheet(stated: dict[str, Any]) -> Datasheet:
+def _sheet(form: type[Drone], stated: dict[str, Any]) -> Drone:
     """The datasheet; a person at a terminal is asked for what it needs."""
-    from optuav.mission.template import INSTEAD, Datasheet
+    from optuav.mission.template import INSTEAD
 
-    answers, fields = {**stated}, Datasheet.model_fields.items()
-    known = {INSTEAD.get(name, name) for name, value in stated.items() if value is not None}
-    if stated["hover_power_W"] is not None:
+    fields = form.model_fields.items()
+    answers = {name: value for name, value in stated.items() if value is not None}
+    known = {INSTEAD.get(name, name) for name in answers}
+    if "hover_power_W" in answers:
         known.add("cruise_min")  # Without it that of hovering, of which no time is stated
-    needed = {name for name, each in fields if each.is_required()} | {"hover_min"}
+    needed = {name for name, each in fields if each.is_required() or name == "hover_min"}
     for name, field in fields if needed - known and sys.stdin.isatty() else ():
         if name not in known | INSTEAD.keys():
             default = answers["hover_min"] if name == "cruise_min" else field.get_default()
             answers[name] = typer.prompt(
-                Datasheet.descriptions()[name].rstrip("."),
+                form.descriptions()[name].rstrip("."),
                 default=None if field.is_required() else default,
-                value_proc=partial(_answer, name),
+                value_proc=partial(_answer, form, name),
             )
-    return Datasheet.of(answers)
+    return form.of(answers)
 
 
-def _answer(name: str, text: Any) -> float:
+def _answer(form: type[Drone], name: str, text: Any) -> float:
     """A number that the datasheet takes; the prompt repeats after anything else."""
     from optuav.mission.messages import described
     from optuav.mission.schema import Number
-    from optuav.mission.template import Datasheet
 
-    known = next(described(Datasheet, name))
+    known = next(described(form, name))
     with suppress(ValueError):
         number = decimal(str(text))
         value = int(number) if number.is_integer() else number

@@ -146,11 +146,12 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
 
 def _of_a_datasheet(key: str) -> str:
     """Help for a number of a drone's datasheet."""
-    from optuav.mission.template import Datasheet
+    from optuav.mission.template import Datasheet, RotorDatasheet
 
-    field = Datasheet.model_fields[key]
+    form = next(each for each in (Datasheet, RotorDatasheet) if key in each.model_fields)
+    field = form.model_fields[key]
     known = not field.is_required() and field.default is not None
-    return Datasheet.descriptions()[key] + (f" {field.default:g} if left out." if known else "")
+    return form.descriptions()[key] + (f" {field.default:g} if left out." if known else "")
 
 
 def mission_of(source: str, settings: Sequence[str] | None) -> Mission:

@@ -91,6 +91,18 @@ def sensitivity(
         raise typer.Exit(NO)
 
 
+def power(
+    mission: str,
+    settings: list[str] | None = None,
+    as_json: bool = False,
+    save: Path | None = None,
+    plot: Path | None = None,
+) -> None:
+    """Find the power over the air speed, and the speeds of best endurance and range."""
+    check_places(save, plot, ".csv", ".json")
+    deliver_results(optuav.power_curve(mission_of(mission, settings)), save, plot, as_json=as_json)
+
+
 def reproduce(
     out: Path = Path("reproduced"), only: list[str] | None = None, mission: str | None = None
 ) -> None:

@@ -12,7 +12,7 @@ from optuav.mission.schema import SECTIONS, MissionSection, OneOf, Switch
 
 if TYPE_CHECKING:
     from optuav.mission.mission import Mission
-    from optuav.physics.flight import Flow, LegState, Loads
+    from optuav.physics.flight import Flow, LegState, Loads, SpeedPower
     from optuav.physics.quantity import Quantity, Vector
 
 FLIGHTS: dict[str, type[FlightModel]] = {}
@@ -95,6 +95,10 @@ class FlightModel(ABC):
     @property
     def needs_numbers(self) -> str | None:
         """A sentence on why ways cannot be symbols; None where they can."""
+        return None
+
+    def power_over_speed(self, air_speed_m_s: Quantity) -> SpeedPower | None:
+        """What level flight draws at air speeds [m/s]; None if the model does not tell it."""
         return None
 
     def charging(self) -> Flow | None:

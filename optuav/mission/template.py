@@ -26,6 +26,10 @@ CELL_V = 3.7  # Nominal voltage of a lithium-polymer cell
 REST_SHARE = 0.02
 """Power at rest over power in hover, an assumption: electronics awake, rotors stopped."""
 
+GRAVITY_M_S2 = 9.8
+MOTION = {"climb_speed_m_s": 5.0, "descent_speed_m_s": 4.0, "acceleration_m_s2": 2.5}
+"""Of a drone of which rotors and fuselage are known, an assumption."""
+
 Minutes = Annotated[float, Number("min", ge=1, le=1e4)]
 Watts = Annotated[float, Number("W", ge=1, le=1e6)]
 
@@ -85,7 +89,85 @@ def _text(value: object) -> str:
     return tomli_w.dumps({"x": value}).partition("=")[2].strip()
 
 
-class Datasheet(MissionSection):
+class Drone(MissionSection):
+    """What every datasheet of a multirotor states, and what follows from it."""
+
+    mass_kg: Annotated[float, Number("kg", ge=0.05, le=1000)]
+    """Take-off mass of the published flight times [kg]."""
+    payload_kg: Annotated[float, Number("kg", ge=0, le=1000)] = 0.0
+    """What it carries on top, as the receiver of the laser [kg]."""
+    packs: Annotated[int, Number("-", ge=1, le=100, whole=True)] = 1
+    """Number of battery packs [-]."""
+    cells: Annotated[int, Number("-", ge=1, le=100, whole=True)]
+    """Cells of a pack in series [-]."""
+    capacity_mAh: Annotated[float, Number("mAh", ge=10, le=1e6)]
+    """Capacity of one pack [mAh]."""
+    cruise_speed_m_s: Annotated[float, Number("m/s", ge=0.5, le=100)]
+    """Cruise speed [m/s]."""
+    reserve_percent: Annotated[float, Number("%", ge=0, le=90)] = 20.0
+    """Charge that shall be left after landing [%]."""
+    laser_power_W: Annotated[float, Number("W", ge=0, le=1e6)] = 5000.0
+    """Power that the laser draws [W]."""
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> Self:
+        """A datasheet of values by name, where None counts as not stated; raises `InputError`."""
+        known = without_none(values)
+        return validate(cls, StatedMission(known), [*cls.misfits(known)])
+
+    @classmethod
+    def misfits(cls, stated: Mapping[str, Any]) -> Iterator[Fault]:
+        """Values that do not go together, or of which one is missing."""
+        yield from ()
+
+    @property
+    def voltage_V(self) -> float:
+        """Nominal voltage of a pack [V]."""
+        return self.cells * CELL_V
+
+    def placed(self, flight: Mapping[str, object]) -> Mission:
+        """The drone with its keys of flight, in the places of the shipped mission `matrice350`."""
+        return load(SCENE).replace(
+            {
+                "name": "drone",
+                "description": "",
+                "limits.min_soc": self.reserve_percent / 100.0,
+                "battery.packs": self.packs,
+                "battery.capacity_As": self.capacity_mAh * 3.6,
+                "battery.nominal_voltage_V": round(self.voltage_V, 3),
+                "battery.charge_current_A": round(self.packs * self.capacity_mAh / 1000.0, 4),
+                "laser.power_W": self.laser_power_W,
+                "flight.max_speed_m_s": self.cruise_speed_m_s,
+                **flight,
+            }
+        )
+
+    def remarks(self) -> tuple[str, ...]:
+        """Lines on what the mission was made of, and what was assumed."""
+        stated = self.model_dump(exclude_none=True).items()
+        return (*(f"{name} = {_text(value)}" for name, value in stated), *self.assumptions())
+
+    def assumptions(self) -> list[str]:
+        """What the mission states beyond the datasheet, in lines."""
+        return textwrap.wrap(
+            f"Assumed: {CELL_V:g} V a cell, charging at 1 C, {REST_SHARE:.0%} of the hover power "
+            f"at rest, and {self.assumed}. Places, buildings, "
+            f"wells, link, air and laser ({self.laser_power_W:g} W) are those of the mission "
+            f"{SCENE}: put yours in.",
+            width=78,
+        )
+
+    def mission(self) -> Mission:
+        """The drone in the places of the shipped mission `matrice350`."""
+        raise NotImplementedError
+
+    @property
+    def assumed(self) -> str:
+        """What a kind of datasheet leaves open besides."""
+        raise NotImplementedError
+
+
+class Datasheet(Drone):
     """What the owner of a multirotor knows of it; `mission` makes a mission of it.
 
     `of` raises `InputError` with all faults; the constructor raises pydantic's own error.
@@ -118,16 +200,6 @@ class Datasheet(MissionSection):
     14.6341
     """
 
-    mass_kg: Annotated[float, Number("kg", ge=0.05, le=1000)]
-    """Take-off mass of the published flight times [kg]."""
-    payload_kg: Annotated[float, Number("kg", ge=0, le=1000)] = 0.0
-    """What it carries on top, as the receiver of the laser [kg]."""
-    packs: Annotated[int, Number("-", ge=1, le=100, whole=True)] = 1
-    """Number of battery packs [-]."""
-    cells: Annotated[int, Number("-", ge=1, le=100, whole=True)]
-    """Cells of a pack in series [-]."""
-    capacity_mAh: Annotated[float, Number("mAh", ge=10, le=1e6)]
-    """Capacity of one pack [mAh]."""
     hover_min: Minutes | None = None
     """Hover time without payload until the battery is empty [min]."""
     cruise_min: Minutes | None = None
@@ -136,22 +208,20 @@ class Datasheet(MissionSection):
     """In place of hover_min, the power in hover without payload [W]."""
     cruise_power_W: Watts | None = None
     """In place of cruise_min, the power at cruise speed without payload [W]."""
-    cruise_speed_m_s: Annotated[float, Number("m/s", ge=0.5, le=100)]
-    """Cruise speed [m/s]."""
-    reserve_percent: Annotated[float, Number("%", ge=0, le=90)] = 20.0
-    """Charge that shall be left after landing [%]."""
-    laser_power_W: Annotated[float, Number("W", ge=0, le=1e6)] = 5000.0
-    """Power that the laser draws [W]."""
 
     @classmethod
-    def of(cls, values: Mapping[str, Any]) -> Self:
-        """A datasheet of values by name, where None counts as not stated; raises `InputError`."""
-        known = without_none(values)
-        return validate(cls, StatedMission(known), [*_faults(known)])
+    def misfits(cls, stated: Mapping[str, Any]) -> Iterator[Fault]:
+        """Both a time and the power in its place, or neither for the hover."""
+        for power, minutes in INSTEAD.items():
+            if {power, minutes} <= stated.keys():
+                yield Fault(power, shown(stated[power]), f"either {power} or {minutes}")
+        if stated.keys().isdisjoint(("hover_min", "hover_power_W")):
+            words = f"is missing; {allowed(cls, 'hover_min')}; or state hover_power_W"
+            yield Fault("hover_min", "", words)
 
     @model_validator(mode="after")
     def _with_times_or_powers(self) -> Self:
-        for fault in _faults(self.model_dump(exclude_none=True)):
+        for fault in self.misfits(self.model_dump(exclude_none=True)):
             raise ValueError(str(fault))
         return self
 
@@ -171,13 +241,11 @@ class Datasheet(MissionSection):
         by the nominal voltage. Packs charge at 1 C at most. The wells of the battery, the
         acceleration, the link and the laser but for its power are those of that mission.
         """
-        capacity_As = self.capacity_mAh * 3.6
-        voltage_V = self.cells * CELL_V
-        charge_As = self.packs * capacity_As
+        charge_As = self.packs * self.capacity_mAh * 3.6
 
         def current_A(minutes: float | None, power_W: float | None) -> float:
             empty_A = charge_As / (minutes * 60.0) if minutes else 0.0
-            return (power_W / voltage_V if power_W else empty_A) * self.load_factor
+            return (power_W / self.voltage_V if power_W else empty_A) * self.load_factor
 
         hover_A = current_A(self.hover_min, self.hover_power_W)
         flight_A = current_A(self.cruise_min, self.cruise_power_W) or hover_A
@@ -185,44 +253,89 @@ class Datasheet(MissionSection):
         loads = dict[str, float]()
         for regime, load_A in currents_A.items():
             loads[f"flight.{regime}_current_A"] = round(load_A, 4)
-            loads[f"flight.{regime}_power_W"] = round(load_A * voltage_V, 2)
-        return load(SCENE).replace(
-            {
-                "name": "drone",
-                "description": "",
-                "limits.min_soc": self.reserve_percent / 100.0,
-                "battery.packs": self.packs,
-                "battery.capacity_As": capacity_As,
-                "battery.nominal_voltage_V": round(voltage_V, 3),
-                "battery.charge_current_A": round(self.packs * self.capacity_mAh / 1000.0, 4),
-                "laser.power_W": self.laser_power_W,
-                "flight.max_speed_m_s": self.cruise_speed_m_s,
-                **loads,
-            }
-        )
+            loads[f"flight.{regime}_power_W"] = round(load_A * self.voltage_V, 2)
+        return self.placed(loads)
 
-    def remarks(self) -> tuple[str, ...]:
-        """Lines on what the mission was made of, and what was assumed."""
-        stated = self.model_dump(exclude_none=True).items()
-        return (*(f"{name} = {_text(value)}" for name, value in stated), *self.assumptions())
-
-    def assumptions(self) -> list[str]:
-        """What the mission states beyond the datasheet, in lines."""
+    @property
+    def assumed(self) -> str:
+        """The growth of the power with the mass."""
         loaded = f" ({self.load_factor:.4g} times with the payload)" if self.payload_kg else ""
-        return textwrap.wrap(
-            f"Assumed: {CELL_V:g} V a cell, charging at 1 C, {REST_SHARE:.0%} of the hover power "
-            f"at rest, and 2.8 times the power for twice the mass{loaded}. Places, buildings, "
-            f"wells, link, air and laser ({self.laser_power_W:g} W) are those of the mission "
-            f"{SCENE}: put yours in.",
-            width=78,
+        return f"2.8 times the power for twice the mass{loaded}"
+
+
+class RotorDatasheet(Drone):
+    """What a datasheet says of rotors and fuselage; `mission` makes a rotary-wing mission of it.
+
+    The power over air speed follows by Y. Zeng, J. Xu, R. Zhang, IEEE Transactions on Wireless
+    Communications, 2019, eqs (61)-(65). `of` raises `InputError` with all faults; the constructor
+    raises pydantic's own error.
+
+    Parameters
+    ----------
+    mass_kg, payload_kg, packs, cells, capacity_mAh, reserve_percent, laser_power_W
+        As those of `Datasheet`; the mass without the payload.
+    cruise_speed_m_s
+        Largest air speed [m/s], 0.5 to 100.
+    rotors, rotor_radius_m
+        Number of rotors, 1 to 100, by default 4, and their radius [m], 0.01 to 20.
+    blade_solidity, tip_speed_m_s
+        Share of a rotor's disc that its blades fill [-], 0.001 to 1, and the speed of their tips in
+        hover [m/s], 1 to 340.
+    drag_ratio
+        Drag area of the fuselage over the area of all blades [-], 0 to 100.
+    efficiency
+        Share of the battery's power that reaches the rotors [-], up to 1, by default 0.75.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> drone = optuav.RotorDatasheet(
+    ...     mass_kg=2.04, cells=6, capacity_mAh=5000, cruise_speed_m_s=20, rotor_radius_m=0.2,
+    ...     blade_solidity=0.05, tip_speed_m_s=120, drag_ratio=0.3,
+    ... )
+    >>> round(drone.mission().flight.induced_speed_m_s, 2)
+    4.03
+    """
+
+    rotors: Annotated[int, Number("-", ge=1, le=100, whole=True)] = 4
+    """Number of rotors [-]."""
+    rotor_radius_m: Annotated[float, Number("m", ge=0.01, le=20)]
+    """Radius of a rotor [m]."""
+    blade_solidity: Annotated[float, Number("-", ge=1e-3, le=1)]
+    """Share of a rotor's disc that its blades fill [-]."""
+    tip_speed_m_s: Annotated[float, Number("m/s", ge=1, le=340)]
+    """Speed of the blade tips in hover [m/s]."""
+    drag_ratio: Annotated[float, Number("-", ge=0, le=100)]
+    """Drag area of the fuselage over the area of all blades [-]."""
+    efficiency: Annotated[float, Number("-", ge=0.01, le=1)] = 0.75
+    """Share of the battery's power that reaches the rotors [-]."""
+
+    def mission(self) -> Mission:
+        """The drone in the places of the shipped mission `matrice350`, as a rotary wing."""
+        from optuav.physics import rotary_wing
+
+        mass_kg = self.mass_kg + self.payload_kg
+        disc_m2 = self.rotors * math.pi * self.rotor_radius_m**2
+        blades = self.blade_solidity, self.tip_speed_m_s
+        weight_N = mass_kg * GRAVITY_M_S2
+        wing = rotary_wing.coefficients(disc_m2, *blades, weight_N, self.drag_ratio)
+        hover_W = float(rotary_wing.power(wing, 0.0)) / self.efficiency
+        keys = {name: round(float(value), 6) for name, value in wing._asdict().items()} | {
+            "model": "rotary-wing",
+            "efficiency": self.efficiency,
+            **MOTION,
+            "rest_current_A": round(REST_SHARE * hover_W / self.voltage_V, 4),
+            "rest_power_W": round(REST_SHARE * hover_W, 2),
+        }
+        flight = {f"flight.{name}": value for name, value in keys.items()}
+        body = {"mass_kg": round(mass_kg, 6), "gravity_m_s2": GRAVITY_M_S2}
+        return self.placed({"body": body, **flight})
+
+    @property
+    def assumed(self) -> str:
+        """The motion, and the coefficients of blades and lift."""
+        climb, descent, gain = MOTION.values()
+        return (
+            f"{gain:g} m/s² of acceleration, {climb:g} m/s up and {descent:g} m/s down, air of "
+            f"1.225 kg/m³, and rotors with {self.efficiency:.0%} of the battery's power"
         )
-
-
-def _faults(stated: Mapping[str, Any]) -> Iterator[Fault]:
-    """Where both a time and the power in its place are stated, or neither for the hover."""
-    for power, minutes in INSTEAD.items():
-        if {power, minutes} <= stated.keys():
-            yield Fault(power, shown(stated[power]), f"either {power} or {minutes}")
-    if stated.keys().isdisjoint(("hover_min", "hover_power_W")):
-        words = f"is missing; {allowed(Datasheet, 'hover_min')}; or state hover_power_W"
-        yield Fault("hover_min", "", words)

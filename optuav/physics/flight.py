@@ -28,6 +28,18 @@ class Flow(NamedTuple):
     power_W: Quantity
 
 
+class SpeedPower(NamedTuple):
+    """Level flight over its air speed, and the speeds that stand out, up to the model's cap."""
+
+    power_W: Quantity  # At the rotors [W]
+    drawn: Flow  # From the battery
+    hover_power_W: Quantity  # At the rotors, in the wind of the mission [W]
+    max_speed_m_s: Quantity  # The cap [m/s]
+    # Air speed [m/s] and power at the rotors [W], in air at rest
+    best_endurance: tuple[Quantity, Quantity]
+    best_range: tuple[Quantity, Quantity]
+
+
 class Loads(NamedTuple):
     """Draw of legs in their stages; every quantity is a scalar or an array over legs."""
 

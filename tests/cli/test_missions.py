@@ -269,7 +269,7 @@ def types(monkeypatch: pytest.MonkeyPatch, *lines: str) -> None:
 
 def test_a_terminal_is_asked_for_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     """A wrong answer is asked for again; an empty one takes the default."""
-    types(monkeypatch, "many", "-1", "", "2", "10", "6000", "36", "", "10", "", "")
+    types(monkeypatch, "many", "-1", "", "2", "10", "6000", "10", "", "", "36", "")
     made = run("new", "asked.toml", "--from", "regimes", "--mass-kg", "4")
     assert made.code == 0
     assert made.out.count("What it carries on top") == 3

@@ -13,7 +13,7 @@ from optuav.mission.flight_model import MODEL, FlightModel, FlightTable, Slider
 from optuav.mission.schema import Acceleration, Allowed, Current, LoadPower, Number, Power, Speed
 
 if TYPE_CHECKING:
-    from optuav.physics.flight import Flow, LegState, Loads
+    from optuav.physics.flight import Flow, LegState, Loads, SpeedPower
     from optuav.physics.quantity import Quantity, Vector
     from optuav.physics.rotary_wing import PowerCoefficients
 
@@ -120,11 +120,26 @@ class RotaryWing(FlightModel):
         return Loads(way_m, ("flight",), *each, peak, leg.rise_s)
 
     def hover(self) -> Flow:
+        return self._drawn(self.hover_power_W)
+
+    @property
+    def hover_power_W(self) -> Quantity:
+        """Power at the rotors in hover, which a wind lowers [W]."""
         from optuav.physics import rotary_wing
 
         wind_m_s = self.mission.wind.velocity_m_s
-        air_speed = rotary_wing.air_speed(0.0, wind_m_s, (1.0, 0.0, 0.0))
-        return self._drawn(rotary_wing.power(self.wing, air_speed))
+        return rotary_wing.power(self.wing, rotary_wing.air_speed(0.0, wind_m_s, (1.0, 0.0, 0.0)))
+
+    def power_over_speed(self, air_speed_m_s: Quantity) -> SpeedPower:
+        from optuav.physics import rotary_wing
+        from optuav.physics.flight import SpeedPower
+
+        wing, cap_m_s = self.wing, self.stated.max_speed_m_s
+        power_W = rotary_wing.power(wing, air_speed_m_s)
+        named = (rotary_wing.best_endurance(wing, cap_m_s), rotary_wing.best_range(wing, cap_m_s))
+        endurance, range_ = ((speed, rotary_wing.power(wing, speed)) for speed in named)
+        hover_W = self.hover_power_W
+        return SpeedPower(power_W, self._drawn(power_W), hover_W, cap_m_s, endurance, range_)
 
     def rest(self) -> Flow:
         from optuav.physics.flight import Flow
@@ -156,13 +171,10 @@ class RotaryWing(FlightModel):
         )
 
     def figures(self) -> Iterator[tuple[str, float, str]]:
-        from optuav.physics import rotary_wing
-
-        yield "power in hover without wind", float(rotary_wing.power(self.wing, 0.0)), "W"
-        limits = self.wing, self.stated.max_speed_m_s
-        for name in ("best_endurance", "best_range"):
-            speed_m_s = float(getattr(rotary_wing, name)(*limits))
-            yield f"air speed of {name.replace('_', ' ')}", speed_m_s, "m/s"
+        curve = self.power_over_speed(0.0)
+        yield "power in hover without wind", float(curve.power_W), "W"
+        yield "air speed of best endurance", float(curve.best_endurance[0]), "m/s"
+        yield "air speed of best range", float(curve.best_range[0]), "m/s"
 
     def sliders(self) -> Iterator[Slider]:
         cap_m_s = math.ceil(self.stated.max_speed_m_s)
