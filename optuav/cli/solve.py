@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 COMPARED: dict[str, Perspective] = {"battery": "available", "available": "battery"}
 """The perspective whose plan pictures show beside: one counts charge only, one both wells."""
-ENDINGS = {"text": ".txt", "latex": ".tex", "lp": ".lp", "mps": ".mps"}
-"""Forms in which a problem is printed, with the suffixes of their files."""
+PRINTED = {".txt": "text", ".tex": "latex"}
+"""Forms in which a problem is printed, by the suffixes of their files."""
 
 
 def solve(
@@ -183,28 +183,33 @@ def formulate(
     """Print a problem as it is solved, with its parameters.
 
     --lp and --mps hold one linear programme with numbers, its times continuous:
-    of several routes the one that solve takes. Exit code 1 if there is no model,
+    of several routes the one that solve takes. A file in .nl, .gms or .bar holds
+    any programme, and needs Pyomo. Exit code 1 if there is no model,
     as no route can be flown with any deadline; solve says whether one has an answer.
     """
+    from optuav.solving.files import ENDINGS
+
     forms = [name for name, wanted in (("latex", latex), ("lp", lp), ("mps", mps)) if wanted]
     if len(forms) > 1:
         given = ", ".join(f"--{name}" for name in forms)
         raise InputError([Fault(given, "", "one of --latex, --lp, --mps")])
-    suffix = "" if save is None else save.suffix.lower()
-    endings = [ENDINGS[each] for each in forms] or ENDINGS.values()
+    by_suffix = PRINTED | {ending: ending[1:] for ending in ENDINGS}
+    endings = [
+        ending for ending, form in by_suffix.items() if form in (forms or by_suffix.values())
+    ]
     check_places(save, None, *endings, "")
-    forms = forms or [name for name, ending in ENDINGS.items() if ending == suffix]
+    form = forms[0] if forms else by_suffix.get("" if save is None else save.suffix.lower(), "text")
     stated, problem, options = asked.question(mission, settings)
     program = optuav.formulate(stated, problem, **options)
     if not program.parts:
         say(str(program))
         raise typer.Exit(NO)
-    if {*forms} & {"lp", "mps"}:
-        text = program.to_file(*forms).rstrip("\n")
+    if form in PRINTED.values():
+        text = program.to_latex() if form == "latex" else str(program)
     else:
-        text = program.to_latex() if "latex" in forms else str(program)
+        text = program.to_file(form).rstrip("\n")
     if save is None:
-        say(text, most=None if forms else 96)
+        say(text, most=96 if form == "text" else None)
     else:
         from optuav.mission.files import write_text
 

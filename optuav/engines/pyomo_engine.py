@@ -3,8 +3,8 @@
 import io
 import operator
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -16,7 +16,8 @@ from optuav.arrays import Values
 from optuav.engines.linear_form import own_bounds, reaches
 from optuav.engines.registry import Capability, OneByOne, Single
 from optuav.engines.solution import DUALITY, Solution, single, without_solver
-from optuav.errors import Fault, InputError, SolverError, printable, require
+from optuav.errors import Fault, InputError, SolverError, printable, refuse, require
+from optuav.mission.messages import shown
 from optuav.modelling.classify import traits
 from optuav.modelling.expression import Leaf, Let, Operand, Variable
 from optuav.modelling.model import Model
@@ -37,18 +38,18 @@ STATIONARY = 1e-6  # Largest residual of an answer that meets the conditions of 
 SAME = 1e-9  # Relative difference by which Pyomo's value of a tree may differ from optuav's
 FILES = {"nl": "# ", "gms": "* ", "bar": "// "}
 """Start of a comment, by suffix of a format; in .nl only the first line has one."""
-ALGEBRA = {np.add, np.subtract, np.multiply, np.divide, np.power, np.negative, np.positive}
-ALGEBRA |= {np.square, np.reciprocal, np.absolute}  # NumPy leaves these to its operands
-FORMULAS: Mapping[np.ufunc, Callable[..., Any]] = {
-    np.expm1: lambda pyo, a: pyo.exp(a) - 1.0,
-    np.log1p: lambda pyo, a: pyo.log(1.0 + a),
-    np.maximum: lambda pyo, a, b: 0.5 * (a + b + abs(a - b)),
-    np.minimum: lambda pyo, a, b: 0.5 * (a + b - abs(a - b)),
+FORMULAS: Mapping[Any, Callable[..., Any]] = {
+    **{each: each for each in (np.add, np.subtract, np.multiply, np.divide, np.power)},
+    **{each: each for each in (np.negative, np.positive, np.square, np.reciprocal, np.absolute)},
+    np.expm1: lambda a: library().exp(a) - 1.0,
+    np.log1p: lambda a: library().log(1.0 + a),
+    np.maximum: lambda a, b: 0.5 * (a + b + abs(a - b)),
+    np.minimum: lambda a, b: 0.5 * (a + b - abs(a - b)),
 }
-"""Functions that formats of solvers lack, by those that they have."""
+"""Functions that NumPy leaves to its operands, and those that formats of solvers lack."""
 COMPARED = {"<=": operator.le, ">=": operator.ge, "==": operator.eq}
-ANSWERED = ("optimal", "locallyOptimal", "globallyOptimal")  # Words of solvers that have a point
 FOUND = {"infeasible": Status.INFEASIBLE, "unbounded": Status.UNBOUNDED}
+ANSWERED = ("optimal", "locallyOptimal", "globallyOptimal")  # Words of solvers that have a point
 
 
 @contextmanager
@@ -73,15 +74,11 @@ def library() -> Any:
 
 def applied(function: Operand, operands: tuple[Any, ...]) -> Any:
     """A function of Pyomo's expressions and of numbers."""
-    pyo, known = library(), [each.item() if np.ndim(each) else each for each in operands]
-    if function in FORMULAS:
-        return FORMULAS[function](pyo, *known)
-    if function in ALGEBRA:
-        return function(*known)
-    named = getattr(pyo, function.__name__.replace("arc", "a"), None)
-    if named is None or not isinstance(function, np.ufunc):
-        raise InputError(f"Pyomo does not know the function {function.__name__}")
-    return named(*known)
+    name = getattr(function, "__name__", "")
+    named = getattr(library(), name.replace("arc", "a"), None)
+    if isinstance(function, np.ufunc) and (call := FORMULAS.get(function, named)):
+        return call(*(each.item() if np.ndim(each) else each for each in operands))
+    raise InputError(f"Pyomo does not know the function {name}")
 
 
 def to_pyomo(model: Model, values: Values, *, checked: bool = True) -> Any:
@@ -95,20 +92,20 @@ def to_pyomo(model: Model, values: Values, *, checked: bool = True) -> Any:
         raise InputError(f"there is nothing to hand over: {decided.words[0]}")
     names, numbers = [x.name for x in model.variables], {k: float(v) for k, v in values.items()}
     starts = dict(zip(names, (first + 0.5 * reach).tolist(), strict=True))
-    found = pyo.ConcreteModel(" ".join(model.title.split()))
-    found.unknowns = pyo.Var(names, initialize=starts)
-    found.parameters = pyo.Param([*values], initialize=numbers, within=pyo.Any, mutable=True)
-    found.quantities, found.constraints = pyo.Expression(pyo.Any), pyo.Constraint(pyo.Any)
+    made = pyo.ConcreteModel(" ".join(model.title.split()))
+    made.unknowns = pyo.Var(names, initialize=starts)
+    made.parameters = pyo.Param([*values], initialize=numbers, within=pyo.Any, mutable=True)
+    made.quantities, made.constraints = pyo.Expression(pyo.Any), pyo.Constraint(pyo.Any)
 
     def leaf(node: Leaf) -> Any:
-        return (found.unknowns if isinstance(node, Variable) else found.parameters)[node.name]
+        return (made.unknowns if isinstance(node, Variable) else made.parameters)[node.name]
 
     def let(node: Let, inner: Any) -> Any:
         if not node.moves:
             return inner  # Bounds take no named quantity
-        key = (node.name, len(found.quantities)) if node.name in found.quantities else node.name
-        found.quantities[key] = inner
-        return found.quantities[key]
+        key = (node.name, len(made.quantities)) if node.name in made.quantities else node.name
+        made.quantities[key] = inner
+        return made.quantities[key]
 
     def tree(label: str, expression: Operand) -> Any:
         known = fold(expression, leaf, applied, let, done)
@@ -119,108 +116,39 @@ def to_pyomo(model: Model, values: Values, *, checked: bool = True) -> Any:
         return known
 
     for each in model.variables:
-        unknown = found.unknowns[each.name]
+        unknown = made.unknowns[each.name]
         unknown.bounds = tree(each.label, each.lower), tree(each.label, each.upper)
         unknown.domain = pyo.Binary if each.binary else pyo.Reals
-    for stated in model.constraints:
-        if has_unknowns(*stated.relation.sides):
-            sides = (tree(stated.label, side) for side in stated.relation.sides)
-            found.constraints[str(stated.label)] = COMPARED[stated.relation.sense](*sides)
+    for row in model.constraints:
+        if has_unknowns(*row.relation.sides):
+            sides = (tree(row.label, side) for side in row.relation.sides)
+            made.constraints[str(row.label)] = COMPARED[row.relation.sense](*sides)
     sense = pyo.maximize if model.sense == "maximise" else pyo.minimize
-    found.objective = pyo.Objective(expr=tree("objective", model.objective), sense=sense)
-    found.preferences = pyo.ObjectiveList()
+    made.objective = pyo.Objective(expr=tree("objective", model.objective), sense=sense)
+    made.preferences = pyo.ObjectiveList()
     for goal in model.preferences:
-        found.preferences.add(tree("preference", goal)).deactivate()
-    return found
+        made.preferences.add(tree("preference", goal)).deactivate()
+    return made
 
 
 def to_file(model: Model, values: Values, form: str, remarks: Iterable[str] = ()) -> str:
     """The text of a file in a format of `FILES`, with remarks and the names of the unknowns."""
-    found = to_pyomo(model, values)
+    made = to_pyomo(model, values)
     with tempfile.TemporaryDirectory() as folder, failures_named(f"its .{form} writer", InputError):
         path = Path(folder) / f"programme.{form}"
         # Not every reader of .nl skips comments, which the labels are there.
-        _, number = found.write(str(path), io_options={"symbolic_solver_labels": form != "nl"})
-        symbols = found.solutions.symbol_map[number].byObject
+        _, number = made.write(str(path), io_options={"symbolic_solver_labels": form != "nl"})
+        symbols = made.solutions.symbol_map[number].byObject
         text = path.read_text("utf-8")
     notes = [model.title, *remarks]
     for each in model.variables:
         unit = "" if each.unit == "1" else f" [{each.unit}]"
-        if symbol := symbols.get(id(found.unknowns[each.name])):  # else no constraint has it
+        if symbol := symbols.get(id(made.unknowns[each.name])):  # else no constraint has it
             notes.append(f"{symbol} is {each.name}, {each.symbol}{unit}")
     if form == "nl":
         head, _, rest = text.partition("\n")
         return f"{head.partition('#')[0]}# {printable('; '.join(notes))}\n{rest}"
     return "".join(f"{FILES[form]}{printable(each)}\n" for each in notes) + text
-
-
-class PyomoProgramme:
-    """A model handed to Pyomo once, to be solved with changing parameters; see `Pyomo`."""
-
-    def __init__(self, model: Model, engine: "Pyomo", time_limit_s: float | None) -> None:
-        self.model, self.base, self.name = model, model.row(0), engine.solver
-        self.pyomo, self.linear = to_pyomo(model, self.base, checked=False), traits(model).linear
-        self.binary = [each.binary for each in model.variables]
-        self.asked: Values = {"options": {**SETTINGS.get(self.name, {}), **engine.options}}
-        self.asked |= {} if time_limit_s is None else {"timelimit": time_limit_s}
-        if not self._solver().available(exception_flag=False):
-            words = f"a solver that Pyomo finds; optuav[pyomo] brings HiGHS alone, {HIGHS}"
-            raise InputError([Fault("solver", repr(self.name), words)])
-
-    def _solver(self) -> Any:
-        """A solver that knows of no programme yet."""
-        with failures_named(self.name):
-            return library().SolverFactory(self.name)
-
-    def solve(self, values: Mapping[str, float]) -> Solution:
-        """Solve with values of parameters that differ from the model's, by name."""
-        parameters, pyo, solver = {**self.base, **values}, library(), self._solver()
-        if decided := without_solver(self.model, NAME, parameters):
-            return decided
-        for name, value in parameters.items():
-            self.pyomo.parameters[name] = float(value)
-        self.pyomo.del_component("kept")
-        self.pyomo.kept = pyo.ConstraintList()
-        found = partial(single, self.model, NAME, parameters)
-        goals = [self.pyomo.objective, *self.pyomo.preferences.values()]
-        word = self._reached(solver, goals, 0)
-        if word not in ANSWERED:
-            unproved = word == "infeasible" and not self.linear
-            status = Status.UNKNOWN if unproved else FOUND.get(word, Status.UNKNOWN)
-            return found(status, f"by {self.name}", word)
-        for number, goal in enumerate(goals[:-1]):
-            sign, reached = 1.0 if goal.is_minimizing() else -1.0, pyo.value(goal)
-            room = EQUAL * max(1.0, abs(reached))
-            self.pyomo.kept.add(sign * (goal.expr - reached) <= room)
-            if self._reached(solver, goals, number + 1) not in ANSWERED:
-                break
-        x = np.array([each.value for each in self.pyomo.unknowns.values()], float)
-        bounds = np.transpose([*own_bounds(self.model, parameters).values()])
-        x = np.clip(np.where(self.binary, np.round(x), x), *bounds) + 0.0
-        point = dict(zip(self.pyomo.unknowns, x.tolist(), strict=True))
-        status, proof = Status.LOCALLY_OPTIMAL, f"local: {self.name} says {word}"
-        if self.linear:
-            branched = f"branch and bound ({self.name})"
-            status, proof = Status.OPTIMAL, branched if any(self.binary) else DUALITY
-        answer = found(status, proof, word, point)
-        if not any(self.binary):
-            answer = replace(answer, duals=None)
-            if np.max(answer.residuals()) > STATIONARY:
-                return replace(answer, statuses=[Status.FEASIBLE], proof=f"{self.name} says {word}")
-        return answer
-
-    def _reached(self, solver: Any, goals: Sequence[Any], number: int) -> str:
-        """Solve for one of some goals, and load the values if there are any; the solver's word."""
-        for k, goal in enumerate(goals):
-            goal.activate() if k == number else goal.deactivate()
-        with failures_named(self.name):
-            results = solver.solve(self.pyomo, load_solutions=False, **self.asked)
-            word = str(results.solver.termination_condition)
-            if word in ANSWERED:
-                self.pyomo.solutions.load_from(results)
-        if word == "maxTimeLimit":
-            raise SolverError(f"{NAME} with {self.name} did not finish within the time limit")
-        return word
 
 
 @dataclass(frozen=True)
@@ -232,7 +160,12 @@ class Pyomo(OneByOne):
     solver
         Name of a solver that Pyomo finds, by default HiGHS, which takes linear models.
     options
-        Options of the solver, by its names of them.
+        Options of the solver, by its names of them; those of HiGHS are checked.
+
+    Raises
+    ------
+    InputError
+        If the solver is no name, or HiGHS takes no such option.
 
     Examples
     --------
@@ -246,6 +179,25 @@ class Pyomo(OneByOne):
     solver: str = HIGHS
     options: Mapping[str, Operand] = field(default_factory=dict, hash=False)
 
+    def __post_init__(self) -> None:
+        if not isinstance(self.solver, str):
+            raise InputError([Fault("solver", shown(self.solver), f"a name, such as {HIGHS!r}")])
+        if not isinstance(self.options, Mapping):
+            raise InputError([Fault("options", shown(self.options), "values by name")])
+        refuse(self._refused() if self.options and self.solver in (HIGHS, "highs") else ())
+
+    def _refused(self) -> Iterator[Fault]:
+        """Options that HiGHS does not take; Pyomo leaves them out without a word."""
+        import highspy
+
+        file = highspy.Highs()  # type: ignore[no-untyped-call]
+        file.setOptionValue("output_flag", False)
+        for key, option in self.options.items():
+            with suppress(TypeError):
+                if file.setOptionValue(key, option) == highspy.HighsStatus.kOk:
+                    continue
+            yield Fault(f"options[{key!r}]", shown(option), "an option and a value of HiGHS")
+
     @property
     def takes(self) -> Capability:  # type: ignore[override]
         """Which models the solver takes, as far as that is known."""
@@ -257,4 +209,60 @@ class Pyomo(OneByOne):
         self, model: Model, slot_s: float | None = None, time_limit_s: float | None = None
     ) -> Single:
         """Hand over a model, to be solved for one programme at a time."""
-        return PyomoProgramme(model, self, time_limit_s).solve
+        made = to_pyomo(model, model.row(0), checked=False)
+        asked: Values = {"options": {**SETTINGS.get(self.solver, {}), **self.options}}
+        if time_limit_s is not None:
+            asked = {**asked, "timelimit": time_limit_s}
+        if not self._solver().available(exception_flag=False):
+            words = f"a solver that Pyomo finds; optuav[pyomo] brings HiGHS alone, {HIGHS}"
+            raise InputError([Fault("solver", repr(self.solver), words)])
+        return lambda values: self._solved(model, made, {**model.row(0), **values}, asked)
+
+    def _solver(self) -> Any:
+        """A solver that knows of no programme yet."""
+        with failures_named(self.solver):
+            return library().SolverFactory(self.solver)
+
+    def _solved(self, model: Model, made: Any, parameters: Values, asked: Values) -> Solution:
+        """The solution with values of parameters: the best for each goal among the best before."""
+        if decided := without_solver(model, NAME, parameters):
+            return decided
+        solution, linear = partial(single, model, NAME, parameters), traits(model).linear
+        goals, solver, words = [made.objective, *made.preferences.values()], self._solver(), []
+        made.parameters.store_values({key: float(value) for key, value in parameters.items()})
+        made.del_component("kept")
+        made.kept = library().ConstraintList()
+        for goal in goals:
+            for each in goals:
+                each.activate() if each is goal else each.deactivate()
+            with failures_named(self.solver):
+                results = solver.solve(made, load_solutions=False, **asked)
+                words.append(str(results.solver.termination_condition))
+                if words[-1] in ANSWERED:
+                    made.solutions.load_from(results)
+            if words[-1] == "maxTimeLimit":
+                raise SolverError(f"{NAME} with {self.solver} did not finish within the time limit")
+            if words[-1] not in ANSWERED:
+                break
+            sign, reached = 1.0 if goal.is_minimizing() else -1.0, library().value(goal)
+            made.kept.add(sign * (goal.expr - reached) <= EQUAL * max(1.0, abs(reached)))
+        if (word := words[0]) not in ANSWERED:
+            # A local solver proves no infeasibility.
+            known = FOUND if linear or word != "infeasible" else {}
+            return solution(known.get(word, Status.UNKNOWN), f"by {self.solver}", word)
+        whole = [each.binary for each in model.variables]
+        x = np.array([each.value for each in made.unknowns.values()], float)
+        bounds = np.transpose([*own_bounds(model, parameters).values()])
+        x = np.clip(np.where(whole, np.round(x), x), *bounds) + 0.0
+        point = dict(zip(made.unknowns, x.tolist(), strict=True))
+        status, proof = Status.LOCALLY_OPTIMAL, f"local: {self.solver} says {word}"
+        if linear:
+            branched = f"branch and bound ({self.solver})"
+            status, proof = Status.OPTIMAL, branched if any(whole) else DUALITY
+        answer = solution(status, proof, word, point)
+        if any(whole):
+            return answer
+        answer = replace(answer, duals=None)
+        if np.max(answer.residuals()) > STATIONARY:
+            return replace(answer, statuses=[Status.FEASIBLE], proof=f"{self.solver} says {word}")
+        return answer

@@ -1,10 +1,13 @@
 """Programmes with numbers as files that other solvers read."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from pathlib import Path
 
+from optuav.arrays import Values
 from optuav.engines import export, pyomo_engine
 from optuav.errors import InputError
-from optuav.mission.messages import unknown
+from optuav.mission.files import check_place, ending_of, write_text
+from optuav.mission.messages import of_kind, path_of, unknown
 from optuav.modelling import Model
 
 WRITERS = {
@@ -14,10 +17,29 @@ WRITERS = {
 """What writes a format, by its suffix."""
 
 
-def writer(form: str, *models: Model) -> Callable[..., str]:
-    """Return what writes a format; refused if there is none, or it cannot hold some models."""
+ENDINGS = tuple(f".{form}" for form in WRITERS)
+
+
+def writer(stated: str | Path, *models: Model) -> Callable[..., str]:
+    """Return what makes the text of a form from a model, values and remarks.
+
+    A path, whose suffix is the form, is written to as well. `InputError` if there is no such form,
+    it cannot hold some of the models, or the path cannot be written to.
+    """
+    form, path = of_kind("form", stated, str | Path, "a form, or the path of a file"), None
     if form not in WRITERS:
-        raise InputError([unknown("form", form, tuple(WRITERS))])
+        path = path_of(form, "form")
+        if not path.suffix:
+            raise InputError([unknown("form", str(form), tuple(WRITERS))])
+        form = ending_of(path, *ENDINGS, name="form").removeprefix(".")
+        check_place(path)
     for model in models if form in export.FILES else ():
         export.need_linear(model)
-    return WRITERS[form]
+
+    def write(model: Model, values: Values, remarks: Iterable[str]) -> str:
+        text = WRITERS[form](model, values, form, remarks)
+        if path is not None:
+            write_text(path, text)
+        return text
+
+    return write

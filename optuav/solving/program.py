@@ -5,6 +5,7 @@ import reprlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -203,20 +204,21 @@ class Program:
         words = order.replace("-", " ") if order and part.rests else "without a rest"
         return words + (f", {len(part.routes)} routes" if len(part.routes) > 1 else "")
 
-    def to_file(self, form: str) -> str:
-        """The programme of the best route with numbers, as a file that other solvers read.
+    def to_file(self, form: str | Path) -> str:
+        """Return the programme of the best route with numbers for other solvers, as text.
 
         Parameters
         ----------
         form
             Of linear programmes ``"lp"`` for CPLEX LP or ``"mps"`` for free MPS; of all, written by
             Pyomo (extra ``pyomo``), ``"nl"`` for AMPL, ``"gms"`` for GAMS or ``"bar"`` for BARON.
+            The path of a file with such a suffix is written to as well.
 
         Raises
         ------
         InputError
-            If there is no such form, it cannot hold a constraint, times are in slots, or Pyomo is
-            missing.
+            If there is no such form, it cannot hold a constraint, times are in slots, Pyomo is
+            missing, or the path cannot be written to.
         NoPlanError
             If nothing can be flown.
         """
@@ -226,7 +228,7 @@ class Program:
         route = " -> ".join(self.network.route_names(int(part.routes[entry])))
         mission = f"mission {self.network.mission.name}, perspective {self.question.perspective}"
         remarks = [printable(mission), printable(f"route {route}"), *best]
-        return write(part.model, part.model.row(entry), form, remarks)
+        return write(part.model, part.model.row(entry), remarks)
 
     def to_pyomo(self) -> Any:
         """The programme of the best route with numbers, as a model of Pyomo (extra ``pyomo``).

@@ -72,8 +72,8 @@ class RouteChoice:
     gap_s: float | None = None
     shares: Mapping[str, float] = field(default_factory=dict)
 
-    def to_file(self, form: str) -> str:
-        """The programme as a file that other solvers read: ``"lp"``, ``"mps"``, or another form.
+    def to_file(self, form: str | Path) -> str:
+        """Return the text of the programme for other solvers; given a path, write it there too.
 
         Forms and errors are those of `Program.to_file`.
         """
@@ -81,7 +81,7 @@ class RouteChoice:
         if self.model is None:
             raise NoPlanError(self.plan.summary())
         remarks = [printable(f"mission {self.plan.mission.name}, form {self.form}")]
-        return write(self.model, self.model.row(0), form, remarks)
+        return write(self.model, self.model.row(0), remarks)
 
     @printed
     def __str__(self) -> str:

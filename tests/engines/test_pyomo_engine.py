@@ -20,6 +20,7 @@ from optuav.modelling import Model, Parameter
 from optuav.modelling.expression import Operand
 from optuav.solving.question import PROBLEMS
 from optuav.status import Status
+from tests.cli.run import run
 from tests.engines import nl_solver
 
 B1 = optuav.P4("b1", order="rest-first")
@@ -87,6 +88,54 @@ def test_files_for_gams_and_baron_say_what_their_names_are(form: str, mark: str)
     name, _, words = notes[-2].partition(" is ")
     assert words == "hover_time_s, Δ [s]"
     assert any(name in each and "exp(" in each for each in lines if not each.startswith(mark))
+
+
+@pytest.mark.parametrize("form", ["lp", "mps", "nl", "gms", "bar"])
+def test_a_path_is_written_in_the_form_of_its_suffix(form: str, tmp_path: Path) -> None:
+    """As text, as a path, in capitals, and by the command, always the text of the form."""
+    program = optuav.formulate("paper", optuav.P3(), perspective="battery")
+    text = program.to_file(form)
+    for path in (tmp_path / f"one.{form}", str(tmp_path / f"two.{form.upper()}")):
+        assert program.to_file(path) == text
+        assert Path(path).read_text("utf-8") == text
+    asked = ("paper", "--problem", "P3", "--perspective", "battery", "--save")
+    file = tmp_path / f"three.{form}"
+    assert run("formulate", *asked, str(file)).out == f"wrote {file}\n"
+    assert file.read_text("utf-8") == text.rstrip("\n") + "\n"
+    choice = optuav.route_choice("paper", perspective="battery")
+    assert choice.to_file(tmp_path / f"c.{form}") == (tmp_path / f"c.{form}").read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("form", "words"),
+    [
+        ("p.txt", r"form = 'p.txt': a name that ends in \.lp, \.mps, \.nl, \.gms or \.bar"),
+        ("gsm", r"form = 'gsm': one of lp, mps, nl, gms, bar; did you mean 'gms'"),
+        ("no/p.nl", "no/p.nl: there is no directory no"),
+        (3, "form = 3: a form, or the path of a file"),
+    ],
+)
+def test_another_form_is_refused(form: Any, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        optuav.formulate("paper", "P3", perspective="battery").to_file(form)
+
+
+@pytest.mark.parametrize(
+    ("stated", "words"),
+    [
+        ({"solver": 3}, "solver = 3: a name, such as 'appsi_highs'"),
+        ({"options": 3}, "options = 3: values by name"),
+        ({"options": {"nonsense": 1}}, r"options\['nonsense'\] = 1: an option and a value of Hi"),
+        ({"options": {"presolve": "perhaps"}}, r"options\['presolve'\] = 'perhaps': an option"),
+        ({"options": {"time_limit": "x"}, "solver": "highs"}, r"options\['time_limit'\] = 'x'"),
+        ({"options": {"mip_rel_gap": [1]}}, r"options\['mip_rel_gap'\] = \[1\]: an option"),
+        ({"options": {3: 1}}, r"options\[3\] = 1: an option and a value of HiGHS"),
+    ],
+)
+def test_what_the_engine_does_not_take_is_refused_when_it_is_made(stated: Any, words: str) -> None:
+    """Pyomo would leave such options out without a word."""
+    with pytest.raises(InputError, match=words):
+        Pyomo(**stated)
 
 
 def test_a_solver_of_nonlinear_models_answers_through_pyomo() -> None:
