@@ -41,7 +41,7 @@ class P2(Formulation):
     def declare(self, model: Model, given: Given) -> None:
         """State (P2), P2.a to P2.e; of equal plans the one with the shortest mission."""
         hover, rest = given.hover_and_rest(model)
-        model.minimise(given.flight_time_s + rest)
+        model.minimise(given.flight_time_s + rest, unit="s")
         model.prefer_small(hover)
         state_limits(model, given, "P2", hover, rest)
         if self.tight:

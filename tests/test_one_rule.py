@@ -197,12 +197,14 @@ def test_anything_else_is_refused_in_words(name: str, folder: Path) -> None:
     wrong = [3, {3: 4}, b"x", object(), *([] if door.none else [None])]
     wrong += [] if door.empty else [[], ""]
     wrong += [] if name in WRITES else ["no.toml", Path("no.json")]
+    wrong += ["~nobody-here/x.json", Path("~nobody-here/x")]
     for stated in wrong:
         with pytest.raises(InputError) as refusal:
             door.call(stated)
         for fault in refusal.value.faults:
             assert fault.allowed, stated
             assert fault.key or fault.source, (stated, str(fault))
+    assert not (folder / "~nobody-here").exists()
 
 
 def test_every_public_function_is_held_to_it() -> None:

@@ -224,6 +224,17 @@ def test_only_our_names_are_listed(make: Callable[[str], object]) -> None:
     assert {"to_dict", "to_frame", "save", "summary"} <= listed
     assert not any(name.startswith(("model_", "parse_")) for name in listed)
     assert not listed & {"copy", "construct", "dict", "from_orm", "json", "schema", "validate"}
+    assert listed <= {*dir(type(made))}
+
+
+def test_classes_list_only_our_names_as_well() -> None:
+    """Their fields and methods; of tables of a mission too."""
+    kinds = optuav.Mission, optuav.Plan, optuav.Datasheet, type(optuav.load("paper").limits)
+    for kind in kinds:
+        listed = {name for name in dir(kind) if not name.startswith("_")}
+        assert not any(name.startswith(("model_", "parse_")) for name in listed)
+        assert not listed & {"copy", "construct", "dict", "from_orm", "json", "schema", "validate"}
+    assert {"battery", "replace", "save"} <= {*dir(optuav.Mission)}
 
 
 @pytest.mark.parametrize("name", ["city", "exercises", "maps", "plots"])

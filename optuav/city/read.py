@@ -30,7 +30,7 @@ from optuav.errors import Fault, InputError, collected, refuse
 from optuav.mission.earth import DEGREES, plane
 from optuav.mission.files import label, refusal, refusals
 from optuav.mission.maps import HEADS, LARGEST, LINES, TEXTS, check_map, document_of, features
-from optuav.mission.messages import counted, listed, misfits, nearest, shown
+from optuav.mission.messages import counted, listed, misfits, nearest, path_of, shown
 from optuav.mission.schema import Number
 
 HEIGHT = Number("m", gt=0, le=1e6)
@@ -127,8 +127,9 @@ def read(
         faults.append(Fault("crs", shown(crs), words))
     faults += _faults(level_height_m, default_height_m, bbox, origin)
     if not unread:
-        file = Path("GeoDataFrame" if is_frame else path)
+        file = Path("GeoDataFrame")
         with collected(faults):
+            file = file if is_frame else path_of(path)
             within = bbox if crs is None and not faults else None
             frame = _own(path, file, layer) if is_frame else _features(file, layer, within)
     refuse(faults)

@@ -106,12 +106,20 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
     fields = {key: each.parameters for key, each in signatures.items()}
 
     def run(force: bool | None = None, **given: Any) -> None:
+        from optuav.mission.files import expanded, only_ours
+
+        faults = list[Fault]()
+        for key, value in given.items():
+            with collected(faults):
+                if isinstance(value, Path):
+                    given[key] = expanded(value, key)
+                elif isinstance(value, list):
+                    given[key] = [expanded(x, key) if isinstance(x, Path) else x for x in value]
+        refuse(faults)
         for key, record in records.items():
             given[key] = record(**{field: given.pop(field) for field in fields[key]})
         context = copy_context()
         if force is not None:  # else nothing is written
-            from optuav.mission.files import only_ours
-
             context.run(only_ours.set, not force)
             if "force" in own:
                 given["force"] = force

@@ -7,7 +7,6 @@ import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from inspect import isabstract
-from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
@@ -24,12 +23,13 @@ files: dict[str, str] = {}
 def problem_class(stated: str) -> type[Formulation]:
     """Run the file of ``FILE.py:CLASS``, and return its class."""
     from formulations.formulation import Formulation
-    from optuav.mission.files import read_text
+    from optuav.mission.files import expanded, read_text
 
     name, _, kind = stated.rpartition(":")
     if not name.endswith(".py"):
         raise InputError([Fault("--problem", repr(stated), "FILE.py:CLASS, as mine.py:LeastLaser")])
-    text, place = read_text(Path(name), LARGEST_BYTES), Path(name).resolve()
+    path = expanded(name, "--problem")
+    text, place = read_text(path, LARGEST_BYTES), path.resolve()
     files[str(place)], module = name, ModuleType("problem_file")
     sys.modules[module.__name__], module.__file__ = module, str(place)
     # The file may import what lies beside it, but hides nothing that is installed.

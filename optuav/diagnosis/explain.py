@@ -23,6 +23,7 @@ from optuav.errors import InputError, SolverError
 from optuav.judge import audit
 from optuav.mission import Mission, load
 from optuav.mission.files import refusal
+from optuav.mission.messages import path_of
 from optuav.modelling import Model, Variable
 from optuav.modelling.check import evaluated, relations
 from optuav.modelling.traversal import has_unknowns, leaves
@@ -130,7 +131,7 @@ def saved_plan(path: str | Path) -> Plan:
     """Return the plan of a file; refused where its simulation contradicts it."""
     plan = load_plan(path)
     if plan and audit(plan).contradicted:
-        raise refusal(Path(path), "its simulation contradicts this plan: optuav show says where")
+        raise refusal(path_of(path), "its simulation contradicts this plan: optuav show says where")
     return plan
 
 

@@ -258,9 +258,21 @@ def ending_of(path: Path, *endings: str, name: str = "path") -> str:
     return suffix
 
 
+def expanded(stated: str | Path, name: str = "path") -> Path:
+    """A path, in which ``~`` is the home of the user; refused where no such user is known."""
+    path = Path(stated)
+    try:
+        return path.expanduser()
+    except RuntimeError:
+        words = f"there is no user {path.parts[0][1:]!r}; state the whole path"
+    except ValueError:
+        words = "is not a possible path"
+    raise InputError([Fault(name, repr(printable(str(path))), words)])
+
+
 def beside(folder: Path, stated: str | Path) -> Path:
-    """A path that is stated relative to a folder; ``~`` is the home of the user."""
-    return folder / os.path.expanduser(stated)
+    """A path that is stated relative to a folder, see `expanded`."""
+    return folder / expanded(stated)
 
 
 def must_be_new(path: Path) -> None:

@@ -1,7 +1,6 @@
 """Words of messages: allowed values, names that may have been meant, values and numbers as text."""
 
 import datetime
-import os
 import reprlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -15,6 +14,7 @@ from pydantic import BaseModel
 
 from optuav.errors import LONGEST_TEXT, Fault, InputError
 from optuav.errors import nearest as nearest  # noqa: PLC0414
+from optuav.mission.files import expanded
 from optuav.mission.flight_model import forms, table_keys
 from optuav.mission.schema import Allowed, MissionSection, Number, OneOf
 
@@ -95,8 +95,8 @@ def written_out(value: float) -> str:
 
 
 def path_of(stated: Any, name: str = "path", words: str = "a path") -> Path:
-    """A path, in which ``~`` is the home of the user; refused if it is none."""
-    return Path(os.path.expanduser(of_kind(name, stated, str | Path, words)))
+    """A path, see `expanded`; refused if it is none."""
+    return expanded(of_kind(name, stated, str | Path, words), name)
 
 
 def paths_of(stated: Any, name: str) -> list[Path]:

@@ -14,7 +14,7 @@ from itertools import pairwise
 from numbers import Real
 from operator import ge, gt, le, lt
 from textwrap import dedent
-from typing import Annotated, NamedTuple, TypeGuard, TypeVar
+from typing import TYPE_CHECKING, Annotated, NamedTuple, TypeGuard, TypeVar
 
 from annotated_types import Ge, GroupedMetadata, Gt, Le, Len, Lt, Predicate
 from pydantic import (
@@ -206,7 +206,21 @@ CONVERSIONS: dict[float, dict[str, float]] = {
 """Straight-line fits a1, b1, a2, b2 of emitter and receiver by wavelength [nm]."""
 
 
-class Record(BaseModel):
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass
+else:
+    ModelMetaclass = type(BaseModel)  # It has no public name
+
+
+class ListedByName(ModelMetaclass):
+    """Metaclass of `Record`, for `dir` of the class."""
+
+    def __dir__(self) -> list[str]:
+        fields = vars(self).get("__pydantic_fields__", {})
+        return sorted({*super().__dir__(), *fields} - PYDANTIC)
+
+
+class Record(BaseModel, metaclass=ListedByName):
     """Validated fields; `dir` lists them and what is done with them, not how they are validated."""
 
     def __dir__(self) -> list[str]:

@@ -132,8 +132,9 @@ class Plan(Record):
     flyable
         Whether the plan passed its simulation; None where there is no plan or no simulation.
     objective, objective_unit, bound
-        Value of the objective of a problem of one's own, its unit if one was declared, and, where
-        the answer is not proved, what no plan is better than if that is known; else None.
+        Value of the problem's objective, for P1, P3 and P4 the hover time; its unit if one was
+        declared; and, where the answer is not proved, what no plan is better than if that is known.
+        None where there is none, as in a plan without phases or in an older file.
 
     Examples
     --------

@@ -15,6 +15,7 @@ from optuav.errors import folded, line_width, printable
 from optuav.mission.files import label
 from optuav.mission.messages import written_out
 from optuav.network import vehicle
+from optuav.options import LONGEST_HOVER
 
 if TYPE_CHECKING:
     from optuav.mission import Mission
@@ -164,8 +165,9 @@ def outcome(plan: Plan) -> list[Line]:
     )
     left = f"of the battery, by perspective: {levels}"
     lines = [("Route", " → ".join(plan.route)), ("Charge left", left)]
-    for name, value in (("Objective", plan.objective), ("Bound", plan.bound)):
-        if value is not None and plan.objective is not None:
+    known = None if plan.problem in LONGEST_HOVER else plan.objective  # The hover is shown above
+    for name, value in (("Objective", known), ("Bound", plan.bound)):
+        if value is not None:
             shown = f"{value:.6g} {plan.objective_unit.removeprefix('1')}".rstrip()
             lines.append((name, shown + "; none is better" * (name == "Bound")))
     if plan.binding:

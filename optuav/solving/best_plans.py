@@ -94,7 +94,7 @@ class Best:
     route: Integers
     status: Codes  # Number in `STATUSES`
     reason: Codes  # Number in `REASONS`
-    # Of a problem of one's own, and what no plan is better than if that is open; NaN for none
+    # And what no plan is better than if that is open; NaN for none
     objective: Floats
     bound: Floats
 
@@ -173,7 +173,7 @@ def best_plans(variants: Variants, question: Question, table: Quantities | None 
         "route": route,
         "status": found.status[variant],
         "reason": CODES["none"],
-        "objective": np.nan if found.objective is None else found.objective[won],
+        "objective": hover_s if found.objective is None else found.objective[won],
         "bound": np.nan if found.bound is None else found.bound[variant],
     }
     if len(kept) == variants.count:

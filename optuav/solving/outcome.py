@@ -40,7 +40,7 @@ from optuav.physics.flight import speed_warning
 from optuav.physics.quantity import Quantity
 from optuav.plan import Phase, Plan
 from optuav.solving.assemble import legs_and_stays, quantities
-from optuav.solving.question import MOST_BUILDINGS, OF_THE_PAPER, PROBLEM_NAMES, Question, answer
+from optuav.solving.question import MOST_BUILDINGS, PROBLEM_NAMES, Question, answer
 from optuav.status import SAME_S, Status
 
 ANY_S = 1e9  # Longer than any time of a mission [s]
@@ -143,7 +143,8 @@ def plan_for(
                 refused = f"the {refused_As:.6g} A s that the full battery refused are lost"
                 only = "only the state of charge battery counts that"
                 notes.append(f"charging tapered: {refused}; {only}")
-        found |= {"phases": flown, "soc": soc}
+        hover_s = sum(each.duration_s for each in flown if each.kind == "hover")
+        found = {"objective": hover_s, "objective_unit": "s", **found, "phases": flown, "soc": soc}
     return Plan(
         mission=mission,
         problem=question.problem.name,
@@ -182,16 +183,13 @@ def plan_of(
         approached = "; with T' > 0, as (P4) is printed, this limit is approached but not attained"
         more = approached if isinstance(question.problem, P4) else ""
         notes.append(f"the optimum is at T' = 0: resting gains nothing here{more}")
-    own: dict[str, Any] = {}
-    if type(question.problem) not in OF_THE_PAPER:
-        own["objective"] = float(solution.objective[entry])
-        own["objective_unit"] = part.declared.objective_unit
     return route_plan(
         question,
         network,
         route,
         (hover_s, rest_s),
-        **own,
+        objective=float(solution.objective[entry]),
+        objective_unit=part.declared.objective_unit,
         engine=solution.engine,
         proof=solution.proof,
         status=solution.statuses[entry],

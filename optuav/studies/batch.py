@@ -45,13 +45,10 @@ LABELS = {
     "status": ("what is known of the answer", ""),
     "reason": ("why there is no plan", ""),
     "proved": ("whether it is certain that no plan is better, or that there is none", ""),
+    "objective": ("objective of the problem", "s"),
+    "bound": ("what no objective is better than, where the answer is not proved", "s"),
 }
 """The variables: what they are, and the units of those that are measured."""
-OWN = {
-    "objective": "objective of the problem",
-    "bound": "what no objective is better than, where the answer is not proved",
-}
-"""The variables of a problem of one's own, beside the others."""
 MEASURED = tuple(name for name, (_, unit) in LABELS.items() if unit)
 CODED = {"building": np.int32, **dict.fromkeys(("order", "status", "reason"), np.int8)}
 """Types of the variables that are numbers of words."""
@@ -70,7 +67,7 @@ class Solved(NamedTuple):
     values: Variables
     buildings: list[str]  # Names by number, and last that of none
     facts: Mapping[str, str]
-    unit: str = ""  # Of the objective of a problem of one's own
+    unit: str = "s"  # Of the objective
 
 
 def batch_arrays(
@@ -160,10 +157,9 @@ def batch(
         [-]; and as numbers, whose words are in the attributes ``flag_meanings`` and ``words``:
         ``building`` and ``order`` of its route (−1 and 0 for none; of several rests the first),
         ``status``, and ``reason``, why there is no plan (0 where there is one). ``proved`` is true
-        where it is certain that no plan is better, or that there is none. Of a problem of one's own
-        also ``objective`` and ``bound``, as a `Plan` has them. Without a plan times and
-        charges are NaN; no scenario is left out. Answers are those of `optuav.solve`, its tie rule
-        included.
+        where it is certain that no plan is better, or that there is none. ``objective`` and
+        ``bound`` are those of a `Plan`. Without a plan times, charges and objective are NaN; no
+        scenario is left out. Answers are those of `optuav.solve`, its tie rule included.
 
     Raises
     ------
@@ -199,7 +195,8 @@ def labelled(found: Solved) -> xarray.Dataset:
         coordinates[key] = along, each, {"units": unit[key]} if key in unit else {}
     variables = dict[str, Any]()
     for name, values in found.values.items():
-        title, measure = LABELS.get(name) or (OWN[name], found.unit)
+        title, measure = LABELS[name]
+        measure = found.unit if name in ("objective", "bound") else measure
         more = _flags(name, words[name]) if name in CODED else {"units": measure} if measure else {}
         variables[name] = dims, values, {"long_name": title, **more}
     return xarray.Dataset(variables, coordinates, {"Conventions": "CF-1.11", **found.facts})
@@ -264,8 +261,8 @@ def solved_batch(
     names = [*dict.fromkeys(name for whole in wholes for name in whole.buildings.names)]
     found, size = variables(every, questions, names), tuple(shape.values())
     reshaped = {name: each.reshape(size) for name, each in found.items()}
-    unit = ""
-    if "objective" in found:
+    unit = "s"
+    if type(questions[0][0].problem) not in OF_THE_PAPER:
         parts = formulate(wholes[0], questions[0][0].problem, perspective=asked[0]).parts
         unit = parts[0].declared.objective_unit if parts else ""
     return Solved(labels, {**keys, **values}, shape, reshaped, [*names, "none"], facts, unit)
@@ -279,8 +276,7 @@ def variables(
     Buildings are numbered as their names are listed.
     """
     size = len(questions[0]), len(every), every[0].count
-    more = OWN if type(questions[0][0].problem) not in OF_THE_PAPER else {}
-    found: Variables = {name: np.empty(size, KINDS.get(name, float)) for name in (*LABELS, *more)}
+    found: Variables = {name: np.empty(size, KINDS.get(name, float)) for name in LABELS}
     numbers = {name: number for number, name in enumerate(buildings)}
     for place, scenarios, asked in _stacked(every, questions):
         # By route: the direct one first, and no plan, −1, last.
@@ -380,11 +376,10 @@ def best_alone(mission: Mission | InputError, question: Question) -> Best:
         names = [*CODES]
         return without(plan.status, names[int(simpler.reason[0]) or CODES["together"]])
     best.status[:], best.reason[:] = STATUSES.index(plan.status), CODES["none"]
-    for name in OWN:
-        getattr(best, name)[:] = getattr(plan, name)  # NaN for None
     soc = {f"soc_{name}": (plan.soc or {}).get(name, np.nan) for name in PAPER}
     for name in MEASURED:
-        getattr(best, name)[:] = soc[name] if name in soc else getattr(plan, name)
+        value = soc[name] if name in soc else getattr(plan, name)
+        getattr(best, name)[:] = value  # NaN for None
     best.route[:] = 0
     if rests := [place for place in plan.route if place not in ENDS]:
         number = mission.buildings.names.index(rests[0])

@@ -304,7 +304,7 @@ def test_explain_believes_no_plan_that_its_simulation_contradicts(tmp_path: Path
         (["solve", "paper", "--save", "r.csv"], ".json"),
         (["solve", "paper", "--animate", "r.mp4"], ".gif"),
         (["new", "r.json"], ".toml"),
-        (["formulate", "paper", "--save", "r.pdf"], ".txt, .tex, .lp or .mps"),
+        (["formulate", "paper", "--save", "r.pdf"], ".txt, .tex, .lp, .mps, .nl, .gms or .bar"),
         (["formulate", "paper", "--lp", "--save", "r.mps"], ".lp"),
         (["calibrate", "kibam", "r.csv", "--save", "r.json"], ".toml"),
     ],

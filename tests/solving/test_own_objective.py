@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import itertools
+import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -141,11 +142,37 @@ def test_a_plan_has_the_objective_in_print_file_and_frame(tmp_path: Path) -> Non
     assert plan.to_frame().attrs["objective"] == plan.objective
 
 
-def test_plans_of_the_paper_keep_their_file() -> None:
-    """Their objective is a time, which a plan has anyway."""
-    plan = optuav.solve(MISSION, "P3", perspective="battery")
-    assert plan.objective is None
-    assert not plan.to_dict().keys() & {"objective", "objective_unit", "bound"}
+TWICE = optuav.P1(stops=2, hovers=2)
+QUESTIONS: list[tuple[Any, dict[str, Any]]] = [
+    *((name, {"perspective": "battery"}) for name in ("P1", "P2", "P2-tight", "P3")),
+    (optuav.P4("b1"), {"perspective": "available"}),
+    ("P1", {"slot_s": 20.0}),
+    ("P2", {"engine": "casadi"}),
+    (optuav.P1(hover_point="free"), {"perspective": "battery"}),
+    (TWICE, {}),
+]
+
+
+@pytest.mark.parametrize(("problem", "options"), QUESTIONS)
+def test_plans_of_the_paper_have_their_objective_too(
+    problem: Any, options: dict[str, Any], tmp_path: Path
+) -> None:
+    """A time, of (P2) that of flight and rest; a file without it is read as well."""
+    plan = optuav.solve(MISSION, problem, **options)
+    least = plan.problem.startswith("P2")
+    aim_s = plan.flight_time_s + plan.rest_time_s if least else plan.hover_time_s
+    assert plan.objective == pytest.approx(aim_s, abs=1e-9)
+    assert plan.objective_unit == "s"
+    assert (f"\nObjective    {aim_s:.6g} s\n" in str(plan)) is least
+    data = json.loads(plan.save(tmp_path / "plan.json").read_text("utf-8"))
+    assert (data["objective"], data["objective_unit"]) == (plan.objective, "s")
+    if problem is not TWICE:
+        found = optuav.batch_arrays(MISSION, {}, problem, perspective=plan.perspective)
+        exact = options.get("slot_s") is None
+        assert not exact or float(found["objective"]) == pytest.approx(aim_s, abs=1e-6)
+    older = {name: each for name, each in data.items() if not name.startswith("objective")}
+    (tmp_path / "older.json").write_text(json.dumps(older), "utf-8")
+    assert optuav.load_plan(tmp_path / "older.json").objective is None
 
 
 class Longest(optuav.Formulation):
@@ -187,6 +214,7 @@ def test_where_nothing_is_proved_a_bound_is_stated(tmp_path: Path) -> None:
     assert optuav.load_plan(tmp_path / "plan.json").bound == plan.bound
     paper = optuav.solve(MISSION, perspective="battery", engine=Cautious())
     assert paper.bound == pytest.approx(paper.hover_time_s + 5.0)
+    assert f"\nBound        {paper.bound:.6g} s; none is better\n" in str(paper)
 
 
 def test_a_batch_states_the_bound(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -209,7 +237,9 @@ def test_a_batch_has_the_objective_of_every_scenario() -> None:
             alone = optuav.solve(MISSION.replace(values), LeastLaser(), perspective="battery")
             value = float(found["objective"].sel(values))
             assert value == pytest.approx(alone.objective, rel=1e-9) if alone else np.isnan(value)
-    assert "objective" not in optuav.batch(MISSION, keys, perspective="battery")
+    paper = optuav.batch(MISSION, keys, perspective="battery")
+    assert paper["objective"].attrs["units"] == "s"
+    assert paper["objective"].equals(paper["hover_time_s"])
 
 
 def test_a_repair_counts_with_each_missions_own_numbers() -> None:

@@ -1,0 +1,67 @@
+"""Paths in arguments and options: ``~`` is the home, and an unknown user is refused in words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.cli.run import refused, run
+from tests.cli.test_own_problem import MINE
+
+SITE = ("--origin", "0,0,0", "--destination", "9,9,9", "--device", "5,5,5", "--laser", "5,5,5")
+LOG = Path(__file__).parents[2] / "optuav" / "lessons" / "data" / "lifetimes.csv"
+SHORT = ("--problem", "P3", "--perspective", "battery")
+COMMANDS = [
+    ("solve", "{}/mission.toml", *SHORT),
+    ("solve", "paper", *SHORT, "--save", "{}/plan.json"),
+    ("solve", "paper", *SHORT, "--plot", "{}/pictures"),
+    ("solve", "paper", "--problem", "{}/mine.py:LeastLaser", "--set", "wanted_hover_s=400"),
+    ("show", "{}/plan.json"),
+    ("explain", "{}/plan.json"),
+    ("audit", "{}/plan.json", "--plot", "{}/audit.png"),
+    ("formulate", "paper", *SHORT, "--save", "{}/p3.lp"),
+    ("new", "{}/mission.toml"),
+    ("calibrate", "kibam", "{}/log.csv", "--save", "{}/fit.toml"),
+    ("compare", "paper", "--save", "{}/compared.csv"),
+    ("sweep", "{}/study.toml"),
+    ("check-solutions", "{}/solutions.json"),
+    ("lessons", "{}/lessons"),
+    ("city", "{}/town.geojson", *SITE, "--save", "{}/town.toml"),
+    ("reproduce", "--only", "table1", "--out", "{}/reproduced"),
+    ("map", "paper", "--over", "device", "--step", "900", "--save", "{}/map.tif"),
+]
+HERE = ("solve", "new", "formulate", "lessons")
+
+
+@pytest.fixture
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A home beside an empty working directory."""
+    (tmp_path / "home").mkdir()
+    (tmp_path / "here").mkdir()
+    (tmp_path / "home" / "mine.py").write_text(MINE, "utf-8")
+    (tmp_path / "home" / "beside.py").write_text("WORTH = 1.0\n", "utf-8")
+    (tmp_path / "home" / "log.csv").write_bytes(LOG.read_bytes())
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    monkeypatch.chdir(tmp_path / "here")
+    return tmp_path / "home"
+
+
+def test_a_tilde_is_the_home(home: Path) -> None:
+    """Where a command reads and where it writes; nothing is made where it is run."""
+    run("new", str(home / "mission.toml"))
+    for line in COMMANDS[:10]:
+        asked = [part.format("~") for part in line]
+        done = run(*asked, *(["--force"] if line[0] == "new" else []))
+        assert done.code in (0, 1), (line, done.err)
+    assert not [*Path().iterdir()]
+    made = {"plan.json", "pictures", "audit.png", "p3.lp", "mission.toml", "fit.toml"}
+    assert made <= {path.name for path in home.iterdir()}
+
+
+@pytest.mark.parametrize("line", COMMANDS, ids=" ".join)
+def test_an_unknown_user_is_refused(line: tuple[str, ...], home: Path) -> None:
+    """And no directory of that name is made."""
+    asked = [part.format("~nobody-here") for part in line]
+    assert "there is no user 'nobody-here'; state the whole path" in refused(*asked)
+    assert not [*Path().iterdir()]
