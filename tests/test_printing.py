@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import subprocess
 import sys
@@ -10,7 +11,10 @@ from typing import Any
 
 import pytest
 
+import optuav
 from optuav.errors import spelled
+from optuav.modelling.display import table as modelling_table
+from optuav.plan.summary import tabulated
 
 PROGRAM = """
 import optuav
@@ -27,6 +31,9 @@ checks = program.check({"hover_time_s": 700.0})
 print(checks, checks[0], repr(plan), optuav.audit(plan), optuav.solve(late), sep="\\n")
 print(optuav.explain(plan), optuav.explain(late), sep="\\n")
 print(*optuav.replay(plan).events, sep="\\n")
+print(paper.summary(), plan.summary(), optuav.ledger().summary, optuav.ledger().details, sep="\\n")
+siting = optuav.place_laser([paper, paper], [[1000, 0, 50], [0, 0, 50]], lasers=2)
+print(siting, siting.summary(), sep="\\n")
 print(optuav.compare(paper, by="perspective"), optuav.ledger("table1"), sep="\\n")
 task = exercises.task("05.1")
 print(task, exercises.check("05.1", task.model), exercises.check("01.1", 1.0), sep="\\n")
@@ -48,6 +55,31 @@ def test_every_object_prints_in_any_encoding(encoding: str) -> None:
     assert "origin -> hover -> destination" in text
     assert "Delta" in text
     assert "?" not in text.replace("did you mean", "")
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252", "utf-8"])
+def test_columns_stay_aligned(encoding: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of tables of plans, models and explanations: cells are padded as they are shown."""
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(io.BytesIO(), encoding))
+    rows = [("a → b", "Δ…", "1"), ("c", "d", "22"), ("e…" * 20, "f", "3")]
+    words, table = tabulated(rows, 2), modelling_table(rows)
+    assert len({len(line) for line in words}) == 1
+    lines = zip(table.splitlines(), rows, strict=True)
+    assert len({line.rindex(row[2]) for line, row in lines}) == 1
+    plan = optuav.solve("paper")
+    _, _, timeline, *_ = str(plan).split("\n\n")
+    first, *others = timeline.splitlines()
+    flights = [line for line in others if line.startswith("flight")]
+    end = first.index("start s") + len("start s")
+    assert len(flights) == 3
+    for line in flights:
+        assert line[:end].split()[-1].replace(".", "").isdigit()
+        assert line[end : end + 2] == "  "
+    _, _, where = str(optuav.formulate("paper", "P3")).partition("where\n")
+    keys = {"deadline_s", "min_soc", "packs", "capacity_As"}
+    assert (
+        len({line.index(key) for line in where.splitlines() for key in keys & {*line.split()}}) == 1
+    )
 
 
 @pytest.mark.parametrize(

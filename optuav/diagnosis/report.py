@@ -10,7 +10,7 @@ from optuav.diagnosis.parameter_prices import Price
 from optuav.diagnosis.repair import Repair
 from optuav.diagnosis.sentences import binding, binding_moments
 from optuav.diagnosis.wording import UNDECIDED, name, sentence, signed, with_unit
-from optuav.errors import line_width, printed
+from optuav.errors import line_width, printed, spelled
 from optuav.frames import DataFrame, frame
 from optuav.plan import Plan
 from optuav.plan.summary import LABEL, wrapped
@@ -150,7 +150,7 @@ def _columns(rows: Iterable[tuple[str, ...]]) -> list[str]:
 
     What is too long for its column but not for a line stays whole, as near to it as it fits.
     """
-    table, width = [*rows], line_width()
+    table, width = [[*map(spelled, row)] for row in rows], line_width()
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     lines = list[str]()
     for row in table:

@@ -104,7 +104,8 @@ class Mission(MissionSection):
         name, count, limits = printable(self.name), len(self.buildings), self.limits
         return f"<Mission {name!r}: {count} buildings, within {limits.deadline_s:g} s>"
 
-    __str__ = printed(lambda self: self.summary())
+    def __str__(self) -> str:
+        return self.summary()
 
     def _repr_html_(self) -> str:
         from optuav.mission.display import html
@@ -192,6 +193,7 @@ class Mission(MissionSection):
 
         return self.replace({"buildings": of_columns(table)})
 
+    @printed
     def summary(self) -> str:
         """The mission in a few lines: what it is, where, how long, and with what.
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from optuav.errors import Fault, InputError, line_width
+from optuav.errors import Fault, InputError, line_width, spelled
 from optuav.modelling.expression import INDEX, Indexed, Let, Parameter, PartedLabel
 from optuav.modelling.forms import NotAffineError, affine
 from optuav.modelling.traversal import outermost
@@ -34,6 +34,7 @@ Section: TypeAlias = tuple[str, list[Line]]  # Lines under a heading
 
 def table(rows: Sequence[Sequence[str]]) -> str:
     """Rows of cells, lined up on the left."""
+    rows = [[*map(spelled, row)] for row in rows]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return "\n".join(GAP.join(map(str.ljust, row, widths)).rstrip() for row in rows)
 
@@ -182,7 +183,8 @@ def _columns(rows: Sequence[Sequence[str]], indent: str, *, longest: float = mat
     """
     heads = ["" if len(head) > longest else head for head, *_ in rows]
     rest = [[*cells] for _, *cells in rows]
-    widths = [max(map(len, column)) for column in (heads, *zip(*rest, strict=True))][:-1]
+    columns = heads, *zip(*rest, strict=True)
+    widths = [max(len(spelled(cell)) for cell in column) for column in columns][:-1]
     least = len(indent) + sum(widths) + len(GAP) * len(widths)
     if math.isfinite(longest) and least > line_width(WIDTH) - LEAST_ROOM:
         widths[2:] = [0 for _ in widths[2:]]  # lined up no further
@@ -191,7 +193,8 @@ def _columns(rows: Sequence[Sequence[str]], indent: str, *, longest: float = mat
         if first != head:
             lines.append(f"{indent}{first}")
         row = [head, *cells]
-        start = indent + "".join(f"{each}{GAP}" for each in map(str.ljust, row, widths))
+        padded = (x + " " * (n - len(spelled(x))) for x, n in zip(row, widths, strict=False))
+        start = indent + "".join(f"{cell}{GAP}" for cell in padded)
         # Where little is left beside the first cells, below them.
         below = len(start) + 2 if line_width(WIDTH) - len(start) > ROOM else len(indent) + 4
         lines += textwrap.wrap(

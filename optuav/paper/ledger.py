@@ -203,6 +203,7 @@ class Ledger:
         return tuple(each for each in self.entries if each.statement.name.startswith("table2-"))
 
     @property
+    @printed
     def summary(self) -> str:
         """The counts, and a line for each statement that does not match."""
         words = sum(not entry.statement.is_number for entry in self.entries)
@@ -220,6 +221,7 @@ class Ledger:
         return "\n".join([*lines, "", DATA["paper"]["missions"]])
 
     @property
+    @printed
     def details(self) -> str:
         """Every entry as a few lines."""
         blocks = list[str]()
@@ -235,7 +237,8 @@ class Ledger:
             blocks.append("\n".join([head, *(f"  {n:9}  {words}" for n, words in lines.items())]))
         return "\n\n".join([*blocks, DATA["paper"]["missions"]])
 
-    __str__ = printed(lambda self: self.summary)
+    def __str__(self) -> str:
+        return self.summary
 
     def __repr__(self) -> str:
         wrong = sum(count for verdict, count in self.counts.items() if verdict in UNMATCHED)

@@ -304,6 +304,7 @@ class Plan(Record):
             wells, start_s = end, start_s + stage.duration_s
         return None
 
+    @printed
     def summary(self) -> str:
         """The plan as an aligned block of text."""
         return summary(self)

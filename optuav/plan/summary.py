@@ -11,7 +11,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from optuav.errors import folded, line_width, printable
+from optuav.errors import folded, line_width, printable, spelled
 from optuav.mission.files import label
 from optuav.mission.messages import written_out
 from optuav.network import vehicle
@@ -116,7 +116,7 @@ def _as_wide(text: str) -> str:
 
 def wrapped(label: str, text: str, start: str = "", indent: int = LABEL) -> list[str]:
     """A paragraph beside its label, or beside a start; a number keeps its unit on its line."""
-    known = NO_BREAK.join(map(_as_wide, text.split(NO_BREAK)))
+    known = NO_BREAK.join(_as_wide(spelled(each)) for each in text.split(NO_BREAK))
     wide, start = NUMBER_AND_UNIT.sub(NO_BREAK, known), start or f"{label:<{LABEL}}"
     width = line_width() - (FILLER in wide)  # A break may part a letter from its filler.
     lines = textwrap.TextWrapper(width, start, " " * indent, break_on_hyphens=False).wrap(wide)
@@ -186,10 +186,11 @@ def tabulated(
     """
     sides = "<" * words + ">" * (len(rows[0]) - words - last) + "<" * last
     columns, widths, room = list[list[str]](), list[int](), line_width() + gap
+    cut = spelled("…")
     for column, side in zip(zip(*rows, strict=True), sides, strict=True):
         cells = [
-            cell if len(cell) <= longest else f"{cell[: longest - 1].rstrip(FILLER)}…"
-            for cell in map(_as_wide, column)
+            cell if len(cell) <= longest else cell[: longest - len(cut)].rstrip(FILLER) + cut
+            for cell in map(_as_wide, map(spelled, column))
         ]
         widths.append(max(map(len, cells)) + gap)
         columns.append([f"{cell:{side}{widths[-1] - gap}}" for cell in cells])

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from formulations.soc import PAPER, PERSPECTIVES
 from optuav.arrays import Floats, Integers
-from optuav.errors import Fault, folded, line_width, printable, refuse
+from optuav.errors import Fault, folded, line_width, printable, printed, refuse
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission, load_all
 from optuav.mission.messages import counted, listed, misfits, shown, unknown
@@ -154,6 +154,7 @@ class Siting:
         ]
         return frame(rows, ["mission", "laser", "hover_s"])
 
+    @printed
     def summary(self) -> str:
         """Sites, value, bound and gap, greedy choice and refinement in a few lines."""
         lines = (f"{head:11}{text}" for head, text in self._lines())
