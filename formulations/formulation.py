@@ -32,7 +32,9 @@ class Given(Quantities):
         """Another number of the mission or of its routes, see `Quantities.numbers`."""
         if name.startswith("_"):
             raise AttributeError(name)
-        if name not in (others := self._symbols()):
+        if isinstance(key := (others := self._symbols()).get(name), str):
+            raise AttributeError(f"given has no {name!r}: the mission does not state {key}")
+        if name not in others:
             own = [each for each in dir(type(self)) if not each.startswith("_")]
             hint = nearest(name, [*others, *own, *(each.name for each in QUANTITIES)])
             if name.startswith("rest_") and not self.rests:
@@ -42,14 +44,21 @@ class Given(Quantities):
         return others[name]
 
     def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *self._symbols()]
+        stated = (name for name, each in self._symbols().items() if not isinstance(each, str))
+        return [*super().__dir__(), *stated]
 
     def _symbols(self) -> Mapping[str, Any]:
-        """The mission's other numbers as parameters, of a vector three; made once."""
+        """The mission's other numbers as parameters, of a vector three; made once.
+
+        A number that the mission does not state is the name of its key.
+        """
         same = {each.metadata["key"]: getattr(self, each.name) for each in QUANTITIES}
         for name, (value, unit, key) in () if self._others else self.numbers().items():
             stem, _, axis = name.partition("[")
             single = f"{stem}_{'xyz'[int(axis[0])]}" if axis else stem
+            if value is None:
+                self._others[stem] = key.partition("[")[0]
+                continue
             if (symbol := same.get(key) if key else None) is None:
                 symbol = Parameter(single, key or single, unit, value, key)
             self._others[stem] = (*self._others.get(stem, ()), symbol) if axis else symbol

@@ -27,7 +27,7 @@ NOTED = {
     "mended": "invalid outlines that were mended",
     "filled": "buildings whose courtyards count as built over",
     "left_out": "features without an area, left out",
-    "not_built": "features whose building is no, false or 0, left out",
+    "not_built": "features whose building is empty, no, false or 0, left out",
 }
 """What is noted of how buildings were made of a file, by the fields that list them."""
 
@@ -65,7 +65,7 @@ class City:
     left_out
         Features that have no area: their numbers.
     not_built
-        Features whose column ``building`` says that they are none: their numbers.
+        Features whose column ``building`` is empty or says that they are none: their numbers.
 
     Examples
     --------

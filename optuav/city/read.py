@@ -317,12 +317,12 @@ def _layer(file: Path, layer: str | None, bbox: Any) -> Any:
 
 
 def _built(frame: Any) -> tuple[Any, Any]:
-    """The features that are buildings, and the names of those that say that they are none."""
+    """The features that are buildings, and the names of those that do not say so."""
     if "building" not in frame:
         return frame, ()
     stated = frame["building"]
-    denied = stated.astype("str").str.strip().str.lower().isin(NOT_BUILT)
-    return frame[stated.notna() & ~denied], frame.index[denied]
+    denied = stated.astype("str").str.strip().str.lower().isin(NOT_BUILT) | stated.isna()
+    return frame[~denied], frame.index[denied]
 
 
 def _with_areas(frame: Any, file: Path) -> Any:

@@ -7,10 +7,10 @@ import io
 import re
 import sys
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from contextvars import copy_context
-from dataclasses import dataclass, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -28,6 +28,11 @@ NUMBERS: Mapping[Any, Callable[[str], float]] = {
     **dict.fromkeys((int, int | None), integer),
 }
 """What reads an option, by the type of its parameter."""
+SIMPLE: Mapping[str, tuple[tuple[type, ...], str]] = {
+    **{"float": ((float, int), "a number"), "int": ((int,), "a whole number")},
+    **{"str": ((str,), "a text"), "bool": ((bool,), "true or false")},
+}
+"""Types of values, and words for them, by the type of a field of your own problem."""
 WRITTEN = {"save", "plot", "animate", "out", "file", "directory"}
 """Parameters that name a file or a directory to be written."""
 
@@ -59,7 +64,7 @@ class ProblemOptions:
 
         stated, settings, kind = vars(self), list(settings or ()), None
         flags = ("trajectory", "building", "order", "hover_point")
-        fields, faults = {name: stated[name] for name in flags}, list[Fault]()
+        values, faults = {name: stated[name] for name in flags}, list[Fault]()
         if ".py" in self.problem:
             from optuav.cli.problem_file import problem_class
 
@@ -68,13 +73,14 @@ class ProblemOptions:
             ours = Mission.model_fields
             own = [each for each in settings if "." not in keys[each] and keys[each] not in ours]
             settings = [each for each in settings if each not in own]
-            fields |= values_of(own, faults)
+            values |= values_of(own, faults)
+            faults += misfits_of(kind, values)
         mission = mission_of(source, settings)
         refuse(faults)
         beside = ("perspective", "slot_s", "engine", "time_limit_s")
         options = {name: stated[name] for name in beside if name in stated}
         try:
-            return mission, question.problem_of(kind or self.problem, **fields, **stops), options
+            return mission, question.problem_of(kind or self.problem, **values, **stops), options
         except InputError as error:
             try:
                 question.checked_question(mission, "P1", **options)
@@ -103,23 +109,25 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
         key: each.annotation for key, each in own.items() if is_dataclass(each.annotation)
     }
     signatures = {key: inspect.signature(kind, eval_str=True) for key, kind in records.items()}
-    fields = {key: each.parameters for key, each in signatures.items()}
+    own_fields = {key: each.parameters for key, each in signatures.items()}
 
     def run(force: bool | None = None, **given: Any) -> None:
-        from optuav.mission.files import expanded, only_ours
-
         faults = list[Fault]()
         for key, value in given.items():
+            several = value if isinstance(value, list) else [value]
             with collected(faults):
-                if isinstance(value, Path):
-                    given[key] = expanded(value, key)
-                elif isinstance(value, list):
-                    given[key] = [expanded(x, key) if isinstance(x, Path) else x for x in value]
+                if several and isinstance(several[0], Path):
+                    from optuav.mission.files import expanded
+
+                    paths = [expanded(path, key) for path in several]
+                    given[key] = paths if isinstance(value, list) else paths[0]
         refuse(faults)
         for key, record in records.items():
-            given[key] = record(**{field: given.pop(field) for field in fields[key]})
+            given[key] = record(**{field: given.pop(field) for field in own_fields[key]})
         context = copy_context()
         if force is not None:  # else nothing is written
+            from optuav.mission.files import only_ours
+
             context.run(only_ours.set, not force)
             if "force" in own:
                 given["force"] = force
@@ -127,7 +135,7 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
 
     words = tomllib.loads(Path(__file__).with_name("words.toml").read_text("utf-8"))
     known: dict[str, Any] = words["all"] | words.get(name, {})
-    parts = [part for key in own for part in fields.get(key, {key: own[key]}).values()]
+    parts = [part for key in own for part in own_fields.get(key, {key: own[key]}).values()]
     if WRITTEN & own.keys() and "force" not in own:
         keyword = inspect.Parameter.KEYWORD_ONLY
         parts.append(inspect.Parameter("force", keyword, default=False, annotation=bool))
@@ -192,6 +200,15 @@ def values_of(settings: Sequence[str], faults: list[Fault]) -> dict[str, Any]:
             if (found := parse_toml(f"value = {text}")).keys() == {"value"}:
                 values[key] = found["value"]
     return values
+
+
+def misfits_of(problem: type[Formulation], values: Mapping[str, Any]) -> Iterator[Fault]:
+    """Values of a problem's fields that are no number, whole number, text or truth value."""
+    for field in fields(problem):
+        value, kind = values.get(field.name), getattr(field.type, "__name__", field.type)
+        types, words = SIMPLE.get(str(kind), ((), ""))
+        if value is not None and types and type(value) not in types:
+            yield Fault(field.name, repr(value), words)
 
 
 def is_plan(source: str, stated: Iterable[str]) -> bool:

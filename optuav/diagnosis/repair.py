@@ -390,7 +390,8 @@ def _joined(stacks: Sequence[Stack]) -> Stack:
 
     def numbers() -> dict[str, Number]:
         tables = [given.numbers() for given in every]
-        names = [name for name in tables[0] if all(name in table for table in tables)]
+        stated = [{name for name, each in t.items() if each.value is not None} for t in tables]
+        names = [name for name in tables[0] if all(name in names for names in stated)]
         joined = {name: join(*(table[name].value for table in tables)) for name in names}
         return {name: tables[0][name]._replace(value=each) for name, each in joined.items()}
 

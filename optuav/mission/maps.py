@@ -8,6 +8,7 @@ other driver takes for its own, and GeoJSON is read here.
 from __future__ import annotations
 
 import re
+import struct
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ HEADS = {
     ".pbf": (4, b"\n\tOSMHeader"),
 }
 """Formats that GDAL reads: the bytes by which a file is one, and where they begin."""
+HEAD = 100  # Bytes that every such file has
 TEXT_ENDS = 16  # By this byte they have a zero, at which drivers of text formats stop reading
 TEXTS, LINES = (".geojson", ".json", ".cityjson"), (".geojsonl", ".geojsons", ".ndjson", ".jsonl")
 CONVERTS = "ogr2ogr, which comes with GDAL, converts other maps: ogr2ogr town.gpkg FILE"
@@ -44,10 +46,17 @@ def check_map(file: Path) -> None:
         (at, start), beside = HEADS[ending], file.with_suffix(".shx")
         for part in [file, beside] if ending == ".shp" and beside.is_file() else [file]:
             with part.open("rb") as content:
-                head, size = content.read(100), part.stat().st_size
-            if not head[at:].startswith(start) or 0 not in head[:TEXT_ENDS]:
+                head, size = content.read(HEAD), part.stat().st_size
+            whole = len(head) == HEAD and 0 in head[:TEXT_ENDS]
+            if not (whole and head[at:].startswith(start)):
                 raise refusal(part, f"is damaged, or no {part.suffix} file")
             if ending == ".shp" and size < (stated := 2 * int.from_bytes(head[24:28])):
+                raise refusal(part, f"is cut off: it has {size} of {stated} bytes")
+        if ending == ".shp" and (part := file.with_suffix(".dbf")).is_file():
+            with part.open("rb") as content:
+                head, size = content.read(12), part.stat().st_size
+            rows, start_bytes, row_bytes = struct.unpack("<IHH", head[4:].ljust(8, b"\xff"))
+            if size < (stated := start_bytes + rows * row_bytes):
                 raise refusal(part, f"is cut off: it has {size} of {stated} bytes")
 
 

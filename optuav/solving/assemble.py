@@ -11,7 +11,7 @@ from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER, Number, Qu
 from optuav.arrays import Floats, Integers
 from optuav.mission import Mission
 from optuav.mission.flight_model import flight_of
-from optuav.mission.keys import stated_keys
+from optuav.mission.keys import numeric_keys, stated_keys
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
@@ -95,9 +95,10 @@ def numbers(
 ) -> dict[str, Number]:
     """The mission's numbers by table and key, and the length and the places of itineraries."""
     found, network = dict[str, Number](), tables.network
-    for name, key in stated_keys(tables.mission).items():
-        unit = "1" if key.unit == "-" else key.unit
-        value = table_entries(key.now, variant, which)
+    stated = stated_keys(tables.mission)
+    for name, allowed in numeric_keys().items():
+        unit = "1" if allowed.unit == "-" else allowed.unit
+        value = table_entries(stated[name].now, variant, which) if name in stated else None
         found[name.replace(".", "_", 1)] = Number(value, unit, name)
 
     def positions_m(place: Integers) -> Floats:

@@ -131,8 +131,10 @@ def test_part_of_a_file_is_no_town(suffix: str, tmp_path: Path) -> None:
 def test_part_of_a_shapefile_is_no_town(part: str, tmp_path: Path) -> None:
     file = town(tmp_path, ".shp")
     beside = file.with_suffix(part)
-    beside.write_bytes(beside.read_bytes()[:400])
-    refused(file, "damaged|cut off")
+    content = beside.read_bytes()
+    for length in (5, 50, 400, len(content) - 9):
+        beside.write_bytes(content[:length])
+        refused(file, rf"{beside.name}: is (cut off: it has {length} of|damaged)")
 
 
 def test_an_unknown_reference_system_is_not_taken_for_another(tmp_path: Path) -> None:
@@ -175,8 +177,8 @@ def test_what_says_that_it_is_no_building_is_none_and_listed(tmp_path: Path) -> 
     shapes = [({**TALL, "building": kind}, square(50.0 * k)) for k, kind in enumerate(kinds)]
     city = read(geojson(tmp_path, shapes))
     assert city.names == ("b0", "b3", "b5", "b9")
-    assert city.not_built == ("1", "2", "4", "6", "7")
-    assert "features whose building is no, false or 0, left out: 5 (1, 2" in "\n".join(city.notes())
+    assert city.not_built == ("1", "2", "4", "6", "7", "8")
+    assert "building is empty, no, false or 0, left out: 6 (1, 2" in "\n".join(city.notes())
 
 
 def test_a_town_on_both_sides_of_the_antimeridian_needs_an_origin(tmp_path: Path) -> None:
