@@ -13,6 +13,7 @@ import pytest
 import optuav
 from optuav import exercises, judge, maps, plots
 from optuav.errors import InputError
+from optuav.studies.results import Results
 
 DATA = Path(optuav.__file__).parent / "lessons" / "data"
 STOP = judge.Stop("hover", "hover", 300.0)
@@ -205,6 +206,15 @@ def test_anything_else_is_refused_in_words(name: str, folder: Path) -> None:
             assert fault.allowed, stated
             assert fault.key or fault.source, (stated, str(fault))
     assert not (folder / "~nobody-here").exists()
+
+
+def test_what_saves_returns_the_paths() -> None:
+    """One path, or several of pictures; of functions and of methods."""
+    owners = (optuav, plots, maps, optuav.Mission, optuav.Plan, Results)
+    found = {f"{o.__name__}.{n}": getattr(o, n) for o in owners for n in dir(o) if n[:4] == "save"}
+    returned = {name: str(save.__annotations__["return"]) for name, save in found.items()}
+    assert {*returned.values()} == {"Path", "list[Path]"}
+    assert len(returned) == 7
 
 
 def test_every_public_function_is_held_to_it() -> None:

@@ -22,8 +22,17 @@ from optuav.calibration.fit import Fit, Panel, Role, estimate, rounded
 from optuav.errors import Fault, InputError, collected, refuse
 from optuav.mission import Mission, load, shipped
 from optuav.mission.files import beside, label, read_toml
-from optuav.mission.messages import counted, nearest, no_building, number, paths_of, shown
-from optuav.mission.schema import Number
+from optuav.mission.messages import (
+    OTHER,
+    TYPES,
+    counted,
+    nearest,
+    no_building,
+    number,
+    paths_of,
+    shown,
+)
+from optuav.mission.schema import Number, short
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
 from optuav.network.timeline import route_phases
@@ -343,7 +352,9 @@ def _valid(document: dict[str, Any]) -> tuple[ResultsFile, list[Fault]]:
         table: Any = document
         for part in place:
             table = table[part]
-        words, value = detail["msg"].removeprefix("Input should be "), shown(table.pop(last))
+        value, limits = shown(table.pop(last)), detail.get("ctx", {}).items()
+        words = TYPES.get(detail["type"], OTHER)
+        words = words.format(**{k: short(x) if isinstance(x, float) else x for k, x in limits})
         if detail["type"] == "extra_forbidden":
             known = (ResultsRow if place else ResultsFile).model_fields
             words = f"unknown key{nearest(str(last), known)}"

@@ -8,6 +8,8 @@ from functools import cache
 from importlib import import_module
 from types import EllipsisType
 
+import numpy as np
+
 from formulations.formulation import Formulation
 from optuav.errors import MOST_SHOWN, Fault, InputError, OptuavError
 from optuav.exercises.exercise import OPEN, Exercise, Grade, Task
@@ -137,18 +139,34 @@ def check(number: str, answer: object, student: str = "") -> Grade:
         return Grade(number, OPEN)
     try:
         return _exercises()[number].grade(asked, answer)
-    except (Exception, SystemExit) as error:
-        if _kind(answer).__module__ in PLAIN and not isinstance(error, OptuavError):
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        if _is_plain(answer) and not isinstance(error, OptuavError):
             raise
         try:
             words = _stopped(error, answer) if _declares(answer) else _misfit(error)
-        except Exception:  # Of an error without words
+        except (Exception, SystemExit):  # Of an error without words
             words = type(error).__name__
         return Grade.wrong(asked, words)
 
 
 def _kind(answer: object) -> type:
     return answer if isinstance(answer, type) else type(answer)
+
+
+def _is_plain(answer: object) -> bool:
+    """Whether neither an answer nor what it holds runs code of its own."""
+    waiting, seen = [answer], set[int]()
+    while waiting:
+        part = waiting.pop()
+        has_objects = isinstance(part, np.ndarray | np.generic) and part.dtype.hasobject
+        if _kind(part).__module__ not in PLAIN or has_objects:
+            return False
+        if isinstance(part, dict | list | tuple | set) and id(part) not in seen:
+            seen.add(id(part))
+            waiting += [*part, *part.values()] if isinstance(part, dict) else part
+    return True
 
 
 def _declares(answer: object) -> bool:

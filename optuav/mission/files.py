@@ -48,6 +48,25 @@ MARK, HEAD, LEAST_START = b"optuav", 4096, 20
 """What the first bytes of our files hold; or else their first line, if it is so long."""
 PARQUET = b"PAR1"
 
+PLACED = re.compile(r"(.*) \(at (line \d+, column \d+|end of document)\)", re.DOTALL)
+SYNTAX = {
+    "Cannot (overwrite|declare|mutate|redefine)|Duplicate": "a key or a table is stated twice",
+    "Expecting value|Invalid (value|statement|initial)": "this is neither a key nor a value",
+    "Expecting property name": "a name in double quotes is missing",
+    "Expecting ':'": "a colon is missing",
+    "Expecting ','": "a comma or a closing bracket is missing",
+    "Illegal trailing comma": "a closing bracket follows a comma",
+    "Extra data": "the value has ended; delete the rest",
+    "Expected '='": "an equals sign is missing",
+    "Expected newline|Expected end": "a new line is missing after the value",
+    "Expected '\\]|Unclosed": "a bracket is not closed",
+    "Unterminated|Expected [\"']": "a text has no closing quote",
+    "Illegal character|Found invalid character|Invalid control": "a text has a control character",
+    ".*(escape|Escape|backslash|Unescaped|hex value)": "a backslash begins no known escape",
+    "Invalid date": "this is no date",
+}
+"""Words for what Python's parsers of TOML and JSON say, by a pattern of how that begins."""
+
 unfinished: set[Path] = set()  # Files that a signal handler which ends the process has to delete
 only_ours: ContextVar[bool] = ContextVar("only_ours", default=False)
 """Whether only files that optuav has written may be replaced."""
@@ -197,10 +216,17 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _own_words(error: ValueError) -> str:
-    """The words of a parser, without Python's advice on settings that no user of a file has."""
+    """What is wrong where in a text, in our words for those of Python's parsers."""
     if "set_int_max_str_digits" in str(error):
         return f"a whole number has more than {sys.get_int_max_str_digits()} digits"
-    return str(error)
+    if isinstance(error, json.JSONDecodeError):
+        said, where = error.msg, f"line {error.lineno}, column {error.colno}"
+    elif placed := PLACED.fullmatch(str(error)):
+        said, where = placed[1], placed[2].replace("end of document", "its end")
+    else:
+        return str(error)
+    words = next((words for form, words in SYNTAX.items() if re.match(form, said)), "is wrong")
+    return f"{where}: {words}"
 
 
 def csv_rows(text: str, source: str) -> Iterator[tuple[int, list[str]]]:

@@ -18,6 +18,26 @@ from optuav.mission.files import expanded
 from optuav.mission.flight_model import forms, table_keys
 from optuav.mission.schema import Allowed, MissionSection, Number, OneOf
 
+TYPES = {
+    "float_type": "a number",
+    "finite_number": "a finite number",
+    "string_type": "a string",
+    "bool_type": "true or false",
+    "tuple_type": "a list",
+    "dict_type": "an object",
+    "dataclass_type": "an object",
+    "missing": "is missing",
+    **dict.fromkeys(("extra_forbidden", "unexpected_keyword_argument"), "unknown key"),
+    "greater_than": "a number, x > {gt}",
+    "less_than": "a number, x < {lt}",
+    "greater_than_equal": "a number, x >= {ge}",
+    "less_than_equal": "a number, x <= {le}",
+    **dict.fromkeys(("literal_error", "enum"), "{expected}"),
+    "too_short": "a list that is not empty",
+    "value_error": "{error}",
+}
+"""What a value may be, by pydantic's name of its error."""
+OTHER = "a value of another kind"
 DIGITS = 15  # Decimal digits that every float holds
 
 

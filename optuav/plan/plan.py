@@ -15,7 +15,7 @@ from optuav.errors import Fault, InputError, NoPlanError, printed, refuse, safe_
 from optuav.frames import DataFrame, frame, without_rounding
 from optuav.mission import Mission, load
 from optuav.mission.files import ending_of, label, parse_json, read_text, write_text
-from optuav.mission.messages import path_of, several, shown
+from optuav.mission.messages import OTHER, TYPES, path_of, several, shown
 from optuav.mission.schema import Record, Slot, short
 from optuav.network import vehicle
 from optuav.network.places import ENDS
@@ -34,24 +34,6 @@ DERIVED = (
     *("runs_dry_s", "overfull_s", "route", "stops", "warnings"),
 )
 """Figures that a file repeats for its readers; they follow from the phases, which decide."""
-
-TYPES = {
-    "float_type": "a number",
-    "finite_number": "a finite number",
-    "string_type": "a string",
-    "bool_type": "true or false",
-    "tuple_type": "a list",
-    "dict_type": "an object",
-    "dataclass_type": "an object",
-    "missing": "is missing",
-    **dict.fromkeys(("extra_forbidden", "unexpected_keyword_argument"), "unknown key"),
-    "greater_than_equal": "a number, x >= {ge}",
-    "less_than_equal": "a number, x <= {le}",
-    **dict.fromkeys(("literal_error", "enum"), "{expected}"),
-    "too_short": "a list that is not empty",
-    "value_error": "{error}",
-}
-"""What a value may be, by pydantic's name of its error."""
 
 ROUNDING = 1e-9  # Share of the capacity by which rounding may carry a well past its limit [-]
 
@@ -548,5 +530,4 @@ def _record_faults(error: ValidationError, source: str) -> Iterator[Fault]:
         value = "" if detail["type"] == "missing" or not key else shown(detail["input"])
         known = detail.get("ctx", {})
         named = {name: short(x) if isinstance(x, float) else x for name, x in known.items()}
-        words = TYPES.get(detail["type"], "{words}")
-        yield Fault(key, value, words.format(words=detail["msg"], **named), source)
+        yield Fault(key, value, TYPES.get(detail["type"], OTHER).format(**named), source)

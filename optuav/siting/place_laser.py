@@ -210,8 +210,15 @@ class Siting:
         place_m = self.candidates_m[self.selection.sites[self.laser[number]]].tolist()
         mission = self.missions[number].replace({"laser.position_m": place_m})
         cap = charging_cap(mission, scene(mission).places)
-        which = f"mission {number}, " if len(self.missions) > 1 else ""
+        served = np.flatnonzero(self.laser >= 0).tolist()
+        alike = [str(n) for n in served if self._equal(n, number)]
+        which = f"mission{'s' * (len(alike) > 1)} {listed(alike)}, " * (len(self.missions) > 1)
         return f"; {which}{cap.words}" if cap else ""
+
+    def _equal(self, one: int, other: int) -> bool:
+        """Whether two missions are the same but for their names."""
+        name = {"name": self.missions[other].name}
+        return self.missions[one].model_copy(update=name) == self.missions[other]
 
 
 def place_laser(

@@ -16,7 +16,7 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, collected, refuse
 from optuav.mission import Mission, load
 from optuav.mission.files import label, read_toml
-from optuav.mission.keys import Key, stated_keys
+from optuav.mission.keys import Key, now_of, numeric_keys, stated_keys
 from optuav.mission.messages import misfits, nearest, path_of, shown, unknown
 from optuav.mission.schema import CONVERSIONS, Number
 
@@ -205,8 +205,16 @@ def unstated(mission: Mission) -> Iterator[Spread]:
             yield Spread(key, low, high)
 
 
+def completed(mission: Mission, stated: Sequence[Spread]) -> Mission:
+    """Return the mission with values for spread keys that it does not state."""
+    keys = (each.key for each in stated)
+    return mission.replace({k.name: k.now for k in keys if now_of(mission, k.name) is None})
+
+
 def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tuple[Spread, ...]:
     """Return the spreads that a TOML file or a mapping states, or refuse it with all faults.
+
+    A key that the mission does not state is now at its most likely value, or at the middle.
 
     A mapping has the form ``{"battery": {"capacity_As": {"percent": 5}}}``, or ``{
     "battery.capacity_As": {"percent": 5}}``; other forms as in `optuav.sensitivity`.
@@ -215,8 +223,16 @@ def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tupl
     if not isinstance(stated, Mapping):
         path = path_of(stated)
         source, stated = label(path), read_toml(path)
-    known, found, faults = stated_keys(mission), list[Spread](), list[Fault]()
-    for name, form in dotted(stated):
+    found, faults, forms = list[Spread](), list[Fault](), [*dotted(stated)]
+    known = stated_keys(mission)
+    for name, form in forms:
+        middle = _middle(form) if name in numeric_keys().keys() - known.keys() else None
+        if middle is not None:
+            with collected(faults):
+                mission = mission.replace({name: middle})
+    refuse(replace(each, source=source) for each in faults)
+    known = stated_keys(mission)
+    for name, form in forms:
         with collected(faults):
             found.append(_spread(known, name, form))
     names = Counter(each.name for spread in found for each in (spread.key, *spread.along))
@@ -224,6 +240,14 @@ def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tupl
     faults += [Fault(name, "", words) for name in sorted(names) if names[name] > 1]
     refuse(replace(each, source=source) for each in faults)
     return tuple(found)
+
+
+def _middle(form: object) -> float | None:
+    """The most likely value of a range, or its middle; None without a range."""
+    ends = form if isinstance(form, dict) else {}
+    if not {"low", "high"} <= ends.keys() or not all(map(FINITE.accepts, ends.values())):
+        return None
+    return float(ends.get("likely", 0.5 * (ends["low"] + ends["high"])))
 
 
 def dotted(stated: Mapping[str, object]) -> Iterator[tuple[str, object]]:
@@ -269,5 +293,7 @@ def _key(known: Mapping[str, Key], name: str) -> Key:
         return known[name]
     alike = [each for each in known if each.startswith(f"{name.partition('.')[0]}.")]
     words = "a number that the mission states, or a component such as wind.force_N[0]; "
+    if name in numeric_keys():
+        raise InputError([Fault(name, "", "the mission does not state it: state low and high")])
     words += f"buildings stay where they are{nearest(name, alike)}"
     raise InputError([Fault(name, "", words)])

@@ -24,6 +24,7 @@ from optuav.studies.samples import (
     WAVELENGTH,
     Draws,
     Spread,
+    completed,
     independent,
     spreads,
     unstated,
@@ -70,7 +71,8 @@ def sensitivity(
         ``{ percent = 5 }`` (uniform); ``along = ["table.key"]`` changes other keys by the same
         factor. Or the same as a dict. By default every number that is measured rather than chosen
         is within 10 % of its value; gravity varies only where it is stated. Keys are independent of
-        each other.
+        each other. A key that the mission does not state needs low and high; its likely value, or
+        the middle, stands for the mission's own.
     perspective
         How charge is counted: ``"available"``, ``"battery"``, ``"energy"`` or ``"adjusted"``.
     plan
@@ -124,6 +126,7 @@ def sensitivity(
             faults.append(Fault("battery.schedule", shown(studied.battery.schedule), words))
     refuse(faults)
     stated = None if uncertainty is None else spreads(studied, uncertainty)
+    studied = completed(studied, stated or ())
     varied = {each.key.name: each for each in (*unstated(studied), *(stated or ()))}
     taken = {other.name for each in stated or () for other in each.along}
     alone = [each for name, each in varied.items() if name not in taken]

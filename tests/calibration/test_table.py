@@ -168,14 +168,14 @@ fit = { battery_percent = "much", flight_time_s = 3, flight_tim = "x" }
     text = "\n".join(map(str, caught.value.faults))
     for words in (
         "mision = 'paper': unknown key; did you mean 'mission'?",
-        "fit.flight_tim = 'x': a valid number",
-        "free.flight.acceleration_m_s2 = -1: greater than 0",
+        "fit.flight_tim = 'x': a number",
+        "free.flight.acceleration_m_s2 = -1: a number, x > 0",
         "flight.flight_curent_A",
         "tied.flight.charge_power_W = 3: a valid list",
         "tied.flight.charge_current_A = 'wind.force_N': products of keys that are numbers",
         "tied.flight.charge_current_A = 'flight.nope': products",
         "resolution.flight_time = 1: 'flight_time_s', 'mission_time_s'",
-        "hover_time_s = -5: greater than or equal to 0",
+        "hover_time_s = -5: a number, x >= 0",
         "laser = 3: a valid boolean",
         "given.building: where it rested",
         "fit.battery_percent = 'much': a valid number",
@@ -203,7 +203,7 @@ fit = { battery_percent = 90 }
 given = { building = "b77", rest_time_s = 3, battery.capacity_As = -3 }
 """
     assert faults_of(tmp_path / "table.toml", text) == [
-        "rows[0].given.hover_time_s = -5: greater than or equal to 0",
+        "rows[0].given.hover_time_s = -5: a number, x >= 0",
         "rows[0].given.bogus = 3: unknown key",
         "rows[1].given.battery.capacity_As = -3: a number, 0.001 <= x <= 1e9 [A s]",
         "rows[1].given.building = 'b77': the mission's buildings are: "
@@ -221,7 +221,7 @@ given = { hover_time_s = -5 }
 fit = { battery_percent = 90 }
 """
     first, *rest = faults_of(tmp_path / "table.toml", text)
-    assert first == "rows[0].given.hover_time_s = -5: greater than or equal to 0"
+    assert first == "rows[0].given.hover_time_s = -5: a number, x >= 0"
     assert any(words.startswith("flight.hover_power_W: is missing") for words in rest)
 
 

@@ -217,6 +217,24 @@ class Leaving(optuav.Formulation):
         raise SystemExit(3)
 
 
+class Ending:
+    """An answer that ends the program where anybody looks at it."""
+
+    class OwnError(BaseException):
+        """None of the errors that a program expects."""
+
+        def __str__(self) -> str:
+            raise SystemExit
+
+    def _ends(self, *_: object) -> Any:
+        raise SystemExit("bye")
+
+    def __float__(self) -> float:
+        raise Ending.OwnError
+
+    __repr__ = __str__ = _ends
+
+
 def nested(levels: int, kind: type = list) -> Any:
     """Lists or tuples in each other."""
     found: Any = 1.0
@@ -236,6 +254,11 @@ HOSTILE = {
     "surrogates": ("\ud800", "\ud800", 10**5000),
     "model": Model("\ud800"),
     "leaving": Leaving,
+    "ending": Ending(),
+    "array of objects": np.array([Ending()], dtype=object),
+    "array of one object": np.array(Ending(), dtype=object),
+    "list of ends": [Ending()],
+    "ends by name": {"hover_time_s": np.array([Ending()], dtype=object), "x": Ending()},
 }
 
 

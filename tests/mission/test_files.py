@@ -250,3 +250,42 @@ def test_a_redirected_output_that_is_named_as_a_file_keeps_all(tmp_path: Path) -
     with path.open("w") as out:
         subprocess.run([sys.executable, "-c", code], stdout=out, check=True)
     assert read_text(path, 100) == "before\nsaved"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("a = 1\na = 2\n", "line 2, column 6: a key or a table is stated twice"),
+        ("a = 1\n[b]\n[b]", "line 3, column 3: a key or a table is stated twice"),
+        ("a = ", "its end: this is neither a key nor a value"),
+        ("a 1", "line 1, column 3: an equals sign is missing"),
+        ("a = 1 b", "line 1, column 7: a new line is missing after the value"),
+        ("a = [1", "its end: a bracket is not closed"),
+        ("a = 'x", "its end: a text has no closing quote"),
+        ('a = "\\q"', "line 1, column 8: a backslash begins no known escape"),
+        ("[a", "its end: a bracket is not closed"),
+    ],
+)
+def test_what_is_no_toml_is_told_in_our_words(text: str, words: str) -> None:
+    with pytest.raises(InputError) as refusal:
+        files.parse_toml(text, "x.toml")
+    assert str(refusal.value) == f"x.toml: is not TOML: {words}"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "line 1, column 1: this is neither a key nor a value"),
+        ("{'a': 1}", "line 1, column 2: a name in double quotes is missing"),
+        ('{"a" 1}', "line 1, column 6: a colon is missing"),
+        ('{"a": [1 2]}', "line 1, column 10: a comma or a closing bracket is missing"),
+        ('{"a": 1}\n}', "line 2, column 1: the value has ended; delete the rest"),
+        ('{"a": "x', "line 1, column 7: a text has no closing quote"),
+        ('{"a": "\\q"}', "line 1, column 8: a backslash begins no known escape"),
+        ('{"a": "\n"}', "line 1, column 8: a text has a control character"),
+    ],
+)
+def test_what_is_no_json_is_told_in_our_words(text: str, words: str) -> None:
+    with pytest.raises(InputError) as refusal:
+        files.parse_json(text, "x.json")
+    assert str(refusal.value) == f"x.json: is not JSON: {words}"

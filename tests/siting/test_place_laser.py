@@ -263,6 +263,8 @@ def test_what_is_alike_is_counted_with_the_reason() -> None:
     assert capped.selection.alike == (2,)
     printed = " ".join(str(capped).split())
     assert "as good: 2 in place of site 0; battery.charge_current_A = 10 A caps" in printed
+    again = optuav.place_laser(["paper", optuav.load("paper").replace({"name": "x"})], sites_m)
+    assert "; missions 0, 1, battery.charge_current_A = 10 A" in " ".join(str(again).split())
     assert "Alike" not in str(optuav.place_laser(haze, sites_m, refine=False))
     cover = optuav.place_laser([haze] * 2, sites_m, objective="covered", at_least_s=1)
     assert cover.selection.alike == (2,)

@@ -543,3 +543,25 @@ def test_a_plan_without_an_answer_is_refused() -> None:
     none = optuav.solve(optuav.load("paper").replace({"limits.deadline_s": 20}))
     with pytest.raises(InputError, match="plan = infeasible"):
         optuav.sensitivity("paper", plan=none, samples=10)
+
+
+def test_a_key_that_the_mission_does_not_state_needs_a_range() -> None:
+    """As of `batch`: haze, at 15 km in the mission that is studied, or at its likely value."""
+    haze = {"laser.visibility_km": {"low": 10.0, "high": 20.0}}
+    found = optuav.sensitivity("paper", haze, perspective="battery", samples=16)
+    (row,) = [each for each in found.rows if each["key"] == "laser.visibility_km"]
+    swept = optuav.batch_arrays(
+        "paper", {"laser.visibility_km": [10.0, 15.0, 20.0]}, perspective="battery"
+    )["hover_time_s"]
+    ours = row["hover_low_s"], found.facts["hover_time_s"], row["hover_high_s"]
+    assert ours == pytest.approx(swept.tolist(), rel=1e-9)
+    assert row["now"] == 15.0
+    likely = {"laser.visibility_km": {"low": 10.0, "likely": 12.0, "high": 20.0}}
+    again = optuav.sensitivity("paper", likely, perspective="battery", samples=16)
+    assert {r["now"] for r in again.rows if r["key"] == "laser.visibility_km"} == {12.0}
+    assert optuav.samples("paper", haze, 4)["laser.visibility_km"].shape == (4,)
+    for form in ({"percent": 5}, {"deviation": 1.0}):
+        with pytest.raises(optuav.InputError, match="does not state it: state low and high"):
+            optuav.sensitivity("paper", {"laser.visibility_km": form}, samples=8)
+    with pytest.raises(optuav.InputError, match="only with flight"):
+        optuav.sensitivity("paper", {"flight.tip_speed_m_s": {"low": 1, "high": 2}}, samples=8)

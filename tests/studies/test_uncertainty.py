@@ -118,7 +118,7 @@ def test_keys_along_change_by_the_same_factor() -> None:
         (
             {"laser": {"visibility_km": {"percent": 1}}},
             "laser.visibility_km",
-            "a number that the mission states",
+            "the mission does not state it: state low and high",
         ),
         ({"buildings": {"b1": {}}}, "buildings.b1", "stay where they are"),
         ({"body": 3}, "body", "a number that the mission states"),
