@@ -23,7 +23,7 @@ TYPES = {
     "finite_number": "a finite number",
     "string_type": "a string",
     "bool_type": "true or false",
-    "tuple_type": "a list",
+    **dict.fromkeys(("tuple_type", "list_type"), "a list"),
     "dict_type": "an object",
     "dataclass_type": "an object",
     "missing": "is missing",

@@ -171,7 +171,7 @@ fit = { battery_percent = "much", flight_time_s = 3, flight_tim = "x" }
         "fit.flight_tim = 'x': a number",
         "free.flight.acceleration_m_s2 = -1: a number, x > 0",
         "flight.flight_curent_A",
-        "tied.flight.charge_power_W = 3: a valid list",
+        "tied.flight.charge_power_W = 3: a list",
         "tied.flight.charge_current_A = 'wind.force_N': products of keys that are numbers",
         "tied.flight.charge_current_A = 'flight.nope': products",
         "resolution.flight_time = 1: 'flight_time_s', 'mission_time_s'",
