@@ -176,9 +176,9 @@ fit = { battery_percent = "much", flight_time_s = 3, flight_tim = "x" }
         "tied.flight.charge_current_A = 'flight.nope': products",
         "resolution.flight_time = 1: 'flight_time_s', 'mission_time_s'",
         "hover_time_s = -5: a number, x >= 0",
-        "laser = 3: a valid boolean",
+        "laser = 3: true or false",
         "given.building: where it rested",
-        "fit.battery_percent = 'much': a valid number",
+        "fit.battery_percent = 'much': a number",
         "resolution.flight_time_s: the step",
     ):
         assert words in text, words
