@@ -13,10 +13,11 @@ from typing import Any
 from pydantic.fields import FieldInfo
 
 from optuav.mission import Mission
-from optuav.mission.flight_model import FLIGHTS, TABLES, FlightTable, forms
+from optuav.mission.flight_model import FlightTable
 from optuav.mission.flights.rotors import Rotors
+from optuav.mission.forms import CHOICES, TABLES, Choice, forms
 from optuav.mission.messages import allowed
-from optuav.mission.schema import CONVERSIONS, RATE_PER_MINUTE, MissionSection
+from optuav.mission.schema import CONVERSIONS, RATE_PER_MINUTE, LaserTable, MissionSection
 
 PAGE = Path(__file__).parent / "mission-keys.md"
 START, END = "<!-- keys: written by make_mission_keys.py -->\n", "<!-- end of keys -->\n"
@@ -27,6 +28,8 @@ INSTEAD = {
     "visibility_km": "state attenuation_per_km",
     "attenuation_per_km": "state visibility_km",
     **dict.fromkeys(CONVERSIONS[810], "by the wavelength"),
+    **dict.fromkeys(("radius_m", "cell_efficiency"), 'needed by "gaussian"'),
+    "area_m2": 'needed by "divergence"',
     **{key.removeprefix("body."): "needed by rotors" for key in Rotors.needs if "." in key},
 }
 """What holds where a key is left out whose field has no default that tells."""
@@ -87,28 +90,32 @@ def sections() -> Iterator[str]:
         model = FlightTable if name == "flight" else forms(name)[0]
         title = f"[[{name}]]" if name == "buildings" else f"[{name}]"
         yield from (f"## {title}", "", summary(model), "")
-        if name == "flight":
-            known = dict[str, None]()
-            for model_name, flight in FLIGHTS.items():
-                form = flight.table
-                keys = [key for key in form.model_fields if key not in known]
-                shared = [*known][len(FlightTable.model_fields) :]
-                again = [key for key in form.model_fields if key in shared]
-                _, _, what = summary(form).partition(" with ")
-                if known:
-                    yield f'Only with `model = "{model_name}"`, {what[:-1]}:'
-                    yield ""
-                yield from (*table(rows(form, keys)), "")
-                if again:
-                    yield f"It also has {', '.join(f'`{key}`' for key in again)}, as above."
-                    yield ""
-                known |= dict.fromkeys(keys)
+        if choice := CHOICES.get(name):
+            yield from choices(choice, FlightTable if name == "flight" else LaserTable)
             continue
         found = list(rows(model, model.model_fields))
         if name == "battery":
             rate = next(place for place, row in enumerate(found) if row[0] == "flow_rate_per_s")
             found.insert(rate + 1, PER_MINUTE)
         yield from (*table(found), "")
+
+
+def choices(choice: Choice, shared: type[MissionSection]) -> Iterator[str]:
+    """Lines of the tables of all forms, each without what those before it have."""
+    known = dict[str, None]()
+    names = [*([""] if choice.plain else []), *choice.models]
+    for name, form in zip(names, choice.forms(), strict=True):
+        keys = [key for key in form.model_fields if key not in known]
+        again = [key for key in form.model_fields if key in known.keys() - shared.model_fields]
+        _, _, what = summary(form).partition(" with ")
+        if known:
+            yield f'Only with `{choice.key} = "{name}"`, {what[:-1]}:'
+            yield ""
+        yield from (*table(rows(form, keys)), "")
+        if again:
+            yield f"It also has {', '.join(f'`{key}`' for key in again)}, as above."
+            yield ""
+        known |= dict.fromkeys(keys)
 
 
 def page() -> str:

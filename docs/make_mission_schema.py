@@ -12,7 +12,9 @@ from typing import Any
 from pydantic import BaseModel
 
 from optuav.mission import Mission
-from optuav.mission.flight_model import FLIGHTS, TABLES, forms
+from optuav.mission.beam import BEAMS
+from optuav.mission.flight_model import FLIGHTS
+from optuav.mission.forms import CHOICES, TABLES, forms
 from optuav.mission.schema import CONVERSIONS, RATE_PER_MINUTE, SCHEMA, SECTIONS
 
 FILE = Path(__file__).parents[1] / "optuav" / "mission" / "mission.schema.json"
@@ -28,19 +30,21 @@ _ALTERNATIVES = {*CONVERSIONS[810], *(key for twins in _TWINS.values() for key i
 def json_schema() -> dict[str, Any]:
     """The schema that `optuav.json_schema` describes."""
     generated = _plain(Mission.model_json_schema(ref_template="#/definitions/{model}"))
-    flights = [model.table for model in FLIGHTS.values()]
     definitions: dict[str, Any] = generated["$defs"]
-    definitions |= {form.__name__: _plain(form.model_json_schema()) for form in flights}
+    by_key = [form for name in CHOICES for form in forms(name)]
+    definitions |= {form.__name__: _plain(form.model_json_schema()) for form in by_key}
     definitions = dict(sorted(definitions.items()))
     for model in (Mission, *(form for name in TABLES for form in forms(name))):
         properties = (generated if model is Mission else definitions[model.__name__])["properties"]
         for key, words in model.descriptions().items():
             properties[key] = {"description": words, **properties[key]}
+    definitions["Laser"]["properties"].pop("beam")  # It has none
     for name, definition in definitions.items():
         if name != "Building":
             definition.pop("required", None)
     for name, twins in _TWINS.items():
-        definitions[SECTIONS[name].__name__]["not"] = {"required": list(twins)}
+        for form in forms(name):
+            definitions[form.__name__]["not"] = {"required": list(twins)}
     definitions["BatteryPacks"]["properties"]["flow_rate_per_min"] = {
         "description": "Rate k_F at which charge flows between the wells [1/min].",
         "minimum": RATE_PER_MINUTE.ge,
@@ -49,7 +53,9 @@ def json_schema() -> dict[str, Any]:
     }
     properties: dict[str, Any] = generated["properties"]
     # Where a table states no model, any of them may be meant.
-    properties["flight"] = {"anyOf": [{"$ref": f"#/definitions/{x.__name__}"} for x in flights]}
+    for name in CHOICES:
+        found = [{"$ref": f"#/definitions/{form.__name__}"} for form in forms(name)]
+        properties[name] = {"anyOf": found}
     for key in ("name", "description"):
         properties[key].pop("default")
     return {
@@ -83,14 +89,20 @@ def _complete() -> dict[str, Any]:
     tables: dict[str, dict[str, Any]] = {
         name: {"required": [key for key in _required(section) if key not in _ALTERNATIVES]}
         for name, section in SECTIONS.items()
-        if name not in ("wind", "buildings")
+        if name not in ("wind", "buildings", "receiver")
     }
     for name, twins in _TWINS.items():
         tables[name]["anyOf"] = [{"required": [twin]} for twin in twins]
+    needed: dict[str, Any]
     known = {"properties": {"wavelength_nm": {"enum": list(CONVERSIONS)}}}
-    tables["laser"]["if"], tables["laser"]["else"] = known, {"required": list(CONVERSIONS[810])}
+    needed = {"if": known, "else": {"required": list(CONVERSIONS[810])}}
+    for beam in BEAMS.values():
+        stated = {"properties": {"beam": {"const": beam.name}}, "required": ["beam"]}
+        own = [key for key in _required(beam.table) if key not in _ALTERNATIVES]
+        needed = {"if": stated, "then": {"required": own}, "else": needed}
+    tables["laser"] |= needed
     by_default, *others = FLIGHTS.values()
-    needed: dict[str, Any] = {"required": [*by_default.needs]}
+    needed = {"required": [*by_default.needs]}
     for model in reversed(others):
         stated = {"properties": {"model": {"const": model.name}}, "required": ["model"]}
         keys = {"properties": {"flight": {"required": _required(model.table)}}}

@@ -58,6 +58,8 @@ from optuav.studies.batch import batch as batch
 from optuav.studies.batch import batch_arrays as batch_arrays
 from optuav.studies.compare import compare as compare
 from optuav.studies.layouts import layouts as layouts
+from optuav.studies.link_budget import LinkBudget as LinkBudget
+from optuav.studies.link_budget import link_budget as link_budget
 from optuav.studies.power_curve import PowerCurve as PowerCurve
 from optuav.studies.power_curve import power_curve as power_curve
 from optuav.studies.samples import samples as samples

@@ -20,7 +20,7 @@ from formulations.soc import PERSPECTIVES
 from optuav.cli.app import COMMANDS, program
 from optuav.engines.registry import ENGINES
 from optuav.mission import Mission
-from optuav.mission.flight_model import TABLES, table_keys
+from optuav.mission.forms import TABLES, table_keys
 from optuav.options import Perspective
 from optuav.solving.question import PROBLEMS, problem_of
 from tests.city.maps import shipped

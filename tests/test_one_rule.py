@@ -57,6 +57,7 @@ DOORS: dict[str, Door] = {
         lambda x: optuav.sensitivity("paper", {}, samples=8, plan=x), P, none=True
     ),
     "place_laser": Door(lambda x: optuav.place_laser(x, [[1000, 0, 50]]), "mission, missions"),
+    "link_budget": Door(lambda x: optuav.link_budget(x, "hover"), ""),
     "explain": Door(optuav.explain, "mission, plan"),
     "explore": Door(optuav.explore, ""),
     "reproduce": Door(lambda x: optuav.reproduce("out", mission=x), "", none=True),

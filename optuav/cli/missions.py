@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from optuav.mission import Mission
     from optuav.mission.schema import MissionSection
     from optuav.mission.template import Drone
-    from optuav.network.feasibility import BuildingFigures
+    from optuav.network.feasibility import BuildingFigures, LinkFigures
     from optuav.plan import Plan
 
 UNIT = re.compile(r"\[([^]]+)\]")
@@ -71,17 +71,19 @@ def show(
 
 def _data(mission: Mission) -> dict[str, Any]:
     """A mission with what follows from it, as plain data."""
-    from optuav.network.feasibility import building_figures, derived
+    from optuav.network.feasibility import building_figures, derived, link_figures
 
     figures = {each.name: {"value": each.value, "unit": each.unit} for each in derived(mission)}
     buildings = [each._asdict() for each in building_figures(mission)]
-    return {"mission": mission.to_dict(), "derived": figures, "buildings": buildings}
+    links = {"links": links} if (links := [x._asdict() for x in link_figures(mission)]) else {}
+    return {"mission": mission.to_dict(), "derived": figures, "buildings": buildings, **links}
 
 
 def _pieces(mission: Mission) -> Iterator[str]:
     """The mission's tables, and what follows from them: name, value and unit, a line each."""
+    from optuav.mission.beams import spreading_beam
     from optuav.mission.schema import MissionSection
-    from optuav.network.feasibility import building_figures, derived
+    from optuav.network.feasibility import building_figures, derived, link_figures
 
     yield f"{mission.name}  {mission.description}".rstrip()
     sections = [each for each in vars(mission).items() if isinstance(each[1], MissionSection)]
@@ -97,6 +99,10 @@ def _pieces(mission: Mission) -> Iterator[str]:
     if mission.buildings:
         yield "\n[[buildings]]"
         yield from _buildings(building_figures(mission))
+    if (beam := spreading_beam(mission)) and (links := link_figures(mission)):
+        yield "\nbeam"
+        yield from _links(links)
+        yield f"\n{beam.eye_warning}"
 
 
 def _settings(section: MissionSection) -> Iterator[tuple[str, str, str]]:
@@ -133,6 +139,19 @@ def _buildings(figures: Iterable[BuildingFigures]) -> list[str]:
         )
         table.append(row)
     return tabulated(table, 3)
+
+
+def _links(figures: Iterable[LinkFigures]) -> list[str]:
+    """A line a place: its distance, its share of the light, and what that charges."""
+    from optuav.plan.summary import tabulated
+
+    table: list[Sequence[str]] = [("place", "distance m", "share", "DC power W", "current A")]
+    for each in figures:
+        dark = ("no sight", "-")
+        charged = f"{each.received_power_W:.1f}", f"{each.charge_current_A:.2f}"
+        known = f"{each.distance_m:.1f}", f"{each.share:.6f}"
+        table.append((each.name, *known, *(charged if each.laser_sight else dark)))
+    return tabulated(table)
 
 
 def validate(mission: str, settings: list[str] | None = None, as_json: bool = False) -> None:

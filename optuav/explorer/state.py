@@ -10,6 +10,7 @@ import numpy as np
 from formulations.formulation import Formulation
 from optuav.errors import Fault, InputError, collected, refuse
 from optuav.mission import Mission
+from optuav.mission.beams import beam_of
 from optuav.mission.flight_model import flight_of
 from optuav.mission.keys import now_of
 from optuav.mission.messages import number, shown, unknown
@@ -148,6 +149,10 @@ def controls(mission: Mission) -> Iterator[Control]:
         step = round_step(high, STEPS)
         low = 0.0 if allowed and allowed.ge == 0.0 else step
         yield Control(key, None, *WORDS[key], low, high, step, value)
-    for key, axis, label, symbol, unit, low, high in flight_of(mission).sliders():
+    sliders = [
+        *(beam_of(mission).sliders() if mission.laser else ()),
+        *flight_of(mission).sliders(),
+    ]
+    for key, axis, label, symbol, unit, low, high in sliders:
         value = now_of(mission, key if axis is None else f"{key}[{axis}]") or 0.0
         yield Control(key, axis, label, symbol, unit, low, high, round_step(high, STEPS), value)

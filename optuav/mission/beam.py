@@ -1,13 +1,23 @@
-"""The base class of beams: the light that arrives, by position."""
+"""The base classes of beams, and the registry that [laser] chooses from."""
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
 
 if TYPE_CHECKING:
+    from optuav.mission.flight_model import Slider
     from optuav.mission.mission import Mission
-    from optuav.physics.quantity import Quantity, Vector
+    from optuav.mission.schema import LaserTable
+    from optuav.physics.beams.gaussian import Chain
+    from optuav.physics.quantity import Quantity
+
+BEAMS: dict[str, type[SpreadingBeam]] = {}
+"""Beams by name; one that is added here can be stated as ``laser.beam``."""
+
+BATTERY = "battery.charge_current_A"  # Key of the limit that the battery sets
 
 
 class Beam(ABC):
@@ -25,6 +35,104 @@ class Beam(ABC):
     def __init__(self, mission: Mission) -> None:
         self.mission = mission
 
+    @property
+    def attenuation_per_km(self) -> Quantity:
+        """α [1/km] as stated, or from the visibility."""
+        from optuav.physics.laser import attenuation
+
+        keys = self.mission.laser
+        assert keys is not None
+        if keys.attenuation_per_km is not None:
+            return keys.attenuation_per_km
+        return attenuation(keys.wavelength_nm, keys.visibility_km)
+
     @abstractmethod
-    def received_W(self, source_m: Vector, place_m: Vector, most_W: Quantity) -> Quantity:
+    def received_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
         """Mean power received in clear sight [W] where the battery takes at most so much [W]."""
+
+    @abstractmethod
+    def enough_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
+        """Source power [W] from which on no more is received; infinite where none is enough."""
+
+    def limiting_key(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
+        """Key of the limit that acts first as the light grows; by place for an array."""
+        return BATTERY
+
+    @property
+    def needs_numbers(self) -> str | None:
+        """A sentence on why places cannot be symbols; None where they can."""
+        return None
+
+    def sliders(self) -> Iterator[Slider]:
+        """Keys worth moving by hand."""
+        yield from ()
+
+
+class SpreadingBeam(Beam):
+    """A beam that spreads, and a receiver of some size.
+
+    Tables and keys of the mission, and what is said of them, follow from the declaration.
+    """
+
+    name: ClassVar[str]  # As ``laser.beam`` states it
+    table: ClassVar[type[LaserTable]]  # The form of [laser] with the keys of the beam
+    needs: ClassVar[tuple[str, ...]] = ()  # Other tables, and dotted keys of them
+    refuses: ClassVar[tuple[str, ...]] = ()  # Dotted keys that have no meaning
+
+    @abstractmethod
+    def chain(self, distance_m: Quantity) -> Chain:
+        """The stations of the light on the way to a distance [m], before any limit."""
+
+    @abstractmethod
+    def peak(self, distance_m: Quantity, *, still: bool = False) -> Quantity:
+        """Mean irradiance on the axis per watt that gets there [1/m²].
+
+        The still beam is one without jitter and turbulence.
+        """
+
+    def reach_m(self, dc_W: float, most_W: float) -> float:
+        """Largest distance [m] at which a power [W] is received: 0 for none, infinite for all."""
+        from optuav.physics.roots import last
+
+        return float(last(lambda d: self.received_W(d, most_W) - dc_W, 1.0))
+
+    @property
+    def eye_limit_W_m2(self) -> float:
+        """Largest irradiance for the eye [W/m²]; NaN where none is known for the wavelength."""
+        from optuav.physics.eye import exposure_limit
+
+        assert self.mission.laser is not None
+        return float(exposure_limit(self.mission.laser.wavelength_nm))
+
+    @property
+    def hazard_distance_m(self) -> float:
+        """Distance up to which the still beam, whole before its aperture, exceeds that [m]."""
+        from optuav.physics.eye import hazard_distance
+
+        def irradiance(distance_m: Quantity) -> Quantity:
+            return self.peak(distance_m, still=True)
+
+        light_W = self.chain(0.0).light_W
+        air, limit = self.attenuation_per_km, self.eye_limit_W_m2
+        return float(hazard_distance(irradiance, light_W, air, limit))
+
+    @property
+    def eye_warning(self) -> str:
+        """A sentence on how far the beam is dangerous to the eye."""
+        limit, distance_km = self.eye_limit_W_m2, self.hazard_distance_m / 1000.0
+        no_assessment = "this is no safety assessment"
+        if math.isnan(limit):
+            return f"no limit for the eye is known at this wavelength; {no_assessment}"
+        return (
+            f"the beam exceeds the limit for the eye, {limit:.4g} W/m², up to {distance_km:.4g} km "
+            f"from the laser; {no_assessment}"
+        )
+
+    def limit_warning(self) -> str | None:
+        """A sentence on what limited power is where a limit acts; None where it is exact."""
+        return None
+
+    @classmethod
+    def breaches(cls, document: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], str]]:
+        """Keys that break rules which bind several keys, and what they may be."""
+        yield from ()

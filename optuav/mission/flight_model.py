@@ -6,9 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
-from pydantic import PlainValidator, SerializeAsAny, WithJsonSchema
-
-from optuav.mission.schema import SECTIONS, MissionSection, OneOf, Switch
+from optuav.mission.schema import MissionSection, OneOf, Switch
 
 if TYPE_CHECKING:
     from optuav.mission.mission import Mission
@@ -122,46 +120,3 @@ class FlightModel(ABC):
 def flight_of(mission: Mission) -> FlightModel:
     """The flight model of a mission."""
     return FLIGHTS[mission.flight.model](mission)
-
-
-def form_of(stated: object) -> type[FlightTable]:
-    """The form of [flight] that is meant; of a misspelt model, the one with most of the keys."""
-    keys = stated if isinstance(stated, dict) else {}
-    tables = {name: model.table for name, model in FLIGHTS.items()}
-    if "model" not in keys:
-        return next(iter(tables.values()))
-    likely = max(tables, key=lambda name: len(keys.keys() & tables[name].model_fields.keys()))
-    return tables[keys["model"] if keys["model"] in [*tables] else likely]
-
-
-def _flight_table(stated: object) -> FlightTable:
-    return stated if isinstance(stated, FlightTable) else form_of(stated).model_validate(stated)
-
-
-Flight = Annotated[
-    SerializeAsAny[FlightTable], PlainValidator(_flight_table), WithJsonSchema({"type": "object"})
-]
-"""Any form of [flight]."""
-
-
-TABLES = (*list(SECTIONS)[:-1], "flight", "buildings")  # Of a mission file, in order
-
-
-def forms(table: str) -> tuple[type[MissionSection], ...]:
-    """The forms that a table of a mission may have; none of what is no table."""
-    if table == "flight":
-        return tuple(model.table for model in FLIGHTS.values())
-    return (SECTIONS[table],) if table in SECTIONS else ()
-
-
-def table_keys(table: str) -> dict[str, type[MissionSection]]:
-    """The keys of a table of the mission, each with the first form that has it."""
-    found: dict[str, type[MissionSection]] = {}
-    for form in forms(table):
-        found = {**dict.fromkeys(form.model_fields, form), **found}
-    return found
-
-
-def models_with(key: str) -> list[str]:
-    """Names of the flight models whose [flight] has a key."""
-    return [name for name, model in FLIGHTS.items() if key in model.table.model_fields]

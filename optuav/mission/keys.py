@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from optuav.mission.flight_model import TABLES, table_keys
+from optuav.mission.forms import TABLES, table_keys
 from optuav.mission.messages import number
 from optuav.mission.mission import Mission
 from optuav.mission.schema import COORDINATE, FORCE, RATE_PER_MINUTE, WIND_SPEED, Number
@@ -64,6 +64,12 @@ def now_of(mission: Mission, key: str) -> float | None:
     stated: Any = getattr(getattr(mission, table), name, None)
     found: float | None = stated[int(axis[0])] if axis and stated is not None else stated
     return found
+
+
+def quantity(mission: Mission, key: str) -> str:
+    """A mission's own value of a numeric key with its unit, as text."""
+    allowed = number(key)
+    return f"{now_of(mission, key):g} {allowed.unit if allowed else ''}"
 
 
 def as_stated(mission: Mission, values: Mapping[str, float]) -> dict[str, Any]:

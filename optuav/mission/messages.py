@@ -15,7 +15,7 @@ from pydantic import BaseModel
 from optuav.errors import LONGEST_TEXT, Fault, InputError
 from optuav.errors import nearest as nearest  # noqa: PLC0414
 from optuav.mission.files import expanded
-from optuav.mission.flight_model import forms, table_keys
+from optuav.mission.forms import forms, table_keys
 from optuav.mission.schema import Allowed, MissionSection, Number, OneOf
 
 TYPES = {

@@ -13,8 +13,8 @@ from optuav.frames import DataFrame, frame
 from optuav.mission import schema, validation
 from optuav.mission.buildings import Buildings
 from optuav.mission.files import ending_of, write_text
-from optuav.mission.flight_model import TABLES, Flight, form_of, table_keys
 from optuav.mission.flights.rotors import RotorFlight
+from optuav.mission.forms import CHOICES, TABLES, Flight, Source, table_keys
 from optuav.mission.messages import nearest, no_building, path_of, shown
 from optuav.mission.schema import MissionSection
 from optuav.mission.validation import Document, Key, StatedMission, keys_of, validate
@@ -49,7 +49,7 @@ class Mission(MissionSection):
     ----------
     name, description, crs
         What it is called and about, and the reference system of x and y in metres, or None.
-    route, limits, battery, rotor, body, air, earth, laser, link, wind, flight
+    route, limits, battery, rotor, body, air, earth, laser, receiver, link, wind, flight
         The tables of a mission file. Each of their keys is an attribute with its unit as a suffix,
         as ``limits.deadline_s`` [s]; ``optuav new FILE`` writes them all, with what they may be.
     buildings
@@ -79,7 +79,8 @@ class Mission(MissionSection):
     body: schema.Body | None = None
     air: schema.Air | None = None
     earth: schema.Earth | None = None
-    laser: schema.Laser | None = None
+    laser: Source | None = None
+    receiver: schema.LightReceiver | None = None
     link: schema.Link
     wind: schema.Wind = schema.Wind()
     flight: Flight = RotorFlight()
@@ -144,7 +145,7 @@ class Mission(MissionSection):
             ``laser.visibility_km`` and ``laser.attenuation_per_km`` each other, a new
             ``laser.wavelength_nm`` the four conversion coefficients, a new
             ``battery.capacity_As`` or ``battery.packs`` the energies E_1 and E_2 of the full
-            battery, a new ``flight.model`` the loads of the other one.
+            battery, a new ``flight.model`` or ``laser.beam`` the keys of the other one.
 
         Returns
         -------
@@ -315,8 +316,9 @@ def overlay(base: Document, stated: Document) -> tuple[Document, dict[Key, str]]
 def displaced(name: str, table: Document) -> Iterator[tuple[str, frozenset[str]]]:
     """The keys of a table, each with those that a new value of it displaces."""
     yield from DISPLACED.get(name, {}).items()
-    if name == "flight":  # Keys of other flight models
-        yield "model", frozenset(table_keys(name).keys() - form_of(table).model_fields.keys())
+    if choice := CHOICES.get(name):  # Keys of other flight models, or other beams
+        own = choice.form_of(table).model_fields.keys()
+        yield choice.key, frozenset(table_keys(name).keys() - own)
 
 
 def without_none(value: Any, depth: int = 3, *, kept: bool = False) -> Any:

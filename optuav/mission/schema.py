@@ -25,6 +25,7 @@ from pydantic import (
     model_validator,
 )
 
+from optuav.mission.beam import BEAMS
 from optuav.options import SCHEDULES, Charging, Schedule
 
 MOST_ITEMS = 100_000  # Most items that a list may have, such as buildings
@@ -188,6 +189,9 @@ SPEED = Number("m/s", ge=1e-3, le=1e6)
 Speed = Annotated[float, SPEED]
 
 # Light and radio
+BEAM = OneOf(BEAMS)
+Efficiency = Annotated[float, Number("-", gt=0, le=1)]
+Breadth = Annotated[float, Number("m", ge=1e-3, le=100)]
 _KNOWN = "; known at 810 and 1550 nm"
 Slope = Annotated[float, Number("-", ge=1e-6, le=1e3, note=_KNOWN)]
 Offset = Annotated[float, Number("W", ge=-1e9, le=1e9, note=_KNOWN)]
@@ -390,22 +394,30 @@ class Earth(MissionSection):
     """Altitude of z = 0 above mean sea level [m]."""
 
 
-class Laser(MissionSection):
-    """The charging laser and the air that it shines through.
+class LaserTable(MissionSection):
+    """The charging laser and the air that it shines through."""
 
-    Conversion coefficients that are not stated follow from the wavelength at 810 and 1550 nm.
-    """
-
+    beam: Annotated[str | None, BEAM] = None
+    """How the beam spreads; without it straight-line fits stand for beam and receiver."""
     position_m: Position
     """Source w_s (x, y, z) [m]."""
     power_W: Power
-    """Largest source power P_s [W]."""
+    """Largest source power P_s; for "divergence" of light, else electrical [W]."""
     wavelength_nm: Annotated[float, Number("nm", ge=1, le=1e6)]
     """Wavelength λ [nm]."""
     visibility_km: Annotated[float, Number("km", ge=1e-3, le=1e4)] | None = None
     """Visibility V [km], from which the attenuation follows; or state attenuation_per_km."""
     attenuation_per_km: Annotated[float, Number("1/km", ge=0, le=1e4)] | None = None
     """Attenuation α [1/km]; or state visibility_km."""
+
+
+class Laser(LaserTable):
+    """The charging laser and the air that it shines through.
+
+    Conversion coefficients that are not stated follow from the wavelength at 810 and 1550 nm.
+    """
+
+    beam: Annotated[None, BEAM] = None
     emitter_slope: Slope
     """Slope a1 of the emitter's conversion [-]."""
     emitter_offset_W: Offset
@@ -425,6 +437,25 @@ class Laser(MissionSection):
         if not isinstance(wavelength, int | float):
             return stated
         return {**stated, **CONVERSIONS.get(wavelength, {})}
+
+
+class LightReceiver(MissionSection):
+    """The receiver of the light on the UAV, for a laser whose beam spreads."""
+
+    radius_m: Breadth | None = None
+    """Radius a of a round receiver [m]."""
+    area_m2: Annotated[float, Number("m2", ge=1e-6, le=1e4)] | None = None
+    """Area A of the receiver [m²]."""
+    optics_efficiency: Efficiency = 1.0
+    """Light behind its optics over light on it; for "divergence" χ, DC power over light [-]."""
+    cell_efficiency: Efficiency | None = None
+    """Electric power of its cells over light on them [-]."""
+    dc_efficiency: Efficiency | None = None
+    """DC power over that of the cells; without it 1 [-]."""
+    max_irradiance_W_m2: Annotated[float, Number("W/m2", gt=0, le=1e12)] | None = None
+    """Largest irradiance, the mean over the receiver before its optics [W/m²]."""
+    max_power_W: LoadPower | None = None
+    """Largest DC power [W]."""
 
 
 class Link(MissionSection):
@@ -475,8 +506,9 @@ SECTIONS: dict[str, type[MissionSection]] = {
     "air": Air,
     "earth": Earth,
     "laser": Laser,
+    "receiver": LightReceiver,
     "link": Link,
     "wind": Wind,
     "buildings": Building,
 }
-"""The tables of a mission file but [flight], which has a form for every flight model."""
+"""The tables of a mission file but [flight]; [laser] has more forms, one for every beam."""

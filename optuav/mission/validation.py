@@ -10,8 +10,10 @@ from pydantic import BaseModel, ValidationError
 
 from optuav.errors import Fault, InputError, safe_name
 from optuav.mission import schema
+from optuav.mission.beam import BEAMS, SpreadingBeam
 from optuav.mission.buildings import Buildings, misnamed, misshapen
-from optuav.mission.flight_model import FLIGHTS, TABLES, models_with, table_keys
+from optuav.mission.flight_model import FLIGHTS, FlightModel
+from optuav.mission.forms import CHOICES, TABLES, table_keys
 from optuav.mission.messages import allowed, nearest, shown, table
 from optuav.mission.schema import RATE_PER_MINUTE, SCHEMA, SECTIONS
 
@@ -187,8 +189,12 @@ def _unknown(key: Key, known: Iterable[str], stated: StatedMission) -> str:
         return "either flow_rate_per_s or flow_rate_per_min" if both else RATE_PER_MINUTE.words
     if key in (("extends",), ("buildings_file",)):
         return "only in a mission file"
-    if key[0] == "flight" and (models := models_with(name)):
-        return "only with flight.model = {}".format(" or ".join(f'"{each}"' for each in models))
+    if choice := CHOICES.get(str(key[0])):
+        if models := choice.models_with(name):
+            words = " or ".join(f'"{each}"' for each in models)
+            return f"only with {key[0]}.{choice.key} = {words}"
+        if choice.plain and name in choice.plain.model_fields:
+            return f"only without {key[0]}.{choice.key}"
     home = next((each for each in dotted_keys() if each.partition(".")[2] == name), None)
     if home is not None:
         return f"unknown key; did you mean '{home}'?"
@@ -229,6 +235,10 @@ def rules(document: Document) -> Iterator[Breach]:
         elif not twins:
             words = f"{allowed(schema.Laser, 'attenuation_per_km')}; or state visibility_km"
             yield Breach(("laser", "attenuation_per_km"), f"is missing; {words}")
+        if (beam := laser.get("beam")) in [*BEAMS]:
+            yield from _rules_of_model(document, BEAMS[beam], f'laser.beam = "{beam}"')
+    if "receiver" in document and laser is not UNKNOWN and "beam" not in keys_of(laser):
+        yield Breach(("receiver",), f"only with laser.beam = {schema.BEAM.words}")
     origin = {"latitude_deg", "longitude_deg"} & keys_of(document.get("earth")).keys()
     if origin and document.get("crs"):
         yield from (Breach(("earth", key), "not beside crs") for key in sorted(origin))
@@ -237,15 +247,17 @@ def rules(document: Document) -> Iterator[Breach]:
         words = f"is missing; {allowed(schema.Earth, other)}, needed beside {min(origin)}"
         yield Breach(("earth", other), words)
     if isinstance(flight := document.get("flight", {}), dict):
-        yield from _rules_of_flight(document, {"model": "rotors", **flight})
+        name, flight = flight.get("model", "rotors"), {"model": "rotors", **flight}
+        if name in [*FLIGHTS]:
+            by = f'flight.model = "{name}"'
+            yield from _rules_of_model({**document, "flight": flight}, FLIGHTS[name], by)
     yield from rules_of_buildings(document)
 
 
-def _rules_of_flight(document: Document, flight: Document) -> Iterator[Breach]:
-    """What a flight model needs of other tables, and what has no meaning with it."""
-    if flight["model"] not in [*FLIGHTS]:
-        return
-    model, by = FLIGHTS[flight["model"]], f'flight.model = "{flight["model"]}"'
+def _rules_of_model(
+    document: Document, model: type[FlightModel] | type[SpreadingBeam], by: str
+) -> Iterator[Breach]:
+    """What a model needs of other tables, and what has no meaning with it."""
     for needed in model.needs:
         name, _, key = needed.partition(".")
         if not key and name not in document:
@@ -255,13 +267,15 @@ def _rules_of_flight(document: Document, flight: Document) -> Iterator[Breach]:
             yield Breach((name, key), f"is missing; {words}, needed by {by}")
     for refused in model.refuses:
         name, *parts = refused.split(".")
-        value = document.get(name)
-        value = keys_of(value).get(parts[0]) if parts else value
+        value, default = document.get(name), None
+        if parts:
+            value = keys_of(value).get(parts[0])
+            default = table_keys(name)[parts[0]].model_fields[parts[0]].default
         if isinstance(value, list | tuple) and any(value):
             yield Breach((name, *parts), f"{[0] * len(value)} with {by}")
-        elif value and value is not UNKNOWN and not isinstance(value, list | tuple):
+        elif not isinstance(value, list | tuple) and value not in (None, default, UNKNOWN):
             yield Breach((name, *parts), f"not with {by}")
-    for place, words in model.breaches({**document, "flight": flight}):
+    for place, words in model.breaches(document):
         yield Breach(place, words)
 
 

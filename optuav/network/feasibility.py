@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.mission import Mission
+from optuav.mission.beams import spreading_beam
 from optuav.mission.flight_model import flight_of
 from optuav.mission.messages import listed
 from optuav.network import vehicle
@@ -129,6 +130,33 @@ class BuildingFigures(NamedTuple):
     # Flight time with a stop there, resting or hovering first [s]; None where it cannot be flown.
     rest_first_s: float | None
     hover_first_s: float | None
+
+
+class LinkFigures(NamedTuple):
+    """What a beam that spreads brings to a place in its sight; powers are 0 without sight."""
+
+    name: str
+    laser_sight: bool
+    distance_m: float  # From the laser [m]
+    share: float  # Mean share of the light there that meets the receiver, before limits [-]
+    received_power_W: float  # DC power within all limits [W]
+    charge_current_A: float
+
+
+def link_figures(mission: Mission) -> tuple[LinkFigures, ...]:
+    """Figures of the beam at the hover point and all buildings; none where no beam is stated."""
+    if (beam := spreading_beam(mission)) is None:
+        return ()
+    places = build_network(mission).places
+    which = np.array([HOVER, *places.buildings])
+    x, y, z = places.position_m[which].T
+    away_m = vehicle.laser_distance_m(mission, (x, y, z))
+    own = places.received_power_W[which], places.charge_current_A[which]
+    figures = np.transpose([away_m, beam.chain(away_m).share, *own]).tolist()
+    names = (places.names[place] for place in which)
+    sights = places.laser_sight[which].tolist()
+    rows = zip(names, sights, figures, strict=True)
+    return tuple(LinkFigures(name, sight, *row) for name, sight, row in rows)
 
 
 def derived(mission: Mission) -> tuple[Figure, ...]:

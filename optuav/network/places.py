@@ -11,16 +11,16 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
-from optuav.mission.beams.fits import Fits
+from optuav.mission.beams import beam_of
 from optuav.mission.buildings import Buildings
 from optuav.mission.flight_model import flight_of
+from optuav.mission.keys import quantity
 from optuav.mission.messages import listed
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, clear_lines
 from optuav.network.prisms import prisms
-from optuav.physics import laser
 from optuav.physics.flight import Flow
-from optuav.physics.quantity import Quantity, Vector, norm
+from optuav.physics.quantity import Quantity, Vector
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3
 ENDS = ("origin", "hover", "destination")
@@ -149,17 +149,15 @@ class LaserReach(NamedTuple):
 def laser_reach(mission: Mission, places: Places) -> LaserReach:
     """Return the limits of a laser; it moves nothing where the mission states the current."""
     assert mission.laser is not None
-    lit, beam = _lit(places), Fits(mission)
+    lit = _lit(places)
     if flight_of(mission).charging() is not None:
         return LaserReach(math.inf, 0.0)
     if not lit.any():
         return LaserReach(0.0, 0.0)
     x, y, z = places.position_m[lit].T
     current_A = vehicle.charging(mission, (x, y, z), capped=False).current_A
-    away_m = norm(tuple((places.position_m[lit] - mission.laser.position_m).T))
-    share = laser.transmission(beam.attenuation_per_km, float(away_m.max()))
-    limit_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
-    most_W = laser.source_limit(beam.conversion, limit_W, share)
+    away_m = float(vehicle.laser_distance_m(mission, (x, y, z)).max())
+    most_W = beam_of(mission).enough_W(away_m, vehicle.charging_limit_W(mission))
     return LaserReach(float(np.max(current_A)), float(most_W))
 
 
@@ -177,15 +175,20 @@ def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
     """
     if mission.laser is None:
         return None
-    lit, stated = _lit(places), flight_of(mission).charging()
-    key = "battery.charge_current_A" if stated is None else "flight.charge_current_A"
-    current_A = mission.battery.charge_current_A if stated is None else stated.current_A
-    x, y, z = places.position_m.T
-    free_A = vehicle.charging(mission, (x, y, z), capped=False).current_A
-    capped = lit if stated is not None else lit & (free_A > current_A)
+    lit, flow = _lit(places), flight_of(mission).charging()
+    capped, keys = lit, ["flight.charge_current_A"]
+    current_A = mission.battery.charge_current_A if flow is None else flow.current_A
+    if flow is None:
+        x, y, z = places.position_m.T
+        beam, most_W = beam_of(mission), vehicle.charging_limit_W(mission)
+        away_m = vehicle.laser_distance_m(mission, (x, y, z))
+        capped = lit & (beam.enough_W(away_m, most_W) < mission.laser.power_W)
+        limits = np.broadcast_to(beam.limiting_key(away_m, most_W), capped.shape)
+        keys = [*dict.fromkeys(limits[capped].tolist())]
     if not (current_A and capped.any()):
         return None
     names = tuple(places.names[place] for place in np.flatnonzero(capped))
     at = "wherever the laser is in sight" if (capped == lit).all() else f"at {listed(names)}"
-    caps = f"{key} = {current_A:g} A caps the charging current {at}"
+    stated = " and ".join(f"{key} = {quantity(mission, key)}" for key in keys)
+    caps = f"{stated} cap{'s' * (len(keys) == 1)} the charging current {at}"
     return ChargingCap(names, f"{caps}: a stronger laser changes nothing there")

@@ -7,7 +7,7 @@ from optuav.mission.beams import beam_of
 from optuav.mission.flight_model import flight_of
 from optuav.physics import kibam, link
 from optuav.physics.flight import Flow
-from optuav.physics.quantity import Quantity, Vector
+from optuav.physics.quantity import Quantity, Vector, norm
 
 
 def channel(mission: Mission) -> link.Channel:
@@ -50,6 +50,18 @@ def hover_load(mission: Mission) -> Flow:
     return Flow(drawn.current_A + radio_A, drawn.power_W + radio.transmit_power_W)
 
 
+def laser_distance_m(mission: Mission, place_m: Vector) -> Quantity:
+    """Distance of a place from the laser [m]."""
+    assert mission.laser is not None
+    x, y, z = (end - start for start, end in zip(mission.laser.position_m, place_m, strict=True))
+    return norm((x, y, z))
+
+
+def charging_limit_W(mission: Mission) -> Quantity:
+    """Largest power that the battery takes [W]."""
+    return mission.battery.charge_current_A * mission.battery.nominal_voltage_V
+
+
 def charging(mission: Mission, place_m: Vector, *, capped: bool = True) -> Flow:
     """Current into the battery and power received in clear sight of the laser, at a place [m].
 
@@ -60,6 +72,6 @@ def charging(mission: Mission, place_m: Vector, *, capped: bool = True) -> Flow:
     if (stated := flight_of(mission).charging()) is not None:
         return stated
     voltage_V = mission.battery.nominal_voltage_V
-    most_W = mission.battery.charge_current_A * voltage_V if capped else np.inf
-    power_W = beam_of(mission).received_W(mission.laser.position_m, place_m, most_W)
+    most_W = charging_limit_W(mission) if capped else np.inf
+    power_W = beam_of(mission).received_W(laser_distance_m(mission, place_m), most_W)
     return Flow(power_W / voltage_V, power_W)

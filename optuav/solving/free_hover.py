@@ -23,6 +23,7 @@ from optuav.engines.registry import AUTO, Engine
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
+from optuav.mission.beams import beam_of
 from optuav.mission.flight_model import flight_of
 from optuav.modelling import Model, Parameter
 from optuav.network import vehicle
@@ -149,7 +150,8 @@ def _gain(plan: Plan, own: Plan) -> str:
 def _declared(network: Network, which: Integers, rests: bool, perspective: Perspective) -> Model:
     """(P1) over w, which is taken to be in sight of the laser, Δ and T' for some routes."""
     mission, table, legs = network.mission, network.legs, network.routes.legs[which]
-    if why := flight_of(mission).needs_numbers:
+    beam = mission.laser and beam_of(mission)
+    if why := flight_of(mission).needs_numbers or (beam and beam.needs_numbers):
         raise InputError(f"the program of a free hover point cannot be declared: {why}")
     flown = legs != NO_LEG
     to_w, from_w = (flown & (ends[legs] == HOVER) for ends in (table.end, table.start))

@@ -22,6 +22,7 @@ from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
 from optuav.judge.replay import replay
 from optuav.mission import Mission
+from optuav.mission.beams import spreading_beam
 from optuav.mission.flight_model import flight_of
 from optuav.mission.messages import written_out
 from optuav.modelling import Model, Relation, evaluate
@@ -132,6 +133,8 @@ def plan_for(
         cap = charging_cap(mission, network.places)
         if cap and any(each.end_place in cap.places for each in flown):
             notes.append(cap.words)
+        if beam := spreading_beam(mission):
+            notes += filter(None, (beam.limit_warning(), beam.eye_warning))
         soc = {p: float(np.squeeze(PERSPECTIVES[p](given, *times_s))) for p in PAPER}
         if packs.takes_turns or packs.charging != "constant":
             # Packs may refuse charge: `battery` counts what they accepted.

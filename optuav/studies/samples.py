@@ -18,7 +18,7 @@ from optuav.mission import Mission, load
 from optuav.mission.files import label, read_toml
 from optuav.mission.keys import Key, now_of, numeric_keys, stated_keys
 from optuav.mission.messages import misfits, nearest, path_of, shown, unknown
-from optuav.mission.schema import CONVERSIONS, Number
+from optuav.mission.schema import CONVERSIONS, Laser, Number
 
 Method: TypeAlias = Literal["sobol", "latin-hypercube"]
 METHODS: tuple[Method, ...] = get_args(Method)
@@ -159,7 +159,7 @@ class Draws:
 
 def with_conversion(mission: Mission, values: dict[str, Floats]) -> dict[str, Floats]:
     """The values with the laser's conversion, which is held where its wavelength is uncertain."""
-    if (laser := mission.laser) is None or WAVELENGTH not in values:
+    if not isinstance(laser := mission.laser, Laser) or WAVELENGTH not in values:
         return values
     count = len(values[WAVELENGTH])
     held = {f"laser.{name}": np.full(count, getattr(laser, name)) for name in COEFFICIENTS}

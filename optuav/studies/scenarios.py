@@ -15,7 +15,7 @@ from optuav.mission import Mission
 from optuav.mission.buildings import Buildings
 from optuav.mission.keys import as_stated, now_of, numeric_keys
 from optuav.mission.messages import nearest, shown
-from optuav.mission.schema import CONVERSIONS, Number
+from optuav.mission.schema import CONVERSIONS, Laser, Number
 from optuav.network.network import Network, build_network
 from optuav.network.variants import Columns, Variants
 from optuav.studies.samples import COEFFICIENTS, WAVELENGTH, Draws, dotted
@@ -114,7 +114,11 @@ class Scenarios:
             return {"limits.deadline_s": np.full(count, mission.limits.deadline_s)}
         if PER_MINUTE in found:
             found[PER_SECOND] = found.pop(PER_MINUTE) / 60.0
-        if laser and WAVELENGTH in found and f"laser.{COEFFICIENTS[0]}" not in found:
+        if (
+            isinstance(laser, Laser)
+            and WAVELENGTH in found
+            and f"laser.{COEFFICIENTS[0]}" not in found
+        ):
             same = found[WAVELENGTH] == laser.wavelength_nm
             known, which = np.unique(found[WAVELENGTH], return_inverse=True)
             for name in COEFFICIENTS:
@@ -219,7 +223,7 @@ def _refuse_wavelengths(found: Scenarios) -> None:
     stated_rows = {} if isinstance(found.rows, Draws) else found.rows or {}
     values, laser = {**stated_rows, **found.grid}, found.mission.laser
     stated = [name for name in COEFFICIENTS if f"laser.{name}" in values]
-    if WAVELENGTH not in values or laser is None or len(stated) == len(COEFFICIENTS):
+    if WAVELENGTH not in values or not isinstance(laser, Laser) or len(stated) == len(COEFFICIENTS):
         return
     known = [*CONVERSIONS, laser.wavelength_nm]
     unknown = [each for each in values[WAVELENGTH].tolist() if each not in known]

@@ -104,6 +104,7 @@ def test_paper_has_the_printed_parameters(paper: Mission) -> None:
     }
     assert paper.laser is not None
     assert vars(paper.laser) == {
+        "beam": None,
         "position_m": (1000, 0, 50),
         "power_W": 1000,
         "wavelength_nm": 1550,

@@ -1,0 +1,113 @@
+"""A beam of a constant divergence, as the literature on laser-charged UAVs has it.
+
+The physics is imported where it is used: reading a mission needs no numpy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+
+from optuav.mission.beam import SpreadingBeam
+from optuav.mission.flight_model import Slider
+from optuav.mission.schema import BEAM, Breadth, LaserTable, Number
+
+if TYPE_CHECKING:
+    from optuav.physics.beams.divergence import Divergence
+    from optuav.physics.beams.gaussian import Chain
+    from optuav.physics.quantity import Quantity
+
+ROUNDING = 1e-9  # Share of D² by which χA may exceed it
+
+
+class DivergingLaser(LaserTable):
+    """A laser with a beam of a constant divergence, whose power is that of its light."""
+
+    beam: Annotated[Literal["divergence"], BEAM]
+    aperture_m: Breadth
+    """Diameter D of the aperture [m]."""
+    divergence_rad: Annotated[float, Number("rad", ge=0, le=1)]
+    """Full angle Δθ of the divergence [rad]."""
+
+
+class DivergingBeam(SpreadingBeam):
+    """P_r = χA P e^(−αd)/(D + dΔθ)², where χ stands for all efficiencies."""
+
+    name: ClassVar[str] = "divergence"
+    table: ClassVar[type[LaserTable]] = DivergingLaser
+    needs: ClassVar[tuple[str, ...]] = ("receiver", "receiver.area_m2")
+    refuses: ClassVar[tuple[str, ...]] = (
+        *("receiver.radius_m", "receiver.cell_efficiency", "receiver.dc_efficiency"),
+        *("receiver.max_irradiance_W_m2", "receiver.max_power_W"),
+        *("flight.charge_current_A", "flight.charge_power_W"),
+    )
+
+    @property
+    def beam(self) -> Divergence:
+        """Emitter and receiver."""
+        from optuav.physics.beams.divergence import Divergence
+
+        tables = vars(self.mission.receiver) | vars(self.mission.laser)
+        return Divergence(*map(tables.__getitem__, Divergence._fields))
+
+    @property
+    def light_W(self) -> Quantity:
+        """Light out of the source [W]; NaN where χA > D², which no mission but a batch can have."""
+        from optuav.physics.quantity import one_where_not_negative
+
+        assert self.mission.laser is not None
+        D, _, A, χ = self.beam
+        return self.mission.laser.power_W * one_where_not_negative((1.0 + ROUNDING) * D**2 - χ * A)
+
+    def chain(self, distance_m: Quantity) -> Chain:
+        import numpy as np
+
+        from optuav.physics.beams.divergence import share
+        from optuav.physics.beams.gaussian import Chain
+        from optuav.physics.laser import transmission
+
+        light_W, air = self.light_W, transmission(self.attenuation_per_km, distance_m)
+        # A receiver larger than the beam gets no more than all of it.
+        part = np.minimum(share(self.beam._replace(optics_efficiency=1.0), distance_m), 1.0)
+        dc_W = light_W * air * share(self.beam, distance_m)
+        return Chain(light_W, light_W, air, part, light_W * air * part, dc_W)
+
+    def received_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
+        from optuav.physics.beams.divergence import received_power
+
+        air = self.attenuation_per_km
+        return received_power(self.beam, self.light_W, air, distance_m, most_W)
+
+    def enough_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
+        from optuav.physics.beams.divergence import received_power
+
+        return most_W / received_power(self.beam, 1.0, self.attenuation_per_km, distance_m)
+
+    def peak(self, distance_m: Quantity, *, still: bool = False) -> Quantity:
+        from optuav.physics.beams.divergence import disc_irradiance
+
+        return disc_irradiance(self.beam, distance_m)
+
+    def reach_m(self, dc_W: float, most_W: float) -> float:
+        from optuav.physics.beams.divergence import reach
+
+        air = self.attenuation_per_km
+        return float(reach(self.beam, self.light_W, air, dc_W)) if dc_W <= most_W else 0.0
+
+    def sliders(self) -> Iterator[Slider]:
+        D, Δθ, *_ = self.beam
+        yield Slider("laser.aperture_m", None, "Aperture", "D", "m", 0.01, 2.0 * D)
+        widest = 2.0 * Δθ or 1e-3
+        yield Slider("laser.divergence_rad", None, "Divergence", "Δθ", "rad", 0.0, widest)
+
+    @classmethod
+    def breaches(cls, document: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], str]]:
+        laser, receiver = document["laser"], document.get("receiver")
+        table = receiver if isinstance(receiver, dict) else {}
+        stated = laser.get("aperture_m"), table.get("area_m2"), table.get("optics_efficiency", 1.0)
+        if not all(isinstance(each, int | float) for each in stated):
+            return
+        D, A, χ = stated
+        if χ * A > (1.0 + ROUNDING) * D**2:
+            words = f"x * receiver.optics_efficiency <= laser.aperture_m² = {D**2:g} [m2]"
+            yield ("receiver", "area_m2"), f"a number, {words}"

@@ -1,0 +1,145 @@
+"""A Gaussian beam from an aperture, widened by diffraction, jitter and turbulence.
+
+The physics is imported where it is used: reading a mission needs no numpy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+
+from optuav.mission.beam import BATTERY, SpreadingBeam
+from optuav.mission.flight_model import Slider
+from optuav.mission.schema import BEAM, Breadth, Efficiency, LaserTable, Number
+
+if TYPE_CHECKING:
+    from optuav.physics.beams.gaussian import Chain, Emitter, Receiver
+    from optuav.physics.quantity import Quantity
+
+
+class GaussianLaser(LaserTable):
+    """A laser with a Gaussian beam that spreads by diffraction, jitter and turbulence."""
+
+    beam: Annotated[Literal["gaussian"], BEAM]
+    aperture_m: Breadth
+    """Diameter D of the aperture [m]."""
+    waist_m: Breadth | None = None
+    """Radius w_0 at the aperture, at 1/e² of the intensity [m]; without it D/(2√2)."""
+    m2: Annotated[float, Number("-", ge=1, le=1e4)] = 1.0
+    """Beam quality M² [-]."""
+    jitter_rad: Annotated[float, Number("rad", ge=0, le=0.1)] = 0.0
+    """Standard deviation σ of the pointing, per axis [rad]."""
+    turbulence_cn2: Annotated[float, Number("m^(-2/3)", ge=0, le=1e-8)] = 0.0
+    """Strength of the turbulence C_n², the same all along the way [m^(−2/3)]."""
+    source_efficiency: Efficiency
+    """Light over electric power of the source [-]."""
+
+
+class GaussianBeam(SpreadingBeam):
+    """Diffraction, jitter and turbulence, and a round receiver with limits of its own."""
+
+    name: ClassVar[str] = "gaussian"
+    table: ClassVar[type[LaserTable]] = GaussianLaser
+    needs: ClassVar[tuple[str, ...]] = (
+        "receiver",
+        "receiver.radius_m",
+        "receiver.cell_efficiency",
+    )
+    refuses: ClassVar[tuple[str, ...]] = (
+        "receiver.area_m2",
+        "flight.charge_current_A",
+        "flight.charge_power_W",
+    )
+
+    @property
+    def keys(self) -> GaussianLaser:
+        """The keys of [laser]."""
+        assert isinstance(self.mission.laser, GaussianLaser)
+        return self.mission.laser
+
+    @property
+    def emitter(self) -> Emitter:
+        """Laser and telescope."""
+        from optuav.physics.beams.gaussian import Emitter, default_waist
+
+        waist_m = self.keys.waist_m
+        waist_m = default_waist(self.keys.aperture_m) if waist_m is None else waist_m
+        return self.keys.as_record(Emitter)._replace(waist_m=waist_m)
+
+    @property
+    def receiver(self) -> Receiver:
+        """Receiver and its limits."""
+        from optuav.physics.beams.gaussian import Receiver
+
+        table = vars(self.mission.receiver)
+        return Receiver(**{k: v for k in Receiver._fields if (v := table[k]) is not None})
+
+    def chain(self, distance_m: Quantity) -> Chain:
+        from optuav.physics.beams.gaussian import chain
+
+        keys, air = self.keys, self.attenuation_per_km
+        return chain(self.emitter, self.receiver, keys.power_W, air, distance_m)
+
+    def received_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
+        from optuav.physics.beams.gaussian import received_power
+
+        keys, air = self.keys, self.attenuation_per_km
+        return received_power(self.emitter, self.receiver, keys.power_W, air, distance_m, most_W)
+
+    def enough_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
+        import numpy as np
+
+        from optuav.physics.beams.gaussian import share
+
+        if self.keys.jitter_rad:  # Some of the moments still have less light
+            return np.full_like(distance_m, np.inf, dtype=float)[()]
+        part = share(self.emitter, self.receiver.radius_m, distance_m)
+        return np.min(self._shares(1.0, distance_m, most_W), axis=0) / part
+
+    def limiting_key(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
+        import numpy as np
+
+        names = np.array(("receiver.max_irradiance_W_m2", "receiver.max_power_W", BATTERY))
+        return names[np.argmin(self._shares(self.keys.power_W, distance_m, most_W), axis=0)]
+
+    def _shares(self, power_W: float, distance_m: Quantity, most_W: Quantity) -> Quantity:
+        """Shares (limit, place) of the arriving light at which each limit acts."""
+        import numpy as np
+
+        from optuav.physics.beams.gaussian import aperture_share, largest_shares
+        from optuav.physics.laser import transmission
+
+        light_W = power_W * self.keys.source_efficiency * aperture_share(self.emitter)
+        arriving_W = light_W * transmission(self.attenuation_per_km, distance_m)
+        return np.array(np.broadcast_arrays(*largest_shares(self.receiver, arriving_W, most_W)))
+
+    def peak(self, distance_m: Quantity, *, still: bool = False) -> Quantity:
+        from optuav.physics.beams.gaussian import axis_irradiance
+
+        calm = {"jitter_rad": 0.0, "turbulence_cn2": 0.0} if still else {}
+        return axis_irradiance(self.emitter._replace(**calm), distance_m)
+
+    @property
+    def needs_numbers(self) -> str | None:
+        if not self.keys.jitter_rad:
+            return None
+        return (
+            "a limit of jittering light is a mean that has no formula; state laser.jitter_rad = 0"
+        )
+
+    def limit_warning(self) -> str | None:
+        if not self.keys.turbulence_cn2:
+            return None
+        return (
+            "the charging power that a limit cuts is an upper bound: turbulence makes the light "
+            "flicker, and only its mean is known (laser.turbulence_cn2)"
+        )
+
+    def sliders(self) -> Iterator[Slider]:
+        keys, radius_m = self.keys, self.receiver.radius_m
+        yield Slider("laser.aperture_m", None, "Aperture", "D", "m", 0.01, 2.0 * keys.aperture_m)
+        jitter_rad = 2.0 * keys.jitter_rad or 1e-4
+        yield Slider("laser.jitter_rad", None, "Pointing jitter", "σ", "rad", 0.0, jitter_rad)
+        yield Slider(
+            "receiver.radius_m", None, "Radius of receiver", "a", "m", 0.01, 2.0 * radius_m
+        )

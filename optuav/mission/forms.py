@@ -1,0 +1,74 @@
+"""The forms of tables: [flight] has one for every flight model, [laser] one for every beam."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated
+
+from pydantic import PlainValidator, SerializeAsAny, WithJsonSchema
+
+from optuav.mission.beam import SpreadingBeam
+from optuav.mission.beams import BEAMS
+from optuav.mission.flight_model import FLIGHTS, FlightModel, FlightTable
+from optuav.mission.schema import SECTIONS, Laser, LaserTable, MissionSection
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A table with a key that names a model, and a form for each."""
+
+    key: str
+    models: Mapping[str, type[FlightModel] | type[SpreadingBeam]]
+    plain: type[MissionSection] | None = None  # Form without the key, if it is not the first of all
+
+    def forms(self) -> list[type[MissionSection]]:
+        """All forms, that without the key first."""
+        return [*filter(None, (self.plain,)), *(model.table for model in self.models.values())]
+
+    def form_of(self, stated: object) -> type[MissionSection]:
+        """The form that is meant; of a misspelt model, the one with most of the keys."""
+        keys = stated if isinstance(stated, dict) else {}
+        if (name := keys.get(self.key)) is None:
+            return self.forms()[0]
+        if name in [*self.models]:
+            return self.models[name].table
+        tables = self.forms()[self.plain is not None :]
+        return max(tables, key=lambda form: len(keys.keys() & form.model_fields.keys()))
+
+    def table(self, stated: object) -> MissionSection:
+        """A table of the form that is meant."""
+        if isinstance(stated, MissionSection):
+            return stated
+        return self.form_of(stated).model_validate(stated)
+
+    def models_with(self, key: str) -> list[str]:
+        """Names of the models whose form has a key."""
+        return [name for name, model in self.models.items() if key in model.table.model_fields]
+
+
+CHOICES = {"flight": Choice("model", FLIGHTS), "laser": Choice("beam", BEAMS, Laser)}
+"""The tables of which a key chooses the form."""
+
+_OBJECT = WithJsonSchema({"type": "object"})
+Flight = Annotated[SerializeAsAny[FlightTable], PlainValidator(CHOICES["flight"].table), _OBJECT]
+"""Any form of [flight]."""
+Source = Annotated[SerializeAsAny[LaserTable], PlainValidator(CHOICES["laser"].table), _OBJECT]
+"""Any form of [laser]."""
+
+TABLES = (*list(SECTIONS)[:-1], "flight", "buildings")  # Of a mission file, in order
+
+
+def forms(table: str) -> tuple[type[MissionSection], ...]:
+    """The forms that a table of a mission may have; none of what is no table."""
+    if table in CHOICES:
+        return tuple(CHOICES[table].forms())
+    return (SECTIONS[table],) if table in SECTIONS else ()
+
+
+def table_keys(table: str) -> dict[str, type[MissionSection]]:
+    """The keys of a table of the mission, each with the first form that has it."""
+    found: dict[str, type[MissionSection]] = {}
+    for form in forms(table):
+        found = {**dict.fromkeys(form.model_fields, form), **found}
+    return found

@@ -1,0 +1,224 @@
+"""The link budget: light and power on the way from the laser to a place."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from optuav.errors import Fault, InputError, printed, refuse
+from optuav.frames import DataFrame, frame
+from optuav.mission import Mission, load
+from optuav.mission.beam import SpreadingBeam
+from optuav.mission.beams import spreading_beam
+from optuav.mission.keys import quantity
+from optuav.mission.messages import misfits, nearest, shown
+from optuav.mission.schema import BEAM, COORDINATE, Number
+from optuav.network import vehicle
+from optuav.network.obstacles import CLEAR, crossed
+from optuav.network.places import FIRST_BUILDING, build_places
+from optuav.network.prisms import prisms
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SAME = 1e-9  # Share of a power by which a limit lowers it at least
+POWER = Number("W", ge=-1e9, le=1e9)
+
+
+@dataclass(frozen=True)
+class LinkBudget:
+    """Light and power on the way from the laser to a place, as its fields.
+
+    `reach_m` gives the distance to which a power arrives, `plot` a picture, `to_frame` a table.
+
+    Parameters
+    ----------
+    place
+        Name of the place, or its coordinates as text.
+    distance_m, in_sight
+        Distance from the laser [m], and whether no building is in between. The figures below are
+        those of clear sight.
+    light_W, after_aperture_W, air
+        Light out of the source and behind its aperture [W], and the share that the air lets
+        through [-].
+    share, on_receiver_W
+        Mean share of what arrives that meets the receiver [-], and that light [W], before limits.
+    dc_W, current_A
+        DC power [W] and current into the battery [A], within all limits.
+    peak_irradiance_W_m2
+        Mean irradiance on the axis, at the place [W/m²].
+    limit
+        Key and value of the limit that lowers the power; None where none does.
+    hazard_distance_m, eye_limit_W_m2
+        Distance up to which the beam exceeds the limit for the eye [m], and that limit [W/m²]; NaN
+        where none is known. This is no safety assessment.
+    """
+
+    place: str
+    distance_m: float
+    in_sight: bool
+    light_W: float
+    after_aperture_W: float
+    air: float
+    share: float
+    on_receiver_W: float
+    dc_W: float
+    current_A: float
+    peak_irradiance_W_m2: float
+    limit: str | None
+    hazard_distance_m: float
+    eye_limit_W_m2: float
+    beam: SpreadingBeam = field(repr=False, compare=False)
+
+    def reach_m(self, dc_W: float) -> float:
+        """Return the largest distance [m] at which the DC power is at least so much [W].
+
+        It lies on the line to the place, in clear sight; 0 where no distance gives the power,
+        infinite where all do. Raises `InputError` unless |dc_W| <= 1e9.
+        """
+        refuse(misfits(("dc_W", dc_W, POWER)))
+        return self.beam.reach_m(dc_W, vehicle.charging_limit_W(self.beam.mission))
+
+    def rows(self) -> list[tuple[str, float, str]]:
+        """Names, values and units of the figures, in the order of the way."""
+        return [
+            ("distance", self.distance_m, "m"),
+            ("light of the source", self.light_W, "W"),
+            ("light behind the aperture", self.after_aperture_W, "W"),
+            ("share through the air", self.air, "-"),
+            ("share on the receiver", self.share, "-"),
+            ("light on the receiver", self.on_receiver_W, "W"),
+            ("DC power", self.dc_W, "W"),
+            ("current into the battery", self.current_A, "A"),
+            ("peak irradiance", self.peak_irradiance_W_m2, "W/m²"),
+            ("hazard distance", self.hazard_distance_m, "m"),
+            ("limit for the eye", self.eye_limit_W_m2, "W/m²"),
+        ]
+
+    def to_frame(self) -> DataFrame:
+        """Return one row per figure: quantity, value and unit; needs pandas."""
+        return frame(self.rows(), ["quantity", "value", "unit"])
+
+    def remarks(self) -> list[str]:
+        """Sentences on sight, limits and the eye."""
+        sight = None if self.in_sight else "a building hides the laser: no charging there"
+        limit = self.limit and f"{self.limit} limits the power"
+        bound = self.limit and self.beam.limit_warning()
+        return [*filter(None, (sight, limit, bound, self.beam.eye_warning))]
+
+    @printed
+    def __str__(self) -> str:
+        rows = [f"{name:26}{value:14.6g} {unit}" for name, value, unit in self.rows()]
+        return "\n".join([f"Link budget at {self.place}", *rows, *self.remarks()])
+
+    def _repr_html_(self) -> str:
+        from optuav.markup import figure, pairs, paragraph, shown
+
+        rows = [(name, f"{figure(value)} {unit}") for name, value, unit in self.rows()]
+        return shown(pairs([("place", self.place), *rows]), *map(paragraph, self.remarks()))
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Draw the power at each station as a waterfall, and return the axes; needs matplotlib."""
+        from optuav import plots  # noqa: F401 - says how to install matplotlib
+        from optuav.plots.waterfall import Station, waterfall
+
+        laser = self.beam.mission.laser
+        source_W = laser.power_W if laser else self.light_W
+        stations = [Station("source", source_W, electric=True)] if source_W != self.light_W else []
+        stations += [
+            Station("light", self.light_W),
+            Station("behind\naperture", self.after_aperture_W),
+            Station("through\nthe air", self.after_aperture_W * self.air),
+            Station("on the\nreceiver", self.on_receiver_W),
+            Station("DC", float(self.beam.chain(self.distance_m).dc_W), electric=True),
+            Station("into the\nbattery", self.dc_W, electric=True),
+        ]
+        title = f"From the laser to {self.place}, {self.distance_m:.4g} m away"
+        return waterfall(stations, title=title, ax=ax)
+
+
+def link_budget(mission: Mission | str | Path, at: str | Sequence[float]) -> LinkBudget:
+    """Compute light and power on the way from the laser to a place.
+
+    Parameters
+    ----------
+    mission
+        A mission with ``laser.beam``, or its name or path.
+    at
+        Name of a place ("origin", "hover", "destination" or a building), or its x, y and z [m].
+
+    Returns
+    -------
+    LinkBudget
+        The figures as attributes, a table when printed, and a picture by `plot`.
+
+    Raises
+    ------
+    InputError
+        If the mission states no beam, or the place is unknown or out of reach of the device.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> keys = {"beam": "gaussian", "aperture_m": 0.3, "source_efficiency": 0.4, "power_W": 5000}
+    >>> laser = {f"laser.{key}": value for key, value in keys.items()}
+    >>> receiver = {"radius_m": 0.25, "cell_efficiency": 0.45}
+    >>> mission = optuav.load("paper").replace({**laser, "receiver": receiver})
+    >>> budget = optuav.link_budget(mission, "hover")
+    >>> round(budget.light_W), round(budget.share, 4), budget.limit
+    (2000, 1.0, 'battery.charge_current_A = 10 A')
+    """
+    mission = load(mission)
+    if (beam := spreading_beam(mission)) is None:
+        raise InputError([Fault("laser.beam", "", f"is missing; {BEAM.words}")])
+    name, number, place_m = _place(mission, at)
+    away_m = float(vehicle.laser_distance_m(mission, place_m))
+    chain, most_W = beam.chain(away_m), vehicle.charging_limit_W(mission)
+    dc_W = float(beam.received_W(away_m, most_W))
+    key = beam.limiting_key(away_m, most_W)
+    limit = f"{key} = {quantity(mission, str(key))}" if dc_W < (1.0 - SAME) * chain.dc_W else None
+    assert mission.laser is not None
+    ends_m = np.array([mission.laser.position_m]), np.array([place_m])
+    blocker = crossed(prisms(mission.buildings), *ends_m, np.array([[number]]))
+    return LinkBudget(
+        place=name,
+        distance_m=away_m,
+        in_sight=bool(blocker[0] == CLEAR),
+        light_W=float(chain.light_W),
+        after_aperture_W=float(chain.after_aperture_W),
+        air=float(chain.air),
+        share=float(chain.share),
+        on_receiver_W=float(chain.on_receiver_W),
+        dc_W=dc_W,
+        current_A=dc_W / mission.battery.nominal_voltage_V,
+        peak_irradiance_W_m2=float(chain.after_aperture_W * chain.air * beam.peak(away_m)),
+        limit=limit,
+        hazard_distance_m=beam.hazard_distance_m,
+        eye_limit_W_m2=beam.eye_limit_W_m2,
+        beam=beam,
+    )
+
+
+def _place(mission: Mission, at: Any) -> tuple[str, int, tuple[float, float, float]]:
+    """Name, number of the building or `CLEAR`, and position [m] of a place."""
+    if isinstance(at, str):
+        places = build_places(mission)
+        if at not in places.names:
+            words = f"a place of the mission or its x, y and z [m]{nearest(at, places.names)}"
+            raise InputError([Fault("at", shown(at), words)])
+        place = places.names.index(at)
+        x, y, z = map(float, places.position_m[place])
+        if math.isnan(x):
+            raise InputError([Fault("at", shown(at), "a place that exists: none is in reach")])
+        return at, max(place - FIRST_BUILDING, CLEAR), (x, y, z)
+    stated = [*at] if isinstance(at, Sequence | np.ndarray) else []
+    if len(stated) != 3 or not all(map(COORDINATE.accepts, stated)):
+        words = "the name of a place, or its x, y and z, each"
+        raise InputError([Fault("at", shown(at), f"{words} {COORDINATE.words}")])
+    x, y, z = map(float, stated)
+    return f"({x:g}, {y:g}, {z:g}) m", CLEAR, (x, y, z)
