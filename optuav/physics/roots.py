@@ -8,9 +8,10 @@ from optuav.physics.quantity import Quantity
 
 DOUBLINGS = 200
 """Doublings after which a function that is still above 0 is taken to stay there."""
+HALVINGS = 60
 
 
-def last(falling: Callable[[Quantity], Quantity], scale: Quantity, halvings: int = 60) -> Quantity:
+def last(falling: Callable[[Quantity], Quantity], scale: Quantity) -> Quantity:
     """The largest x ≥ 0 at which a function that falls with x is not below 0.
 
     It is 0 where the function is below 0 at once, infinite where it stays at or above 0, and NaN
@@ -24,7 +25,7 @@ def last(falling: Callable[[Quantity], Quantity], scale: Quantity, halvings: int
             break
         low, high = np.where(beyond, high, low), np.where(beyond, 2.0 * high, high)
     endless = falling(high) >= 0.0
-    for _ in range(halvings):
+    for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         beyond = falling(middle) >= 0.0
         low, high = np.where(beyond, middle, low), np.where(beyond, high, middle)

@@ -95,8 +95,8 @@ class DivergingBeam(SpreadingBeam):
         return float(reach(self.beam, self.light_W, air, dc_W)) if dc_W <= most_W else 0.0
 
     def sliders(self) -> Iterator[Slider]:
-        D, Δθ, *_ = self.beam
-        yield Slider("laser.aperture_m", None, "Aperture", "D", "m", 0.01, 2.0 * D)
+        D, Δθ, A, χ = self.beam
+        yield Slider("laser.aperture_m", None, "Aperture", "D", "m", (χ * A) ** 0.5, 2.0 * D)
         widest = 2.0 * Δθ or 1e-3
         yield Slider("laser.divergence_rad", None, "Divergence", "Δθ", "rad", 0.0, widest)
 

@@ -8,15 +8,16 @@ import numpy as np
 from scipy.special import i1e
 
 from optuav.arrays import Floats
-from optuav.physics import roots
 from optuav.physics.beams.turbulence import mixture
-from optuav.physics.quantity import Quantity
+from optuav.physics.quantity import TINY, Quantity
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(32)
 REACH = 7.5
 """Standard deviations beyond which a normal density is left out: less than 1e-12 of it."""
-HALVINGS = 22
-"""For the displacement at which a limit begins to act: an error there counts in its square."""
+FARTHEST = 8.5  # Displacement in standard deviations per axis; 2e-16 of the law lie beyond
+STEPS, NEAR = 24, 1e-6
+"""For the displacement at which a limit begins to act, and a step that is small enough as a share
+of the radius: an error there counts in its square."""
 AT_ONCE = 256  # Places that are computed together: as many as fit the cache
 
 
@@ -35,28 +36,49 @@ def limited_share(
     """
     figures = np.broadcast_arrays(mean, radius_m, squared_width_m2, blur_m2, wander_m, most)
     result, *rows = (np.array(each, dtype=float).ravel() for each in figures)
+    weights, S = mixture() if rows[2].any() else (np.ones(1), np.zeros(1))
     (limited,) = np.nonzero((rows[3] > 0.0) & (rows[4] < 1.0))
     for first in range(0, len(limited), AT_ONCE):
         part = limited[first : first + AT_ONCE]
-        result[part] = _limited(*(each[part] for each in rows))
+        a, w2, blur, away, most = (each[part, np.newaxis] for each in rows)
+        w2 = w2 + blur * S
+        # Where it acts at no displacement or at all of them, the mean is the answer.
+        least, largest = _beyond(a, w2, FARTHEST * away, 0.0), -np.expm1(-2.0 * a**2 / w2)
+        some = (least @ weights < most[:, 0]) & (most[:, 0] < largest @ weights)
+        if some.any():
+            own = (each[some] for each in (a, w2, away, most))
+            result[part[some]] = _limited(weights, *own)
     return result.reshape(figures[0].shape)[()]
 
 
-def _limited(a: Floats, w2: Floats, blur: Floats, away: Floats, most: Floats) -> Floats:
+def _limited(weights: Floats, a: Floats, w2: Floats, away: Floats, most: Floats) -> Floats:
     """E min(s(r), most): the limit acts up to the displacement at which s(r) falls to it.
 
-    Beyond, by parts, the mean of s is that of its slope.
+    Beyond, by parts, the mean of s is that of its slope. Figures are (place, 1 or part of the
+    mixture).
     """
-    weights, S = mixture() if blur.any() else (np.ones(1), np.zeros(1))
-    a, w2 = a[:, np.newaxis], w2[:, np.newaxis] + blur[:, np.newaxis] * S
 
     def beyond(r: Floats, precision: Quantity = 0.0) -> Floats:
-        return np.asarray(_beyond(a, w2, r[:, np.newaxis], precision) @ weights)
+        return (_beyond(a, w2, r, precision) @ weights)[:, np.newaxis]
 
-    r = roots.last(lambda r: beyond(r) - most, a[:, 0], HALVINGS)
+    # Newton's steps from the rim of the disc, halving where they lead out of what is known.
+    low, high, r = np.zeros_like(a), FARTHEST * away, np.minimum(a, FARTHEST * away)
+    for _ in range(STEPS):
+        excess = beyond(r) - most
+        low, high = np.where(excess >= 0.0, r, low), np.where(excess < 0.0, r, high)
+        slope = _slope(a, w2, r) @ weights
+        step = excess / np.maximum(slope[:, np.newaxis], TINY)
+        inside = (low < r + step) & (r + step < high)
+        before, r = r, np.where(inside, r + step, 0.5 * (low + high))
+        if (np.abs(r - before) <= NEAR * a).all():
+            break
     rest = np.exp(-0.5 * (r / away) ** 2)
-    held = np.where(r > 0.0, most * (1.0 - rest), 0.0)
-    return np.asarray(held + beyond(r) * rest - beyond(r, away[:, np.newaxis] ** -2.0))
+    return np.asarray(most * (1.0 - rest) + beyond(r) * rest - beyond(r, away**-2.0))[:, 0]
+
+
+def _slope(a: Floats, w2: Floats, r: Floats) -> Floats:
+    """−s′(r) by part of the mixture."""
+    return np.asarray(4.0 * a / w2 * np.exp(-2.0 * (a - r) ** 2 / w2) * i1e(4.0 * a * r / w2))
 
 
 def _beyond(a: Floats, w2: Floats, r: Floats, precision: Quantity) -> Floats:
@@ -67,6 +89,5 @@ def _beyond(a: Floats, w2: Floats, r: Floats, precision: Quantity) -> Floats:
     half, total = 0.5 * (high - low), np.zeros_like(w2)
     for node, weight in zip(NODES, WEIGHTS, strict=True):
         ρ = low + half * (1.0 + node)
-        normal = np.exp(-2.0 * (a - ρ) ** 2 / w2 - 0.5 * precision * ρ**2)
-        total += weight * normal * i1e(4.0 * a * ρ / w2)
-    return np.asarray(total * half * 4.0 * a / w2)
+        total += weight * _slope(a, w2, ρ) * np.exp(-0.5 * precision * ρ**2)
+    return np.asarray(total * half)
