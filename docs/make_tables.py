@@ -6,6 +6,7 @@ A page names a table between two comments; ``python docs/refresh.py`` writes it 
 from __future__ import annotations
 
 import itertools
+import math
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
@@ -247,6 +248,96 @@ def paper() -> Iterator[Row]:
         yield (f"{statement.what} ({statement.place})", *shown, why)
 
 
+# Beams beside demonstrations
+
+POOR = {
+    **{"laser.aperture_m": 0.1, "laser.visibility_km": 10, "laser.jitter_rad": 5e-5},
+    **{"laser.turbulence_cn2": 1e-13, "receiver.radius_m": 0.25, "receiver.cell_efficiency": 0.2},
+    **{"receiver.optics_efficiency": 0.8, "receiver.dc_efficiency": 0.9},
+}
+GOOD = {
+    **{"laser.aperture_m": 0.3, "laser.visibility_km": 23, "laser.jitter_rad": 5e-6},
+    **{"laser.turbulence_cn2": 1e-15, "receiver.radius_m": 0.5, "receiver.cell_efficiency": 0.5},
+    **{"receiver.optics_efficiency": 1.0, "receiver.dc_efficiency": 0.95},
+}
+"""Assumptions on what demonstrations do not publish."""
+
+
+def light_to_dc(
+    distance_m: float, assumed: Mapping[str, float], light_W: float = 1000.0
+) -> optuav.LinkBudget:
+    """The budget over a distance of a Gaussian beam with some assumptions, without a battery."""
+    stated = {"laser.beam": "gaussian", "laser.wavelength_nm": 1070, "laser.power_W": light_W}
+    stated |= {"laser.source_efficiency": 1.0, "battery.charge_current_A": 1e6}
+    mission = optuav.load("paper").replace({**stated, **assumed})
+    return _along(mission, distance_m)
+
+
+def literature(distance_m: float, light_W: float = 600.0) -> optuav.LinkBudget:
+    """The budget over a distance of the constant divergence of Chen and Jiang."""
+    stated = {"laser.beam": "divergence", "laser.aperture_m": 0.1, "laser.divergence_rad": 3.4e-5}
+    stated |= {"laser.attenuation_per_km": 1e-3, "receiver.area_m2": 0.004}
+    stated |= {"battery.charge_current_A": 1e6, "laser.power_W": light_W}
+    return _along(optuav.load("paper").replace(stated), distance_m)
+
+
+def _along(mission: optuav.Mission, distance_m: float) -> optuav.LinkBudget:
+    x, y, z = mission.laser.position_m if mission.laser else (0.0, 0.0, 0.0)
+    return optuav.link_budget(mission, (x + distance_m, y, z))
+
+
+def demonstrations() -> Iterator[Row]:
+    """Published figures of power beaming beside the beams."""
+    yield ("demonstration or paper", "published", "beam", "here", "verdict")
+
+    def ends(distance_m: float) -> list[float]:
+        return [light_to_dc(distance_m, each).dc_W / 1000.0 for each in (POOR, GOOD)]
+
+    (low, high), own = ends(1000.0), 152.0 / 1035.0
+    ntt = "NTT and MHI 2025: 1035 W at 1070 nm, silicon cells, 1 km, strong turbulence"
+    verdict = "within" if low <= own <= high else "missed"
+    yield (ntt, "152 W: 14.7 %", "gaussian", f"{100 * low:.1f} to {100 * high:.1f} %", verdict)
+    formula = literature(1000.0).dc_W / 600.0
+    verdict = f"missed: {formula / own:.1f} times as much"
+    yield ("the same", "14.7 %", "divergence", f"{100 * formula:.1f} %", verdict)
+    low, high = ends(325.0)
+    darpa = "DARPA POWER 2025: at short range, taken as 325 m"
+    verdict = "within" if high >= 0.2 else "missed"
+    yield (darpa, "above 20 %", "gaussian", f"{100 * low:.1f} to {100 * high:.1f} %", verdict)
+    formula = literature(325.0).dc_W / 600.0
+    verdict = "within" if formula >= 0.2 else "missed"
+    yield ("the same", "above 20 %", "divergence", f"{100 * formula:.1f} %", verdict)
+    most, least = (800.0 / each for each in ends(8600.0))
+    far = "DARPA POWER 2025: 8.6 km for 30 s, light not published"
+    needed = f"{least / 1e3:.1f} to {most / 1e3:.0f} kW of light"
+    yield (far, "800 W", "gaussian", needed, "open: nothing to compare with")
+    reach = literature(0.0).reach_m(168.5)
+    yield (
+        "Chen and Jiang 2026: 168.5 W of 600 W",
+        "in a cell of 1 km",
+        "divergence",
+        f"to {reach:.0f} m",
+        "missed: not up to the rim",
+    )
+    reach = literature(0.0, 500.0).reach_m(100.0)
+    covered = 1.0 - math.exp(-6e-7 * math.pi * reach**2)
+    yield (
+        "Lahmeri et al. 2019: 100 W of 500 W",
+        "at least 6 lasers per 10 km²",
+        "divergence",
+        f"to {reach:.0f} m; 6 cover {100 * covered:.1f} %",
+        "within",
+    )
+    panahi = literature(0.0, 10.0)
+    yield (
+        "Panahi and Panahi: a load of 100 W of 10 W",
+        "served",
+        "divergence",
+        f"{panahi.dc_W:.0f} W at no distance",
+        "missed: a misprint or another unit",
+    )
+
+
 # Writing them
 
 
@@ -316,6 +407,7 @@ TABLES: Mapping[str, Callable[[], Iterator[Row]]] = {
     "quantities": quantities,
     "families": families,
     "benchmark_set": benchmark_set,
+    "demonstrations": demonstrations,
 }
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from optuav.errors import Fault, InputError, printed, refuse
+from optuav.errors import Fault, InputError, folded, line_width, printed, refuse
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission, load
 from optuav.mission.beam import SpreadingBeam
@@ -114,7 +114,8 @@ class LinkBudget:
     @printed
     def __str__(self) -> str:
         rows = [f"{name:26}{value:14.6g} {unit}" for name, value, unit in self.rows()]
-        return "\n".join([f"Link budget at {self.place}", *rows, *self.remarks()])
+        text = "\n".join([f"Link budget at {self.place}", *rows, *self.remarks()])
+        return folded(text, line_width())
 
     def _repr_html_(self) -> str:
         from optuav.markup import figure, pairs, paragraph, shown
