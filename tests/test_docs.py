@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import itertools
+import math
 import re
 import sys
 import tomllib
@@ -354,6 +355,19 @@ def test_units_and_symbols_agree_with_the_mission_file(row: Row) -> None:
     if name not in ("flight", "wind", "buildings") and row["source"] != "ours":
         known = next((q for q in QUANTITIES if q.metadata["key"] == row["mission key"]), None)
         assert known is not None or row["symbol"] in ("–", *words)
+
+
+def test_demonstrations_by_hand() -> None:
+    """Figures of the constant divergence by its formula; the Gaussian interval holds NTT's share."""
+    rows = {row["here"]: row for row in table(DOCS / "beams.md", "beam", "verdict")}
+    for metres, words in ((1000.0, "22.3 %"), (325.0, "32.4 %")):
+        share = 0.004 * math.exp(-1e-6 * metres) / (0.1 + 3.4e-5 * metres) ** 2
+        assert f"{100 * share:.1f} %" == words
+        assert words in rows
+    ntt, *_ = (row for row in rows.values() if row["beam"] == "gaussian")
+    low, high = map(float, re.findall(r"[\d.]+", ntt["here"]))
+    assert low < 100 * 152 / 1035 < high
+    assert ntt["verdict"] == "within"
 
 
 # Pictures

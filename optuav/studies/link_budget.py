@@ -57,6 +57,17 @@ class LinkBudget:
     hazard_distance_m, eye_limit_W_m2
         Distance up to which the beam exceeds the limit for the eye [m], and that limit [W/m²]; NaN
         where none is known. This is no safety assessment.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> keys = {"beam": "divergence", "aperture_m": 0.1, "divergence_rad": 3.4e-5, "power_W": 600}
+    >>> keys |= {"attenuation_per_km": 1e-3}
+    >>> laser = {f"laser.{key}": value for key, value in keys.items()}
+    >>> others = {"receiver.area_m2": 0.004, "battery.charge_current_A": 50}
+    >>> mission = optuav.load("paper").replace(laser | others)
+    >>> round(optuav.link_budget(mission, "b7").reach_m(168.5))
+    568
     """
 
     place: str
