@@ -358,7 +358,7 @@ def test_units_and_symbols_agree_with_the_mission_file(row: Row) -> None:
 
 
 def test_demonstrations_by_hand() -> None:
-    """Figures of the constant divergence by its formula; the Gaussian interval holds NTT's share."""
+    """Figures of the constant divergence by its formula; the Gaussian interval holds NTT's."""
     rows = {row["here"]: row for row in table(DOCS / "beams.md", "beam", "verdict")}
     for metres, words in ((1000.0, "22.3 %"), (325.0, "32.4 %")):
         share = 0.004 * math.exp(-1e-6 * metres) / (0.1 + 3.4e-5 * metres) ** 2

@@ -291,6 +291,17 @@ def test_arrays_are_scalars_element_by_element() -> None:
             np.testing.assert_allclose(table[i, j], alone, rtol=1e-9)
 
 
+@pytest.mark.parametrize("cn2", [0.0, 1e-14])
+def test_limited_light_of_a_place_does_not_depend_on_others(cn2: float) -> None:
+    """Searches that end sooner stay where they are while others go on."""
+    d = np.geomspace(100.0, 2e4, 40)
+    for radius, most in itertools.product((0.06, 0.25), (1e-3, 0.3, 0.9)):
+        beam = WIDE._replace(jitter_rad=9e-5, turbulence_cn2=cn2)
+        together = gaussian.limited_share(beam, radius, d, most)
+        alone = [gaussian.limited_share(beam, radius, float(each), most) for each in d]
+        np.testing.assert_allclose(together, alone, rtol=1e-13)
+
+
 def test_symbols_give_what_floats_give() -> None:
     """Received power as a tree over the distance and the aim's noise, in turbulence too."""
     d = Variable("d", "d", "m", 0.0, 1e4, "", 0)

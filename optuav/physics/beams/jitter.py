@@ -17,7 +17,7 @@ REACH = 7.5
 FARTHEST = 8.5  # Displacement in standard deviations per axis; 2e-16 of the law lie beyond
 STEPS, NEAR = 24, 1e-6
 """For the displacement at which a limit begins to act, and a step that is small enough as a share
-of the radius: an error there counts in its square."""
+of the standard deviation: an error there counts in its square."""
 AT_ONCE = 256  # Places that are computed together: as many as fit the cache
 
 
@@ -68,9 +68,9 @@ def _limited(weights: Floats, a: Floats, w2: Floats, away: Floats, most: Floats)
         low, high = np.where(excess >= 0.0, r, low), np.where(excess < 0.0, r, high)
         slope = _slope(a, w2, r) @ weights
         step = excess / np.maximum(slope[:, np.newaxis], TINY)
-        inside = (low < r + step) & (r + step < high)
+        inside = (low <= r + step) & (r + step <= high)
         before, r = r, np.where(inside, r + step, 0.5 * (low + high))
-        if (np.abs(r - before) <= NEAR * a).all():
+        if (np.abs(r - before) <= NEAR * away).all():
             break
     rest = np.exp(-0.5 * (r / away) ** 2)
     return np.asarray(most * (1.0 - rest) + beyond(r) * rest - beyond(r, away**-2.0))[:, 0]
