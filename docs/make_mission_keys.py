@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 from optuav.mission import Mission
 from optuav.mission.flight_model import FlightTable
 from optuav.mission.flights.rotors import Rotors
-from optuav.mission.forms import CHOICES, TABLES, Choice, forms
+from optuav.mission.forms import CHOICES, TABLES, KeyedForms, forms
 from optuav.mission.messages import allowed
 from optuav.mission.schema import CONVERSIONS, RATE_PER_MINUTE, LaserTable, MissionSection
 
@@ -100,7 +100,7 @@ def sections() -> Iterator[str]:
         yield from (*table(found), "")
 
 
-def choices(choice: Choice, shared: type[MissionSection]) -> Iterator[str]:
+def choices(choice: KeyedForms, shared: type[MissionSection]) -> Iterator[str]:
     """Lines of the tables of all forms, each without what those before it have."""
     known = dict[str, None]()
     names = [*([""] if choice.plain else []), *choice.models]

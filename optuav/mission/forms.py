@@ -15,7 +15,7 @@ from optuav.mission.schema import SECTIONS, Laser, LaserTable, MissionSection
 
 
 @dataclass(frozen=True)
-class Choice:
+class KeyedForms:
     """A table with a key that names a model, and a form for each."""
 
     key: str
@@ -47,7 +47,7 @@ class Choice:
         return [name for name, model in self.models.items() if key in model.table.model_fields]
 
 
-CHOICES = {"flight": Choice("model", FLIGHTS), "laser": Choice("beam", BEAMS, Laser)}
+CHOICES = {"flight": KeyedForms("model", FLIGHTS), "laser": KeyedForms("beam", BEAMS, Laser)}
 """The tables of which a key chooses the form."""
 
 _OBJECT = WithJsonSchema({"type": "object"})
