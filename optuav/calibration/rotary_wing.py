@@ -99,6 +99,7 @@ def fit_rotary_wing(files: str | Path | Iterable[str | Path]) -> Fit:
             (panel,),
             (*found.warnings, *doubts),
             settings={"flight.model": "rotary-wing", "flight.efficiency": 1.0},
+            extends="relay-today",
         )
     )
 

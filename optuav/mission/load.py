@@ -101,7 +101,7 @@ def shipped() -> tuple[str, ...]:
     --------
     >>> import optuav
     >>> optuav.shipped()
-    ('matrice350', 'paper', 'paper-drag', 'paper-table2')
+    ('matrice350', 'paper', 'paper-drag', 'paper-table2', 'relay-today')
     """
     return tuple(SHIPPED)
 

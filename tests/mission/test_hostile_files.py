@@ -115,7 +115,7 @@ def test_a_damaged_file_is_refused_in_words_or_is_a_mission(scratch: Path, conte
         ("schema = 1\nextends = 'papr'", "there is no such file; did you mean 'paper'?"),
         (
             "schema = 1\nextends = '/nowhere/at/all'",
-            "shipped missions are matrice350, paper, paper-drag, paper-table2",
+            "shipped missions are matrice350, paper, paper-drag, paper-table2, relay-today",
         ),
         ('schema = 1\nextends = "a\\u0000b"', "is not a possible path"),
         ("schema = 1\nextends = '" + "x" * 5000 + "'", "cannot be read: File name too long"),
@@ -208,7 +208,10 @@ def test_a_broken_chain_still_tells_what_is_wrong_above_it(tmp_path: Path) -> No
     ("source", "words"),
     [
         ("papr", "papr: there is no such file; did you mean 'paper'?"),
-        ("no-such-mission", "shipped missions are matrice350, paper, paper-drag, paper-table2"),
+        (
+            "no-such-mission",
+            "shipped missions are matrice350, paper, paper-drag, paper-table2, relay-today",
+        ),
         ("", "is a directory, not a file"),
         (Path("/dev/null"), "is not a regular file"),
         ("a\0b", "is not a possible path"),

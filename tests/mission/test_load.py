@@ -51,7 +51,7 @@ def keys(error: InputError) -> list[str]:
 
 
 def test_shipped_missions() -> None:
-    assert shipped() == ("matrice350", "paper", "paper-drag", "paper-table2")
+    assert shipped() == ("matrice350", "paper", "paper-drag", "paper-table2", "relay-today")
     assert [load(name).name for name in shipped()] == list(shipped())
 
 
