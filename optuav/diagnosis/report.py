@@ -8,8 +8,8 @@ from formulations.soc import LABELS
 from optuav.diagnosis.infeasibility import Certificate, Conflict, number_text, plain
 from optuav.diagnosis.parameter_prices import Price
 from optuav.diagnosis.repair import Repair
-from optuav.diagnosis.sentences import binding, binding_moments
-from optuav.diagnosis.wording import UNDECIDED, name, sentence, signed, with_unit
+from optuav.diagnosis.sentences import binding
+from optuav.diagnosis.wording import UNDECIDED, in_words, name, sentence, signed, with_unit
 from optuav.errors import line_width, printed, spelled
 from optuav.frames import DataFrame, frame
 from optuav.plan import Plan
@@ -195,10 +195,10 @@ def conflict_text(conflict: Conflict, slot_s: float | None) -> Iterator[list[str
     for each in conflict.proofs:
         together = " together" if len(each.labels) > 1 else ""
         keys = f" ({', '.join(each.keys)})" if each.keys else ""
-        words = f"{where}: {', '.join(each.labels)} cannot hold{together}{keys}"
+        words = f"{where}: {', '.join(map(in_words, each.labels))} cannot hold{together}{keys}"
         lines = wrapped("Conflict", words)
         if isinstance(each, Certificate):
-            yield [*lines, *_labelled("  proof", _columns(each.table))]
+            yield [*lines, *_labelled("  proof", _columns(_in_words(each)))]
             continue
         if each.broken:
             even = "without" if together else "even without"
@@ -213,31 +213,50 @@ def conflict_text(conflict: Conflict, slot_s: float | None) -> Iterator[list[str
         yield wrapped("Conflict", f"{where}: no certificate, {why}")
 
 
+def _in_words(proof: Certificate) -> Iterator[tuple[str, str, str]]:
+    """The rows of a proof, their labels in words."""
+    return ((factor, in_words(label), row) for factor, label, row in proof.table)
+
+
+def _limit(side: Side) -> str:
+    """A constraint in words; of a time that is at least 0, the time."""
+    if side.kind == "bounds":
+        return in_words(side.label).removeprefix("range of the ").removesuffix(" ≥ 0")
+    return in_words(side.words or side.label)
+
+
+def _share(side: Side) -> str:
+    """What a limit of a well has to spare, as a share of the capacity."""
+    return f"{number_text(side.slack)} of capacity"
+
+
 def _optimum(explained: Explanation) -> Iterator[list[str]]:
     """What binds, what there is to spare, the proof and the prices, one block of lines each."""
     plan, sides = explained.plan, explained.constraints
     stays = [f"{stop.kind} {stop.duration_s:.2f} s at {stop.at}" for stop in plan.stops]
     head = wrapped("Optimum", ", ".join(stays))
-    for label, said in (("What binds", binding(explained)), ("", binding_moments(explained))):
-        head += wrapped(label, said) if said else []
+    if said := binding(explained):
+        head += wrapped("What binds", said)
     yield head
     wells = [each for each in sides if each.kind in LABELS]
     others = [each for each in sides if each.kind not in LABELS]
-    stated = ((each.label, each.statement or each.figures) for each in others if each.binds)
-    names = [each.label for each in wells if each.binds] if sides else plan.binding
-    yield _labelled("Binding", _columns(stated) + _columns((name,) for name in names))
+    figures = ((_limit(each), each.figures) for each in others if each.binds)
+    names = (
+        [_limit(each) for each in wells if each.binds] if sides else [*map(in_words, plan.binding)]
+    )
+    yield _labelled("Binding", _columns(figures) + _columns((name,) for name in names))
     loose = [each for each in others if not each.binds]
-    rows = [(with_unit(e.slack, e.unit), f"{e.label}: {e.figures}") for e in loose]
+    rows = [(with_unit(e.slack, e.unit), f"{_limit(e)}: {e.figures}") for e in loose]
     free = [each for each in wells if not each.binds]
-    rows += [(f"{number_text(e.slack)} of B", e.label) for e in free if not e.in_flight]
+    rows += [(_share(each), _limit(each)) for each in free if not each.in_flight]
     if flown := [each for each in free if each.in_flight]:  # the least stands for all
         least = min(flown, key=lambda each: each.slack)
         more = f", the least of {len(flown)} such moments" if len(flown) > 1 else ""
-        rows.append((f"{number_text(least.slack)} of B", f"{least.label}{more}"))
+        rows.append((_share(least), f"{_limit(least)}{more}"))
     yield _labelled("To spare", _columns(rows))
     if explained.bound is not None:
         head = wrapped("Proof", "on this route no point that satisfies all of these is better:")
-        yield [*head, *_columns(explained.bound.table)]
+        yield [*head, *_columns(_in_words(explained.bound))]
     yield from _prices(explained)
 
 

@@ -47,6 +47,7 @@ SYMBOLS = {
     "overfull": "y₁ ≤ ωB",
 }
 """Limits in symbols, by role."""
+SEEN_S = 0.005  # Gain that two decimals show [s]
 WORTH = {"battery.packs": "a pack more", "limits.deadline_s": "a second more"}
 
 
@@ -114,6 +115,7 @@ def header(program: Program, explained: Explanation) -> dict[str, object]:
         "text": str(said),
         "hover_s": plan.hover_time_s if plan else None,
         "rest_s": plan.rest_time_s if plan else None,
+        "time_s": plan.mission_time_s if plan else None,
         "stops": [(each.kind, each.at) for each in stops],
         "binds": binding(explained),
         "route": route(plan),
@@ -210,7 +212,7 @@ def worth(explained: Explanation) -> str:
     """What a pack and a second more are worth, as steps that were solved again."""
     known = {each.key: each.gain for each in explained.prices if each.matters and each.solved_again}
     gains = {
-        what: known[key] for key, what in WORTH.items() if 0.0 < known.get(key, 0.0) < math.inf
+        what: known[key] for key, what in WORTH.items() if SEEN_S <= known.get(key, 0.0) < math.inf
     }
     if not gains or explained.objective != "s of hover":
         return ""

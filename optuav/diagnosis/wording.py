@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from functools import reduce
 from typing import TYPE_CHECKING
 
 from optuav.diagnosis.infeasibility import number_text
@@ -12,6 +14,28 @@ if TYPE_CHECKING:
     from optuav.diagnosis.report import Explanation
 
 UNIT_NAMES = {"s": "second", "m": "metre", "A": "ampere", "W": "watt", "V": "volt", "J": "joule"}
+NOUNS = {
+    "battery.capacity_As": "capacity of a pack",
+    "battery.available_fraction": "available share",
+    "battery.flow_rate_per_s": "flow between the wells",
+    "limits.min_soc": "charge to be left",
+    "limits.deadline_s": "deadline",
+    "flight_charge_As": "charge for the flights",
+    "flight_time_s": "flight time",
+    "hover_current_A": "current in hover",
+    "rest_current_A": "current at rest",
+}
+"""Parameters in words, by the mission's key or their own name."""
+LABELLED = (
+    (r"^P\d+(-\w+)?\.\w (?=hover time$)", "range of the "),
+    (r"^P\d+(-\w+)?\.\w ", ""),
+    (r"^state of charge$", "charge left"),
+    (r"^not (?=past full)", "available well not "),
+    (r"^not dry", "available well not empty"),
+    (r"^bounds of Δ$", "hover time ≥ 0"),
+    (r"^bounds of T'$", "rest time ≥ 0"),
+)
+"""What replaces parts of the paper's labels."""
 UNDECIDED = (
     "with one rest and one hover in one piece the hover time stays the same; with more stops it "
     "may change"
@@ -28,6 +52,11 @@ def name(price: Price) -> str:
     return price.key or price.name
 
 
+def in_words(label: str) -> str:
+    """The label of a constraint without the paper's number and symbols."""
+    return reduce(lambda words, pair: re.sub(*pair, words), LABELLED, label)
+
+
 def signed(value: float) -> str:
     """A change with its sign; words where there is no plan, or no such value."""
     if not math.isfinite(value):
@@ -36,7 +65,7 @@ def signed(value: float) -> str:
 
 
 def sentence(explained: Explanation, price: Price) -> str:
-    """For example: one more second of limits.deadline_s brings 0.102 s of hover."""
+    """For example: one more second of the deadline brings 0.102 s of hover."""
 
     def change(value: float) -> str:
         if not math.isfinite(value):
@@ -52,4 +81,7 @@ def sentence(explained: Explanation, price: Price) -> str:
     if price.step != 1.0:
         more = f"{price.step:g} {price.unit} more" if unit else f"{price.step:g} more"
     less = f", as much less {change(price.loss)}" if price.has_kink else ""
-    return f"{more} of {name(price)} {change(price.gain)}{less}"
+    noun = NOUNS.get(name(price))
+    more = f"{more} of {f'the {noun}' if noun else name(price)}"
+    more = "one more pack" if price.key == "battery.packs" else more
+    return f"{more} {change(price.gain)}{less}"

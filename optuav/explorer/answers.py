@@ -101,8 +101,9 @@ def _answers(base: Mission, state: State) -> tuple[Data, Plan]:
 
 def _control(control: Control, mission: Mission, still: Mapping[str, Idle]) -> Data:
     """A control with its value, the whole vector of a component, and what changes nothing."""
-    whole = None if control.axis is None else [*mission.wind.force_N]
-    value = now_of(mission, control.key) if whole is None else whole[control.axis or 0]
+    value: Any = now_of(mission, control.key)
+    whole = None if control.axis is None else [*value]
+    value = value if whole is None else whole[control.axis or 0]
     idle = still[control.key]._asdict() if control.key in still else None
     return {**asdict(control), "value": value, "whole": whole, "idle": idle}
 

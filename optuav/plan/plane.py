@@ -27,8 +27,10 @@ ROLES = {
     "bounds": "bounds",
 }
 """Roles in `optuav.looks` of limits by the kind of the constraint."""
+DRAWN = ROLES.keys() - {"bounds"}  # Kinds of limits that are lines in a plane
 MOST_POINTS = 40  # Most points of the grid that are shown along an axis
 SAMPLES, WHOLE = 61, 100_000  # Of a plane for a page: along an axis, and largest whole number
+BINDS = 1e-6  # Share of a limit by which a constraint that binds may be loose
 POINTS = 25  # Of its grid along an axis
 BELOW = 0.0375  # Share of its axes that lies below 0
 BEYOND = 1.5  # How far the grid is shown, as a multiple of how far it is feasible
@@ -94,7 +96,7 @@ def sampled(
     ends_s = [(-BELOW * each, float(each)) for each in highest_s or round_s]
     y, x = (np.linspace(*each, SAMPLES) for each in ends_s)
     grid_s, one_of = thinned(counted, POINTS)
-    found = [*cuts(model, parameters, x, y)]
+    found = [*cuts(model, parameters, x, y, marked)]
     return Sampled(ends_s, round_s, found, grid_s, one_of, feasible(model, parameters, *grid_s))
 
 
@@ -160,11 +162,19 @@ def feasible(
     return np.asarray(np.all([np.broadcast_to(row.satisfied, x.shape) for row in rows], axis=0))
 
 
-def cuts(model: Model, parameters: Mapping[str, object], x: Floats, y: Floats) -> Iterator[Cut]:
+def cuts(
+    model: Model,
+    parameters: Mapping[str, object],
+    x: Floats,
+    y: Floats,
+    marked: Sequence[tuple[float, float]] = (),
+) -> Iterator[Cut]:
     """The constraints without which more would be feasible, one of those that do the same.
 
-    Evaluated at rest times x and hover times y [s].
+    Evaluated at rest times x and hover times y [s]. One that binds at a marked point (T', Δ) is
+    among them unless another one of its kind is.
     """
+    touching = {label for point in marked for label in _binding(model, parameters, point)}
     kept = [(each, e, e >= 0.0) for each, e in _excesses(model, parameters, x, y)]
     bounding = [each for each in kept if each[0].relation.sense != "=="]
 
@@ -175,11 +185,27 @@ def cuts(model: Model, parameters: Mapping[str, object], x: Floats, y: Floats) -
     inside = all_hold()
     for cut in list(bounding):
         # What holds nowhere is named, though another constraint forbids everything as well.
+        kind = kind_of(cut[0])
+        alone = sum(kind_of(each[0]) == kind for each in bounding) == 1
+        if alone and kind in DRAWN and cut[0].label in touching:
+            continue
         if cut[2].any() and (all_hold(but=cut[2]) == inside).all():
             bounding.remove(cut)
             kept.remove(cut)
     for constraint, excess, own in kept:
         yield Cut(constraint, excess, all_hold(but=own))
+
+
+def _binding(
+    model: Model, parameters: Mapping[str, object], point: tuple[float, float]
+) -> Iterator[str]:
+    """The labels of the constraints that hold with equality at a point (T', Δ)."""
+    values = dict(zip((each.name for each in model.variables), reversed(point), strict=False))
+    with np.errstate(**BEYOND_NUMBERS):
+        rows = evaluated(model, {**parameters, **values})
+    for row in rows:
+        if abs(row.slack) <= BINDS * max(1.0, abs(row.right)):
+            yield row.constraint.label
 
 
 def _excesses(

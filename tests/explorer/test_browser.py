@@ -72,7 +72,7 @@ def test_the_question_is_chosen(open_page: Open) -> None:
         ("Rest on", "", "719.54 s of hover"),
         ("Find", "P3", "688.85 s of hover"),
         ("Judge by", "available", "577.52 s of hover"),
-        ("Find", "P2", "s of travel; ✓ flies"),
+        ("Find", "P2", "75.79 s of travel; ✓ flies"),
     ):
         page.get_by_label(name, exact=True).select_option(value)
         says(page, words)
