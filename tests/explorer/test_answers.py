@@ -224,7 +224,7 @@ def test_presets_are_answered(name: str) -> None:
         assert known["Fall"]["verdict"]["event"] == "falls at 1095 s"
         assert known["Kink"]["plane"]["best"][0] == pytest.approx(0.0, abs=0.05)
         assert known["Kink"]["plane"]["rests"]
-        # Both limits that meet there are drawn, and what changes the hover by nothing is not praised
+        # Both limits that meet there are drawn, and a gain of nothing is not told
         roles = [each["role"] for each in known["Kink"]["plane"]["constraints"]]
         assert {"charge", "deadline"} <= {*roles}
         assert " 0.00 s" not in known["Kink"]["verdict"]["worth"]

@@ -124,6 +124,9 @@ def test_a_pinned_plan_stands_beside_and_a_link_has_both(open_page: Open) -> Non
     assert (
         again.locator("input[data-key='limits.deadline_s|null'][type=text]").input_value() == "900"
     )
+    again.get_by_label("Find", exact=True).select_option("P2")
+    says(again, "The pinned plan hovers 597.27 s more")
+    playwright.expect(again.locator(".now .title")).to_contain_text("Now: 75.79 s of travel, ✓")
     again.get_by_role("button", name="Unpin").click()
     playwright.expect(again.locator(".pinned")).to_have_count(0)
 
@@ -173,7 +176,8 @@ def test_names_stay_text(open_page: Open) -> None:
     page = open_page()
     page.get_by_label("Rest on", exact=True).select_option(EVIL)
     says(page, "583.47 s of hover")
-    playwright.expect(page.locator("figure.plane figcaption")).to_contain_text(EVIL)
+    playwright.expect(page.locator("header .route")).to_contain_text(EVIL)
+    playwright.expect(page.locator("figure.map")).to_contain_text(EVIL[:20])
     assert page.locator("img").count() == 0
     assert page.title() == f"{EVIL} paper – optuav explore"
 

@@ -68,6 +68,21 @@ CROWDED = """() => {
   }
   return found;
 }"""
+CUT = """() => [...document.querySelectorAll("figcaption span, header p, .foot, .foot span")]
+  .filter((each) => each.checkVisibility() && each.scrollWidth > each.clientWidth + 1
+    && getComputedStyle(each).display !== "inline")
+  .map((each) => each.textContent)"""
+APART = """() => {
+  const boxes = [...document.querySelectorAll("figure.map text")]
+    .map((each) => each.getBoundingClientRect());
+  return Math.min(...boxes.flatMap((a, k) => boxes.slice(k + 1).map((b) =>
+    Math.max(a.left - b.right, b.left - a.right, a.top - b.bottom + 4, b.top - a.bottom + 4))));
+}"""
+FLOWN = """() => {
+  const all = [...document.querySelectorAll("figure.map .drone g")];
+  const playhead = document.querySelector(".playhead path").getBoundingClientRect();
+  return [all.length, playhead.left, all.at(-1).getBoundingClientRect().top];
+}"""
 WORDS = """() => {
   const seen = [], walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
   while (walker.nextNode()) {
@@ -157,10 +172,11 @@ def test_all_is_on_one_screen(open_page: Open, name: str, state: Any) -> None:
 def test_no_words_overlap_or_are_cut(open_page: Open, name: str) -> None:
     page = opened(open_page, name)
     assert page.evaluate(CROWDED) == []
+    assert page.evaluate(CUT) == []
     if name == "phone":
-        for tab in ("Times", "Charge"):
+        for tab, words in (("Times", "deadline"), ("Charge", "✕ falls at 1095 s")):
             page.get_by_role("tab", name=tab).click()
-            rests(page)
+            playwright.expect(page.locator("figure:visible svg[role=img]")).to_contain_text(words)
             assert page.evaluate(CROWDED) == []
     if name == "desktop":
         for state in ("available", "energy"):
@@ -185,6 +201,28 @@ def test_nothing_lies_on_another_thing_in_the_bar_of_a_lecture(open_page: Open, 
             assert min(across, down) <= 1
 
 
+@pytest.mark.parametrize("width, height", [(1280, 720), (1400, 900), (1920, 1080)])
+def test_words_of_all_presets_are_whole_in_a_lecture(
+    open_page: Open, width: int, height: int
+) -> None:
+    """In the pictures, their captions and the header, and nothing points to what is hidden."""
+    page = open_page(width, "light", "?lecture", height)
+    for key in "12345":
+        page.keyboard.press(key)
+        chosen = page.locator(f".presets [data-digit='{key}']")
+        playwright.expect(chosen).to_have_attribute("aria-pressed", "true")
+        rests(page)
+        assert page.evaluate(CROWDED) == [], key
+        assert page.evaluate(CUT) == [], key
+        assert "Details" not in page.locator("header .why").text_content()
+    page.keyboard.press("4")
+    playwright.expect(page.locator("header .why")).to_have_text(
+        "No times of rest and hover keep every limit."
+    )
+    page.keyboard.press("Escape")
+    playwright.expect(page.locator("header .why")).to_contain_text("Details show")
+
+
 def test_a_phone_has_no_lecture(open_page: Open) -> None:
     page = open_page(400, "light", "?lecture", 800)
     rests(page)
@@ -206,6 +244,9 @@ def test_a_mission_whose_places_lie_at_the_edge(
         page.locator("figure svg[role=img]").first.wait_for()
         rests(page)
         assert page.evaluate(CROWDED) == []
+        names = page.locator("figure.map text").all_text_contents()
+        assert not [each for each in names if each.startswith("-")]  # A minus sign is no hyphen
+        assert page.evaluate(APART) > 1
         if query:
             names = page.locator(".presets button").all_text_contents()
             assert "4 Small battery" in names
@@ -294,6 +335,42 @@ def test_the_trail_holds_six_optima_and_is_cleared(open_page: Open) -> None:
     page.get_by_role("button", name="Reset").click()
     rests(page)
     assert (dots.count(), page.locator(".plan.pinned").count()) == (0, 0)
+
+
+def test_a_trail_is_of_one_control_alone(open_page: Open) -> None:
+    """It says where that control was; another one begins anew, where the plan was before."""
+    page = opened(open_page, "large")
+    words = page.locator("figure.plane text", has_text="trail: from")
+    dots = page.locator("figure.plane .trail circle")
+    for name, start in (("battery.capacity_As|null", "36 000 A s"), ("limits.min_soc|null", "5 %")):
+        slider = page.locator(f"input[type=range][data-key='{name}']")
+        for count in (1, 2, 3):
+            slider.press("PageUp" if "soc" in name else "PageDown")
+            playwright.expect(dots).to_have_count(count)
+        playwright.expect(words).to_have_text(f"trail: from {start}".replace("6 0", "6\u20090"))
+
+
+def test_the_drone_flies_its_route_and_falls(browser: Any, address: str) -> None:
+    """In steps of time: it moves on the route first, and where the well is empty it falls."""
+    page = browser.new_page(viewport={"width": 1400, "height": 900})
+    page.clock.install()
+    page.goto(address + fragment(FALLS))
+    page.locator("figure.map svg[role=img]").wait_for()
+    page.get_by_role("button", name="Fly it").click()
+    seen = []
+    for second in range(9):
+        page.clock.run_for(1000)
+        count, *places = page.evaluate(FLOWN)
+        assert count == 1 or second > 5
+        seen.append(places)
+    (plan,) = boxes(page, "figure.wells .draw")
+    moments = [moment for moment, _ in seen]
+    assert moments == sorted(moments)
+    assert plan["left"] < moments[0] < moments[3] < moments[-1] < plan["right"]
+    assert seen[5][1] < seen[0][1]  # North of the roof where it rests, at the hover point
+    assert seen[-1][1] > seen[5][1] + 40  # Below it
+    playwright.expect(page.locator("figure.map .drone")).to_contain_text("falls at 1095 s")
+    page.close()
 
 
 def test_a_control_that_changes_nothing_says_why_beside_it(open_page: Open) -> None:

@@ -190,7 +190,7 @@ export class Controls {
     const current = this.#session.shown.controls.find((each) => each.key === control.key).whole;
     const whole = [...(this.#session.state.changes[control.key] ?? current)];
     whole[control.axis] = value;
-    this.#session.changeKey(control.key, whole);
+    this.#session.changeKey(control.key, whole, control.axis);
   }
   // Device, laser and the building that is chosen, by numbers, which follow a drag.
   #places(section) {

@@ -1,5 +1,6 @@
 // What the pictures share: elements, numbers, lines of the table of looks, and words that keep apart.
 const FONT = "system-ui, sans-serif";
+const APART_PX = 3, GRAZED = 0.06; // Words that are side by side, and the share of words that may touch a mark
 let ruler = null;
 export const LIMITS = ["charge", "deadline", "dry", "overfull", "bounds"];
 
@@ -110,10 +111,11 @@ export class Labels {
         Math.max(0, Math.min(c, g) - Math.max(a, e)) * Math.max(0, Math.min(d, h) - Math.max(b, f)));
       const crossed = this.#points.filter(([x, y]) => x > a && x < c && y > b && y < d).length;
       const cost = (candidate.cost ?? 0) + 0.5 * moved + 20 * covered + 6 * crossed;
-      if (!best || cost < best.cost) best = {...candidate, cost, free: !covered && !moved && crossed < 3, box: [a, b, c, d]};
+      if (!best || cost < best.cost) best = {...candidate, cost, free: covered <= GRAZED * (c - a) * (d - b) && !moved && crossed < 3, box: [a, b, c, d]};
     }
     if (!best || (!needed && !best.free)) return null;
-    this.keep(best.box);
+    const [left, top, right, bottom] = best.box;
+    this.keep([left - APART_PX, top, right + APART_PX, bottom]);
     return best;
   }
 }

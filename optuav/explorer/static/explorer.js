@@ -43,7 +43,7 @@ function render({model, el}) {
   header.append(actions, more);
   stage.append(chosen, presets);
   gripOf(root, controls.form);
-  root.append(header, faults, tabsOf(root), controls.form, plans, stage, foot);
+  root.append(header, faults, tabsOf(root, draw), controls.form, plans, stage, foot);
   frame.append(below);
   plans.append(columns[0].element);
   el.replaceChildren(frame);
@@ -104,7 +104,7 @@ function render({model, el}) {
     const differing = pinned && Object.keys(TITLES).filter((name) => (pinned[name] ?? DEFAULTS[name]) !== (state[name] ?? DEFAULTS[name]));
     const also = pinned && JSON.stringify(pinned.changes ?? {}) !== JSON.stringify(state.changes ?? {}) ? ["the mission"] : [];
     const said = {perspective: "what it is judged by", trajectory: "the way", building: "where it rests", order: "the order", problem: "what is sought"};
-    sayVerdict(header, session, pinned && [...differing.map((name) => said[name]), ...also].join(" and "));
+    sayVerdict(header, session, pinned && [...differing.map((name) => said[name]), ...also].join(" and "), lecture);
     details.textContent = pinned ? "Details ▾" : "Details: limits, worth, proof ▾";
     sayBinding(foot, session, details);
     below.replaceChildren(...tables(shown, () => session.repairs()));

@@ -39,9 +39,10 @@ export class Column {
     const seen = (name) => Math.min(this.#figures[name].draw.clientWidth, this.#figures[name].draw.clientHeight) > LEAST_PX;
     const {map, plane, wells} = this.#figures;
     plane.caption.firstChild.textContent = alone ? FIGURES.plane : "Rest and hover";
-    plane.note.textContent = alone ? `${answer.plane.route?.join(" → ") ?? ""}${answer.plane.chosen === false ? " (shortest flight; no plan)" : ""}` : "";
+    const {route, chosen} = answer.plane, [way, stays] = [route, route?.slice(1, -1)].map((each) => each?.join(" → "));
+    fit(plane.note, !alone || !route ? [""] : [...(chosen ? [way, stays] : [`shortest flight: ${way}`, "shortest flight"]), ""]);
     map.note.textContent = alone && !stored ? "drag a ring, or arrows" : "";
-    this.heading.replaceChildren(`${this.kind === "now" ? "Now" : "Pinned"}: ${answer.verdict.promise ? `${answer.verdict.hover_s.toFixed(2)} s, ` : ""}`, event(answer.verdict), make("br"), make("span", {}, lower(answer.verdict.binds)));
+    this.heading.replaceChildren(`${this.kind === "now" ? "Now" : "Pinned"}: ${answer.verdict.promise ? `${answer.verdict.promise.replace(/ of hover.*/, "")}, ` : ""}`, event(answer.verdict), make("br"), make("span", {}, lower(answer.verdict.binds)));
     this.heading.classList.toggle("good", answer.verdict.good);
     wells.caption.querySelector(".play").hidden = !answer.wells;
     const drawn = seen("map") ? drawMap(map.draw, answer, {window: axes.map, size, u, all: !lecture}) : null;
@@ -60,26 +61,38 @@ export class Column {
 
 function event({event: words, good}) { return make("b", {class: good ? "flies" : "falls"}, `${good ? "✓" : "✕"} ${words}`); }
 
+// The longest of some texts that a caption has room for.
+function fit(note, texts) {
+  for (const words of texts) {
+    note.textContent = words;
+    if (note.scrollWidth <= note.clientWidth) return;
+  }
+}
+
 function lower(words) { return words ? `${words[0].toLowerCase()}${words.slice(1).replace(/\.$/, "")}` : ""; }
 
 // The header says the verdict and its reason; with a pin, how far the plans differ.
-export function sayVerdict(header, {shown, pinnedAnswer: other}, differing) {
+export function sayVerdict(header, {shown, pinnedAnswer: other}, differing, lecture) {
   const [verdict, why] = header.querySelectorAll(".verdict, .why"), now = shown.verdict, parts = [];
   header.classList.toggle("good", now.good);
   if (other && now.promise && other.verdict.promise) {
-    const more = other.verdict.hover_s - now.hover_s, rest = other.verdict.rest_s - now.rest_s;
+    const trips = !other.verdict.hover_s && !now.hover_s, time = trips ? "time_s" : "hover_s";
+    const more = other.verdict[time] - now[time], rest = other.verdict.rest_s - now.rest_s;
     const than = (by, unit = 2) => (Math.abs(by) < 0.005 ? "as long" : `${Math.abs(by).toFixed(unit)} s ${by > 0 ? "more" : "less"}`);
     const lands = other.verdict.good === now.good ? (now.good ? "and both land" : "and neither can be flown") : other.verdict.good ? "and it lands" : "and it cannot be flown";
-    verdict.replaceChildren("The pinned plan hovers ", make("span", {class: "n"}, than(more)), ", ", make("b", {class: other.verdict.good ? "flies" : "falls"}, lands));
+    verdict.replaceChildren(`The pinned plan ${trips ? "travels" : "hovers"} `, make("span", {class: "n"}, than(more)), ", ", make("b", {class: other.verdict.good ? "flies" : "falls"}, lands));
     const roof = ({stops}) => stops.find(([kind]) => kind === "rest")?.[1] ?? "", [here, there] = [roof(now), roof(other.verdict)];
     const moved = here && there && here !== there ? `, at ${there} in place of ${here}` : "";
     const order = (each) => each.stops[0]?.[0], turned = order(other.verdict) !== order(now) && order(other.verdict) ? `, and ${order(other.verdict)}s first` : "";
-    why.replaceChildren(make("b", {}, differing ? `Differs in ${differing}. ` : "Nothing is set otherwise. "), `It rests ${than(rest, 1)}${moved}${turned}.`);
+    why.replaceChildren(make("b", {}, differing ? `Differs in ${differing}. ` : "Nothing is set otherwise. "), other.verdict.rest_s || now.rest_s ? `It rests ${than(rest, 1)}${moved}${turned}.` : "");
     return;
   }
   if (now.promise) parts.push(make("span", {class: "n"}, now.promise.split(" of ")[0]), ` of ${now.promise.split(" of ")[1]}; `);
   verdict.replaceChildren(...parts, event(now), now.reason ? `: ${now.reason}` : "");
-  if (!now.promise) return why.replaceChildren("Details show which single change would make a plan possible.");
+  if (!now.promise) {
+    const kept = shown.plane.words ?? "No times of rest and hover keep every limit.";
+    return why.replaceChildren(lecture ? kept : "Details show which single change would make a plan possible.");
+  }
   why.replaceChildren(make("b", {}, now.binds), make("span", {class: "route"}, ` ${now.route}`));
 }
 
@@ -137,9 +150,10 @@ function folded(title, content, open) {
 }
 
 // On a narrow screen one picture at a time, above a sheet of three heights.
-export function tabsOf(root) {
+export function tabsOf(root, draw) {
   const show = (name) => {
     root.dataset.picture = name;
+    draw();
     for (const tab of tabs.children) tab.setAttribute("aria-selected", tab.dataset.tab === name);
   };
   const tabs = make("div", {class: "tabs pictures", role: "tablist"}, ...Object.entries(TABS).map(([name, words]) => button(words, () => show(name), {role: "tab", "data-tab": name})));

@@ -1,11 +1,12 @@
 // The map: one scale for x and y, terrain to its edges, places that can be moved, and the drone that flies.
-import {Labels, around, colour, dots, picture, place, wide, write} from "./drawing.js";
+import {Labels, around, colour, dots, grouped, picture, place, wide, write} from "./drawing.js";
 
 const MOST_NAMED = 40, MOST_FOCUSED = 60;
 const STEP_M = 10, LONG_STEP_M = 100;
 const LONGEST_NAME = 24;
 const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1]};
 const FALLEN = [[30, 0.3, 10, 0], [56, 0.55, 28, 2], [86, 1, 55, 5]]; // Steps of a fall: below, strength, turn, aside
+const LEAST_S = 0.05; // Of a stay that is named
 const HANDLE_PX = 12, ROOF_PX = 8;
 
 export function drawMap(draw, answer, {window, size, u, all}) {
@@ -60,20 +61,23 @@ export function drawMap(draw, answer, {window, size, u, all}) {
   const x = place(plot, "x"), y = place(plot, "y");
   d3.select(plot).append("circle").attr("cx", x(map.device[0])).attr("cy", y(map.device[1])).attr("r", 12 * u).attr("fill", "none")
     .attr("stroke", colour("muted")).attr("stroke-width", 1.25 * u).attr("stroke-dasharray", `${3 * u} ${3 * u}`); // It can be dragged
-  const levels = grid(low, high).filter((value) => value >= y1 && (step < 500 || value % 1000 === 0) && y(value) > size * 1.5);
-  for (const value of levels) write(plot, {x: 4, y: y(value) - 3, words: step >= 500 ? `${value / 1000} km` : `${value} m`, size: size - 1, fill: "muted"});
-  name({plot, kept: levels.map((value) => [0, y(value) - size, 3.6 * size, y(value)]), map, at, used, named, all, legs, ends, x, y, size, u, width, height});
+  const labels = name({plot, map, at, used, named, all, legs, ends, x, y, size, u, width, height});
+  const coarse = step * Math.max(step === 500 ? 2 : 1, 2 ** Math.ceil(Math.log2((2.4 * size) / (step * scale)))); // Words keep apart
+  for (const value of d3.range(Math.ceil(y1 / coarse) * coarse, high, coarse)) {
+    const words = coarse % 1000 ? `${grouped(value)} m` : `${grouped(value / 1000)} km`, level = {x: 4, y: y(value) - 3, anchor: "start"};
+    const found = y(value) > size * 1.5 && labels.find([words], [level], {size: size - 1, needed: false});
+    if (found) write(plot, {...found, words, size: size - 1, fill: "muted"});
+  }
   return {plot, x, y, at};
 }
 
 function same([a, b], [c, d]) { return Math.hypot(a - c, b - d) < 1e-6; }
 
 // Names of the places: those that the plan uses first, others where there is room.
-function name({plot, kept, map, at, used, named, all, legs, ends, x, y, size, u, width, height}) {
+function name({plot, map, at, used, named, all, legs, ends, x, y, size, u, width, height}) {
   const labels = new Labels(width, height), px = ([a, b]) => [x(a), y(b)];
   labels.avoid(legs.flatMap(([a, b]) => dots([px(a), px(b)])));
   const marks = [map.device, map.hover, map.laser, map.origin, map.destination, ...map.buildings.map((each) => each.at)].filter(Boolean).map(px);
-  for (const box of kept) labels.keep(box);
   for (const [a, b] of marks) labels.keep([a - 5 * u, b - 5 * u, a + 5 * u, b + 5 * u]);
   const put = (lines, point, {gap = 10 * u, order = null, first = 600, rest = 400, fill = "ink", needed = true, scaled = size} = {}) => {
     const [a, b] = px(point), spots = around(a, b, gap, scaled, lines.length);
@@ -81,7 +85,8 @@ function name({plot, kept, map, at, used, named, all, legs, ends, x, y, size, u,
     if (found) lines.forEach((words, k) => write(plot, {...found, y: found.y + 1.25 * k * scaled, words, size: scaled, fill, weight: k ? rest : first}));
   };
   for (const {kind, at: stop, duration_s} of map.stops) {
-    if (kind === "hover") put([`hover ${duration_s.toFixed(1)} s`], at(stop), {gap: 12 * u, order: [2, 0, 1, 3, 4, 5, 6, 7]});
+    if (duration_s < LEAST_S) put([kind === "hover" ? "hover point" : `${short(stop)}: pass by`], at(stop));
+    else if (kind === "hover") put([`hover ${duration_s.toFixed(1)} s`], at(stop), {gap: 12 * u, order: [2, 0, 1, 3, 4, 5, 6, 7]});
     else {
       const whole = `${short(stop)}: rest ${duration_s.toFixed(1)} s`, fits = x(at(stop)[0]) + 11 * u + wide(whole, size, 600) < width;
       put(fits ? [whole] : [short(stop), `rest ${duration_s.toFixed(0)} s`], at(stop));
@@ -92,11 +97,12 @@ function name({plot, kept, map, at, used, named, all, legs, ends, x, y, size, u,
   if (map.laser) put(["laser"], map.laser, {...small, gap: 11 * u});
   put(["device"], map.device, {first: 400, gap: 15 * u, order: [2, 0, 1, 3, 4, 5, 6, 7]});
   if (map.hover && !used.has("hover")) put(["hover point"], map.hover, {first: 400});
-  if (!named || !all) return;
+  if (!named || !all) return labels;
   const middle = width / 2, sides = (aside) => [...(Math.abs(aside) < 0.09 * width ? [3] : []), ...(aside < 0 ? [1, 0] : [0, 1]), 3, 2, 4, 5, 6, 7];
   for (const {name: words, at: point} of map.buildings) {
     if (!used.has(words)) put([short(words)], point, {first: 400, gap: 7 * u, fill: "muted", needed: false, scaled: size - 1, order: sides(x(point[0]) - middle)});
   }
+  return labels;
 }
 
 export function short(name) { return name.length > LONGEST_NAME ? `${name.slice(0, LONGEST_NAME - 1)}…` : name; }

@@ -46,8 +46,6 @@ export function drawPlane(draw, {plane, wells}, {axes, trail, size, u, slots}) {
     if (plane.rests && x(value) < right - size * 9.5) write(plot, {x: x(value), y: bottom + size + 4, words: grouped(value), anchor: "middle", ...muted});
   }
   write(plot, {x: right, y: bottom + size + 4, words: plane.rests ? end : "no rest on this route", anchor: "end", symbol: "T′", ...muted});
-  write(plot, {x: x(0) + 8 * u, y: top + size + 4, words: "↑ hover time, s", symbol: "Δ", ...muted});
-  labels.keep([x(0), top, x(0) + size * 8, top + 1.6 * size]);
   const lines = limits.map((limit) => ({...limit, ways: crossings(limit.excess, n, (k) => x(x1 + (k / (n - 1)) * (x2 - x1)), (k) => y(y1 + (k / (n - 1)) * (y2 - y1)))
     .map((way) => way.filter(([a, b]) => a >= left && a <= right && b >= top && b <= bottom))}));
   for (const limit of lines) limit.dots = limit.ways.flatMap((way) => dots(way));
@@ -55,8 +53,11 @@ export function drawPlane(draw, {plane, wells}, {axes, trail, size, u, slots}) {
   const star = plane.best && [x(plane.best[0]), y(plane.best[1])];
   const before = trail.slice(0, -1).map((each) => [x(each.best[0]), y(each.best[1])]).filter(([a, b]) => a >= left && a <= right && b >= top && b <= bottom);
   for (const [[a, b], reach] of [...before.map((each) => [each, 5 * u]), ...(star ? [[star, 17 * u]] : [])]) labels.keep([a - reach, b - reach, a + reach, b + reach]);
+  const upward = [0, 0.15, 0.3, 0.45, 0.6].map((share, k) => ({x: x(0) + 8 * u + share * (right - x(0)), y: top + size + 4, anchor: "start", cost: 4 * k}));
+  write(plot, {...labels.find(["↑ hover time, s"], upward, {size}), words: "↑ hover time, s", symbol: "Δ", ...muted});
   const best = () => drawOptimum(plot, {plane, star, before, from: trail[0]?.from, mark: missed(wells), u, size, labels, narrow}); // First where there is little room
-  const said = (narrow && best(), new Set()), told = draw.closest(".symbols");
+  const said = new Set(), told = draw.closest(".symbols");
+  if (narrow) best();
   for (const {role, words, short, symbol, ways, dots: own} of lines) {
     const text = narrow ? short : words, whole = told ? `${text}  ${symbol}` : text, points = ways.flat();
     if (!text || said.has(text) || points.length < 2) continue;
@@ -103,10 +104,10 @@ function drawOptimum(plot, {plane, star, before, from, mark, u, size, labels, na
   const [hover, rest] = [`hover ${plane.best[1].toFixed(2)} s`, `rest ${plane.best[0].toFixed(1)} s`], also = mark && !narrow ? mark[0] : "";
   const spots = [[16, -34], [16, -52], [-16, -34], [0, 20], [16, 26], [-16, 26], [-16, -52], [-30, 26], [16, 46], [-30, 46], [22, -10], [-16, 46]]
     .map(([a, b], k) => ({x: sx + a * u, y: sy + b * u + (b > 0 ? size / 2 : 0), anchor: a >= 0 || a === -30 ? "start" : "end", cost: 3 * k}));
-  const found = labels.find([also ? `${hover} ${also}   ` : hover, rest], spots, {size, weight: 700});
+  const found = labels.find([also ? `${hover} ${also}   ` : hover, ...(plane.rests ? [rest] : [])], spots, {size, weight: 700});
   const first = write(plot, {...found, words: hover, size, weight: 700});
   if (also) first.append("tspan").attr("dx", 1.2 * size).attr("fill", colour(mark[1])).text(also);
-  write(plot, {...found, y: found.y + 1.25 * size, words: rest, size});
+  if (plane.rests) write(plot, {...found, y: found.y + 1.25 * size, words: rest, size});
   if (before.length && from && !narrow) {
     const words = `trail: from ${grouped(from[1] === "%" ? 100 * from[0] : from[0])} ${from[1]}`, [a, b] = before[0];
     const spot = labels.find([words], [[-10, 14], [10, 14], [-10, -8], [10, -8]].map(([dx, dy]) => ({x: a + dx * u, y: b + dy * u + (dy > 0 ? size / 2 : 0), anchor: dx > 0 ? "start" : "end"})), {size: size - 1, needed: false});

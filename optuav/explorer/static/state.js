@@ -25,7 +25,10 @@ export class Session {
   shown = null; // The last answer that was no fault
   pinnedAnswer = null;
   axes = {plane: null, wells: null, map: null}; // Ends of those that are drawn
-  locked = false; trail = []; last = null; // The last is the key that was changed last
+  locked = false;
+  trail = []; // The last optima, all by moves of one control
+  last = null; // What was changed last
+  #cause = null; // Of the trail
   #view; #model;
   #held = false; // Whether a control is moved
   #letGo = null;
@@ -93,6 +96,7 @@ export class Session {
     clearInterval(this.#ticking);
     this.#view.busy(false);
     if (answer.faults) return this.#refused(kind, answer.faults);
+    const before = this.shown;
     if (kind === "pinned") this.pinnedAnswer = answer;
     else {
       this.shown = answer;
@@ -102,7 +106,7 @@ export class Session {
     }
     if (!this.shown) return this.#ask("now");
     const redone = this.settle();
-    this.#follow(answer, kind);
+    if (kind === "now") this.#follow(answer, before);
     this.#view.answered(foreign);
     this.#view.told(this.#kept, false);
     if (redone) this.#later ??= {kind: redone, more: {}};
@@ -168,14 +172,19 @@ export class Session {
     this.locked = on;
     if (!on) this.resettle();
   }
-  // The last optima
-  #follow({plane, controls}, kind) {
-    if (kind !== "now" || !plane.best || !this.axes.plane) return;
-    const control = controls.find((each) => each.key === this.last);
+  // Another control begins the trail anew, where the plan was before its move.
+  #follow(answer, before) {
+    const best = answer.plane.best, point = (of) => {
+      const control = of.controls.find(({key, axis}) => `${key}|${axis}` === this.last);
+      return {best: of.plane.best, from: control && [control.value, control.unit]};
+    };
+    if (this.#cause !== this.last) this.trail = this.last && before?.plane.best ? [point(before)] : [];
+    this.#cause = this.last;
+    if (!best || !this.axes.plane) return;
     const [was] = this.trail.slice(-1);
-    const far = (k) => Math.abs(was.best[k] - plane.best[k]) > ELSEWHERE * this.axes.plane[k];
-    if (was && !far(0) && !far(1)) was.best = plane.best;
-    else this.trail.push({best: plane.best, from: control && [control.value, control.unit]});
+    const far = (k) => Math.abs(was.best[k] - best[k]) > ELSEWHERE * this.axes.plane[k];
+    if (was && !far(0) && !far(1)) was.best = best;
+    else this.trail.push(point(answer));
     this.trail = this.trail.slice(-LONGEST_TRAIL);
   }
   // Changes. The address has states that were answered alone: a link opens what was seen.
@@ -186,14 +195,14 @@ export class Session {
     this.#touched = true;
     this.#ask("now");
   }
-  changeKey(key, value) {
-    this.last = key;
+  changeKey(key, value, axis = null) {
+    this.last = `${key}|${axis}`;
     this.change({changes: {...this.state.changes, [key]: value}});
   }
   file(file) { this.#ask("now", {file}); }
   repairs() { this.#ask("now", {repairs: true}); }
   begin(state) {
-    this.trail = [];
+    [this.trail, this.last] = [[], null];
     this.change({...DEFAULTS, building: null, order: null, changes: {}, ...state});
   }
   reset() {

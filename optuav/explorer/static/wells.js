@@ -79,17 +79,24 @@ function drawWords(plot, {wells, verdict}, {x, y, size, u, narrow, end, rows}) {
   const [across, words] = [wide("bound well", size, 600), [`${wells.least} of the charge must stay`, `${wells.least} must stay`].find((each) => wide(each, size, 600) < 0.4 * x(last)) ?? ""];
   const bound = left ?? clear(x(0) + 40 * u, across), band = y(least) - y(row(x.invert(bound)).bound), high = y(least) - Math.max(1, (band - 0.72 * size) / 2);
   if (band > 0.8 * size) {
-    write(plot, {x: bound, y: high, words: "bound well", fill: "on-fill", ...plain});
-    const at = Math.max(bound + across + 2 * size, x(0.45 * end));
-    if (words && least > 0 && at + wide(words, size, 600) < (dry === null ? x(last) : x(dry))) write(plot, {x: at, y: high, words, fill: "on-fill", ...plain});
-  } else if (least > 0) write(plot, {x: narrowest ? left + wide("available well", size, 600) + 2 * size : x(0) + 6, y: y(least) - 6, words: `${wells.least} must stay`, fill: "charge", ...strong});
-  write(plot, {x: x(end) - 8 * u, y: y(full) - 6 * u, words: "full", anchor: "end", fill: "overfull", symbol: "B", ...strong});
-  if (overfull !== null) {
+    if (bound + across < x(last)) write(plot, {x: bound, y: high, words: "bound well", fill: "on-fill", ...plain});
+    const rings = dry === null && verdict.good ? wells.empty_s.map((time) => x(time)) : [], reach = wide(words, size, 600);
+    const at = [0.45, 0.3, 0.6, 0].map((share) => Math.max(bound + across + 2 * size, x(share * end)))
+      .find((left) => left + reach < x(dry ?? last) && rings.every((ring) => ring < left - 9 * u || ring > left + reach + 9 * u));
+    if (words && least > 0 && at) write(plot, {x: at, y: high, words, fill: "on-fill", ...plain});
+  } else if (least > 0) {
+    const stay = {x: narrowest ? left + wide("available well", size, 600) + 2 * size : x(0) + 6, y: y(least) - 6, words: `${wells.least} must stay`};
+    const inside = y(row(x.invert(stay.x + wide(stay.words, size, 600))).upper) < stay.y - size; // Of the available well
+    write(plot, {...stay, ...(inside ? {fill: "on-dark", ...plain} : {fill: "charge", ...strong})});
+  }
+  const over = y(full) - 1.55 * size - 8 > 1.3 * size; // Whether words have room between the phases and a full battery
+  if (over) write(plot, {x: x(end) - 8 * u, y: y(full) - 6 * u, words: "full", anchor: "end", fill: "overfull", symbol: "B", ...strong});
+  if (overfull !== null && over) {
     const long = `past full from ${overfull.toFixed(0)} s`, fits = x(overfull) + wide(long, size, 600) < x(end) - 4 * size;
     write(plot, {x: x(overfull) + 6 * u, y: y(full) - 6 * u, words: fits && !narrow ? long : "past full", fill: "overfull", ...strong});
   }
   if (dry !== null) {
-    const at = x(dry), anchor = at - x(0) > size * 14 ? "end" : "start", dx = (anchor === "end" ? -8 : 8) * u, level = y(full) + 1.7 * size;
+    const at = x(dry), anchor = at - x(0) > size * 14 ? "end" : "start", dx = (anchor === "end" ? -8 : 8) * u, level = Math.max(y(full), 8 + 1.55 * size) + 1.7 * size;
     write(plot, {x: at + dx, y: level, words: `✕ ${verdict.event}`, size: 1.08 * size, anchor, weight: 700, fill: "dry"});
     const free = anchor === "start" || y(row(x.invert(at + dx - wide(verdict.reason, size))).upper) > level + 1.5 * size;
     if (!narrow && free) write(plot, {x: at + dx, y: level + 1.3 * size, words: verdict.reason, size, anchor, fill: "dry"});
