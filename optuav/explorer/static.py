@@ -1,4 +1,4 @@
-"""The files of the page, and its script as one module without imports."""
+"""The files of the page, and its script as one module without imports; its words are a table."""
 
 import json
 import re
@@ -29,5 +29,6 @@ def script() -> str:
     libraries = "\n".join(text(f"vendor/{name}") for name in LIBRARIES)
     start = f"const {{d3, Plot}} = (function ({HIDDEN}) {{\n"
     looks = f"const LOOKS = {json.dumps({role: look._asdict() for role, look in LOOKS.items()})};"
+    looks += f"\nconst WORDS = {text('words.json')};"
     modules = BETWEEN.sub("", "\n".join(text(f"{name}.js") for name in MODULES))
     return f"{start}{libraries}\nreturn this;\n}}).call({{}});\n{looks}\n{modules}"

@@ -201,7 +201,7 @@ def test_nothing_lies_on_another_thing_in_the_bar_of_a_lecture(open_page: Open, 
             assert min(across, down) <= 1
 
 
-@pytest.mark.parametrize("width, height", [(1280, 720), (1400, 900), (1920, 1080)])
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (1400, 900), (1920, 1080)])
 def test_words_of_all_presets_are_whole_in_a_lecture(
     open_page: Open, width: int, height: int
 ) -> None:

@@ -1,30 +1,11 @@
 // The controls: what to start from, the question, the mission's sliders, and places.
 import {button, decimal, grouped, make} from "./drawing.js";
 import {points} from "./map.js";
-import {DEFAULTS} from "./state.js";
+import {DEFAULTS, brief} from "./state.js";
 
-export const TITLES = {problem: "Find", perspective: "Judge by", trajectory: "Way", building: "Rest on", order: "Order"};
-const WORDS = {
-  P1: "the longest hover", P2: "the shortest trip", "P2-tight": "the shortest, using all time", P3: "a direct hover, no rest",
-  available: "the available well", battery: "charge at the end", energy: "energy at the end", adjusted: "energy, adjusted", wells: "both wells, by steps",
-  optimal: "the best of all", direct: "direct, without a rest", traj1: "by the nearest roof", traj2: "by the quickest roof",
-  "rest-first": "rest first", "hover-first": "hover first",
-};
-const ANY = {building: "the best building", order: "the better"};
-const HINTS = {
-  available: "Counts charge; the available well is never empty nor past full",
-  battery: "Counts charge: the paper's η1",
-  energy: "Counts energy, against the nominal energy of the battery: the paper's η2",
-  adjusted: "Counts energy, against what the battery holds at the voltage of each regime: the paper's η3",
-  wells: "Counts charge, step by step through both wells",
-  P1: "P1 of the paper", P2: "P2 of the paper: shortest flight and rest", "P2-tight": "P2 with the whole deadline used", P3: "P3 of the paper",
-  optimal: "The best of all routes", traj1: "By way of the building nearest the device", traj2: "By way of the building with the shortest flight time",
-};
-const SEGMENTS = {perspective: ["battery", "available"], order: ["rest-first", "hover-first"], trajectory: ["optimal", "direct"]};
-const SECTIONS = ["Start", "Question", "Mission", "Places"];
 let instances = 0;
 
-export function worded(name, value) { return WORDS[value] ?? (value || ANY[name] || value); }
+export function worded(name, value) { return WORDS.values[value] ?? (value || WORDS.any[name] || value); }
 
 // A number as a control shows it: a share in percent.
 function shown({value, unit}, number = value) { return unit === "%" ? Number((100 * number).toPrecision(8)) : Number(Number(number).toPrecision(8)); }
@@ -57,10 +38,10 @@ export class Controls {
     for (const control of answer.controls) this.#fillSlider(control, free);
     const names = ["", ...(answer.options.building ?? [])], building = this.#fields.get("building")?.inputs[0];
     if (building && building.options.length !== names.length) options(building, "building", names);
-    for (const name of Object.keys(TITLES)) {
+    for (const name of Object.keys(WORDS.titles)) {
       const [select] = this.#fields.get(name)?.inputs ?? [{}];
       select.value = state[name] ?? DEFAULTS[name];
-      select.title = HINTS[select.value] ?? "";
+      select.title = WORDS.hints[select.value] ?? "";
       for (const each of this.#fields.get(name)?.segments ?? []) each.setAttribute("aria-pressed", each.value === select.value);
     }
     if (!answer.stored) this.#fillPlaces(free);
@@ -98,7 +79,7 @@ export class Controls {
   // What the pinned plan has else: a mark beside a choice, a dashed thumb on a slider.
   #compare() {
     const {pinned, pinnedAnswer, state} = this.#session;
-    for (const name of Object.keys(TITLES)) {
+    for (const name of Object.keys(WORDS.titles)) {
       const field = this.#fields.get(name), other = pinned && (pinned[name] ?? DEFAULTS[name]), differs = pinned && other !== (state[name] ?? DEFAULTS[name]);
       if (!field) continue;
       field.mark.textContent = differs ? " •" : "";
@@ -116,11 +97,11 @@ export class Controls {
     const section = (name, title) => (this.#sections[name] = make("section", {"data-section": name}, make("h2", {}, title)));
     const start = section("Start", "Start from"), question = section("Question", "Question"), mission = section("Mission", "Mission");
     start.append(this.#starts(presets));
-    for (const name of Object.keys(TITLES).filter((each) => known[each])) question.append(this.#choice(name, known[name]));
+    for (const name of Object.keys(WORDS.titles).filter((each) => known[each])) question.append(this.#choice(name, known[name]));
     for (const control of controls) mission.append(this.#slider(control));
     if (!stored) this.#places(section("Places", "Places, m"));
     const tabs = make("div", {class: "tabs sections", role: "tablist"});
-    for (const name of SECTIONS.filter((each) => this.#sections[each])) tabs.append(button(name, () => this.show(name), {role: "tab", "data-tab": name}));
+    for (const name of WORDS.sections.filter((each) => this.#sections[each])) tabs.append(button(name, () => this.show(name), {role: "tab", "data-tab": name}));
     this.form.append(tabs, ...Object.values(this.#sections));
     this.show("Mission");
   }
@@ -142,8 +123,8 @@ export class Controls {
     const select = make("select", {id: `${this.#id}-${name}`}), mark = make("span"), note = make("div", {class: "note"}), differs = make("div", {class: "differs"});
     options(select, name, DEFAULTS[name] ? values : ["", ...values]);
     select.addEventListener("change", () => this.#choose(name, select.value || null));
-    const segments = (SEGMENTS[name] ?? []).map((value) => button(worded(name, value), () => this.#choose(name, value), {value, "aria-pressed": "false"}));
-    const element = make("div", {class: "choice", "data-name": name}, make("label", {for: select.id}, TITLES[name], mark), select, make("span", {class: "segments", role: "group", "aria-label": `${TITLES[name]}: one of`}, ...segments), note, differs);
+    const segments = (WORDS.segments[name] ?? []).map((value) => button(worded(name, value), () => this.#choose(name, value), {value, "aria-pressed": "false"}));
+    const element = make("div", {class: "choice", "data-name": name}, make("label", {for: select.id}, WORDS.titles[name], mark), select, make("span", {class: "segments", role: "group", "aria-label": `${WORDS.titles[name]}: one of`}, ...segments), note, differs);
     this.#fields.set(name, {key: name, element, inputs: [select], mark, note, differs, segments});
     return element;
   }
@@ -246,17 +227,16 @@ export class Controls {
     }
   }
   title(key) {
-    return this.#session.shown?.controls.find((each) => each.key === key)?.label.replace(/, \w+ward$/, "") ?? TITLES[key];
+    return this.#session.shown?.controls.find((each) => each.key === key)?.label.replace(/, \w+ward$/, "") ?? WORDS.titles[key];
   }
 }
 
 export function presetOf(state, presets) {
-  const bare = (each) => JSON.stringify(Object.entries({...DEFAULTS, changes: {}, ...each}).filter(([name, value]) => value && name in {...DEFAULTS, changes: 0}).sort());
-  const own = bare(Object.fromEntries(Object.entries(state).filter(([, value]) => value)));
-  const found = presets.findIndex((each) => bare(each.state) === own);
+  const bare = (each) => JSON.stringify(Object.entries({changes: {}, ...brief(each)}).sort());
+  const found = presets.findIndex((each) => bare(each.state) === bare(state));
   return found < 0 ? "" : found;
 }
 
 function options(select, name, values) {
-  select.replaceChildren(...values.map((value) => make("option", {value, title: HINTS[value] ?? ""}, worded(name, value))));
+  select.replaceChildren(...values.map((value) => make("option", {value, title: WORDS.hints[value] ?? ""}, worded(name, value))));
 }

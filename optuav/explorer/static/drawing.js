@@ -62,11 +62,8 @@ export function place(plot, name) {
 
 // The line of a role as a small picture for a list.
 export function swatch(role) {
-  const {stroke, strokeWidth, strokeLinecap, strokeDasharray} = line(role);
-  return d3.create("svg:svg").attr("width", 30).attr("height", 10).attr("aria-hidden", "true")
-    .call((svg) => svg.append("line").attr("x1", 2).attr("x2", 28).attr("y1", 5).attr("y2", 5).attr("stroke", stroke)
-      .attr("stroke-width", strokeWidth).attr("stroke-linecap", strokeLinecap).attr("stroke-dasharray", strokeDasharray))
-    .node();
+  const mark = Plot.ruleY([0], {...line(role), ariaHidden: "true"});
+  return Plot.plot({width: 30, height: 10, margin: 2, axis: null, marks: [mark]});
 }
 
 export function wide(words, size, weight = 400) {
@@ -136,7 +133,7 @@ export function around(x, y, gap, size, lines = 1) {
 
 // Round values from 0 on, at most so many steps; every second where there is little room.
 export function steps(most, count, coarse = false) {
-  const step = [1, 2, 5].flatMap((k) => d3.range(-3, 12).map((e) => k * 10 ** e)).sort(d3.ascending).find((each) => most / each <= count + 0.01) * (coarse ? 2 : 1);
+  const step = d3.tickStep(0, most, count / Math.SQRT2) * (coarse ? 2 : 1); // Rounded up by as much at most
   return d3.range(0, most + step / 1000, step);
 }
 

@@ -1,16 +1,12 @@
 // The explorer: it draws answers and computes nothing. `d3`, `Plot` and `LOOKS` stand above this text
 // where it is served or handed to a notebook.
-import {Controls, TITLES, presetOf, worded} from "./controls.js";
+import {Controls, presetOf} from "./controls.js";
 import {button, make} from "./drawing.js";
 import {Column, gripOf, sayBinding, sayVerdict, tables, tabsOf} from "./layout.js";
 import {drawing, raster, save} from "./saving.js";
 import {DEFAULTS, Model, Session} from "./state.js";
 
 const FLIGHT_MS = 8000, PHONE_PX = 700; // Of the animation of a whole plan; below it there is no lecture
-const CHOSEN = {
-  Mission: ["limits.deadline_s|null", "battery.capacity_As|null"], Fall: ["perspective", "battery.capacity_As|null"], Kink: ["limits.deadline_s|null", "perspective"],
-  Order: ["order", "limits.deadline_s|null"], "Small battery": ["battery.capacity_As|null", "limits.min_soc|null"], Laser: ["laser.power_W|null", "perspective"],
-};
 
 function render({model, el}) {
   const root = make("div", {class: "optuav-explorer"}), frame = make("div", {class: "optuav-frame"}, root);
@@ -85,7 +81,7 @@ function render({model, el}) {
     controls.fill(foreign);
     if (!share.lastChild.children.length) shares();
     if (!presets.children.length && !session.stored) {
-      const begin = (state) => (columns.forEach(rewind), session.begin(state)), digit = (short) => Object.keys(CHOSEN).indexOf(short); // Is a preset's own, whatever others there are
+      const begin = (state) => (columns.forEach(rewind), session.begin(state)), digit = (short) => Object.keys(WORDS.chosen).indexOf(short); // Is a preset's own, whatever others there are
       for (const {short, state} of session.shown.presets.slice(1)) presets.append(button(`${digit(short)} ${short}`, () => begin(state), {"data-digit": digit(short), "aria-pressed": "false"}));
     }
     if (invited) teach(true);
@@ -101,10 +97,9 @@ function render({model, el}) {
     root.classList.toggle("compares", Boolean(pinnedAnswer));
     pin.firstChild.textContent = pinned ? "Unpin" : "Pin to compare";
     for (const [one, on] of [[pin, pinned], [lock, session.locked], [symbols, root.classList.contains("symbols")], [talk, lecture]]) one.setAttribute("aria-pressed", Boolean(on));
-    const differing = pinned && Object.keys(TITLES).filter((name) => (pinned[name] ?? DEFAULTS[name]) !== (state[name] ?? DEFAULTS[name]));
+    const differing = pinned && Object.keys(WORDS.titles).filter((name) => (pinned[name] ?? DEFAULTS[name]) !== (state[name] ?? DEFAULTS[name]));
     const also = pinned && JSON.stringify(pinned.changes ?? {}) !== JSON.stringify(state.changes ?? {}) ? ["the mission"] : [];
-    const said = {perspective: "what it is judged by", trajectory: "the way", building: "where it rests", order: "the order", problem: "what is sought"};
-    sayVerdict(header, session, pinned && [...differing.map((name) => said[name]), ...also].join(" and "), lecture);
+    sayVerdict(header, session, pinned && [...differing.map((name) => WORDS.differs[name]), ...also].join(" and "), lecture);
     details.textContent = pinned ? "Details ▾" : "Details: limits, worth, proof ▾";
     sayBinding(foot, session, details);
     below.replaceChildren(...tables(shown, () => session.repairs()));
@@ -152,7 +147,7 @@ function render({model, el}) {
     const known = session.shown.presets, place = presetOf(session.state, known);
     if (lecture && place !== "") stage.dataset.preset = known[place].short;
     const stated = query.get("lecture")?.split(",").filter(Boolean).map((name) => controls.names().find((each) => each.split("|")[0] === name)) ?? [];
-    const names = lecture ? (stated.length ? stated : CHOSEN[stage.dataset.preset ?? "Mission"]).filter((name) => controls.get(name)) : [];
+    const names = lecture ? (stated.length ? stated : WORDS.chosen[stage.dataset.preset ?? "Mission"]).filter((name) => controls.get(name)) : [];
     controls.lend(names, chosen);
     [...presets.children].forEach((each, k) => each.setAttribute("aria-pressed", k + 1 === place));
   }
@@ -172,7 +167,7 @@ function render({model, el}) {
       add("Plan (JSON)", () => session.file("plan"));
     }
     add("Picture (SVG)", () => save(`${stem}.svg`, new Blob([picture()], {type: "image/svg+xml"})));
-    add("Picture (PNG)", () => raster(picture(), (blob) => save(`${stem}.png`, blob)));
+    add("Picture (PNG)", () => raster(picture()).then((blob) => save(`${stem}.png`, blob)));
   }
 }
 

@@ -4,8 +4,6 @@ import {Handles, drawDrone, drawMap} from "./map.js";
 import {drawPlane} from "./plane.js";
 import {drawWells} from "./wells.js";
 
-const FIGURES = {map: "Map", plane: "How long to rest, how long to hover", wells: "Charge over time"};
-const TABS = {map: "Map", plane: "Times", wells: "Charge"};
 const TALL = 1.2, WIDE = 1.6; // Height over width, and width over height, of a mission
 const LEAST_PX = 60, LABEL_PX = 12.6; // Of a picture, to be drawn; of labels beside lines of plain width
 const SHEETS = ["half", "low", "full"];
@@ -18,7 +16,7 @@ export class Column {
     this.session = session;
     this.kind = kind;
     this.heading = make("h2", {class: "panel title"});
-    for (const [name, words] of Object.entries(FIGURES)) {
+    for (const [name, words] of Object.entries(WORDS.figures)) {
       const note = make("span"), caption = make("figcaption", {}, make("b", {}, words), note), draw = make("div", {class: "draw"});
       if (name === "wells") caption.append(button("▶ Fly it", () => play(this), {key: "Space", class: "play"}));
       if (name === "plane") caption.append(make("label", {class: "slots"}, make("input", {type: "checkbox"}), "slots"));
@@ -38,7 +36,7 @@ export class Column {
     const lecture = this.element.closest(".lecture"), size = parseFloat(getComputedStyle(this.#figures.map.draw).fontSize), u = lecture ? size / LABEL_PX : 1;
     const seen = (name) => Math.min(this.#figures[name].draw.clientWidth, this.#figures[name].draw.clientHeight) > LEAST_PX;
     const {map, plane, wells} = this.#figures;
-    plane.caption.firstChild.textContent = alone ? FIGURES.plane : "Rest and hover";
+    plane.caption.firstChild.textContent = alone ? WORDS.figures.plane : "Rest and hover";
     const {route, chosen} = answer.plane, [way, stays] = [route, route?.slice(1, -1)].map((each) => each?.join(" → "));
     fit(plane.note, !alone || !route ? [""] : [...(chosen ? [way, stays] : [`shortest flight: ${way}`, "shortest flight"]), ""]);
     map.note.textContent = alone && !stored ? "drag a ring, or arrows" : "";
@@ -156,7 +154,7 @@ export function tabsOf(root, draw) {
     draw();
     for (const tab of tabs.children) tab.setAttribute("aria-selected", tab.dataset.tab === name);
   };
-  const tabs = make("div", {class: "tabs pictures", role: "tablist"}, ...Object.entries(TABS).map(([name, words]) => button(words, () => show(name), {role: "tab", "data-tab": name})));
+  const tabs = make("div", {class: "tabs pictures", role: "tablist"}, ...Object.entries(WORDS.tabs).map(([name, words]) => button(words, () => show(name), {role: "tab", "data-tab": name})));
   show("map");
   return tabs;
 }

@@ -38,8 +38,7 @@ function read() {
 
 const model = new Served(read());
 model.set("link", (states) => {
-  const hash = `#${encodeURIComponent(JSON.stringify(states))}`;
-  history.replaceState(null, "", hash);
+  history.replaceState(null, "", `#${encodeURIComponent(JSON.stringify(states))}`);
   return location.href;
 });
 model.on("change:answer", () => {

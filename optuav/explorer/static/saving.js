@@ -2,9 +2,7 @@
 export function save(name, blob) {
   const link = document.createElement("a");
   Object.assign(link, {href: URL.createObjectURL(blob), download: name});
-  document.body.append(link);
   link.click();
-  link.remove();
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
@@ -28,14 +26,13 @@ export function drawing(root, title) {
   return new XMLSerializer().serializeToString(whole.node()).replaceAll(/var\(--([\w-]+)\)/g, (_, role) => LOOKS[role].light);
 }
 
-export function raster(svg, done) {
+export async function raster(svg) {
   const image = new Image(), address = URL.createObjectURL(new Blob([svg], {type: "image/svg+xml"}));
-  image.onload = () => {
-    const canvas = Object.assign(document.createElement("canvas"), {width: 2 * image.width, height: 2 * image.height}), context = canvas.getContext("2d");
-    context.scale(2, 2);
-    context.drawImage(image, 0, 0);
-    URL.revokeObjectURL(address);
-    canvas.toBlob(done, "image/png");
-  };
   image.src = address;
+  await image.decode();
+  const canvas = new OffscreenCanvas(2 * image.width, 2 * image.height), context = canvas.getContext("2d");
+  context.scale(2, 2);
+  context.drawImage(image, 0, 0);
+  URL.revokeObjectURL(address);
+  return canvas.convertToBlob();
 }

@@ -90,7 +90,7 @@ export class Session {
   #received(answer) {
     if (!answer || (this.#asked && answer.number !== this.#asked.number)) return;
     const foreign = !this.#asked; // By another view of a notebook, or the notebook itself
-    if (foreign) this.state = this.#plain({changes: {}, ...this.#model.get("state")});
+    if (foreign) this.state = {changes: {}, ...this.#model.get("state"), axes: []};
     const {kind, stated, file} = this.#asked ?? {kind: "now", stated: this.state};
     this.#asked = null;
     clearInterval(this.#ticking);
@@ -128,12 +128,7 @@ export class Session {
     this.#view.told([...this.#kept, ...faults], true);
     this.#askLater();
   }
-  #plain(state) {
-    const {axes, ...plain} = state;
-    return plain;
-  }
-  // Axes change in round steps, never while a control is moved, and are those of both columns.
-  // Returns which answer has a plane that does not reach as far.
+  // Sets round axes for both columns, unless a control is moved; returns whose plane ends elsewhere.
   settle() {
     const both = [this.shown, this.pinnedAnswer].filter(Boolean), known = this.axes;
     const planes = both.map(({plane}) => plane.round_s).filter(Boolean);
