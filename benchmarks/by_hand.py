@@ -13,10 +13,11 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.mission import Mission
+from optuav.mission.beams.fits import Fits
 from optuav.network.network import Network, build_network
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
 from optuav.network.timeline import stay_net
-from optuav.network.vehicle import attenuation_per_km, coverage_radius_m
+from optuav.network.vehicle import coverage_radius_m
 
 STEPS = 5  # Newton's
 STEPS_TO_FULL = 8
@@ -208,7 +209,7 @@ class ByHand:
         laser = mission.laser
         lx, ly, lz = (h - p for h, p in zip(hover_m, laser.position_m, strict=True))
         light = laser.emitter_slope * laser.power_W + laser.emitter_offset_W
-        fog = float(attenuation_per_km(mission)) / 1000.0
+        fog = float(Fits(mission).attenuation_per_km) / 1000.0
         arrives = np.exp(-fog * np.sqrt(lx * lx + ly * ly + lz * lz))
         received = laser.receiver_slope * arrives * light + laser.receiver_offset_W
         nominal_V = mission.battery.nominal_voltage_V

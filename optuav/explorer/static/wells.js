@@ -103,7 +103,7 @@ function drawWords(plot, {wells, verdict}, {x, y, size, u, narrow, end, rows}) {
     if (x(last) - at > wide("not there", size, 600) + 16 * u && wells.lacks) write(plot, {x: x(last) - 6, y: y(row(dry).bound) - 6 * u, words: "not there", anchor: "end", fill: "dry", ...strong});
   } else if (verdict.good && wells.empty_s.length) {
     const times = wells.empty_s.length > 1 ? ", twice" : "", words = narrow ? "empty, just landed" : `empty exactly on landing${times}`;
-    const half = wide(words, size, 600) / 2, at = Math.min(x(wells.empty_s.at(-1)), x(end) - half - 6);
+    const half = wide(words, size, 600) / 2, at = Math.min(x(wells.empty_s.at(-1)), x(Math.min(end, wells.deadline_s)) - half - 6);
     const under = rows.filter(({time}) => x(time) > at - half && x(time) < at + half);
     write(plot, {x: at, y: y(d3.max(under, ({upper}) => upper) ?? 0) - 10 * u, words, anchor: "middle", fill: "dry", ...strong});
   }
