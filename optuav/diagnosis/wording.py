@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from functools import reduce
 from typing import TYPE_CHECKING
 
 from optuav.diagnosis.infeasibility import number_text
@@ -54,7 +53,9 @@ def name(price: Price) -> str:
 
 def in_words(label: str) -> str:
     """The label of a constraint without the paper's number and symbols."""
-    return reduce(lambda words, pair: re.sub(*pair, words), LABELLED, label)
+    for pattern, words in LABELLED:
+        label = re.sub(pattern, words, label)
+    return label
 
 
 def signed(value: float) -> str:
