@@ -106,7 +106,7 @@ def levels(given: Quantities, hover: Operand, rest: Operand) -> Sequence[Wells]:
         if h is hover and r is rest:
             return known
     whole = _Pool(given.battery_As, given.available_fraction, given.flow_rate_per_s)
-    charge, found = Tilted(whole.capacity_As, 0.0), list[Wells]()
+    charge, found = kibam.start(whole), list[Wells]()
     stays = {
         "hover": Stage(-given.hover_current_A, hover),
         "rest": Stage(given.rest_current_A, rest),

@@ -35,8 +35,9 @@ from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan, load_plan, load_subject
 from optuav.plan.plane import kind_of
 from optuav.solving import Program, solve
-from optuav.solving.outcome import Part, more_stops_may_help, not_excluded, words
+from optuav.solving.outcome import more_stops_may_help, not_excluded, words
 from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
+from optuav.solving.parts import Part
 from optuav.solving.question import PROBLEM_NAMES, checked_question, problem_of
 from optuav.status import SAME_S, Status
 

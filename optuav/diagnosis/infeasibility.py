@@ -36,7 +36,8 @@ from optuav.modelling.forms import NotExponentialError, excess
 from optuav.modelling.model import Constraint
 from optuav.modelling.traversal import leaves
 from optuav.solving import Program
-from optuav.solving.outcome import Part, moments, subset, words
+from optuav.solving.outcome import moments, subset, words
+from optuav.solving.parts import Part
 
 ZERO = Fraction(0)
 ROUNDING = Fraction(1, 10**11)

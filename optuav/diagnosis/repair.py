@@ -13,9 +13,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from formulations.formulation import Formulation
-from formulations.parameters import QUANTITIES, Number, Quantities
-from formulations.soc import PAPER
-from optuav.arrays import Booleans, Floats, Integers, Values
+from optuav.arrays import Booleans, Floats, Values
 from optuav.engines import bracket, grid
 from optuav.engines.linear_form import slot_ranges
 from optuav.engines.registry import MOST_UNKNOWNS
@@ -27,15 +25,13 @@ from optuav.modelling import Model, NotAffineError
 from optuav.modelling.check import evaluated, holding
 from optuav.modelling.classify import traits
 from optuav.modelling.forms import NotExponentialError, excess
-from optuav.network.feasibility import impossibilities
 from optuav.network.graph import Graph, edited_network
 from optuav.network.network import Network, build_network
-from optuav.physics.kibam import Stage
+from optuav.network.variants import stacked
 from optuav.solving import Program, formulate
-from optuav.solving.assemble import quantities
+from optuav.solving.best_plans import impossible
 from optuav.solving.longest import AT_ONCE
-from optuav.solving.outcome import Part
-from optuav.solving.program import groups
+from optuav.solving.parts import allowed, declarations
 from optuav.solving.question import PROBLEM_NAMES, Question, answer, checked_question
 from optuav.status import Status
 
@@ -58,8 +54,6 @@ MOST_SLOTS, MOST_FAR = 2500, 500
 
 Value: TypeAlias = float | bool | tuple[float, ...] | None
 Case: TypeAlias = tuple[Question, Network]  # A question about the network of a mission
-Stack: TypeAlias = tuple[Question, Quantities, Integers]
-"""Routes as the quantities of one declaration: arrays with one entry a route, as its case has."""
 
 
 @dataclass(frozen=True)
@@ -337,66 +331,33 @@ def feasible(cases: Sequence[Case]) -> list[bool]:
     slots too if there are up to two thousand; of more slots those near feasible times are tried, so
     a no is not certain. For other programmes the engine is asked.
     """
-    found = [False] * len(cases)
-    for question, given, numbers in _stacks(cases):
-        model, slot_s = question.problem.model(given, question.perspective), question.slot_s
-        if Part(model, numbers).rests != given.rests:
-            continue
-        possible = _continuous(question, model, len(numbers))
+    answers, alike = [False] * len(cases), dict[Hashable, list[int]]()
+    for place, (question, network) in enumerate(cases):
+        has_point = network.mission.route.hover_m is not None
+        alike.setdefault((question, has_point), []).append(place)
+    for places in alike.values():
+        question, network = cases[places[0]]
+        at_once = max(1, AT_ONCE // len(network.routes))
+        for some in (places[k : k + at_once] for k in range(0, len(places), at_once)):
+            for k in np.flatnonzero(_feasible(question, *(cases[place][1] for place in some))):
+                answers[some[k]] = True
+    return answers
+
+
+def _feasible(question: Question, *networks: Network) -> Booleans:
+    """Which missions with the same buildings have a route with feasible times."""
+    variants, slot_s = stacked(*networks), question.slot_s
+    able = allowed(variants, question.problem, impossible(variants) == 0)
+    answers = np.zeros(len(networks), bool)
+    for part, variant in declarations(question, variants, able):
+        model = part.model
+        possible = _continuous(question, model, len(variant))
         if slot_s is not None:
             possible &= _meetable(model, slot_s)
         for entry in np.flatnonzero(possible).tolist():
-            case = numbers[entry]
-            if not found[case]:
-                found[case] = slot_s is None or _in_slots(model, model.row(entry), slot_s)
-    return found
-
-
-def _stacks(cases: Sequence[Case]) -> Iterator[Stack]:
-    """All routes that can be flown, stacked where one declaration serves them: six times faster."""
-    alike: dict[Hashable, list[Stack]] = {}
-    for place, (question, network) in enumerate(cases):
-        for which, rests in [] if impossibilities(network) else groups(question, network):
-            through_wells = question.perspective not in PAPER
-            given = quantities(network, which, rests=rests, steps=through_wells)
-            stated = tuple(e.name for e in QUANTITIES if getattr(given, e.name) is not None)
-            stays = tuple(step if isinstance(step, str) else "" for step in given.steps)
-            kind = alike.setdefault((question, given.rests, stated, stays), [])
-            kind.append((question, given, np.full(len(which), place)))
-            if sum(len(numbers) for *_, numbers in kind) > AT_ONCE:
-                yield _joined(kind)
-                kind.clear()
-    yield from (_joined(kind) for kind in alike.values() if kind)
-
-
-def _joined(stacks: Sequence[Stack]) -> Stack:
-    """Stacks of the same kind one after the other."""
-    question, first, _ = stacks[0]
-    _, every, cases = zip(*stacks, strict=True)
-    counts = [*map(len, cases)]
-
-    def join(*values: Floats | float) -> Floats:
-        return np.concatenate([np.broadcast_to(*pair) for pair in zip(values, counts, strict=True)])
-
-    figures: Values = {
-        each.name: join(*(getattr(given, each.name) for given in every))
-        for each in QUANTITIES
-        if getattr(first, each.name) is not None
-    }
-    steps = tuple(
-        same[0] if isinstance(same[0], str) else Stage(*map(join, *same))
-        for same in zip(*(given.steps for given in every), strict=True)
-    )
-
-    def numbers() -> dict[str, Number]:
-        tables = [given.numbers() for given in every]
-        stated = [{name for name, each in t.items() if each.value is not None} for t in tables]
-        names = [name for name in tables[0] if all(name in names for names in stated)]
-        joined = {name: join(*(table[name].value for table in tables)) for name in names}
-        return {name: tables[0][name]._replace(value=each) for name, each in joined.items()}
-
-    same = replace(first, **figures, steps=steps, numbers=numbers)
-    return question, same, np.concatenate(cases)
+            if not answers[place := variant[entry]]:
+                answers[place] = slot_s is None or _in_slots(model, model.row(entry), slot_s)
+    return answers
 
 
 def _continuous(question: Question, model: Model, count: int) -> Booleans:

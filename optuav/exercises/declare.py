@@ -18,7 +18,7 @@ from optuav.modelling import Check, Checks, Model, check
 from optuav.modelling.classify import traits
 from optuav.modelling.traversal import evaluate
 from optuav.solving import Program, formulate
-from optuav.solving.outcome import Part
+from optuav.solving.parts import Part
 
 SIDE = 13  # Values of each unknown on the grid of points, in equal steps
 BEYOND = 0.25  # How far the grid goes beyond the feasible sets, relative to their width

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from optuav.arrays import Booleans
 from optuav.mission import Mission
 from optuav.mission.beams import spreading_beam
 from optuav.mission.flight_model import flight_of
@@ -14,43 +15,64 @@ from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network, build_network
 from optuav.network.obstacles import CLEAR, crossed
-from optuav.network.places import DESTINATION, HOVER, ORIGIN
+from optuav.network.places import DESTINATION, HOVER, ORIGIN, as_points
 from optuav.network.prisms import prisms
 from optuav.network.timeline import stay_net
+from optuav.network.variants import Variants, stacked
 from optuav.physics import flight, link
 
 TOLERANCE = 1e-9  # Relative; a hover point on the rim of the coverage is covered
 
 
+def hindrances(variants: Variants) -> dict[str, Booleans]:
+    """Variants in which nothing can be flown, whatever the way and the battery, by reason.
+
+    Each (variant or 1, 1), the names as in `optuav.solving.best_plans.REASONS`, the first that
+    applies first.
+    """
+    mission, limits = variants.mission, variants.mission.limits
+    hover_m, radius_m = variants.position_m[:, [HOVER]], variants.coverage_radius_m
+    has_point, altitude_m = mission.route.hover_m is not None, hover_m[..., 2]
+    away_m = np.sqrt(((hover_m - as_points(mission.link.device_m)) ** 2).sum(axis=-1))
+    beyond = away_m > np.atleast_2d(radius_m) * (1.0 + TOLERANCE)
+    outside = (altitude_m < limits.min_altitude_m) | (altitude_m > limits.max_altitude_m)
+    return {
+        "contradiction": np.atleast_2d(limits.min_altitude_m > limits.max_altitude_m),
+        "no_lift": ~np.isfinite(np.atleast_2d(variants.hover_load.current_A)),
+        "out_of_reach": np.isnan(altitude_m) | (has_point & beyond),
+        "altitude": has_point & outside,
+    }
+
+
 def impossibilities(network: Network, *, one_stop: bool = True) -> tuple[str, ...]:
     """Reasons for which no route can be flown, with one stop or else with any number of them."""
     reasons, mission, limits = list[str](), network.mission, network.mission.limits
-    if why := flight_of(mission).impossible():
-        reasons.append(f"the UAV cannot fly: {why}")
+    applies = {name for name, where in hindrances(stacked(network)).items() if where.any()}
     radius_m, device_m = vehicle.coverage_radius_m(mission), np.array(mission.link.device_m)
     point_m = network.places.position_m[HOVER]
-    if np.isnan(point_m).any():
+    if "no_lift" in applies:
+        reasons.append(f"the UAV cannot fly: {flight_of(mission).impossible()}")
+    if "out_of_reach" in applies and np.isnan(point_m).any():
         height_m = abs(limits.min_altitude_m - device_m[2])
         reasons.append(
             f"the device is out of reach: its link covers {radius_m:.6g} m, but hovering at "
             f"limits.min_altitude_m = {limits.min_altitude_m:g} m means {height_m:.6g} m at least "
             "(link.device_m, link.transmit_power_W, limits.outage_probability)"
         )
-    elif mission.route.hover_m is not None:
+    elif "out_of_reach" in applies:
         distance_m = float(np.sqrt(((point_m - device_m) ** 2).sum()))
-        if distance_m > radius_m * (1.0 + TOLERANCE):
-            outage = float(link.outage_probability(vehicle.channel(mission), distance_m))
-            reasons.append(
-                f"P1.a outage: route.hover_m is {distance_m:.6g} m from the device, its link "
-                f"covers {radius_m:.6g} m (outage {outage:.3g}, limits.outage_probability = "
-                f"{limits.outage_probability:g})"
-            )
-        if not limits.min_altitude_m <= point_m[2] <= limits.max_altitude_m:
-            reasons.append(
-                f"P1.e altitude: route.hover_m is at {point_m[2]:g} m, outside "
-                f"[{limits.min_altitude_m:g}, {limits.max_altitude_m:g}] m "
-                "(limits.min_altitude_m, limits.max_altitude_m)"
-            )
+        outage = float(link.outage_probability(vehicle.channel(mission), distance_m))
+        reasons.append(
+            f"P1.a outage: route.hover_m is {distance_m:.6g} m from the device, its link "
+            f"covers {radius_m:.6g} m (outage {outage:.3g}, limits.outage_probability = "
+            f"{limits.outage_probability:g})"
+        )
+    if "altitude" in applies:
+        reasons.append(
+            f"P1.e altitude: route.hover_m is at {point_m[2]:g} m, outside "
+            f"[{limits.min_altitude_m:g}, {limits.max_altitude_m:g}] m "
+            "(limits.min_altitude_m, limits.max_altitude_m)"
+        )
     if one_stop and not reasons and not network.routes.flyable.any():
         reasons = blocked_legs(network, 0)
     return tuple(reasons)

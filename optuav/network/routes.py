@@ -55,13 +55,16 @@ def build_routes(legs: Legs, buildings: Integers) -> Routes:
 
 def routes_along(legs: Legs, numbers: Integers, building: Integers, rest_first: Booleans) -> Routes:
     """Routes by the numbers of the legs that each flies, with their totals; see `Routes`."""
-    flown, drawn = numbers != NO_LEG, (1.0, legs.currents_A, legs.powers_W)
-    flight_s, charge_As, energy_J = (
-        np.asarray(sum(np.where(k >= 0, of_leg[k], 0.0) for k in numbers.T))
-        for of_leg in ((legs.durations_s * each).sum(axis=0) for each in drawn)
-    )
-    flyable = np.asarray((legs.flyable[numbers] | ~flown).all(axis=1))
-    return Routes(numbers, building, rest_first, flyable, flight_s, charge_As, energy_J)
+    flyable = np.asarray((legs.flyable[numbers] | (numbers == NO_LEG)).all(axis=1))
+    of_legs = np.stack([legs.duration_s, legs.charge_As, legs.energy_J])
+    return Routes(numbers, building, rest_first, flyable, *totals(of_legs, numbers))
+
+
+def totals(of_legs: Floats, numbers: Integers) -> Floats:
+    """Sums of a figure (row, leg) over the legs that each route flies (row, route)."""
+    padded = np.concatenate([of_legs, np.zeros((len(of_legs), 1))], axis=1)  # for NO_LEG
+    first, *others = (padded[:, legs] for legs in numbers.T)
+    return np.asarray(sum(others, first))
 
 
 def usable_routes(

@@ -1,8 +1,7 @@
 """The phases of a route, and what they do to the battery packs."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial, reduce
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -17,7 +16,7 @@ from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.physics.flight import Flow
-from optuav.physics.kibam import STEPS, Battery, Stage, Wells
+from optuav.physics.kibam import STEPS, Battery, Stage, Wells, start
 from optuav.physics.packs import JobStage, Packs, Stretch
 from optuav.physics.quantity import Quantity
 
@@ -187,16 +186,37 @@ def simulated(mission: Mission, phases: Sequence[Phase]) -> tuple[Phase, ...]:
     if mission.battery.takes_turns:
         ends = carry(mission, phases).wells
     else:
-        pool, ends = vehicle.pool(mission), list[Wells]()
-        after = partial(STEPS[mission.battery.charging], pool)
-        for phase in phases:
-            ends.append(reduce(after, phase.net, ends[-1] if ends else pool.full))
+        ends = [*{step.phase: step.after for step in steps(mission, phases)}.values()]
     found, start_s = list[Phase](), 0.0
     for phase, wells in zip(phases, ends, strict=True):
         available_As, bound_As = (tuple(np.atleast_1d(well).tolist()) for well in wells)
         found.append(replace(phase, start_s=start_s, available_As=available_As, bound_As=bound_As))
         start_s += phase.duration_s
     return tuple(found)
+
+
+class Piece(NamedTuple):
+    """A piece of a phase at constant current."""
+
+    phase: int  # Number of the phase
+    start_s: float
+    stage: Stage
+    # Charge in the wells of pooled packs [A s]
+    before: Wells
+    after: Wells
+
+
+def steps(mission: Mission, phases: Iterable[Phase], pieces: int = 1) -> Iterator[Piece]:
+    """Fly phases with pooled packs from take-off on, every stage in some equal pieces."""
+    pool, step_of = vehicle.pool(mission), STEPS[mission.battery.charging]
+    wells, start_s = start(pool).wells(pool), 0.0
+    for number, phase in enumerate(phases):
+        for current_A, duration_s in phase.net:
+            piece = Stage(current_A, duration_s / pieces)
+            for _ in range(pieces):
+                before, wells = wells, step_of(pool, wells, piece)
+                yield Piece(number, start_s, piece, before, wells)
+                start_s += piece.duration_s
 
 
 class PackCourse(NamedTuple):

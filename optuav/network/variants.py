@@ -1,14 +1,14 @@
 """Many variants of a mission at once: its network as tables over them.
 
-A table has one row a variant and one column a leg, a place or a route; what is the same in all
-variants has a single row. Buildings stay where they are.
+A table has one row per variant and one column per leg, place or route; a table that is the same in
+all variants has a single row. Buildings stay where they are. A network is one row.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property, reduce
+from functools import cached_property, lru_cache, reduce
 from typing import Any
 
 import numpy as np
@@ -17,21 +17,24 @@ from optuav.arrays import Booleans, Floats
 from optuav.mission import Mission
 from optuav.mission.buildings import Buildings
 from optuav.mission.flight_model import flight_of
+from optuav.mission.keys import now_of, numeric_keys
 from optuav.mission.mission import DISPLACED
 from optuav.network import vehicle
 from optuav.network.legs import shared_lines
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, clear_past, position_table, received_table
+from optuav.network.routes import totals
 from optuav.physics.flight import Flow, Loads
 from optuav.physics.kibam import Shift, Stage, falls_throughout, shift
 from optuav.physics.quantity import Quantity
 
+TOTALS = ("flight_time_s", "flight_charge_As", "flight_energy_J")
 KEPT = ("position_m", "received", "able", "flight", "hover_load", "loads", "stages", "shifts")
 Columns = Mapping[str, Floats]
-"""Values by key, ``"link.device_m[0]"`` for a component; one entry a variant."""
+"""Values by key, ``"link.device_m[0]"`` for a component; one entry per variant."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Variants:
     """Variants of a mission."""
 
@@ -120,12 +123,8 @@ class Variants:
     @cached_property
     def flight(self) -> list[Floats]:
         """Flight time [s], charge [A s] and energy [J] of routes, each (variant or 1, route)."""
-        found, loads = list[Floats](), self.loads
-        for per_leg in map(np.atleast_2d, (loads.duration_s, loads.charge_As, loads.energy_J)):
-            padded = np.concatenate([per_leg, np.zeros((len(per_leg), 1))], axis=1)
-            first, *others = (padded[:, legs] for legs in self.network.routes.legs.T)
-            found.append(sum(others, first))
-        return found
+        of_legs = self.loads.duration_s, self.loads.charge_As, self.loads.energy_J
+        return [totals(np.atleast_2d(each), self.network.routes.legs) for each in of_legs]
 
     @cached_property
     def hover_load(self) -> Flow:
@@ -155,6 +154,37 @@ class Variants:
         legs, position_m = self.network.legs, self.position_m
         x, y, z = np.moveaxis(position_m[:, legs.end] - position_m[:, legs.start], -1, 0)
         return flight_of(self.mission).leg((x, y, z))
+
+
+@lru_cache(maxsize=1)
+def stacked(*networks: Network) -> Variants:
+    """Networks over the same buildings as variants of the first, each with its own figures.
+
+    All their missions state `route.hover_m`, or none does. The last variants are kept.
+    """
+    first, missions = networks[0], [each.mission for each in networks]
+    columns = dict[str, Floats]()
+    for key in numeric_keys() if len(missions) > 1 else ():
+        values = [now_of(mission, key) for mission in missions]
+        if any(value != values[0] for value in values):
+            columns[key] = np.array(values, dtype=float)  # NaN for None
+
+    def rows(table: str, name: str) -> Floats:
+        """Arrays of all networks, one row each."""
+        return np.stack([getattr(getattr(each, table), name) for each in networks])
+
+    currents_A, durations_s = rows("legs", "currents_A"), rows("legs", "durations_s")
+    received = rows("places", "charge_current_A"), rows("places", "received_power_W")
+    variants = Variants(first, columns)
+    vars(variants).update(
+        count=len(networks),
+        position_m=rows("places", "position_m"),
+        received=Flow(*received),
+        able=rows("routes", "flyable"),
+        flight=[rows("routes", name) for name in TOTALS],
+        stages=[*map(Stage, 0.0 - currents_A.swapaxes(0, 1), durations_s.swapaxes(0, 1))],
+    )
+    return variants
 
 
 def _flat(tables: Iterable[Any]) -> Iterator[Quantity]:

@@ -114,6 +114,11 @@ class Tilted(NamedTuple):
         return Wells(share * total_As + tilt_As, battery.bound_fraction * total_As - tilt_As)
 
 
+def start(battery: Battery) -> Tilted:
+    """Return the charge with which every mission begins: both wells are full."""
+    return Tilted(battery.capacity_As, 0.0)
+
+
 class Stage(NamedTuple):
     """A stage of constant current.
 

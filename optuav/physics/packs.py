@@ -92,7 +92,8 @@ class Packs:
         # A single pack takes no turns.
         self._turn_s = self.period_s if self.period_s and self.count > 1 else math.inf
         self._top = Wells(*map(float, self.pack.full))
-        self.wells = Wells(*(np.full((1, self.count), well) for well in self._top))
+        begin = kibam.start(self.pack).wells(self.pack)
+        self.wells = Wells(*(np.full((1, self.count), well) for well in begin))
         self.in_service: Booleans = np.ones((1, self.count), dtype=bool)
         self.carrier: Integers = np.array([NOBODY])
         self.clock_s: Floats = np.array([0.0])

@@ -13,8 +13,8 @@ import numpy as np
 from optuav.looks import LOOKS, PHASES
 from optuav.markup import element, figure, folded, pairs, paragraph, shown, table
 from optuav.network import vehicle
-from optuav.network.timeline import carry
-from optuav.physics.kibam import STEPS, Stage
+from optuav.network.timeline import carry, steps
+from optuav.physics import kibam
 from optuav.plan.summary import (
     EDITED,
     HEADINGS,
@@ -90,17 +90,11 @@ def levels(plan: Plan) -> Levels:
             available_As, bound_As = (float(well[0].sum()) for well in each.wells)
             found.append((end_s, available_As, bound_As))
     else:
-        end_s = 0.0
-        pool, after = vehicle.pool(plan.mission), STEPS[plan.mission.battery.charging]
-        wells = pool.full
-        for current_A, duration_s in chain.from_iterable(each.net for each in plan.phases):
-            piece = Stage(current_A, duration_s / PIECES)
-            for _ in range(PIECES):
-                wells = after(pool, wells, piece)
-                end_s += piece.duration_s
-                found.append((end_s, float(wells.available_As), float(wells.bound_As)))
-    full = vehicle.pool(plan.mission).full
-    return Levels(*np.array([(0.0, *map(float, full)), *found]).T)
+        for step in steps(plan.mission, plan.phases, PIECES):
+            end_s = step.start_s + step.stage.duration_s
+            found.append((end_s, *map(float, step.after)))
+    pool = vehicle.pool(plan.mission)
+    return Levels(*np.array([(0.0, *map(float, kibam.start(pool).wells(pool))), *found]).T)
 
 
 def thinned(course: Levels) -> Levels:

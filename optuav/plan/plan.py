@@ -19,8 +19,8 @@ from optuav.mission.messages import OTHER, TYPES, path_of, several, shown
 from optuav.mission.schema import Record, Slot, short
 from optuav.network import vehicle
 from optuav.network.places import ENDS
-from optuav.network.timeline import Figure, Phase, Text, Words, carry
-from optuav.physics.kibam import STEPS, time_to_empty, time_to_full
+from optuav.network.timeline import Figure, Phase, Text, Words, carry, steps
+from optuav.physics.kibam import time_to_empty, time_to_full
 from optuav.plan.summary import TABLE, summary
 from optuav.status import Status
 
@@ -275,15 +275,13 @@ class Plan(Record):
 
     def _first_crossing_s(self, *, full: bool) -> float | None:
         """When y1 first rises above ωB, or else falls below 0 [s]; a stage's end is the extreme."""
-        pool, end_of = vehicle.pool(self.mission), STEPS[self.mission.battery.charging]
-        wells, start_s = pool.full, 0.0
-        for stage in (stage for phase in self._existing() for stage in phase.net):
-            end = end_of(pool, wells, stage)
-            level = end.available_As / pool.capacity_As
+        pool, time_to = vehicle.pool(self.mission), time_to_full if full else time_to_empty
+        for _, start_s, (current_A, duration_s), before, after in steps(
+            self.mission, self._existing()
+        ):
+            level = after.available_As / pool.capacity_As
             if level > pool.available_fraction + ROUNDING if full else level < -ROUNDING:
-                crossing_s = (time_to_full if full else time_to_empty)(pool, wells, stage.current_A)
-                return float(start_s + min(crossing_s, stage.duration_s))
-            wells, start_s = end, start_s + stage.duration_s
+                return float(start_s + min(time_to(pool, before, current_A), duration_s))
         return None
 
     @printed

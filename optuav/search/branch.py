@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
+from optuav.physics import kibam
 from optuav.physics.kibam import Stage, Tilted, Wells, tapered, tilted_after
 from optuav.physics.quantity import TINY
 from optuav.search.bounds import possible
@@ -219,8 +220,9 @@ def slack(terrain: Terrain, places: Integers, stays_s: Floats) -> Floats:
     battery, maps = terrain.battery, terrain.leg_maps
     share, full_As = battery.available_fraction, battery.full.available_As
     current_A = terrain.stay_current_A[places]
-    total, tilt = np.full(places.shape[1], battery.capacity_As), np.zeros(places.shape[1])
-    least = np.full(places.shape[1], np.inf)
+    count = places.shape[1]
+    total, tilt = (np.full(count, each) for each in kibam.start(battery))
+    least = np.full(count, np.inf)
     for stop, (start, end) in enumerate(itertools.pairwise(places)):
         totals = total - maps.charge_As[:, start, end]
         tilts = tilt * maps.remaining[:, start, end] + maps.tilt_As[:, start, end]

@@ -18,6 +18,7 @@ import numpy as np
 from formulations.formulation import Given
 from formulations.p1 import P1
 from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER
+from formulations.soc import PAPER
 from optuav.arrays import Floats, Integers
 from optuav.engines.registry import AUTO, Engine
 from optuav.engines.solution import Solution
@@ -30,15 +31,16 @@ from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network, build_network
 from optuav.network.places import HOVER
-from optuav.network.variants import Variants
+from optuav.network.variants import Variants, stacked
 from optuav.options import Perspective
 from optuav.physics.kibam import Stage
 from optuav.physics.quantity import TINY, Quantity, Vector, norm
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
 from optuav.solving.best_plans import hover_times_s
-from optuav.solving.outcome import Part, best
-from optuav.solving.program import Program, declared_program, groups
+from optuav.solving.outcome import best
+from optuav.solving.parts import Part, allowed, groups
+from optuav.solving.program import Program, declared_program
 from optuav.solving.question import Question
 from optuav.status import SAME_S, Status
 
@@ -89,7 +91,11 @@ def free_program(question: Question, mission: Mission) -> "FreeProgram":
         apart = (table.start[legs] != HOVER) & (table.end[legs] != HOVER) & (legs != NO_LEG)
         usable = (table.flyable[legs] | ~apart).all(axis=1)
         opened = replace(network, routes=replace(network.routes, flyable=usable))
-        for which, rests in groups(question, opened):
+        reached = np.flatnonzero(allowed(stacked(opened), question.problem)[0])
+        for group, rests in groups(
+            opened.routes, reached, ordered=question.perspective not in PAPER
+        ):
+            which = reached[group]
             parts.append(Part(_declared(network, which, rests, question.perspective), which))
     return FreeProgram(question, network, tuple(parts), () if parts else own.reasons, own)
 

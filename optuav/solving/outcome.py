@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -35,20 +34,20 @@ from optuav.network.feasibility import impossibilities
 from optuav.network.graph import Graph
 from optuav.network.network import Network
 from optuav.network.one_stop import one_stop_is_enough
-from optuav.network.places import FIRST_BUILDING, HOVER, charging_cap
-from optuav.network.timeline import route_phases, simulated, stay_net
+from optuav.network.places import charging_cap
+from optuav.network.timeline import route_phases, simulated
+from optuav.network.variants import stacked
 from optuav.physics.flight import speed_warning
-from optuav.physics.quantity import Quantity
 from optuav.plan import Phase, Plan
 from optuav.solving.assemble import legs_and_stays, quantities
+from optuav.solving.balance import TIMES, by_balance
+from optuav.solving.parts import Part, allowed
 from optuav.solving.question import MOST_BUILDINGS, PROBLEM_NAMES, Question, answer
 from optuav.status import SAME_S, Status
 
 ANY_S = 1e9  # Longer than any time of a mission [s]
 MOST_VIOLATED = 2  # violated constraints that are stated in full
 ROUNDING = 1e-9  # share of the capacity that rounding may take
-NOTHING = 1e-11  # share of a hover by which another is no longer, as in the closed form
-TIMES = ("hover_time_s", "rest_time_s")  # Unknowns that make a plan; a formulation may have others
 WARNED_OF = ("empty", "full")  # Events of a simulation that `Plan.warnings` states already.
 ENDS = {
     "flight": "at the end of the flight {} → {}",
@@ -67,26 +66,6 @@ PROVED = {
 """Why a local optimum is the global one, by problem."""
 
 
-@dataclass(frozen=True)
-class Part:
-    """One declaration that serves several itineraries."""
-
-    declared: Model  # Parts of a kind share it
-    routes: Integers  # Numbers of the itineraries
-    # Values of parameters unlike the declared ones; arrays with one entry an itinerary
-    given: Values = field(default_factory=dict)
-
-    @cached_property
-    def model(self) -> Model:
-        """The declaration with the values of its parameters; what is stated on it is solved."""
-        return self.declared.with_values(self.given) if self.given else self.declared
-
-    @property
-    def rests(self) -> bool:
-        """Whether the declaration has a rest time."""
-        return any(each.name == "rest_time_s" for each in self.declared.variables)
-
-
 def best(
     hover_time_s: npt.ArrayLike, mission_time_s: npt.ArrayLike, stops: npt.ArrayLike
 ) -> int | None:
@@ -94,11 +73,12 @@ def best(
 
     The first of plans that tie to 1e-6 s; times [s] are NaN where there is no plan.
     """
-    hover, mission = np.asarray(hover_time_s, float), np.asarray(mission_time_s, float)
-    (plans,) = np.nonzero(hover >= np.fmax.reduce(hover, initial=-np.inf) - SAME_S)
-    plans = plans[np.argsort(np.broadcast_to(stops, hover.shape)[plans], kind="stable")]
-    shortest = plans[mission[plans] <= mission[plans].min(initial=np.inf) + SAME_S]
-    return int(shortest[0]) if len(shortest) else None
+    hover_s, mission_s = np.asarray(hover_time_s, float), np.asarray(mission_time_s, float)
+    plans = np.flatnonzero(hover_s > -np.inf)
+    plans = plans[np.argsort(np.broadcast_to(stops, hover_s.shape)[plans], kind="stable")]
+    for figures in (-hover_s, mission_s):
+        plans = plans[tied(np.zeros(len(plans), int), figures[plans])]
+    return int(plans[0]) if len(plans) else None
 
 
 def tied(group: Integers, figures: Floats) -> Integers:
@@ -393,63 +373,18 @@ def more_stops_may_help(
     if impossibilities(network, one_stop=False):
         return False
     if perspective == AVAILABLE:
-        hovers_s, _ = by_balance(network, rests=True)
+        hovers_s, _ = by_balance(network)
         most_s = hovers_s[network.routes.flyable].max(initial=-np.inf)
         if (plan.hover_time_s if plan else -np.inf) < most_s - SAME_S:
             return True
     return not one_stop_is_enough(network, graph)
 
 
-def by_balance(network: Network, rests: Booleans | bool) -> tuple[Floats, Floats]:
-    """The longest Δ of all routes, −∞ for none, and the least T' for it [s], by charge and time."""
-    mission, routes = network.mission, network.routes
-    capacity_As = mission.battery.packs * mission.battery.capacity_As
-    left_s = mission.limits.deadline_s - routes.flight_time_s
-    spare_As = (1.0 - mission.limits.min_soc) * capacity_As - routes.flight_charge_As
-    drawn_A = -stay_net(network, HOVER).current_A
-    charging_A = stay_net(network, FIRST_BUILDING + routes.building).current_A
-    gained_A = np.where(rests & (routes.building >= 0), charging_A, 0.0)
-    hover_s = longest_by_balance(spare_As, drawn_A, gained_A, left_s)
-    return hover_s, shortest_by_balance(hover_s, spare_As, drawn_A, gained_A, left_s)
-
-
-@np.errstate(divide="ignore", invalid="ignore", over="ignore")
-def longest_by_balance(
-    spare: Quantity, drawn: Quantity, gained: Quantity, left_s: Quantity
-) -> Floats:
-    """The longest Δ [s] with drawn · Δ ≤ spare + gained · T' and Δ + T' ≤ left; −∞ for none."""
-    # Resting for all the time that is left; a rest that takes charge is none.
-    gained = gained if np.all(np.asarray(gained) >= 0.0) else np.maximum(gained, 0.0)
-    both = drawn + gained
-    most_s = (spare + gained * left_s) / both
-    if not np.all(np.asarray(drawn) > 0.0):
-        charges = np.where(spare >= drawn * left_s, np.inf, -np.inf)
-        most_s = np.where(both > 0.0, most_s, charges)
-    hover_s = np.minimum(left_s, most_s)
-    possible = hover_s >= 0.0
-    return hover_s if np.all(possible) else np.where(possible, hover_s, -np.inf)
-
-
-@np.errstate(divide="ignore", invalid="ignore", over="ignore")
-def shortest_by_balance(
-    hover_s: Floats, spare: Quantity, drawn: Quantity, gained: Quantity, left_s: Quantity
-) -> Floats:
-    """The least T' [s] for the Δ that `longest_by_balance` finds: none, or all that is left."""
-    # What a rest that next to nothing charges adds to Δ is rounding.
-    without_s = longest_by_balance(spare, drawn, 0.0, left_s)
-    gains = without_s < hover_s - NOTHING * np.maximum(hover_s, 1.0)
-    rests = gains & (np.asarray(gained) > 0.0) & (hover_s >= 0.0)
-    return np.where(rests, left_s - hover_s, 0.0)
-
-
-def promise(network: Network, parts: Sequence[Part], plan: Plan) -> Iterator[str]:
-    """A note on what charge alone promises, where a battery that never runs dry gives less."""
+def promise(question: Question, network: Network, plan: Plan) -> Iterator[str]:
+    """A note on the hover that charge admits, if a battery that never runs dry admits less."""
     routes = network.routes
-    served, rests = np.zeros((2, routes.building.size), bool)
-    for part in parts:
-        served[part.routes], rests[part.routes] = True, part.rests
-    hover_s, rest_s = by_balance(network, rests)
-    hover_s = np.where(served, hover_s, -np.inf)
+    hover_s, rest_s = by_balance(network)
+    hover_s = np.where(allowed(stacked(network), question.problem)[0], hover_s, -np.inf)
     route = best(hover_s, routes.flight_time_s + hover_s + rest_s, routes.building >= 0)
     if route is None or hover_s[route] <= plan.hover_time_s + SAME_S:
         return

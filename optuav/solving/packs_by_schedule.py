@@ -23,7 +23,8 @@ from optuav.network.timeline import full_packs, pack_loads, route_phases
 from optuav.options import LONGEST_HOVER
 from optuav.physics.packs import Packs
 from optuav.plan import Plan
-from optuav.solving.outcome import Part, plan_without, proof_of_none, route_plan
+from optuav.solving.outcome import plan_without, proof_of_none, route_plan
+from optuav.solving.parts import Part
 from optuav.solving.question import Question, not_with
 from optuav.status import Status
 
@@ -172,7 +173,7 @@ class _Route:
         """Longest hovers in whole steps for some rests [s]; NaN where shorter than `least_s`."""
         # Simulated from the top down: from what the deadline leaves, the balance of charge, which
         # knows of no refused charge, and what the packs last in the hover itself and after it. That
-        # balance is for given rests, where `outcome.by_balance` seeks the best rest.
+        # balance is for given rests, where `balance.by_balance` seeks the best rest.
         found = np.full(len(rests_s), np.nan)
         if not len(rests_s) or self.clock.is_late():
             return found

@@ -10,9 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from formulations.p3 import P3
 from formulations.soc import AVAILABLE, PAPER
-from optuav.arrays import Integers
 from optuav.engines.linear_form import cut_short
 from optuav.engines.prices import ShadowPrice, ShadowPrices
 from optuav.engines.registry import AUTO, Engine, capabilities, of_the_package, takers
@@ -26,59 +24,35 @@ from optuav.modelling.classify import traits
 from optuav.modelling.writer import LINE
 from optuav.network.feasibility import blocked_legs, impossibilities
 from optuav.network.network import Network
-from optuav.network.places import FIRST_BUILDING
-from optuav.network.routes import usable_routes
+from optuav.network.variants import stacked
 from optuav.options import LONGEST_HOVER
 from optuav.plan import Plan
 from optuav.solving import outcome
-from optuav.solving.assemble import quantities
+from optuav.solving.balance import TIMES
+from optuav.solving.best_plans import hover_bounds_s
 from optuav.solving.files import writer
-from optuav.solving.outcome import Part
+from optuav.solving.parts import Part, allowed, declarations
 from optuav.solving.question import Question, answer, chosen_engine
 from optuav.status import SAME_S, Status
 
+SLACK_S = 2.0 * SAME_S  # By which a bound may fall short for rounding and ties [s]
 MOST_REASONS = 10  # blocked legs that are named one by one
 
 
 def declared_program(question: Question, network: Network) -> "Program":
     """The question as a program; without parts, and with reasons, where nothing can be flown."""
     parts, reasons = list[Part](), impossibilities(network)
-    for which, rests in () if reasons else groups(question, network):
-        through_wells = question.perspective not in PAPER
-        given = quantities(network, which, rests=rests, steps=through_wells)
-        model, values = question.problem.declared(given, question.perspective)
-        part = Part(model, which, values)
-        if part.rests == rests:  # else the problem has no use for the rests of these routes
-            if not values:
-                refuse_misfits(model, len(which))
-            if question.engine != AUTO:
-                chosen_engine(model, question)
-            parts.append(part)
+    variants = stacked(network)
+    able = allowed(variants, question.problem)
+    for part, _ in () if reasons else declarations(question, variants, able):
+        if not part.given:
+            refuse_misfits(part.declared, len(part.routes))
+        if question.engine != AUTO:
+            chosen_engine(part.model, question)
+        parts.append(part)
     if not parts and not reasons:
         reasons = _no_route(question, network)
     return Program(question, network, tuple(parts), reasons)
-
-
-def groups(question: Question, network: Network) -> list[tuple[Integers, bool]]:
-    """Routes that one declaration serves, and whether they may rest on the way."""
-    routes, problem = network.routes, question.problem
-    away_m = network.places.position_m[None, FIRST_BUILDING:] - network.mission.link.device_m
-    figures = routes.flyable[None], routes.flight_time_s[None], away_m
-    usable = usable_routes(routes, problem.trajectory or "optimal", problem.order, *figures)
-    allowed = np.flatnonzero(usable)
-    if problem.building is not None:
-        number = network.mission.buildings.names.index(problem.building)
-        allowed = allowed[routes.building[allowed] == number]
-    direct, by_way = (allowed[(routes.building[allowed] >= 0) == rests] for rests in (False, True))
-    if question.slot_s is not None and problem.trajectory in ("traj1", "traj2"):
-        # A rest takes at least one slot, so to pass a building by is a choice of its own.
-        direct = by_way
-    found = [(direct, False), *([] if isinstance(problem, P3) else [(by_way, True)])]
-    if question.perspective not in PAPER:
-        # Through the wells, the order of the stays matters.
-        first = routes.rest_first
-        found = [(w[first[w] == each], rests) for w, rests in found for each in (True, False)]
-    return [(which, rests) for which, rests in found if len(which)]
 
 
 def _no_route(question: Question, network: Network) -> tuple[str, ...]:
@@ -87,16 +61,16 @@ def _no_route(question: Question, network: Network) -> tuple[str, ...]:
     # As if all could be flown in the same time: traj2 would take any.
     flyable, flight_time_s = np.ones_like(routes.flyable), np.ones_like(routes.flight_time_s)
     alike = replace(routes, flyable=flyable, flight_time_s=flight_time_s)
-    wanted = groups(question, replace(network, routes=alike))
-    if not wanted:
+    wanted = allowed(stacked(replace(network, routes=alike)), question.problem)[0]
+    if not wanted.any():
         return ("the mission has no building to go by way of",)
-    blocked = (k for which, _ in wanted for k in which[~routes.flyable[which]].tolist())
-    found = dict.fromkeys(leg for k in blocked for leg in blocked_legs(network, k))
-    if not found:
+    blocked = np.flatnonzero(wanted & ~routes.flyable).tolist()
+    legs = dict.fromkeys(leg for route in blocked for leg in blocked_legs(network, route))
+    if not legs:
         needed = "rest_time_s, which a route by way of a building needs"
         return (f"{question.problem.name} declares no {needed}",)
-    more = ("and other legs are blocked as well",) if len(found) > MOST_REASONS else ()
-    return (*tuple(found)[:MOST_REASONS], *more)
+    more = ("and other legs are blocked as well",) if len(legs) > MOST_REASONS else ()
+    return (*tuple(legs)[:MOST_REASONS], *more)
 
 
 @dataclass(frozen=True)
@@ -341,16 +315,39 @@ class Program:
             from optuav.solving.packs_by_schedule import packs_by_schedule
 
             return outcome.replayed(packs_by_schedule(question, network, self.parts))
-        return self.plan(self.answers())
+        contending, solutions = self._contending()
+        return contending.plan(solutions)
 
     def answers(self) -> list[Solution]:
-        """The engine's answers to all programmes, one `Solution` a part."""
-        found = list[Solution]()
+        """The engine's answers to all programmes, one `Solution` per part."""
+        solutions = list[Solution]()
         for part in self.parts:
-            seen = "model" in vars(part)  # and perhaps changed by who looked at it
-            model, given = (part.model, None) if seen else (part.declared, part.given)
-            found.append(answer(model, len(part.routes), self.question, given))
-        return found
+            model, values = (part.model, None) if part.is_seen else (part.declared, part.given)
+            solutions.append(answer(model, len(part.routes), self.question, values))
+        return solutions
+
+    def _contending(self) -> tuple["Program", list[Solution]]:
+        """The program over the routes that no bound excludes from being the best, with its answers.
+
+        All routes if no bound is known, if none has a plan, or if all are answered as quickly.
+        """
+        question = self.question
+        bounded = question.problem.name in LONGEST_HOVER and question.perspective not in PAPER
+        shared = all(part.given and not part.is_seen for part in self.parts)
+        if not (bounded and shared) or question.slot_s is not None or question.engine != AUTO:
+            return self, self.answers()
+        which = np.concatenate([part.routes for part in self.parts])
+        bounds_s = np.full(len(self.network.routes), np.nan)
+        bounds_s[which] = hover_bounds_s(self.network, question.perspective)[which]
+        least_s, open_ = np.nanmax(bounds_s) - SLACK_S, np.zeros(len(bounds_s), bool)
+        while (wider := ~open_ & (bounds_s >= least_s)).any():
+            open_ |= wider
+            parts = [part.only(open_[part.routes]) for part in self.parts]
+            program = replace(self, parts=tuple(part for part in parts if len(part.routes)))
+            solutions = program.answers()
+            least_s = max(np.fmax.reduce(each.objective, initial=-np.inf) for each in solutions)
+            least_s -= SLACK_S
+        return program, solutions
 
     def plan(self, solutions: Sequence[Solution]) -> Plan:
         """The best plan by known answers to all parts, evaluated again outside the engine."""
@@ -400,33 +397,28 @@ class Program:
             plan = plan.model_copy(update={"status": Status.LOCALLY_OPTIMAL, "proof": local.proof})
         longest = question.problem.name in LONGEST_HOVER
         if longest and question.perspective == AVAILABLE and engine == "bracket":
-            notes += outcome.promise(network, self.parts, plan)
+            notes += outcome.promise(question, network, plan)
         return outcome.replayed(plan.model_copy(update={"notes": tuple(notes)}))
 
     def best(self, solutions: Sequence[Solution]) -> tuple[int, int] | None:
         """Part and entry of the best answer by the tie rule; None without an answer."""
-        routes, found = self.network.routes, []
-        for number, (part, solution) in enumerate(zip(self.parts, solutions, strict=True)):
-            entries = np.arange(len(part.routes))
-            stays_s = sum(solution.values.get(name, np.zeros(1)) for name in outcome.TIMES)
-            mission_s = routes.flight_time_s[part.routes] + stays_s
-            score = solution.objective * part.declared.towards
-            found.append((part.routes, np.full_like(entries, number), entries, score, mission_s))
-        route, numbers, entry, score, mission_s = map(np.concatenate, zip(*found, strict=True))
-        # Ties are broken by the number of stops, then in the order of the routes.
-        rank = (routes.building[route] >= 0) * routes.building.size + route
-        winner = outcome.best(score, mission_s, rank)
-        return None if winner is None else (int(numbers[winner]), int(entry[winner]))
+        return next(iter(self.tied(solutions)), None)
 
     def tied(self, solutions: Sequence[Solution]) -> list[tuple[int, int]]:
         """Part and entry of all best answers, that of the tie rule first; empty without one."""
-        chosen = self.best(solutions) if solutions else None
-        if chosen is None:
+        routes, columns = self.network.routes, [np.zeros((5, 0))]
+        for number, (part, solution) in enumerate(zip(self.parts, solutions, strict=True)):
+            stays_s = sum(solution.values.get(name, np.zeros(1)) for name in TIMES)
+            mission_s = routes.flight_time_s[part.routes] + stays_s
+            # Ties are broken by the number of stops, then in the order of the routes.
+            rank = (routes.building[part.routes] >= 0) * len(routes) + part.routes
+            score, entry = solution.objective * part.declared.towards, np.arange(len(part.routes))
+            columns.append(np.stack(np.broadcast_arrays(number, entry, score, mission_s, rank)))
+        numbers, entries, scores, missions_s, ranks = np.concatenate(columns, axis=1)
+        if (winner := outcome.best(scores, missions_s, ranks)) is None:
             return []
-        best_s = solutions[chosen[0]].objective[chosen[1]]
-        near = [np.flatnonzero(np.abs(each.objective - best_s) <= SAME_S) for each in solutions]
-        every = ((number, entry) for number, some in enumerate(near) for entry in some.tolist())
-        return [*dict.fromkeys((chosen, *every))]
+        near = np.flatnonzero(np.abs(scores - scores[winner]) <= SAME_S).tolist()
+        return [(int(numbers[k]), int(entries[k])) for k in dict.fromkeys((winner, *near))]
 
     def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> ShadowPrices:
         """What one more unit of every named parameter brings; empty where there is no answer.

@@ -15,9 +15,10 @@ from optuav.network import vehicle
 from optuav.network.network import Network, network_by
 from optuav.network.places import FIRST_BUILDING, HOVER, Places, build_places
 from optuav.network.variants import Columns, Variants
-from optuav.physics.kibam import Shift, Stage, Tilted, falls_throughout, tilted_after
+from optuav.physics.kibam import Shift, Stage, falls_throughout, start, tilted_after
 from optuav.physics.quantity import norm
 from optuav.solving.assemble import figures
+from optuav.solving.balance import by_balance
 from optuav.solving.best_plans import (
     Best,
     best_plans,
@@ -25,23 +26,21 @@ from optuav.solving.best_plans import (
     impossible,
     takes_arrays,
 )
-from optuav.solving.outcome import by_balance
-from optuav.solving.program import Program, declared_program
+from optuav.solving.program import SLACK_S, Program, declared_program
 from optuav.solving.question import Question
-from optuav.status import SAME_S
 
 AT_ONCE = 1 << 12
 """Buildings that are bounded together: their legs stay in the cache."""
-FIRST, MOST = 50, 20_000  # Routes that are solved first, and most of them
+FIRST, MOST = 50, 20_000  # Routes that are solved first, and at most
 RARE = 0.1  # Share of variants that may be solved on all routes
 SHORT = 1e-9  # Share of the capacity that brackets and rounding may take from an empty well
-SLACK_S = 2.0 * SAME_S  # By which a bound may fall short for rounding and ties [s]
 
 
 def narrowed(mission: Mission, question: Question) -> Program | None:
-    """The program over all routes that may be the best, or that its words speak of.
+    """The program over all routes that may be the best, or that its notes or reasons mention.
 
-    It has the plan, or the reasons for none, of the program over all routes; None where any may.
+    Its plan, or the reasons for none, are those of the program over all routes. None if any route
+    may be the best.
     """
     problem, every = question.problem, mission.buildings.names
     if question.several or question.p1.hover_point != "w_U":
@@ -55,7 +54,7 @@ def narrowed(mission: Mission, question: Question) -> Program | None:
     alike = question.engine == AUTO and question.slot_s is None
     if problem != P1() or question.perspective not in (*PAPER, AVAILABLE) or turns or not alike:
         return None
-    # Walls forbid routes and make none better: of legs to roofs, those to the best alone are tried.
+    # Walls forbid routes and make none better: only the legs to the best roofs are tried.
     clear = mission.replace({"flight.through_buildings": True})
     bounds_s, size = _bounds_s(clear, question, places), FIRST
     to_hover, from_hover = network_by(mission, places, np.arange(0)).legs.flyable
@@ -102,7 +101,7 @@ def _figures_s(network: Network) -> Floats:
     routes that cannot be flown.
     """
     routes = network.routes
-    promised_s, short_s = by_balance(network, rests=True)[0], -routes.flight_time_s
+    promised_s, short_s = by_balance(network)[0], -routes.flight_time_s
     by_order = [np.where(routes.rest_first == first, short_s, -np.inf) for first in (True, False)]
     return np.where(routes.flyable, [promised_s, *by_order], -np.inf)[:, 1:]
 
@@ -166,9 +165,9 @@ def _open(variants: Variants, hover_s: Floats) -> Booleans:
         [Shift(*(part[:, [number]] for part in each)) for each in variants.shifts]
         for number in (0, 1)
     )
-    full, falls = Tilted(pool.capacity_As, 0.0), falls_throughout(pool, hover.current_A)
+    falls = falls_throughout(pool, hover.current_A)
     ways: list[list[Stage | Shift]] = [[leg, hover, *from_hover], [*to_hover, hover, leg]]
-    ends = [tilted_after(pool, full, *way).wells(pool).available_As for way in ways]
+    ends = [tilted_after(pool, start(pool), *way).wells(pool).available_As for way in ways]
     short = np.maximum(*ends) < -SHORT * pool.capacity_As
     decided = (short & falls & variants.falls_in_flight)[:, 0]
     return np.asarray(~decided & (impossible(variants) == 0))

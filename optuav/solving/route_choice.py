@@ -29,7 +29,8 @@ from optuav.options import Order, Perspective, Trajectory
 from optuav.plan import Plan
 from optuav.solving.assemble import quantities
 from optuav.solving.files import writer
-from optuav.solving.outcome import Part, plan_of, plan_without, shortfalls
+from optuav.solving.outcome import plan_of, plan_without, shortfalls
+from optuav.solving.parts import Part
 from optuav.solving.program import Program
 from optuav.solving.question import answer
 from optuav.solving.solve import formulate

@@ -22,13 +22,15 @@ from optuav.network.one_stop import all_legs, find_shortcuts
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.routes import Routes, routes_along
 from optuav.network.timeline import phases_along, simulated, stay_net
+from optuav.network.variants import stacked
 from optuav.physics.quantity import TINY
 from optuav.plan import Plan
 from optuav.search.branch import INTERRUPTED, TIE_S, Progress, SearchResult, search
 from optuav.search.sequences import patterns, sequences
 from optuav.search.terrain import Terrain
 from optuav.solving.assemble import quantities
-from optuav.solving.outcome import ENDS, Part, plan_for, plan_without, replayed, shortfalls
+from optuav.solving.outcome import ENDS, plan_for, plan_without, replayed, shortfalls
+from optuav.solving.parts import declarations
 from optuav.solving.program import Program
 from optuav.status import Status
 
@@ -131,13 +133,10 @@ def _compared(program: Program, network: Network, rests: int, hovers: int) -> Pr
     places = np.concatenate(columns, axis=1)
     best = np.take_along_axis(places, worth[places].argmax(axis=0)[None], axis=0)[0]
     building = np.where(best >= FIRST_BUILDING, best - FIRST_BUILDING, -1)
-    network, parts = replace(network, routes=_routes(network, places, building)), []
-    for rested in (False, True):
-        which = np.flatnonzero((building >= 0) == rested)
-        if len(which):
-            given = quantities(network, which, rests=rested, steps=False)
-            parts.append(Part(question.problem.model(given, question.perspective), which))
-    return replace(program, network=network, parts=tuple(parts))
+    network = replace(network, routes=_routes(network, places, building))
+    every = np.ones((1, len(network.routes)), bool)
+    parts = tuple(part for part, _ in declarations(question, stacked(network), every))
+    return replace(program, network=network, parts=parts)
 
 
 def _why_none(program: Program) -> Sequence[str]:

@@ -21,9 +21,8 @@ from optuav.mission.keys import numeric_keys
 from optuav.mission.messages import shown
 from optuav.network.network import build_network
 from optuav.network.places import ENDS
-from optuav.network.variants import Variants
+from optuav.network.variants import Variants, stacked
 from optuav.options import Perspective, ProblemName
-from optuav.solving.assemble import figures
 from optuav.solving.best_plans import CODES, REASONS, STATUSES, Best, best_plans, takes_arrays
 from optuav.solving.promising import best_of_few, fewer
 from optuav.solving.question import OF_THE_PAPER, Question, checked_question, perspectives_of
@@ -334,13 +333,12 @@ def best_of(
     if len(questions) == 1 and scenarios.count > TRIED and not scenarios.towns:
         few = fewer(scenarios.network, scenarios.columns(0, TRIED), questions[0])
     for first, variants in scenarios.variants(few):
-        table, found = None, list[Best]()
+        found = list[Best]()
         for question in questions:
             if takes_arrays(scenarios.base, question):
-                table = table or figures(variants)
                 with suppress(SolverError):  # of one scenario: then each is solved by itself
                     if few is None:
-                        found.append(best_plans(variants, question, table))
+                        found.append(best_plans(variants, question))
                     else:
                         found.append(best_of_few(variants, scenarios.network, question))
                     continue
@@ -370,9 +368,8 @@ def best_alone(mission: Mission | InputError, question: Question) -> Best:
     if plan.status in (Status.UNBOUNDED, Status.UNKNOWN, Status.ERROR):
         return without(plan.status, plan.status.value)
     if not plan:
-        deadline = {"limits.deadline_s": np.array([mission.limits.deadline_s])}
         alike = replace(question, problem=P1(), perspective="battery")
-        simpler = best_plans(Variants(build_network(mission), deadline), alike)
+        simpler = best_plans(stacked(build_network(mission)), alike)
         names = [*CODES]
         return without(plan.status, names[int(simpler.reason[0]) or CODES["together"]])
     best.status[:], best.reason[:] = STATUSES.index(plan.status), CODES["none"]

@@ -8,7 +8,7 @@ import pytest
 from optuav.errors import InputError
 from optuav.mission import Mission, load
 from optuav.network import vehicle
-from optuav.network.timeline import Kind, Phase, PhaseStage, carry
+from optuav.network.timeline import Kind, Phase, PhaseStage, carry, simulated, steps
 from optuav.physics import kibam
 from optuav.physics.kibam import Battery, Stage
 from tests.wells import after
@@ -163,3 +163,26 @@ def test_one_pack_is_pooled_whatever_the_schedule(schedule: str) -> None:
     expected = after(PACK, PACK.full, phases)
     assert flown.wells[-1].available_As[0] == pytest.approx(expected.available_As, rel=1e-12)
     assert flown.wells[-1].bound_As[0] == pytest.approx(expected.bound_As, rel=1e-12)
+
+
+# Both wells along a plan
+
+
+def test_a_mission_begins_with_both_wells_full() -> None:
+    """y1 = ωB and y2 = (1−ω)B, to the last bit."""
+    assert kibam.start(PACK).wells(PACK) == (0.8 * 36_000.0, (1.0 - 0.8) * 36_000.0)
+
+
+@pytest.mark.parametrize("charging", ["constant", "taper"])
+@pytest.mark.parametrize("pieces", [1, 7])
+def test_pieces_of_stages_lead_to_the_same_wells(charging: str, pieces: int) -> None:
+    """However finely a phase is cut, the wells at its end are those of a plan."""
+    mission = PAPER.replace({"battery.charging": charging})
+    phases = [flight((90.0, 40.0), (70.0, 20.0)), hover(300.0), rest(200.0), flight((90.0, 40.0))]
+    flown = simulated(mission, phases)
+    ends = {piece.phase: piece for piece in steps(mission, phases, pieces)}
+    for number, planned in enumerate(flown):
+        end_s = ends[number].start_s + ends[number].stage.duration_s
+        assert end_s == pytest.approx(planned.end_s, rel=1e-12)
+        wells_As = (*planned.available_As, *planned.bound_As)
+        assert ends[number].after == pytest.approx(wells_As, rel=1e-9)

@@ -9,7 +9,7 @@ import optuav
 from optuav.arrays import Floats
 from optuav.mission import Mission
 from optuav.network.network import build_network
-from optuav.network.variants import Variants
+from optuav.network.variants import Variants, stacked
 
 COUNT = 25
 
@@ -80,3 +80,33 @@ def test_stated_energies_are_dropped_where_the_battery_varies_in_size() -> None:
     assert size.battery.flight_energy_J is size.battery.hover_energy_J is None
     current = Variants(network, {"battery.charge_current_A": np.array([5.0, 6.0])}).mission
     assert current.battery.flight_energy_J == 8e5
+
+
+@pytest.mark.parametrize("name", ["paper", "paper-table2", "matrice350"])
+def test_networks_below_one_another_are_the_variants_of_their_missions(name: str) -> None:
+    """Every table of `stacked` is that of `Variants`, which computes it from columns."""
+    mission = optuav.load(name)
+    columns = drawn(mission)
+    whole = Variants(build_network(mission), columns)
+    missions = [alone(mission, columns, number) for number in range(COUNT)]
+    below = stacked(*(build_network(each) for each in missions))
+    assert below.count == whole.count
+    for table in ("position_m", "able", "hover_load", "received", "flight"):
+        tables = getattr(below, table), getattr(whole, table)
+        for ours, computed in zip(*tables, strict=True) if len(tables[0]) < COUNT else [tables]:
+            here, there = np.broadcast_arrays(ours, computed)
+            assert here == pytest.approx(there, nan_ok=True), table
+    for ours, computed in zip(below.stages, whole.stages, strict=True):
+        for part, expected in zip(ours, computed, strict=True):
+            assert part == pytest.approx(np.broadcast_to(expected, part.shape)), "stages"
+
+
+def test_an_energy_that_a_new_size_displaces_is_computed() -> None:
+    """E_1 of `paper-table2` is stated; with another capacity it follows from the mean voltage."""
+    mission = optuav.load("paper-table2")
+    larger = mission.replace({"battery.capacity_As": 40_000})
+    assert larger.battery.flight_energy_J is None
+    column = stacked(build_network(mission), build_network(larger)).mission.battery.flight_energy_J
+    known_J, displaced_J = np.ravel(column)  # type: ignore[arg-type]
+    assert known_J == mission.battery.flight_energy_J
+    assert np.isnan(displaced_J)

@@ -25,7 +25,7 @@ from optuav import Mission, Plan, SolverError
 from optuav.engines import bracket
 from optuav.options import ORDERS
 from optuav.solving import Program, formulate
-from optuav.solving.outcome import Part
+from optuav.solving.parts import Part
 from optuav.solving.question import problem_of
 from optuav.status import Status
 from tests.examples import few

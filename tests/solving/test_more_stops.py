@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
-from hypothesis import strategies as st
 
 import optuav
 from optuav import InputError, Mission
@@ -18,7 +17,8 @@ from optuav.network.feasibility import impossibilities
 from optuav.network.network import build_network
 from optuav.options import Perspective
 from optuav.solving.assemble import quantities
-from optuav.solving.outcome import by_balance, more_stops_may_help
+from optuav.solving.balance import by_balance
+from optuav.solving.outcome import more_stops_may_help
 from optuav.solving.question import checked_question
 from tests.asking import solve
 from tests.diagnosis.missions import only
@@ -219,24 +219,22 @@ def test_where_more_stops_do_not_help_no_walk_hovers_longer(
     few(8, most=1000),
     suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow],
 )
-@given(wild_documents(), st.booleans())
-def test_the_balance_is_the_optimum_of_the_perspective_battery(
-    document: Document, rests: bool
-) -> None:
+@given(wild_documents())
+def test_the_balance_is_the_optimum_of_the_perspective_battery(document: Document) -> None:
     """Δ and the least T' of every route, by closed form; also where hovering charges."""
     network = build_network(Mission.from_dict(document))
-    hovers_s, rests_s = by_balance(network, rests)
+    hovers_s, rests_s = by_balance(network)
     assume(network.routes.flyable.all() and not impossibilities(network))
     for by_way in (False, True):
         which = np.flatnonzero((network.routes.building >= 0) == by_way)
         if not len(which):
             continue
-        given = quantities(network, which, rests=by_way and rests)
+        given = quantities(network, which, rests=by_way)
         found = closed_form.solve(optuav.P1().model(given, "battery"), len(which))
         expected_s, found_s = found.objective, hovers_s[which]
         known = np.isfinite(expected_s)
         assert found_s[known] == pytest.approx(expected_s[known], rel=1e-9, abs=1e-6)
         assert np.all(found_s[~known] <= 1e-6)  # rounding decides of a hover of 0 s
-        if by_way and rests:
+        if by_way:
             least_s = found.values["rest_time_s"]
             assert rests_s[which][known] == pytest.approx(least_s[known], rel=1e-6, abs=1e-5)

@@ -6,6 +6,7 @@ import itertools
 import json
 import math
 import os
+import random
 import subprocess
 import sys
 from pathlib import Path
@@ -602,3 +603,23 @@ def test_another_process_has_the_same_answer() -> None:
         check=True,
     )
     assert printed.stdout.splitlines() == here
+
+
+@pytest.mark.parametrize("perspective", ["available", "wells"])
+@pytest.mark.parametrize("seed", [3, 14, 29, 32, 55, 60, 61, 62])
+def test_routes_that_a_bound_excludes_change_nothing(seed: int, perspective: Any) -> None:
+    """The plan is that of the answers to all routes, also where the best bound is not the best."""
+    draw, base = random.Random(seed), TABLE_2 if seed % 2 else optuav.load("matrice350")
+    assert base.laser is not None
+    (town,) = optuav.layouts(base, 1, "uniform", buildings=10, seed=seed)
+    mission = town.replace(
+        {
+            "limits.deadline_s": draw.uniform(300.0, 3500.0),
+            "battery.capacity_As": base.battery.capacity_As * draw.uniform(0.5, 2.0),
+            "battery.flow_rate_per_s": 10.0 ** draw.uniform(-5.0, -2.5),
+            "laser.power_W": base.laser.power_W * draw.uniform(0.2, 20.0),
+        }
+    )
+    program = optuav.formulate(mission, perspective=perspective)
+    assert program.parts
+    assert program.solve() == program.plan(program.answers())

@@ -20,7 +20,7 @@ from optuav.network.network import build_network
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.timeline import stay_net
 from optuav.solving import best_plans, program
-from optuav.solving.outcome import longest_by_balance
+from optuav.solving.balance import longest_by_balance
 from optuav.studies import batch as batching
 from optuav.studies import scenarios as machine
 

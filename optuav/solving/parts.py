@@ -1,0 +1,103 @@
+"""The declarations of a question over the routes of a mission, or over variants of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from formulations.formulation import Formulation
+from formulations.p3 import P3
+from formulations.soc import PAPER
+from optuav.arrays import Booleans, Integers, Values
+from optuav.modelling import Model
+from optuav.network.places import FIRST_BUILDING, as_points
+from optuav.network.routes import Routes, usable_routes
+from optuav.network.variants import Variants
+from optuav.solving.assemble import quantities
+from optuav.solving.question import Question
+
+
+@dataclass(frozen=True)
+class Part:
+    """One declaration that serves several itineraries."""
+
+    declared: Model  # Parts of a kind share it
+    routes: Integers  # Numbers of the itineraries
+    # Values of parameters unlike the declared ones; arrays with one entry per itinerary
+    given: Values = field(default_factory=dict)
+
+    @cached_property
+    def model(self) -> Model:
+        """The declaration with the values of its parameters; changes to it are solved."""
+        return self.declared.with_values(self.given) if self.given else self.declared
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether somebody asked for the model, and may have changed it."""
+        return "model" in vars(self)
+
+    def only(self, entries: Booleans) -> Part:
+        """The part over some of its itineraries."""
+        values = {k: each[entries] if np.ndim(each) else each for k, each in self.given.items()}
+        return Part(self.declared, self.routes[entries], values)
+
+    @property
+    def rests(self) -> bool:
+        """Whether the declaration has a rest time."""
+        return any(each.name == "rest_time_s" for each in self.declared.variables)
+
+
+def allowed(variants: Variants, problem: Formulation, possible: Booleans | None = None) -> Booleans:
+    """Which flyable routes a problem may take in every variant (variant or 1, route).
+
+    No route in variants that are not `possible` (variant,).
+    """
+    network, able = variants.network, variants.able
+    routes = network.routes
+    if possible is not None and not possible.all():
+        able = able & possible[:, None]
+    if problem.building is not None:
+        number = network.mission.buildings.names.index(problem.building)
+        able = able & (routes.building == number)
+    if isinstance(problem, P3):
+        able = able & (routes.building < 0)
+    trajectory, flight_s = problem.trajectory or "optimal", variants.flight[0]
+    away_m = variants.position_m[:, FIRST_BUILDING:] - as_points(variants.mission.link.device_m)
+    return usable_routes(routes, trajectory, problem.order, able, flight_s, away_m)
+
+
+def groups(
+    routes: Routes, which: Integers, *, ordered: bool, passing: bool = False
+) -> Iterator[tuple[Integers, bool]]:
+    """Positions in `which` of the routes that one declaration serves, and whether they may rest.
+
+    Routes in a group stay in the same order if the order matters, as it does through the wells.
+    Routes by way of a building may also pass it by, without a rest.
+    """
+    by_way, first = routes.building[which] >= 0, routes.rest_first[which]
+    for kind, rests in (by_way if passing else ~by_way, False), (by_way, True):
+        for alike in (kind & first, kind & ~first) if ordered else (kind,):
+            if len(group := np.flatnonzero(alike)):
+                yield group, rests
+
+
+def declarations(
+    question: Question, variants: Variants, able: Booleans
+) -> Iterator[tuple[Part, Integers]]:
+    """The declarations that serve all itineraries that can be flown, with their variants."""
+    problem, through_wells = question.problem, question.perspective not in PAPER
+    # A rest takes at least one slot, so to pass a building by is a choice of its own.
+    passing = question.slot_s is not None and problem.trajectory in ("traj1", "traj2")
+    variant, route = np.nonzero(np.broadcast_to(able, (variants.count, able.shape[1])))
+    for group, rests in groups(
+        variants.network.routes, route, ordered=through_wells, passing=passing
+    ):
+        which, own = route[group], variant[group]
+        table = quantities(variants, which, own, rests=rests, steps=through_wells)
+        model, values = problem.declared(table, question.perspective)
+        part = Part(model, which, values)
+        if part.rests == rests:  # else the problem has no use for the rests of these routes
+            yield part, own
