@@ -17,7 +17,6 @@ from optuav.engines.linear_form import own_bounds, reaches
 from optuav.engines.registry import Capability, OneByOne, Single
 from optuav.engines.solution import DUALITY, Solution, single, without_solver
 from optuav.errors import Fault, InputError, SolverError, printable, refuse, require
-from optuav.mission.messages import shown
 from optuav.modelling.classify import traits
 from optuav.modelling.expression import Leaf, Let, Operand, Variable
 from optuav.modelling.model import Model
@@ -181,9 +180,9 @@ class Pyomo(OneByOne):
 
     def __post_init__(self) -> None:
         if not isinstance(self.solver, str):
-            raise InputError([Fault("solver", shown(self.solver), f"a name, such as {HIGHS!r}")])
+            raise InputError([Fault("solver", repr(self.solver), f"a name, such as {HIGHS!r}")])
         if not isinstance(self.options, Mapping):
-            raise InputError([Fault("options", shown(self.options), "values by name")])
+            raise InputError([Fault("options", repr(self.options), "values by name")])
         refuse(self._refused() if self.options and self.solver in (HIGHS, "highs") else ())
 
     def _refused(self) -> Iterator[Fault]:
@@ -196,7 +195,7 @@ class Pyomo(OneByOne):
             with suppress(TypeError):
                 if file.setOptionValue(key, option) == highspy.HighsStatus.kOk:
                     continue
-            yield Fault(f"options[{key!r}]", shown(option), "an option and a value of HiGHS")
+            yield Fault(f"options[{key!r}]", repr(option), "an option and a value of HiGHS")
 
     @property
     def takes(self) -> Capability:  # type: ignore[override]

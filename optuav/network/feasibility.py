@@ -50,8 +50,8 @@ def impossibilities(network: Network, *, one_stop: bool = True) -> tuple[str, ..
     applies = {name for name, where in hindrances(stacked(network)).items() if where.any()}
     radius_m, device_m = vehicle.coverage_radius_m(mission), np.array(mission.link.device_m)
     point_m = network.places.position_m[HOVER]
-    if "no_lift" in applies:
-        reasons.append(f"the UAV cannot fly: {flight_of(mission).impossible()}")
+    if (why := flight_of(mission).impossible()) is not None:
+        reasons.append(f"the UAV cannot fly: {why}")
     if "out_of_reach" in applies and np.isnan(point_m).any():
         height_m = abs(limits.min_altitude_m - device_m[2])
         reasons.append(

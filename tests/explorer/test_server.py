@@ -233,7 +233,13 @@ def test_it_serves_until_it_is_interrupted() -> None:
     """
     command = [sys.executable, "-m", "optuav", "explore", "--no-browser"]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen(command, start_new_session=True, **pipes) as process:
+    # A shell's background job, which the tests may be, passes on that it ignores Ctrl-C.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        started = subprocess.Popen(command, start_new_session=True, **pipes)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    with started as process:
         address = process.stdout.readline().strip()
         _, _, host, token, _ = address.split("/")
         for reads in (False, True):

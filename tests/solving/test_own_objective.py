@@ -112,7 +112,6 @@ def test_lengths_and_places_of_routes() -> None:
             "laser_visibility_km",
             "the mission does not state laser.visibility_km",
         ),
-        ("wind_force_N", "the mission does not state wind.force_N"),
         ("min_sok", "did you mean 'min_soc'?"),
         ("power_W", "have the name of their table and key, as laser_power_W"),
         ("rest_position_m", "on a route without a rest: ask for it under 'if given.rests:'"),
