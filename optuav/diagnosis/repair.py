@@ -37,7 +37,7 @@ from optuav.status import Status
 
 TABLES = ("limits", "battery", "body", "rotor", "laser", "link", "flight")
 PLANNED = ["limits.deadline_s", "limits.min_soc", "battery.packs", "battery.capacity_As"]
-PLANNED += ["battery.charge_", "laser.power_W", "route.", "flight.through_buildings", "limits."]
+PLANNED += ["battery.charge_", "laser.power_W", "route.", "flight.obstacles", "limits."]
 PLANNED += ["link.transmit_power_W", "link.snr_threshold_dB", "link.noise_power_W", "body.mass_kg"]
 """What a planner can change, the easiest first; repairs of other loads and physics come after."""
 MOST = 1e3  # Largest change that is tried, as a factor
@@ -52,7 +52,7 @@ FINER = 6  # Digits that are added where the rounded value is not feasible
 MOST_SLOTS, MOST_FAR = 2500, 500
 """Slots of an unknown that are tried one by one, and others, ever further apart, beyond them."""
 
-Value: TypeAlias = float | bool | tuple[float, ...] | None
+Value: TypeAlias = float | bool | str | tuple[float, ...] | None
 Case: TypeAlias = tuple[Question, Network]  # A question about the network of a mission
 
 
@@ -147,20 +147,24 @@ def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
     """Single changes that make an infeasible question feasible, own numbers and `PLANNED` first.
 
     Each number of one's own formulation, each numeric key of `TABLES` and each component of the
-    wind that is not 0 is moved up and down within its range, at most by a factor of 1000; flight
-    through buildings is allowed, and a stated hover point left out. Places are not moved. Every
-    change is verified by solving: with its value there is an answer, with one digit less there is
-    none. Among changes of equal rank the smallest comes first.
+    wind that is not 0 is moved up and down within its range, at most by a factor of 1000; blocked
+    legs fly over buildings, or else through them; and a stated hover point is left out. Places are
+    not moved. Every change is verified by solving: with its value there is an answer, with one
+    digit less there is none. Among changes of equal rank the smallest comes first.
     """
     mission = question.mission
     if feasible([question.case(mission)])[0]:
         return ()
     found = []
-    for name, value in (("flight.through_buildings", True), ("route.hover_m", None)):
-        table, field = name.split(".")
-        now = getattr(getattr(mission, table), field)
-        if now != value and feasible([question.case(mission.replace({name: value}))])[0]:
-            found.append(Repair(name, now, "==", value, None, 0.0))
+    rule, hover_m = mission.flight.obstacle_rule, mission.route.hover_m
+    for name, now, values in (
+        ("flight.obstacles", rule, ("over", "ignore")),
+        ("route.hover_m", hover_m, (None,)),
+    ):
+        for value in values if now not in values[-1:] else ():
+            if now != value and feasible([question.case(mission.replace({name: value}))])[0]:
+                found.append(Repair(name, now, "==", value, None, 0.0))
+                break
     stated = stated_keys(mission).items()
     moved = [*_own(question)]
     moved += (key for name, key in stated if name.partition(".")[0] in TABLES and "[" not in name)

@@ -12,13 +12,15 @@ import numpy as np
 
 from optuav.errors import NoPlanError
 from optuav.frames import DataFrame
+from optuav.judge.clearance import too_near
 from optuav.judge.course import TOLERANCE, Course, pooled, scheduled, soc, trace
 from optuav.judge.read import read
-from optuav.judge.timeline import Itinerary, Phase, moves, phases, places
+from optuav.judge.timeline import Itinerary, Phase, moves, phases, places, segments
 from optuav.mission import Mission
 from optuav.mission.flight_model import flight_of
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR
+from optuav.network.ways import CLEARANCE_M
 from optuav.physics import flight, link
 from optuav.plan import Plan
 from optuav.plan.plan import refuse_contradictions
@@ -249,14 +251,19 @@ def _broken_limits(mission: Mission, flown: Sequence[Phase], soc: float) -> Iter
             way = f"{phase.start.name} → {phase.end.name}"
             words = f"the leg {way} runs through building {mission.buildings.names[phase.crosses]}"
             yield Event("building", phase.start_s, words)
+        if phase.waypoints_m and not phase.stated:
+            yield from _bent(mission, phase)
         if phase.kind != "flight" and phase.duration_s > 0.0:
             yield from _stay(mission, phase)
     model = flight_of(mission)
     if legs := [phase for phase in flown if phase.kind == "flight"]:
         leg = max(legs, key=lambda each: each.peak_speed_m_s)
         speed_m_s, peak_s = leg.peak_speed_m_s, leg.start_s
-        if not leg.stated:
-            peak_s += float(model.leg(leg.way_m).peak_s)
+        for part in () if leg.stated else segments(mission, leg.points_m):
+            if part.peak_speed_m_s == speed_m_s:
+                peak_s += float(part.peak_s)
+                break
+            peak_s += float(part.duration_s)
         words = f"the peak speed is reached on the leg {leg.start.name} → {leg.end.name}"
         yield Event("peak speed", peak_s, words, speed_m_s, None, "m/s", violation=False)
         if warning := flight.speed_warning(speed_m_s, has_drag=model.has_drag):
@@ -268,6 +275,25 @@ def _broken_limits(mission: Mission, flown: Sequence[Phase], soc: float) -> Iter
     if soc < least - TOLERANCE:
         words = "too little charge is left at the end"
         yield Event("state of charge", end_s, words, soc, least)
+
+
+def _bent(mission: Mission, phase: Phase) -> Iterator[Event]:
+    """What breaks a limit on a bent leg."""
+    keys, way = mission.flight, f"{phase.start.name} → {phase.end.name}"
+    highest_m = max(z for _, _, z in phase.waypoints_m)
+    if keys.max_altitude_m is not None and highest_m > keys.max_altitude_m * (1.0 + TOLERANCE):
+        words = f"a waypoint of the leg {way} is above flight.max_altitude_m"
+        yield Event("altitude", phase.start_s, words, highest_m, keys.max_altitude_m, "m")
+    own = phase.start.building, phase.end.building
+    apart_m = CLEARANCE_M if keys.clearance_m is None else keys.clearance_m
+    if keys.obstacle_rule != "ignore":
+        near = [*too_near(mission, np.array(phase.points_m), own, apart_m, TOLERANCE)]
+        least: dict[int, float] = {}
+        for building, distance_m in near:
+            least[building] = min(distance_m, least.get(building, math.inf))
+        for building, distance_m in least.items():
+            words = f"the leg {way} comes too near to building {mission.buildings.names[building]}"
+            yield Event("clearance", phase.start_s, words, distance_m, apart_m, "m")
 
 
 def _stay(mission: Mission, phase: Phase) -> Iterator[Event]:

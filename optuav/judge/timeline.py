@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -20,7 +21,8 @@ from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import ENDS
 from optuav.network.prisms import prisms
-from optuav.physics.flight import Flow
+from optuav.network.ways import build_ways
+from optuav.physics.flight import Flow, Loads
 from optuav.physics.quantity import Vector
 from optuav.plan import Phase as Planned
 from optuav.plan import Plan, Stop
@@ -117,13 +119,17 @@ def stop_breaches(stops: Sequence[object], mission: Mission | None) -> Iterator[
 
 
 class Move(NamedTuple):
-    """A kind of phase, its places, and a stay's duration [s]; the phase if the user stated it."""
+    """A kind of phase, its places, and a stay's duration [s]; the phase if the user stated it.
+
+    A leg of a plan has waypoints [m], perhaps none; that of an itinerary has the mission's way.
+    """
 
     kind: Kind
     start_place: str | Point
     end_place: str | Point
     duration_s: float = 0.0
     stated: Planned | None = None
+    waypoints_m: tuple[Point, ...] | None = None
 
 
 def moves(subject: Plan | Itinerary) -> Iterator[Move]:
@@ -131,7 +137,8 @@ def moves(subject: Plan | Itinerary) -> Iterator[Move]:
     if isinstance(subject, Plan):
         for each in subject.phases:
             stated = each if each.edited else None
-            yield Move(each.kind, each.start_place, each.end_place, each.duration_s, stated)
+            ends = each.start_place, each.end_place
+            yield Move(each.kind, *ends, each.duration_s, stated, each.waypoints_m)
         return
     here: str | Point = "origin"
     for stop in subject.stops:
@@ -196,11 +203,17 @@ class Phase:
     peak_speed_m_s: float
     crosses: int
     stated: bool
+    waypoints_m: tuple[Point, ...] = ()  # By which a leg goes
 
     @cached_property
     def duration_s(self) -> float:
         """Duration [s]."""
         return sum(stage.duration_s for stage in self.stages)
+
+    @property
+    def points_m(self) -> list[Point]:
+        """Start, waypoints and end [m]."""
+        return [self.start.position_m, *self.waypoints_m, self.end.position_m]
 
 
 def places(mission: Mission, planned: Sequence[Move]) -> dict[str | Point, Place]:
@@ -241,12 +254,9 @@ def phases(
     loads = {"hover": vehicle.hover_load(mission), "rest": flight.rest()}
     found, start_s = list[Phase](), 0.0
     ends = [(at[move.start_place], at[move.end_place]) for move in planned]
-    blockers: Sequence[int] = [CLEAR] * len(ends)
-    if not mission.flight.through_buildings:
-        ends_m = np.array([[place.position_m for place in pair] for pair in ends])
-        own = np.array([[place.building for place in pair] for pair in ends])
-        blockers = crossed(prisms(mission.buildings), ends_m[:, 0], ends_m[:, 1], own).tolist()
-    for move, (start, end), blocker in zip(planned, ends, blockers, strict=True):
+    for move, (start, end), (blocker, waypoints_m) in zip(
+        planned, ends, _ways(mission, planned, ends), strict=True
+    ):
         stated = move.stated
         dx, dy, dz = (b - a for a, b in zip(start.position_m, end.position_m, strict=True))
         length_m, peak_m_s, crosses = math.hypot(dx, dy, dz), 0.0, CLEAR
@@ -260,19 +270,58 @@ def phases(
         elif move.kind != "flight":
             rows.append((move.kind, move.duration_s, loads[move.kind], end.received))
         else:
-            flown = flight.leg((dx, dy, dz))
-            peak_m_s = float(flown.peak_speed_m_s)
-            flows = map(Flow, flown.currents_A, flown.powers_W)
-            named = zip(flown.stages, flown.durations_s, flows, strict=True)
-            rows += [(*each, NOTHING) for each in named]
+            points_m = [start.position_m, *waypoints_m, end.position_m]
+            length_m = sum(math.dist(*ends) for ends in pairwise(points_m))
+            for flown in segments(mission, points_m):
+                peak_m_s = max(peak_m_s, float(flown.peak_speed_m_s))
+                flows = map(Flow, flown.currents_A, flown.powers_W)
+                named = zip(flown.stages, flown.durations_s, flows, strict=True)
+                rows += [(*each, NOTHING) for each in named]
             crosses = blocker
         stages, begun_s = list[Stage](), start_s
         for name, duration_s, drawn, received in rows:
             stages.append(Stage(name, start_s, float(duration_s), drawn, received))
             start_s += stages[-1].duration_s
-        figures = (dx, dy, dz), length_m, peak_m_s, crosses, stated is not None
+        figures = (dx, dy, dz), length_m, peak_m_s, crosses, stated is not None, waypoints_m
         found.append(Phase(move.kind, start, end, begun_s, start_s, tuple(stages), *figures))
     return tuple(found)
+
+
+def _ways(
+    mission: Mission, planned: Sequence[Move], ends: Sequence[tuple[Place, Place]]
+) -> Iterator[tuple[int, tuple[Point, ...]]]:
+    """By move, a building that its straight way crosses, −1 for none, and its waypoints [m]."""
+    rule, none = mission.flight.obstacle_rule, np.empty((len(ends), 0, 3))
+    blockers, waypoints_m = np.full(len(ends), CLEAR), none
+    if rule != "ignore":
+        ends_m = np.array([[place.position_m for place in pair] for pair in ends])
+        own = np.array([[place.building for place in pair] for pair in ends])
+        blockers = crossed(prisms(mission.buildings), ends_m[:, 0], ends_m[:, 1], own)
+        if rule != "refuse" and any(move.waypoints_m is None for move in planned):
+            lines = np.arange(2 * len(ends)).reshape(-1, 2)
+            # A way is found from the place that comes first in the mission.
+            turned = np.array([_rank(start) > _rank(end) for start, end in ends])
+            lines[turned] = lines[turned, ::-1]
+            own[turned] = own[turned, ::-1]
+            town = (mission.buildings,)
+            ways = build_ways(mission, town, ends_m.reshape(1, -1, 3), lines, own)
+            blockers, waypoints_m = ways.blocker[0], ways.of_legs(np.arange(len(ends)), turned)[0]
+    for move, blocker, bent_m in zip(planned, blockers.tolist(), waypoints_m, strict=True):
+        known = move.waypoints_m
+        if known is None:
+            known = tuple(map(tuple, bent_m[np.isfinite(bent_m[:, 0])].tolist()))
+        yield CLEAR if known else blocker, known
+
+
+def _rank(place: Place) -> int:
+    """Where a place comes in a mission."""
+    return place.building + len(ENDS) if place.name not in ENDS else ENDS.index(place.name)
+
+
+def segments(mission: Mission, phase_m: Sequence[Point]) -> list[Loads]:
+    """Legs from rest to rest along points (x, y, z) [m]."""
+    ways = [[b - a for a, b in zip(*ends, strict=True)] for ends in pairwise(phase_m)]
+    return [flight_of(mission).leg((x, y, z)) for x, y, z in ways]
 
 
 def motion(mission: Mission, phase: Phase, passed_s: Floats) -> dict[str, Floats]:
@@ -285,12 +334,22 @@ def motion(mission: Mission, phase: Phase, passed_s: Floats) -> dict[str, Floats
     pitch_rad = roll_rad = np.full_like(passed_s, np.nan if phase.kind == "flight" else 0.0)
     if phase.stated and phase.kind == "flight":
         moved_m = (passed_s / phase.duration_s)[:, None] * np.array(phase.way_m)
+        if phase.waypoints_m:
+            points_m = np.array(phase.points_m) - phase.points_m[0]
+            along_m = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points_m, axis=0), axis=1)))
+            flown_m = passed_s / phase.duration_s * along_m[-1]
+            moved_m = np.stack([np.interp(flown_m, along_m, x) for x in points_m.T], axis=1)
         speed_m_s = np.full_like(passed_s, phase.distance_m / phase.duration_s)
     elif phase.kind == "flight":
-        flight = flight_of(mission)
-        state = flight.state(flight.leg(phase.way_m), passed_s)
-        moved_m, speed_m_s = np.stack(state.position_m, axis=1), state.speed_m_s
-        pitch_rad, roll_rad = state.attitude.pitch_rad, state.attitude.roll_rad
+        legs, points_m = segments(mission, phase.points_m), np.array(phase.points_m)
+        begins_s = np.cumsum([0.0, *(float(leg.duration_s) for leg in legs[:-1])])
+        own = np.searchsorted(begins_s, passed_s, side="right") - 1
+        pitch_rad, roll_rad = np.zeros((2, len(passed_s)))
+        for k, leg in enumerate(legs):
+            state = flight_of(mission).state(leg, passed_s[at := own == k] - begins_s[k])
+            moved_m[at] = points_m[k] - points_m[0] + np.stack(state.position_m, axis=1)
+            speed_m_s[at] = state.speed_m_s
+            pitch_rad[at], roll_rad[at] = state.attitude.pitch_rad, state.attitude.roll_rad
     return {
         "position_m": np.array(phase.start.position_m) + moved_m,
         "speed_m_s": speed_m_s,

@@ -6,7 +6,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
-from optuav.mission.schema import MissionSection, OneOf, Switch
+from optuav.mission.schema import Allowed, Altitude, Clearance, MissionSection, OneOf, Switch
+from optuav.options import Obstacles
 
 if TYPE_CHECKING:
     from optuav.mission.mission import Mission
@@ -17,6 +18,11 @@ FLIGHTS: dict[str, type[FlightModel]] = {}
 """Flight models by name; one that is added here can be stated as ``flight.model``."""
 
 MODEL = OneOf(FLIGHTS)
+OBSTACLES = Allowed('one of "refuse", "ignore", "over", "around"')
+BENT = ("over", "around")
+"""Rules by which a leg that a building blocks is bent."""
+BENDING = ("clearance_m", "max_altitude_m")
+"""Keys that go with these rules only."""
 
 
 class Slider(NamedTuple):
@@ -36,8 +42,19 @@ class FlightTable(MissionSection):
 
     model: Annotated[str, MODEL]
     """Flight model."""
-    through_buildings: Switch = False
-    """Whether a leg may cross a building."""
+    obstacles: Annotated[Obstacles, OBSTACLES] | None = None
+    """Legs that a building blocks: "refuse" (also if left out), "ignore", "over" or "around"."""
+    clearance_m: Clearance | None = None
+    """Distance that bent ways keep from buildings [m]; 5 if left out."""
+    max_altitude_m: Altitude | None = None
+    """Largest altitude of the waypoints of bent ways [m]; without it there is no cap."""
+    through_buildings: Switch | None = None
+    """Whether a leg may cross a building; true is obstacles = "ignore", false "refuse"."""
+
+    @property
+    def obstacle_rule(self) -> Obstacles:
+        """What holds for legs that a building blocks."""
+        return self.obstacles or ("ignore" if self.through_buildings else "refuse")
 
 
 class FlightModel(ABC):

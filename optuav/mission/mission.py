@@ -13,6 +13,7 @@ from optuav.frames import DataFrame, frame
 from optuav.mission import schema, validation
 from optuav.mission.buildings import Buildings
 from optuav.mission.files import ending_of, write_text
+from optuav.mission.flight_model import BENDING, BENT
 from optuav.mission.flights.rotors import RotorFlight
 from optuav.mission.forms import CHOICES, TABLES, Flight, Source, table_keys
 from optuav.mission.messages import nearest, no_building, path_of, shown
@@ -145,7 +146,8 @@ class Mission(MissionSection):
             ``laser.visibility_km`` and ``laser.attenuation_per_km`` each other, a new
             ``laser.wavelength_nm`` the four conversion coefficients, a new
             ``battery.capacity_As`` or ``battery.packs`` the energies E_1 and E_2 of the full
-            battery, a new ``flight.model`` or ``laser.beam`` the keys of the other one.
+            battery, a new ``flight.model`` or ``laser.beam`` the keys of the other one,
+            ``flight.obstacles`` and ``flight.through_buildings`` each other.
 
         Returns
         -------
@@ -319,6 +321,10 @@ def displaced(name: str, table: Document) -> Iterator[tuple[str, frozenset[str]]
     if choice := CHOICES.get(name):  # Keys of other flight models, or other beams
         own = choice.form_of(table).model_fields.keys()
         yield choice.key, frozenset(table_keys(name).keys() - own)
+    if name == "flight":
+        of_ways = frozenset(() if table.get("obstacles") in BENT else BENDING)
+        yield "obstacles", of_ways | {"through_buildings"}
+        yield "through_buildings", of_ways | {"obstacles"}
 
 
 def without_none(value: Any, depth: int = 3, *, kept: bool = False) -> Any:

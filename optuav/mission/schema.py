@@ -134,6 +134,7 @@ LENGTH, CORNERS = Number("m", ge=1e-3, le=1e6), Len(3, 10_000)
 Coordinate = Annotated[float, COORDINATE]
 Altitude = Annotated[float, ALTITUDE]
 Length = Annotated[float, LENGTH]
+Clearance = Annotated[float, Number("m", ge=0, le=1e3)]
 Position = Annotated[
     tuple[Coordinate, Coordinate, Coordinate], Strict(), Listed, Allowed(f"{_THREE} [m]")
 ]

@@ -12,7 +12,7 @@ from optuav.errors import Fault, InputError, safe_name
 from optuav.mission import schema
 from optuav.mission.beam import BEAMS, SpreadingBeam
 from optuav.mission.buildings import Buildings, misnamed, misshapen
-from optuav.mission.flight_model import FLIGHTS, FlightModel
+from optuav.mission.flight_model import BENDING, BENT, FLIGHTS, FlightModel
 from optuav.mission.forms import CHOICES, TABLES, table_keys
 from optuav.mission.messages import allowed, nearest, shown, table
 from optuav.mission.schema import RATE_PER_MINUTE, SCHEMA, SECTIONS
@@ -251,6 +251,7 @@ def rules(document: Document) -> Iterator[Breach]:
         if name in [*FLIGHTS]:
             by = f'flight.model = "{name}"'
             yield from _rules_of_model({**document, "flight": flight}, FLIGHTS[name], by)
+        yield from _rules_of_ways(flight)
     yield from rules_of_buildings(document)
 
 
@@ -277,6 +278,17 @@ def _rules_of_model(
             yield Breach((name, *parts), f"not with {by}")
     for place, words in model.breaches(document):
         yield Breach(place, words)
+
+
+def _rules_of_ways(flight: Document) -> Iterator[Breach]:
+    """What keys of blocked legs do not go together."""
+    rule = flight.get("obstacles")
+    if rule and "through_buildings" in flight:
+        yield Breach(("flight", "through_buildings"), "either obstacles or through_buildings")
+    for key in () if rule in (*BENT, UNKNOWN) else BENDING:
+        if key in flight:
+            words = " or ".join(f'"{each}"' for each in BENT)
+            yield Breach(("flight", key), f"goes with obstacles = {words} only")
 
 
 def rules_of_buildings(document: Document) -> Iterator[Breach]:

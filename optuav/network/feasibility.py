@@ -19,6 +19,7 @@ from optuav.network.places import DESTINATION, HOVER, ORIGIN, as_points
 from optuav.network.prisms import prisms
 from optuav.network.timeline import stay_net
 from optuav.network.variants import Variants, stacked
+from optuav.network.ways import CLEARANCE_M
 from optuav.physics import flight, link
 
 TOLERANCE = 1e-9  # Relative; a hover point on the rim of the coverage is covered
@@ -87,9 +88,22 @@ def blocked_legs(network: Network, route: int) -> list[str]:
             why = "is not in the graph"
             if legs.crosses[leg] >= 0:
                 building = network.mission.buildings.names[legs.crosses[leg]]
-                why = f"crosses building {building} (flight.through_buildings = true allows it)"
+                why = f"crosses building {building} ({_remedy(network.mission)})"
             reasons.append(f"the leg {names[legs.start[leg]]} → {names[legs.end[leg]]} {why}")
     return reasons
+
+
+def _remedy(mission: Mission) -> str:
+    """What frees a leg that a building blocks."""
+    keys = mission.flight
+    if keys.obstacle_rule == "refuse":
+        return 'flight.obstacles = "over" flies over it, "ignore" through it'
+    limits = [
+        f"flight.clearance_m = {CLEARANCE_M if keys.clearance_m is None else keys.clearance_m:g} m"
+    ]
+    if keys.max_altitude_m is not None:
+        limits.append(f"flight.max_altitude_m = {keys.max_altitude_m:g} m")
+    return f"no way {keys.obstacle_rule} it keeps {' and '.join(limits)}"
 
 
 def advice(mission: Mission) -> Iterator[str]:

@@ -12,6 +12,7 @@ from optuav.mission.flight_model import flight_of
 from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import FIRST_BUILDING, Places
 from optuav.network.prisms import Prisms
+from optuav.network.ways import build_ways, loads_along
 from optuav.physics.flight import Loads
 from optuav.physics.quantity import Quantity
 
@@ -36,6 +37,7 @@ class Legs:
     powers_W: Floats
     # Number of a building in the way, −1 if the way is clear or may cross buildings.
     crosses: Integers
+    waypoints_m: Floats  # (waypoint, axis, leg) of bent ways [m]; NaN beyond a leg's own
     flyable: Booleans  # Whether a route may use it
     edited: Booleans  # Whether its figures were stated by the user rather than computed
 
@@ -69,28 +71,40 @@ def build_legs(
 ) -> Legs:
     """A table of the legs between places, from `start` to `end` (leg,), different in every leg."""
     count, at_m, flight = len(start), places.position_m, flight_of(mission)
+    crosses = np.full(len(start), CLEAR, dtype=np.intp)
+    waypoints_m, rule = np.empty((count, 0, 3)), mission.flight.obstacle_rule
+    if rule != "ignore" and len(obstacles.building):
+        lines, line = shared_lines(start, end)
+        if rule == "refuse":
+            crosses = _blockers(places, obstacles, lines).take(line)
+        else:
+            ways = build_ways(
+                mission, (mission.buildings,), at_m[None], lines, lines - FIRST_BUILDING
+            )
+            crosses = ways.blocker[0, line]
+            waypoints_m = ways.of_legs(line, start > end)[0]
     loads = list[Loads]()
     for part in (slice(k, k + AT_ONCE) for k in range(0, max(count, 1), AT_ONCE)):
-        x, y, z = (at_m.take(end[part], axis=0) - at_m.take(start[part], axis=0)).T
-        loads.append(flight.leg((x, y, z)))
+        start_m, end_m = (at_m.take(each[part], axis=0) for each in (start, end))
+        loads.append(loads_along(flight.leg, start_m, end_m, waypoints_m[part]))
     distance_m, peak_m_s = _table([(each.distance_m, each.peak_speed_m_s) for each in loads], count)
     durations_s = _table([each.durations_s for each in loads], count)
     currents_A = _table([each.currents_A for each in loads], count)
     powers_W = _table([each.powers_W for each in loads], count)
-    crosses = np.full(len(start), CLEAR, dtype=np.intp)
-    if not mission.flight.through_buildings and len(obstacles.building):
-        # A building in the way is the same there and back, and none where an end is not known.
-        lines, line = shared_lines(start, end)
-        known = np.isfinite(places.position_m).all(axis=1).take(lines).all(axis=1)
-        ways = lines[known]
-        low_m, high_m = (at_m.take(each, axis=0) for each in ways.T)
-        blockers = np.full(len(lines), CLEAR, dtype=np.intp)
-        blockers[known] = crossed(obstacles, low_m, high_m, ways - FIRST_BUILDING)
-        crosses = blockers.take(line)
     flyable = np.isfinite(durations_s).all(axis=0) & (crosses == CLEAR)
     edited, stages = np.zeros(count, bool), loads[0].stages
     drawn = durations_s, currents_A, powers_W
-    return Legs(start, end, stages, distance_m, peak_m_s, *drawn, crosses, flyable, edited)
+    bent_m = np.moveaxis(waypoints_m, 0, -1)
+    return Legs(start, end, stages, distance_m, peak_m_s, *drawn, crosses, bent_m, flyable, edited)
+
+
+def _blockers(places: Places, obstacles: Prisms, lines: Integers) -> Integers:
+    """A building in the way of each line (line, 2); none where an end is not known."""
+    ways = lines[known := places.exists.take(lines).all(axis=1)]
+    low_m, high_m = (places.position_m.take(each, axis=0) for each in ways.T)
+    blockers = np.full(len(lines), CLEAR, dtype=np.intp)
+    blockers[known] = crossed(obstacles, low_m, high_m, ways - FIRST_BUILDING)
+    return blockers
 
 
 def _table(parts: Sequence[Sequence[Quantity]], count: int) -> Floats:

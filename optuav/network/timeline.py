@@ -10,7 +10,7 @@ from pydantic import ConfigDict, FailFast, Strict
 
 from optuav.mission import Mission
 from optuav.mission.flight_model import flight_of
-from optuav.mission.schema import LARGEST, Number
+from optuav.mission.schema import LARGEST, Number, Position
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
@@ -74,6 +74,8 @@ class Phase:
         Whether the user stated its figures in a graph.
     available_As, bound_As
         Charge in the wells at its end [A s], one entry a pack; pooled packs count as one.
+    waypoints_m
+        Points (x, y, z) [m] by which a bent leg goes, in order; it stops there.
 
     Examples
     --------
@@ -95,6 +97,7 @@ class Phase:
     edited: Annotated[bool, Strict()]
     available_As: PerPack
     bound_As: PerPack
+    waypoints_m: Annotated[tuple[Position, ...], FailFast()] = ()
 
     @property
     def duration_s(self) -> float:
@@ -164,12 +167,16 @@ def phases_along(network: Network, legs: Sequence[int], stays_s: Sequence[Quanti
     names = places.names
     for leg, stay_s in zip(legs, [*stays_s, None], strict=True):
         start, end, edited = int(table.start[leg]), int(table.end[leg]), bool(table.edited[leg])
-        used = slice(0, 1 if edited else None)
+        waypoints_m = table.waypoints_m[..., leg]
+        waypoints_m = waypoints_m[np.isfinite(waypoints_m[:, 0])]
+        in_segment = len(table.stages) // (1 + len(table.waypoints_m))
+        used = slice(0, 1 if edited else in_segment * (1 + len(waypoints_m)))
         nets = ((0.0 - each[used, leg]).tolist() for each in (table.currents_A, table.powers_W))
         stages = tuple(map(PhaseStage, table.durations_s[used, leg].tolist(), *nets))
         way_m, peak_m_s = float(table.distance_m[leg]), float(table.peak_speed_m_s[leg])
         ends = names[start], names[end], 0.0
-        found.append(Phase("flight", *ends, stages, way_m, peak_m_s, edited, (), ()))
+        bent = (), (), tuple(map(tuple, waypoints_m.tolist()))
+        found.append(Phase("flight", *ends, stages, way_m, peak_m_s, edited, *bent))
         if end == HOVER or end >= FIRST_BUILDING:
             kind: Kind = "hover" if end == HOVER else "rest"
             stages = (PhaseStage(stay_s, *map(float, stay_net(network, end))),)

@@ -13,17 +13,19 @@ from typing import Any
 
 import numpy as np
 
-from optuav.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
 from optuav.mission.buildings import Buildings
-from optuav.mission.flight_model import flight_of
+from optuav.mission.flight_model import BENT, flight_of
 from optuav.mission.keys import now_of, numeric_keys
 from optuav.mission.mission import DISPLACED
 from optuav.network import vehicle
 from optuav.network.legs import shared_lines
 from optuav.network.network import Network
+from optuav.network.obstacles import CLEAR
 from optuav.network.places import FIRST_BUILDING, clear_past, position_table, received_table
 from optuav.network.routes import totals
+from optuav.network.ways import Ways, build_ways, loads_along
 from optuav.physics.flight import Flow, Loads
 from optuav.physics.kibam import Shift, Stage, falls_throughout, shift
 from optuav.physics.quantity import Quantity
@@ -112,10 +114,12 @@ class Variants:
     def able(self) -> Booleans:
         """Whether all legs can be flown and the hover point be held (variant or 1, route)."""
         able = np.isfinite(np.atleast_2d(self.loads.duration_s))
-        if not self.mission.flight.through_buildings:
-            lines, line = shared_lines(self.network.legs.start, self.network.legs.end)
+        if self.mission.flight.obstacle_rule == "refuse":
+            lines, line = self._lines
             free = clear_past(self._past, self.position_m, lines, lines - FIRST_BUILDING)
             able = able & free[:, line]
+        elif self.ways is not None:
+            able = able & (self.ways.blocker == CLEAR)[:, self._lines[1]]
         able = np.concatenate([able, np.ones((len(able), 1), bool)], axis=1)  # for NO_LEG
         held = np.isfinite(self.hover_load.current_A)
         return np.asarray(able[:, self.network.routes.legs].all(axis=2) & held)
@@ -151,9 +155,31 @@ class Variants:
     @cached_property
     def loads(self) -> Loads:
         """What the legs draw in their stages, each (variant or 1, leg) or a number."""
-        legs, position_m = self.network.legs, self.position_m
-        x, y, z = np.moveaxis(position_m[:, legs.end] - position_m[:, legs.start], -1, 0)
-        return flight_of(self.mission).leg((x, y, z))
+        legs = self.network.legs
+        start_m, end_m = (self.position_m[:, each] for each in (legs.start, legs.end))
+        waypoints_m = np.empty((1, len(legs.start), 0, 3))
+        if self.ways is not None:
+            waypoints_m = self.ways.of_legs(self._lines[1], legs.start > legs.end)
+        return loads_along(flight_of(self.mission).leg, start_m, end_m, waypoints_m)
+
+    @cached_property
+    def _lines(self) -> tuple[Integers, Integers]:
+        """The lines that legs fly along, and the number of each leg's line."""
+        return shared_lines(self.network.legs.start, self.network.legs.end)
+
+    @cached_property
+    def ways(self) -> Ways | None:
+        """The ways along the lines of legs; None where no leg is bent."""
+        if self.mission.flight.obstacle_rule not in BENT:
+            return None
+        lines, _ = self._lines
+        places = self.position_m, lines, lines - FIRST_BUILDING
+        return build_ways(self.mission, self._past, *places)
+
+    @cached_property
+    def bent_m(self) -> Quantity | None:
+        """Lengths of the legs (variant or 1, leg) [m]; None where no leg is bent."""
+        return None if self.ways is None else self.loads.distance_m
 
 
 @lru_cache(maxsize=1)
@@ -173,7 +199,15 @@ def stacked(*networks: Network) -> Variants:
         """Arrays of all networks, one row each."""
         return np.stack([getattr(getattr(each, table), name) for each in networks])
 
-    currents_A, durations_s = rows("legs", "currents_A"), rows("legs", "durations_s")
+    def stages(name: str) -> Floats:
+        """Tables (stage, network, leg); legs of fewer segments have zeros."""
+        tables = [getattr(each.legs, name) for each in networks]
+        most = max(map(len, tables))
+        short = [most - len(each) for each in tables]
+        parts = zip(tables, short, strict=True)
+        return np.stack([np.pad(x, ((0, k), (0, 0))) if k else x for x, k in parts], axis=1)
+
+    bent = [each.flight.obstacle_rule in BENT for each in missions]
     received = rows("places", "charge_current_A"), rows("places", "received_power_W")
     variants = Variants(first, columns)
     vars(variants).update(
@@ -182,7 +216,8 @@ def stacked(*networks: Network) -> Variants:
         received=Flow(*received),
         able=rows("routes", "flyable"),
         flight=[rows("routes", name) for name in TOTALS],
-        stages=[*map(Stage, 0.0 - currents_A.swapaxes(0, 1), durations_s.swapaxes(0, 1))],
+        stages=[*map(Stage, 0.0 - stages("currents_A"), stages("durations_s"))],
+        bent_m=rows("legs", "distance_m") if any(bent) else None,
     )
     return variants
 

@@ -52,11 +52,12 @@ class Loads(NamedTuple):
     powers_W: tuple[Quantity, ...]
     peak_speed_m_s: Quantity
     peak_s: Quantity  # Moment since the leg began at which the peak speed is reached [s]
+    bent_m: Quantity | None = None  # Length of a bent path [m]; None for straight ones
 
     @property
     def distance_m(self) -> Quantity:
         """Length of the path [m]."""
-        return norm(self.way_m)
+        return norm(self.way_m) if self.bent_m is None else self.bent_m
 
     @property
     def duration_s(self) -> Quantity:

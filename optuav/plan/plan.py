@@ -166,6 +166,8 @@ class Plan(Record):
                 wrong.append(" begins elsewhere than the one before it ends")
             if phase.kind != "flight" and len(ends) > 1:
                 wrong.append(f": a {phase.kind} ends where it begins")
+            if phase.kind != "flight" and phase.waypoints_m:
+                wrong.append(f": a {phase.kind} has no waypoints_m")
             if len(phase.available_As) != len(phase.bound_As):
                 wrong.append(": available_As and bound_As need one entry a pack")
             faults += [f"phases[{number}]{words}" for words in wrong]
@@ -308,7 +310,10 @@ class Plan(Record):
         phases, mission = data.pop("phases"), self.mission
         derived = {name: getattr(self, name) if self else None for name in DERIVED}
         data = {"schema": SCHEMA, "kind": KIND, **data, **to_jsonable_python(derived)}
-        data["phases"] = phases
+        # Files of plans without bent ways are as they always were.
+        data["phases"] = [
+            {k: v for k, v in phase.items() if k != "waypoints_m" or v} for phase in phases
+        ]
         if source := mission.buildings.source:
             from optuav.mission.table_files import seen_from
             from optuav.plan.used import used_buildings

@@ -25,7 +25,7 @@ class Event:
     ----------
     kind
         Of a violation ``"empty"``, ``"full"``, ``"deadline"``, ``"state of charge"``,
-        ``"altitude"``, ``"coverage"``, ``"building"``, ``"ends"``, ``"no roof"``,
+        ``"altitude"``, ``"coverage"``, ``"building"``, ``"clearance"``, ``"ends"``, ``"no roof"``,
         ``"impossible"``, ``"mismatch"`` or ``"no plan"``; of other events ``"no sight"``,
         ``"peak speed"``, ``"no drag"``, ``"stated"``, ``"unknown"`` (buildings of a table that is
         not here), ``"pack empty"`` or ``"pack full"``.

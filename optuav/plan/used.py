@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +32,13 @@ def used_buildings(plan: Plan) -> Buildings:
     ends_m = (route.origin_m, vehicle.hover_point_m(mission), route.destination_m)
     at_m = {name: (CLEAR, end) for name, end in zip(ENDS, ends_m, strict=True)}
     at_m |= {name: (k, tuple(buildings.roof_m[k])) for k, name in numbers.items()}
-    lines = [(at_m[p.start_place], at_m[p.end_place]) for p in plan.phases if p.kind == "flight"]
+    lines = [
+        pair
+        for p in plan.phases
+        for by in [(at_m[p.start_place], *((CLEAR, at) for at in p.waypoints_m), at_m[p.end_place])]
+        for pair in pairwise(by)
+        if p.kind == "flight"
+    ]
     if mission.laser is not None:
         lines += [((CLEAR, mission.laser.position_m), at_m[name]) for name in names]
     known = [(a, b) for a, b in lines if np.isfinite([a[1], b[1]]).all()]

@@ -59,7 +59,10 @@ def numbers(variants: Variants, which: Integers, variant: Integers | None) -> di
     flown_m, legs = np.zeros(len(which)), network.legs
     for leg in network.routes.legs[which].T:
         way_m = positions_m(legs.end[leg]) - positions_m(legs.start[leg])
-        flown_m += np.where(leg == NO_LEG, 0.0, np.sqrt((way_m**2).sum(axis=0)))
+        length_m: Quantity = np.sqrt((way_m**2).sum(axis=0))
+        if variants.bent_m is not None:
+            length_m = table_entries(variants.bent_m, variant, leg)
+        flown_m += np.where(leg == NO_LEG, 0.0, length_m)
     named["flight_distance_m"] = Number(flown_m, "m")
     building = network.routes.building[which]
     stays = {"hover": np.full(len(which), HOVER)}

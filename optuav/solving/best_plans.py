@@ -60,7 +60,7 @@ REASONS = {
     "(link.device_m, link.transmit_power_W, limits.outage_probability, limits.min_altitude_m)",
     "altitude": "route.hover_m is outside limits.min_altitude_m and limits.max_altitude_m",
     "blocked": "no route that the problem may take can be flown past the buildings "
-    "(flight.through_buildings)",
+    "(flight.obstacles)",
     "late": "the shortest flight alone takes longer than limits.deadline_s",
     "charge": "the battery does not hold the charge for any route",
     "wells": "on every route the available well runs dry or is charged past full",

@@ -55,7 +55,7 @@ def narrowed(mission: Mission, question: Question) -> Program | None:
     if problem != P1() or question.perspective not in (*PAPER, AVAILABLE) or turns or not alike:
         return None
     # Walls forbid routes and make none better: only the legs to the best roofs are tried.
-    clear = mission.replace({"flight.through_buildings": True})
+    clear = mission.replace({"flight.obstacles": "ignore"})
     bounds_s, size = _bounds_s(clear, question, places), FIRST
     to_hover, from_hover = network_by(mission, places, np.arange(0)).legs.flyable
     if not from_hover:

@@ -100,7 +100,7 @@ def test_a_building_in_the_way(monkeypatch: pytest.MonkeyPatch) -> None:
     wall = {"name": "wall", "position_m": [500, 1250, 100], "footprint_m": [60, 60]}
     mission = SMALL.replace({"buildings": [wall]})
     found = by_key(mission, problem="P3")
-    assert str(found["flight.through_buildings", "=="]) == "flight.through_buildings = true"
+    assert str(found["flight.obstacles", "=="]) == "flight.obstacles = 'over'"
     for each in found.values():
         check(mission, {"problem": "P3"}, each)
 

@@ -152,6 +152,9 @@ def test_table2_differs_from_the_paper_in_its_loads_only(paper: Mission) -> None
     assert table2.flight.model == "regimes"
     assert vars(table2.flight) == {
         "model": "regimes",
+        "obstacles": None,
+        "clearance_m": None,
+        "max_altitude_m": None,
         "through_buildings": False,
         "acceleration_m_s2": 12.2349,
         "max_speed_m_s": None,

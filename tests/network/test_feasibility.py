@@ -40,7 +40,7 @@ ALONE: list[tuple[dict[str, Any], list[str]]] = [
     (OUTSIDE, ["P1.a outage", "route.hover_m is 1001.25 m", "limits.outage_probability = 0.01"]),
     (LOW, ["P1.e altitude", "route.hover_m is at 49 m", "limits.min_altitude_m"]),
     (HIGH, ["P1.e altitude", "route.hover_m is at 151 m", "limits.max_altitude_m"]),
-    (WALLED, ["origin → hover crosses building wall", "flight.through_buildings = true"]),
+    (WALLED, ["origin → hover crosses building wall", 'flight.obstacles = "over"']),
 ]
 
 

@@ -1,0 +1,67 @@
+"""The distance that bent ways keep from buildings, computed from the waypoints of a plan."""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from optuav.arrays import Floats
+from optuav.mission import Mission
+from optuav.network.prisms import MARGIN_M, prisms
+
+MITRE = 5.0  # Most clearances by which the corner of a wall is away from that of its building
+
+
+class Near(NamedTuple):
+    """A building to which a way comes too near."""
+
+    building: int
+    distance_m: float  # Above its roof, or else beside it; < 0 below the roof
+
+
+def too_near(
+    mission: Mission, points_m: Floats, own: tuple[int, int], clearance_m: float, slack: float
+) -> Iterator[Near]:
+    """Buildings from which the way along points (point, 3) [m] keeps less than the clearance [m].
+
+    A way may miss altitudes by a share `slack`. Its own buildings, at its ends, do not count.
+    Clearance is above a footprint, and beside it up to mitred corners; of a footprint beside which
+    an end lies, above it only, and of a roof above which an end lies, the height of that end.
+    """
+    obstacles, ends_m = prisms(mission.buildings), points_m[[0, -1]]
+    for start_m, end_m in pairwise(points_m):
+        low_m, high_m = np.sort([start_m[:2], end_m[:2]], axis=0)[..., None]
+        beyond_m = MITRE * clearance_m
+        close = (obstacles.low_m <= high_m + beyond_m) & (obstacles.high_m >= low_m - beyond_m)
+        line = shapely.LineString([start_m[:2], end_m[:2]])
+        numbers = np.flatnonzero(close.all(axis=0) & ~np.isin(obstacles.building, own))
+        for number, outline in zip(numbers, obstacles.inner(numbers), strict=True):
+            wall, roof_m = outline.buffer(clearance_m, join_style="mitre"), obstacles.roof_m[number]
+            top_m = roof_m + clearance_m
+            if shapely.intersects_xy(wall, *ends_m[:, :2].T).any():
+                wall = outline
+                above = shapely.intersects_xy(wall, *ends_m[:, :2].T)
+                above &= ends_m[:, 2] >= roof_m - MARGIN_M
+                top_m = min(top_m, *ends_m[above, 2])
+            lowest_m = _lowest_m(start_m, end_m, line, wall)
+            if lowest_m < top_m - slack * max(1.0, abs(top_m)):
+                over_m = _lowest_m(start_m, end_m, line, outline)
+                beside_m = float(line.distance(outline))
+                away_m = over_m - roof_m if np.isfinite(over_m) else beside_m
+                yield Near(int(obstacles.building[number]), float(away_m))
+
+
+def _lowest_m(
+    start_m: Floats, end_m: Floats, line: shapely.LineString, area: shapely.Geometry
+) -> float:
+    """Least altitude of a straight way over an area [m]; infinite where it is not over it."""
+    if line.length <= MARGIN_M:
+        upright = shapely.intersects_xy(area, *start_m[:2])
+        return float(min(start_m[2], end_m[2])) if upright else np.inf
+    at_m = shapely.get_coordinates(line.intersection(area))
+    shares = np.hypot(*(at_m - start_m[:2]).T) / line.length
+    if len(shares) == 0 or (shares.max() - shares.min()) * line.length <= MARGIN_M:
+        return np.inf  # To graze a wall is not to cross it
+    return float((start_m[2] + (end_m[2] - start_m[2]) * shares).min())
