@@ -38,7 +38,9 @@ def too_near(
         line = shapely.LineString([start_m[:2], end_m[:2]])
         numbers = np.flatnonzero(close.all(axis=0) & ~np.isin(obstacles.building, own))
         for number, outline in zip(numbers, obstacles.inner(numbers), strict=True):
-            wall, roof_m = outline.buffer(clearance_m, join_style="mitre"), obstacles.roof_m[number]
+            # GEOS makes nothing of a footprint that grows by less than rounding.
+            wide_m, roof_m = max(clearance_m, MARGIN_M), obstacles.roof_m[number]
+            wall = outline.buffer(wide_m, join_style="mitre")
             top_m = roof_m + clearance_m
             if shapely.intersects_xy(wall, *ends_m[:, :2].T).any():
                 wall = outline

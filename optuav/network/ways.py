@@ -318,6 +318,8 @@ def _fences(town: Buildings, clearance_m: float) -> Fences:
     import shapely
 
     obstacles = prisms(town)
-    walls = shapely.buffer(obstacles.polygons, clearance_m, join_style="mitre")
+    walls = obstacles.polygons
+    if clearance_m > MARGIN_M:  # GEOS makes nothing of a footprint that grows by less than rounding
+        walls = shapely.buffer(walls, clearance_m, join_style="mitre")
     shapely.prepare(walls)
     return Fences(obstacles, walls, shapely.STRtree(walls), obstacles.roof_m + clearance_m)
