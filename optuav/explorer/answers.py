@@ -23,7 +23,7 @@ from optuav.mission.keys import now_of
 from optuav.mission.mission import toml_of
 from optuav.network import vehicle
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
-from optuav.network.scene import scene
+from optuav.network.scene import Scene, scene
 from optuav.plan import Plan
 from optuav.plan.display import levels, round_step, rounded_up, thinned
 from optuav.plan.plane import ROLES, SAMPLES, sampled
@@ -144,9 +144,16 @@ def _map(mission: Mission, plan: Plan) -> Data:
         "radius_m": round(radius_m, 3) if math.isfinite(radius_m) else None,
         "rim": _listed(device_m[:2] + radius_m * RIM) if math.isfinite(radius_m) else None,
         "laser": None if laser is None else [*laser.position_m],
-        "route": _listed(shown.positions(plan.route)) if plan else None,
+        "route": _listed(_points_m(shown, plan)) if plan else None,
         "stops": [asdict(each) for each in plan.stops] if plan else [],
     }
+
+
+def _points_m(shown: Scene, plan: Plan) -> Floats:
+    """Places and waypoints of a plan (point, 3) [m] in order."""
+    origin_m, *ends_m = shown.positions(plan.route)
+    legs = zip(plan.waypoints_m, ends_m, strict=True)
+    return np.array([origin_m, *(at for by, end_m in legs for at in (*by, end_m))])
 
 
 def _wells(plan: Plan) -> Data:

@@ -46,6 +46,10 @@ COLUMNS = (
 """Attributes of a phase that are columns of a plan's table."""
 
 
+Waypoints: TypeAlias = tuple[tuple[tuple[float, float, float], ...], ...]
+"""Points (x, y, z) [m] by leg."""
+
+
 @dataclass(frozen=True)
 class Stop:
     """A stay at one place.
@@ -219,6 +223,11 @@ class Plan(Record):
         """Names of the places in the order in which they are reached."""
         flights = [phase for phase in self._existing() if phase.kind == "flight"]
         return (flights[0].start_place, *(phase.end_place for phase in flights))
+
+    @property
+    def waypoints_m(self) -> Waypoints:
+        """Points (x, y, z) [m] by which each leg goes, in order; none of a straight one."""
+        return tuple(each.waypoints_m for each in self._existing() if each.kind == "flight")
 
     @property
     def stops(self) -> tuple[Stop, ...]:

@@ -130,9 +130,11 @@ def _still(replayed: Replay) -> Figure:
         if phase.kind != "flight"
     )
     look: style.Look = {"color": GREY, "linewidth": 0.8, "linestyle": style.DASHED}
-    flights = (phase.end.position_m for phase in replayed.phases if phase.kind == "flight")
-    points = np.array([replayed.phases[0].start.position_m, *flights])
-    way = Way(names, points, stops, look)
+    flights = [phase for phase in replayed.phases if phase.kind == "flight"]
+    ends = (phase.end.position_m for phase in flights)
+    points = np.array([replayed.phases[0].start.position_m, *ends])
+    by = tuple(phase.waypoints_m for phase in flights)
+    way = Way.bent(names, points, by, stops, look)
     draw_plan_view(left, view, [way])
     arrows = draw_from_above(left, view, [way])
     style.group_thousands(left, right)

@@ -28,6 +28,7 @@ from optuav.mission.messages import of_kind
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.network.scene import Scene, scene
 from optuav.plan import Plan, Stop, load_plan, load_subject
+from optuav.plan.plan import Waypoints
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, DARK, GREEN, GREY, LASER, ORANGE, PINK, SKY, Look
 
@@ -75,12 +76,28 @@ class MapAxes(NamedTuple):
 
 
 class Way(NamedTuple):
-    """A route as it is drawn: its places by name and position (place, 3) [m], stops and look."""
+    """A route as it is drawn: its points (point, 3) [m], stops and look."""
 
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # Of places; empty for waypoints
     points: Floats
     stops: tuple[Stop, ...]
     look: Look
+
+    @classmethod
+    def bent(
+        cls,
+        names: Sequence[str],
+        points: Floats,
+        waypoints_m: Waypoints,
+        stops: tuple[Stop, ...],
+        look: Look,
+    ) -> Way:
+        """Return the way by places and by the waypoints of each of its legs."""
+        named = [(names[0], points[0])]
+        for name, point, by in zip(names[1:], points[1:], waypoints_m, strict=True):
+            named += [*(("", np.array(at)) for at in by), (name, point)]
+        every, at = zip(*named, strict=True)
+        return cls(every, np.array(at), stops, look)
 
     @property
     def side(self) -> Floats:
@@ -129,17 +146,18 @@ def mission_map(
     names, stops = tuple(shown.places.names[k] for k in ends), tuple[Stop, ...]()
     look: Look = {"color": GREY, "linestyle": style.DASHED}
     entries = [Line2D([], [], label="direct route (no plan)", **look)]
+    by: Waypoints = ((),) * (len(names) - 1)
     if isinstance(subject, Plan):
         words = (subject.problem, subject.trajectory, subject.perspective)
         title += f": {', '.join(style.printed(word) for word in words if word)}"
         if subject:
             names, stops, look = subject.route, subject.stops, {"color": BLUE}
-            entries = [*_plan_entries(subject, look)]
+            by, entries = subject.waypoints_m, [*_plan_entries(subject, look)]
         else:
             title += f": no plan ({subject.status.value})"
             reasons = (reason.replace("$", r"\$") for reason in subject.reasons[:3])
             why = "\n".join(textwrap.fill(reason, 60) for reason in reasons)
-    way = Way(names, shown.positions(names), stops, look)
+    way = Way.bent(names, shown.positions(names), by, stops, look)
     return _draw(shown, [way], entries, title, why, figure=figure)
 
 
@@ -190,7 +208,8 @@ def trajectories(
         look: Look = {"color": colour, "linestyle": dashes}
         label = style.WORDS.get(name, style.printed(name))
         if plan:
-            ways.append(Way(plan.route, shown.positions(plan.route), plan.stops, look))
+            places = plan.route, shown.positions(plan.route), plan.waypoints_m
+            ways.append(Way.bent(*places, plan.stops, look))
             rests = [style.printed(str(stop.at)) for stop in plan.stops if stop.kind == "rest"]
             label += f"{' by ' + ', '.join(rests) if rests else ''}: Δ = {plan.hover_time_s:.1f} s"
             label += f", $T'$ = {plan.rest_time_s:.1f} s" if rests else ""
@@ -242,6 +261,7 @@ def _draw(
         name: (at[0], at[1])
         for way in reversed(ways)
         for name, at in zip(way.names, way.side.tolist(), strict=True)
+        if name
     }
     words = {name: symbol.rpartition(" ")[2] for name, symbol in SYMBOLS.items()}
     short = [style.Label(words.get(n) or style.printed(n), at) for n, at in corners.items()]
@@ -285,7 +305,8 @@ def _places(shown: Scene, ways: Sequence[Way]) -> dict[str, list[float]]:
     ends = ("origin", "destination")
     found = dict(zip(ends, shown.positions(ends).tolist(), strict=True))
     for way in ways:
-        found |= zip(way.names, way.points.tolist(), strict=True)
+        named = zip(way.names, way.points.tolist(), strict=True)
+        found |= {name: at for name, at in named if name}
     return found
 
 
