@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -44,7 +45,7 @@ def export(plan: Plan, path: str | Path, *, force: bool = False) -> Path:
 
 
 def course_of(plan: Plan) -> Course:
-    """The places of a plan on Earth, in its order, without stays of no length."""
+    """The places and waypoints of a plan on Earth, in its order, without stays of no length."""
     mission, route = plan.mission, plan.route
     if (crs := stated_system(mission)) is None:
         raise InputError([Fault("crs", "", NO_EARTH)])
@@ -52,7 +53,8 @@ def course_of(plan: Plan) -> Course:
     import pyproj
 
     names = [*dict.fromkeys(route)]
-    position_m = scene(mission).positions(names)
+    bent_m = [at for by in plan.waypoints_m for at in by]
+    position_m = np.array([*scene(mission).positions(names), *bent_m])
     ahead = pyproj.Transformer.from_crs(system_in_metres(crs), DEGREES, always_xy=True)
     degrees = np.column_stack(ahead.transform(*position_m[:, :2].T))
     if not np.isfinite(degrees).all():
@@ -60,17 +62,16 @@ def course_of(plan: Plan) -> Course:
             [Fault("crs", crs, "a reference system that holds all places of the plan")]
         )
     angles = np.round(degrees, DIGITS).tolist()
-    places = {
-        name: Position(longitude_deg, latitude_deg, float(z_m))
-        for name, (longitude_deg, latitude_deg), z_m in zip(
-            names, angles, position_m[:, 2], strict=True
-        )
-    }
+    heights_m = position_m[:, 2].tolist()
+    points = [Position(x, y, z_m) for (x, y), z_m in zip(angles, heights_m, strict=True)]
+    places, bends = dict(zip(names, points, strict=False)), iter(points[len(names) :])
     steps = []
     for phase in plan.phases:
         ends = (phase.start_place, phase.end_place)
         if phase.kind == "flight" or phase.duration_s > 0.0:
-            way = tuple(places[name] for name in (ends if phase.kind == "flight" else ends[1:]))
+            first, last = (places[name] for name in ends)
+            way = (first, *islice(bends, len(phase.waypoints_m)), last)
+            way = way if phase.kind == "flight" else way[1:]
             steps.append(Step(phase.kind, ends[1], way, phase.duration_s, phase.peak_speed_m_s))
     altitude_m = mission.earth.altitude_m if mission.earth else 0.0
     return Course(mission.name, (NOT_FLOWN, *plan.warnings), altitude_m, tuple(steps))

@@ -187,9 +187,12 @@ def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
     if not steps:
         return {}
     table, names, ends = network.legs, network.places.names, list[str]()
-    for legs, stay in legs_and_stays(network, part.routes, part.rests):
+    # The declaration has the stages that any of its routes has, bent ways more than straight ones.
+    whole = part.routes if part.whole is None else part.whole
+    routes = (legs_and_stays(network, each, part.rests) for each in (part.routes, whole))
+    for (legs, stay), (every, _) in zip(*routes, strict=True):
         leg = names[table.start[legs[entry]]], names[table.end[legs[entry]]]
-        stages = np.flatnonzero(table.durations_s[:, legs].any(axis=1)).tolist()
+        stages = np.flatnonzero(table.durations_s[:, every].any(axis=1)).tolist()
         of_flight = "of the flight {} → {}".format(*leg)
         for stage in stages[:-1]:
             ends.append(f"after stage {stage + 1} ({table.stages[stage]}) {of_flight}")

@@ -28,6 +28,7 @@ class Part:
     routes: Integers  # Numbers of the itineraries
     # Values of parameters unlike the declared ones; arrays with one entry per itinerary
     given: Values = field(default_factory=dict)
+    whole: Integers | None = None  # Routes for which it was declared, where some are left out
 
     @cached_property
     def model(self) -> Model:
@@ -42,7 +43,8 @@ class Part:
     def only(self, entries: Booleans) -> Part:
         """The part over some of its itineraries."""
         values = {k: each[entries] if np.ndim(each) else each for k, each in self.given.items()}
-        return Part(self.declared, self.routes[entries], values)
+        whole = self.routes if self.whole is None else self.whole
+        return Part(self.declared, self.routes[entries], values, whole)
 
     @property
     def rests(self) -> bool:

@@ -260,6 +260,19 @@ def test_a_batch_is_a_loop_of_solves(rule: str) -> None:
     assert any(phase.waypoints_m for plan in plans for phase in plan.phases)
 
 
+@pytest.mark.parametrize("perspective", ["available", "wells", "battery"])
+def test_routes_of_bent_and_straight_legs_compete(perspective: Any) -> None:
+    """Of all routes the best is flyable, its moments have words, and no straight route is lost."""
+    over = PAPER.replace({**OVER, "buildings": [*PAPER.buildings, WALL]})
+    plan, straight = (
+        optuav.solve(each, perspective=perspective)
+        for each in (over, over.replace({"flight.obstacles": "refuse"}))
+    )
+    assert plan.binding
+    assert not [e for e in optuav.replay(plan).violations if e.kind in ("building", "mismatch")]
+    assert not straight or plan.hover_time_s >= straight.hover_time_s - 1e-6
+
+
 def test_layouts_are_solved_as_each_of_them_alone() -> None:
     """Past towns of their own, the ways of a batch are those of single missions."""
     towns = [each.replace(OVER) for each in optuav.layouts("paper", 6, size_m=200.0, seed=4)]
@@ -316,6 +329,23 @@ def test_waypoints_stand_in_the_file(tmp_path: Path) -> None:
     (tmp_path / "hover.json").write_text(json.dumps(data))
     with pytest.raises(InputError, match="a hover has no waypoints_m"):
         optuav.load_plan(tmp_path / "hover.json")
+
+
+def test_an_export_goes_by_the_waypoints(tmp_path: Path) -> None:
+    """The first leg of a map in GeoJSON has its apex, at its height over z = 0."""
+    place = {"earth.latitude_deg": 52.5, "earth.longitude_deg": 13.4, "earth.altitude_m": 30.0}
+    plan = optuav.solve(WALLED.replace({**OVER, **place}), "P3")
+    text = plan.export(tmp_path / "plan.geojson").read_text("utf-8")
+    features = json.loads(text)["features"]
+    line = next(x["geometry"] for x in features if x["geometry"]["type"] == "LineString")
+    ((x, y, z),) = plan.phases[0].waypoints_m
+    assert len(line["coordinates"]) == 3
+    longitude, latitude, altitude_m = line["coordinates"][1]
+    assert altitude_m == pytest.approx(z + 30.0, abs=1e-5)
+    assert latitude == pytest.approx(52.5 + y / 111_270.0, abs=1e-4)
+    assert longitude == pytest.approx(
+        13.4 + x / (111_320.0 * math.cos(math.radians(52.5))), abs=1e-4
+    )
 
 
 @pytest.mark.parametrize(
