@@ -1,15 +1,19 @@
 """The distance that bent ways keep from buildings, computed from the waypoints of a plan."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import shapely
 
 from optuav.arrays import Floats
 from optuav.mission import Mission
 from optuav.network.prisms import MARGIN_M, prisms
+
+if TYPE_CHECKING:
+    import shapely
 
 MITRE = 5.0  # Most clearances by which the corner of a wall is away from that of its building
 
@@ -30,6 +34,8 @@ def too_near(
     Clearance is above a footprint, and beside it up to mitred corners; of a footprint beside which
     an end lies, above it only, and of a roof above which an end lies, the height of that end.
     """
+    import shapely
+
     obstacles, ends_m = prisms(mission.buildings), points_m[[0, -1]]
     for start_m, end_m in pairwise(points_m):
         low_m, high_m = np.sort([start_m[:2], end_m[:2]], axis=0)[..., None]
@@ -59,6 +65,8 @@ def _lowest_m(
     start_m: Floats, end_m: Floats, line: shapely.LineString, area: shapely.Geometry
 ) -> float:
     """Least altitude of a straight way over an area [m]; infinite where it is not over it."""
+    import shapely
+
     if line.length <= MARGIN_M:
         upright = shapely.intersects_xy(area, *start_m[:2])
         return float(min(start_m[2], end_m[2])) if upright else np.inf

@@ -254,7 +254,7 @@ def later(solve: Callable[..., Solution], by_s: float) -> Callable[..., Solution
     def sabotaged(*arguments: Any, **options: Any) -> Solution:
         found = solve(*arguments, **options)
         values = {**found.values, "hover_time_s": found.values["hover_time_s"] + by_s}
-        return replace(found, values=values)
+        return replace(found, values=values, objective=found.objective + by_s)
 
     return sabotaged
 
