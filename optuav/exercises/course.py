@@ -22,6 +22,7 @@ PARTS = (
     "dry_or_full",
     "measurements",
     "many_missions",
+    "of_today",
 )
 """Files of exercises, one a part of the course, in its order."""
 

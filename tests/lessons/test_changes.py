@@ -69,6 +69,9 @@ CHANGES = [
     ("A1_energy_or_battery", '"energy", "adjusted")\n', '"energy", "available")\n'),
     ("27_on_a_cluster", "scenarios_per_part = 1000", "scenarios_per_part = 20000"),
     ("27_on_a_cluster", "for _ in range(2)]", "for _ in range(1)]"),
+    ("28_how_far_does_a_laser_reach", "NEEDED_W = 150.0", "NEEDED_W = 1500.0"),
+    ("29_how_fast_to_fly", "SHORT_S = 7200.0, 1500.0", "SHORT_S = 3000.0, 900.0"),
+    ("30_over_the_houses", "HEIGHT_M = 200.0", "HEIGHT_M = 120.0"),
 ]
 STOPS = [
     ("17_audit_somebody_elses_plan", "duration_s = 660", "duration_s = 60"),

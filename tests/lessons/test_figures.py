@@ -438,6 +438,97 @@ def test_27_on_a_cluster(ran: Any) -> None:
 
 
 @slow
+def test_28_how_far_does_a_laser_reach(ran: Any) -> None:
+    """The reach of light that spreads by known angles, in closed form; each effect costs some."""
+    laser, receiver = ran.mission.laser, ran.mission.receiver
+    assert ran.budget.dc_W < 0.08 * laser.power_W
+    assert near(ran.budget.air, 0.936, 3)
+    waist_m = laser.aperture_m / math.sqrt(8.0)
+    passed_W = 2000.0 * (1.0 - math.exp(-4.0)) * 0.9 * 0.247 * 0.9
+    squared = -2.0 * receiver.radius_m**2 / math.log1p(-150.0 / passed_W)
+    angle = laser.m2 * 1.07e-6 / (math.pi * waist_m)
+    still_m = math.sqrt(squared - waist_m**2) / angle
+    assert math.isclose(ran.reach_km["diffraction"], still_m / 1000.0, rel_tol=1e-6)
+    shaken_m = math.sqrt((squared - waist_m**2) / (angle**2 + 4.0 * laser.jitter_rad**2))
+    assert math.isclose(ran.reach_km["and jitter"], shaken_m / 1000.0, rel_tol=1e-6)
+    _, jitter_km, turbulence_km, air_km = ran.reach_km.values()
+    assert 5.5 < still_m / shaken_m < 6.5
+    assert turbulence_km < 0.5 * jitter_km
+    assert 0.45 < air_km / turbulence_km < 0.55
+    assert len(ran.worlds) == 4
+    assert ran.changed == ran.mission
+    real_km = np.array(ran.by_aperture["and air"])
+    assert np.ptp(real_km[ran.apertures_m >= 0.05]) < 0.15 * real_km.max()
+    assert real_km[-1] < real_km[ran.apertures_m == 0.3][0]
+    best_s = ran.hover_s[-1]
+    assert np.isclose(ran.hover_s[ran.powers_W >= 7500.0], best_s).all()
+    assert (ran.hover_s[ran.powers_W <= 7000.0] < best_s - 1.0).all()
+    assert near(ran.hover_s[10] / 60.0, 40, 0)
+    assert ran.strong_budget.limit == "battery.charge_current_A = 11.76 A"
+    for (wavelength_nm, aperture_m), far_km in ran.hazards_km.items():
+        assert far_km > 3.0 * air_km
+        assert far_km <= ran.hazards_km[wavelength_nm, 0.3]
+        assert far_km > 0.5 * ran.hazards_km[1070.0, aperture_m]
+
+
+@slow
+def test_29_how_fast_to_fly(ran: Any) -> None:
+    """Speeds by the roots of derivatives of Zeng's curve, and hovers of the specification."""
+    assert near(ran.plans["paper"].hover_time_s, 577.52, 2)
+    assert ran.lost_s > ran.flown_s > 2.0 * ran.plans["paper"].flight_time_s - 1.0
+    assert all(ran.plans.values())
+    assert ran.plans["paper-drag"].flyable
+    flight = ran.relay.flight
+
+    def power_W(speed: float) -> float:
+        z = speed**2 / (2.0 * flight.induced_speed_m_s**2)
+        blades = flight.blade_power_W * (1.0 + 3.0 * (speed / flight.tip_speed_m_s) ** 2)
+        induced = flight.induced_power_W * math.sqrt(math.sqrt(1.0 + z * z) - z)
+        return blades + induced + flight.parasite_W_s3_m3 * speed**3
+
+    grid = np.linspace(1.0, 23.0, 22_001)
+    level_W = np.array([power_W(float(speed)) for speed in grid])
+    assert math.isclose(ran.curve.best_endurance_m_s, grid[level_W.argmin()], abs_tol=0.01)
+    assert math.isclose(ran.curve.best_range_m_s, grid[(level_W / grid).argmin()], abs_tol=0.01)
+    assert math.isclose(ran.windy.hover_power_W, power_W(10.0), rel_tol=1e-9)
+    slow_m_s, fast_m_s = ran.best_m_s
+    assert ran.curve.best_endurance_m_s + 3.0 < slow_m_s <= ran.curve.best_range_m_s
+    assert slow_m_s > ran.curve.best_range_m_s - 1.0
+    assert slow_m_s < fast_m_s < 23.0
+    worth = {name: (price.less, price.more) for name, price in ran.prices.items()}
+    assert np.allclose(worth[ran.LONG_S], 0.0)
+    assert np.allclose(worth[ran.SHORT_S], 1.0)
+    by_rule = np.array(list(ran.by_rule.values()))
+    assert by_rule.argmax(axis=0).tolist() == [1, 2]
+    assert (by_rule.max(axis=0) - by_rule.min(axis=0) > 60.0).all()
+    assert (np.nanmax(ran.hover_s, axis=1) - by_rule.max(axis=0) < 30.0).all()
+
+
+@slow
+def test_30_over_the_houses(ran: Any) -> None:
+    """The apex by similar triangles, 5 m above the roof and 5 m beside it; what a stop costs."""
+    assert not ran.refused
+    assert ran.plan.flyable
+    before, top, after = (y / 2501.0152 for y in (1215.0, ran.apex_m[1], 1285.0))
+    rise_m = ran.apex_m[2] - 50.0
+    assert near(50.0 + rise_m * before / top, 205.0, 2)
+    assert near(50.0 + rise_m * (1.0 - after) / (1.0 - top), 205.0, 2)
+    assert 0.0 < ran.extra_m < 0.01 * 2693.5
+    assert near(ran.lost_s, 20.34, 2)
+    high, low = ran.around.values()
+    assert high.hover_time_s == ran.plan.hover_time_s
+    assert 0.2 < high.hover_time_s - low.hover_time_s < 0.5
+    assert [point[2] for point in low.phases[0].waypoints_m] == [50.0]
+    assert np.isfinite(ran.hover_s["over"]).all()
+    assert len(ran.bend_s) == ran.closed.sum() > 20
+    assert (ran.bend_s > 30.0).sum() == 2
+    assert ran.bend_s.min() > 0.0
+    assert not ran.report
+    (event,) = (each for each in ran.report.violations if each.kind == "clearance")
+    assert 1.0 < event.value < 2.0
+
+
+@slow
 def test_A1_energy_or_battery(ran: Any) -> None:
     """The column Δ of Table II, its other cells where they agree, and the one that cannot be."""
     hovers_s = [round(plan.hover_time_s, 2) for plan in ran.plans.values()]
