@@ -70,7 +70,7 @@ def _best_range(task: Task) -> Predictions:
     unit="m/s",
     within=0.05,
     draws={
-        "rest_A": decimals(4.0, 20.0, 0.5),
+        "rest_A": decimals(4.0, 9.5, 0.1),
         "base_A": range(10, 31),
         "cubic_A": decimals(0.0005, 0.002, 0.0001),
     },
