@@ -58,6 +58,10 @@ class Quantities:
         "ω", "1", "battery.available_fraction", default=math.nan
     )
     flow_rate_per_s: Operand = _quantity("k_F", "1/s", "battery.flow_rate_per_s", default=math.nan)
+    # At the start, None where that is full: of level wells, or both wells.
+    start_soc: Operand = _quantity("η_0", "1", "start.soc", default=None)
+    start_available_As: Operand = _quantity("y1_0", "A s", "start.available_As", default=None)
+    start_bound_As: Operand = _quantity("y2_0", "A s", "start.bound_As", default=None)
     hover_distance_m: Operand = _quantity("d", "m", default=math.nan)
     coverage_radius_m: Operand = _quantity("d_max", "m", default=math.nan)
     hover_altitude_m: Operand = _quantity("z", "m", default=math.nan)
@@ -81,6 +85,18 @@ class Quantities:
     def battery_As(self) -> Operand:
         """B, capacity of all packs [A s]."""
         return self.packs * self.capacity_As
+
+    @property
+    def starts_charged(self) -> bool:
+        """Whether the charge at the start is stated; else the battery is full."""
+        return self.start_soc is not None or self.start_available_As is not None
+
+    @property
+    def start_share(self) -> Operand:
+        """State of charge at the start [-]."""
+        if self.start_available_As is not None:
+            return (self.start_available_As + self.start_bound_As) / self.battery_As
+        return 1.0 if self.start_soc is None else self.start_soc
 
     @property
     def nominal_battery_J(self) -> Operand:

@@ -24,14 +24,14 @@ StateOfCharge: TypeAlias = Callable[[Quantities, Operand, Operand], Operand]
 def battery(given: Quantities, hover: Operand, rest: Operand) -> Operand:
     """η1 = (y1 + y2)/B, by charge balance: [1] eq (19), exact for KiBaM."""
     drawn = given.flight_charge_As + given.hover_current_A * hover - given.rest_current_A * rest
-    return 1.0 - drawn / given.battery_As
+    return given.start_share - drawn / given.battery_As
 
 
 def energy(given: Quantities, hover: Operand, rest: Operand) -> Operand:
     """η2 = 1 − (E_fl + E_hv − E_harv)/E_0, radio included: [1] eq (20)."""
     harvested = given.hover_received_W * hover + given.rest_received_W * rest
     drawn = given.flight_energy_J + given.hover_power_W * hover - harvested
-    return 1.0 - drawn / given.nominal_battery_J
+    return given.start_share - drawn / given.nominal_battery_J
 
 
 def adjusted(given: Quantities, hover: Operand, rest: Operand) -> Operand:
@@ -46,7 +46,7 @@ def adjusted(given: Quantities, hover: Operand, rest: Operand) -> Operand:
     if in_hover_J is None:
         in_hover_J = given.battery_As * given.hover_voltage_V
     return (
-        1.0
+        given.start_share
         - given.flight_energy_J / in_flight_J
         - given.hover_power_W * hover / in_hover_J
         + harvested / given.nominal_battery_J
@@ -97,8 +97,17 @@ class _Pool(Battery):
         return Let("levelling rate", "k'", "1/s", rate) if isinstance(rate, Expression) else rate
 
 
+def start_charge(whole: Battery, given: Quantities) -> Tilted:
+    """Charge of all packs at the start: as stated, else full."""
+    if given.start_available_As is not None:
+        return Tilted.of(whole, Wells(given.start_available_As, given.start_bound_As))
+    if given.start_soc is not None:
+        return Tilted(given.start_soc * whole.capacity_As, 0.0)
+    return kibam.start(whole)
+
+
 def levels(given: Quantities, hover: Operand, rest: Operand) -> Sequence[Wells]:
-    """The wells after every step of the itinerary, from a full battery.
+    """The wells after every step of the itinerary.
 
     Constraints share the trees of the same times; steps have names, which keeps the page short.
     """
@@ -106,7 +115,7 @@ def levels(given: Quantities, hover: Operand, rest: Operand) -> Sequence[Wells]:
         if h is hover and r is rest:
             return known
     whole = _Pool(given.battery_As, given.available_fraction, given.flow_rate_per_s)
-    charge, found = kibam.start(whole), list[Wells]()
+    charge, found = start_charge(whole, given), list[Wells]()
     stays = {
         "hover": Stage(-given.hover_current_A, hover),
         "rest": Stage(given.rest_current_A, rest),

@@ -61,7 +61,8 @@ class Course(NamedTuple):
 def pooled(mission: Mission, phases: Sequence[Phase]) -> Course:
     """All packs as one battery, which may pass empty and full; tapered, it is kept full at most."""
     pool, tapers = vehicle.pool(mission), mission.battery.charging == "taper"
-    wells, stretches, ends = pool.full, list[Stretch](), list[tuple[Wells, ...]]()
+    wells = Wells(*map(float, vehicle.start(mission).wells(pool)))
+    stretches, ends = list[Stretch](), list[tuple[Wells, ...]]()
     for place, phase in enumerate(phases):
         for number, stage in enumerate(phase.stages):
             current_A, start_s, steady_s = stage.net.current_A, stage.start_s, stage.duration_s
@@ -110,7 +111,9 @@ def scheduled(mission: Mission, phases: Sequence[Phase]) -> Course:
     """Packs that carry the phases under the mission's schedule; a phase is a job."""
     given = mission.battery
     pack = Battery(given.capacity_As, given.available_fraction, given.flow_rate_per_s)
-    flown = packs.Packs(pack, given.packs, given.schedule, given.period_s)
+    begin = vehicle.start(mission).wells(vehicle.pool(mission))
+    own = Wells(*(float(well) / given.packs for well in begin))
+    flown = packs.Packs(pack, given.packs, given.schedule, given.period_s, own)
     stretches, ends, events = list[Stretch](), list[tuple[Wells, ...]](), list[Event]()
     for place, phase in enumerate(phases):
         before = _each(flown.wells)
@@ -174,13 +177,13 @@ def soc(
     flight_J, hover_J, gained_J = (np.interp(time_s, times_s, each) for each in total_J)
     (hover_A, hover_W), given = vehicle.hover_load(mission), mission.battery
     nominal_V, B = given.nominal_voltage_V, float(vehicle.pool(mission).capacity_As)
-    E_0 = B * nominal_V
+    E_0, begin = B * nominal_V, float(vehicle.start(mission).total_As) / B
     E_1 = given.flight_energy_J or (B * (total_J[0, -1] / flown_As) if flown_As else E_0)
     E_2 = given.hover_energy_J or (B * float(hover_W / hover_A) if hover_A else E_0)
     return {
         "battery": share,
-        "energy": 1.0 - (flight_J + hover_J - gained_J) / E_0,
-        "adjusted": 1.0 - flight_J / E_1 - hover_J / E_2 + gained_J / E_0,
+        "energy": begin - (flight_J + hover_J - gained_J) / E_0,
+        "adjusted": begin - flight_J / E_1 - hover_J / E_2 + gained_J / E_0,
     }
 
 

@@ -18,7 +18,7 @@ from optuav.mission.messages import nearest
 from optuav.mission.schema import COORDINATE, SCHEMA, Number
 from optuav.mission.validation import Breach, StatedMission
 from optuav.network import vehicle
-from optuav.network.obstacles import CLEAR, crossed
+from optuav.network.obstacles import CLEAR, crossed, roofs_below
 from optuav.network.places import ENDS
 from optuav.network.prisms import prisms
 from optuav.network.ways import build_ways
@@ -296,7 +296,9 @@ def _ways(
     if rule != "ignore":
         ends_m = np.array([[place.position_m for place in pair] for pair in ends])
         own = np.array([[place.building for place in pair] for pair in ends])
-        blockers = crossed(prisms(mission.buildings), ends_m[:, 0], ends_m[:, 1], own)
+        below = [roofs_below(mission.buildings, ends_m[:, side]) for side in (0, 1)]
+        roofs = np.where(own == CLEAR, np.stack(below, axis=1), own)
+        blockers = crossed(prisms(mission.buildings), ends_m[:, 0], ends_m[:, 1], roofs)
         if rule != "refuse" and any(move.waypoints_m is None for move in planned):
             lines = np.arange(2 * len(ends)).reshape(-1, 2)
             # A way is found from the place that comes first in the mission.

@@ -21,14 +21,21 @@ from optuav.mission.schema import MissionSection
 from optuav.mission.validation import Document, Key, StatedMission, keys_of, validate
 
 _ENERGIES = frozenset({"flight_energy_J", "hover_energy_J"})
+_WELLS = frozenset({"start.available_As", "start.bound_As"})
 
 DISPLACED: dict[str, dict[str, frozenset[str]]] = {
     "battery": {
         "flow_rate_per_s": frozenset({"flow_rate_per_min"}),
         "flow_rate_per_min": frozenset({"flow_rate_per_s"}),
-        "packs": _ENERGIES,
-        "capacity_As": _ENERGIES,
+        "packs": _ENERGIES | _WELLS,
+        "capacity_As": _ENERGIES | _WELLS,
+        "available_fraction": _WELLS,
         "schedule": frozenset({"period_s"}),
+    },
+    "start": {
+        "soc": frozenset({"available_As", "bound_As"}),
+        "available_As": frozenset({"soc"}),
+        "bound_As": frozenset({"soc"}),
     },
     "laser": {
         "visibility_km": frozenset({"attenuation_per_km"}),
@@ -36,7 +43,10 @@ DISPLACED: dict[str, dict[str, frozenset[str]]] = {
         "wavelength_nm": frozenset(schema.CONVERSIONS[810]),
     },
 }
-"""By table, the keys that a new value of a key displaces unless they are stated with it."""
+"""By table, the keys that a new value of a key displaces unless they are stated with it.
+
+Keys of other tables are dotted.
+"""
 
 
 class Mission(MissionSection):
@@ -50,7 +60,7 @@ class Mission(MissionSection):
     ----------
     name, description, crs
         What it is called and about, and the reference system of x and y in metres, or None.
-    route, limits, battery, rotor, body, air, earth, laser, receiver, link, wind, flight
+    route, limits, battery, start, rotor, body, air, earth, laser, receiver, link, wind, flight
         The tables of a mission file. Each of their keys is an attribute with its unit as a suffix,
         as ``limits.deadline_s`` [s]; ``optuav new FILE`` writes them all, with what they may be.
     buildings
@@ -76,6 +86,7 @@ class Mission(MissionSection):
     route: schema.RouteEnds
     limits: schema.Limits
     battery: schema.BatteryPacks
+    start: schema.Start | None = None
     rotor: schema.Rotor | None = None
     body: schema.Body | None = None
     air: schema.Air | None = None
@@ -146,8 +157,9 @@ class Mission(MissionSection):
             ``laser.visibility_km`` and ``laser.attenuation_per_km`` each other, a new
             ``laser.wavelength_nm`` the four conversion coefficients, a new
             ``battery.capacity_As`` or ``battery.packs`` the energies E_1 and E_2 of the full
-            battery, a new ``flight.model`` or ``laser.beam`` the keys of the other one,
-            ``flight.obstacles`` and ``flight.through_buildings`` each other.
+            battery and the wells of ``start``, a new ``battery.available_fraction`` those wells,
+            ``start.soc`` and the wells each other, a new ``flight.model`` or ``laser.beam`` the keys
+            of the other one, ``flight.obstacles`` and ``flight.through_buildings`` each other.
 
         Returns
         -------
@@ -309,9 +321,15 @@ def overlay(base: Document, stated: Document) -> tuple[Document, dict[Key, str]]
             continue
         for key, others in displaced(name, table):
             if table.get(key) is not None and table[key] != below.get(key):
-                for other in others & below.keys() - table.keys():
-                    gone[name, other] = f"{name}.{key}"
-        joined[name] = {k: v for k, v in below.items() if (name, k) not in gone} | table
+                for other in others:
+                    owner, _, own = other.rpartition(".")
+                    place = owner or name, own
+                    if own in keys_of(base.get(place[0])).keys() - keys_of(stated.get(place[0])):
+                        gone[place] = f"{name}.{key}"
+        joined[name] = {**below, **table}
+    for name in {str(place[0]) for place in gone}:
+        kept = {k: v for k, v in base[name].items() if (name, k) not in gone}
+        joined[name] = kept | keys_of(stated.get(name))
     return joined, gone
 
 

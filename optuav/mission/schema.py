@@ -168,6 +168,8 @@ Power = Annotated[float, Number("W", ge=0, le=1e9)]
 LoadPower = Annotated[float, Number("W", ge=1e-6, le=1e9)]
 Energy = Annotated[float, Number("J", ge=1e-3, le=1e15)]
 
+WELL = Number("A s", ge=-1e6, le=2e12, note=", from 0 to the size of the well")
+
 _CHARGING = Allowed('one of "constant", "taper"')
 _SCHEDULE = Allowed(f"one of {', '.join(map(repr, SCHEDULES))}".replace("'", '"'))
 
@@ -337,6 +339,17 @@ class BatteryPacks(MissionSection):
         return {**others, "flow_rate_per_s": rate / 60.0} if accepted else stated
 
 
+class Start(MissionSection):
+    """Charge with which the mission begins; what is left out is full."""
+
+    available_As: Annotated[float, WELL] | None = None
+    """Charge in the available wells of all packs y1 [A s]; beside bound_As."""
+    bound_As: Annotated[float, WELL] | None = None
+    """Charge in the bound wells of all packs y2 [A s]; beside available_As."""
+    soc: Annotated[float, Number("-", ge=0, le=1)] | None = None
+    """State of charge of level wells [-], in place of both."""
+
+
 class Rotor(MissionSection):
     """Constants of one of the four rotors with its motor and propeller."""
 
@@ -502,6 +515,7 @@ SECTIONS: dict[str, type[MissionSection]] = {
     "route": RouteEnds,
     "limits": Limits,
     "battery": BatteryPacks,
+    "start": Start,
     "rotor": Rotor,
     "body": Body,
     "air": Air,

@@ -24,6 +24,7 @@ Key: TypeAlias = tuple[str | int, ...]
 
 MOST_SUGGESTIONS = 50
 MOST_TURNS = 20_000  # Of packs by the clock, up to the deadline: each is simulated, in some 60 µs
+START_ROUNDING = 1e-6  # Share of the capacity by which wells of [start] may miss their limits
 UNKNOWN = object()  # Stands for a value that is missing or not allowed by itself: no rule judges it
 
 _RATE: Key = ("battery", "flow_rate_per_s")
@@ -228,6 +229,7 @@ def rules(document: Document) -> Iterator[Breach]:
     if UNKNOWN not in (deadline_s, period_s) and period_s < (least_s := deadline_s / MOST_TURNS):
         words = f"a number, x >= limits.deadline_s / {MOST_TURNS} = {least_s:g} [s]"
         yield Breach(("battery", "period_s"), f"{words}, as every turn is simulated")
+    yield from _rules_of_start(keys_of(document.get("start")), battery)
     if isinstance(laser := document.get("laser"), dict):
         twins = [key for key in ("visibility_km", "attenuation_per_km") if key in laser]
         if len(twins) == 2:
@@ -253,6 +255,27 @@ def rules(document: Document) -> Iterator[Breach]:
             yield from _rules_of_model({**document, "flight": flight}, FLIGHTS[name], by)
         yield from _rules_of_ways(flight)
     yield from rules_of_buildings(document)
+
+
+def _rules_of_start(start: Document, battery: Document) -> Iterator[Breach]:
+    """Wells without each other, beside a state of charge, or beyond their sizes."""
+    wells = start.keys() & {"available_As", "bound_As"}
+    if wells and "soc" in start:
+        yield Breach(("start", "soc"), "either soc, or available_As and bound_As")
+    if len(wells) == 1:
+        (lacking,) = {"available_As", "bound_As"} - wells
+        words = f"{allowed(schema.Start, lacking)}, needed beside {min(wells)}"
+        yield Breach(("start", lacking), f"is missing; {words}")
+    figures = [battery.get(key, UNKNOWN) for key in ("packs", "capacity_As", "available_fraction")]
+    if UNKNOWN in figures:
+        return
+    packs, capacity_As, share = figures
+    sizes = {"available_As": share, "bound_As": 1.0 - share}
+    for key in sorted(wells):
+        size_As, rounding_As = (packs * capacity_As * x for x in (sizes[key], START_ROUNDING))
+        value = start[key]
+        if value is not UNKNOWN and not -rounding_As <= value <= size_As + rounding_As:
+            yield Breach(("start", key), f"a number, 0 <= x <= {size_As:.10g} [A s], the full well")
 
 
 def _rules_of_model(

@@ -37,8 +37,9 @@ def hindrances(variants: Variants) -> dict[str, Booleans]:
     away_m = np.sqrt(((hover_m - as_points(mission.link.device_m)) ** 2).sum(axis=-1))
     beyond = away_m > np.atleast_2d(radius_m) * (1.0 + TOLERANCE)
     outside = (altitude_m < limits.min_altitude_m) | (altitude_m > limits.max_altitude_m)
+    contradiction = np.atleast_2d(limits.min_altitude_m > limits.max_altitude_m)
     return {
-        "contradiction": np.atleast_2d(limits.min_altitude_m > limits.max_altitude_m),
+        "contradiction": contradiction | np.atleast_2d(vehicle.starts_beyond(mission)),
         "no_lift": ~np.isfinite(np.atleast_2d(variants.hover_load.current_A)),
         "out_of_reach": np.isnan(altitude_m) | (has_point & beyond),
         "altitude": has_point & outside,

@@ -10,7 +10,7 @@ from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
 from optuav.mission.flight_model import flight_of
 from optuav.network.obstacles import CLEAR, crossed
-from optuav.network.places import FIRST_BUILDING, Places
+from optuav.network.places import FIRST_BUILDING, Places, own_roofs
 from optuav.network.prisms import Prisms
 from optuav.network.ways import build_ways, loads_along
 from optuav.physics.flight import Loads
@@ -76,7 +76,8 @@ def build_legs(
     if rule != "ignore" and len(obstacles.building):
         lines, line = shared_lines(start, end)
         if rule == "refuse":
-            crosses = _blockers(places, obstacles, lines).take(line)
+            (roofs,) = own_roofs((mission.buildings,), at_m[None])
+            crosses = _blockers(places, obstacles, lines, roofs).take(line)
         else:
             ways = build_ways(
                 mission, (mission.buildings,), at_m[None], lines, lines - FIRST_BUILDING
@@ -98,12 +99,15 @@ def build_legs(
     return Legs(start, end, stages, distance_m, peak_m_s, *drawn, crosses, bent_m, flyable, edited)
 
 
-def _blockers(places: Places, obstacles: Prisms, lines: Integers) -> Integers:
-    """A building in the way of each line (line, 2); none where an end is not known."""
+def _blockers(places: Places, obstacles: Prisms, lines: Integers, roofs: Integers) -> Integers:
+    """A building in the way of each line (line, 2); none where an end is not known.
+
+    That on whose roof (place,) an end stands does not count.
+    """
     ways = lines[known := places.exists.take(lines).all(axis=1)]
     low_m, high_m = (places.position_m.take(each, axis=0) for each in ways.T)
     blockers = np.full(len(lines), CLEAR, dtype=np.intp)
-    blockers[known] = crossed(obstacles, low_m, high_m, ways - FIRST_BUILDING)
+    blockers[known] = crossed(obstacles, low_m, high_m, roofs[ways])
     return blockers
 
 

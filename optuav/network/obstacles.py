@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from optuav.arrays import Booleans, Floats, Integers, ragged
-from optuav.network.prisms import MARGIN_M, Prisms
+from optuav.mission.buildings import Buildings
+from optuav.network.prisms import MARGIN_M, Prisms, prisms
 from optuav.network.sweep import NONE, candidates, lines_from, survey, view
 from optuav.physics.quantity import TINY, Quantity
 
@@ -53,6 +54,21 @@ def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers)
             found[row] = _surveyed(obstacles, start_m[row.start], end_m[row], own)
             left[row] = False
     found[left] = _followed(obstacles, [each[:, left] for each in lines])
+    return found
+
+
+def roofs_below(buildings: Buildings, places_m: Floats) -> Integers:
+    """The building on whose roof each place (place, 3) [m] stands, −1 for none."""
+    found, heights_m = np.full(len(places_m), CLEAR, dtype=np.intp), places_m[:, 2]
+    roofs_m = np.append(np.sort(buildings.roof_m[:, 2]), np.inf)
+    level = roofs_m[np.searchsorted(roofs_m[:-1], heights_m - MARGIN_M)] <= heights_m + MARGIN_M
+    if level.any():
+        at_m, none = places_m[level], np.full((np.count_nonzero(level), 1), CLEAR)
+        away_m = np.array([0.0, 0.0, 3.0 * MARGIN_M])
+        below, above = (
+            crossed(prisms(buildings), e, e, none) for e in (at_m - away_m, at_m + away_m)
+        )
+        found[level] = np.where(below == above, CLEAR, below)
     return found
 
 
@@ -216,7 +232,8 @@ def clear_lines(
 ) -> Booleans:
     """Whether lines between places cross no building (variant, line); False without an end.
 
-    Lines (line, 2) join places (variant, place, 3) [m]; `exempt` (line, k) do not block them.
+    Lines (line, 2) join places (variant, place, 3) [m]; `exempt` ([variant,] line, k) do not block
+    them.
     """
     known = np.asarray(np.isfinite(position_m).all(axis=2))
     free = np.asarray(known[:, lines].all(axis=2))
@@ -231,13 +248,17 @@ def clear_lines(
         wider_m = reach_m[:2, None]
         boxes = obstacles.low_m - wider_m, obstacles.high_m + wider_m, obstacles.roof_m + reach_m[2]
         enter, leave = _stretch(start_m[:, None], (end_m - start_m)[:, None], *boxes)
-        moves[k] = ((enter <= leave) & ~np.isin(obstacles.building, exempt[k])).any()
+        met = enter <= leave
+        if exempt.ndim == 2:
+            met &= ~np.isin(obstacles.building, exempt[k])
+        moves[k] = met.any()
     every, first = np.arange(len(position_m))[:, None], free.argmax(axis=0)
     # A line that is the same in all variants is tried once, and so is one that is always clear: in
     # the first variant that has both ends.
     variant, line = np.nonzero(free & (moves | (every == first)))
     start_m, end_m = np.moveaxis(position_m[variant[:, None], lines[line]], 1, 0)
     blocked = np.zeros_like(free)
-    blocked[variant, line] = crossed(obstacles, start_m, end_m, exempt[line]) != CLEAR
+    own = exempt[line] if exempt.ndim == 2 else exempt[variant, line]
+    blocked[variant, line] = crossed(obstacles, start_m, end_m, own) != CLEAR
     free &= ~np.where(moves, blocked, blocked[first, np.arange(len(lines))])
     return free

@@ -17,7 +17,7 @@ from optuav.mission.flight_model import flight_of
 from optuav.mission.keys import quantity
 from optuav.mission.messages import listed
 from optuav.network import vehicle
-from optuav.network.obstacles import CLEAR, clear_lines
+from optuav.network.obstacles import CLEAR, clear_lines, roofs_below
 from optuav.network.prisms import prisms
 from optuav.physics.flight import Flow
 from optuav.physics.quantity import Quantity, Vector
@@ -115,8 +115,22 @@ def clear_past(
 ) -> Booleans:
     """As `clear_lines`, past the buildings of towns, each in as many variants in a row."""
     parts = zip(towns, np.split(position_m, len(towns)), strict=True)
-    clear = [clear_lines(prisms(each), part, lines, exempt) for each, part in parts]
-    return np.concatenate(clear)
+    own = [exempt] * len(towns) if exempt.ndim == 2 else np.split(exempt, len(towns))
+    rows = zip(parts, own, strict=True)
+    return np.concatenate([clear_lines(prisms(e), part, lines, roofs) for (e, part), roofs in rows])
+
+
+def own_roofs(towns: Sequence[Buildings], position_m: Floats) -> Integers:
+    """The building that does not block the legs of each place (variant or 1, place): its own.
+
+    That is the one on whose roof it stands.
+    """
+    parts = zip(towns, np.split(position_m[:, :FIRST_BUILDING], len(towns)), strict=True)
+    ends = np.concatenate([roofs_below(each, part.reshape(-1, 3)) for each, part in parts])
+    ends = ends.reshape(-1, FIRST_BUILDING)
+    ends = ends[:1] if (ends == ends[0]).all() else ends
+    roofs = np.arange(position_m.shape[1] - FIRST_BUILDING)
+    return np.concatenate([ends, np.broadcast_to(roofs, (len(ends), len(roofs)))], axis=1)
 
 
 def _joined(*tables: Floats) -> Floats:

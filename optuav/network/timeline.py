@@ -16,7 +16,7 @@ from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.physics.flight import Flow
-from optuav.physics.kibam import STEPS, Battery, Stage, Wells, start
+from optuav.physics.kibam import STEPS, Battery, Stage, Wells
 from optuav.physics.packs import JobStage, Packs, Stretch
 from optuav.physics.quantity import Quantity
 
@@ -186,7 +186,7 @@ def phases_along(network: Network, legs: Sequence[int], stays_s: Sequence[Quanti
 
 
 def simulated(mission: Mission, phases: Sequence[Phase]) -> tuple[Phase, ...]:
-    """Phases with their starts and the wells at their ends, flown one by one from full packs.
+    """Phases with their starts and the wells at their ends, flown one by one from the start.
 
     Pooled packs are one battery, which may be driven past full unless charging tapers.
     """
@@ -216,7 +216,7 @@ class Piece(NamedTuple):
 def steps(mission: Mission, phases: Iterable[Phase], pieces: int = 1) -> Iterator[Piece]:
     """Fly phases with pooled packs from take-off on, every stage in some equal pieces."""
     pool, step_of = vehicle.pool(mission), STEPS[mission.battery.charging]
-    wells, start_s = start(pool).wells(pool), 0.0
+    wells, start_s = vehicle.start(mission).wells(pool), 0.0
     for number, phase in enumerate(phases):
         for current_A, duration_s in phase.net:
             piece = Stage(current_A, duration_s / pieces)
@@ -237,11 +237,15 @@ class PackCourse(NamedTuple):
     ended_s: float | None
 
 
-def full_packs(mission: Mission) -> Packs:
-    """The mission's packs, full."""
+def starting_packs(mission: Mission) -> Packs:
+    """The mission's packs at the start: full, or with equal parts of the charge of [start]."""
     given = mission.battery
     pack = Battery(given.capacity_As, given.available_fraction, given.flow_rate_per_s)
-    return Packs(pack, given.packs, given.schedule, given.period_s)
+    begin = None
+    if mission.start is not None:
+        total = vehicle.start(mission).wells(vehicle.pool(mission))
+        begin = Wells(*(well / given.packs for well in total))
+    return Packs(pack, given.packs, given.schedule, given.period_s, begin)
 
 
 def pack_loads(mission: Mission, phase: Phase) -> list[JobStage]:
@@ -258,8 +262,8 @@ def pack_loads(mission: Mission, phase: Phase) -> list[JobStage]:
 
 
 def carry(mission: Mission, phases: Iterable[Phase]) -> PackCourse:
-    """Carry phases by full packs in their schedule."""
-    packs, stretches, wells = full_packs(mission), [], []
+    """Carry phases by the packs in their schedule."""
+    packs, stretches, wells = starting_packs(mission), [], []
     for phase in phases:
         stretches.append([*packs.stretches(pack_loads(mission, phase))])
         wells.append(Wells(*(np.array(well[0]) for well in packs.wells)))

@@ -19,11 +19,18 @@ from optuav.mission.buildings import Buildings
 from optuav.mission.flight_model import BENT, flight_of
 from optuav.mission.keys import now_of, numeric_keys
 from optuav.mission.mission import DISPLACED
+from optuav.mission.schema import SECTIONS
 from optuav.network import vehicle
 from optuav.network.legs import shared_lines
 from optuav.network.network import Network
 from optuav.network.obstacles import CLEAR
-from optuav.network.places import FIRST_BUILDING, clear_past, position_table, received_table
+from optuav.network.places import (
+    FIRST_BUILDING,
+    clear_past,
+    own_roofs,
+    position_table,
+    received_table,
+)
 from optuav.network.routes import totals
 from optuav.network.ways import Ways, build_ways, loads_along
 from optuav.physics.flight import Flow, Loads
@@ -80,9 +87,10 @@ class Variants:
             assert isinstance(here, list)
             here[int(axis[0])] = column
         if {"packs", "capacity_As"} & tables.get("battery", {}).keys():
-            energies = DISPLACED["battery"]["capacity_As"]
+            energies = (key for key in DISPLACED["battery"]["capacity_As"] if "." not in key)
             tables["battery"] = dict.fromkeys(energies) | tables["battery"]
-        changed = {n: getattr(mission, n).model_copy(update=own) for n, own in tables.items()}
+        owners = {name: getattr(mission, name) or SECTIONS[name]() for name in tables}
+        changed = {name: owners[name].model_copy(update=own) for name, own in tables.items()}
         return mission.model_copy(update=changed)
 
     @property
@@ -116,7 +124,9 @@ class Variants:
         able = np.isfinite(np.atleast_2d(self.loads.duration_s))
         if self.mission.flight.obstacle_rule == "refuse":
             lines, line = self._lines
-            free = clear_past(self._past, self.position_m, lines, lines - FIRST_BUILDING)
+            roofs = own_roofs(self._past, self.position_m)[:, lines]
+            own = roofs[0] if len(roofs) == 1 else roofs
+            free = clear_past(self._past, self.position_m, lines, own)
             able = able & free[:, line]
         elif self.ways is not None:
             able = able & (self.ways.blocker == CLEAR)[:, self._lines[1]]

@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from optuav.arrays import Booleans
 from optuav.mission import Mission
 from optuav.mission.beams import beam_of
 from optuav.mission.flight_model import flight_of
+from optuav.mission.validation import START_ROUNDING
 from optuav.physics import kibam, link
 from optuav.physics.flight import Flow
 from optuav.physics.quantity import Quantity, Vector, norm
@@ -21,6 +23,40 @@ def pool(mission: Mission) -> kibam.Battery:
     return kibam.Battery(
         given.packs * given.capacity_As, given.available_fraction, given.flow_rate_per_s
     )
+
+
+def start(mission: Mission) -> kibam.Tilted:
+    """Charge of all packs at the start; full where none is stated (NaN in columns)."""
+    battery = pool(mission)
+    charge, stated = kibam.start(battery), mission.start
+    if stated is None:
+        return charge
+    if stated.available_As is not None and stated.bound_As is not None:
+        levels = zip((stated.available_As, stated.bound_As), battery.full, strict=True)
+        own = kibam.Wells(*(np.clip(level, 0.0, most) for level, most in levels))
+        none = np.isnan(stated.available_As)
+        charge = _chosen(none, charge, kibam.Tilted.of(battery, own))
+    if stated.soc is not None:
+        level = kibam.Tilted(stated.soc * battery.capacity_As, 0.0)
+        charge = _chosen(np.isnan(stated.soc), charge, level)
+    return charge
+
+
+def starts_beyond(mission: Mission) -> Booleans:
+    """Where the wells at the start are beyond their sizes by more than rounding."""
+    found, stated = np.zeros((), bool), mission.start
+    if stated is not None and stated.available_As is not None:
+        battery = pool(mission)
+        assert stated.bound_As is not None
+        for level, most in zip((stated.available_As, stated.bound_As), battery.full, strict=True):
+            rounding = START_ROUNDING * battery.capacity_As
+            found = found | (level < -rounding) | (level > most + rounding)
+    return found
+
+
+def _chosen(condition: Booleans, one: kibam.Tilted, other: kibam.Tilted) -> kibam.Tilted:
+    """The charge of one where a condition holds, else of the other."""
+    return kibam.Tilted(*(np.where(condition, a, b)[()] for a, b in zip(one, other, strict=True)))
 
 
 def coverage_radius_m(mission: Mission) -> Quantity:

@@ -62,7 +62,7 @@ class Stretch(NamedTuple):
 
 @dataclass
 class Packs:
-    """Equal packs, full at first, that carry one job after the other, in several courses at once.
+    """Equal packs that carry one job after the other, in several courses at once.
 
     Parameters
     ----------
@@ -77,22 +77,27 @@ class Packs:
         ``"most-available"`` (the one with the largest y1 when a job starts; the first of equals).
     period_s
         Of ``"alternating"`` [s], > 0.
+    begin
+        Wells of each pack at the start [A s]; by default full. Of pooled packs, of one of them.
     """
 
     pack: Battery
     count: int
     schedule: Schedule = "pooled"
     period_s: float | None = None
+    begin: Wells | None = None
 
     def __post_init__(self) -> None:
         if self.schedule == "pooled":
             whole = self.count * self.pack.capacity_As
             self.pack = Battery(whole, self.pack.available_fraction, self.pack.flow_rate_per_s)
+            if self.begin is not None:
+                self.begin = Wells(*(self.count * well for well in self.begin))
             self.count = 1
         # A single pack takes no turns.
         self._turn_s = self.period_s if self.period_s and self.count > 1 else math.inf
         self._top = Wells(*map(float, self.pack.full))
-        begin = kibam.start(self.pack).wells(self.pack)
+        begin = self.begin or kibam.start(self.pack).wells(self.pack)
         self.wells = Wells(*(np.full((1, self.count), well) for well in begin))
         self.in_service: Booleans = np.ones((1, self.count), dtype=bool)
         self.carrier: Integers = np.array([NOBODY])

@@ -14,7 +14,6 @@ from optuav.looks import LOOKS, PHASES
 from optuav.markup import element, figure, folded, pairs, paragraph, shown, table
 from optuav.network import vehicle
 from optuav.network.timeline import carry, steps
-from optuav.physics import kibam
 from optuav.plan.summary import (
     EDITED,
     HEADINGS,
@@ -94,7 +93,8 @@ def levels(plan: Plan) -> Levels:
             end_s = step.start_s + step.stage.duration_s
             found.append((end_s, *map(float, step.after)))
     pool = vehicle.pool(plan.mission)
-    return Levels(*np.array([(0.0, *map(float, kibam.start(pool).wells(pool))), *found]).T)
+    begin = vehicle.start(plan.mission).wells(pool)
+    return Levels(*np.array([(0.0, *map(float, begin)), *found]).T)
 
 
 def thinned(course: Levels) -> Levels:

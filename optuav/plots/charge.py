@@ -12,6 +12,7 @@ from optuav.judge.replay import Replay, replay
 from optuav.looks import PHASES
 from optuav.network import vehicle
 from optuav.network.timeline import carry
+from optuav.physics.kibam import Battery
 from optuav.physics.packs import NOBODY
 from optuav.plan import Plan, Plans, load_plans
 from optuav.plan.display import AVAILABLE, BOUND, LACKING
@@ -205,9 +206,10 @@ def _draw_packs(ax: Axes, plan: Plan) -> None:
     given, trace = plan.mission.battery, replay(plan).trace
     for phase in plan.phases:
         ax.axvspan(phase.start_s, phase.end_s, color=PHASES[phase.kind], alpha=0.13, linewidth=0.0)
-    for levels_As, width in ((trace.available_As, 1.4), (trace.bound_As, 0.5)):
-        # All are full at take-off.
-        for number, percent in enumerate((100.0 * levels_As / levels_As[0]).T):
+    full = Battery(given.capacity_As, given.available_fraction, given.flow_rate_per_s).full
+    columns = (trace.available_As, full.available_As, 1.4), (trace.bound_As, full.bound_As, 0.5)
+    for levels_As, full_As, width in columns:
+        for number, percent in enumerate((100.0 * levels_As / full_As).T):
             ax.plot(trace.time_s, percent, color=_colour(number), linewidth=width)
     for stretch in chain.from_iterable(carry(plan.mission, plan.phases).stretches):
         times_s = [(float(stretch.start_s[0]), float(stretch.duration_s[0]))]

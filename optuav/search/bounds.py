@@ -37,7 +37,7 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
-from optuav.physics.kibam import Battery, Stage, Tilted, levelling, start, tilted_after
+from optuav.physics.kibam import Battery, Stage, Tilted, levelling, tilted_after
 from optuav.physics.quantity import TINY
 from optuav.search.terrain import ORIGIN, ROUNDING, Boxes, Flown, Terrain
 
@@ -134,7 +134,7 @@ def _enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> tuple[Booleans, B
     rounding_As = ROUNDING * battery.capacity_As
     # Total charge and tilt.
     from_full = (boxes.places[0] == ORIGIN).all()
-    most = tuple(np.full(len(boxes), each) for each in start(battery))
+    most = tuple(np.full(len(boxes), each) for each in terrain.charge_at(boxes.places[0]))
     least = most if from_full else (np.full(len(boxes), -np.inf), most[1])
     alive, overfull = np.ones(len(boxes), bool), np.zeros(boxes.low_s.shape, bool)
     for stop, leg in enumerate(Flown(*each) for each in zip(*legs, strict=True)):
@@ -214,9 +214,8 @@ def _limits(
     current_A = terrain.stay_current_A[boxes.places[1:-1]]
     remaining, integral_s = levelling(battery, np.stack([low_s, high_s]))
     # Total charge at the corner and at the opposite one; tilt at both, and its bounds in the box.
-    total_As, tilt_As = (
-        np.full((rows, len(boxes)), each) for rows, each in zip((2, 4), start(battery), strict=True)
-    )
+    begin = zip((2, 4), terrain.charge_at(boxes.places[0]), strict=True)
+    total_As, tilt_As = (np.full((rows, len(boxes)), each) for rows, each in begin)
     # Of every stay that is over, bounds of (1−ω) I − k'z at its end, and of e^(−k'τ) since.
     weakest_A, strongest_A = np.zeros_like(low_s), np.zeros_like(low_s)
     least, most = np.ones_like(low_s), np.ones_like(low_s)

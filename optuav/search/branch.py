@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.physics import kibam
 from optuav.physics.kibam import Stage, Tilted, Wells, tapered, tilted_after
 from optuav.physics.quantity import TINY
 from optuav.search.bounds import possible
@@ -221,7 +220,7 @@ def slack(terrain: Terrain, places: Integers, stays_s: Floats) -> Floats:
     share, full_As = battery.available_fraction, battery.full.available_As
     current_A = terrain.stay_current_A[places]
     count = places.shape[1]
-    total, tilt = (np.full(count, each) for each in kibam.start(battery))
+    total, tilt = (np.full(count, each) for each in terrain.charge_at(places[0]))
     least = np.full(count, np.inf)
     for stop, (start, end) in enumerate(itertools.pairwise(places)):
         totals = total - maps.charge_As[:, start, end]

@@ -36,7 +36,7 @@ class Flown(NamedTuple):
 class Terrain:
     """Places and legs between them, by number: origin, hover point, destination, then buildings."""
 
-    battery: kibam.Battery  # One, full at the start; B > 0, 0 < ω < 1, k_F ≥ 0
+    battery: kibam.Battery  # One; B > 0, 0 < ω < 1, k_F ≥ 0
     deadline_s: float
     least_charge_As: float  # η0 B, to be left at the end [A s]
     duration_s: Floats  # Of the legs (start, end) [s]; inf where there is none
@@ -47,6 +47,7 @@ class Terrain:
     # elsewhere.
     stay_current_A: Floats
     tapers: bool = False  # Whether charging tapers once y1 = ωB; else it must not go on
+    begin: kibam.Tilted | None = None  # Charge at the start; None: full
 
     @property
     def longest_stay_s(self) -> float:
@@ -57,6 +58,11 @@ class Terrain:
             there_s = np.minimum(there_s, (there_s[:, None] + self.duration_s).min(axis=0))
             back_s = np.minimum(back_s, (self.duration_s + back_s).min(axis=1))
         return self.deadline_s - float(there_s[HOVER] + back_s[HOVER])
+
+    def charge_at(self, places: Integers) -> kibam.Tilted:
+        """Charge at most with which first places are left: at the start that of take-off."""
+        full = kibam.start(self.battery)
+        return self.begin if self.begin and (places == ORIGIN).all() else full
 
     @cached_property
     def leg_maps(self) -> Flown:

@@ -11,6 +11,7 @@ from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER, Number, Qu
 from optuav.arrays import Floats, Integers
 from optuav.mission.flight_model import flight_of
 from optuav.mission.keys import numeric_keys, stated_keys
+from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER, as_points
@@ -176,6 +177,13 @@ def figures(variants: Variants) -> Quantities:
         np.where(building >= 0, table[:, FIRST_BUILDING + building] - drawn, 0.0)
         for table, drawn in zip(variants.received, flight_of(variants.mission).rest(), strict=True)
     )
+    start, soc = variants.mission.start, None
+    wells: tuple[Quantity | None, Quantity | None] = (None, None)
+    if start is not None:
+        if start.soc is not None and start.available_As is None and not np.isnan(start.soc).any():
+            soc = start.soc
+        elif start.soc is not None or start.available_As is not None:
+            wells = vehicle.start(variants.mission).wells(vehicle.pool(variants.mission))
     hover_m = variants.position_m[:, [HOVER]]
     apart_m = hover_m - as_points(variants.mission.link.device_m)
     return Quantities(
@@ -195,6 +203,9 @@ def figures(variants: Variants) -> Quantities:
         **voltages,
         available_fraction=battery.available_fraction,
         flow_rate_per_s=battery.flow_rate_per_s,
+        start_soc=soc,
+        start_available_As=wells[0],
+        start_bound_As=wells[1],
         hover_distance_m=np.sqrt((apart_m**2).sum(axis=-1)),
         coverage_radius_m=variants.coverage_radius_m,
         hover_altitude_m=hover_m[..., 2],

@@ -15,7 +15,7 @@ from formulations.p2 import P2
 from formulations.p3 import P3
 from formulations.p4 import P4
 from formulations.parameters import Quantities
-from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES, tapered
+from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES, start_charge, tapered
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.engines import bracket
 from optuav.mission import Mission
@@ -349,7 +349,11 @@ def _well_bound(variants: Variants, most_s: Floats) -> Floats:
     )
     hover = Exponential({frozenset({("hover", "time")}): 1.0})
     stages = before, Stage(-table.hover_current_A, hover), after
-    charge = tilted_after(pool, start(pool), *stages)
+    begin = start_charge(pool, table)
+    if table.starts_charged:  # A rest first may have filled the wells before the hover
+        full = zip(start(pool), begin, strict=True)
+        begin = Tilted(*(np.where(rest_first[:, None], a, b) for a, b in full))
+    charge = tilted_after(pool, begin, *stages)
     terms = charge.wells(pool).available_As.terms
     level, slope, bend = (
         terms.get(each, 0.0)

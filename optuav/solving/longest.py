@@ -175,7 +175,7 @@ def longest_hovers(
         "flight_time_s": sum((each.duration_s for each in flown), 0.0),
         "flight_charge_As": -sum((each.current_A * each.duration_s for each in flown), 0.0),
     }
-    figures = dict.fromkeys((each.name for each in QUANTITIES), np.nan) | figures
+    figures = {q.name: None if q.default is None else np.nan for q in QUANTITIES} | figures
     given = Quantities(**figures, rests="rest" in stays, steps=tuple(on_the_way))
     shape = next(iter(shapes), ())
     found = longest(given, math.prod(shape), shortest_rest=shortest_rest)

@@ -30,6 +30,7 @@ from optuav.modelling.classify import traits
 from optuav.modelling.forms import NotExponentialError
 from optuav.modelling.model import Constraint
 from optuav.modelling.traversal import has_unknowns
+from optuav.network import vehicle
 from optuav.network.feasibility import impossibilities
 from optuav.network.graph import Graph
 from optuav.network.network import Network
@@ -121,7 +122,8 @@ def plan_for(
             capacity_As = packs.packs * packs.capacity_As
             left_As = sum(flown[-1].available_As) + sum(flown[-1].bound_As)
             soc["battery"] = left_As / capacity_As
-            refused_As = capacity_As + sum(each.charge_As for each in flown) - left_As
+            begin_As = float(vehicle.start(mission).total_As)
+            refused_As = begin_As + sum(each.charge_As for each in flown) - left_As
             if refused_As > ROUNDING * capacity_As and not packs.takes_turns:
                 refused = f"the {refused_As:.6g} A s that the full battery refused are lost"
                 only = "only the state of charge battery counts that"

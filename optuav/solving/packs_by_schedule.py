@@ -18,8 +18,9 @@ from optuav.arrays import Booleans, Floats
 from optuav.engines.grid import axes
 from optuav.engines.registry import AUTO
 from optuav.errors import SolverError, refuse
+from optuav.network import vehicle
 from optuav.network.network import Network
-from optuav.network.timeline import full_packs, pack_loads, route_phases
+from optuav.network.timeline import pack_loads, route_phases, starting_packs
 from optuav.options import LONGEST_HOVER
 from optuav.physics.packs import Packs
 from optuav.plan import Plan
@@ -151,7 +152,8 @@ class _Route:
         self.longest_stay_s = hovers_s.max(initial=self.left_s)
         capacity_As = battery.packs * battery.capacity_As
         self.least_As = (mission.limits.min_soc - SLACK) * capacity_As
-        self.spare_As = (1.0 - mission.limits.min_soc) * capacity_As
+        share = vehicle.start(mission).total_As / vehicle.pool(mission).capacity_As
+        self.spare_As = (share - mission.limits.min_soc) * capacity_As
         self.spare_As -= float(network.routes.flight_charge_As[number])
         # Between the two wells of a pack no more than k_F B flows, either way.
         self.flow_A = capacity_As * battery.flow_rate_per_s
@@ -258,7 +260,7 @@ class _Route:
 
     def _at_hover(self, rests_s: Floats) -> Packs:
         """Packs that arrive at the hover point, one course a rest."""
-        packs = full_packs(self.network.mission).take(np.zeros(len(rests_s), dtype=np.intp))
+        packs = starting_packs(self.network.mission).take(np.zeros(len(rests_s), dtype=np.intp))
         self._carry(packs, np.zeros(1), rests_s, slice(0, self.hover))
         return packs
 

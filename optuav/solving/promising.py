@@ -15,7 +15,7 @@ from optuav.network import vehicle
 from optuav.network.network import Network, network_by
 from optuav.network.places import FIRST_BUILDING, HOVER, Places, build_places
 from optuav.network.variants import Columns, Variants
-from optuav.physics.kibam import Shift, Stage, falls_throughout, start, tilted_after
+from optuav.physics.kibam import Shift, Stage, Tilted, falls_throughout, start, tilted_after
 from optuav.physics.quantity import norm
 from optuav.solving.assemble import figures
 from optuav.solving.balance import by_balance
@@ -166,8 +166,11 @@ def _open(variants: Variants, hover_s: Floats) -> Booleans:
         for number in (0, 1)
     )
     falls = falls_throughout(pool, hover.current_A)
-    ways: list[list[Stage | Shift]] = [[leg, hover, *from_hover], [*to_hover, hover, leg]]
-    ends = [tilted_after(pool, start(pool), *way).wells(pool).available_As for way in ways]
+    ways: list[tuple[Tilted, list[Stage | Shift]]] = [
+        (start(pool), [leg, hover, *from_hover]),
+        (vehicle.start(mission), [*to_hover, hover, leg]),
+    ]
+    ends = [tilted_after(pool, begin, *way).wells(pool).available_As for begin, way in ways]
     short = np.maximum(*ends) < -SHORT * pool.capacity_As
     decided = (short & falls & variants.falls_in_flight)[:, 0]
     return np.asarray(~decided & (impossible(variants) == 0))

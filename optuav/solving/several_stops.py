@@ -98,6 +98,7 @@ def terrain(network: Network) -> Terrain:
         square(table.currents_A, 0.0),
         stay_current_A,
         mission.battery.charging == "taper",
+        vehicle.start(mission),
     )
 
 

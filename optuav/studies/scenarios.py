@@ -24,6 +24,8 @@ PER_MINUTE, PER_SECOND = "battery.flow_rate_per_min", "battery.flow_rate_per_s"
 SIZES, ENERGIES = ("packs", "capacity_As"), ("flight_energy_J", "hover_energy_J")
 BOUND = {"limits.min_altitude_m", "limits.max_altitude_m", "limits.deadline_s", "battery.period_s"}
 """Keys whose values may contradict each other in some scenarios and not in others."""
+OF_WELLS = ("battery.packs", "battery.capacity_As", "battery.available_fraction")
+"""Keys whose new values displace the wells of [start]."""
 MOST = 10**9
 ROW = "scenario"
 AT_ONCE = 1 << 17
@@ -132,6 +134,13 @@ class Scenarios:
                 same = np.logical_and.reduce([found[e] == now_of(mission, e) for e in sizes])
                 if same.any():
                     found[key] = np.where(same, stated_J, np.nan)
+        for name in ("available_As", "bound_As"):
+            level_As, key = now_of(mission, f"start.{name}"), f"start.{name}"
+            if level_As is not None and key not in found:
+                sizes = [each for each in OF_WELLS if each in found]
+                same = np.logical_and.reduce([found[e] == now_of(mission, e) for e in sizes])
+                if not np.all(same):
+                    found[key] = np.where(same, level_As, np.nan)
         return found
 
     def missions(self, first: int, count: int) -> Iterator[Mission | InputError]:
@@ -175,7 +184,7 @@ def _lacking(mission: Mission, key: str, values: Mapping[str, Floats]) -> str:
     whole, _, axis = key.partition("[")
     table, _, name = whole.partition(".")
     if (section := getattr(mission, table)) is None:
-        return table
+        return "" if table == "start" else table
     if not axis or getattr(section, name) is not None:
         return ""
     return "" if all(f"{whole}[{k}]" in values for k in range(3)) else whole
