@@ -46,6 +46,8 @@ from optuav.paper.report import reproduce as reproduce
 from optuav.plan import Plan as Plan
 from optuav.plan import Stop as Stop
 from optuav.plan import load_plan as load_plan
+from optuav.service.cycle import Coverage as Coverage
+from optuav.service.cycle import coverage as coverage
 from optuav.siting.place_laser import Siting as Siting
 from optuav.siting.place_laser import place_laser as place_laser
 from optuav.siting.selection import Selection as Selection

@@ -109,6 +109,7 @@ DOORS: dict[str, Door] = {
     "plots.save_figures": Door(lambda x: plots.save_figures(x, "out"), "axes by name", empty=True),
     "plots.save_figures: folder": Door(lambda x: plots.save_figures([], x), "folder", empty=True),
     "power_curve": Door(optuav.power_curve, ""),
+    "coverage": Door(optuav.coverage, ""),
     "Plan.save": Door(lambda x: optuav.load_plan("plan.json").save(x), "file"),
     "Mission.save": Door(optuav.load("paper").save, "file"),
 }

@@ -23,7 +23,7 @@ COMMANDS = {
     **dict.fromkeys(("compare", "reproduce", "sensitivity", "ledger"), "studies"),
     **{"formulate": "solve", "calibrate": "calibrate"},
     **dict.fromkeys(("show", "validate", "new", "missions"), "missions"),
-    "power": "studies",
+    **dict.fromkeys(("power", "coverage"), "studies"),
     **{"city": "city", "map": "maps", "sweep": "sweep"},
     **{"explore": "explore", "lessons": "lessons", "check-solutions": "benchmark"},
 }

@@ -103,6 +103,32 @@ def power(
     deliver_results(optuav.power_curve(mission_of(mission, settings)), save, plot, as_json=as_json)
 
 
+def coverage(
+    mission: str,
+    perspective: Perspective = "available",
+    swap_s: float | None = None,
+    pad_power_W: float | None = None,
+    dark_hover: bool = False,
+    settings: list[str] | None = None,
+    as_json: bool = False,
+    save: Path | None = None,
+    plot: Path | None = None,
+) -> None:
+    """Find the share of the day that one drone covers, for ever.
+
+    Exit code 1 if there is no endless cycle.
+    """
+    check_places(save, plot, ".csv", ".json")
+    found = optuav.coverage(
+        mission_of(mission, settings),
+        perspective=perspective,
+        swap_s=swap_s,
+        lit_hover=not dark_hover,
+        pad_power_W=pad_power_W,
+    )
+    deliver_results(found, save, plot, as_json=as_json)
+
+
 def reproduce(
     out: Path = Path("reproduced"), only: list[str] | None = None, mission: str | None = None
 ) -> None:

@@ -1,0 +1,1 @@
+"""Hovering as a service: endless cycles, and fleets that take turns."""

@@ -1,0 +1,411 @@
+"""The share of the day that one drone covers: the best endless cycle of hover and rest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from formulations.soc import PAPER
+from formulations.soc import PERSPECTIVES as PERSPECTIVES_OF
+from optuav.errors import Fault, InputError, NoPlanError, printable, refuse
+from optuav.mission import Mission, load
+from optuav.mission.flight_model import flight_of
+from optuav.mission.messages import shown, unknown
+from optuav.mission.schema import Number
+from optuav.network import vehicle
+from optuav.network.feasibility import impossibilities
+from optuav.network.network import Network, build_network
+from optuav.network.places import FIRST_BUILDING, HOVER
+from optuav.network.timeline import Phase, PhaseStage, route_phases, simulated
+from optuav.options import Perspective
+from optuav.physics.flight import Flow
+from optuav.physics.kibam import Stage, Wells, tilted_after
+from optuav.plan import Plan
+from optuav.plan.summary import tabulated
+from optuav.service.visit import Visit
+from optuav.solving.assemble import quantities
+from optuav.status import Status
+from optuav.studies.results import Pictures, Results
+
+PERSPECTIVES = ("available", "battery")
+DURATION = Number("s", gt=0, le=1e7)
+POWER = Number("W", gt=0, le=1e9)
+UNITS = {"kind": "", "duration_s": "s", "available_As": "A s", "bound_As": "A s"}
+POINTS = 40  # Moments of a stage in a picture
+CLOSE = 1e-9  # Distance of share and bound below which the cycle is proved best
+PROOFS = {
+    "battery": "closed form: no cycle of any hovers, rests and buildings covers more",
+    "available": "bisection; no cycle on one building covers more than a hover from full wells",
+}
+SWAPPED = "longest visit from full wells; every exchange fills them"
+DARK = "the laser does not serve the hover, or a pad by cable serves the rest"
+ENDLESS = "the laser gives more than hovering draws"
+
+
+@dataclass(frozen=True)
+class Coverage(Results):
+    """The best endless cycle of one drone, with one row per phase.
+
+    Parameters
+    ----------
+    share, bound, limit_share
+        Share of the time in which the drone hovers, a share that no cycle on one building exceeds,
+        and the share if flights were free, I_r/(I_r + I_h) [-].
+    building, hover_s, rest_s, flight_s, period_s
+        Where it rests, None for an endless hover; the phases of a cycle, both legs together [s].
+    soc_at_departure, soc_at_landing
+        (y1 + y2)/B at the building [-].
+    status, proof
+        As of a plan: ``"optimal"`` if share and bound are within 1e-9, else ``"feasible"``.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> found = optuav.coverage("paper")
+    >>> f"{found.share:.6%} at {found.building}: hover {found.hover_s:.1f} s"
+    '9.448002% at b9: hover 608.3 s'
+    """
+
+    visit: Visit | None = field(default=None, kw_only=True, repr=False)
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return self.__dict__["facts"][name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self.facts]
+
+    @cached_property
+    def plan(self) -> Plan:
+        """One cycle as a plan that `optuav.replay` takes, from its periodic wells.
+
+        In the perspective `battery` it begins full and only its charge comes back, so that the
+        available well may run dry. An exchange of the pack ends it at the landing.
+
+        Raises
+        ------
+        NoPlanError
+            If the hover never ends.
+        """
+        if self.visit is None:
+            raise NoPlanError(f"there is no cycle to plan: {ENDLESS}")
+        return _planned(self.mission, self.visit, self.facts)
+
+
+def coverage(
+    mission: Mission | str | Path,
+    *,
+    perspective: Perspective = "available",
+    swap_s: float | None = None,
+    lit_hover: bool = True,
+    pad_power_W: float | None = None,
+) -> Coverage:
+    """Find the largest share of the time that one drone can hover, for ever.
+
+    A cycle is a leg from a building to the hover point, a hover, the leg back, and a rest, to the
+    same wells; ``limits.min_soc`` holds at every landing, the deadline plays no part.
+
+    Parameters
+    ----------
+    mission
+        A mission, or its name or path.
+    perspective
+        ``"available"``: the available well stays within its limits; ``"battery"``: charge alone.
+    swap_s
+        Duration of an exchange of the pack in place of a rest [s], > 0 and up to 1e7.
+    lit_hover
+        Whether the laser charges the hovering drone too; not with an exchange or a pad.
+    pad_power_W
+        Power into the battery from a pad by cable on every building [W], > 0 and up to 1e9,
+        capped by ``battery.charge_current_A``, in place of the laser.
+
+    Returns
+    -------
+    Coverage
+        Share, bound and phases of the cycle, with a plan that the judge replays.
+
+    Raises
+    ------
+    InputError
+        If an option is no such value, the packs take turns, no building is in reach, or nothing
+        charges there.
+    NoPlanError
+        If the drone cannot fly, or no building allows a hover that can be repeated.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> today = optuav.coverage("matrice350")
+    >>> swapped = optuav.coverage("matrice350", swap_s=120)
+    >>> f"{today.share:.1%} with the laser, {swapped.share:.1%} with new packs in two minutes"
+    '25.4% with the laser, 86.8% with new packs in two minutes'
+    """
+    faults = list[Fault]()
+    if perspective not in PERSPECTIVES:
+        faults.append(unknown("perspective", perspective, PERSPECTIVES))
+    for name, value, allowed in (("swap_s", swap_s, DURATION), ("pad_power_W", pad_power_W, POWER)):
+        if value is not None and not allowed.accepts(value):
+            faults.append(Fault(name, shown(value), f"{allowed.words}, or None"))
+    if swap_s is not None and pad_power_W is not None:
+        faults.append(Fault("pad_power_W", shown(pad_power_W), "either swap_s or pad_power_W"))
+    whole = load(mission)
+    if whole.battery.takes_turns:
+        words = '"pooled": a cycle counts all packs as one battery'
+        faults.append(Fault("battery.schedule", shown(whole.battery.schedule), words))
+    refuse(faults)
+    network = build_network(whole)
+    if reasons := impossibilities(network, one_stop=False):
+        raise NoPlanError("; ".join(reasons))
+    lit = lit_hover and swap_s is None and pad_power_W is None
+    flows = _Flows(network, lit, pad_power_W)
+    if flows.hover_A <= 0.0:
+        facts: dict[str, Any] = dict.fromkeys(("share", "bound", "limit_share"), 1.0)
+        facts |= {
+            "building": None,
+            "hover_s": math.inf,
+            "rest_s": 0.0,
+            "flight_s": 0.0,
+            "period_s": math.inf,
+        }
+        facts |= {"soc_at_departure": 1.0, "soc_at_landing": 1.0, "status": "optimal"}
+        facts |= {"proof": ENDLESS, "perspective": perspective}
+        return Coverage("optuav coverage", whole, facts, UNITS, (), _show, _draw)
+    visits = [*_visits(network, flows, perspective, swap_s)]
+    best, bound = _best(visits)
+    hover_s = best.longest_s
+    assert hover_s is not None
+    share = best.share(hover_s)
+    most_A = math.inf if swap_s is not None else max(each.rest_A for each in visits)
+    wells = best.wells(hover_s)
+    B = float(best.battery.capacity_As)
+    exact = bound - share <= CLOSE
+    facts = {
+        "share": share,
+        "bound": bound,
+        "limit_share": 1.0 / (1.0 + flows.hover_A / most_A),
+        "building": best.building,
+        "hover_s": hover_s,
+        "rest_s": best.rest_s(hover_s),
+        "flight_s": best.flight_s,
+        "period_s": best.period_s(hover_s),
+        "soc_at_departure": wells.total_As / B,
+        "soc_at_landing": (wells.total_As - best.hover_A * hover_s - best.flight_As) / B,
+        "status": (Status.OPTIMAL if exact else Status.FEASIBLE).value,
+        "proof": SWAPPED if swap_s is not None else PROOFS[perspective],
+        "perspective": perspective,
+    }
+    rows, charge = list[dict[str, Any]](), best.periodic(hover_s)
+    kinds = ["flight"] * len(best.out) + ["hover"] + ["flight"] * len(best.back)
+    stages = [*best.stages(hover_s)]
+    if swap_s is None:
+        kinds, stages = [*kinds, "rest"], [*stages, Stage(best.rest_A, facts["rest_s"])]
+    for kind, stage, end in zip(kinds, stages, best.carried(charge, *stages), strict=True):
+        before_s = rows.pop()["duration_s"] if rows and rows[-1]["kind"] == kind else 0.0
+        levels = map(float, end.wells(best.battery))
+        row = kind, before_s + stage.duration_s, *levels
+        rows.append(dict(zip(UNITS, row, strict=True)))
+    if swap_s is not None:
+        full = map(float, best.battery.full)
+        rows.append(dict(zip(UNITS, ("swap", swap_s, *full), strict=True)))
+    return Coverage("optuav coverage", whole, facts, UNITS, tuple(rows), _show, _draw, visit=best)
+
+
+class _Flows:
+    """Net currents while hovering and resting [A], and whether buildings charge."""
+
+    def __init__(self, network: Network, lit: bool, pad_power_W: float | None) -> None:
+        mission, places = network.mission, network.places
+        received_A = float(places.charge_current_A[HOVER]) if lit else 0.0
+        self.hover_A = float(vehicle.hover_load(mission).current_A) - received_A
+        charge_A = places.charge_current_A[FIRST_BUILDING:]
+        if pad_power_W is not None:
+            pad_A = pad_power_W / mission.battery.nominal_voltage_V
+            charge_A = np.full_like(charge_A, min(pad_A, mission.battery.charge_current_A))
+        self.rest_A = charge_A - float(flight_of(mission).rest().current_A)
+
+
+def _visits(
+    network: Network, flows: _Flows, perspective: Perspective, swap_s: float | None
+) -> Iterator[Visit]:
+    """The visits from every building in reach that charges."""
+    legs, mission, pool = network.legs, network.mission, vehicle.pool(network.mission)
+    number = 2 + 4 * np.arange(len(mission.buildings))
+    reach = legs.flyable[number + 1] & legs.flyable[number + 2]
+    if not reach.any():
+        words = "at least one, from which the hover point can be reached and back"
+        raise InputError([Fault("buildings", f"{len(reach)} in the mission", words)])
+    charges = reach & ((flows.rest_A > 0.0) | (swap_s is not None))
+    if not charges.any():
+        words = "nothing charges a drone that rests: the laser must see a roof, or state a pad"
+        key = "laser" if mission.laser is None else "laser.power_W"
+        value = "" if mission.laser is None else f"{mission.laser.power_W:g}"
+        raise InputError([Fault(key, value, f"{words} (pad_power_W) or an exchange (swap_s)")])
+    least_As = mission.limits.min_soc * float(pool.capacity_As)
+    for k in np.flatnonzero(charges).tolist():
+        out, back = (
+            tuple(
+                Stage(-float(current_A), float(duration_s))
+                for current_A, duration_s in zip(
+                    legs.currents_A[:, leg], legs.durations_s[:, leg], strict=True
+                )
+            )
+            for leg in (number[k] + 1, number[k] + 2)
+        )
+        currents_A = flows.hover_A, float(flows.rest_A[k])
+        name = mission.buildings.names[k]
+        yield Visit(name, pool, out, back, *currents_A, least_As, perspective, swap_s)
+
+
+def _best(visits: list[Visit]) -> tuple[Visit, float]:
+    """The visit with the largest share, the first of equals, and a share that none exceeds."""
+
+    def by_charge(visit: Visit) -> float:
+        return visit.share(visit.balanced_s) if visit.balanced_s > 0.0 else -math.inf
+
+    best, share, bound = None, 0.0, 0.0
+    for visit in sorted(visits, key=by_charge, reverse=True):
+        if by_charge(visit) <= share:
+            break
+        if visit.from_full_s is None or (most := visit.share(visit.most_s)) <= share:
+            continue
+        bound = max(bound, most)
+        hover_s = visit.longest_s
+        if hover_s and visit.share(hover_s) > share * (1.0 + 1e-12):
+            best, share = visit, visit.share(hover_s)
+    if best is None:
+        words = "no building allows a hover that can be repeated: the legs need too much charge"
+        raise NoPlanError(f"{words} (battery.capacity_As, limits.min_soc)")
+    return best, bound
+
+
+def _planned(mission: Mission, visit: Visit, facts: Any) -> Plan:
+    """One cycle as a plan of the mission that begins and ends on the building."""
+    roof_m = mission.buildings.roof_m[mission.buildings.names.index(visit.building)].tolist()
+    hover_m = [float(each) for each in vehicle.hover_point_m(mission)]
+    wells = visit.wells(facts["hover_s"])
+    own = mission.replace(
+        {
+            "route.origin_m": roof_m,
+            "route.destination_m": roof_m,
+            "route.hover_m": hover_m,
+            "limits.deadline_s": min(max(facts["period_s"], mission.limits.deadline_s), 1e7),
+            "start": {"available_As": wells.available_As, "bound_As": wells.bound_As},
+        }
+    )
+    network = build_network(own)
+    rests, number = visit.swap_s is None, 0
+    if rests:
+        routes = network.routes
+        building = own.buildings.names.index(visit.building)
+        number = int(np.flatnonzero((routes.building == building) & ~routes.rest_first)[0])
+    times_s = facts["hover_s"], facts["rest_s"] if rests else 0.0
+    net_A = {"hover": -visit.hover_A, "rest": visit.rest_A}
+    phases = [_stated(own, each, net_A) for each in route_phases(network, number, *times_s)]
+    flown = simulated(own, phases)
+    received_W = flown[1].power_W + float(vehicle.hover_load(own).power_W)
+    given = replace(
+        quantities(network, np.array([number]), rests=rests, steps=False),
+        hover_current_A=visit.hover_A,
+        hover_received_W=received_W,
+        rest_current_A=visit.rest_A,
+        rest_received_W=flown[3].power_W if rests else 0.0,
+    )
+    stated = any(each.edited for each in flown)
+    return Plan(
+        mission=own,
+        problem="cycle",
+        trajectory=None,
+        building=visit.building,
+        order="hover-first",
+        perspective=visit.perspective,
+        slot_s=None,
+        engine="coverage",
+        proof=facts["proof"],
+        status=Status(facts["status"]),
+        notes=(DARK,) if stated else (),
+        phases=flown,
+        soc={name: float(np.squeeze(PERSPECTIVES_OF[name](given, *times_s))) for name in PAPER},
+    )
+
+
+def _stated(mission: Mission, phase: Phase, net_A: dict[str, float]) -> Phase:
+    """A stay with the currents of the cycle where those of the mission are others."""
+    (stage,) = phase.stages if phase.kind != "flight" else (None,)
+    if stage is None or math.isclose(stage.current_A, net_A[phase.kind], rel_tol=1e-12):
+        return phase
+    own_A = net_A[phase.kind]
+    drawn = vehicle.hover_load(mission) if phase.kind == "hover" else flight_of(mission).rest()
+    power_W = (own_A + float(drawn.current_A)) * mission.battery.nominal_voltage_V
+    net = Flow(own_A, power_W - float(drawn.power_W))
+    return replace(phase, stages=(PhaseStage(stage.duration_s, *net),), edited=True)
+
+
+def _show(found: Results) -> Iterator[str]:
+    facts = found.facts
+    yield f"Coverage by one drone: {printable(found.mission.name)}"
+    if facts["building"] is None:
+        yield f"Share       100 %: it hovers for ever, {ENDLESS}"
+        return
+    yield f"Share       {facts['share']:.6%} of the time, at most {facts['bound']:.6%}"
+    yield f"Building    {printable(facts['building'])}"
+    times = (f"{name} {facts[f'{name}_s']:.2f} s" for name in ("hover", "flight", "rest"))
+    yield f"Cycle       {', '.join(times)}: {facts['period_s']:.2f} s"
+    yield (
+        f"Charge      {facts['soc_at_departure']:.2%} at departure, "
+        f"{facts['soc_at_landing']:.2%} at landing"
+    )
+    if facts["limit_share"] < 1.0:
+        yield f"Free legs   would give {facts['limit_share']:.2%}"
+    yield f"Proof       {facts['status']}: {facts['proof']}"
+    yield ""
+    lines = [[row["kind"], *(f"{row[name]:.2f}" for name in [*UNITS][1:])] for row in found.rows]
+    heads = ["phase", "duration [s]", "y1 [A s]", "y2 [A s]"]
+    yield from tabulated([heads, *lines])
+
+
+def _draw(found: Results) -> Pictures:
+    """Both wells over two periods, as shares of full ones."""
+    from optuav.plots import Line, curves
+
+    assert isinstance(found, Coverage)
+    if (visit := found.visit) is None:
+        return
+    stages = [*visit.stages(found.hover_s)]
+    if visit.swap_s is None:
+        stages.append(Stage(visit.rest_A, found.rest_s))
+    full, swap_s = visit.battery.full, visit.swap_s or 0.0
+    moments_s, wells, begun_s = [0.0], [visit.wells(found.hover_s)], 0.0
+    for _ in range(2):
+        charge = visit.periodic(found.hover_s)
+        for stage in stages:
+            passed_s = np.linspace(0.0, stage.duration_s, POINTS)[1:]
+            ends = tilted_after(visit.battery, charge, Stage(stage.current_A, passed_s))
+            moments_s += (begun_s + passed_s).tolist()
+            wells += [Wells(*each) for each in zip(*ends.wells(visit.battery), strict=True)]
+            (charge,) = visit.carried(charge, stage)
+            begun_s += stage.duration_s
+        begun_s += swap_s
+        moments_s, wells = [*moments_s, begun_s], [*wells, visit.wells(found.hover_s)]
+    lines = [
+        Line(f"{name} well", moments_s, [100.0 * each[k] / full[k] for each in wells])
+        for k, name in enumerate(("available", "bound"))
+    ]
+    name = printable(found.mission.name)
+    yield (
+        "cycle.png",
+        curves(
+            lines,
+            title=f"Two of endless cycles: {name}, {found.share:.2%} covered",
+            x_label="time $t$ [s]",
+            y_label="charge of a full well [%]",
+            y_from_zero=True,
+        ),
+    )
