@@ -103,6 +103,7 @@ DOORS: dict[str, Door] = {
     "plots.distribution": Door(plots.distribution, ""),
     "plots.fit": Door(plots.fit, ""),
     "plots.bars": Door(lambda x: plots.bars(x, title="", y_label=""), ""),
+    "plots.fleet_turns": Door(lambda x: plots.fleet_turns(x, title=""), ""),
     "plots.curves": Door(lambda x: plots.curves(x, title="", x_label="", y_label=""), ""),
     "plots.save": Door(lambda x: plots.save(x, "drawn.svg"), "axes, drawn"),
     "plots.save: path": Door(lambda x: plots.save(plots.mission_map("paper"), x), "picture"),

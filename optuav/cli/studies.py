@@ -8,7 +8,7 @@ import typer
 import optuav
 from optuav.cli.options import mission_of
 from optuav.cli.output import FAILED, NO, check_places, deliver, deliver_results, progress, say
-from optuav.errors import Fault, InputError, decimal
+from optuav.errors import Fault, InputError, NoPlanError, decimal
 from optuav.options import Perspective
 
 WORKERS = min(os.cpu_count() or 1, 4)  # Processes that share work: each takes a second to start
@@ -109,24 +109,37 @@ def coverage(
     swap_s: float | None = None,
     pad_power_W: float | None = None,
     dark_hover: bool = False,
+    share: float | None = None,
+    overlap_s: float | None = None,
+    drones: int | None = None,
     settings: list[str] | None = None,
     as_json: bool = False,
     save: Path | None = None,
     plot: Path | None = None,
 ) -> None:
-    """Find the share of the day that one drone covers, for ever.
+    """Find the share of the day that one drone covers, for ever, and the fleet for more.
 
     Exit code 1 if there is no endless cycle.
     """
     check_places(save, plot, ".csv", ".json")
-    found = optuav.coverage(
-        mission_of(mission, settings),
-        perspective=perspective,
-        swap_s=swap_s,
-        lit_hover=not dark_hover,
-        pad_power_W=pad_power_W,
-    )
-    deliver_results(found, save, plot, as_json=as_json)
+    fleet = share is not None or overlap_s is not None
+    share = 1.0 if share is None else share
+    try:
+        found = optuav.coverage(
+            mission_of(mission, settings),
+            perspective=perspective,
+            swap_s=swap_s,
+            lit_hover=not dark_hover,
+            pad_power_W=pad_power_W,
+        )
+        if drones is not None:
+            say(f"Pads for {drones} drones: {found.watts(drones, share)}", error=as_json)
+        results = found.fleet(share, overlap_s or 0.0) if fleet else found
+    except NoPlanError as error:
+        say(str(error), error=True)
+        raise typer.Exit(NO) from None
+    if fleet or drones is None:
+        deliver_results(results, save, plot, as_json=as_json)
 
 
 def reproduce(

@@ -16,14 +16,24 @@ from optuav.plots.charge import packs, wells
 from optuav.plots.charts import Bar, Line, Mark, bars, curves
 from optuav.plots.distribution import distribution
 from optuav.plots.files import save, save_figures, save_pictures
+from optuav.plots.fleets import Turn, fleet_turns
 from optuav.plots.heat import swept
 from optuav.plots.map import MapAxes, mission_map, trajectories
 from optuav.plots.planes import plane
 from optuav.plots.positions import hover_map, sites
 from optuav.plots.profiles import LegAxes, ProfileAxes, leg, profile
 
-__all__ = ["Bar", "FitAxes", "LegAxes", "Line", "MapAxes", "Mark"]
-__all__ += ["ProfileAxes", "bars", "curves", "distribution", "fit", "hover_map", "leg"]
-__all__ += ["mission_map", "packs", "plane", "profile", "save", "save_animation", "save_figures"]
+__all__ = ["Bar", "FitAxes", "LegAxes", "Line", "MapAxes", "Mark", "Turn"]
+__all__ += ["ProfileAxes", "bars", "curves", "distribution", "fit", "fleet_turns", "hover_map"]
+__all__ += [
+    "leg",
+    "mission_map",
+    "packs",
+    "plane",
+    "profile",
+    "save",
+    "save_animation",
+    "save_figures",
+]
 __all__ += ["save_pictures", "sites", "swept", "trajectories", "wells"]
 __dir__ = __all__.copy

@@ -28,6 +28,7 @@ from optuav.physics.flight import Flow
 from optuav.physics.kibam import Stage, Wells, tilted_after
 from optuav.plan import Plan
 from optuav.plan.summary import tabulated
+from optuav.service.fleet import Fleet, PadPower, fleet_of, pad_power
 from optuav.service.visit import Visit
 from optuav.solving.assemble import quantities
 from optuav.status import Status
@@ -99,6 +100,62 @@ class Coverage(Results):
             raise NoPlanError(f"there is no cycle to plan: {ENDLESS}")
         return _planned(self.mission, self.visit, self.facts)
 
+    def _ending(self) -> Visit:
+        """The visit; refused where the hover never ends."""
+        if self.visit is None:
+            raise NoPlanError(f"one drone is enough, it never lands: {ENDLESS}")
+        return self.visit
+
+    def fleet(self, share: float = 1.0, overlap_s: float = 0.0) -> Fleet:
+        """Find the smallest fleet of such drones that covers a share of the time.
+
+        Parameters
+        ----------
+        share
+            Mean number of drones that hover [-], > 0 and up to 1000: several devices at equal
+            distance need as many, each lit hover with a beam of its own.
+        overlap_s
+            For how long a hover goes on after the next one began [s], less than the hover.
+
+        Returns
+        -------
+        Fleet
+            Counts of drones, places and beams, who starts when, and the judge's replay. A drone
+            that waits stays at its place: dark waiting would let the wells drift.
+
+        Raises
+        ------
+        InputError
+            If share or overlap is no such number.
+        NoPlanError
+            If the hover never ends.
+        """
+        return fleet_of(self, self._ending(), self.plan, share, overlap_s)
+
+    def watts(self, drones: int, share: float = 1.0) -> PadPower:
+        """Find what pads must deliver so that some drones with dark hovers cover a share.
+
+        Parameters
+        ----------
+        drones, share
+            How many, 1 to 10000, and the mean number of them that hover [-], > 0 and up to 1000.
+
+        Returns
+        -------
+        PadPower
+            Power and current of every drone's pad on the building of the cycle; whether the
+            battery accepts it.
+
+        Raises
+        ------
+        InputError
+            If a number is none of these.
+        NoPlanError
+            If no power suffices, or the hover never ends.
+        """
+        dark_A = float(vehicle.hover_load(self.mission).current_A)
+        return pad_power(self, self._ending(), dark_A, drones, share)
+
 
 def coverage(
     mission: Mission | str | Path,
@@ -166,6 +223,8 @@ def coverage(
         raise NoPlanError("; ".join(reasons))
     lit = lit_hover and swap_s is None and pad_power_W is None
     flows = _Flows(network, lit, pad_power_W)
+    charged_by = "pad" if pad_power_W is not None else "laser" if swap_s is None else "exchange"
+    chosen = {"charged_by": charged_by, "lit_hover": lit, "perspective": perspective}
     if flows.hover_A <= 0.0:
         facts: dict[str, Any] = dict.fromkeys(("share", "bound", "limit_share"), 1.0)
         facts |= {
@@ -176,7 +235,7 @@ def coverage(
             "period_s": math.inf,
         }
         facts |= {"soc_at_departure": 1.0, "soc_at_landing": 1.0, "status": "optimal"}
-        facts |= {"proof": ENDLESS, "perspective": perspective}
+        facts |= {"proof": ENDLESS, **chosen}
         return Coverage("optuav coverage", whole, facts, UNITS, (), _show, _draw)
     visits = [*_visits(network, flows, perspective, swap_s)]
     best, bound = _best(visits)
@@ -200,7 +259,7 @@ def coverage(
         "soc_at_landing": (wells.total_As - best.hover_A * hover_s - best.flight_As) / B,
         "status": (Status.OPTIMAL if exact else Status.FEASIBLE).value,
         "proof": SWAPPED if swap_s is not None else PROOFS[perspective],
-        "perspective": perspective,
+        **chosen,
     }
     rows, charge = list[dict[str, Any]](), best.periodic(hover_s)
     kinds = ["flight"] * len(best.out) + ["hover"] + ["flight"] * len(best.back)

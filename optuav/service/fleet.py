@@ -1,0 +1,278 @@
+"""Fleets of equal drones that take turns at the hover point, and the power of their pads."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+from optuav.errors import MOST_SHOWN, Fault, InputError, NoPlanError, printable
+from optuav.judge.fleets import FleetReplay, replay_fleet
+from optuav.mission.flight_model import flight_of
+from optuav.mission.messages import shown
+from optuav.mission.schema import Number
+from optuav.network.timeline import Phase, simulated
+from optuav.plan import Plan
+from optuav.plan.summary import tabulated
+from optuav.service.visit import Visit, largest
+from optuav.studies.results import Pictures, Results
+
+SHARE = Number("-", gt=0, le=1000)
+OVERLAP = Number("s", ge=0, le=1e7)
+COUNT = Number("-", ge=1, le=10_000, whole=True)
+UNITS = {"drone": "-", "offset_s": "s", "flight_s": "s", "hover_s": "s", "rest_s": "s"}
+UNITS |= {"wait_s": "s"}
+TIMES = [*UNITS][1:]
+DAY_S = 86_400.0
+ROUNDING = 1e-9  # Relative, by which a count may be above a whole number
+
+
+@dataclass(frozen=True)
+class Fleet(Results):
+    """Equal drones in a ring, one row per drone.
+
+    Parameters
+    ----------
+    drones, places, beams
+        How many drones, places to rest (pads, or bays where packs are exchanged), and beams.
+    offsets_s, starts_every_s
+        (drone,) when each takes off first, and the time between two departures [s].
+    share, longest_gap_s
+        Mean number of drones that hover, and the longest time with fewer than asked for [s].
+
+    Examples
+    --------
+    >>> import optuav
+    >>> fleet = optuav.coverage("matrice350").fleet()
+    >>> fleet.drones, fleet.places, fleet.beams
+    (4, 3, 4)
+    """
+
+    plan: Plan = field(kw_only=True, repr=False)
+    visit: Visit = field(kw_only=True, repr=False)
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return self.__dict__["facts"][name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+    def replay(self, days: float = 4.0) -> FleetReplay:
+        """Simulate the fleet for some days by the judge alone, all drones full at first.
+
+        A charger goes on while its drone waits, until the next one needs the place.
+
+        Parameters
+        ----------
+        days
+            How long [d], > 0 and up to 30.
+
+        Raises
+        ------
+        InputError
+            If the days are no such number.
+        """
+        checked("days", days, Number("d", gt=0, le=30))
+        facts, visit, until_s = self.facts, self.visit, days * DAY_S
+        turn_s = facts["starts_every_s"] * facts["drones"]
+        swaps = visit.swap_s is not None
+        ground_s = turn_s - facts["hover_s"] - visit.flight_s
+        count = 1 if swaps else math.ceil(until_s / turn_s) + 1
+        plan = repeated(self.plan, [(facts["hover_s"], ground_s)] * count)
+        own_s = visit.swap_s if visit.swap_s is not None else ground_s
+        every = self.facts["offsets_s"]
+        hovers = [(offset_s, plan) for offset_s in every]
+        if swaps:  # Every exchange fills the wells: all visits are the first one
+            hovers += [
+                (offset_s + turn_s * number, plan)
+                for number in range(1, math.ceil(until_s / turn_s) + 1)
+                for offset_s in every
+            ]
+        return replay_fleet(
+            [each for _, each in hovers],
+            [offset_s for offset_s, _ in hovers],
+            wanted=max(1, math.floor(facts["asked_share"] + ROUNDING)),
+            allowed_gap_s=facts["longest_gap_s"],
+            until_s=until_s,
+            places=facts["places"],
+            place_s=own_s,
+        )
+
+
+def repeated(cycle: Plan, stays_s: Sequence[tuple[float, float]]) -> Plan:
+    """A plan of visits with hovers and rests [s], from full wells, whose charging tapers.
+
+    The last rest is left out.
+    """
+    mission = cycle.mission.replace(
+        {"start": None, "battery.charging": "taper", "limits.deadline_s": 1e7}
+    )
+    out, hover, back, *rest = cycle.phases
+    building, phases = str(cycle.building), list[Phase]()
+    for number, (hover_s, rest_s) in enumerate(stays_s):
+        last = number == len(stays_s) - 1
+        phases.append(replace(out, start_place=building) if number else out)
+        phases.append(lasting(hover, hover_s))
+        if last:
+            phases.append(replace(back, end_place="destination"))
+        else:
+            phases += [back, lasting(rest[0], rest_s)]
+    levels = simulated(mission, phases)
+    return cycle.model_copy(
+        update={"mission": mission, "phases": levels, "soc": {}, "flyable": None}
+    )
+
+
+def lasting(stay: Phase, duration_s: float) -> Phase:
+    """A stay of another duration [s]."""
+    (stage,) = stay.stages
+    return replace(stay, stages=(replace(stage, duration_s=duration_s),))
+
+
+def fleet_of(cycle: Results, visit: Visit, plan: Plan, share: float, overlap_s: float) -> Fleet:
+    """The smallest ring of equal drones that hover for a share of the time, see `Coverage.fleet`.
+
+    By Little's law: mean numbers in the air and on the ground are the rate of starts times the
+    durations, and a ring attains the next whole numbers.
+    """
+    checked("share", share, SHARE)
+    checked("overlap_s", overlap_s, OVERLAP)
+    hover_s, rest_s = cycle.facts["hover_s"], cycle.facts["rest_s"]
+    if overlap_s >= hover_s:
+        words = f"a number, 0 <= x < {hover_s:.6g} [s], the hover of a cycle"
+        raise InputError([Fault("overlap_s", shown(overlap_s), words)])
+    every_s = (hover_s - overlap_s) / share
+    drones = upwards(cycle.facts["period_s"] / every_s)
+    wait_s = drones * every_s - cycle.facts["period_s"]
+    wait_s = max(wait_s, 0.0)
+    place_s = rest_s if visit.swap_s is not None else rest_s + wait_s
+    places = upwards(place_s / every_s)
+    beams = 0
+    if cycle.facts["charged_by"] == "laser":
+        beams = places + (math.ceil(share - ROUNDING) if cycle.facts["lit_hover"] else 0)
+    offsets = tuple(every_s * number for number in range(drones))
+    facts = {
+        "drones": drones,
+        "places": places,
+        "beams": beams,
+        "offsets_s": offsets,
+        "starts_every_s": every_s,
+        "share": hover_s / every_s,
+        "asked_share": share,
+        "overlap_s": overlap_s,
+        "longest_gap_s": 0.0 if share >= 1.0 else max(every_s - hover_s, 0.0),
+        "hover_s": hover_s,
+        "rest_s": rest_s,
+        "building": visit.building,
+    }
+    row = (visit.flight_s, hover_s, rest_s, wait_s)
+    rows = [
+        dict(zip(UNITS, (number, offset_s, *row), strict=True))
+        for number, offset_s in enumerate(offsets, start=1)
+    ]
+    kind, mission = "optuav fleet", cycle.mission
+    return Fleet(kind, mission, facts, UNITS, tuple(rows), _show, _draw, plan=plan, visit=visit)
+
+
+def checked(name: str, value: object, allowed: Number) -> None:
+    """Refuse a value that is no such number."""
+    if not allowed.accepts(value):
+        raise InputError([Fault(name, shown(value), allowed.words)])
+
+
+def upwards(count: float) -> int:
+    """The next whole number, but for rounding; at least 1."""
+    return max(1, math.ceil(count * (1.0 - ROUNDING)))
+
+
+class PadPower(NamedTuple):
+    """What every drone's pad must deliver for a fleet with dark hovers.
+
+    Parameters
+    ----------
+    power_W, current_A
+        Of the pad, at the nominal voltage of the battery [W], [A].
+    hover_s, c_rate
+        Hover of a cycle [s], and the charging current over the capacity in an hour [1/h].
+    accepted
+        Whether the current is at most ``battery.charge_current_A``.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> pads = optuav.coverage("matrice350", perspective="battery").watts(3)
+    >>> round(pads.power_W), pads.accepted
+    (619, False)
+    """
+
+    power_W: float
+    current_A: float
+    hover_s: float
+    c_rate: float
+    accepted: bool
+
+    def __str__(self) -> str:
+        words = f"{self.power_W:.4g} W, {self.current_A:.4g} A, {self.c_rate:.3g} C"
+        return words if self.accepted else f"{words}: more than battery.charge_current_A allows"
+
+
+def pad_power(cycle: Results, visit: Visit, dark_A: float, drones: int, share: float) -> PadPower:
+    """The least power of pads with which so many drones cover a share, see `Coverage.watts`."""
+    checked("drones", drones, COUNT)
+    checked("share", share, SHARE)
+    mission = cycle.mission
+    resting_A = float(flight_of(mission).rest().current_A)
+
+    def needs(rest_A: float) -> float:
+        """Drones that a current into the battery takes, as a number with a fraction."""
+        if rest_A <= 0.0:
+            return math.inf
+        trial = replace(visit, hover_A=dark_A, rest_A=rest_A, swap_s=None)
+        hover_s = trial.longest_s
+        return share / trial.share(hover_s) if hover_s else math.inf
+
+    high = 1.0
+    while needs(high) > drones:
+        high *= 2.0
+        if high > 1e9:
+            words = f"no pad is strong enough for {drones} drones: the legs take too long"
+            raise NoPlanError(words)
+    found = largest(lambda rest_A: needs(rest_A) > drones, high)
+    rest_A = found[1] if found else high
+    trial = replace(visit, hover_A=dark_A, rest_A=rest_A, swap_s=None)
+    assert trial.longest_s is not None
+    current_A = rest_A + resting_A
+    capacity_Ah = float(visit.battery.capacity_As) / 3600.0
+    volts = mission.battery.nominal_voltage_V
+    accepted = current_A <= mission.battery.charge_current_A
+    return PadPower(
+        current_A * volts, current_A, trial.longest_s, current_A / capacity_Ah, accepted
+    )
+
+
+def _show(fleet: Results) -> Iterator[str]:
+    facts = fleet.facts
+    yield f"Fleet: {printable(fleet.mission.name)}, {facts['share']:.4g} drones hover on average"
+    yield f"Drones      {facts['drones']}, a start every {facts['starts_every_s']:.2f} s"
+    yield f"Places      {facts['places']} on {printable(facts['building'])}, {facts['beams']} beams"
+    yield f"Gap         {facts['longest_gap_s']:.2f} s at most"
+    yield ""
+    figures = ((str(row["drone"]), [f"{row[name]:.2f}" for name in TIMES]) for row in fleet.rows)
+    lines = [[name, *cells] for name, cells in figures]
+    heads = [name.replace("_s", " [s]") for name in UNITS]
+    yield from tabulated([heads, *lines[:MOST_SHOWN]])
+    if len(lines) > MOST_SHOWN:
+        yield f"and {len(lines) - MOST_SHOWN} more"
+
+
+def _draw(fleet: Results) -> Pictures:
+    from optuav.plots.fleets import Turn, fleet_turns
+
+    facts = fleet.facts
+    turns = [
+        Turn(row["offset_s"], row["flight_s"], row["hover_s"], row["rest_s"], row["wait_s"])
+        for row in fleet.rows
+    ]
+    title = f"{facts['drones']} drones of {printable(fleet.mission.name)}"
+    yield "fleet.png", fleet_turns(turns, title=title)

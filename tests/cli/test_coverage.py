@@ -1,0 +1,53 @@
+"""``optuav coverage``: what it prints and its exit codes."""
+
+import json
+
+import pytest
+
+from optuav.cli import main
+
+
+def run(*arguments: str) -> int:
+    """The exit code of the command."""
+    with pytest.raises(SystemExit) as end:
+        main(["coverage", *arguments])
+    return int(end.value.code or 0)
+
+
+def test_share_fleet_and_pads(capsys: pytest.CaptureFixture[str]) -> None:
+    """One drone, a fleet, and what pads must deliver."""
+    assert run("matrice350") == 0
+    assert "Share       25.410123%" in capsys.readouterr().out
+    assert run("matrice350", "--share", "1", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["drones"] == 4
+    assert run("matrice350", "--drones", "3", "--perspective", "battery") == 0
+    assert "619 W" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (["paper", "--share", "0"], 2, "--share = 0.0: a number, 0 < x <= 1000"),
+        (["paper", "--overlap-s", "900"], 2, "the hover of a cycle"),
+        (["paper", "--drones", "0"], 2, "--drones = 0: a whole number"),
+        (["paper", "--swap-s", "-1"], 2, "--swap-s = -1.0"),
+        (["paper", "--set", "battery.capacity_As=1000"], 1, "no building allows a hover"),
+    ],
+)
+def test_bad_input_ends_with_one_error(
+    arguments: list[str], code: int, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No traceback."""
+    assert run(*arguments) == code
+    assert words in " ".join(capsys.readouterr().err.split())
+
+
+def test_an_endless_hover_is_valid_json(capsys: pytest.CaptureFixture[str]) -> None:
+    """Strict JSON has no infinity."""
+    strong = ["--set", "laser.power_W=1e6", "--set", "battery.charge_current_A=900"]
+    assert run("paper", *strong, "--json") == 0
+
+    def refuse(name: str) -> None:
+        raise ValueError(name)
+
+    assert json.loads(capsys.readouterr().out, parse_constant=refuse)["share"] == 1.0

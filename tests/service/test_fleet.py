@@ -1,0 +1,149 @@
+"""Fleets: counts by brute force, days by the judge, pads, refusals."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import optuav
+from optuav.errors import InputError
+from optuav.judge.fleets import busiest, longest_gap
+
+SHIPPED = ["paper", "paper-table2", "matrice350"]
+
+
+@pytest.mark.parametrize("mission", SHIPPED)
+@pytest.mark.parametrize("options", [{}, {"pad_power_W": 400}, {"swap_s": 120}], ids=str)
+def test_fleets_last_for_four_days(mission: str, options: Any) -> None:
+    """No dry well, no gap, no place used twice; one drone or place fewer fails."""
+    cycle = optuav.coverage(mission, **options)
+    fleet = cycle.fleet()
+    replay = fleet.replay(days=4)
+    assert replay.flyable, replay.violations
+    assert replay.longest_gap_s == pytest.approx(0, abs=1e-6)
+    busy_s = cycle.hover_s + cycle.flight_s
+    if fleet.drones > 1:
+        late_s = (fleet.drones - 1) * fleet.starts_every_s
+        assert late_s < cycle.period_s * (1 + 1e-9), "one drone fewer would be in time"
+    on_ground_s = cycle.rest_s if options.get("swap_s") else None
+    on_ground_s = on_ground_s or fleet.drones * fleet.starts_every_s - busy_s
+    assert (fleet.places - 1) * fleet.starts_every_s < on_ground_s
+    short = {**fleet.facts, "places": fleet.places - 1}
+    kinds = {event.kind for event in replace(fleet, facts=short).replay(2).violations}
+    assert kinds == {"place"}
+
+
+@pytest.mark.parametrize("share", [0.4, 2.0, 2.5])
+def test_parts_and_several_devices_are_covered(share: float) -> None:
+    """As many hover at once as whole devices; below one, the gap is the one that is told."""
+    fleet = optuav.coverage("matrice350").fleet(share)
+    assert fleet.replay(2).flyable
+    assert fleet.share == pytest.approx(share)
+
+
+def test_a_ring_that_starts_too_rarely_has_a_gap_and_one_too_tight_runs_dry() -> None:
+    """The judge finds both, from the same plans."""
+    fleet = optuav.coverage("paper").fleet()
+    rarely = {**fleet.facts, "starts_every_s": fleet.starts_every_s * 1.01}
+    rarely["offsets_s"] = [1.01 * each for each in fleet.offsets_s]
+    kinds = {event.kind for event in replace(fleet, facts=rarely).replay(1).violations}
+    assert "gap" in kinds
+    fewer = {**fleet.facts, "drones": fleet.drones - 1, "offsets_s": fleet.offsets_s[:-1]}
+    kinds = {event.kind for event in replace(fleet, facts=fewer).replay(1).violations}
+    assert {"empty", "gap"} & kinds
+
+
+@pytest.mark.parametrize(("devices", "drones", "published"), [(10, 44, 50)])
+def test_staggered_devices_need_fewer_than_the_published_rule(
+    devices: int, drones: int, published: int
+) -> None:
+    """k = m + ⌈mR⌉ with R = (T + r)/h = 3.39, against m (⌈R⌉ + 1)."""
+    cycle = optuav.coverage("matrice350")
+    h = cycle.hover_s
+    facts = {**cycle.facts, "rest_s": 3.39 * h - cycle.flight_s, "period_s": 4.39 * h}
+    fleet = replace(cycle, facts=facts).fleet(devices)
+    assert fleet.drones == drones
+    assert devices * (math.ceil(3.39) + 1) == published
+    assert fleet.beams == fleet.places + devices
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.floats(10, 3000), st.floats(1, 300), st.floats(10, 9000), st.floats(0.05, 3),
+    st.floats(0, 0.9),
+)  # fmt: skip
+def test_counts_by_brute_force(h: float, T: float, r: float, share: float, part: float) -> None:
+    """The smallest ring in which every drone is back in time, by trying them."""
+    cycle = optuav.coverage("paper")
+    facts = {**cycle.facts, "hover_s": h, "flight_s": T, "rest_s": r, "period_s": h + T + r}
+    fleet = replace(cycle, facts=facts).fleet(share, part * h)
+    every_s = (h - part * h) / share
+    drones = next(k for k in range(1, 10_000) if k * every_s >= (h + T + r) * (1 - 1e-8))
+    assert abs(fleet.drones - drones) <= (abs((h + T + r) / every_s - fleet.drones) < 1e-6)
+    assert fleet.starts_every_s == pytest.approx(every_s)
+
+
+def test_known_pads() -> None:
+    """`matrice350` with three drones: 619 W by charge, more than the pack accepts."""
+    pads = optuav.coverage("matrice350", perspective="battery").watts(3)
+    assert round(pads.power_W) == 619
+    assert not pads.accepted
+    assert "more than battery.charge_current_A allows" in str(pads)
+    strong = optuav.coverage("matrice350").watts(5)
+    assert strong.accepted
+    found = optuav.coverage("matrice350", pad_power_W=strong.power_W)
+    assert found.fleet().drones == 5
+    less = optuav.coverage("matrice350", pad_power_W=0.999 * strong.power_W)
+    assert less.fleet().drones == 6
+
+
+@settings(max_examples=80, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 60), st.integers(1, 30)), min_size=1, max_size=12),
+       st.integers(1, 3))  # fmt: skip
+def test_gaps_and_places_by_brute_force(stated: list[tuple[int, int]], wanted: int) -> None:
+    """Counts on every half second between whole ones, tried one by one."""
+    intervals = [(float(begin), float(begin + lasts)) for begin, lasts in stated]
+    moments = np.arange(0, 90) + 0.5
+    count = [sum(begin < t < end for begin, end in intervals) for t in moments]
+    runs = "".join("x" if each < wanted else " " for each in count).split()
+    assert longest_gap(intervals, wanted, 0.0, 90.0)[0] == max(map(len, runs), default=0)
+    assert busiest(intervals, 1e-9)[0] == max(count)
+
+
+def test_the_picture_and_the_table_of_a_fleet() -> None:
+    """A bar per drone, a row per drone."""
+    fleet = optuav.coverage("matrice350").fleet()
+    assert [*fleet.plot()] == ["fleet.png"]
+    assert len(fleet.to_frame()) == fleet.drones == 4
+    assert "4, a start every" in str(fleet)
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ({"share": 0}, "share = 0: a number, 0 < x <= 1000"),
+        ({"share": "all"}, "share = 'all'"),
+        ({"overlap_s": -1}, "overlap_s = -1"),
+        ({"overlap_s": 1e6}, "overlap_s = 1000000.0: a number, 0 <= x < 1797.05 [s], the hover"),
+    ],
+)
+def test_bad_fleets_are_refused(asked: Any, words: str) -> None:
+    """Key, value and range."""
+    with pytest.raises(InputError) as refusal:
+        optuav.coverage("matrice350").fleet(**asked)
+    assert words in str(refusal.value)
+
+
+def test_bad_days_drones_and_shares_are_refused() -> None:
+    """Of the replay and of pads."""
+    cycle = optuav.coverage("matrice350")
+    with pytest.raises(InputError, match="days = 0"):
+        cycle.fleet().replay(0)
+    with pytest.raises(InputError, match=r"drones = 1\.5: a whole number"):
+        cycle.watts(1.5)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="share = -1"):
+        cycle.watts(3, -1)
