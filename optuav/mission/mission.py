@@ -158,8 +158,8 @@ class Mission(MissionSection):
             ``laser.wavelength_nm`` the four conversion coefficients, a new
             ``battery.capacity_As`` or ``battery.packs`` the energies E_1 and E_2 of the full
             battery and the wells of ``start``, a new ``battery.available_fraction`` those wells,
-            ``start.soc`` and the wells each other, a new ``flight.model`` or ``laser.beam`` the keys
-            of the other one, ``flight.obstacles`` and ``flight.through_buildings`` each other.
+            ``start.soc`` and the wells each other, a new ``flight.model`` or ``laser.beam`` the
+            keys of the other one, ``flight.obstacles`` and ``flight.through_buildings`` each other.
 
         Returns
         -------
