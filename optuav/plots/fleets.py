@@ -70,7 +70,7 @@ def fleet_turns(turns: Sequence[Turn], *, title: str, ax: Axes | None = None) ->
     ax = ax or style.page(1.6 + 0.28 * len(turns)).subplots()
     end_s = ROUNDS * turns[0].round_s
     kinds = {"fly": "flight", "hover": "hover", "rest": "rest", "wait": None}
-    colours = {words: PHASES[kind] if kind else "#d9d9d9" for words, kind in kinds.items()}
+    colours = {words: PHASES[kind] if kind else style.PALE for words, kind in kinds.items()}
     for number, turn in enumerate(turns):
         begin_s = turn.offset_s
         while begin_s < end_s:

@@ -57,6 +57,9 @@ def by_turns() -> optuav.Plan:
 ONE_PANEL: dict[str, Callable[..., Any]] = {
     "bars": lambda **ax: plots.bars([plots.Bar("a", "", 1.0)], title="t", y_label="y", **ax),
     "curves": lambda **ax: plots.curves([plots.Line("a", [0, 1], [0, 1])], **TEXTS, **ax),
+    "fleet_turns": lambda **ax: plots.fleet_turns(
+        [plots.Turn(0.0, 80.0, 900.0, 800.0, 20.0)], title="t", **ax
+    ),
     "hover_map": lambda **ax: plots.hover_map("paper", optuav.maps.laser("paper", 500), **ax),
     "plane": a_plane,
     "sites": lambda **ax: plots.sites(a_siting(), **ax),

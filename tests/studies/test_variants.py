@@ -80,6 +80,8 @@ def test_quantities_are_those_of_each_variant_alone(name: str) -> None:
             }
             for field in expected.__dataclass_fields__.keys() - apart:
                 left, right = getattr(given, field), getattr(expected, field)
+                if left is None and right is None:
+                    continue  # The mission states no such quantity
                 np.testing.assert_allclose(left, right, 1e-9, 1e-9, err_msg=field)
             left, right = (adjusted(each, 100.0, 50.0) for each in (given, expected))
             np.testing.assert_allclose(left, right, 1e-9, 1e-9, err_msg="state of charge")
