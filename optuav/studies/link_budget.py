@@ -90,7 +90,7 @@ class LinkBudget:
         """Return the largest distance [m] at which the DC power is at least so much [W].
 
         It lies on the line to the place, in clear sight; 0 where no distance gives the power,
-        infinite where all do. Raises `InputError` unless |dc_W| <= 1e9.
+        infinite where all do. Raises `InputError` for a number beyond ±1e9.
         """
         refuse(misfits(("dc_W", dc_W, POWER)))
         return self.beam.reach_m(dc_W, vehicle.charging_limit_W(self.beam.mission))
