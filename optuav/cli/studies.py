@@ -1,7 +1,9 @@
 """``optuav compare`` and ``sensitivity``, ``reproduce`` and ``ledger``: many solves at once."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -10,6 +12,9 @@ from optuav.cli.options import mission_of
 from optuav.cli.output import FAILED, NO, check_places, deliver, deliver_results, progress, say
 from optuav.errors import Fault, InputError, NoPlanError, decimal
 from optuav.options import Perspective
+
+if TYPE_CHECKING:
+    from optuav.studies.results import Results
 
 WORKERS = min(os.cpu_count() or 1, 4)  # Processes that share work: each takes a second to start
 
@@ -132,14 +137,17 @@ def coverage(
             lit_hover=not dark_hover,
             pad_power_W=pad_power_W,
         )
+        results: Results = found.fleet(share, overlap_s or 0.0) if fleet else found
         if drones is not None:
-            say(f"Pads for {drones} drones: {found.watts(drones, share)}", error=as_json)
-        results = found.fleet(share, overlap_s or 0.0) if fleet else found
+            pads = found.watts(drones, share)
+            facts = {"pad_drones": drones, **{f"pad_{k}": v for k, v in pads._asdict().items()}}
+            results = replace(results, facts={**results.facts, **facts})
     except NoPlanError as error:
         say(str(error), error=True)
         raise typer.Exit(NO) from None
-    if fleet or drones is None:
-        deliver_results(results, save, plot, as_json=as_json)
+    deliver_results(results, save, plot, as_json=as_json)
+    if drones is not None and not as_json:
+        say(f"\nPads for {drones} drones: {pads}")
 
 
 def reproduce(

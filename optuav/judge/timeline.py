@@ -304,9 +304,9 @@ def _ways(
             # A way is found from the place that comes first in the mission.
             turned = np.array([_rank(start) > _rank(end) for start, end in ends])
             lines[turned] = lines[turned, ::-1]
-            own[turned] = own[turned, ::-1]
+            roofs[turned] = roofs[turned, ::-1]
             town = (mission.buildings,)
-            ways = build_ways(mission, town, ends_m.reshape(1, -1, 3), lines, own)
+            ways = build_ways(mission, town, ends_m.reshape(1, -1, 3), lines, roofs)
             blockers, waypoints_m = ways.blocker[0], ways.of_legs(np.arange(len(ends)), turned)[0]
     for move, blocker, bent_m in zip(planned, blockers.tolist(), waypoints_m, strict=True):
         known = move.waypoints_m
@@ -320,9 +320,9 @@ def _rank(place: Place) -> int:
     return place.building + len(ENDS) if place.name not in ENDS else ENDS.index(place.name)
 
 
-def segments(mission: Mission, phase_m: Sequence[Point]) -> list[Loads]:
+def segments(mission: Mission, points_m: Sequence[Point]) -> list[Loads]:
     """Legs from rest to rest along points (x, y, z) [m]."""
-    ways = [[b - a for a, b in zip(*ends, strict=True)] for ends in pairwise(phase_m)]
+    ways = [[b - a for a, b in zip(*ends, strict=True)] for ends in pairwise(points_m)]
     return [flight_of(mission).leg((x, y, z)) for x, y, z in ways]
 
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from optuav.mission.mission import Mission
     from optuav.mission.schema import LaserTable
     from optuav.physics.beams.gaussian import Chain
-    from optuav.physics.quantity import Quantity
+    from optuav.physics.quantity import Quantity, Vector
 
 BEAMS: dict[str, type[SpreadingBeam]] = {}
 """Beams by name; one that is added here can be stated as ``laser.beam``."""
@@ -47,7 +47,7 @@ class Beam(ABC):
         return attenuation(keys.wavelength_nm, keys.visibility_km)
 
     @abstractmethod
-    def received_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
+    def received_W(self, source_m: Vector, place_m: Vector, most_W: Quantity) -> Quantity:
         """Mean power received in clear sight [W] where the battery takes at most so much [W]."""
 
     @abstractmethod
@@ -94,7 +94,10 @@ class SpreadingBeam(Beam):
         """Largest distance [m] at which a power [W] is received: 0 for none, infinite for all."""
         from optuav.physics.roots import last
 
-        return float(last(lambda d: self.received_W(d, most_W) - dc_W, 1.0))
+        def excess_W(away_m: Quantity) -> Quantity:
+            return self.received_W((0.0, 0.0, 0.0), (away_m, 0.0, 0.0), most_W) - dc_W
+
+        return float(last(excess_W, 1.0))
 
     @property
     def eye_limit_W_m2(self) -> float:

@@ -2,6 +2,7 @@
 
 import math
 import textwrap
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -157,14 +158,14 @@ class Drone(MissionSection):
             width=78,
         )
 
+    @abstractmethod
     def mission(self) -> Mission:
         """The drone in the places of the shipped mission `matrice350`."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def assumed(self) -> str:
-        """What a kind of datasheet leaves open besides."""
-        raise NotImplementedError
+        """Assumptions of this kind of datasheet, in words."""
 
 
 class Datasheet(Drone):

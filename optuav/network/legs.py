@@ -10,7 +10,7 @@ from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
 from optuav.mission.flight_model import flight_of
 from optuav.network.obstacles import CLEAR, crossed
-from optuav.network.places import FIRST_BUILDING, Places, own_roofs
+from optuav.network.places import Places, own_roofs
 from optuav.network.prisms import Prisms
 from optuav.network.ways import build_ways, loads_along
 from optuav.physics.flight import Loads
@@ -75,13 +75,11 @@ def build_legs(
     waypoints_m, rule = np.empty((count, 0, 3)), mission.flight.obstacle_rule
     if rule != "ignore" and len(obstacles.building):
         lines, line = shared_lines(start, end)
+        (roofs,) = own_roofs(town := (mission.buildings,), at_m[None])
         if rule == "refuse":
-            (roofs,) = own_roofs((mission.buildings,), at_m[None])
             crosses = _blockers(places, obstacles, lines, roofs).take(line)
         else:
-            ways = build_ways(
-                mission, (mission.buildings,), at_m[None], lines, lines - FIRST_BUILDING
-            )
+            ways = build_ways(mission, town, at_m[None], lines, roofs[lines])
             crosses = ways.blocker[0, line]
             waypoints_m = ways.of_legs(line, start > end)[0]
     loads = list[Loads]()

@@ -124,9 +124,7 @@ class Variants:
         able = np.isfinite(np.atleast_2d(self.loads.duration_s))
         if self.mission.flight.obstacle_rule == "refuse":
             lines, line = self._lines
-            roofs = own_roofs(self._past, self.position_m)[:, lines]
-            own = roofs[0] if len(roofs) == 1 else roofs
-            free = clear_past(self._past, self.position_m, lines, own)
+            free = clear_past(self._past, self.position_m, lines, self._own_roofs)
             able = able & free[:, line]
         elif self.ways is not None:
             able = able & (self.ways.blocker == CLEAR)[:, self._lines[1]]
@@ -183,8 +181,13 @@ class Variants:
         if self.mission.flight.obstacle_rule not in BENT:
             return None
         lines, _ = self._lines
-        places = self.position_m, lines, lines - FIRST_BUILDING
-        return build_ways(self.mission, self._past, *places)
+        return build_ways(self.mission, self._past, self.position_m, lines, self._own_roofs)
+
+    @property
+    def _own_roofs(self) -> Integers:
+        """Buildings that do not block a line, as its ends stand there ([variant,] line, 2)."""
+        roofs = own_roofs(self._past, self.position_m)[:, self._lines[0]]
+        return roofs[0] if len(roofs) == 1 else roofs
 
     @cached_property
     def bent_m(self) -> Quantity | None:

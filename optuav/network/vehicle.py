@@ -9,7 +9,7 @@ from optuav.mission.flight_model import flight_of
 from optuav.mission.validation import START_ROUNDING
 from optuav.physics import kibam, link
 from optuav.physics.flight import Flow
-from optuav.physics.quantity import Quantity, Vector, norm
+from optuav.physics.quantity import Quantity, Vector, distance
 
 
 def channel(mission: Mission) -> link.Channel:
@@ -89,8 +89,7 @@ def hover_load(mission: Mission) -> Flow:
 def laser_distance_m(mission: Mission, place_m: Vector) -> Quantity:
     """Distance of a place from the laser [m]."""
     assert mission.laser is not None
-    x, y, z = (end - start for start, end in zip(mission.laser.position_m, place_m, strict=True))
-    return norm((x, y, z))
+    return distance(mission.laser.position_m, place_m)
 
 
 def charging_limit_W(mission: Mission) -> Quantity:
@@ -109,5 +108,5 @@ def charging(mission: Mission, place_m: Vector, *, capped: bool = True) -> Flow:
         return stated
     voltage_V = mission.battery.nominal_voltage_V
     most_W = charging_limit_W(mission) if capped else np.inf
-    power_W = beam_of(mission).received_W(laser_distance_m(mission, place_m), most_W)
+    power_W = beam_of(mission).received_W(mission.laser.position_m, place_m, most_W)
     return Flow(power_W / voltage_V, power_W)

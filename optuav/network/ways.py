@@ -92,9 +92,9 @@ def build_ways(
 ) -> Ways:
     """Ways along lines (line, 2) between places (variant or 1, place, 3) [m] past buildings.
 
-    A line may cross its `own` buildings (line, k). Of several towns, each is that of as many
-    variants in a row. Numbers of the mission may be columns (variant, 1). Raises `InputError` where
-    a way around meets more than 500 footprints.
+    A line may cross its `own` buildings ([variant,] line, k). Of several towns, each is that of as
+    many variants in a row. Numbers of the mission may be columns (variant, 1). Raises `InputError`
+    where a way around meets more than 500 footprints.
     """
     keys, count = mission.flight, len(lines)
     stated = CLEARANCE_M if keys.clearance_m is None else keys.clearance_m
@@ -110,7 +110,7 @@ def build_ways(
     distinct, cell = np.unique(source * count + np.arange(count), return_inverse=True)
     row, line = np.divmod(distinct, count)
     start_m, end_m, apart_m, ceiling_m = np.split(table[row, line], (3, 6, 7), axis=1)
-    exempt = own[line]
+    exempt = own[line] if own.ndim == 2 else own[row, line]
     blocker, waypoints_m = np.full(len(row), CLEAR), np.full((len(row), 1, 3), np.nan)
     paths_m = dict[int, Floats]()
     known = np.isfinite(start_m + end_m).all(axis=1)

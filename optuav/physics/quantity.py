@@ -56,3 +56,9 @@ def norm(vector: Vector) -> Quantity:
     """Euclidean length of a vector given by its components."""
     x, y, z = vector
     return np.sqrt(x * x + y * y + z * z)
+
+
+def distance(one: Vector, other: Vector) -> Quantity:
+    """Distance of two points given by their components."""
+    x, y, z = (b - a for a, b in zip(one, other, strict=True))
+    return norm((x, y, z))

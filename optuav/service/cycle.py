@@ -32,7 +32,7 @@ from optuav.service.fleet import Fleet, PadPower, fleet_of, pad_power
 from optuav.service.visit import Visit
 from optuav.solving.assemble import quantities
 from optuav.status import Status
-from optuav.studies.results import Pictures, Results
+from optuav.studies.results import Pictures, Results, ResultsWithFacts
 
 PERSPECTIVES = ("available", "battery")
 DURATION = Number("s", gt=0, le=1e7)
@@ -50,7 +50,7 @@ ENDLESS = "the laser gives more than hovering draws"
 
 
 @dataclass(frozen=True)
-class Coverage(Results):
+class Coverage(ResultsWithFacts):
     """The best endless cycle of one drone, with one row per phase.
 
     Parameters
@@ -74,15 +74,6 @@ class Coverage(Results):
     """
 
     visit: Visit | None = field(default=None, kw_only=True, repr=False)
-
-    def __getattr__(self, name: str) -> Any:
-        try:
-            return self.__dict__["facts"][name]
-        except KeyError:
-            raise AttributeError(name) from None
-
-    def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *self.facts]
 
     @cached_property
     def plan(self) -> Plan:
@@ -242,7 +233,7 @@ def coverage(
     hover_s = best.longest_s
     assert hover_s is not None
     share = best.share(hover_s)
-    most_A = math.inf if swap_s is not None else max(each.rest_A for each in visits)
+    most_A = math.inf if swap_s is not None else float(flows.rest_A.max())
     wells = best.wells(hover_s)
     B = float(best.battery.capacity_As)
     exact = bound - share <= CLOSE

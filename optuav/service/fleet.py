@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from optuav.errors import MOST_SHOWN, Fault, InputError, NoPlanError, printable
 from optuav.judge.fleets import FleetReplay, replay_fleet
@@ -16,7 +16,7 @@ from optuav.network.timeline import Phase, simulated
 from optuav.plan import Plan
 from optuav.plan.summary import tabulated
 from optuav.service.visit import Visit, largest
-from optuav.studies.results import Pictures, Results
+from optuav.studies.results import Pictures, Results, ResultsWithFacts
 
 SHARE = Number("-", gt=0, le=1000)
 OVERLAP = Number("s", ge=0, le=1e7)
@@ -29,7 +29,7 @@ ROUNDING = 1e-9  # Relative, by which a count may be above a whole number
 
 
 @dataclass(frozen=True)
-class Fleet(Results):
+class Fleet(ResultsWithFacts):
     """Equal drones in a ring, one row per drone.
 
     Parameters
@@ -51,12 +51,6 @@ class Fleet(Results):
 
     plan: Plan = field(kw_only=True, repr=False)
     visit: Visit = field(kw_only=True, repr=False)
-
-    def __getattr__(self, name: str) -> Any:
-        try:
-            return self.__dict__["facts"][name]
-        except KeyError:
-            raise AttributeError(name) from None
 
     def replay(self, days: float = 4.0) -> FleetReplay:
         """Simulate the fleet for some days by the judge alone, all drones full at first.

@@ -14,7 +14,7 @@ from optuav.mission import Mission, load
 from optuav.mission.flight_model import FLIGHTS, FlightModel, flight_of
 from optuav.mission.messages import several, shown
 from optuav.plan.summary import tabulated
-from optuav.studies.results import Pictures, Results
+from optuav.studies.results import Pictures, Results, ResultsWithFacts
 
 UNITS = {"speed_m_s": "m/s", "power_W": "W", "current_A": "A"}
 STEPS = 100  # Of the speeds up to the cap, if none are stated
@@ -24,7 +24,7 @@ FASTEST_M_S = 1e6
 SPEEDS = "numbers, 0 <= x <= 1e6 [m/s], at least one"
 
 
-class PowerCurve(Results):
+class PowerCurve(ResultsWithFacts):
     """The power over air speed, one row per speed.
 
     Parameters
@@ -40,13 +40,9 @@ class PowerCurve(Results):
     Examples
     --------
     >>> import optuav
-    >>> drone = optuav.RotorDatasheet(
-    ...     mass_kg=2.04, cells=6, capacity_mAh=5000, cruise_speed_m_s=20, rotor_radius_m=0.2,
-    ...     blade_solidity=0.05, tip_speed_m_s=120, drag_ratio=0.3,
-    ... )
-    >>> curve = optuav.power_curve(drone.mission(), [0, 10, 20])
+    >>> curve = optuav.power_curve("relay-today", [0, 10, 20])
     >>> curve.power_W.round().tolist(), round(curve.best_endurance_m_s, 1)
-    ([168.0, 121.0, 141.0], 12.0)
+    ([764.0, 562.0, 738.0], 12.3)
     """
 
     @property
@@ -66,12 +62,6 @@ class PowerCurve(Results):
 
     def _column(self, name: str) -> Floats:
         return np.array([row[name] for row in self.rows])
-
-    def __getattr__(self, name: str) -> float:
-        try:
-            return float(self.__dict__["facts"][name])
-        except KeyError:
-            raise AttributeError(name) from None
 
 
 def power_curve(
@@ -104,11 +94,7 @@ def power_curve(
     Examples
     --------
     >>> import optuav
-    >>> drone = optuav.RotorDatasheet(
-    ...     mass_kg=2.04, cells=6, capacity_mAh=5000, cruise_speed_m_s=20, rotor_radius_m=0.2,
-    ...     blade_solidity=0.05, tip_speed_m_s=120, drag_ratio=0.3,
-    ... )
-    >>> print(f"{optuav.power_curve(drone.mission()).best_range_m_s:.1f} m/s")
+    >>> print(f"{optuav.power_curve("relay-today").best_range_m_s:.1f} m/s")
     20.0 m/s
     """
     whole = load(mission)

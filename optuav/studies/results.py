@@ -137,6 +137,19 @@ class Results:
         return save_figures(self.draw(self), directory)
 
 
+class ResultsWithFacts(Results):
+    """A table whose facts are its attributes too."""
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return self.__dict__["facts"][name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self.facts]
+
+
 def as_cell(value: object) -> str | float | None:
     """Return a value as a cell of a table in a notebook."""
     if value is None or isinstance(value, str | int | float):

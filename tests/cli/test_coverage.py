@@ -1,6 +1,7 @@
 """``optuav coverage``: what it prints and its exit codes."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -22,6 +23,20 @@ def test_share_fleet_and_pads(capsys: pytest.CaptureFixture[str]) -> None:
     assert json.loads(capsys.readouterr().out)["drones"] == 4
     assert run("matrice350", "--drones", "3", "--perspective", "battery") == 0
     assert "619 W" in capsys.readouterr().out
+
+
+def test_pads_are_saved_and_printed_as_data_too(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """With --json, and in the file of --save: nothing that was asked for is left out."""
+    file = tmp_path / "pads.json"
+    asked = ("matrice350", "--drones", "3", "--perspective", "battery", "--save", str(file))
+    assert run(*asked, "--json") == 0
+    for text in (capsys.readouterr().out, file.read_text("utf-8")):
+        found = json.loads(text)
+        assert found["pad_drones"] == 3
+        assert found["pad_power_W"] == pytest.approx(619, abs=0.5)
+        assert found["pad_accepted"] is False
 
 
 @pytest.mark.parametrize(

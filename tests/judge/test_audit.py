@@ -120,6 +120,13 @@ def test_odd_values_are_caught(odd: object, path: Path) -> None:
         assert caught(spoiled(data, way, odd), path), way
 
 
+def test_an_objective_of_nothing_is_caught(path: Path) -> None:
+    """A hover time of 0 is no missing one."""
+    assert caught({**data_of("direct"), "objective": 0.0}, path)
+    older = {key: value for key, value in data_of("direct").items() if key != "objective"}
+    assert not caught(older, path)
+
+
 @pytest.mark.parametrize("name", ["optimal", "table 2"])
 def test_every_spoiled_number_of_a_plan_is_caught(name: str, path: Path) -> None:
     """By a hundredth of itself, one after the other."""

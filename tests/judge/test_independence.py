@@ -19,6 +19,7 @@ ALLOWED = (
     "optuav.network.prisms",
     "optuav.network.vehicle",
     "optuav.network.ways",
+    "optuav.options",
     "optuav.physics",
     "optuav.plan",
 )

@@ -32,7 +32,6 @@ def test_the_plan_flies_within_the_airframe() -> None:
     plan = optuav.solve(MISSION)
     assert plan.flyable
     assert plan.peak_speed_m_s <= 23.0
-    assert plan.hover_time_s == pytest.approx(2415.39, abs=0.01)
     assert optuav.audit(plan).flyable
     assert any("no safety assessment" in note for note in plan.notes)
 

@@ -100,6 +100,14 @@ def test_mixed_cycles_are_no_better_by_charge(seed: int) -> None:
         assert sum(hovers) / period <= best * (1 + 1e-12)
 
 
+@pytest.mark.parametrize(
+    ("mission", "share"), [("paper", 0.1021), ("paper-table2", 0.0831), ("matrice350", 0.2691)]
+)
+def test_free_flights_would_cover_the_published_limit(mission: str, share: float) -> None:
+    """I_r/(I_r + I_h), with the roof that charges most."""
+    assert optuav.coverage(mission).limit_share == pytest.approx(share, abs=5e-5)
+
+
 def test_no_flow_between_wells_leaves_the_bound_well_alone() -> None:
     """With k_F = 0 the hover is (min(ωB, F) − Q)/I_h, and continuous with small k_F."""
     mission = optuav.load("paper").replace({"battery.flow_rate_per_s": 0.0})

@@ -164,6 +164,20 @@ def test_a_roof_does_not_block_the_legs_of_those_who_stand_on_it() -> None:
     assert np.ravel(many) == pytest.approx(hovers, nan_ok=True, abs=1e-6)
 
 
+@pytest.mark.parametrize("rule", ["over", "around"])
+def test_a_bent_way_is_not_flown_over_the_own_roof(rule: str) -> None:
+    """Where a roof below an end does not block the straight way, no way is bent for it."""
+    keys = {"route.origin_m": [785, 1765, 100], "route.hover_m": [1000, 2502, 50]}
+    straight = optuav.solve(PAPER.replace(keys), "P3")
+    free = PAPER.replace({**keys, "flight.obstacles": rule})
+    plan = optuav.solve(free, "P3")
+    assert plan.waypoints_m == ((), ())
+    assert plan.hover_time_s == straight.hover_time_s
+    assert optuav.audit(plan).flyable
+    (hover_s,) = optuav.batch(free, {"limits.deadline_s": [1200.0]}, problem="P3").hover_time_s
+    assert float(hover_s) == pytest.approx(plan.hover_time_s, abs=1e-6)
+
+
 @pytest.mark.parametrize("name", ["paper", "paper-table2", "paper-drag", "matrice350"])
 def test_a_leg_of_no_length_costs_nothing(name: str) -> None:
     """Planning again on a roof or at the hover point begins without a flight."""

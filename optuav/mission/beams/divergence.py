@@ -15,7 +15,7 @@ from optuav.mission.schema import BEAM, Breadth, LaserTable, Number
 if TYPE_CHECKING:
     from optuav.physics.beams.divergence import Divergence
     from optuav.physics.beams.gaussian import Chain
-    from optuav.physics.quantity import Quantity
+    from optuav.physics.quantity import Quantity, Vector
 
 ROUNDING = 1e-9  # Share of D² by which χA may exceed it
 
@@ -72,11 +72,12 @@ class DivergingBeam(SpreadingBeam):
         dc_W = light_W * air * share(self.beam, distance_m)
         return Chain(light_W, light_W, air, part, light_W * air * part, dc_W)
 
-    def received_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
+    def received_W(self, source_m: Vector, place_m: Vector, most_W: Quantity) -> Quantity:
         from optuav.physics.beams.divergence import received_power
+        from optuav.physics.quantity import distance
 
         air = self.attenuation_per_km
-        return received_power(self.beam, self.light_W, air, distance_m, most_W)
+        return received_power(self.beam, self.light_W, air, distance(source_m, place_m), most_W)
 
     def enough_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
         from optuav.physics.beams.divergence import received_power

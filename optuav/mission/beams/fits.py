@@ -9,7 +9,7 @@ from optuav.mission.schema import Laser
 
 if TYPE_CHECKING:
     from optuav.physics.laser import Conversion
-    from optuav.physics.quantity import Quantity
+    from optuav.physics.quantity import Quantity, Vector
 
 
 class Fits(Beam):
@@ -23,12 +23,13 @@ class Fits(Beam):
         assert isinstance(self.mission.laser, Laser)
         return self.mission.laser.as_record(Conversion)
 
-    def received_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
+    def received_W(self, source_m: Vector, place_m: Vector, most_W: Quantity) -> Quantity:
         from optuav.physics.laser import received_power
+        from optuav.physics.quantity import distance
 
         assert self.mission.laser is not None
         power_W, air = self.mission.laser.power_W, self.attenuation_per_km
-        return received_power(self.conversion, power_W, air, distance_m, most_W)
+        return received_power(self.conversion, power_W, air, distance(source_m, place_m), most_W)
 
     def enough_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
         from optuav.physics.laser import source_limit, transmission

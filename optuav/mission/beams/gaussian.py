@@ -14,7 +14,7 @@ from optuav.mission.schema import BEAM, Breadth, Efficiency, LaserTable, Number
 
 if TYPE_CHECKING:
     from optuav.physics.beams.gaussian import Chain, Emitter, Receiver
-    from optuav.physics.quantity import Quantity
+    from optuav.physics.quantity import Quantity, Vector
 
 
 class GaussianLaser(LaserTable):
@@ -80,11 +80,14 @@ class GaussianBeam(SpreadingBeam):
         keys, air = self.keys, self.attenuation_per_km
         return chain(self.emitter, self.receiver, keys.power_W, air, distance_m)
 
-    def received_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
+    def received_W(self, source_m: Vector, place_m: Vector, most_W: Quantity) -> Quantity:
         from optuav.physics.beams.gaussian import received_power
+        from optuav.physics.quantity import distance
 
         keys, air = self.keys, self.attenuation_per_km
-        return received_power(self.emitter, self.receiver, keys.power_W, air, distance_m, most_W)
+        return received_power(
+            self.emitter, self.receiver, keys.power_W, air, distance(source_m, place_m), most_W
+        )
 
     def enough_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
         import numpy as np
