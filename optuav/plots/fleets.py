@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from matplotlib.axes import Axes
+from matplotlib.patches import Patch
 
 from optuav.looks import PHASES
 from optuav.mission.messages import several
@@ -90,7 +91,7 @@ def fleet_turns(turns: Sequence[Turn], *, title: str, ax: Axes | None = None) ->
     ax.invert_yaxis()
     ax.set(xlabel="time [h]", xlim=(0.0, end_s / 3600.0))
     ax.set_title(title, pad=style.LEGEND_PT)
-    handles = [style.swatch(colour, words) for words, colour in colours.items()]
+    handles = [Patch(color=colour, label=words) for words, colour in colours.items()]
     style.legend_above(ax, len(handles), handles)
     style.settle(ax)
     return ax

@@ -453,7 +453,7 @@ def _draw(found: Results) -> Pictures:
         "cycle.png",
         curves(
             lines,
-            title=f"Two of endless cycles: {name}, {found.share:.2%} covered",
+            title=f"Two periods of the endless cycle: {name}, {found.share:.2%} covered",
             x_label="time $t$ [s]",
             y_label="charge of a full well [%]",
             y_from_zero=True,
