@@ -94,8 +94,9 @@ def power_curve(
     Examples
     --------
     >>> import optuav
-    >>> print(f"{optuav.power_curve("relay-today").best_range_m_s:.1f} m/s")
-    20.0 m/s
+    >>> curve = optuav.power_curve("relay-today")
+    >>> print(f"{curve.best_range_m_s:.1f} m/s")
+    17.9 m/s
     """
     whole = load(mission)
     flight = flight_of(whole)
