@@ -1,5 +1,6 @@
 """The public names for type checkers; at run time, the list of where each is defined."""
 
+from formulations.cycle import Cycle as Cycle
 from formulations.formulation import Formulation as Formulation
 from formulations.p1 import P1 as P1
 from formulations.p2 import P2 as P2

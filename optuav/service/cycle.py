@@ -28,9 +28,11 @@ from optuav.physics.flight import Flow
 from optuav.physics.kibam import Stage, Wells, tilted_after
 from optuav.plan import Plan
 from optuav.plan.summary import tabulated
+from optuav.service.declared import compared, program_of
 from optuav.service.fleet import Fleet, PadPower, fleet_of, pad_power
 from optuav.service.visit import Visit
 from optuav.solving.assemble import quantities
+from optuav.solving.program import Program
 from optuav.status import Status
 from optuav.studies.results import Pictures, Results, ResultsWithFacts
 
@@ -122,6 +124,46 @@ class Coverage(ResultsWithFacts):
             If the hover never ends.
         """
         return fleet_of(self, self._ending(), self.plan, share, overlap_s)
+
+    def program(self) -> Program:
+        """Declare this cycle as a problem: `Cycle` on its building, its start wells unknown.
+
+        Returns
+        -------
+        Program
+            Print it, or solve it by any engine that takes it; over the mission of `plan`.
+
+        Raises
+        ------
+        InputError
+            If something other than the mission's laser charges, or the hover is dark.
+        NoPlanError
+            If the hover never ends.
+
+        Examples
+        --------
+        >>> import optuav
+        >>> optuav.coverage("paper", perspective="battery").program().engines
+        ('cvxpy', 'casadi')
+        """
+        return program_of(self)
+
+    def compare(self) -> Results:
+        """Compare this cycle with the answers of all engines that take `program`.
+
+        Returns
+        -------
+        Results
+            One row per method, with hover and rest [s], share [-] and distance of the hover [s].
+
+        Raises
+        ------
+        InputError, NoPlanError
+            As `program`.
+        SolverError
+            If an engine fails.
+        """
+        return compared(self)
 
     def watts(self, drones: int, share: float = 1.0) -> PadPower:
         """Find what pads must deliver so that some drones with dark hovers cover a share.
@@ -371,7 +413,7 @@ def _planned(mission: Mission, visit: Visit, facts: Any) -> Plan:
     stated = any(each.edited for each in flown)
     return Plan(
         mission=own,
-        problem="cycle",
+        problem="Cycle",
         trajectory=None,
         building=visit.building,
         order="hover-first",

@@ -47,6 +47,7 @@ from optuav.solving.question import MOST_BUILDINGS, PROBLEM_NAMES, Question, ans
 from optuav.status import SAME_S, Status
 
 ANY_S = 1e9  # Longer than any time of a mission [s]
+STARTS = ("soc", "available_As", "bound_As")  # Keys of `[start]` that a problem may leave open
 MOST_VIOLATED = 2  # violated constraints that are stated in full
 ROUNDING = 1e-9  # share of the capacity that rounding may take
 WARNED_OF = ("empty", "full")  # Events of a simulation that `Plan.warnings` states already.
@@ -163,6 +164,8 @@ def plan_of(
         stated = "a plan needs at least 0 s: declare the variable with lower=0.0"
         times = zip(TIMES, (hover_s, rest_s), strict=True)
         raise InputError([Fault(name, f"{t:g}", stated) for name, t in times if t < 0.0])
+    if start := {name: point[f"start_{name}"] for name in STARTS if f"start_{name}" in point}:
+        network = replace(network, mission=network.mission.replace({"start": start}))
     notes = []
     if part.rests and rest_s == 0.0:
         approached = "; with T' > 0, as (P4) is printed, this limit is approached but not attained"

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields, replace
 from typing import Any
 
+from formulations.cycle import Cycle
 from formulations.formulation import Formulation
 from formulations.p1 import P1
 from formulations.p2 import P2
@@ -138,6 +139,9 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
         if problem.building not in (None, *buildings):
             words = no_building(str(problem.building), buildings)
             yield Fault("building", repr(problem.building), words)
+        if isinstance(problem, Cycle) and mission.route.origin_m != mission.route.destination_m:
+            words = "must be route.origin_m in a cycle, as in optuav.coverage(mission).plan.mission"
+            yield Fault("route.destination_m", shown(mission.route.destination_m), words)
         if type(problem) not in OF_THE_PAPER:
             if isinstance(problem, OF_THE_PAPER):
                 words = "must subclass Formulation itself; its declare may call that of P1 to P4"

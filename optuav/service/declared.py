@@ -1,0 +1,76 @@
+"""The endless cycle as a declared problem, and its answers by every method that takes it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from formulations.cycle import Cycle
+from optuav.errors import Fault, InputError, NoPlanError, printable
+from optuav.mission.messages import shown
+from optuav.plan.summary import tabulated
+from optuav.solving import formulate
+from optuav.solving.program import Program
+from optuav.studies.results import Pictures, Results, fixed
+
+if TYPE_CHECKING:
+    from optuav.service.cycle import Coverage
+
+UNITS = {"method": "", "hover_s": "s", "rest_s": "s", "share": "-", "gap_s": "s", "status": ""}
+METHODS = {"available": "bisection", "battery": "closed form"}
+METHODS_TAKEN = ("cvxpy", "casadi")
+
+
+def program_of(coverage: Coverage) -> Program:
+    """The cycle on its building as a program over the mission of its plan."""
+    if coverage.building is None:
+        raise NoPlanError(f"there is no cycle to declare: {coverage.proof}")
+    if coverage.charged_by != "laser" or not coverage.lit_hover:
+        words = "a cycle is declared for a laser that serves hover and rest, as the mission says"
+        name = {"pad": "pad_power_W", "exchange": "swap_s"}.get(coverage.charged_by, "lit_hover")
+        raise InputError([Fault(name, shown(coverage.charged_by), words)])
+    # A cycle never drives the available well past full, so that a taper changes nothing.
+    mission = coverage.plan.mission.replace({"battery.charging": "constant"})
+    return formulate(mission, Cycle(coverage.building), perspective=coverage.perspective)
+
+
+def compared(coverage: Coverage) -> Results:
+    """The cycle by `coverage` and by every engine that takes its declaration."""
+    program, own = program_of(coverage), METHODS[coverage.perspective]
+    answers = {own: (coverage.hover_s, coverage.rest_s, coverage.status)}
+    for engine in METHODS_TAKEN:
+        if engine in program.engines:
+            plan = formulate(
+                program.network.mission,
+                program.question.problem,
+                perspective=coverage.perspective,
+                engine=engine,
+            ).solve()
+            answers[engine] = plan.hover_time_s, plan.rest_time_s, plan.status.value
+    rows = list[dict[str, Any]]()
+    for method, (hover_s, rest_s, status) in answers.items():
+        share = hover_s / (hover_s + rest_s + coverage.flight_s)
+        row = method, hover_s, rest_s, share, hover_s - coverage.hover_s, status
+        rows.append(dict(zip(UNITS, row, strict=True)))
+    facts = {"building": coverage.building, "perspective": coverage.perspective}
+    return Results(
+        "optuav comparison of cycles", coverage.mission, facts, UNITS, tuple(rows), _show, _draw
+    )
+
+
+def _show(results: Results) -> Iterator[str]:
+    """One line per method."""
+    facts = results.facts
+    name = printable(results.mission.name)
+    yield f"{name}: endless cycle on {printable(facts['building'])}, {facts['perspective']}\n"
+    table = [["method", "hover [s]", "rest [s]", "share [%]", "apart [s]", "status"]]
+    for row in results.rows:
+        times = (fixed(row[n], 4) for n in ("hover_s", "rest_s"))
+        share = fixed(100.0 * row["share"], 6)
+        table.append([row["method"], *times, share, fixed(abs(row["gap_s"]), 4), row["status"]])
+    yield from tabulated(table)
+
+
+def _draw(_: Results) -> Pictures:
+    """No picture: the answers agree."""
+    return ()
