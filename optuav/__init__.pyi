@@ -50,6 +50,7 @@ from optuav.plan import load_plan as load_plan
 from optuav.service.cycle import Coverage as Coverage
 from optuav.service.cycle import coverage as coverage
 from optuav.service.fleet import Fleet as Fleet
+from optuav.service.return_by import return_by as return_by
 from optuav.siting.place_laser import Siting as Siting
 from optuav.siting.place_laser import place_laser as place_laser
 from optuav.siting.selection import Selection as Selection

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Sequence
 from functools import cache
 from importlib import import_module
+from keyword import iskeyword
 from typing import Annotated, Any
 
 import typer
@@ -23,7 +24,7 @@ COMMANDS = {
     **dict.fromkeys(("compare", "reproduce", "sensitivity", "ledger"), "studies"),
     **{"formulate": "solve", "calibrate": "calibrate"},
     **dict.fromkeys(("show", "validate", "new", "missions"), "missions"),
-    **dict.fromkeys(("power", "coverage"), "studies"),
+    **dict.fromkeys(("power", "coverage", "return"), "studies"),
     **{"city": "city", "map": "maps", "sweep": "sweep"},
     **{"explore": "explore", "lessons": "lessons", "check-solutions": "benchmark"},
 }
@@ -55,7 +56,7 @@ def program(name: str | None = None) -> Any:
         app.callback()(_listed)
     for each in COMMANDS if name is None else [name]:
         module = import_module(f"optuav.cli.{COMMANDS[each]}")
-        function = getattr(module, each.replace("-", "_"))
+        function = getattr(module, each.replace("-", "_") + "_" * iskeyword(each))
         line, *_ = str(function.__doc__).splitlines()
         run = _listed if name is None else command_of(each, function)
         app.command(each, short_help=line)(run)

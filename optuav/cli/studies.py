@@ -150,6 +150,26 @@ def coverage(
         say(f"\nPads for {drones} drones: {pads}")
 
 
+def return_(
+    mission: str,
+    settings: list[str] | None = None,
+    as_json: bool = False,
+    save: Path | None = None,
+    plot: Path | None = None,
+) -> None:
+    """Find the last moment to leave the hover point, for the destination and every building.
+
+    Exit code 1 if the hover point cannot be reached.
+    """
+    check_places(save, plot, ".csv", ".json")
+    try:
+        times = optuav.return_by(mission_of(mission, settings))
+    except NoPlanError as error:
+        say(str(error), error=True)
+        raise typer.Exit(NO) from None
+    deliver_results(times, save, plot, as_json=as_json)
+
+
 def reproduce(
     out: Path = Path("reproduced"), only: list[str] | None = None, mission: str | None = None
 ) -> None:

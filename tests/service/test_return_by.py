@@ -1,0 +1,129 @@
+"""The last moment to leave: P3 and P4 again, stepping through the wells, refusals."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import optuav
+from optuav.errors import InputError, NoPlanError
+
+SHIPPED = ["paper", "paper-table2", "paper-drag", "matrice350", "relay-today"]
+
+
+def test_known_moments() -> None:
+    """P3 and P4 on b9, as the specification has them."""
+    times = optuav.return_by("paper")
+    by_place = {row["place"]: row for row in times.rows}
+    assert by_place["destination"]["latest_s"] == pytest.approx(577.524, abs=5e-4)
+    assert by_place["b9"]["latest_s"] == pytest.approx(597.270, abs=5e-4)
+
+
+@pytest.mark.parametrize("mission", SHIPPED)
+def test_the_longest_direct_hover_ends_at_the_last_moment(mission: str) -> None:
+    """P3 without a deadline is found by other code, a bracket over the declared model."""
+    far = optuav.load(mission).replace({"limits.deadline_s": 1e6})
+    row = optuav.return_by(far).rows[0]
+    assert row["latest_s"] == pytest.approx(optuav.solve(far, "P3").hover_time_s, abs=1e-5)
+
+
+def lowest(mission: optuav.Mission, place: str, hover_s: float) -> tuple[float, float]:
+    """Least y1 and the last charge [A s], by Euler steps through the KiBaM's own equations."""
+    battery = mission.battery
+    B, ω = battery.packs * battery.capacity_As, battery.available_fraction
+    k_F = battery.flow_rate_per_s
+    y1, y2, least = ω * B, (1 - ω) * B, math.inf
+    plan = optuav.solve(mission, "P3")
+    hover_A = -next(p.current_A for p in plan.phases if p.kind == "hover")
+    legs = {(p.start_place, p.end_place): p for p in plan.phases}
+    stages = [(-s.current_A, s.duration_s) for s in legs["origin", "hover"].stages]
+    stages += [(hover_A, hover_s)]
+    stages += [(-s.current_A, s.duration_s) for s in legs["hover", place].stages]
+    for current_A, duration_s in stages:
+        count = max(1, math.ceil(duration_s / 0.01))
+        dt = duration_s / count
+        for _ in range(count):
+            flow = k_F * (y2 / (1 - ω) - y1 / ω)
+            y1, y2 = y1 + dt * (flow - current_A), y2 - dt * flow
+        least = min(least, y1)
+    return least, y1 + y2
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.integers(0, 10**6))
+def test_a_second_later_is_too_late_and_a_second_earlier_is_in_time(seed: int) -> None:
+    """Random batteries, stepped through by the differential equations."""
+    random = np.random.default_rng(seed)
+    mission = optuav.load("paper").replace(
+        {
+            "battery.capacity_As": float(random.uniform(12_000, 50_000)),
+            "battery.available_fraction": float(random.uniform(0.1, 0.95)),
+            "battery.flow_rate_per_s": float(10 ** random.uniform(-6, -2.5)),
+            "limits.min_soc": float(random.choice([0.0, 0.05, 0.3])),
+            "limits.deadline_s": 1e6,
+        }
+    )
+    row = optuav.return_by(mission).rows[0]
+    B = mission.battery.packs * mission.battery.capacity_As
+    if row["latest_s"] is None:
+        assert not optuav.solve(mission, "P3")
+        return
+    for later_s, holds in ((-1.0, True), (1.0, False)):
+        if (hover_s := row["latest_s"] + later_s) >= 0.0:
+            least, left = lowest(mission, "destination", hover_s)
+            assert (least >= 0.0 and left >= mission.limits.min_soc * B) is holds
+
+
+@pytest.mark.parametrize("mission", SHIPPED)
+def test_the_monitor_sounds_at_the_last_moment(mission: str) -> None:
+    """a·y1 + b·y2 = g for the wells that the judge finds at the end of the longest hover."""
+    far = optuav.load(mission).replace({"limits.deadline_s": 1e6})
+    row = optuav.return_by(far).rows[0]
+    plan = optuav.solve(far, "P3")
+    trace = optuav.replay(plan).trace
+    hover = next(phase for phase in plan.phases if phase.kind == "hover")
+    at = hover.start_s + hover.duration_s
+    y1, y2 = (
+        np.interp(at, trace.time_s, wells[:, 0]) for wells in (trace.available_As, trace.bound_As)
+    )
+    B = far.battery.packs * far.battery.capacity_As
+    assert row["a"] * y1 + row["b"] * y2 == pytest.approx(row["g_As"], abs=1e-4 * B)
+
+
+def test_asking_again_on_the_way_gives_what_is_left() -> None:
+    """From the hover point itself, with the wells after 100 s, 100 s less are left."""
+    mission = optuav.load("paper")
+    before = optuav.return_by(mission)
+    plan = optuav.solve(mission, "P3")
+    hover = next(phase for phase in plan.phases if phase.kind == "hover")
+    battery = mission.battery
+    B, ω, k_F = battery.packs * battery.capacity_As, battery.available_fraction, 4.5e-5
+    y1, y2 = before.available_As, before.bound_As
+    for _ in range(100_000):
+        flow = k_F * (y2 / (1 - ω) - y1 / ω)
+        y1, y2 = y1 + 1e-3 * (flow + hover.current_A), y2 - 1e-3 * flow
+    assert y1 + y2 < B
+    there = optuav.graph(mission).nodes["hover"]["position_m"]
+    now = mission.replace(
+        {
+            "route.origin_m": list(there),
+            "route.hover_m": list(there),
+            "start": {"available_As": y1, "bound_As": y2},
+        }
+    )
+    left = optuav.return_by(now).rows[0]
+    assert left["latest_s"] == pytest.approx(before.rows[0]["latest_s"] - 100.0, abs=1e-3)
+
+
+def test_what_has_no_last_moment_is_told() -> None:
+    """Packs that take turns, a start too empty to arrive, and one too empty to come back."""
+    paper = optuav.load("paper")
+    with pytest.raises(InputError, match=r"battery\.schedule"):
+        optuav.return_by(paper.replace({"battery.schedule": "sequential"}))
+    with pytest.raises(NoPlanError, match="empty before"):
+        optuav.return_by(paper.replace({"start": {"available_As": 100.0, "bound_As": 14_400.0}}))
+    low = paper.replace({"start": {"available_As": 6000.0, "bound_As": 100.0}})
+    assert optuav.return_by(low).rows[0]["latest_s"] is None
+    assert "too late" in str(optuav.return_by(low))
