@@ -117,6 +117,7 @@ def coverage(
     share: float | None = None,
     overlap_s: float | None = None,
     drones: int | None = None,
+    hours: float | None = None,
     settings: list[str] | None = None,
     as_json: bool = False,
     save: Path | None = None,
@@ -128,6 +129,9 @@ def coverage(
     """
     check_places(save, plot, ".csv", ".json")
     fleet = share is not None or overlap_s is not None
+    if hours is not None and (fleet or drones is not None):
+        words = "plans the day of one drone: without --share, --overlap-s and --drones"
+        raise InputError([Fault("hours", f"{hours:g}", words)])
     share = 1.0 if share is None else share
     try:
         found = optuav.coverage(
@@ -138,6 +142,8 @@ def coverage(
             pad_power_W=pad_power_W,
         )
         results: Results = found.fleet(share, overlap_s or 0.0) if fleet else found
+        if hours is not None:
+            results = found.horizon(hours)
         if drones is not None:
             pads = found.watts(drones, share)
             facts = {"pad_drones": drones, **{f"pad_{k}": v for k, v in pads._asdict().items()}}

@@ -30,6 +30,7 @@ from optuav.plan import Plan
 from optuav.plan.summary import tabulated
 from optuav.service.declared import compared, program_of
 from optuav.service.fleet import Fleet, PadPower, fleet_of, pad_power
+from optuav.service.horizon import Horizon, horizon_of
 from optuav.service.visit import Visit
 from optuav.solving.assemble import quantities
 from optuav.solving.program import Program
@@ -164,6 +165,39 @@ class Coverage(ResultsWithFacts):
             If an engine fails.
         """
         return compared(self)
+
+    def horizon(self, hours: float) -> Horizon:
+        """Plan one drone's day from full wells: visits to the building, rests until full.
+
+        Every landing keeps ``limits.min_soc``. The day begins at the origin and ends at the
+        destination of the mission.
+
+        Parameters
+        ----------
+        hours
+            Length of the day [h], > 0 and up to 2000.
+
+        Returns
+        -------
+        Horizon
+            Hover in all with its bound [s], one row per stop, and the itinerary for `audit`.
+
+        Raises
+        ------
+        InputError
+            If the hours are no such number, something other than the mission's laser charges, or
+            the perspective is not ``"available"``.
+        NoPlanError
+            If the hover never ends, or no hover fits into the day.
+
+        Examples
+        --------
+        >>> import optuav
+        >>> day = optuav.coverage("paper").horizon(8)
+        >>> f"{day.hover_s:.2f} s of {day.bound_s:.2f} s"
+        '3277.31 s of 3305.80 s'
+        """
+        return horizon_of(self, hours)
 
     def watts(self, drones: int, share: float = 1.0) -> PadPower:
         """Find what pads must deliver so that some drones with dark hovers cover a share.

@@ -21,14 +21,19 @@ METHODS = {"available": "bisection", "battery": "closed form"}
 METHODS_TAKEN = ("cvxpy", "casadi")
 
 
-def program_of(coverage: Coverage) -> Program:
-    """The cycle on its building as a program over the mission of its plan."""
+def needs_laser(coverage: Coverage) -> None:
+    """Refuse a cycle that something else than the laser charges, or a dark hover, or no cycle."""
     if coverage.building is None:
         raise NoPlanError(f"there is no cycle to declare: {coverage.proof}")
     if coverage.charged_by != "laser" or not coverage.lit_hover:
-        words = "a cycle is declared for a laser that serves hover and rest, as the mission says"
+        words = "must be left out: the mission's laser serves hover and rest here"
         name = {"pad": "pad_power_W", "exchange": "swap_s"}.get(coverage.charged_by, "lit_hover")
         raise InputError([Fault(name, shown(coverage.charged_by), words)])
+
+
+def program_of(coverage: Coverage) -> Program:
+    """The cycle on its building as a program over the mission of its plan."""
+    needs_laser(coverage)
     # A cycle never drives the available well past full, so that a taper changes nothing.
     mission = coverage.plan.mission.replace({"battery.charging": "constant"})
     return formulate(mission, Cycle(coverage.building), perspective=coverage.perspective)

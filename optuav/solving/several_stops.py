@@ -26,6 +26,7 @@ from optuav.network.variants import stacked
 from optuav.physics.quantity import TINY
 from optuav.plan import Plan
 from optuav.search.branch import INTERRUPTED, TIE_S, Progress, SearchResult, search
+from optuav.search.greedy import greedy, hover_bound_s
 from optuav.search.sequences import patterns, sequences
 from optuav.search.terrain import Terrain
 from optuav.solving.assemble import quantities
@@ -59,7 +60,13 @@ def several_stops(
     most = f"at most {rests} rest{'s' * (rests != 1)} and {hovers} hover{'s' * (hovers != 1)}"
     if question.perspective == AVAILABLE:
         limit_s = question.time_limit_s
-        found = search(terrain(network), rests, hovers, time_limit_s=limit_s, progress=progress)
+        arrays = terrain(network)
+        found = search(arrays, rests, hovers, time_limit_s=limit_s, progress=progress)
+        if found.ended:
+            bound_s = min(found.bound_s, hover_bound_s(arrays, rests, hovers))
+            plans = filter(None, (found.stops, greedy(arrays, rests, hovers)))
+            longest = max(plans, key=lambda plan: plan.hover_s, default=None)
+            found = replace(found, stops=longest, bound_s=bound_s)
         return _plan(program, network, found, most)
     if rests and not find_shortcuts(network):
         plan = program.solve()

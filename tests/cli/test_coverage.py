@@ -66,3 +66,12 @@ def test_an_endless_hover_is_valid_json(capsys: pytest.CaptureFixture[str]) -> N
         raise ValueError(name)
 
     assert json.loads(capsys.readouterr().out, parse_constant=refuse)["share"] == 1.0
+
+
+def test_a_day_of_one_drone(capsys: pytest.CaptureFixture[str]) -> None:
+    """--hours plans it, and goes without what asks for a fleet."""
+    assert run("paper", "--hours", "8") == 0
+    assert "3277.31 s of at most 3305.80 s" in capsys.readouterr().out
+    assert run("paper", "--hours", "8", "--drones", "3") == 2
+    assert "--hours" in capsys.readouterr().err
+    assert run("paper", "--hours", "0.01") == 1

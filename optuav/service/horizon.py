@@ -1,0 +1,126 @@
+"""One drone for a working day: as much hover as greedy visits give, with an upper bound."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from optuav.errors import InputError, NoPlanError, printable, refuse
+from optuav.judge import Itinerary, Stop, replay
+from optuav.mission.messages import misfits
+from optuav.mission.schema import Number
+from optuav.network.network import build_network
+from optuav.network.one_stop import all_legs
+from optuav.network.places import FIRST_BUILDING, HOVER
+from optuav.plan.summary import tabulated
+from optuav.search.greedy import greedy, hover_bound_s
+from optuav.search.terrain import Terrain
+from optuav.service.declared import needs_laser
+from optuav.solving.several_stops import terrain
+from optuav.studies.results import Pictures, Results, ResultsWithFacts
+
+if TYPE_CHECKING:
+    from optuav.service.cycle import Coverage
+
+HOURS = Number("h", gt=0.0, le=2000.0)
+UNITS = {"place": "", "kind": "", "duration_s": "s"}
+
+
+@dataclass(frozen=True)
+class Horizon(ResultsWithFacts):
+    """One drone's hovers and rests over some hours, one row per stop.
+
+    Parameters
+    ----------
+    hours, building
+        Length of the day [h], and where the drone rests.
+    hover_s, bound_s
+        Hover time in all, and one that no visits to this building exceed [s].
+    share
+        Share of the day in which the drone hovers [-].
+    """
+
+    itinerary: Itinerary = field(kw_only=True, repr=False)  # What `optuav.audit` takes
+
+
+def horizon_of(coverage: Coverage, hours: float) -> Horizon:
+    """The day of greedy visits on the building of a cycle."""
+    refuse(misfits(("hours", hours, HOURS)))
+    needs_laser(coverage)
+    if coverage.perspective != "available":
+        raise InputError('a day is planned through the wells: perspective="available"')
+    mission = coverage.mission.replace({"limits.deadline_s": 3600.0 * hours, "start": None})
+    network = build_network(mission)
+    network = replace(network, legs=all_legs(network))
+    number = FIRST_BUILDING + mission.buildings.names.index(coverage.building)
+    day = _only(terrain(network), np.array([*range(FIRST_BUILDING), number]))
+    most = 1 + int(3600.0 * hours / coverage.flight_s)
+    plan = greedy(day, most, most + 1, day.least_charge_As)
+    if plan is None:
+        words = f"{hours:g} h leave no time to hover and land with limits.min_soc of the charge"
+        raise NoPlanError(words)
+    names = {HOVER: "hover", FIRST_BUILDING: coverage.building}
+    kinds = {HOVER: "hover", FIRST_BUILDING: "rest"}
+    rows = tuple(
+        {"place": names[place], "kind": kinds[place], "duration_s": stay_s}
+        for place, stay_s in zip(plan.places[1:-1].tolist(), plan.stays_s.tolist(), strict=True)
+    )
+    bound_s = hover_bound_s(day, most, most + 1)
+    facts = {
+        **{"hours": hours, "building": coverage.building, "hover_s": plan.hover_s},
+        **{"bound_s": bound_s, "share": plan.hover_s / (3600.0 * hours)},
+    }
+    itinerary = Itinerary(mission, [Stop(*row.values()) for row in rows])
+    return Horizon("optuav horizon", mission, facts, UNITS, rows, _show, _draw, itinerary=itinerary)
+
+
+def _only(day: Terrain, places: Any) -> Terrain:
+    """The arrays over some of the places."""
+    pairs = np.ix_(places, places)
+    return replace(
+        day,
+        duration_s=day.duration_s[pairs],
+        stage_durations_s=day.stage_durations_s[(slice(None), *pairs)],
+        stage_currents_A=day.stage_currents_A[(slice(None), *pairs)],
+        stay_current_A=day.stay_current_A[places],
+    )
+
+
+def _show(day: Results) -> Iterator[str]:
+    facts = day.facts
+    yield f"One drone for {facts['hours']:g} h: {printable(day.mission.name)}"
+    share = f"{facts['share']:.2%} of the time"
+    yield f"Hover       {facts['hover_s']:.2f} s of at most {facts['bound_s']:.2f} s, {share}\n"
+    lines = [[row["place"], row["kind"], f"{row['duration_s']:.2f}"] for row in day.rows]
+    yield from tabulated([["place", "stop", "for [s]"], *lines], words=2)
+
+
+def _draw(day: Results) -> Pictures:
+    """The state of both wells over the day."""
+    from optuav.plots import Line, curves
+
+    assert isinstance(day, Horizon)
+    trace, battery = replay(day.itinerary).trace, day.mission.battery
+    capacity_As = battery.packs * battery.capacity_As
+    sizes_As = (
+        battery.available_fraction * capacity_As,
+        (1.0 - battery.available_fraction) * capacity_As,
+    )
+    levels = trace.available_As[:, 0], trace.bound_As[:, 0]
+    lines = [
+        Line(f"{name} well", (trace.time_s / 3600.0).tolist(), (100.0 * level / size_As).tolist())
+        for name, level, size_As in zip(("available", "bound"), levels, sizes_As, strict=True)
+    ]
+    yield (
+        "horizon.png",
+        curves(
+            lines,
+            title=f"One drone for {day.facts['hours']:g} h: {printable(day.mission.name)}",
+            x_label="time $t$ [h]",
+            y_label="charge of a full well [%]",
+            y_from_zero=True,
+        ),
+    )
