@@ -111,6 +111,7 @@ DOORS: dict[str, Door] = {
     "plots.save_figures: folder": Door(lambda x: plots.save_figures([], x), "folder", empty=True),
     "power_curve": Door(optuav.power_curve, ""),
     "coverage": Door(optuav.coverage, ""),
+    "size_fleet": Door(optuav.size_fleet, ""),
     "return_by": Door(optuav.return_by, ""),
     "Plan.save": Door(lambda x: optuav.load_plan("plan.json").save(x), "file"),
     "Mission.save": Door(optuav.load("paper").save, "file"),

@@ -156,6 +156,23 @@ def coverage(
         say(f"\nPads for {drones} drones: {pads}")
 
 
+def size(
+    mission: str,
+    prices: Path | None = None,
+    share: float = 1.0,
+    overlap_s: float = 0.0,
+    swap_s: float = 120.0,
+    settings: list[str] | None = None,
+    as_json: bool = False,
+    save: Path | None = None,
+    plot: Path | None = None,
+) -> None:
+    """Find the drones, beams, pads, bays and packs that cover a share, by technology."""
+    check_places(save, plot, ".csv", ".json")
+    table = optuav.size_fleet(mission_of(mission, settings), prices, share, overlap_s, swap_s)
+    deliver_results(table, save, plot, as_json=as_json)
+
+
 def return_(
     mission: str,
     settings: list[str] | None = None,

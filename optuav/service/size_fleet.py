@@ -1,0 +1,210 @@
+"""How many drones, beams, pads, bays and packs a share of the time needs, by technology."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from optuav.errors import Fault, InputError, NoPlanError, printable, refuse
+from optuav.mission import Mission, load
+from optuav.mission.files import read_toml
+from optuav.mission.messages import misfits, shown, unknown
+from optuav.mission.schema import Number
+from optuav.plan.summary import tabulated
+from optuav.service.cycle import DURATION, Coverage, coverage
+from optuav.service.fleet import OVERLAP, SHARE, upwards
+from optuav.studies.results import NONE, Pictures, Results, ResultsWithFacts
+
+PRICED = ("drone", "laser", "pad", "charger", "battery_set", "tether")
+"""What has a price: a drone without its packs, a beam, a pad by cable, a charger for packs outside
+a drone, the packs of one drone, and a tethered drone in place of all of them."""
+PRICE = Number("-", ge=0.0, le=1e12)
+COUNTS = ("drones", "beams", "pads", "bays", "chargers", "battery_sets")
+PRICE_OF = {
+    **{"drones": "drone", "beams": "laser", "pads": "pad", "chargers": "charger"},
+    "battery_sets": "battery_set",
+}
+UNITS = {"technology": "", **dict.fromkeys((*COUNTS, "cost"), "-"), "why": ""}
+SHARES = 40  # Shares in a picture
+
+
+def size_fleet(
+    mission: Mission | str | Path,
+    prices: Mapping[str, float] | str | Path | None = None,
+    share: float = 1.0,
+    overlap_s: float = 0.0,
+    swap_s: float = 120.0,
+) -> ResultsWithFacts:
+    """Find the least counts that cover a share of the time, for each way to charge.
+
+    The drones of a fleet rest under lasers that also serve the hover (``"laser, lit hover"``) or do
+    not (``"laser, dark hover"``), on pads by cable at ``battery.charge_current_A`` times the
+    nominal voltage (``"pad"``), or have their packs exchanged (``"swap"``). A tether is only its
+    price. Which one suits is not decided here: counts and costs stand beside each other.
+
+    Parameters
+    ----------
+    mission
+        A mission, or its name or path.
+    prices
+        A price for each of ``drone`` (without packs), ``laser`` (a beam), ``pad``, ``charger``,
+        ``battery_set`` (the packs of one drone) and ``tether``, in any currency, 0 to 1e12; or the
+        path of a TOML file with these keys. None: counts alone.
+    share
+        Mean number of drones that hover [-], > 0 and up to 1000.
+    overlap_s
+        For how long a hover goes on after the next one began [s], less than the hover.
+    swap_s
+        Duration of an exchange of the packs [s], > 0 and up to 1e7.
+
+    Returns
+    -------
+    ResultsWithFacts
+        One row per technology with its counts and its cost; ``why`` says why there is none. `plot`
+        draws cost, or drones, over the share.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, a price is missing, unknown or negative, or no technology
+        can serve the mission.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> table = optuav.size_fleet("matrice350")
+    >>> [(row["technology"], row["drones"]) for row in table.rows[:4]]
+    [('laser, lit hover', 4), ('laser, dark hover', 6), ('pad', 4), ('swap', 2)]
+    """
+    faults = [*misfits(("share", share, SHARE), ("overlap_s", overlap_s, OVERLAP))]
+    faults += misfits(("swap_s", swap_s, DURATION))
+    stated = read_toml(Path(prices)) if isinstance(prices, str | Path) else prices
+    if stated is not None:
+        faults += _price_faults(stated)
+    refuse(faults)
+    whole, why, cycles = load(mission), dict[str, str](), dict[str, Coverage]()
+    ways: dict[str, dict[str, Any]] = {
+        "laser, lit hover": {},
+        "laser, dark hover": {"lit_hover": False},
+        "pad": {"pad_power_W": whole.battery.charge_current_A * whole.battery.nominal_voltage_V},
+        "swap": {"swap_s": swap_s},
+    }
+    for name, options in ways.items():
+        try:
+            cycles[name] = coverage(whole, **options)
+        except (InputError, NoPlanError) as error:
+            why[name] = str(error)
+    rows = [
+        _row(name, cycles.get(name), stated, share, overlap_s, why.get(name, "")) for name in ways
+    ]
+    if all(row["why"] for row in rows):
+        words = "; ".join(f"{row['technology']}: {row['why']}" for row in rows)
+        raise InputError(f"no technology serves this mission so: {words}")
+    if stated is not None:
+        alone = dict.fromkeys(UNITS) | {"technology": "tether", "why": ""}
+        rows.append(alone | {"cost": stated["tether"] * math.ceil(share)})
+    facts = {"share": share, "overlap_s": overlap_s, "swap_s": swap_s, "prices": stated}
+
+    def draw(_: Results) -> Pictures:
+        return _draw(whole, cycles, stated, share, overlap_s)
+
+    return ResultsWithFacts("optuav fleet sizes", whole, facts, UNITS, tuple(rows), _show, draw)
+
+
+def _price_faults(prices: Mapping[str, object]) -> Iterator[Fault]:
+    """Every price that is missing, unknown or out of range."""
+    for name in prices:
+        if name not in PRICED:
+            yield unknown("prices", name, PRICED)
+    for name in PRICED:
+        if name not in prices:
+            yield Fault(f"prices.{name}", "", f"needs {PRICE.words}")
+        elif not PRICE.accepts(prices[name]):
+            yield Fault(f"prices.{name}", shown(prices[name]), PRICE.words)
+
+
+def _row(
+    name: str,
+    cycle: Coverage | None,
+    prices: Mapping[str, float] | None,
+    share: float,
+    overlap_s: float,
+    why: str,
+) -> dict[str, Any]:
+    """The counts of a technology, and its cost."""
+    row: dict[str, Any] = dict.fromkeys(UNITS) | {"technology": name, "why": why}
+    if cycle is None:
+        return row
+    try:
+        fleet = cycle.fleet(share, overlap_s)
+    except (InputError, NoPlanError) as error:
+        return row | {"why": str(error)}
+    swaps = cycle.charged_by == "exchange"
+    chargers = 0
+    if swaps:
+        battery = cycle.mission.battery
+        visit_As = (cycle.soc_at_departure - cycle.soc_at_landing) * battery.packs
+        visit_As *= battery.capacity_As
+        each_s = visit_As / battery.charge_current_A
+        chargers = upwards(share * each_s / (cycle.hover_s - overlap_s))
+    places = fleet.places
+    row |= {
+        "drones": fleet.drones,
+        "beams": fleet.beams,
+        "pads": places if cycle.charged_by == "pad" else 0,
+        "bays": places if swaps else 0,
+        "chargers": chargers,
+        "battery_sets": fleet.drones + chargers,
+    }
+    if prices is not None:
+        row["cost"] = sum(row[count] * prices[price] for count, price in PRICE_OF.items())
+    return row
+
+
+def _show(table: Results) -> Iterator[str]:
+    facts = table.facts
+    yield f"Fleets that cover {facts['share']:.6g} of the time: {printable(table.mission.name)}\n"
+    names = [*COUNTS, *(["cost"] if facts["prices"] is not None else [])]
+    lines = [["technology", *(name.replace("_", " ") for name in names)]]
+    for row in table.rows:
+        cells = (NONE if row[name] is None else f"{row[name]:.8g}" for name in names)
+        lines.append([row["technology"], *cells])
+    yield from tabulated(lines)
+    if whys := {row["technology"]: row["why"] for row in table.rows if row["why"]}:
+        yield ""
+        yield from (f"{name}: {words}" for name, words in whys.items())
+
+
+def _draw(
+    mission: Mission,
+    cycles: Mapping[str, Coverage],
+    prices: Mapping[str, float] | None,
+    share: float,
+    overlap_s: float,
+) -> Pictures:
+    """Cost, or the number of drones without prices, over the share."""
+    from optuav.plots import Line, curves
+
+    shares = np.linspace(0.0, max(share, 1.0), SHARES + 1)[1:].tolist()
+    figure, lines = "drones" if prices is None else "cost", list[Line]()
+    for name, cycle in cycles.items():
+        rows = [_row(name, cycle, prices, each, overlap_s, "") for each in shares]
+        known = [(x, row[figure]) for x, row in zip(shares, rows, strict=True) if not row["why"]]
+        if known:
+            lines.append(Line(name, [x for x, _ in known], [y for _, y in known]))
+    if prices is not None:
+        lines.append(Line("tether", shares, [prices["tether"] * math.ceil(x) for x in shares]))
+    yield (
+        "sizes.png",
+        curves(
+            lines,
+            title=f"Fleets by the share of the time that they cover: {printable(mission.name)}",
+            x_label="mean number of drones that hover",
+            y_label="drones" if prices is None else "cost [currency of the prices]",
+            y_from_zero=True,
+        ),
+    )
