@@ -51,6 +51,7 @@ from optuav.service.cycle import Coverage as Coverage
 from optuav.service.cycle import coverage as coverage
 from optuav.service.fleet import Fleet as Fleet
 from optuav.service.return_by import return_by as return_by
+from optuav.service.robust import robust as robust
 from optuav.service.size_fleet import size_fleet as size_fleet
 from optuav.siting.place_laser import Siting as Siting
 from optuav.siting.place_laser import place_laser as place_laser

@@ -112,6 +112,7 @@ DOORS: dict[str, Door] = {
     "power_curve": Door(optuav.power_curve, ""),
     "coverage": Door(optuav.coverage, ""),
     "size_fleet": Door(optuav.size_fleet, ""),
+    "robust": Door(lambda x: optuav.robust(x, {"drain": {"percent": 5}}, "P3", samples=1), ""),
     "return_by": Door(optuav.return_by, ""),
     "Plan.save": Door(lambda x: optuav.load_plan("plan.json").save(x), "file"),
     "Mission.save": Door(optuav.load("paper").save, "file"),

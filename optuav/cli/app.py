@@ -24,7 +24,7 @@ COMMANDS = {
     **dict.fromkeys(("compare", "reproduce", "sensitivity", "ledger"), "studies"),
     **{"formulate": "solve", "calibrate": "calibrate"},
     **dict.fromkeys(("show", "validate", "new", "missions"), "missions"),
-    **dict.fromkeys(("power", "coverage", "size", "return"), "studies"),
+    **dict.fromkeys(("power", "coverage", "size", "return", "robust"), "studies"),
     **{"city": "city", "map": "maps", "sweep": "sweep"},
     **{"explore": "explore", "lessons": "lessons", "check-solutions": "benchmark"},
 }

@@ -11,7 +11,7 @@ import optuav
 from optuav.cli.options import mission_of
 from optuav.cli.output import FAILED, NO, check_places, deliver, deliver_results, progress, say
 from optuav.errors import Fault, InputError, NoPlanError, decimal
-from optuav.options import Perspective
+from optuav.options import Order, Perspective
 
 if TYPE_CHECKING:
     from optuav.studies.results import Results
@@ -191,6 +191,42 @@ def return_(
         say(str(error), error=True)
         raise typer.Exit(NO) from None
     deliver_results(times, save, plot, as_json=as_json)
+
+
+def robust(
+    mission: str,
+    uncertainty: Path,
+    problem: str = "P1",
+    building: str | None = None,
+    order: Order | None = None,
+    perspective: Perspective = "available",
+    samples: int = 1000,
+    seed: int = 0,
+    settings: list[str] | None = None,
+    as_json: bool = False,
+    save: Path | None = None,
+    plot: Path | None = None,
+) -> None:
+    """Find the longest hover that can be flown wherever uncertain numbers lie in a box.
+
+    Exit code 1 if no plan holds in the whole box.
+    """
+    from optuav.solving.question import problem_of
+
+    check_places(save, plot, ".csv", ".json")
+    try:
+        found = optuav.robust(
+            mission_of(mission, settings),
+            uncertainty,
+            problem_of(problem, building=building, order=order),
+            perspective=perspective,
+            samples=samples,
+            seed=seed,
+        )
+    except NoPlanError as error:
+        say(str(error), error=True)
+        raise typer.Exit(NO) from None
+    deliver_results(found, save, plot, as_json=as_json)
 
 
 def reproduce(

@@ -28,6 +28,7 @@ from optuav.modelling.forms import (
     Relaxation,
     applied,
     exponential,
+    same_rate,
 )
 from optuav.modelling.model import Constraint, Model
 
@@ -218,7 +219,9 @@ def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats)
     """
     rates: dict[str, Operand] = {}
     for each in stated:
-        rates |= each.form.rates_per_s
+        for name, rate in each.form.rates_per_s.items():
+            if not same_rate(rates.setdefault(name, rate), rate):
+                raise NotExponentialError(f"{name} levels out at two rates")
     x, y = (*names, "")[:2]
     kx, ky = (
         np.full(reach_s.shape, np.where(rate == 0.0, TINY, rate))

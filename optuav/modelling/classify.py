@@ -1,12 +1,13 @@
 """The kind of a model, found from its trees: linear, smooth, integer, and in how many unknowns."""
 
 import math
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from optuav.errors import printed
-from optuav.modelling.expression import Call
+from optuav.modelling.expression import Call, Operand
 from optuav.modelling.forms import (
     NOWHERE,
     Exponential,
@@ -14,6 +15,7 @@ from optuav.modelling.forms import (
     Relaxation,
     exponential,
     not_linear,
+    same_rate,
 )
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import KINKED, PARTIALS, has_unknowns
@@ -91,7 +93,7 @@ def traits(model: Model) -> Traits:
     rough = (c for c in calls if c.ufunc not in PARTIALS and (c.moves or c.ufunc not in KINKED))
     stated = [(each.label, each.relation.sides) for each in model.constraints]
     goals = [("objective", [model.objective]), ("preference", model.preferences)]
-    unlevelled: Flaw | None = None
+    unlevelled, done = None, dict[int, Operand]()
     relaxed = Relaxation()
     with np.errstate(all="ignore"):
         forms = walked.forms({})
@@ -112,7 +114,23 @@ def traits(model: Model) -> Traits:
                 except NotExponentialError as error:
                     unlevelled = label, str(error)
                     break
+        unlevelled = unlevelled or (_second_rate(stated, {**forms, **done}) if longest else None)
     kind = len(unknowns), integer, tuple(open_below)
     kink = next((node.ufunc.__name__ for node in rough), "")
     walked.traits = found = Traits(*kind, kink, nonlinear, longest, unlevelled)
     return found
+
+
+def _second_rate(
+    stated: Sequence[tuple[str, Iterable[Operand]]], forms: Mapping[int, Operand]
+) -> Flaw | None:
+    """The first constraint in which an unknown levels out at another rate than in one before."""
+    rates: dict[str, Operand] = {}
+    for label, sides in stated:
+        for side in sides:
+            form = forms.get(id(side))
+            own = form.rates_per_s if isinstance(form, Exponential) else {}
+            for name, rate in own.items():
+                if not same_rate(rates.setdefault(name, rate), rate):
+                    return label, f"{name} levels out at two rates"
+    return None

@@ -125,11 +125,15 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
     rates = right.rates_per_s
     if left.rates_per_s and left.rates_per_s is not rates:
         for name in left.rates_per_s.keys() & rates.keys():
-            pair = left.rates_per_s[name], rates[name]
-            if pair[0] is not pair[1] and not np.array_equal(*pair, equal_nan=True):
+            if not same_rate(left.rates_per_s[name], rates[name]):
                 raise NotExponentialError(f"{name} levels out at two rates")
         rates = {**left.rates_per_s, **rates}
     return Exponential(terms, rates)
+
+
+def same_rate(one: Operand, other: Operand) -> bool:
+    """Whether two rates are the same number or array."""
+    return one is other or np.array_equal(one, other, equal_nan=True)
 
 
 @dataclass

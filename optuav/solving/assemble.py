@@ -95,7 +95,7 @@ def turned(table: Quantities) -> Quantities:
     return mapped(table, lambda values: values.T if np.ndim(values) else values)
 
 
-def entries(table: Quantities, which: Integers | slice) -> Quantities:
+def entries(table: Quantities, which: Integers | slice | int) -> Quantities:
     """Quantities of some of the itineraries, with their steps."""
 
     def taken(values: Any) -> Any:

@@ -1,0 +1,414 @@
+"""Plans that hold for every value of uncertain numbers within a box, and what that costs."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from formulations.formulation import Formulation, Given
+from formulations.parameters import Quantities
+from formulations.soc import AVAILABLE, PERSPECTIVES, levels, well_limits
+from optuav.arrays import Booleans, Floats
+from optuav.errors import Fault, InputError, NoPlanError, collected, printable, refuse
+from optuav.mission import Mission, load
+from optuav.mission.files import read_toml
+from optuav.mission.flight_model import flight_of
+from optuav.mission.messages import misfits, shown, unknown
+from optuav.mission.schema import Number
+from optuav.modelling import Model
+from optuav.network import vehicle
+from optuav.network.feasibility import impossibilities
+from optuav.network.network import Network, build_network
+from optuav.network.variants import Columns, Variants, stacked
+from optuav.options import Perspective, ProblemName
+from optuav.physics.kibam import Stage
+from optuav.plan import Plan
+from optuav.plan.summary import tabulated
+from optuav.solving import solve
+from optuav.solving.assemble import entries, quantities
+from optuav.solving.balance import TIMES
+from optuav.solving.outcome import best, route_plan
+from optuav.solving.parts import allowed
+from optuav.solving.question import Question, answer, checked_question
+from optuav.status import SAME_S
+from optuav.studies.results import Pictures, Results, ResultsWithFacts
+from optuav.studies.samples import SEED, Draws, Spread, completed, independent, spreads
+
+FACTORS = ("drain", "charge")
+SAMPLES = Number("-", ge=1, le=1e6, whole=True)
+LEVELS = {"battery.available_fraction": 5, "battery.flow_rate_per_s": 5}
+"""Values of keys in which the wells are not monotone; of all others, both ends."""
+MOST = 128  # Corners of the box of keys
+KEPT = 1e-9  # Share of the capacity, or of the deadline, that rounding may take
+PROBLEMS_TAKEN = ("P1", "P3", "P4")
+UNITS = {"number": "", "low": "", "high": "", "gain_s": "s"}
+
+
+class Box(NamedTuple):
+    """Uncertain keys, and the ends of both factors."""
+
+    spreads: tuple[Spread, ...]
+    factors: Mapping[str, tuple[float, float]]
+
+    @property
+    def numbers(self) -> dict[str, tuple[float, float]]:
+        """Ends of everything that is uncertain, by name."""
+        stated = {name: ends for name, ends in self.factors.items() if ends[0] < ends[1]}
+        return stated | {each.key.name: (each.low, each.high) for each in self.spreads}
+
+    def without(self, name: str) -> Box:
+        """The box with one number at its nominal value."""
+        kept = tuple(each for each in self.spreads if each.key.name != name)
+        return Box(kept, {k: (1.0, 1.0) if k == name else e for k, e in self.factors.items()})
+
+
+@dataclass(frozen=True)
+class RobustPlan(ResultsWithFacts):
+    """A plan that holds within a box, one row per uncertain number.
+
+    Parameters
+    ----------
+    hover_s, rest_s, route
+        Of the plan [s], and its places.
+    nominal_hover_s, price_s
+        Longest hover if every number is as the mission states it, and what certainty costs [s].
+    corners, samples, flyable
+        How many corners the plan is declared for; how many samples of the box were flown, and the
+        share of them in which it keeps every limit.
+    """
+
+    plan: Plan = field(kw_only=True, repr=False)  # Flown with the numbers of the mission
+
+
+def robust(
+    mission: Mission | str | Path,
+    uncertainty: Mapping[str, object] | str | Path,
+    problem: Formulation | ProblemName = "P1",
+    *,
+    perspective: Perspective = AVAILABLE,
+    samples: int = 1000,
+    seed: int = 0,
+) -> RobustPlan:
+    """Find the plan with the longest hover that can be flown wherever the numbers lie in a box.
+
+    y1(t) − ωB is the integral of the current over a positive kernel. For fixed times a plan is
+    therefore worst for dry wells and for charge with the most drawn and the least charged, and
+    worst for overfull ones with the least drawn and the most charged. Limits are declared for these
+    two at every corner of the keys, and for five values each of ω and k_F, in which the wells are
+    not monotone; the route, the hover point and the times are the same for all. Samples of the
+    whole box then check what corners alone do not prove.
+
+    Parameters
+    ----------
+    mission
+        A mission, or its name or path; its packs are pooled and charge at constant current.
+    uncertainty
+        Ranges of keys as `sensitivity` takes them, as a dict or a TOML file; and of two factors,
+        ``drain`` on every current that is drawn and ``charge`` on the charging current after its
+        cap, each as ``{ percent = 5 }`` or ``{ low = 0.9, high = 1.2 }``. A ``deviation`` has as
+        its box the range that samples are drawn from.
+    problem
+        ``"P1"``, ``"P3"``, or an instance of `P1`, `P3` or `P4` with one rest and hover.
+    perspective
+        ``"available"``, or ``"battery"``, which counts charge alone.
+    samples, seed
+        How many samples check the plan, 1 to 1e6, and their seed, 0 to 2**63.
+
+    Returns
+    -------
+    RobustPlan
+        Its times, its price, the share of samples that it survives, ``plan``, and one row per
+        number: the hover gained on the same route [s] if that number were certain.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, or the box has more than 128 corners.
+    NoPlanError
+        If no plan holds in the whole box.
+
+    Examples
+    --------
+    >>> import optuav
+    >>> box = {"drain": {"percent": 5}, "charge": {"percent": 10}}
+    >>> found = optuav.robust("paper", box)
+    >>> f"{found.hover_s:.3f} s, {found.price_s:.1f} s less than without doubt"
+    '555.810 s, 41.5 s less than without doubt'
+    """
+    faults = [*misfits(("samples", samples, SAMPLES), ("seed", seed, SEED))]
+    if perspective not in (AVAILABLE, "battery"):
+        faults.append(unknown("perspective", perspective, (AVAILABLE, "battery")))
+    with collected(faults):
+        whole = load(mission)
+        for name, only in (("schedule", "pooled"), ("charging", "constant")):
+            if (now := getattr(whole.battery, name)) != only:
+                faults.append(Fault(f"battery.{name}", shown(now), f"must be {only!r} here"))
+    with collected(faults):
+        box = _box(load(mission), uncertainty)
+    refuse(faults)
+    whole = completed(whole, box.spreads)
+    question = checked_question(whole, problem, perspective)
+    several = question.several or question.p1.hover_point != "w_U"
+    if question.problem.name not in PROBLEMS_TAKEN or several:
+        words = f"one of {', '.join(PROBLEMS_TAKEN)}, with one rest, one hover and a hover point"
+        raise InputError([Fault("problem", question.problem.name, words)])
+    hover_m = [float(each) for each in vehicle.hover_point_m(whole)]
+    nominal = solve(whole, question.problem, perspective=perspective)
+    if not all(map(math.isfinite, hover_m)) or not nominal:
+        raise NoPlanError(f"no plan even without doubt: {'; '.join(nominal.reasons)}")
+    network = build_network(whole.replace({"route.hover_m": hover_m}))
+    if reasons := impossibilities(network, one_stop=False):
+        raise NoPlanError("; ".join(reasons))
+    corners = _corners(network.mission, box.spreads)
+    routes = np.flatnonzero(allowed(stacked(network), question.problem)[0]).tolist()
+    answers = _answers(question, network, routes, box, corners)
+    flights_s = network.routes.flight_time_s[routes]
+    hovers_s = [math.nan if each is None else each[0] for each in answers]
+    rests_s = np.array([0.0 if each is None else each[1] for each in answers])
+    totals_s = np.array(hovers_s) + rests_s + flights_s
+    stops = network.routes.building[routes] >= 0
+    if (winner := best(hovers_s, totals_s, stops)) is None or answers[winner] is None:
+        raise NoPlanError("no plan holds in the whole box: state smaller ranges")
+    route, chosen = routes[winner], answers[winner]
+    assert chosen is not None
+    hover_s, rest_s, said = chosen
+    plan = route_plan(question, network, route, (hover_s, rest_s), **said)
+    drawn = _samples(network.mission, box, int(samples), int(seed))
+    kept = _kept(question, network, route, (hover_s, rest_s), *drawn)
+    facts = {
+        **{"hover_s": hover_s, "rest_s": rest_s, "route": tuple(plan.route)},
+        "nominal_hover_s": nominal.hover_time_s,
+        "price_s": nominal.hover_time_s - hover_s,
+        **{"corners": _count(corners), "samples": int(samples), "flyable": float(kept.mean())},
+    }
+    rows = list[dict[str, Any]]()
+    for name, ends in box.numbers.items():
+        less = box.without(name)
+        again = _on_route(question, network, route, less, _corners(network.mission, less.spreads))
+        gain_s = 0.0 if again is None else again[0] - hover_s
+        rows.append(dict(zip(UNITS, (name, *ends, gain_s), strict=True)))
+    rows.sort(key=lambda row: -row["gain_s"])
+    return RobustPlan("optuav robust", whole, facts, UNITS, tuple(rows), _show, _draw, plan=plan)
+
+
+def _box(mission: Mission, stated: Mapping[str, object] | str | Path) -> Box:
+    """The box that a mapping or a file states, or a refusal with all faults."""
+    table = dict(stated) if isinstance(stated, Mapping) else read_toml(Path(stated))
+    factors, faults, keys = dict.fromkeys(FACTORS, (1.0, 1.0)), list[Fault](), tuple[Spread, ...]()
+    for name in FACTORS:
+        if name in table:
+            ends = _factor(table.pop(name))
+            if ends is None:
+                words = "{ percent = p }, 0 < p < 100; or { low = a, high = b }, 0 < a < b"
+                faults.append(
+                    Fault(name, shown(stated[name] if isinstance(stated, Mapping) else ""), words)
+                )
+            else:
+                factors[name] = ends
+    with collected(faults):
+        keys = spreads(mission, table) if table else ()
+        if not table and factors == dict.fromkeys(FACTORS, (1.0, 1.0)):
+            faults.append(Fault("uncertainty", "", "at least one key or factor with its range"))
+    refuse(faults)
+    return Box(keys, factors)
+
+
+def _factor(form: object) -> tuple[float, float] | None:
+    """Both ends of a factor; None if they are stated otherwise."""
+    numbers = form if isinstance(form, dict) else {}
+    if not all(Number("-", gt=0.0, le=1e6).accepts(each) for each in numbers.values()):
+        return None
+    if numbers.keys() == {"percent"} and numbers["percent"] < 100.0:
+        return 1.0 - numbers["percent"] / 100.0, 1.0 + numbers["percent"] / 100.0
+    if numbers.keys() == {"low", "high"} and numbers["low"] < numbers["high"]:
+        return float(numbers["low"]), float(numbers["high"])
+    return None
+
+
+def _corners(mission: Mission, keys: Sequence[Spread]) -> Columns:
+    """Columns of all corners of the keys, and of the values between where they matter."""
+    values = [np.linspace(each.low, each.high, LEVELS.get(each.key.name, 2)) for each in keys]
+    if (count := math.prod(map(len, values))) > MOST:
+        words = f"at most {MOST} corners: 7 keys, of which ω and k_F count for more than two each"
+        raise InputError([Fault("uncertainty", f"{count} corners", words)])
+    points = np.array([*itertools.product(*values)])
+    columns = {"limits.deadline_s": np.array([mission.limits.deadline_s])} if not keys else {}
+    for number, spread in enumerate(keys):
+        columns |= spread.columns(points[:, number])
+    return columns
+
+
+def _count(columns: Columns) -> int:
+    return len(next(iter(columns.values())))
+
+
+def _scaled(
+    network: Network, route: int, columns: Columns, drain: Any, charge: Any
+) -> tuple[Quantities, Booleans]:
+    """Figures of a route by variant, currents multiplied; and where its legs and link hold."""
+    variants, count = Variants(network, columns), _count(columns)
+    every, rests = np.arange(count), bool(network.routes.building[route] >= 0)
+    table = quantities(variants, np.full(count, route), every, rests=rests)
+    hover_A = np.broadcast_to(variants.hover_load.current_A, (count, 1))[:, 0]
+    rest_A = np.broadcast_to(flight_of(variants.mission).rest().current_A, (count, 1))[:, 0]
+    able = np.broadcast_to(variants.able[:, route], (count,))
+    reached = np.asarray(table.hover_distance_m <= table.coverage_radius_m * (1.0 + KEPT))
+    steps = tuple(
+        each if isinstance(each, str) else Stage(drain * each.current_A, each.duration_s)
+        for each in table.steps
+    )
+    received_A = hover_A - table.hover_current_A
+    scaled = replace(
+        table,
+        steps=steps,
+        flight_charge_As=drain * table.flight_charge_As,
+        hover_current_A=drain * hover_A - charge * received_A,
+        rest_current_A=charge * (table.rest_current_A + rest_A) - drain * rest_A,
+    )
+    return scaled, able & reached
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Robust(Formulation):
+    """Longest hover within limits that hold at all corners."""
+
+    emptiest: tuple[Quantities, ...]
+    fullest: tuple[Quantities, ...]
+
+    def declare(self, model: Model, given: Given) -> None:
+        """State charge, dry and deadline at the emptiest corners, past full at the fullest."""
+        hover, rest = given.hover_and_rest(model)
+        model.maximise(hover)
+        for number, own in enumerate(self.emptiest, start=1):
+            left = PERSPECTIVES[given.perspective](own, hover, rest) >= own.min_soc
+            model.subject_to(f"charge, corner {number}", left, kind="state of charge")
+            in_time = hover + rest <= own.time_left
+            model.subject_to(f"deadline, corner {number}", in_time, unit="s", kind="deadline")
+        if given.perspective != AVAILABLE:
+            return
+        for kind, every in (("dry", self.emptiest), ("past full", self.fullest)):
+            for number, own in enumerate(every, start=1):
+                for limit in well_limits(own, hover, rest):
+                    if limit.kind == kind:
+                        label = f"{kind}, corner {number}, step {limit.step + 1}"
+                        model.subject_to(label, limit.relation, kind=kind)
+
+
+def _on_route(
+    question: Question, network: Network, route: int, box: Box, corners: Columns
+) -> tuple[float, float, dict[str, Any]] | None:
+    """The longest robust hover on a route and its rest [s], with how it is known; None for none."""
+    (drain_low, drain_high), (charge_low, charge_high) = (box.factors[name] for name in FACTORS)
+    emptiest, able = _scaled(network, route, corners, drain_high, charge_low)
+    fullest, _ = _scaled(network, route, corners, drain_low, charge_high)
+    if not able.all():
+        return None
+    every = range(_count(corners))
+    problem = _Robust(
+        emptiest=tuple(entries(emptiest, each) for each in every),
+        fullest=tuple(entries(fullest, each) for each in every),
+    )
+    rests = bool(network.routes.building[route] >= 0)
+    given = quantities(network, np.array([route]), rests=rests)
+    solution = answer(problem.model(given, question.perspective), 1, question)
+    if not solution.statuses[0].has_answer:
+        return None
+    point = solution.point(0)
+    hover_s, rest_s = (max(0.0, point.get(name, 0.0)) for name in TIMES)
+    return (
+        hover_s,
+        rest_s,
+        {
+            **{"engine": solution.engine, "status": solution.statuses[0]},
+            "proof": f"corners of the box: {solution.proof}",
+        },
+    )
+
+
+def _answers(
+    question: Question, network: Network, routes: Sequence[int], box: Box, corners: Columns
+) -> list[tuple[float, float, dict[str, Any]] | None]:
+    """Robust hovers by route; None for none, and for routes that cannot be the best."""
+    plain = box
+    for name in LEVELS:
+        plain = plain.without(name)
+    fewer = _corners(network.mission, plain.spreads)
+    bounds = [_on_route(question, network, route, plain, fewer) for route in routes]
+    if plain.numbers == box.numbers:
+        return bounds
+    # Fewer corners bound the hover, and their rates let a quicker engine answer.
+    answers: list[tuple[float, float, dict[str, Any]] | None] = [None] * len(routes)
+    longest_s = -math.inf
+    for number in sorted(range(len(routes)), key=lambda k: -_hover_s(bounds[k])):
+        if _hover_s(bounds[number]) < longest_s - SAME_S:
+            break
+        answers[number] = _on_route(question, network, routes[number], box, corners)
+        longest_s = max(longest_s, _hover_s(answers[number]))
+    return answers
+
+
+def _hover_s(answered: tuple[float, float, dict[str, Any]] | None) -> float:
+    return -math.inf if answered is None else answered[0]
+
+
+def _samples(mission: Mission, box: Box, count: int, seed: int) -> tuple[Columns, Floats, Floats]:
+    """Samples of the keys and of both factors."""
+    columns: dict[str, Floats] = {"limits.deadline_s": np.full(count, mission.limits.deadline_s)}
+    if box.spreads:
+        columns = Draws(mission, box.spreads, count, seed, independent).values(0, count)
+    shares = independent(FACTORS, seed, 0, count)
+    low, high = np.transpose([box.factors[name] for name in FACTORS])
+    drain, charge = (low + shares * (high - low)).T
+    return columns, drain, charge
+
+
+def _kept(
+    question: Question,
+    network: Network,
+    route: int,
+    times_s: tuple[float, float],
+    columns: Columns,
+    drain: Floats,
+    charge: Floats,
+) -> Booleans:
+    """In which samples the route with its hover and rest [s] keeps every limit."""
+    own, kept = _scaled(network, route, columns, drain, charge)
+    left = PERSPECTIVES[question.perspective](own, *times_s)
+    kept = kept & np.asarray(left >= own.min_soc - KEPT)
+    kept &= np.asarray(sum(times_s) <= own.time_left + KEPT * own.deadline_s)
+    if question.perspective == AVAILABLE:
+        for step, wells in zip(own.steps, levels(own, *times_s), strict=True):
+            share = wells.available_As / own.battery_As
+            kept &= np.asarray(share >= -KEPT)
+            if isinstance(step, str):
+                kept &= np.asarray(share <= own.available_fraction + KEPT)
+    return np.asarray(kept, dtype=bool)
+
+
+def _show(found: Results) -> Iterator[str]:
+    facts = found.facts
+    yield f"Robust plan: {printable(found.mission.name)}"
+    yield f"Route       {' → '.join(map(printable, facts['route']))}"
+    yield f"Hover       {facts['hover_s']:.3f} s, rest {facts['rest_s']:.3f} s"
+    nominal = f"{facts['nominal_hover_s']:.3f} s without doubt"
+    yield f"Price       {facts['price_s']:.3f} s of hover: {nominal}"
+    held = f"{facts['flyable']:.2%} of {facts['samples']} samples of the box"
+    yield f"Holds       at {2 * facts['corners']} corners, and in {held}\n"
+    lines = [["if this were certain", "low", "high", "hover gained [s]"]]
+    for row in found.rows:
+        lines.append([row["number"], f"{row['low']:g}", f"{row['high']:g}", f"{row['gain_s']:.3f}"])
+    yield from tabulated(lines, longest=34)
+
+
+def _draw(found: Results) -> Pictures:
+    """Both wells of the plan with the numbers of the mission."""
+    from optuav import plots
+
+    assert isinstance(found, RobustPlan)
+    yield "robust.png", plots.wells(found.plan)[0]

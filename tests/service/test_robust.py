@@ -1,0 +1,133 @@
+"""Robust plans: known figures, every corner and sample flown by Euler steps, refusals."""
+
+import itertools
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import optuav
+from optuav.errors import InputError, NoPlanError
+
+LIT_A = 10.0
+"""What the laser gives in `paper` at the hover point, as at the roofs: the cap. A rest draws 0."""
+
+
+def flown(plan: optuav.Plan, drain: float, charge: float, **changes: float) -> tuple[float, ...]:
+    """Least y1, largest y1/(ωB) at rest and the last charge share, by Euler steps of the KiBaM."""
+    mission = plan.mission
+    size = changes.get("size", 1.0)
+    B, ω = size * mission.battery.packs * mission.battery.capacity_As, 0.8
+    assert mission.battery.available_fraction == ω
+    k_F = changes.get("flow", mission.battery.flow_rate_per_s)
+    y1, y2 = ω * B, (1 - ω) * B
+    least, fullest = math.inf, 0.0
+    for phase in plan.phases:
+        for stage in phase.stages:
+            received_A = {"hover": LIT_A, "rest": stage.current_A}.get(phase.kind, 0.0)
+            current_A = drain * (stage.current_A - received_A) + charge * received_A
+            count = max(1, math.ceil(stage.duration_s / 0.02))
+            dt = stage.duration_s / count
+            for _ in range(count):
+                flow = k_F * (y2 / (1 - ω) - y1 / ω)
+                y1, y2 = y1 + dt * (flow + current_A), y2 - dt * flow
+            least = min(least, y1)
+        if phase.kind == "rest":
+            fullest = max(fullest, y1 / (ω * B))
+    return least, fullest, (y1 + y2) / B
+
+
+def test_known_figures() -> None:
+    """Those that independent code found; one vertex alone says 502.491 s and would overfill."""
+    box = {"drain": {"percent": 5}, "charge": {"percent": 10}}
+    assert optuav.robust("paper", box).hover_s == pytest.approx(555.810, abs=5e-4)
+    box = {"drain": {"percent": 10}, "charge": {"percent": 20}}
+    found = optuav.robust("paper", box, optuav.P4("b1", order="rest-first"))
+    assert found.hover_s == pytest.approx(495.355, abs=5e-4)
+
+
+@pytest.mark.parametrize("problem", ["P1", "P3", optuav.P4("b1", order="rest-first")])
+def test_the_plan_holds_at_every_corner_and_is_tight(problem: Any) -> None:
+    """Neither dry nor overfull nor too low at four corners; at one of them a limit is reached."""
+    box = {"drain": {"percent": 10}, "charge": {"percent": 20}}
+    found = optuav.robust("paper", box, problem)
+    assert found.flyable == 1.0
+    ends = [flown(found.plan, *each) for each in itertools.product((0.9, 1.1), (0.8, 1.2))]
+    assert min(least for least, _, _ in ends) == pytest.approx(0.0, abs=30.0)
+    assert max(fullest for _, fullest, _ in ends) <= 1.0 + 1e-3
+    assert min(left for _, _, left in ends) >= 0.05
+    if not isinstance(problem, str):
+        assert max(fullest for _, fullest, _ in ends) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_keys_and_factors_together_hold_at_random_points() -> None:
+    """A plan for capacity, flow rate and both factors, flown at random points of the box."""
+    box = {
+        **{"drain": {"low": 0.97, "high": 1.08}, "charge": {"percent": 10}},
+        "battery.capacity_As": {"percent": 5},
+        "battery.flow_rate_per_s": {"percent": 40},
+    }
+    found = optuav.robust("paper", box, optuav.P4("b9", order="hover-first"), samples=200)
+    assert found.flyable == 1.0
+    random = np.random.default_rng(0)
+    for _ in range(6):
+        drain, charge = random.uniform(0.97, 1.08), random.uniform(0.9, 1.1)
+        size, flow = random.uniform(0.95, 1.05), 4.5e-5 * random.uniform(0.6, 1.4)
+        least, fullest, left = flown(found.plan, drain, charge, size=size, flow=flow)
+        assert least >= -30.0
+        assert fullest <= 1.0 + 1e-3
+        assert left >= 0.05
+    assert all(row["gain_s"] >= -1e-3 for row in found.rows)
+
+
+def test_no_doubt_costs_nothing_and_more_doubt_more() -> None:
+    """A box that shrinks to a point gives the plan of `solve`; prices grow with the box."""
+    prices = [
+        optuav.robust("paper", {"drain": {"percent": percent}}, "P3").price_s
+        for percent in (1e-6, 2.0, 6.0)
+    ]
+    assert prices[0] == pytest.approx(0.0, abs=1e-4)
+    assert prices[0] < prices[1] < prices[2]
+
+
+def test_charge_alone_by_hand() -> None:
+    """In `battery` the direct hover is what the most drain leaves: (0.95 B − d Q)/(d I)."""
+    found = optuav.robust("paper", {"drain": {"percent": 20}}, "P3", perspective="battery")
+    nominal = optuav.solve("paper", "P3", perspective="battery")
+    hover = next(phase for phase in nominal.phases if phase.kind == "hover")
+    Q = -sum(phase.charge_As for phase in nominal.phases if phase.kind == "flight")
+    expected_s = (0.95 * 72_000 - 1.2 * Q) / (1.2 * (LIT_A - hover.current_A) - LIT_A)
+    assert found.hover_s == pytest.approx(expected_s, rel=1e-9)
+
+
+def test_bad_input(tmp_path: Path) -> None:
+    """One clear error, with all that is wrong."""
+    wrong: Any
+    for wrong, words in (
+        ({"drain": {"percent": -5}}, "drain"),
+        ({"drain": {"percent": 100}}, "drain"),
+        ({"charge": {"low": 2, "high": 1}}, "charge"),
+        ({"drain": 5, "charge": {"percent": 0}}, "drain = 5"),
+        ({"battery.capacity": {"percent": 5}}, "battery.capacity"),
+        ({}, "at least one"),
+    ):
+        with pytest.raises(InputError, match=words):
+            optuav.robust("paper", wrong)
+    box = {"drain": {"percent": 5}}
+    with pytest.raises(InputError, match="samples"):
+        optuav.robust("paper", box, samples=0)
+    with pytest.raises(InputError, match="perspective"):
+        optuav.robust("paper", box, perspective="energy")
+    with pytest.raises(InputError, match="problem"):
+        optuav.robust("paper", box, "P2")
+    with pytest.raises(InputError, match=r"battery\.charging"):
+        optuav.robust(optuav.load("paper").replace({"battery.charging": "taper"}), box)
+    with pytest.raises(NoPlanError, match="whole box"):
+        optuav.robust("paper", {"drain": {"low": 0.5, "high": 20.0}})
+    many = {f"battery.{key}": {"percent": 1} for key in ("available_fraction", "flow_rate_per_s")}
+    many |= {"body.mass_kg": {"percent": 1}, "battery.capacity_As": {"percent": 1}}
+    many |= {"limits.min_soc": {"percent": 1}}
+    with pytest.raises(InputError, match="corners"):
+        optuav.robust("paper", many)
