@@ -118,6 +118,7 @@ def coverage(
     overlap_s: float | None = None,
     drones: int | None = None,
     hours: float | None = None,
+    horizon_hours: float | None = None,
     settings: list[str] | None = None,
     as_json: bool = False,
     save: Path | None = None,
@@ -129,9 +130,13 @@ def coverage(
     """
     check_places(save, plot, ".csv", ".json")
     fleet = share is not None or overlap_s is not None
-    if hours is not None and (fleet or drones is not None):
-        words = "plans the day of one drone: without --share, --overlap-s and --drones"
-        raise InputError([Fault("hours", f"{hours:g}", words)])
+    asked = {"horizon_hours": horizon_hours, "hours": hours}
+    alone = [name for name, value in asked.items() if value is not None]
+    if len(alone) + fleet > 1 or (horizon_hours is not None and drones is not None):
+        words = (
+            "goes without --share, --overlap-s and other hours; --horizon-hours is for one drone"
+        )
+        raise InputError([Fault(name, f"{asked[name]:g}", words) for name in alone])
     share = 1.0 if share is None else share
     try:
         found = optuav.coverage(
@@ -142,9 +147,11 @@ def coverage(
             pad_power_W=pad_power_W,
         )
         results: Results = found.fleet(share, overlap_s or 0.0) if fleet else found
+        if horizon_hours is not None:
+            results = found.horizon(horizon_hours)
         if hours is not None:
-            results = found.horizon(hours)
-        if drones is not None:
+            results = found.event(hours, drones)
+        elif drones is not None:
             pads = found.watts(drones, share)
             facts = {"pad_drones": drones, **{f"pad_{k}": v for k, v in pads._asdict().items()}}
             results = replace(results, facts={**results.facts, **facts})
@@ -152,7 +159,7 @@ def coverage(
         say(str(error), error=True)
         raise typer.Exit(NO) from None
     deliver_results(results, save, plot, as_json=as_json)
-    if drones is not None and not as_json:
+    if drones is not None and hours is None and not as_json:
         say(f"\nPads for {drones} drones: {pads}")
 
 

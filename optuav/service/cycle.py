@@ -29,6 +29,7 @@ from optuav.physics.kibam import Stage, Wells, tilted_after
 from optuav.plan import Plan
 from optuav.plan.summary import tabulated
 from optuav.service.declared import compared, program_of
+from optuav.service.event import Event, event_of
 from optuav.service.fleet import Fleet, PadPower, fleet_of, pad_power
 from optuav.service.horizon import Horizon, horizon_of
 from optuav.service.visit import Visit
@@ -198,6 +199,42 @@ class Coverage(ResultsWithFacts):
         '3277.31 s of 3305.80 s'
         """
         return horizon_of(self, hours)
+
+    def event(self, hours: float, drones: int | None = None) -> Event:
+        """Find the fewest drones that cover some hours without a gap, all full at the start.
+
+        Drones hover in turn, each for as long as a linear programme says; charge alone gives a
+        number of drones that is surely needed. The judge then flies the roster through the wells;
+        where it falls, hovers are made shorter, and where that is not enough, a drone is added.
+
+        Parameters
+        ----------
+        hours
+            How long the event lasts [h], > 0 and up to 240, from when the first drone hovers.
+        drones
+            How many there are, 1 to 100; None for the fewest.
+
+        Returns
+        -------
+        Event
+            The number of drones and the one that charge forbids to go below, a row per hover, and
+            the judge's replay.
+
+        Raises
+        ------
+        InputError
+            If a number is none of these, packs are exchanged, or the perspective is ``"battery"``.
+        NoPlanError
+            If so many drones do not suffice, or the hover never ends.
+
+        Examples
+        --------
+        >>> import optuav
+        >>> relay = optuav.coverage("matrice350")
+        >>> [relay.event(hours).drones for hours in (1, 2, 4)]
+        [2, 3, 4]
+        """
+        return event_of(self, self._ending(), hours, drones)
 
     def watts(self, drones: int, share: float = 1.0) -> PadPower:
         """Find what pads must deliver so that some drones with dark hovers cover a share.

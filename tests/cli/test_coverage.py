@@ -68,10 +68,17 @@ def test_an_endless_hover_is_valid_json(capsys: pytest.CaptureFixture[str]) -> N
     assert json.loads(capsys.readouterr().out, parse_constant=refuse)["share"] == 1.0
 
 
-def test_a_day_of_one_drone(capsys: pytest.CaptureFixture[str]) -> None:
-    """--hours plans it, and goes without what asks for a fleet."""
-    assert run("paper", "--hours", "8") == 0
+def test_a_day_and_an_event(capsys: pytest.CaptureFixture[str]) -> None:
+    """--horizon-hours and --hours, alone, together and with what asks for a fleet."""
+    assert run("paper", "--horizon-hours", "8") == 0
     assert "3277.31 s of at most 3305.80 s" in capsys.readouterr().out
-    assert run("paper", "--hours", "8", "--drones", "3") == 2
-    assert "--hours" in capsys.readouterr().err
-    assert run("paper", "--hours", "0.01") == 1
+    assert run("matrice350", "--hours", "2") == 0
+    assert "Drones      3" in capsys.readouterr().out
+    assert run("matrice350", "--hours", "2", "--drones", "4") == 0
+    assert run("matrice350", "--hours", "2", "--drones", "2") == 1
+    assert "at least 3" in capsys.readouterr().err
+    assert run("paper", "--horizon-hours", "8", "--drones", "3") == 2
+    assert "--horizon-hours" in capsys.readouterr().err
+    assert run("paper", "--hours", "8", "--share", "1") == 2
+    assert run("paper", "--horizon-hours", "0.01") == 1
+    assert run("paper", "--hours", "0") == 2

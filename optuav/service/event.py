@@ -1,0 +1,216 @@
+"""Drones that cover some hours without a gap, all full at the start."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from optuav.arrays import Floats
+from optuav.errors import MOST_SHOWN, Fault, NoPlanError, printable, refuse
+from optuav.judge.fleets import FleetReplay, replay_fleet
+from optuav.mission.messages import misfits, shown
+from optuav.mission.schema import Number
+from optuav.plan import Plan
+from optuav.plan.summary import tabulated
+from optuav.service.fleet import repeated
+from optuav.service.visit import Visit
+from optuav.studies.results import Pictures, Results, ResultsWithFacts
+
+if TYPE_CHECKING:
+    from optuav.service.cycle import Coverage
+
+HOURS = Number("h", gt=0.0, le=240.0)
+MOST = 100
+DRONES = Number("-", ge=1, le=MOST, whole=True)
+UNITS = {"drone": "-", "start_s": "s", "hover_s": "s", "rest_s": "s"}
+SHORTER = (1.0, 0.99, 0.97, 0.95, 0.9, 0.8, 0.7, 0.6)
+"""Shares of the longest hover from full wells to which hovers are kept, until a replay holds."""
+MORE = 2  # Hovers beyond the fewest that are tried, per drone
+
+
+@dataclass(frozen=True)
+class Event(ResultsWithFacts):
+    """A roster of drones in ring order, one row per hover.
+
+    Parameters
+    ----------
+    hours, drones, least_drones
+        How long is covered [h], by how many drones, and the fewest by charge alone, in ring order.
+    longest_hover_s
+        Longest hover of the roster [s].
+    """
+
+    plans: tuple[Plan, ...] = field(kw_only=True, repr=False)  # Of every drone
+    offsets_s: tuple[float, ...] = field(kw_only=True, repr=False)
+
+    def replay(self) -> FleetReplay:
+        """Simulate every drone by the judge alone."""
+        return _replayed(self.plans, self.offsets_s, self.facts["hours"])
+
+
+def event_of(coverage: Coverage, visit: Visit, hours: float, drones: int | None) -> Event:
+    """The roster of the fewest drones, or of so many, see `Coverage.event`."""
+    faults = [*misfits(("hours", hours, HOURS))]
+    faults += misfits(*([] if drones is None else [("drones", drones, DRONES)]))
+    if coverage.perspective != "available":
+        faults.append(Fault("perspective", shown(coverage.perspective), "must be 'available' here"))
+    if visit.swap_s is not None:
+        words = "must be left out: drones with exchanged packs repeat one turn, see fleet"
+        faults.append(Fault("swap_s", shown(visit.swap_s), words))
+    refuse(faults)
+    until_s, least = 3600.0 * hours, 1
+    while _hovers(visit, least, until_s, visit.balanced_s) is None:
+        least += 1
+        if least > MOST:
+            raise NoPlanError(f"not even {MOST} drones cover {hours:g} h by charge")
+    if drones is not None and drones < least:
+        words = f"{drones} drones do not cover {hours:g} h: by charge at least {least} are needed"
+        raise NoPlanError(words)
+    for count in range(least, MOST + 1) if drones is None else [drones]:
+        for share in SHORTER:
+            hovers_s = _hovers(visit, count, until_s, share * visit.most_s)
+            if hovers_s is None:
+                continue
+            found = _event(coverage, visit, hours, count, least, hovers_s)
+            if found.replay().flyable:
+                return found
+    words = f"{drones} drones cover {hours:g} h by charge, but no roster that was tried keeps the "
+    raise NoPlanError(words + "wells: allow one more")
+
+
+def _hovers(visit: Visit, drones: int, until_s: float, longest_s: float) -> Floats | None:
+    """Hovers in ring order that cover a time by charge alone [s]; None where none do.
+
+    Of these, those whose lowest landing keeps most charge, by a linear programme. Rosters with more
+    than two hovers per drone beyond the fewest possible are not looked for: each costs two legs.
+    """
+    fewest = math.ceil(until_s / longest_s - 1e-9)
+    for count in range(fewest, fewest + MORE * drones + 1):
+        found = _programme(visit, drones, until_s, longest_s, count)
+        if found is not None:
+            return found
+        if drones == 1:
+            break
+    return None
+
+
+def _programme(
+    visit: Visit, drones: int, until_s: float, longest_s: float, count: int
+) -> Floats | None:
+    """The hovers for a number of them: unknowns are hovers, charges at departure, and a margin."""
+    from scipy.optimize import linprog
+
+    if drones == 1 and count > 1:
+        return None
+    size_As, zero = float(visit.battery.capacity_As), np.zeros(2 * count + 1)
+    rows, limits = list[Floats](), list[float]()
+    for j in range(count):
+        landing = zero.copy()
+        landing[[j, count + j, -1]] = visit.hover_A, -1.0, 1.0
+        rows.append(landing)
+        limits.append(-visit.flight_As - visit.least_As)
+        if j < drones:
+            continue
+        between = slice(j - drones + 1, j)  # Hovers of the others while this drone is away
+        away, charge = zero.copy(), zero.copy()
+        away[between] = -1.0
+        charge[between] = -visit.rest_A
+        charge[[j - drones, count + j, count + j - drones]] = visit.hover_A, 1.0, -1.0
+        rows += [away, charge]
+        limits += [-visit.flight_s, -visit.flight_As - visit.rest_A * visit.flight_s]
+    every = zero.copy()
+    every[:count] = 1.0
+    bounds = [(0.0, longest_s)] * count + [(0.0, size_As)] * count + [(0.0, size_As)]
+    objective = zero.copy()
+    objective[-1] = -1.0
+    found = linprog(
+        objective, np.array(rows), limits, every[None], [until_s], bounds, method="highs"
+    )
+    return None if found.x is None else np.asarray(found.x)[:count]
+
+
+def _event(
+    coverage: Coverage, visit: Visit, hours: float, drones: int, least: int, hovers_s: Floats
+) -> Event:
+    """The roster with some hovers in ring order."""
+    starts_s = np.concatenate([[0.0], np.cumsum(hovers_s)[:-1]])
+    drones = min(drones, len(hovers_s))
+    rests_s = np.zeros(len(hovers_s))
+    away_s = starts_s[drones:] - (starts_s + hovers_s)[:-drones]
+    rests_s[:-drones] = away_s - visit.flight_s
+    plans = list[Plan]()
+    for drone in range(drones):
+        stays = zip(hovers_s[drone::drones].tolist(), rests_s[drone::drones].tolist(), strict=True)
+        plans.append(repeated(coverage.plan, [*stays]))
+    rows = tuple(
+        dict(zip(UNITS, (number % drones + 1, *figures), strict=True))
+        for number, figures in enumerate(
+            zip(starts_s.tolist(), hovers_s.tolist(), rests_s.tolist(), strict=True)
+        )
+    )
+    facts: dict[str, Any] = {
+        **{"hours": hours, "drones": drones, "least_drones": least},
+        **{"longest_hover_s": float(hovers_s.max()), "building": coverage.building},
+    }
+    return Event(
+        *("optuav event", coverage.mission, facts, UNITS, rows, _show, _draw),
+        plans=tuple(plans),
+        offsets_s=tuple(starts_s[:drones].tolist()),
+    )
+
+
+def _replayed(plans: Sequence[Plan], offsets_s: Sequence[float], hours: float) -> FleetReplay:
+    """The judge's simulation of a roster; every drone has a place of its own."""
+    out_s = plans[0].phases[0].duration_s
+    return replay_fleet(
+        plans,
+        offsets_s,
+        wanted=1,
+        allowed_gap_s=1e-6,
+        until_s=out_s + 3600.0 * hours,
+        places=len(plans),
+        place_s=0.0,
+    )
+
+
+def _show(event: Results) -> Iterator[str]:
+    facts = event.facts
+    yield f"{facts['hours']:g} h without a gap: {printable(event.mission.name)}"
+    yield f"Drones      {facts['drones']}; by charge alone at least {facts['least_drones']}"
+    yield f"Hovers      {len(event.rows)}, up to {facts['longest_hover_s']:.2f} s\n"
+    lines = [
+        [str(row["drone"]), *(f"{row[name]:.2f}" for name in [*UNITS][1:])] for row in event.rows
+    ]
+    yield from tabulated([["drone", "from [s]", "hover [s]", "rest [s]"], *lines[:MOST_SHOWN]])
+    if len(lines) > MOST_SHOWN:
+        yield f"and {len(lines) - MOST_SHOWN} more"
+
+
+def _draw(event: Results) -> Pictures:
+    """Available wells of all drones over the event."""
+    from optuav.plots import Line, curves
+
+    assert isinstance(event, Event)
+    lines = list[Line]()
+    for number, (course, offset_s) in enumerate(
+        zip(event.replay().courses, event.offsets_s, strict=True), start=1
+    ):
+        trace, battery = course.trace, event.mission.battery
+        full_As = battery.available_fraction * battery.packs * battery.capacity_As
+        level = 100.0 * trace.available_As[:, 0] / full_As
+        hours = (trace.time_s + offset_s) / 3600.0
+        lines.append(Line(f"drone {number}", hours.tolist(), level.tolist()))
+    yield (
+        "event.png",
+        curves(
+            lines,
+            title=f"{event.facts['hours']:g} h without a gap: {printable(event.mission.name)}",
+            x_label="time $t$ [h]",
+            y_label="available well [%]",
+            y_from_zero=True,
+        ),
+    )

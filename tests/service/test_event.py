@@ -1,0 +1,79 @@
+"""Drones for an event: known counts, the judge's verdict, random rosters with one drone fewer."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import optuav
+from optuav.errors import InputError, NoPlanError
+
+
+@pytest.mark.parametrize(("hours", "drones"), [(1, 2), (2, 3), (4, 4), (8, 4), (24, 4)])
+def test_known_counts(hours: float, drones: int) -> None:
+    """Those that independent code found for matrice350."""
+    assert optuav.coverage("matrice350").event(hours).drones == drones
+
+
+@pytest.mark.parametrize("mission", ["paper", "paper-table2", "matrice350", "relay-today"])
+@pytest.mark.parametrize("hours", [0.1, 1, 5])
+@pytest.mark.parametrize("options", [{}, {"pad_power_W": 500.0}], ids=str)
+def test_the_judge_flies_the_roster(mission: str, hours: float, options: Any) -> None:
+    """No dry well, no low landing and no gap; hovers follow each other and fill the hours."""
+    event = optuav.coverage(mission, **options).event(hours)
+    replay = event.replay()
+    assert replay.flyable, replay.violations
+    assert event.drones >= event.least_drones
+    ends_s = [row["start_s"] + row["hover_s"] for row in event.rows]
+    assert [row["start_s"] for row in event.rows[1:]] == pytest.approx(ends_s[:-1])
+    assert ends_s[-1] == pytest.approx(3600 * hours)
+
+
+@pytest.mark.parametrize(("mission", "hours"), [("matrice350", 2.0), ("paper", 1.0)])
+def test_random_rosters_with_a_drone_fewer_fail_by_charge(mission: str, hours: float) -> None:
+    """Counted here by hand, hover by hover: below the least number none of many keeps charge."""
+    coverage = optuav.coverage(mission)
+    drones = coverage.event(hours).least_drones - 1
+    hover = next(phase for phase in coverage.plan.phases if phase.kind == "hover")
+    legs = [phase for phase in coverage.plan.phases if phase.kind == "flight"][:2]
+    trip_s = sum(phase.duration_s for phase in legs)
+    trip_As = -sum(phase.current_A * phase.duration_s for phase in legs)
+    rest = next(phase for phase in coverage.plan.phases if phase.kind == "rest")
+    battery = coverage.mission.battery
+    B = battery.packs * battery.capacity_As
+    least = coverage.mission.limits.min_soc * B
+    random = np.random.default_rng(0)
+    for _ in range(2000):
+        count = int(random.integers(2, 14))
+        hovers_s = random.dirichlet(np.full(count, 20.0)) * 3600 * hours
+        starts_s = np.concatenate([[0.0], np.cumsum(hovers_s)])
+        held = True
+        for drone in range(drones):
+            charge, back_s = B, -1e9
+            for turn in range(drone, count, drones):
+                if turn >= drones:
+                    rest_s = starts_s[turn] - back_s - trip_s
+                    held &= rest_s >= 0.0
+                    charge = min(B, charge + rest.current_A * max(rest_s, 0.0))
+                charge -= trip_As - hover.current_A * hovers_s[turn]
+                back_s = starts_s[turn + 1]
+                held &= charge >= least
+        assert not held
+    with pytest.raises(NoPlanError, match="at least"):
+        coverage.event(hours, drones)
+
+
+def test_bad_input() -> None:
+    """Hours and drones out of range at once, exchanges, and charge alone."""
+    coverage, wrong = optuav.coverage("matrice350"), ("8", float("nan"), 0, -1, 241)
+    hours: Any
+    for hours in wrong:
+        with pytest.raises(InputError, match="hours"):
+            coverage.event(hours)
+    with pytest.raises(InputError) as refused:
+        coverage.event(0, 0)
+    assert {fault.key for fault in refused.value.faults} == {"hours", "drones"}
+    with pytest.raises(InputError, match="swap_s"):
+        optuav.coverage("matrice350", swap_s=90).event(2)
+    with pytest.raises(InputError, match="perspective"):
+        optuav.coverage("matrice350", perspective="battery").event(2)
