@@ -15,9 +15,9 @@ from typing import Annotated, Any
 import typer
 
 from optuav.cli.options import by_flags, command_of
-from optuav.cli.output import BAD_INPUT, FAILED, say
+from optuav.cli.output import BAD_INPUT, FAILED, NO, say
 from optuav.cli.problem_file import faults_named
-from optuav.errors import InputError, SolverError
+from optuav.errors import InputError, NoPlanError, SolverError
 
 COMMANDS = {
     **dict.fromkeys(("solve", "explain", "audit", "export"), "solve"),
@@ -106,6 +106,9 @@ def run(arguments: Sequence[str] | None = None) -> None:
     except typer.Abort:
         say("\nerror: the input ended before all questions were answered", error=True)
         sys.exit(BAD_INPUT)
+    except NoPlanError as error:
+        say(str(error), error=True)
+        sys.exit(NO)
     except (InputError, SolverError) as error:
         if isinstance(error, InputError) and given and given[0] in COMMANDS:
             error = _by_options(error, program(given[0]))

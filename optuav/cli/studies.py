@@ -10,7 +10,7 @@ import typer
 import optuav
 from optuav.cli.options import mission_of
 from optuav.cli.output import FAILED, NO, check_places, deliver, deliver_results, progress, say
-from optuav.errors import Fault, InputError, NoPlanError, decimal
+from optuav.errors import Fault, InputError, decimal
 from optuav.options import Order, Perspective
 
 if TYPE_CHECKING:
@@ -138,26 +138,22 @@ def coverage(
         )
         raise InputError([Fault(name, f"{asked[name]:g}", words) for name in alone])
     share = 1.0 if share is None else share
-    try:
-        found = optuav.coverage(
-            mission_of(mission, settings),
-            perspective=perspective,
-            swap_s=swap_s,
-            lit_hover=not dark_hover,
-            pad_power_W=pad_power_W,
-        )
-        results: Results = found.fleet(share, overlap_s or 0.0) if fleet else found
-        if horizon_hours is not None:
-            results = found.horizon(horizon_hours)
-        if hours is not None:
-            results = found.event(hours, drones)
-        elif drones is not None:
-            pads = found.watts(drones, share)
-            facts = {"pad_drones": drones, **{f"pad_{k}": v for k, v in pads._asdict().items()}}
-            results = replace(results, facts={**results.facts, **facts})
-    except NoPlanError as error:
-        say(str(error), error=True)
-        raise typer.Exit(NO) from None
+    found = optuav.coverage(
+        mission_of(mission, settings),
+        perspective=perspective,
+        swap_s=swap_s,
+        lit_hover=not dark_hover,
+        pad_power_W=pad_power_W,
+    )
+    results: Results = found.fleet(share, overlap_s or 0.0) if fleet else found
+    if horizon_hours is not None:
+        results = found.horizon(horizon_hours)
+    if hours is not None:
+        results = found.event(hours, drones)
+    elif drones is not None:
+        pads = found.watts(drones, share)
+        facts = {"pad_drones": drones, **{f"pad_{k}": v for k, v in pads._asdict().items()}}
+        results = replace(results, facts={**results.facts, **facts})
     deliver_results(results, save, plot, as_json=as_json)
     if drones is not None and hours is None and not as_json:
         say(f"\nPads for {drones} drones: {pads}")
@@ -192,11 +188,7 @@ def return_(
     Exit code 1 if the hover point cannot be reached.
     """
     check_places(save, plot, ".csv", ".json")
-    try:
-        times = optuav.return_by(mission_of(mission, settings))
-    except NoPlanError as error:
-        say(str(error), error=True)
-        raise typer.Exit(NO) from None
+    times = optuav.return_by(mission_of(mission, settings))
     deliver_results(times, save, plot, as_json=as_json)
 
 
@@ -221,18 +213,14 @@ def robust(
     from optuav.solving.question import problem_of
 
     check_places(save, plot, ".csv", ".json")
-    try:
-        found = optuav.robust(
-            mission_of(mission, settings),
-            uncertainty,
-            problem_of(problem, building=building, order=order),
-            perspective=perspective,
-            samples=samples,
-            seed=seed,
-        )
-    except NoPlanError as error:
-        say(str(error), error=True)
-        raise typer.Exit(NO) from None
+    found = optuav.robust(
+        mission_of(mission, settings),
+        uncertainty,
+        problem_of(problem, building=building, order=order),
+        perspective=perspective,
+        samples=samples,
+        seed=seed,
+    )
     deliver_results(found, save, plot, as_json=as_json)
 
 

@@ -19,7 +19,7 @@ from optuav.errors import Fault, InputError, NoPlanError, collected, printable, 
 from optuav.mission import Mission, load
 from optuav.mission.files import read_toml
 from optuav.mission.flight_model import flight_of
-from optuav.mission.messages import misfits, shown, unknown
+from optuav.mission.messages import misfits, of_kind, path_of, shown, unknown
 from optuav.mission.schema import Number
 from optuav.modelling import Model
 from optuav.network import vehicle
@@ -33,7 +33,7 @@ from optuav.plan.summary import tabulated
 from optuav.solving import solve
 from optuav.solving.assemble import entries, quantities
 from optuav.solving.balance import TIMES
-from optuav.solving.outcome import best, route_plan
+from optuav.solving.outcome import best, replayed, route_plan
 from optuav.solving.parts import allowed
 from optuav.solving.question import Question, answer, checked_question
 from optuav.status import SAME_S
@@ -149,8 +149,7 @@ def robust(
         for name, only in (("schedule", "pooled"), ("charging", "constant")):
             if (now := getattr(whole.battery, name)) != only:
                 faults.append(Fault(f"battery.{name}", shown(now), f"must be {only!r} here"))
-    with collected(faults):
-        box = _box(load(mission), uncertainty)
+        box = _box(whole, uncertainty)
     refuse(faults)
     whole = completed(whole, box.spreads)
     question = checked_question(whole, problem, perspective)
@@ -174,11 +173,11 @@ def robust(
     totals_s = np.array(hovers_s) + rests_s + flights_s
     stops = network.routes.building[routes] >= 0
     if (winner := best(hovers_s, totals_s, stops)) is None or answers[winner] is None:
-        raise NoPlanError("no plan holds in the whole box: state smaller ranges")
+        raise NoPlanError("no plan was found that holds in the whole box: state smaller ranges")
     route, chosen = routes[winner], answers[winner]
     assert chosen is not None
     hover_s, rest_s, said = chosen
-    plan = route_plan(question, network, route, (hover_s, rest_s), **said)
+    plan = replayed(route_plan(question, network, route, (hover_s, rest_s), **said))
     drawn = _samples(network.mission, box, int(samples), int(seed))
     kept = _kept(question, network, route, (hover_s, rest_s), *drawn)
     facts = {
@@ -199,22 +198,22 @@ def robust(
 
 def _box(mission: Mission, stated: Mapping[str, object] | str | Path) -> Box:
     """The box that a mapping or a file states, or a refusal with all faults."""
-    table = dict(stated) if isinstance(stated, Mapping) else read_toml(Path(stated))
+    words = "ranges by key, or the path of a TOML file with them"
+    of_kind("uncertainty", stated, Mapping | str | Path, words)
+    table = dict(stated) if isinstance(stated, Mapping) else read_toml(path_of(stated))
     factors, faults, keys = dict.fromkeys(FACTORS, (1.0, 1.0)), list[Fault](), tuple[Spread, ...]()
+    if not table:
+        faults.append(Fault("uncertainty", "", "at least one key or factor with its range"))
     for name in FACTORS:
         if name in table:
-            ends = _factor(table.pop(name))
-            if ends is None:
+            form = table.pop(name)
+            if (ends := _factor(form)) is None:
                 words = "{ percent = p }, 0 < p < 100; or { low = a, high = b }, 0 < a < b"
-                faults.append(
-                    Fault(name, shown(stated[name] if isinstance(stated, Mapping) else ""), words)
-                )
+                faults.append(Fault(name, shown(form), words))
             else:
                 factors[name] = ends
     with collected(faults):
         keys = spreads(mission, table) if table else ()
-        if not table and factors == dict.fromkeys(FACTORS, (1.0, 1.0)):
-            faults.append(Fault("uncertainty", "", "at least one key or factor with its range"))
     refuse(faults)
     return Box(keys, factors)
 
@@ -319,6 +318,7 @@ def _on_route(
     solution = answer(problem.model(given, question.perspective), 1, question)
     if not solution.statuses[0].has_answer:
         return None
+    solution.verify(0)
     point = solution.point(0)
     hover_s, rest_s = (max(0.0, point.get(name, 0.0)) for name in TIMES)
     return (

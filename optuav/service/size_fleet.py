@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from optuav.errors import Fault, InputError, NoPlanError, printable, refuse
+from optuav.errors import Fault, InputError, NoPlanError, collected, printable, refuse
 from optuav.mission import Mission, load
 from optuav.mission.files import read_toml
-from optuav.mission.messages import misfits, shown, unknown
+from optuav.mission.messages import misfits, of_kind, path_of, shown, unknown
 from optuav.mission.schema import Number
 from optuav.plan.summary import tabulated
 from optuav.service.cycle import DURATION, Coverage, coverage
@@ -82,7 +82,12 @@ def size_fleet(
     """
     faults = [*misfits(("share", share, SHARE), ("overlap_s", overlap_s, OVERLAP))]
     faults += misfits(("swap_s", swap_s, DURATION))
-    stated = read_toml(Path(prices)) if isinstance(prices, str | Path) else prices
+    with collected(faults):
+        if prices is not None:
+            words = "prices by name, or the path of a TOML file with them"
+            of_kind("prices", prices, Mapping | str | Path, words)
+        stated = read_toml(path_of(prices)) if isinstance(prices, str | Path) else prices
+    refuse(faults)
     if stated is not None:
         faults += _price_faults(stated)
     refuse(faults)

@@ -139,9 +139,8 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
         if problem.building not in (None, *buildings):
             words = no_building(str(problem.building), buildings)
             yield Fault("building", repr(problem.building), words)
-        if isinstance(problem, Cycle) and mission.route.origin_m != mission.route.destination_m:
-            words = "must be route.origin_m in a cycle, as in optuav.coverage(mission).plan.mission"
-            yield Fault("route.destination_m", shown(mission.route.destination_m), words)
+        if isinstance(problem, Cycle) and problem.building in buildings:
+            yield from _cycle_faults(mission, problem, question.perspective)
         if type(problem) not in OF_THE_PAPER:
             if isinstance(problem, OF_THE_PAPER):
                 words = "must subclass Formulation itself; its declare may call that of P1 to P4"
@@ -195,6 +194,18 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
         if count > MOST_BUILDINGS:
             words = f"several stops are searched for over at most {MOST_BUILDINGS} buildings"
             yield Fault("buildings", str(count), words)
+
+
+def _cycle_faults(mission: Mission, problem: Cycle, perspective: str) -> Iterator[Fault]:
+    """A cycle begins and ends on the roof where it rests, in two perspectives."""
+    roof_m = mission.buildings.roof_m[mission.buildings.names.index(problem.building)].tolist()
+    words = f"the roof of {problem.building}, {shown(roof_m)}, in a cycle: solve over the mission "
+    words += "of optuav.coverage(mission).plan"
+    for name in ("origin_m", "destination_m"):
+        if list(at_m := getattr(mission.route, name)) != roof_m:
+            yield Fault(f"route.{name}", shown(list(at_m)), f"must be {words}")
+    if perspective not in (AVAILABLE, "battery"):
+        yield unknown("perspective", perspective, (AVAILABLE, "battery"))
 
 
 def not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Iterator[Fault]:

@@ -47,7 +47,12 @@ def test_what_the_declaration_cannot_hold_is_refused() -> None:
         chosen: Any = options
         with pytest.raises(InputError, match=name):
             optuav.coverage("paper", **chosen).program()
-    with pytest.raises(InputError, match=r"route\.destination_m.*must be route\.origin_m"):
-        optuav.solve("paper", optuav.Cycle("b9"))
+    mission = optuav.coverage("paper").plan.mission
+    for where, building in (("paper", "b9"), (mission, "b1")):
+        with pytest.raises(InputError, match=rf"route\.destination_m.*the roof of {building}"):
+            optuav.solve(where, optuav.Cycle(building))
+    for perspective in ("energy", "wells"):
+        with pytest.raises(InputError, match="perspective"):
+            optuav.solve(mission, optuav.Cycle("b9"), perspective=perspective)
     with pytest.raises(InputError, match="building"):
         optuav.solve(optuav.coverage("paper").plan.mission, optuav.Cycle("b99"))
