@@ -199,7 +199,9 @@ def robust(
     building: str | None = None,
     order: Order | None = None,
     perspective: Perspective = "available",
-    samples: int = 1000,
+    chance: float | None = None,
+    confidence: float = 0.99,
+    samples: int = 20_000,
     seed: int = 0,
     settings: list[str] | None = None,
     as_json: bool = False,
@@ -208,7 +210,7 @@ def robust(
 ) -> None:
     """Find the longest hover that can be flown wherever uncertain numbers lie in a box.
 
-    Exit code 1 if no plan holds in the whole box.
+    Exit code 1 if no plan holds in the whole box, or with the chance.
     """
     from optuav.solving.question import problem_of
 
@@ -218,6 +220,8 @@ def robust(
         uncertainty,
         problem_of(problem, building=building, order=order),
         perspective=perspective,
+        chance=chance,
+        confidence=confidence,
         samples=samples,
         seed=seed,
     )

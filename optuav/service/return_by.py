@@ -206,10 +206,10 @@ def _show(times: Results) -> Iterator[str]:
     wells = f"y1 = {facts['available_As']:.1f} A s, y2 = {facts['bound_As']:.1f} A s"
     yield f"On arrival: {wells}; hovering draws {facts['hover_current_A']:.4g} A\n"
     ranked = sorted(
-        times.rows[1:], key=lambda row: -math.inf if row["latest_s"] is None else row["latest_s"]
+        times.rows[1:], key=lambda row: math.inf if row["latest_s"] is None else -row["latest_s"]
     )
     table = [["place", "flight [s]", "by well [s]", "by charge [s]", "a", "b", "g [A s]"]]
-    rows = [times.rows[0], *reversed(ranked)]
+    rows = [times.rows[0], *ranked]
     for row in rows[:SHOWN]:
         moments = (fixed(row[name], 3, otherwise="too late") for name in ("dry_s", "soc_s"))
         rule = f"{row['a']:.6f}", f"{row['b']:.6f}", f"{row['g_As']:.2f}"

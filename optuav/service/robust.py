@@ -42,6 +42,8 @@ from optuav.studies.samples import SEED, Draws, Spread, completed, independent, 
 
 FACTORS = ("drain", "charge")
 SAMPLES = Number("-", ge=1, le=1e6, whole=True)
+CHANCE = Number("-", gt=0.0, lt=1.0)
+HALVINGS = 10  # Halvings of the share of the box that a chance needs
 LEVELS = {"battery.available_fraction": 5, "battery.flow_rate_per_s": 5}
 """Values of keys in which the wells are not monotone; of all others, both ends."""
 MOST = 128  # Corners of the box of keys
@@ -62,10 +64,34 @@ class Box(NamedTuple):
         stated = {name: ends for name, ends in self.factors.items() if ends[0] < ends[1]}
         return stated | {each.key.name: (each.low, each.high) for each in self.spreads}
 
+    def shrunk(self, share: float) -> Box:
+        """The box shrunk about its middle to a share of its reach."""
+        ends = {each.key.name: _about_middle(each.low, each.high, share) for each in self.spreads}
+        keys = (
+            replace(each, low=ends[each.key.name][0], high=ends[each.key.name][1])
+            for each in self.spreads
+        )
+        factors = {name: _about_middle(*both, share) for name, both in self.factors.items()}
+        return Box(tuple(keys), factors)
+
     def without(self, name: str) -> Box:
         """The box with one number at its nominal value."""
         kept = tuple(each for each in self.spreads if each.key.name != name)
         return Box(kept, {k: (1.0, 1.0) if k == name else e for k, e in self.factors.items()})
+
+
+def _about_middle(low: float, high: float, share: float) -> tuple[float, float]:
+    middle, reach = 0.5 * (low + high), 0.5 * share * (high - low)
+    return middle - reach, middle + reach
+
+
+class Found(NamedTuple):
+    """A robust plan: its route, its times [s], and how they are known."""
+
+    route: int
+    hover_s: float
+    rest_s: float
+    said: dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -81,6 +107,10 @@ class RobustPlan(ResultsWithFacts):
     corners, samples, flyable
         How many corners the plan is declared for; how many samples of the box were flown, and the
         share of them in which it keeps every limit.
+    box_share
+        Share of the box, about its middle, that the plan is declared for; 1 without a chance.
+    risk_bound, confidence
+        A share of the box that the plan fails in no more than, at this confidence.
     """
 
     plan: Plan = field(kw_only=True, repr=False)  # Flown with the numbers of the mission
@@ -92,7 +122,9 @@ def robust(
     problem: Formulation | ProblemName = "P1",
     *,
     perspective: Perspective = AVAILABLE,
-    samples: int = 1000,
+    chance: float | None = None,
+    confidence: float = 0.99,
+    samples: int = 20_000,
     seed: int = 0,
 ) -> RobustPlan:
     """Find the plan with the longest hover that can be flown wherever the numbers lie in a box.
@@ -117,8 +149,16 @@ def robust(
         ``"P1"``, ``"P3"``, or an instance of `P1`, `P3` or `P4` with one rest and hover.
     perspective
         ``"available"``, or ``"battery"``, which counts charge alone.
+    chance
+        The share of the box in which the plan must hold, between 0 and 1; by default the whole
+        box. The plan is then declared for the smallest part of the box, about its middle, with
+        which so few samples fail that the chance is met with the confidence. The plans for larger
+        parts hold in more of the box, so these samples prove it (an order statistic).
+    confidence
+        Of the chance, and of the bound on the risk; between 0 and 1.
     samples, seed
-        How many samples check the plan, 1 to 1e6, and their seed, 0 to 2**63.
+        How many samples of the box check the plan, 1 to 1e6, and their seed, 0 to 2**63. As many
+        others find the part of the box for a chance.
 
     Returns
     -------
@@ -129,9 +169,10 @@ def robust(
     Raises
     ------
     InputError
-        If an argument is out of range, or the box has more than 128 corners.
+        If an argument is out of range, the box has more than 128 corners, or the samples are too
+        few for the chance (459 for 99 % at a confidence of 99 %).
     NoPlanError
-        If no plan holds in the whole box.
+        If no plan holds in the whole box, or with the chance.
 
     Examples
     --------
@@ -142,6 +183,13 @@ def robust(
     '555.810 s, 41.5 s less than without doubt'
     """
     faults = [*misfits(("samples", samples, SAMPLES), ("seed", seed, SEED))]
+    faults += misfits(("confidence", confidence, CHANCE))
+    if chance is not None:
+        faults += misfits(("chance", chance, CHANCE))
+        if not faults and chance**samples > 1.0 - confidence:
+            least = math.ceil(math.log1p(-confidence) / math.log(chance))
+            words = f"at least {least} for a chance of {chance:g} at a confidence of {confidence:g}"
+            faults.append(Fault("samples", shown(samples), words))
     if perspective not in (AVAILABLE, "battery"):
         faults.append(unknown("perspective", perspective, (AVAILABLE, "battery")))
     with collected(faults):
@@ -164,33 +212,35 @@ def robust(
     network = build_network(whole.replace({"route.hover_m": hover_m}))
     if reasons := impossibilities(network, one_stop=False):
         raise NoPlanError("; ".join(reasons))
-    corners = _corners(network.mission, box.spreads)
-    routes = np.flatnonzero(allowed(stacked(network), question.problem)[0]).tolist()
-    answers = _answers(question, network, routes, box, corners)
-    flights_s = network.routes.flight_time_s[routes]
-    hovers_s = [math.nan if each is None else each[0] for each in answers]
-    rests_s = np.array([0.0 if each is None else each[1] for each in answers])
-    totals_s = np.array(hovers_s) + rests_s + flights_s
-    stops = network.routes.building[routes] >= 0
-    if (winner := best(hovers_s, totals_s, stops)) is None or answers[winner] is None:
-        raise NoPlanError("no plan was found that holds in the whole box: state smaller ranges")
-    route, chosen = routes[winner], answers[winner]
-    assert chosen is not None
-    hover_s, rest_s, said = chosen
+    checked = _samples(network.mission, box, 0, int(samples), int(seed))
+    share, found = 1.0, None
+    if chance is None:
+        found = _best(question, network, box)
+    else:
+        fresh = _samples(network.mission, box, int(samples), int(samples), int(seed))
+        most = _most_failures(int(samples), chance, confidence)
+        share, found = _by_chance(question, network, box, fresh, most)
+    if found is None:
+        where = "in the whole box" if chance is None else f"with a chance of {chance:g}"
+        raise NoPlanError(f"no plan was found that holds {where}: state smaller ranges")
+    box = box.shrunk(share) if share < 1.0 else box
+    route, hover_s, rest_s, said = found
     plan = replayed(route_plan(question, network, route, (hover_s, rest_s), **said))
-    drawn = _samples(network.mission, box, int(samples), int(seed))
-    kept = _kept(question, network, route, (hover_s, rest_s), *drawn)
+    kept = _kept(question, network, found, *checked)
+    corners = _corners(network.mission, box.spreads)
     facts = {
         **{"hover_s": hover_s, "rest_s": rest_s, "route": tuple(plan.route)},
         "nominal_hover_s": nominal.hover_time_s,
         "price_s": nominal.hover_time_s - hover_s,
         **{"corners": _count(corners), "samples": int(samples), "flyable": float(kept.mean())},
+        **{"chance": chance, "box_share": share, "confidence": confidence},
+        "risk_bound": _risk_bound(int(samples), int(np.count_nonzero(~kept)), confidence),
     }
     rows = list[dict[str, Any]]()
     for name, ends in box.numbers.items():
         less = box.without(name)
         again = _on_route(question, network, route, less, _corners(network.mission, less.spreads))
-        gain_s = 0.0 if again is None else again[0] - hover_s
+        gain_s = 0.0 if again is None else again.hover_s - hover_s
         rows.append(dict(zip(UNITS, (name, *ends, gain_s), strict=True)))
     rows.sort(key=lambda row: -row["gain_s"])
     return RobustPlan("optuav robust", whole, facts, UNITS, tuple(rows), _show, _draw, plan=plan)
@@ -301,8 +351,8 @@ class _Robust(Formulation):
 
 def _on_route(
     question: Question, network: Network, route: int, box: Box, corners: Columns
-) -> tuple[float, float, dict[str, Any]] | None:
-    """The longest robust hover on a route and its rest [s], with how it is known; None for none."""
+) -> Found | None:
+    """The longest robust hover on a route; None for none."""
     (drain_low, drain_high), (charge_low, charge_high) = (box.factors[name] for name in FACTORS)
     emptiest, able = _scaled(network, route, corners, drain_high, charge_low)
     fullest, _ = _scaled(network, route, corners, drain_low, charge_high)
@@ -321,29 +371,34 @@ def _on_route(
     solution.verify(0)
     point = solution.point(0)
     hover_s, rest_s = (max(0.0, point.get(name, 0.0)) for name in TIMES)
-    return (
-        hover_s,
-        rest_s,
-        {
-            **{"engine": solution.engine, "status": solution.statuses[0]},
-            "proof": f"corners of the box: {solution.proof}",
-        },
-    )
+    said = {"engine": solution.engine, "status": solution.statuses[0]}
+    return Found(route, hover_s, rest_s, {**said, "proof": f"corners of the box: {solution.proof}"})
+
+
+def _best(question: Question, network: Network, box: Box) -> Found | None:
+    """The longest robust hover over all routes; None for none."""
+    routes = np.flatnonzero(allowed(stacked(network), question.problem)[0]).tolist()
+    answers = _answers(question, network, routes, box)
+    hovers_s = [math.nan if each is None else each.hover_s for each in answers]
+    rests_s = np.array([0.0 if each is None else each.rest_s for each in answers])
+    totals_s = np.array(hovers_s) + rests_s + network.routes.flight_time_s[routes]
+    winner = best(hovers_s, totals_s, network.routes.building[routes] >= 0)
+    return None if winner is None else answers[winner]
 
 
 def _answers(
-    question: Question, network: Network, routes: Sequence[int], box: Box, corners: Columns
-) -> list[tuple[float, float, dict[str, Any]] | None]:
+    question: Question, network: Network, routes: Sequence[int], box: Box
+) -> list[Found | None]:
     """Robust hovers by route; None for none, and for routes that cannot be the best."""
     plain = box
     for name in LEVELS:
         plain = plain.without(name)
-    fewer = _corners(network.mission, plain.spreads)
+    corners, fewer = (_corners(network.mission, each.spreads) for each in (box, plain))
     bounds = [_on_route(question, network, route, plain, fewer) for route in routes]
     if plain.numbers == box.numbers:
         return bounds
     # Fewer corners bound the hover, and their rates let a quicker engine answer.
-    answers: list[tuple[float, float, dict[str, Any]] | None] = [None] * len(routes)
+    answers: list[Found | None] = [None] * len(routes)
     longest_s = -math.inf
     for number in sorted(range(len(routes)), key=lambda k: -_hover_s(bounds[k])):
         if _hover_s(bounds[number]) < longest_s - SAME_S:
@@ -353,16 +408,60 @@ def _answers(
     return answers
 
 
-def _hover_s(answered: tuple[float, float, dict[str, Any]] | None) -> float:
-    return -math.inf if answered is None else answered[0]
+def _hover_s(found: Found | None) -> float:
+    return -math.inf if found is None else found.hover_s
 
 
-def _samples(mission: Mission, box: Box, count: int, seed: int) -> tuple[Columns, Floats, Floats]:
-    """Samples of the keys and of both factors."""
+def _by_chance(
+    question: Question,
+    network: Network,
+    box: Box,
+    drawn: tuple[Columns, Floats, Floats],
+    most_failures: int,
+) -> tuple[float, Found | None]:
+    """The smallest share of the box with a plan that few enough samples fail, and the plan."""
+    chosen: tuple[float, Found | None] = (1.0, None)
+    low, high, share = 0.0, 1.0, 1.0
+    for _ in range(HALVINGS + 1):
+        found = _best(question, network, box.shrunk(share))
+        few = found is not None and (
+            np.count_nonzero(~_kept(question, network, found, *drawn)) <= most_failures
+        )
+        if few:
+            chosen = share, found
+        if few or found is None:
+            high = share
+        else:
+            low = share
+        share = 0.5 * (low + high)
+    return chosen
+
+
+def _most_failures(samples: int, chance: float, confidence: float) -> int:
+    """The largest k with P(Bin(n, 1 − chance) ≤ k) ≤ 1 − confidence."""
+    from scipy import special
+
+    below = special.bdtr(np.arange(samples), samples, 1.0 - chance)
+    return int(np.count_nonzero(below <= 1.0 - confidence)) - 1
+
+
+def _risk_bound(samples: int, failures: int, confidence: float) -> float:
+    """Upper end of the one-sided interval of Clopper and Pearson for the share that fails."""
+    from scipy import special
+
+    if failures == samples:
+        return 1.0
+    return float(special.betaincinv(failures + 1, samples - failures, confidence))
+
+
+def _samples(
+    mission: Mission, box: Box, first: int, count: int, seed: int
+) -> tuple[Columns, Floats, Floats]:
+    """Samples of the keys and of both factors, from a number on."""
     columns: dict[str, Floats] = {"limits.deadline_s": np.full(count, mission.limits.deadline_s)}
     if box.spreads:
-        columns = Draws(mission, box.spreads, count, seed, independent).values(0, count)
-    shares = independent(FACTORS, seed, 0, count)
+        columns = Draws(mission, box.spreads, count, seed, independent).values(first, count)
+    shares = independent(FACTORS, seed, first, count)
     low, high = np.transpose([box.factors[name] for name in FACTORS])
     drain, charge = (low + shares * (high - low)).T
     return columns, drain, charge
@@ -371,14 +470,14 @@ def _samples(mission: Mission, box: Box, count: int, seed: int) -> tuple[Columns
 def _kept(
     question: Question,
     network: Network,
-    route: int,
-    times_s: tuple[float, float],
+    found: Found,
     columns: Columns,
     drain: Floats,
     charge: Floats,
 ) -> Booleans:
-    """In which samples the route with its hover and rest [s] keeps every limit."""
-    own, kept = _scaled(network, route, columns, drain, charge)
+    """In which samples the plan keeps every limit."""
+    times_s = found.hover_s, found.rest_s
+    own, kept = _scaled(network, found.route, columns, drain, charge)
     left = PERSPECTIVES[question.perspective](own, *times_s)
     kept = kept & np.asarray(left >= own.min_soc - KEPT)
     kept &= np.asarray(sum(times_s) <= own.time_left + KEPT * own.deadline_s)
@@ -398,8 +497,11 @@ def _show(found: Results) -> Iterator[str]:
     yield f"Hover       {facts['hover_s']:.3f} s, rest {facts['rest_s']:.3f} s"
     nominal = f"{facts['nominal_hover_s']:.3f} s without doubt"
     yield f"Price       {facts['price_s']:.3f} s of hover: {nominal}"
+    part = "" if facts["chance"] is None else f" of {facts['box_share']:.1%} of the box"
     held = f"{facts['flyable']:.2%} of {facts['samples']} samples of the box"
-    yield f"Holds       at {2 * facts['corners']} corners, and in {held}\n"
+    yield f"Holds       at {2 * facts['corners']} corners{part}, and in {held}"
+    sure = f"with a confidence of {facts['confidence']:g}"
+    yield f"Risk        at most {facts['risk_bound']:.2%} of the box, {sure}\n"
     lines = [["if this were certain", "low", "high", "hover gained [s]"]]
     for row in found.rows:
         lines.append([row["number"], f"{row['low']:g}", f"{row['high']:g}", f"{row['gain_s']:.3f}"])

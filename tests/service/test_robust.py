@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import optuav
 from optuav.errors import InputError, NoPlanError
@@ -102,6 +103,49 @@ def test_charge_alone_by_hand() -> None:
     assert found.hover_s == pytest.approx(expected_s, rel=1e-9)
 
 
+def test_a_chance_by_hand() -> None:
+    """A direct hover fails exactly above the drain it is declared for: θ = 2·0.95 − 1 = 0.9."""
+    box = {"drain": {"percent": 20}}
+    found = optuav.robust("paper", box, "P3", perspective="battery", chance=0.95)
+    assert found.box_share == pytest.approx(0.9, abs=0.02)
+    nominal = optuav.solve("paper", "P3", perspective="battery")
+    hover = next(phase for phase in nominal.phases if phase.kind == "hover")
+    Q = -sum(phase.charge_As for phase in nominal.phases if phase.kind == "flight")
+    most = 1.0 + 0.2 * found.box_share
+    expected_s = (0.95 * 72_000 - most * Q) / (most * (LIT_A - hover.current_A) - LIT_A)
+    assert found.hover_s == pytest.approx(expected_s, rel=1e-9)
+
+
+def test_the_confidence_is_kept_over_seeds() -> None:
+    """The true risk, (1 − θ)/2, exceeds 10 % in fewer than 1 of 10 of forty choices of seeds."""
+    box, over = {"drain": {"percent": 20}}, 0
+    for seed in range(40):
+        options: Any = {"chance": 0.9, "confidence": 0.9, "samples": 60, "seed": seed}
+        found = optuav.robust("paper", box, "P3", perspective="battery", **options)
+        over += (1.0 - found.box_share) / 2.0 > 0.1
+    assert over <= 8  # With a share of 10 % more than 8 come once in 60 times
+
+
+def test_the_risk_bound_is_that_of_clopper_and_pearson() -> None:
+    """By another implementation of the interval, from the share that was flown."""
+    box = {"drain": {"percent": 5}, "charge": {"percent": 10}}
+    found = optuav.robust("paper", box, chance=0.9, samples=500)
+    failures = round((1.0 - found.flyable) * 500)
+    test = stats.binomtest(failures, 500, alternative="less")
+    expected = test.proportion_ci(confidence_level=0.99, method="exact").high
+    assert found.risk_bound == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_chance_finds_a_plan_where_the_whole_box_has_none() -> None:
+    """The part of the box is then what few enough samples fail, not the error of the whole."""
+    box = {"drain": {"low": 0.2, "high": 9.0}}
+    with pytest.raises(NoPlanError, match="whole box"):
+        optuav.robust("paper", box, "P1", samples=100)
+    found = optuav.robust("paper", box, "P1", chance=0.3, samples=200)
+    assert 0.0 < found.box_share < 1.0
+    assert found.flyable > 0.3
+
+
 def test_bad_input(tmp_path: Path) -> None:
     """One clear error, with all that is wrong."""
     wrong: Any
@@ -118,6 +162,11 @@ def test_bad_input(tmp_path: Path) -> None:
     box = {"drain": {"percent": 5}}
     with pytest.raises(InputError, match="samples"):
         optuav.robust("paper", box, samples=0)
+    with pytest.raises(InputError, match=r"at least 459 for a chance of 0\.99"):
+        optuav.robust("paper", box, chance=0.99, samples=458)
+    for chance in (0.0, 1.0, math.nan, "much"):
+        with pytest.raises(InputError, match="chance"):
+            optuav.robust("paper", box, chance=chance)
     with pytest.raises(InputError, match="perspective"):
         optuav.robust("paper", box, perspective="energy")
     with pytest.raises(InputError, match="problem"):
