@@ -23,6 +23,7 @@ PARTS = (
     "measurements",
     "many_missions",
     "of_today",
+    "through_the_day",
 )
 """Files of exercises, one a part of the course, in its order."""
 

@@ -64,6 +64,13 @@ class Box(NamedTuple):
         stated = {name: ends for name, ends in self.factors.items() if ends[0] < ends[1]}
         return stated | {each.key.name: (each.low, each.high) for each in self.spreads}
 
+    @property
+    def holds_now(self) -> bool:
+        """Whether the numbers of the mission itself lie in the box."""
+        return all(low <= 1.0 <= high for low, high in self.factors.values()) and all(
+            each.low <= each.key.now <= each.high for each in self.spreads
+        )
+
     def shrunk(self, share: float) -> Box:
         """The box shrunk about its middle to a share of its reach."""
         ends = {each.key.name: _about_middle(each.low, each.high, share) for each in self.spreads}
@@ -164,7 +171,8 @@ def robust(
     -------
     RobustPlan
         Its times, its price, the share of samples that it survives, ``plan``, and one row per
-        number: the hover gained on the same route [s] if that number were certain.
+        number: the hover gained on the same route [s] if that number were certain. Where the box
+        does not hold the numbers of the mission itself, ``plan.flyable`` may be false.
 
     Raises
     ------
@@ -225,7 +233,8 @@ def robust(
         raise NoPlanError(f"no plan was found that holds {where}: state smaller ranges")
     box = box.shrunk(share) if share < 1.0 else box
     route, hover_s, rest_s, said = found
-    plan = replayed(route_plan(question, network, route, (hover_s, rest_s), **said))
+    plan = route_plan(question, network, route, (hover_s, rest_s), **said)
+    plan = replayed(plan, must_fly=box.holds_now)
     kept = _kept(question, network, found, *checked)
     corners = _corners(network.mission, box.spreads)
     facts = {

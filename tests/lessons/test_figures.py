@@ -529,6 +529,84 @@ def test_30_over_the_houses(ran: Any) -> None:
 
 
 @slow
+def test_31_the_endless_cycle(ran: Any) -> None:
+    """Shares by the balance of charge, and figures of the specification."""
+    assert near(100.0 * ran.best.share, 9.448002, 6)
+    drawn_A, hover_s = 87.91038, ran.best.hover_s
+    rest_s = (drawn_A * hover_s + 4391.592) / 10.0
+    assert math.isclose(
+        ran.share[-1], hover_s / (hover_s + ran.best.flight_s + rest_s), rel_tol=1e-6
+    )
+    assert (np.diff(ran.share) > 0.0).all()
+    assert near(ran.best.limit_share, 10.0 / (10.0 + drawn_A), 6)
+    assert ran.share[ran.hover_s < 100.0].max() > 0.5 * ran.best.limit_share
+    slow_up, free, faster, swapped = ran.shares.values()
+    assert slow_up < free < faster < 2.0 * slow_up < swapped
+    assert optuav.coverage(ran.faster).building != ran.best.building
+
+
+@slow
+def test_32_how_many_drones(ran: Any) -> None:
+    """Counts by Little's law, watts of the specification, and events by charge."""
+    period_s = ran.relay.hover_s + ran.relay.flight_s + ran.relay.rest_s
+    assert ran.fleet.drones == math.ceil(period_s / ran.relay.hover_s) == 4
+    assert ran.fleet.places == math.ceil(ran.relay.rest_s / ran.relay.hover_s) == 3
+    assert near(ran.R, 4.1, 1)
+    assert ran.rings.tolist() == [6 * m for m in range(1, 11)]
+    assert ran.shared == [m + math.ceil(m * ran.R) for m in range(1, 11)]
+    assert 615.0 < ran.pads[3].power_W < 625.0
+    assert near(ran.pads[5].power_W, 315.4, 1)
+    assert [pad.accepted for pad in ran.pads.values()] == [False, True, True, True]
+    assert [event.drones for event in ran.events.values()] == [2, 3, 4, 4, 4]
+
+
+@slow
+def test_33_when_to_turn_back(ran: Any) -> None:
+    """The rule by its formulas, and each policy home in every flight, by steps of the model."""
+    rate_per_s, ω = 4.5e-5 / (0.8 * 0.2), 0.8
+    e = math.exp(-rate_per_s * ran.row["flight_s"])
+    assert near(ran.row["a"], ω * (1.0 - e) + e, 9)
+    assert near(ran.row["b"], ω * (1.0 - e), 9)
+    assert near(ran.row["latest_s"], 577.524, 3)
+    assert list(ran.means_s) == sorted(ran.means_s, key=ran.means_s.get)
+    clock, charge, _, known = ran.means_s.values()
+    assert charge - clock > 10.0 * (known - charge) > 0.0
+    assert near(ran.row["soc_s"] - ran.row["latest_s"], 111.3, 1)
+    for drain in (0.85, 1.0, 1.15):
+        y1, y2, dt = 57_600.0, 14_400.0, 0.05
+        hover_s = min(ran.hover_s["wells"]) if drain == 1.15 else 482.0
+        stages = [(-drain * -s.current_A, s.duration_s) for s in ran.out.stages]
+        stages += [(10.0 - drain * ran.drawn_A, hover_s)]
+        stages += [(drain * s.current_A, s.duration_s) for s in ran.home.stages]
+        for current_A, duration_s in stages:
+            for _ in range(round(duration_s / dt)):
+                flow = 4.5e-5 * (y2 / (1.0 - ω) - y1 / ω)
+                y1, y2 = y1 + dt * (flow + current_A), y2 - dt * flow
+        assert y1 > -50.0
+    assert ran.again.mean() > ran.kept.hover_s + 60.0
+
+
+@slow
+def test_34_the_price_of_being_sure(ran: Any) -> None:
+    """Prices in order, figures that independent code found, and the count of samples by hand."""
+    best, careful = ran.shares.values()
+    assert 0.4 < best < 0.6
+    assert math.isclose(best, careful, abs_tol=0.01)
+    assert ran.careful.hover_time_s == ran.plan.hover_time_s
+    assert ran.flyable(ran.sure.plan) == 1.0
+    gains = {row["number"]: row["gain_s"] for row in ran.sure.rows}
+    assert max(gains, key=gains.__getitem__) == "battery.capacity_As"
+    assert abs(gains["laser.power_W"]) < 1e-3
+    assert near(ran.both.hover_s, 495.355, 3)
+    assert near(ran.worst.hover_s, 502.49, 2)
+    assert near(ran.certain.hover_s, 555.810, 3)
+    assert ran.prices == sorted(ran.prices)
+    assert ran.prices[0] < 5.0 < ran.prices[-1] < ran.certain.price_s
+    assert 0.99**459 <= 0.01 < 0.99**458
+    assert "at least 459" in ran.shown
+
+
+@slow
 def test_A1_energy_or_battery(ran: Any) -> None:
     """The column Δ of Table II, its other cells where they agree, and the one that cannot be."""
     hovers_s = [round(plan.hover_time_s, 2) for plan in ran.plans.values()]

@@ -146,6 +146,15 @@ def test_a_chance_finds_a_plan_where_the_whole_box_has_none() -> None:
     assert found.flyable > 0.3
 
 
+def test_a_box_beside_the_mission_has_a_plan_that_the_mission_may_not_fly() -> None:
+    """A rest that fills the battery in the stated corner overfills it as the mission is."""
+    box = {"drain": {"low": 1.09, "high": 1.1}, "charge": {"low": 0.8, "high": 0.81}}
+    found = optuav.robust("paper", box, optuav.P4("b1", order="rest-first"))
+    assert found.flyable == 1.0
+    assert not found.plan.flyable
+    assert "past full" in " ".join(found.plan.notes)
+
+
 def test_bad_input(tmp_path: Path) -> None:
     """One clear error, with all that is wrong."""
     wrong: Any

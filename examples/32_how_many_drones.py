@@ -1,0 +1,161 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
+# %% [markdown]
+# # How many drones?
+#
+# A market place needs a link for four hours without a gap. One drone covers a quarter of the time,
+# so four should do. Do they? And would stronger pads save a drone?
+#
+# **Before this lesson:** [The endless cycle](31_the_endless_cycle.py).
+# **Time:** 35 minutes.
+#
+# **Learning intentions.** After this page you can
+#
+# - count drones, places to rest and beams by Little's law;
+# - say why several devices share drones better than one;
+# - say how strong a pad must be for fewer drones, and what the pack says to that;
+# - tell an event of some hours from a service for ever.
+
+# %%
+import math
+
+import numpy as np
+
+import optuav
+
+relay = optuav.coverage("matrice350")
+relay
+
+# %% [markdown]
+# ## Little's law
+#
+# Drones leave one after another, each with the same cycle of $h + T + r$ seconds. To cover all the
+# time, one starts every $h$ seconds. The mean number on the way, at work or at rest is the rate of
+# starts times the time each takes (Little's law): $(h + T + r)/h$, and a ring needs the next whole
+# number.
+#
+# **Before you run:** the share of one drone is 25.4 %. How many drones cover everything? How many
+# of them rest at the same time?
+
+# %%
+fleet = relay.fleet()
+fleet
+
+# %%
+fleet.plot()["fleet.png"]
+
+# %% [markdown]
+# Who rests occupies a place. The judge flies all of them for four days, from full packs, and looks
+# for a dry well, a gap, or a place taken twice:
+
+# %%
+fleet.replay(days=4)
+
+# %% [markdown]
+# ## More devices
+#
+# Now the lasers charge on the roofs alone, and all hovers are dark. A published rule gives $m$
+# devices $m(\lceil R \rceil + 1)$ drones, with $R = (T + r)/h$: a ring for each.
+#
+# **Before you run:** $R$ is 4.1 here. How many drones does the rule ask for with ten devices at
+# equal distance, and how many are enough?
+
+# %%
+dark = optuav.coverage("matrice350", lit_hover=False)
+R = (dark.flight_s + dark.rest_s) / dark.hover_s
+devices = np.arange(1, 11)
+rings = devices * (math.ceil(R) + 1)
+shared = [dark.fleet(share=int(m)).drones for m in devices]
+optuav.plots.curves(
+    [
+        optuav.plots.Line("a ring for each device", devices, rings),
+        optuav.plots.Line("shared", devices, shared),
+    ],
+    title="Drones for several devices",
+    x_label="devices",
+    y_label="drones",
+    y_from_zero=True,
+)
+
+# %%
+{"a ring for each": int(rings[-1]), "shared": shared[-1]}
+
+# %% [markdown]
+# A ring rounds up once for each device. A shared fleet rounds up once.
+#
+# ## Fewer drones, stronger pads
+#
+# A pad by cable on the roof may be stronger than the laser. With fewer drones each has less time to
+# rest.
+#
+# **Before you run:** five drones need pads of 315 W. What do three need, and does the pack take it?
+
+# %%
+pads = {drones: relay.watts(drones=drones) for drones in (3, 4, 5, 6)}
+pads
+
+# %% [markdown]
+# The watts grow faster and faster: the last drone saved is the dearest. With three drones the
+# current exceeds what the pack's maker allows. Stronger pads would not help; another pack would.
+#
+# ## Four hours
+#
+# **Before you run:** all packs are full when the event begins. How many drones does an event of two
+# hours need? From how many hours on is it the number of the endless ring?
+
+# %%
+events = {hours: relay.event(hours) for hours in (1, 2, 4, 8, 24)}
+{hours: (event.drones, event.least_drones) for hours, event in events.items()}
+
+# %%
+events[2].plot()["event.png"]
+
+# %% [markdown]
+# For a short event, full packs stand in for drones. The second number is a bound by charge alone:
+# where both are equal, nobody can do with fewer.
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("32.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+longest_s = (task["usable_As"] - task["flight_As"]) / task["hover_A"]
+pause_s = task["drones"] * longest_s - longest_s - task["flight_s"]
+answer_1 = task["usable_As"] / pause_s
+### END SOLUTION
+
+# %%
+grade = exercises.check("32.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("32.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+import math
+
+away_s = task["flight_s"] + task["rest_s"]
+apart = task["devices"] * (math.ceil(away_s / task["hover_s"]) + 1)
+answer_2 = apart - task["devices"] - math.ceil(task["devices"] * away_s / task["hover_s"])
+### END SOLUTION
+
+# %%
+grade = exercises.check("32.2", answer_2, student)
+print(grade)

@@ -1,0 +1,209 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
+# %% [markdown]
+# # When to turn back
+#
+# The plan says when to leave the hover point. In the air nobody knows whether the drone draws what
+# the file says. Autopilots return by a clock, by the charge, or by both averaged. This lesson finds
+# a rule that never lets the available well run dry on the way home, and measures what each thing
+# that the drone knows is worth, in ten thousand flights.
+#
+# **Before this lesson:** [Two wells](03_two_wells.py),
+# [When the battery runs dry](04_when_the_battery_runs_dry.py).
+# **Time:** 40 minutes.
+#
+# **Learning intentions.** After this page you can
+#
+# - state the rule "leave when $a y_1 + b y_2 < g$", and compute its three numbers;
+# - say why the charge alone is not enough, and how little is missing;
+# - say what measuring brings over a clock, by a simulation with stated seeds.
+
+# %%
+import numpy as np
+
+import optuav
+from optuav.physics.kibam import Battery, Stage, start, tilted_after
+
+mission = optuav.load("paper")
+times = optuav.return_by(mission)
+times
+
+# %% [markdown]
+# ## The rule
+#
+# A flight of the duration $T$ takes some charge out of the available well, and lets some flow into
+# it from the bound one. The model is linear, so the available well is left at the landing with
+#
+# $$ a y_1 + b y_2 - g, \qquad e = e^{-k'T},\quad a = \omega(1 - e) + e,\quad b = \omega(1 - e). $$
+#
+# As long as that is positive, the drone can still come home.
+#
+# **Before you run:** the way home takes 38 s. Compared with $y_1$, how much will $b y_2$ count?
+
+# %%
+row = times.rows[0]
+{name: row[name] for name in ("place", "a", "b", "g_As", "latest_s")}
+
+# %%
+times.plot()["return.png"]
+
+# %% [markdown]
+# Within 38 s hardly anything flows between the wells: $a$ is nearly one and $b$ nearly zero. Leave
+# when the available well holds about what the flight draws. The charge alone is misleading, though:
+# by it there would be almost two minutes more.
+#
+# ## Ten thousand flights
+#
+# In each flight the drone draws its stated currents times a number between 0.85 and 1.15, the same
+# for the whole flight, that nobody knew before. Four drones fly home directly:
+#
+# - **the clock** leaves after the longest time that is safe for every such number;
+# - **charge** leaves when the charge falls below one threshold that is safe for every number;
+# - **wells** leaves by the rule above, with the $g$ of the largest number;
+# - **drain known** has worked out the number from what the flight took so far.
+#
+# **Before you run:** order them, and guess by how many seconds each beats the one before.
+
+# %%
+SPREAD, FLIGHTS, SEED = 0.15, 10_000, 0
+direct = optuav.solve(mission, "P3")
+out, hover, home = direct.phases
+battery = Battery(
+    mission.battery.packs * mission.battery.capacity_As,
+    mission.battery.available_fraction,
+    mission.battery.flow_rate_per_s,
+)
+LIT_A = mission.battery.charge_current_A  # The laser has more light than the charger takes
+drawn_A = LIT_A - hover.current_A
+
+
+def flown(phase, drain):
+    """Stages of a flight whose currents are multiplied by the drain."""
+    return [Stage(drain * each.current_A, each.duration_s) for each in phase.stages]
+
+
+def arrived(drain):
+    """Charge on arrival at the hover point."""
+    return tilted_after(battery, start(battery), *flown(out, drain))
+
+
+def hovered(drain, hover_s):
+    """Charge after a hover."""
+    return tilted_after(battery, arrived(drain), Stage(LIT_A - drain * drawn_A, hover_s))
+
+
+def left_As(drain, hover_s, way=None):
+    """What the available well holds at the landing, by the drain of the way home."""
+    way = flown(home, drain if way is None else way)
+    return tilted_after(battery, hovered(drain, hover_s), *way).wells(battery).available_As
+
+
+def latest_s(enough):
+    """The last moments at which a condition on the hovers holds, by bisection."""
+    low_s, high_s = np.zeros(FLIGHTS), np.full(FLIGHTS, 2000.0)
+    for _ in range(50):
+        between_s = 0.5 * (low_s + high_s)
+        holds = enough(between_s)
+        low_s, high_s = np.where(holds, between_s, low_s), np.where(holds, high_s, between_s)
+    return low_s
+
+
+drain = np.random.default_rng(SEED).uniform(1.0 - SPREAD, 1.0 + SPREAD, FLIGHTS)
+drain[:2] = 1.0 - SPREAD, 1.0 + SPREAD
+known_s = latest_s(lambda hover_s: left_As(drain, hover_s) >= 0.0)
+threshold_As = hovered(drain, known_s).total_As.max()
+hover_s = {
+    "clock": np.full(FLIGHTS, known_s.min()),
+    "charge": latest_s(lambda hover_s: hovered(drain, hover_s).total_As >= threshold_As),
+    "wells": latest_s(lambda hover_s: left_As(drain, hover_s, 1.0 + SPREAD) >= 0.0),
+    "drain known": known_s,
+}
+means_s = {name: float(each.mean()) for name, each in hover_s.items()}
+means_s
+
+# %%
+optuav.plots.curves(
+    [
+        optuav.plots.Line(name, np.sort(drain), each[drain.argsort()])
+        for name, each in hover_s.items()
+    ],
+    title="When each drone leaves",
+    x_label="drain, relative to what the mission states",
+    y_label="hover [s]",
+)
+
+# %% [markdown]
+# The clock has to fear the worst in every flight. Whoever measures anything at all beats it by far,
+# and that is most of the gain. Wells in place of the charge add some seconds, and the drain itself
+# a few more. Does each of them come home in every flight?
+
+# %%
+{name: float(left_As(drain, each).min()) for name, each in hover_s.items()}
+
+# %% [markdown]
+# ## Solve again
+#
+# A drone that rests on the way has more to decide: how long to rest, and where. On `matrice350` the
+# drain multiplies the currents of its flight table. One plan has to hold for all of them; or the
+# drone measures, and solves again.
+#
+# **Before you run:** the plan for everything within 10 % hovers for 28.6 minutes. What would
+# solving again bring on average?
+
+# %%
+relay = optuav.load("matrice350")
+kept = optuav.robust(relay, {"drain": {"percent": 10}})
+tables = ("flight.flight_current_A", "flight.hover_current_A", "flight.rest_current_A")
+factors = np.random.default_rng(SEED).uniform(0.9, 1.1, FLIGHTS)
+stated = {key: getattr(relay.flight, key.partition(".")[2]) for key in tables}
+columns = {key: factors * value for key, value in stated.items() if value}
+again = optuav.batch_arrays(relay, columns, paired=True)["hover_time_s"].ravel()
+{"one plan [s]": kept.hover_s, "solved again, mean [s]": float(again.mean())}
+
+# %% [markdown]
+# Solving again pays where the rest can still be changed. It needs no theory of its own: state the
+# wells and the place of the moment in `[start]` and `route.origin_m`, and call `solve`.
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("33.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+from optuav.physics import kibam
+
+pair = kibam.Battery(36_000.0, task["available_fraction"], task["flow_rate_per_s"])
+leg = kibam.Stage(-task["flight_A"], task["flight_s"])
+answer_1 = -kibam.tilted_after(pair, kibam.Tilted(0.0, 0.0), leg).wells(pair).available_As
+### END SOLUTION
+
+# %%
+grade = exercises.check("33.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("33.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+answer_2 = optuav.return_by(task.mission).rows[0]["latest_s"]
+### END SOLUTION
+
+# %%
+grade = exercises.check("33.2", answer_2, student)
+print(grade)

@@ -1,0 +1,186 @@
+import sys
+
+if hasattr(sys.stdout, "reconfigure"):
+    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
+
+# %% [markdown]
+# # The price of being sure
+#
+# The best plan uses every second and every coulomb. So the least thing that is worse than the file
+# says brings it down. This lesson finds plans that hold while numbers are off, and what each of
+# these numbers costs.
+#
+# **Before this lesson:** [When the battery runs dry](04_when_the_battery_runs_dry.py),
+# [What matters most?](20_what_matters_most.py).
+# **Time:** 40 minutes.
+#
+# **Learning intentions.** After this page you can
+#
+# - say how often the best plan falls, and why a margin of charge may not help;
+# - say which corner of a box is the worst for a dry battery, and which for an overfull one;
+# - compare the price of certainty with that of 95 %;
+# - choose how many samples prove a chance.
+
+# %%
+import optuav
+
+mission = optuav.load("paper")
+plan = optuav.solve(mission)
+box = {"battery.capacity_As": {"percent": 5}, "body.mass_kg": {"percent": 2}}
+box["laser.power_W"] = {"percent": 20}
+
+# %% [markdown]
+# ## How often does it fall?
+#
+# The packs hold 5 % more or less than stated, the drone weighs 2 % more or less, and the laser
+# gives 20 % more or less.
+#
+# **Before you run:** in how many of 10 000 samples can the best plan be flown? What will a reserve
+# of 20 % of the charge, in place of 5 %, change?
+
+
+# %%
+def flyable(plan):
+    """Share of samples in which a plan can be flown with its times."""
+    return optuav.sensitivity(mission, box, plan=plan).facts["chances"].flyable
+
+
+careful = optuav.solve(mission.replace({"limits.min_soc": 0.2}))
+shares = {"best": flyable(plan), "reserve of 20 %": flyable(careful)}
+shares
+
+# %%
+{"best": plan.hover_time_s, "reserve of 20 %": careful.hover_time_s}
+
+# %% [markdown]
+# About every second flight falls, and the reserve changes nothing at all. It limits the charge at
+# the end; what runs out is the available well, earlier, with charge left in the other.
+#
+# ## One plan for the whole box
+#
+# A plan is one route and one set of times. It must not run dry if the packs are small and the drone
+# is heavy. It must not overfill the battery if the packs are full soon. Since the available well is
+# the integral of the current over a positive kernel, corners of the box decide.
+#
+# **Before you run:** what will certainty cost, in seconds of hover? Which of the three numbers
+# costs most, and which nothing?
+
+# %%
+sure = optuav.robust(mission, box)
+sure
+
+# %%
+{"robust": flyable(sure.plan)}
+
+# %% [markdown]
+# The capacity costs most. The laser costs nothing, whatever it gives: the charging current is
+# capped, and the laser has light to spare. So the rows say what is worth measuring before a flight.
+#
+# ## What one corner alone would say
+#
+# Resting first, the battery can also become too full. `drain` multiplies every current that is
+# drawn, and `charge` the charging current.
+
+# %%
+first = optuav.P4("b1", order="rest-first")
+both = optuav.robust(mission, {"drain": {"percent": 10}, "charge": {"percent": 20}}, first)
+worst = optuav.robust(
+    mission,
+    {"drain": {"low": 1.0999, "high": 1.1}, "charge": {"low": 0.8, "high": 0.8001}},
+    first,
+)
+{"whole box": both.hover_s, "emptiest corner alone": worst.hover_s}
+
+# %%
+optuav.audit(worst.plan)
+
+# %% [markdown]
+# The plan of the emptiest corner rests until the battery is full there, and hovers longer. As the
+# mission states its numbers, the same rest overfills the battery. Robust plans need both corners.
+#
+# ## Ninety-five percent
+#
+# Numbers are rarely at their worst together. Let `drain` be within 5 %, and `charge` within 10 %.
+#
+# **Before you run:** certainty costs 41 s here. How much of that is left if the plan may fall in
+# 5 % of the box? And in half of it?
+
+# %%
+doubt = {"drain": {"percent": 5}, "charge": {"percent": 10}}
+certain = optuav.robust(mission, doubt)
+often = optuav.robust(mission, doubt, chance=0.95)
+often
+
+# %%
+chances = (0.5, 0.75, 0.9, 0.95, 0.99)
+prices = [optuav.robust(mission, doubt, chance=each).price_s for each in chances]
+optuav.plots.curves(
+    [
+        optuav.plots.Line("with a chance", [100 * each for each in chances], prices),
+        optuav.plots.Line("the whole box", [50.0, 100.0], [certain.price_s] * 2),
+    ],
+    title="The price of being sure",
+    x_label="share of the box in which the plan holds [%]",
+    y_label="hover given up [s]",
+    y_from_zero=True,
+)
+
+# %% [markdown]
+# Half of the box costs next to nothing, and each further percent costs more. The last corners are
+# the dearest.
+#
+# ## How many samples?
+#
+# A plan that fails in a share $\varepsilon$ of the box survives $n$ samples with the probability
+# $(1 - \varepsilon)^n$. If that is below 1 %, then $n$ samples without a failure show a risk of
+# less than $\varepsilon$ with a confidence of 99 %.
+#
+# **Before you run:** with how few samples can 99 % be shown?
+
+# %%
+try:
+    shown = optuav.robust(mission, box, chance=0.99, samples=400)
+except optuav.InputError as error:
+    shown = str(error)
+shown
+
+# %% [markdown]
+# ## Exercises
+#
+# Everybody gets numbers of their own: write your matriculation number, or any name, between the
+# quotation marks, and replace each `...` by your answer. A wrong answer gets a hint.
+
+# %%
+from optuav import exercises
+
+student = ""
+task = exercises.task("34.1", student)
+print(task)
+
+# %%
+answer_1 = ...
+### BEGIN SOLUTION
+most = 1 + task["percent"] / 100
+spare_As = task["usable_As"] - most * task["flight_As"]
+answer_1 = spare_As / (most * task["hover_A"] - task["laser_A"])
+### END SOLUTION
+
+# %%
+grade = exercises.check("34.1", answer_1, student)
+print(grade)
+
+# %%
+task = exercises.task("34.2", student)
+print(task)
+
+# %%
+answer_2 = ...
+### BEGIN SOLUTION
+import math
+
+answer_2 = math.ceil(math.log(1 - task["confidence"]) / math.log(1 - task["risk"]))
+### END SOLUTION
+
+# %%
+grade = exercises.check("34.2", answer_2, student)
+print(grade)
