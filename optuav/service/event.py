@@ -102,34 +102,27 @@ def _programme(
     visit: Visit, drones: int, until_s: float, longest_s: float, count: int
 ) -> Floats | None:
     """The hovers for a number of them: unknowns are hovers, charges at departure, and a margin."""
+    from scipy import sparse
     from scipy.optimize import linprog
 
     if drones == 1 and count > 1:
         return None
-    size_As, zero = float(visit.battery.capacity_As), np.zeros(2 * count + 1)
-    rows, limits = list[Floats](), list[float]()
-    for j in range(count):
-        landing = zero.copy()
-        landing[[j, count + j, -1]] = visit.hover_A, -1.0, 1.0
-        rows.append(landing)
-        limits.append(-visit.flight_As - visit.least_As)
-        if j < drones:
-            continue
-        between = slice(j - drones + 1, j)  # Hovers of the others while this drone is away
-        away, charge = zero.copy(), zero.copy()
-        away[between] = -1.0
-        charge[between] = -visit.rest_A
-        charge[[j - drones, count + j, count + j - drones]] = visit.hover_A, 1.0, -1.0
-        rows += [away, charge]
-        limits += [-visit.flight_s, -visit.flight_As - visit.rest_A * visit.flight_s]
-    every = zero.copy()
-    every[:count] = 1.0
-    bounds = [(0.0, longest_s)] * count + [(0.0, size_As)] * count + [(0.0, size_As)]
-    objective = zero.copy()
-    objective[-1] = -1.0
-    found = linprog(
-        objective, np.array(rows), limits, every[None], [until_s], bounds, method="highs"
-    )
+    size_As, each = float(visit.battery.capacity_As), sparse.eye(count)
+    blocks: list[list[Any]] = [[visit.hover_A * each, -each, np.ones((count, 1))]]
+    limits = [np.full(count, -visit.flight_As - visit.least_As)]
+    if (again := count - drones) > 0:
+        before, after = sparse.eye(again, count), sparse.eye(again, count, k=drones)
+        offsets = range(1, drones)  # Of the others' hovers while a drone is away
+        between = sparse.diags([1.0] * len(offsets), offsets, shape=(again, count))
+        charge = visit.hover_A * before - visit.rest_A * between
+        blocks += [[-between, None, None], [charge, after - before, None]]
+        limits.append(np.full(again, -visit.flight_s))
+        limits.append(np.full(again, -visit.flight_As - visit.rest_A * visit.flight_s))
+    every = np.repeat([[1.0, 0.0]], [count, count + 1], axis=1)
+    bounds = [(0.0, longest_s)] * count + [(0.0, size_As)] * (count + 1)
+    objective = np.append(np.zeros(2 * count), -1.0)
+    rows, most = sparse.bmat(blocks, format="csc"), np.concatenate(limits)
+    found = linprog(objective, rows, most, every, [until_s], bounds, method="highs")
     return None if found.x is None else np.asarray(found.x)[:count]
 
 
