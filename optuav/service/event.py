@@ -121,8 +121,10 @@ def _programme(
     every = np.repeat([[1.0, 0.0]], [count, count + 1], axis=1)
     bounds = [(0.0, longest_s)] * count + [(0.0, size_As)] * (count + 1)
     objective = np.append(np.zeros(2 * count), -1.0)
-    rows, most = sparse.bmat(blocks, format="csc"), np.concatenate(limits)
-    found = linprog(objective, rows, most, every, [until_s], bounds, method="highs")
+    rows: Any = sparse.bmat(blocks, format="csc")
+    found = linprog(
+        objective, rows, np.concatenate(limits), every, [until_s], bounds, method="highs"
+    )
     return None if found.x is None else np.asarray(found.x)[:count]
 
 
