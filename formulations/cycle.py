@@ -46,8 +46,10 @@ class Cycle(Formulation):
             )
             given = replace(given, start_soc=None, start_available_As=y1, start_bound_As=y2)
             end = levels(given, hover, rest)[-1]
-            model.subject_to("Cycle.a available well", end.available_As == y1, unit="A s")
-            model.subject_to("Cycle.a bound well", end.bound_As == y2, unit="A s")
+            # As shares of the capacity, which a solver's tolerance suits better than charges.
+            size_As = given.battery_As
+            model.subject_to("Cycle.a available well", end.available_As / size_As == y1 / size_As)
+            model.subject_to("Cycle.a bound well", end.bound_As / size_As == y2 / size_As)
         else:
             soc = model.variable("start_soc", "η_s", unit="1", upper=1.0)
             given = replace(given, start_soc=soc, start_available_As=None, start_bound_As=None)
