@@ -114,8 +114,8 @@ events = {hours: relay.event(hours) for hours in (1, 2, 4, 8, 24)}
 events[2].plot()["event.png"]
 
 # %% [markdown]
-# For a short event, full packs stand in for drones. The second number is a bound by charge alone:
-# where both are equal, nobody can do with fewer.
+# For a short event, full packs stand in for drones. The second number counts charge alone: where
+# both are equal, fewer drones in turns do not suffice even by charge.
 
 # %% [markdown]
 # ## Exercises

@@ -137,8 +137,8 @@ optuav.plots.curves(
 
 # %% [markdown]
 # The clock has to fear the worst in every flight. Whoever measures anything at all beats it by far,
-# and that is most of the gain. Wells in place of the charge add some seconds, and the drain itself
-# a few more. Does each of them come home in every flight?
+# and that is most of the gain. Wells in place of the charge add hardly two seconds here, and the
+# drain itself some seven more. Does each of them come home in every flight?
 
 # %%
 {name: float(left_As(drain, each).min()) for name, each in hover_s.items()}
@@ -164,8 +164,10 @@ again = optuav.batch_arrays(relay, columns, paired=True)["hover_time_s"].ravel()
 {"one plan [s]": kept.hover_s, "solved again, mean [s]": float(again.mean())}
 
 # %% [markdown]
-# Solving again pays where the rest can still be changed. It needs no theory of its own: state the
-# wells and the place of the moment in `[start]` and `route.origin_m`, and call `solve`.
+# This is as if the drain were known at the start, so it is the most that measuring and solving
+# again can bring together. They pay most where the rest can still be changed. It needs no theory
+# of its own: state the wells and the place of the moment in `[start]` and `route.origin_m`, and
+# call `solve`.
 
 # %% [markdown]
 # ## Exercises

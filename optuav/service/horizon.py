@@ -57,7 +57,8 @@ def horizon_of(coverage: Coverage, hours: float) -> Horizon:
     network = replace(network, legs=all_legs(network))
     number = FIRST_BUILDING + mission.buildings.names.index(coverage.building)
     day = _only(terrain(network), np.array([*range(FIRST_BUILDING), number]))
-    most = 1 + int(3600.0 * hours / max(coverage.flight_s, 1.0))
+    visit_s = max(coverage.flight_s, 1.0)  # Also where both legs have no length
+    most = 1 + int(3600.0 * hours / visit_s)
     plan = greedy(day, most, most + 1, day.least_charge_As)
     if plan is None:
         words = f"{hours:g} h leave no time to hover and land with limits.min_soc of the charge"

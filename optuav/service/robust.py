@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,9 +16,8 @@ from formulations.soc import AVAILABLE, PERSPECTIVES, levels, well_limits
 from optuav.arrays import Booleans, Floats
 from optuav.errors import Fault, InputError, NoPlanError, collected, printable, refuse
 from optuav.mission import Mission, load
-from optuav.mission.files import read_toml
 from optuav.mission.flight_model import flight_of
-from optuav.mission.messages import misfits, of_kind, path_of, shown, unknown
+from optuav.mission.messages import misfits, shown, unknown
 from optuav.mission.schema import Number
 from optuav.modelling import Model
 from optuav.network import vehicle
@@ -30,6 +28,7 @@ from optuav.options import Perspective, ProblemName
 from optuav.physics.kibam import Stage
 from optuav.plan import Plan
 from optuav.plan.summary import tabulated
+from optuav.service.box import FACTORS, LEVELS, Box, box_of, corners_of, count_of, samples_of
 from optuav.solving import solve
 from optuav.solving.assemble import entries, quantities
 from optuav.solving.balance import TIMES
@@ -38,58 +37,14 @@ from optuav.solving.parts import allowed
 from optuav.solving.question import Question, answer, checked_question
 from optuav.status import SAME_S
 from optuav.studies.results import Pictures, Results, ResultsWithFacts
-from optuav.studies.samples import SEED, Draws, Spread, completed, independent, spreads
+from optuav.studies.samples import SEED, completed
 
-FACTORS = ("drain", "charge")
 SAMPLES = Number("-", ge=1, le=1e6, whole=True)
 CHANCE = Number("-", gt=0.0, lt=1.0)
 HALVINGS = 10  # Halvings of the share of the box that a chance needs
-LEVELS = {"battery.available_fraction": 5, "battery.flow_rate_per_s": 5}
-"""Values of keys in which the wells are not monotone; of all others, both ends."""
-MOST = 128  # Corners of the box of keys
 KEPT = 1e-9  # Share of the capacity, or of the deadline, that rounding may take
 PROBLEMS_TAKEN = ("P1", "P3", "P4")
 UNITS = {"number": "", "low": "", "high": "", "gain_s": "s"}
-
-
-class Box(NamedTuple):
-    """Uncertain keys, and the ends of both factors."""
-
-    spreads: tuple[Spread, ...]
-    factors: Mapping[str, tuple[float, float]]
-
-    @property
-    def numbers(self) -> dict[str, tuple[float, float]]:
-        """Ends of everything that is uncertain, by name."""
-        stated = {name: ends for name, ends in self.factors.items() if ends[0] < ends[1]}
-        return stated | {each.key.name: (each.low, each.high) for each in self.spreads}
-
-    @property
-    def holds_now(self) -> bool:
-        """Whether the numbers of the mission itself lie in the box."""
-        return all(low <= 1.0 <= high for low, high in self.factors.values()) and all(
-            each.low <= each.key.now <= each.high for each in self.spreads
-        )
-
-    def shrunk(self, share: float) -> Box:
-        """The box shrunk about its middle to a share of its reach."""
-        ends = {each.key.name: _about_middle(each.low, each.high, share) for each in self.spreads}
-        keys = (
-            replace(each, low=ends[each.key.name][0], high=ends[each.key.name][1])
-            for each in self.spreads
-        )
-        factors = {name: _about_middle(*both, share) for name, both in self.factors.items()}
-        return Box(tuple(keys), factors)
-
-    def without(self, name: str) -> Box:
-        """The box with one number at its nominal value."""
-        kept = tuple(each for each in self.spreads if each.key.name != name)
-        return Box(kept, {k: (1.0, 1.0) if k == name else e for k, e in self.factors.items()})
-
-
-def _about_middle(low: float, high: float, share: float) -> tuple[float, float]:
-    middle, reach = 0.5 * (low + high), 0.5 * share * (high - low)
-    return middle - reach, middle + reach
 
 
 class Found(NamedTuple):
@@ -114,8 +69,9 @@ class RobustPlan(ResultsWithFacts):
     corners, samples, flyable
         How many corners the plan is declared for; how many samples of the box were flown, and the
         share of them in which it keeps every limit.
-    box_share
-        Share of the box, about its middle, that the plan is declared for; 1 without a chance.
+    reach_share
+        The plan is declared for a box about the same middle with this share of the reach to either
+        side; 1 without a chance.
     risk_bound, confidence
         A share of the box that the plan fails in no more than, at this confidence.
     """
@@ -159,8 +115,8 @@ def robust(
     chance
         The share of the box in which the plan must hold, between 0 and 1; by default the whole
         box. The plan is then declared for the smallest part of the box, about its middle, with
-        which so few samples fail that the chance is met with the confidence. The plans for larger
-        parts hold in more of the box, so these samples prove it (an order statistic).
+        which so few samples fail that the chance is met with the confidence (an order statistic,
+        as the plans of larger parts hold in more of the box).
     confidence
         Of the chance, and of the bound on the risk; between 0 and 1.
     samples, seed
@@ -194,7 +150,7 @@ def robust(
     faults += misfits(("confidence", confidence, CHANCE))
     if chance is not None:
         faults += misfits(("chance", chance, CHANCE))
-        if not faults and chance**samples > 1.0 - confidence:
+        if not faults and _most_failures(int(samples), chance, confidence) < 0:
             least = math.ceil(math.log1p(-confidence) / math.log(chance))
             words = f"at least {least} for a chance of {chance:g} at a confidence of {confidence:g}"
             faults.append(Fault("samples", shown(samples), words))
@@ -205,7 +161,7 @@ def robust(
         for name, only in (("schedule", "pooled"), ("charging", "constant")):
             if (now := getattr(whole.battery, name)) != only:
                 faults.append(Fault(f"battery.{name}", shown(now), f"must be {only!r} here"))
-        box = _box(whole, uncertainty)
+        box = box_of(whole, uncertainty)
     refuse(faults)
     whole = completed(whole, box.spreads)
     question = checked_question(whole, problem, perspective)
@@ -220,14 +176,14 @@ def robust(
     network = build_network(whole.replace({"route.hover_m": hover_m}))
     if reasons := impossibilities(network, one_stop=False):
         raise NoPlanError("; ".join(reasons))
-    checked = _samples(network.mission, box, 0, int(samples), int(seed))
+    checked = samples_of(network.mission, box, 0, int(samples), int(seed))
     share, found = 1.0, None
     if chance is None:
         found = _best(question, network, box)
     else:
-        fresh = _samples(network.mission, box, int(samples), int(samples), int(seed))
+        trials = samples_of(network.mission, box, int(samples), int(samples), int(seed))
         most = _most_failures(int(samples), chance, confidence)
-        share, found = _by_chance(question, network, box, fresh, most)
+        share, found = _by_chance(question, network, box, trials, most)
     if found is None:
         where = "in the whole box" if chance is None else f"with a chance of {chance:g}"
         raise NoPlanError(f"no plan was found that holds {where}: state smaller ranges")
@@ -236,81 +192,30 @@ def robust(
     plan = route_plan(question, network, route, (hover_s, rest_s), **said)
     plan = replayed(plan, must_fly=box.holds_now)
     kept = _kept(question, network, found, *checked)
-    corners = _corners(network.mission, box.spreads)
+    corners = corners_of(network.mission, box.spreads)
     facts = {
         **{"hover_s": hover_s, "rest_s": rest_s, "route": tuple(plan.route)},
         "nominal_hover_s": nominal.hover_time_s,
         "price_s": nominal.hover_time_s - hover_s,
-        **{"corners": _count(corners), "samples": int(samples), "flyable": float(kept.mean())},
-        **{"chance": chance, "box_share": share, "confidence": confidence},
+        **{"corners": count_of(corners), "samples": int(samples), "flyable": float(kept.mean())},
+        **{"chance": chance, "reach_share": share, "confidence": confidence},
         "risk_bound": _risk_bound(int(samples), int(np.count_nonzero(~kept)), confidence),
     }
     rows = list[dict[str, Any]]()
     for name, ends in box.numbers.items():
         less = box.without(name)
-        again = _on_route(question, network, route, less, _corners(network.mission, less.spreads))
+        again = _on_route(question, network, route, less, corners_of(network.mission, less.spreads))
         gain_s = 0.0 if again is None else again.hover_s - hover_s
         rows.append(dict(zip(UNITS, (name, *ends, gain_s), strict=True)))
     rows.sort(key=lambda row: -row["gain_s"])
     return RobustPlan("optuav robust", whole, facts, UNITS, tuple(rows), _show, _draw, plan=plan)
 
 
-def _box(mission: Mission, stated: Mapping[str, object] | str | Path) -> Box:
-    """The box that a mapping or a file states, or a refusal with all faults."""
-    words = "ranges by key, or the path of a TOML file with them"
-    of_kind("uncertainty", stated, Mapping | str | Path, words)
-    table = dict(stated) if isinstance(stated, Mapping) else read_toml(path_of(stated))
-    factors, faults, keys = dict.fromkeys(FACTORS, (1.0, 1.0)), list[Fault](), tuple[Spread, ...]()
-    if not table:
-        faults.append(Fault("uncertainty", "", "at least one key or factor with its range"))
-    for name in FACTORS:
-        if name in table:
-            form = table.pop(name)
-            if (ends := _factor(form)) is None:
-                words = "{ percent = p }, 0 < p < 100; or { low = a, high = b }, 0 < a < b"
-                faults.append(Fault(name, shown(form), words))
-            else:
-                factors[name] = ends
-    with collected(faults):
-        keys = spreads(mission, table) if table else ()
-    refuse(faults)
-    return Box(keys, factors)
-
-
-def _factor(form: object) -> tuple[float, float] | None:
-    """Both ends of a factor; None if they are stated otherwise."""
-    numbers = form if isinstance(form, dict) else {}
-    if not all(Number("-", gt=0.0, le=1e6).accepts(each) for each in numbers.values()):
-        return None
-    if numbers.keys() == {"percent"} and numbers["percent"] < 100.0:
-        return 1.0 - numbers["percent"] / 100.0, 1.0 + numbers["percent"] / 100.0
-    if numbers.keys() == {"low", "high"} and numbers["low"] < numbers["high"]:
-        return float(numbers["low"]), float(numbers["high"])
-    return None
-
-
-def _corners(mission: Mission, keys: Sequence[Spread]) -> Columns:
-    """Columns of all corners of the keys, and of the values between where they matter."""
-    values = [np.linspace(each.low, each.high, LEVELS.get(each.key.name, 2)) for each in keys]
-    if (count := math.prod(map(len, values))) > MOST:
-        words = f"at most {MOST} corners: 7 keys, of which ω and k_F count for more than two each"
-        raise InputError([Fault("uncertainty", f"{count} corners", words)])
-    points = np.array([*itertools.product(*values)])
-    columns = {"limits.deadline_s": np.array([mission.limits.deadline_s])} if not keys else {}
-    for number, spread in enumerate(keys):
-        columns |= spread.columns(points[:, number])
-    return columns
-
-
-def _count(columns: Columns) -> int:
-    return len(next(iter(columns.values())))
-
-
 def _scaled(
     network: Network, route: int, columns: Columns, drain: Any, charge: Any
 ) -> tuple[Quantities, Booleans]:
     """Figures of a route by variant, currents multiplied; and where its legs and link hold."""
-    variants, count = Variants(network, columns), _count(columns)
+    variants, count = Variants(network, columns), count_of(columns)
     every, rests = np.arange(count), bool(network.routes.building[route] >= 0)
     table = quantities(variants, np.full(count, route), every, rests=rests)
     hover_A = np.broadcast_to(variants.hover_load.current_A, (count, 1))[:, 0]
@@ -367,7 +272,7 @@ def _on_route(
     fullest, _ = _scaled(network, route, corners, drain_low, charge_high)
     if not able.all():
         return None
-    every = range(_count(corners))
+    every = range(count_of(corners))
     problem = _Robust(
         emptiest=tuple(entries(emptiest, each) for each in every),
         fullest=tuple(entries(fullest, each) for each in every),
@@ -402,7 +307,7 @@ def _answers(
     plain = box
     for name in LEVELS:
         plain = plain.without(name)
-    corners, fewer = (_corners(network.mission, each.spreads) for each in (box, plain))
+    corners, fewer = (corners_of(network.mission, each.spreads) for each in (box, plain))
     bounds = [_on_route(question, network, route, plain, fewer) for route in routes]
     if plain.numbers == box.numbers:
         return bounds
@@ -428,7 +333,7 @@ def _by_chance(
     drawn: tuple[Columns, Floats, Floats],
     most_failures: int,
 ) -> tuple[float, Found | None]:
-    """The smallest share of the box with a plan that few enough samples fail, and the plan."""
+    """The smallest share of the reach with a plan that few enough samples fail, and the plan."""
     chosen: tuple[float, Found | None] = (1.0, None)
     low, high, share = 0.0, 1.0, 1.0
     for _ in range(HALVINGS + 1):
@@ -442,6 +347,8 @@ def _by_chance(
             high = share
         else:
             low = share
+        if low == high:  # Samples of a deviation reach past its box
+            break
         share = 0.5 * (low + high)
     return chosen
 
@@ -461,19 +368,6 @@ def _risk_bound(samples: int, failures: int, confidence: float) -> float:
     if failures == samples:
         return 1.0
     return float(special.betaincinv(failures + 1, samples - failures, confidence))
-
-
-def _samples(
-    mission: Mission, box: Box, first: int, count: int, seed: int
-) -> tuple[Columns, Floats, Floats]:
-    """Samples of the keys and of both factors, from a number on."""
-    columns: dict[str, Floats] = {"limits.deadline_s": np.full(count, mission.limits.deadline_s)}
-    if box.spreads:
-        columns = Draws(mission, box.spreads, count, seed, independent).values(first, count)
-    shares = independent(FACTORS, seed, first, count)
-    low, high = np.transpose([box.factors[name] for name in FACTORS])
-    drain, charge = (low + shares * (high - low)).T
-    return columns, drain, charge
 
 
 def _kept(
@@ -506,7 +400,7 @@ def _show(found: Results) -> Iterator[str]:
     yield f"Hover       {facts['hover_s']:.3f} s, rest {facts['rest_s']:.3f} s"
     nominal = f"{facts['nominal_hover_s']:.3f} s without doubt"
     yield f"Price       {facts['price_s']:.3f} s of hover: {nominal}"
-    part = "" if facts["chance"] is None else f" of {facts['box_share']:.1%} of the box"
+    part = "" if facts["chance"] is None else f" at {facts['reach_share']:.1%} of its reach"
     held = f"{facts['flyable']:.2%} of {facts['samples']} samples of the box"
     yield f"Holds       at {2 * facts['corners']} corners{part}, and in {held}"
     sure = f"with a confidence of {facts['confidence']:g}"

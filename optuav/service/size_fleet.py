@@ -82,14 +82,9 @@ def size_fleet(
     """
     faults = [*misfits(("share", share, SHARE), ("overlap_s", overlap_s, OVERLAP))]
     faults += misfits(("swap_s", swap_s, DURATION))
+    stated: Mapping[str, Any] | None = None
     with collected(faults):
-        if prices is not None:
-            words = "prices by name, or the path of a TOML file with them"
-            of_kind("prices", prices, Mapping | str | Path, words)
-        stated = read_toml(path_of(prices)) if isinstance(prices, str | Path) else prices
-    refuse(faults)
-    if stated is not None:
-        faults += _price_faults(stated)
+        stated = None if prices is None else _prices(prices)
     refuse(faults)
     whole, why, cycles = load(mission), dict[str, str](), dict[str, Coverage]()
     ways: dict[str, dict[str, Any]] = {
@@ -118,6 +113,15 @@ def size_fleet(
         return _draw(whole, cycles, stated, share, overlap_s)
 
     return ResultsWithFacts("optuav fleet sizes", whole, facts, UNITS, tuple(rows), _show, draw)
+
+
+def _prices(prices: Mapping[str, float] | str | Path) -> Mapping[str, Any]:
+    """The prices that a mapping or a file states, or a refusal with all faults."""
+    words = "prices by name, or the path of a TOML file with them"
+    of_kind("prices", prices, Mapping | str | Path, words)
+    stated = prices if isinstance(prices, Mapping) else read_toml(path_of(prices))
+    refuse(_price_faults(stated))
+    return stated
 
 
 def _price_faults(prices: Mapping[str, object]) -> Iterator[Fault]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import math
 import runpy
 import sys
@@ -572,9 +573,9 @@ def test_33_when_to_turn_back(ran: Any) -> None:
     clock, charge, _, known = ran.means_s.values()
     assert charge - clock > 10.0 * (known - charge) > 0.0
     assert near(ran.row["soc_s"] - ran.row["latest_s"], 111.3, 1)
-    for drain in (0.85, 1.0, 1.15):
+    for policy, number in itertools.product(ran.hover_s, (0, 1, 17)):
+        drain, hover_s = ran.drain[number], ran.hover_s[policy][number]
         y1, y2, dt = 57_600.0, 14_400.0, 0.05
-        hover_s = min(ran.hover_s["wells"]) if drain == 1.15 else 482.0
         stages = [(-drain * -s.current_A, s.duration_s) for s in ran.out.stages]
         stages += [(10.0 - drain * ran.drawn_A, hover_s)]
         stages += [(drain * s.current_A, s.duration_s) for s in ran.home.stages]
@@ -583,6 +584,8 @@ def test_33_when_to_turn_back(ran: Any) -> None:
                 flow = 4.5e-5 * (y2 / (1.0 - ω) - y1 / ω)
                 y1, y2 = y1 + dt * (flow + current_A), y2 - dt * flow
         assert y1 > -50.0
+        if policy == "drain known":
+            assert y1 < 50.0
     assert ran.again.mean() > ran.kept.hover_s + 60.0
 
 

@@ -107,11 +107,11 @@ def test_a_chance_by_hand() -> None:
     """A direct hover fails exactly above the drain it is declared for: θ = 2·0.95 − 1 = 0.9."""
     box = {"drain": {"percent": 20}}
     found = optuav.robust("paper", box, "P3", perspective="battery", chance=0.95)
-    assert found.box_share == pytest.approx(0.9, abs=0.02)
+    assert found.reach_share == pytest.approx(0.9, abs=0.02)
     nominal = optuav.solve("paper", "P3", perspective="battery")
     hover = next(phase for phase in nominal.phases if phase.kind == "hover")
     Q = -sum(phase.charge_As for phase in nominal.phases if phase.kind == "flight")
-    most = 1.0 + 0.2 * found.box_share
+    most = 1.0 + 0.2 * found.reach_share
     expected_s = (0.95 * 72_000 - most * Q) / (most * (LIT_A - hover.current_A) - LIT_A)
     assert found.hover_s == pytest.approx(expected_s, rel=1e-9)
 
@@ -122,7 +122,7 @@ def test_the_confidence_is_kept_over_seeds() -> None:
     for seed in range(40):
         options: Any = {"chance": 0.9, "confidence": 0.9, "samples": 60, "seed": seed}
         found = optuav.robust("paper", box, "P3", perspective="battery", **options)
-        over += (1.0 - found.box_share) / 2.0 > 0.1
+        over += (1.0 - found.reach_share) / 2.0 > 0.1
     assert over <= 8  # With a share of 10 % more than 8 come once in 60 times
 
 
@@ -142,7 +142,7 @@ def test_a_chance_finds_a_plan_where_the_whole_box_has_none() -> None:
     with pytest.raises(NoPlanError, match="whole box"):
         optuav.robust("paper", box, "P1", samples=100)
     found = optuav.robust("paper", box, "P1", chance=0.3, samples=200)
-    assert 0.0 < found.box_share < 1.0
+    assert 0.0 < found.reach_share < 1.0
     assert found.flyable > 0.3
 
 

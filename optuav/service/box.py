@@ -1,0 +1,130 @@
+"""Boxes of uncertain numbers: what is stated, their corners, and samples of them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from optuav.arrays import Floats
+from optuav.errors import Fault, InputError, collected, refuse
+from optuav.mission import Mission
+from optuav.mission.files import read_toml
+from optuav.mission.messages import of_kind, path_of, shown
+from optuav.mission.schema import Number
+from optuav.network.variants import Columns
+from optuav.studies.samples import Draws, Spread, independent, spreads
+
+FACTORS = ("drain", "charge")
+LEVELS = {"battery.available_fraction": 5, "battery.flow_rate_per_s": 5}
+"""Values of keys in which the wells are not monotone; of all others, both ends."""
+MOST = 128  # Corners of the box of keys
+
+
+class Box(NamedTuple):
+    """Uncertain keys, and the ends of both factors."""
+
+    spreads: tuple[Spread, ...]
+    factors: Mapping[str, tuple[float, float]]
+
+    @property
+    def numbers(self) -> dict[str, tuple[float, float]]:
+        """Ends of everything that is uncertain, by name."""
+        stated = {name: ends for name, ends in self.factors.items() if ends[0] < ends[1]}
+        return stated | {each.key.name: (each.low, each.high) for each in self.spreads}
+
+    @property
+    def holds_now(self) -> bool:
+        """Whether the numbers of the mission itself lie in the box."""
+        return all(low <= 1.0 <= high for low, high in self.factors.values()) and all(
+            each.low <= each.key.now <= each.high for each in self.spreads
+        )
+
+    def shrunk(self, share: float) -> Box:
+        """The box shrunk about its middle to a share of its reach."""
+        keys = tuple(
+            replace(each, low=low, high=high)
+            for each in self.spreads
+            for low, high in [_about_middle(each.low, each.high, share)]
+        )
+        return Box(keys, {k: _about_middle(*ends, share) for k, ends in self.factors.items()})
+
+    def without(self, name: str) -> Box:
+        """The box with one number at its nominal value."""
+        kept = tuple(each for each in self.spreads if each.key.name != name)
+        return Box(kept, {k: (1.0, 1.0) if k == name else e for k, e in self.factors.items()})
+
+
+def _about_middle(low: float, high: float, share: float) -> tuple[float, float]:
+    middle, reach = 0.5 * (low + high), 0.5 * share * (high - low)
+    return middle - reach, middle + reach
+
+
+def box_of(mission: Mission, stated: Mapping[str, object] | str | Path) -> Box:
+    """The box that a mapping or a file states, or a refusal with all faults."""
+    words = "ranges by key, or the path of a TOML file with them"
+    of_kind("uncertainty", stated, Mapping | str | Path, words)
+    table = dict(stated) if isinstance(stated, Mapping) else read_toml(path_of(stated))
+    factors, faults, keys = dict.fromkeys(FACTORS, (1.0, 1.0)), list[Fault](), tuple[Spread, ...]()
+    if not table:
+        faults.append(Fault("uncertainty", "", "at least one key or factor with its range"))
+    for name in FACTORS:
+        if name in table:
+            form = table.pop(name)
+            if (ends := _factor(form)) is None:
+                words = "{ percent = p }, 0 < p < 100; or { low = a, high = b }, 0 < a < b"
+                faults.append(Fault(name, shown(form), words))
+            else:
+                factors[name] = ends
+    with collected(faults):
+        keys = spreads(mission, table) if table else ()
+    refuse(faults)
+    return Box(keys, factors)
+
+
+def _factor(form: object) -> tuple[float, float] | None:
+    """Both ends of a factor; None if they are stated otherwise."""
+    numbers = form if isinstance(form, dict) else {}
+    if not all(Number("-", gt=0.0, le=1e6).accepts(each) for each in numbers.values()):
+        return None
+    if numbers.keys() == {"percent"} and numbers["percent"] < 100.0:
+        return 1.0 - numbers["percent"] / 100.0, 1.0 + numbers["percent"] / 100.0
+    if numbers.keys() == {"low", "high"} and numbers["low"] < numbers["high"]:
+        return float(numbers["low"]), float(numbers["high"])
+    return None
+
+
+def corners_of(mission: Mission, keys: Sequence[Spread]) -> Columns:
+    """Columns of all corners of the keys, and of the values between where they matter."""
+    values = [np.linspace(each.low, each.high, LEVELS.get(each.key.name, 2)) for each in keys]
+    if (count := math.prod(map(len, values))) > MOST:
+        words = f"at most {MOST} corners: 7 keys, of which ω and k_F count for more than two each"
+        raise InputError([Fault("uncertainty", f"{count} corners", words)])
+    points = np.array([*itertools.product(*values)])
+    columns = {"limits.deadline_s": np.array([mission.limits.deadline_s])} if not keys else {}
+    for number, spread in enumerate(keys):
+        columns |= spread.columns(points[:, number])
+    return columns
+
+
+def count_of(columns: Columns) -> int:
+    """How many corners or samples some columns hold."""
+    return len(next(iter(columns.values())))
+
+
+def samples_of(
+    mission: Mission, box: Box, first: int, count: int, seed: int
+) -> tuple[Columns, Floats, Floats]:
+    """Samples of the keys and of both factors, from a number on."""
+    columns: dict[str, Floats] = {"limits.deadline_s": np.full(count, mission.limits.deadline_s)}
+    if box.spreads:
+        columns = Draws(mission, box.spreads, count, seed, independent).values(first, count)
+    shares = independent(FACTORS, seed, first, count)
+    low, high = np.transpose([box.factors[name] for name in FACTORS])
+    drain, charge = (low + shares * (high - low)).T
+    return columns, drain, charge
