@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from formulations.formulation import Formulation, Given
 from optuav.modelling import Model, Variable
 from optuav.modelling.expression import Operand
-from optuav.options import HoverPoint, Trajectory
+from optuav.options import HoverPoint, Speed, Trajectory
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,6 +23,9 @@ class P1(Formulation):
     hover_point
         ``"w_U"``: hover at ``route.hover_m`` of the mission, or where that is not stated at w_U of
         the paper; ``"free"``: wherever is best within reach of the device.
+    speed
+        ``"mission"``: legs fly as the mission states it; ``"free"``: each leg at the ground speed
+        that is best, for flight models that have one.
     stops, hovers
         Most rests, 0 to 10, and most pieces in which the UAV hovers, 1 to 10, in any order over
         all places. More than one of either needs the trajectory ``"optimal"``.
@@ -38,6 +41,7 @@ class P1(Formulation):
     building: None = field(default=None, init=False, repr=False)
     trajectory: Trajectory = "optimal"
     hover_point: HoverPoint = "w_U"
+    speed: Speed = "mission"
     stops: int = 1
     hovers: int = 1
 

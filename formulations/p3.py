@@ -4,11 +4,17 @@ from dataclasses import dataclass, field
 
 from formulations.formulation import Formulation, Given
 from optuav.modelling import Model
+from optuav.options import Speed
 
 
 @dataclass(frozen=True, kw_only=True)
 class P3(Formulation):
     """P3: longest hover on a given route without a rest.
+
+    Parameters
+    ----------
+    speed
+        ``"mission"``, or ``"free"``: legs at the ground speeds that are best, as in `P1`.
 
     Examples
     --------
@@ -20,6 +26,7 @@ class P3(Formulation):
 
     building: None = field(default=None, init=False, repr=False)
     order: None = field(default=None, init=False, repr=False)
+    speed: Speed = "mission"
 
     def declare(self, model: Model, given: Given) -> None:
         """State (P3): P3.a state of charge, and P3.b as the upper bound of Δ."""

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from formulations.formulation import Formulation, Given
 from optuav.modelling import Model
+from optuav.options import Speed
 
 
 @dataclass(frozen=True)
@@ -16,6 +17,8 @@ class P4(Formulation):
         Name of the building to rest on.
     order
         ``"rest-first"``, ``"hover-first"``, or None for the better of the two.
+    speed
+        ``"mission"``, or ``"free"``: legs at the ground speeds that are best, as in `P1`.
 
     Examples
     --------
@@ -26,6 +29,7 @@ class P4(Formulation):
     """
 
     building: str = field(kw_only=False)
+    speed: Speed = field(default="mission", kw_only=True)
 
     def declare(self, model: Model, given: Given) -> None:
         """State (P4): P4.a state of charge, P4.b deadline; of equal plans the shortest rest."""

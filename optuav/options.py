@@ -5,6 +5,7 @@ from typing import Literal, TypeAlias, get_args
 Order: TypeAlias = Literal["rest-first", "hover-first"]
 Trajectory: TypeAlias = Literal["optimal", "direct", "traj1", "traj2"]
 HoverPoint: TypeAlias = Literal["w_U", "free"]
+Speed: TypeAlias = Literal["mission", "free"]
 Perspective: TypeAlias = Literal["battery", "energy", "adjusted", "wells", "available"]
 ProblemName: TypeAlias = Literal["P1", "P2", "P2-tight", "P3"]
 Charging: TypeAlias = Literal["constant", "taper"]
@@ -17,5 +18,6 @@ LONGEST_HOVER = ("P1", "P3", "P4")  # Problems that ask for the longest hover
 ORDERS: tuple[Order, ...] = get_args(Order)
 TRAJECTORIES: tuple[Trajectory, ...] = get_args(Trajectory)
 HOVER_POINTS: tuple[HoverPoint, ...] = get_args(HoverPoint)
+SPEEDS: tuple[Speed, ...] = get_args(Speed)
 SCHEDULES: tuple[Schedule, ...] = get_args(Schedule)  # The default first
 SET = "set/"  # How the names of the missions of the benchmark set begin

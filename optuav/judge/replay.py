@@ -15,9 +15,17 @@ from optuav.frames import DataFrame
 from optuav.judge.clearance import too_near
 from optuav.judge.course import TOLERANCE, Course, pooled, scheduled, soc, trace
 from optuav.judge.read import read
-from optuav.judge.timeline import Itinerary, Phase, moves, phases, places, segments
+from optuav.judge.timeline import (
+    Itinerary,
+    Phase,
+    moves,
+    phases,
+    places,
+    segments,
+    ways_along,
+)
 from optuav.mission import Mission
-from optuav.mission.flight_model import flight_of
+from optuav.mission.flight_model import CruisingModel, flight_of
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR
 from optuav.network.ways import CLEARANCE_M
@@ -253,13 +261,14 @@ def _broken_limits(mission: Mission, flown: Sequence[Phase], soc: float) -> Iter
             yield Event("building", phase.start_s, words)
         if phase.waypoints_m and not phase.stated:
             yield from _bent(mission, phase)
+        yield from _too_fast(mission, phase)
         if phase.kind != "flight" and phase.duration_s > 0.0:
             yield from _stay(mission, phase)
     model = flight_of(mission)
     if legs := [phase for phase in flown if phase.kind == "flight"]:
         leg = max(legs, key=lambda each: each.peak_speed_m_s)
         speed_m_s, peak_s = leg.peak_speed_m_s, leg.start_s
-        for part in () if leg.stated else segments(mission, leg.points_m):
+        for part in () if leg.stated else segments(mission, leg.points_m, leg.speeds_m_s):
             if part.peak_speed_m_s == speed_m_s:
                 peak_s += float(part.peak_s)
                 break
@@ -275,6 +284,17 @@ def _broken_limits(mission: Mission, flown: Sequence[Phase], soc: float) -> Iter
     if soc < least - TOLERANCE:
         words = "too little charge is left at the end"
         yield Event("state of charge", end_s, words, soc, least)
+
+
+def _too_fast(mission: Mission, phase: Phase) -> Iterator[Event]:
+    """Stated speeds of a leg that it cannot reach, by the cap, its length or its climb."""
+    flight, way = flight_of(mission), f"{phase.start.name} → {phase.end.name}"
+    if phase.speeds_m_s and isinstance(flight, CruisingModel):
+        for way_m, speed_m_s in zip(ways_along(phase.points_m), phase.speeds_m_s, strict=True):
+            most_m_s = float(flight.named_speed_m_s(way_m, "max"))
+            if not speed_m_s <= most_m_s * (1.0 + TOLERANCE):
+                words = f"the leg {way} cannot be flown as fast as the plan says"
+                yield Event("speed", phase.start_s, words, speed_m_s, most_m_s, "m/s")
 
 
 def _bent(mission: Mission, phase: Phase) -> Iterator[Event]:

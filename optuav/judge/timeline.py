@@ -13,7 +13,7 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.errors import refuse
 from optuav.mission import Mission, load
-from optuav.mission.flight_model import flight_of
+from optuav.mission.flight_model import CruisingModel, flight_of
 from optuav.mission.messages import nearest
 from optuav.mission.schema import COORDINATE, SCHEMA, Number
 from optuav.mission.validation import Breach, StatedMission
@@ -121,7 +121,8 @@ def stop_breaches(stops: Sequence[object], mission: Mission | None) -> Iterator[
 class Move(NamedTuple):
     """A kind of phase, its places, and a stay's duration [s]; the phase if the user stated it.
 
-    A leg of a plan has waypoints [m], perhaps none; that of an itinerary has the mission's way.
+    A leg of a plan has waypoints [m], perhaps none; that of an itinerary has the mission's way. Its
+    segments have speeds [m/s] where the plan states them, else those of the mission.
     """
 
     kind: Kind
@@ -130,6 +131,7 @@ class Move(NamedTuple):
     duration_s: float = 0.0
     stated: Planned | None = None
     waypoints_m: tuple[Point, ...] | None = None
+    speeds_m_s: tuple[float, ...] = ()
 
 
 def moves(subject: Plan | Itinerary) -> Iterator[Move]:
@@ -138,7 +140,7 @@ def moves(subject: Plan | Itinerary) -> Iterator[Move]:
         for each in subject.phases:
             stated = each if each.edited else None
             ends = each.start_place, each.end_place
-            yield Move(each.kind, *ends, each.duration_s, stated, each.waypoints_m)
+            yield Move(each.kind, *ends, each.duration_s, stated, each.waypoints_m, each.speeds_m_s)
         return
     here: str | Point = "origin"
     for stop in subject.stops:
@@ -204,6 +206,7 @@ class Phase:
     crosses: int
     stated: bool
     waypoints_m: tuple[Point, ...] = ()  # By which a leg goes
+    speeds_m_s: tuple[float, ...] = ()  # Of its segments, where the plan states them
 
     @cached_property
     def duration_s(self) -> float:
@@ -272,7 +275,7 @@ def phases(
         else:
             points_m = [start.position_m, *waypoints_m, end.position_m]
             length_m = sum(math.dist(*ends) for ends in pairwise(points_m))
-            for flown in segments(mission, points_m):
+            for flown in segments(mission, points_m, move.speeds_m_s):
                 peak_m_s = max(peak_m_s, float(flown.peak_speed_m_s))
                 flows = map(Flow, flown.currents_A, flown.powers_W)
                 named = zip(flown.stages, flown.durations_s, flows, strict=True)
@@ -283,7 +286,8 @@ def phases(
             stages.append(Stage(name, start_s, float(duration_s), drawn, received))
             start_s += stages[-1].duration_s
         figures = (dx, dy, dz), length_m, peak_m_s, crosses, stated is not None, waypoints_m
-        found.append(Phase(move.kind, start, end, begun_s, start_s, tuple(stages), *figures))
+        own = *figures, move.speeds_m_s
+        found.append(Phase(move.kind, start, end, begun_s, start_s, tuple(stages), *own))
     return tuple(found)
 
 
@@ -320,10 +324,20 @@ def _rank(place: Place) -> int:
     return place.building + len(ENDS) if place.name not in ENDS else ENDS.index(place.name)
 
 
-def segments(mission: Mission, points_m: Sequence[Point]) -> list[Loads]:
-    """Legs from rest to rest along points (x, y, z) [m]."""
-    ways = [[b - a for a, b in zip(*ends, strict=True)] for ends in pairwise(points_m)]
-    return [flight_of(mission).leg((x, y, z)) for x, y, z in ways]
+def segments(
+    mission: Mission, points_m: Sequence[Point], speeds_m_s: Sequence[float] = ()
+) -> list[Loads]:
+    """Legs from rest to rest along points (x, y, z) [m], at the mission's speeds or at others."""
+    ways, flight = ways_along(points_m), flight_of(mission)
+    if not speeds_m_s:
+        return [flight.leg(way_m) for way_m in ways]
+    assert isinstance(flight, CruisingModel)  # A plan over another has no speeds
+    return [flight.leg_at(*each) for each in zip(ways, speeds_m_s, strict=True)]
+
+
+def ways_along(points_m: Sequence[Point]) -> list[Point]:
+    """The ways from one point to the next [m]."""
+    return [(d - a, e - b, f - c) for (a, b, c), (d, e, f) in pairwise(points_m)]
 
 
 def motion(mission: Mission, phase: Phase, passed_s: Floats) -> dict[str, Floats]:
@@ -343,7 +357,8 @@ def motion(mission: Mission, phase: Phase, passed_s: Floats) -> dict[str, Floats
             moved_m = np.stack([np.interp(flown_m, along_m, x) for x in points_m.T], axis=1)
         speed_m_s = np.full_like(passed_s, phase.distance_m / phase.duration_s)
     elif phase.kind == "flight":
-        legs, points_m = segments(mission, phase.points_m), np.array(phase.points_m)
+        points_m = np.array(phase.points_m)
+        legs = segments(mission, phase.points_m, phase.speeds_m_s)
         begins_s = np.cumsum([0.0, *(float(leg.duration_s) for leg in legs[:-1])])
         own = np.searchsorted(begins_s, passed_s, side="right") - 1
         pitch_rad, roll_rad = np.zeros((2, len(passed_s)))

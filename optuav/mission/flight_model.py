@@ -134,6 +134,32 @@ class FlightModel(ABC):
         yield from ()
 
 
+class CruisingModel(FlightModel):
+    """A flight model whose legs have a horizontal ground speed that may be chosen."""
+
+    @abstractmethod
+    def leg_at(self, way_m: Vector, speed_m_s: Quantity) -> Loads:
+        """Legs from rest to rest at horizontal ground speeds [m/s], as far as they reach them."""
+
+    @abstractmethod
+    def named_speed_m_s(self, way_m: Vector, rule: str) -> Quantity:
+        """The speed that legs reach by a rule of ``flight.speed`` [m/s]; NaN for no way forward."""
+
+    @abstractmethod
+    def priced_speed_m_s(self, way_m: Vector, price_A: Quantity) -> Quantity:
+        """The speed of the least charge, if each second of the leg costs charge [A]."""
+
+    @abstractmethod
+    def price_A(self, way_m: Vector, speed_m_s: Quantity) -> Quantity:
+        """The price of a second [A] at which a speed is that of the least charge, if none binds."""
+
+    @abstractmethod
+    def level(
+        self, length_m: Quantity, direction: Vector, speed_m_s: Quantity
+    ) -> tuple[Quantity, Flow]:
+        """Duration [s] and draw of level legs at speeds [m/s] that they reach; also symbols."""
+
+
 def flight_of(mission: Mission) -> FlightModel:
     """The flight model of a mission."""
     return FLIGHTS[mission.flight.model](mission)

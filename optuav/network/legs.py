@@ -8,7 +8,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission import Mission
-from optuav.mission.flight_model import flight_of
+from optuav.mission.flight_model import CruisingModel, flight_of
 from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import Places, own_roofs
 from optuav.network.prisms import Prisms
@@ -40,6 +40,9 @@ class Legs:
     waypoints_m: Floats  # (waypoint, axis, leg) of bent ways [m]; NaN beyond a leg's own
     flyable: Booleans  # Whether a route may use it
     edited: Booleans  # Whether its figures were stated by the user rather than computed
+    # (segment, leg): horizontal speeds over ground [m/s] where they were chosen leg by leg; NaN
+    # beyond a leg's own segments
+    speeds_m_s: Floats | None = None
 
     @property
     def arrays(self) -> dict[str, Any]:
@@ -95,6 +98,39 @@ def build_legs(
     drawn = durations_s, currents_A, powers_W
     bent_m = np.moveaxis(waypoints_m, 0, -1)
     return Legs(start, end, stages, distance_m, peak_m_s, *drawn, crosses, bent_m, flyable, edited)
+
+
+def segment_ways(places: Places, legs: Legs) -> Floats:
+    """The ways of the segments of legs (axis, segment, leg) [m]; NaN beyond a leg's own."""
+    start_m, end_m = (places.position_m[each].T[None] for each in (legs.start, legs.end))
+    absent = np.isnan(legs.waypoints_m)
+    stops_m = np.concatenate([start_m, np.where(absent, end_m, legs.waypoints_m), end_m])
+    ways_m = np.diff(stops_m, axis=0)
+    ways_m[1:][absent] = np.nan
+    return np.moveaxis(ways_m, 1, 0)
+
+
+def legs_at(mission: Mission, places: Places, legs: Legs, speeds_m_s: Floats) -> Legs:
+    """The legs at other horizontal speeds over ground (segment, leg) [m/s]."""
+    flight = flight_of(mission)
+    assert isinstance(flight, CruisingModel)
+    # As in `loads_along`, which asks for one segment after the other, missing ones are the first
+    own_m_s = iter(np.where(np.isnan(speeds_m_s), speeds_m_s[:1], speeds_m_s))
+    start_m, end_m = (places.position_m[each] for each in (legs.start, legs.end))
+    waypoints_m = np.moveaxis(legs.waypoints_m, -1, 0)
+    loads = loads_along(
+        lambda way_m: flight.leg_at(way_m, next(own_m_s)), start_m, end_m, waypoints_m
+    )
+    durations_s, count = np.stack(loads.durations_s), len(legs.start)
+    return replace(
+        legs,
+        peak_speed_m_s=np.asarray(loads.peak_speed_m_s),
+        durations_s=durations_s,
+        currents_A=_table([loads.currents_A], count),
+        powers_W=_table([loads.powers_W], count),
+        flyable=np.isfinite(durations_s).all(axis=0) & (legs.crosses == CLEAR),
+        speeds_m_s=speeds_m_s,
+    )
 
 
 def _blockers(places: Places, obstacles: Prisms, lines: Integers, roofs: Integers) -> Integers:

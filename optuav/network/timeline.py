@@ -76,6 +76,9 @@ class Phase:
         Charge in the wells at its end [A s], one entry a pack; pooled packs count as one.
     waypoints_m
         Points (x, y, z) [m] by which a bent leg goes, in order; it stops there.
+    speeds_m_s
+        Where the speeds of legs were sought, the largest horizontal speed over ground between one
+        of these points and the next [m/s]; else none, and the leg flies as the mission states.
 
     Examples
     --------
@@ -98,6 +101,7 @@ class Phase:
     available_As: PerPack
     bound_As: PerPack
     waypoints_m: Annotated[tuple[Position, ...], FailFast()] = ()
+    speeds_m_s: Annotated[tuple[Amount, ...], FailFast()] = ()
 
     @property
     def duration_s(self) -> float:
@@ -176,7 +180,9 @@ def phases_along(network: Network, legs: Sequence[int], stays_s: Sequence[Quanti
         way_m, peak_m_s = float(table.distance_m[leg]), float(table.peak_speed_m_s[leg])
         ends = names[start], names[end], 0.0
         bent = (), (), tuple(map(tuple, waypoints_m.tolist()))
-        found.append(Phase("flight", *ends, stages, way_m, peak_m_s, edited, *bent))
+        speeds_m_s = () if table.speeds_m_s is None else table.speeds_m_s[:, leg]
+        speeds = tuple(float(each) for each in speeds_m_s[: 1 + len(waypoints_m)])
+        found.append(Phase("flight", *ends, stages, way_m, peak_m_s, edited, *bent, speeds))
         if end == HOVER or end >= FIRST_BUILDING:
             kind: Kind = "hover" if end == HOVER else "rest"
             stages = (PhaseStage(stay_s, *map(float, stay_net(network, end))),)

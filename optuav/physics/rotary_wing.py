@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.physics import ramps, roots
-from optuav.physics.quantity import TINY, Quantity, Vector, kept
+from optuav.physics.quantity import TINY, Quantity, Vector, is_number, kept
 
 PROFILE_DRAG = 0.012
 """Drag coefficient of a blade's section, δ of [1]_."""
@@ -145,8 +145,76 @@ def _components(wind_m_s: Vector, direction: Vector) -> tuple[Quantity, Quantity
 def level_direction(way_m: Vector) -> Vector:
     """Horizontal direction of a way [m], of length 1; of length 0 for a climb on the spot."""
     x, y, _ = way_m
-    length = np.maximum(np.sqrt(x * x + y * y), TINY)
+    length = np.maximum(level_length(way_m), TINY)
     return x / length, y / length, 0.0
+
+
+def level_length(way_m: Vector) -> Quantity:
+    """Horizontal length of a way [m]."""
+    x, y, _ = way_m
+    return np.sqrt(x * x + y * y)
+
+
+def priced_speed(
+    wing: PowerCoefficients,
+    length_m: Quantity,
+    acceleration_m_s2: Quantity,
+    price_W: Quantity,
+    most_m_s: Quantity,
+    easiest_m_s: Quantity,
+    wind_m_s: Vector = (0.0, 0.0, 0.0),
+    direction: Vector = (1.0, 0.0, 0.0),
+) -> Quantity:
+    """Ground speed V [m/s] of the least (d/V + V/a)(P + price), up to the most [m/s]; no symbols.
+
+    For the horizontal length d [m] of a leg from rest to rest, its acceleration a [m/s²] > 0, a
+    price of time [W], and the `best_endurance` up to the cap [m/s], an air speed; the direction is
+    that of `ground_speed`. NaN where the most is. A price of ∞ is worth the most, and −∞ the speed
+    of least power.
+
+    P is convex in V² and grows above the air speed of least power, so there P is convex in the
+    ground speed too. The slope of the product times V², P'V(d + V²/a) + (P + price)(V²/a − d), then
+    grows with V: it has one root, whatever the price. Slower, both factors are larger. So the root
+    is the least of all speeds.
+    """
+    along, across = _components(wind_m_s, direction)
+    # The ground speed of the least power
+    least = np.maximum(along + np.sqrt(np.maximum(easiest_m_s**2 - across**2, 0.0)), 0.0)
+
+    def falling(more: Quantity) -> Quantity:
+        V = least + more
+        d, ramp, P, slope = length_m, V * V / acceleration_m_s2, *_slope(wing, V - along, across)
+        return (P + price_W) * (d - ramp) - slope * V * (d + ramp)
+
+    if is_number(price_W, math.inf):
+        return most_m_s
+    easiest = is_number(price_W, -math.inf)
+    best = least if easiest else least + roots.last(falling, wing.induced_speed_m_s)
+    return np.minimum(best, most_m_s)
+
+
+def price(
+    wing: PowerCoefficients,
+    length_m: Quantity,
+    acceleration_m_s2: Quantity,
+    ground_speed_m_s: Quantity,
+    wind_m_s: Vector = (0.0, 0.0, 0.0),
+    direction: Vector = (1.0, 0.0, 0.0),
+) -> Quantity:
+    """Price of time [W] at which a ground speed [m/s] > 0 is the `priced_speed`; ∞ at √(a d)."""
+    along, across = _components(wind_m_s, direction)
+    d, V, ramp = length_m, ground_speed_m_s, ground_speed_m_s**2 / acceleration_m_s2
+    P, slope = _slope(wing, V - along, across)
+    with np.errstate(divide="ignore"):
+        return np.divide(slope * V * (d + ramp), np.maximum(d - ramp, 0.0)) - P
+
+
+def _slope(
+    wing: PowerCoefficients, forward_m_s: Quantity, across_m_s: Quantity
+) -> tuple[Quantity, Quantity]:
+    """Power [W] at an air speed, by its parts along and across, and its slope in the first."""
+    V = np.sqrt(forward_m_s**2 + across_m_s**2)
+    return power(wing, V), 2.0 * forward_m_s * rise(wing, V)
 
 
 class CruiseLeg(NamedTuple):
@@ -178,8 +246,7 @@ def leg(
     [m]; a leg of no length takes no time. NaN where the ground speed is.
     """
     a, (climb, descent) = acceleration_m_s2, vertical_speeds_m_s
-    x, y, z = way_m
-    d = np.sqrt(x * x + y * y)
+    d, z = level_length(way_m), way_m[2]
     V = np.minimum(ground_speed_m_s, np.sqrt(a * d))
     cruise_s, ramp_s = d / np.maximum(V, TINY), V / a
     level_s = cruise_s + ramp_s
@@ -193,6 +260,11 @@ def leg(
     # Along the path the speed rises as long: to V times length over d, or L/(T − V/a).
     peak = np.sqrt(d * d + z * z) / np.maximum(T - V / a, TINY)
     return CruiseLeg(way_m, T, V / a, peak, speed, drawn_W)
+
+
+def reached(leg: CruiseLeg, ground_speed_m_s: Quantity, acceleration_m_s2: Quantity) -> Quantity:
+    """Horizontal speed [m/s] that a leg reaches of the one at which it was to fly."""
+    return np.minimum(acceleration_m_s2 * leg.rise_s, ground_speed_m_s)
 
 
 def motion(leg: CruiseLeg, time_s: Quantity) -> tuple[Quantity, Quantity]:

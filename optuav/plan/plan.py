@@ -15,6 +15,7 @@ from optuav.errors import Fault, InputError, NoPlanError, printed, refuse, safe_
 from optuav.frames import DataFrame, frame, without_rounding
 from optuav.mission import Mission, load
 from optuav.mission.files import ending_of, label, parse_json, read_text, write_text
+from optuav.mission.flight_model import CruisingModel, FlightModel, flight_of
 from optuav.mission.messages import OTHER, TYPES, path_of, several, shown
 from optuav.mission.schema import Record, Slot, short
 from optuav.network import vehicle
@@ -172,6 +173,8 @@ class Plan(Record):
                 wrong.append(f": a {phase.kind} ends where it begins")
             if phase.kind != "flight" and phase.waypoints_m:
                 wrong.append(f": a {phase.kind} has no waypoints_m")
+            if phase.speeds_m_s:
+                wrong += _wrong_speeds(phase, flight_of(self.mission))
             if len(phase.available_As) != len(phase.bound_As):
                 wrong.append(": available_As and bound_As need one entry a pack")
             faults += [f"phases[{number}]{words}" for words in wrong]
@@ -228,6 +231,11 @@ class Plan(Record):
     def waypoints_m(self) -> Waypoints:
         """Points (x, y, z) [m] by which each leg goes, in order; none of a straight one."""
         return tuple(each.waypoints_m for each in self._existing() if each.kind == "flight")
+
+    @property
+    def speeds_m_s(self) -> tuple[tuple[float, ...], ...]:
+        """Speeds of each leg between its waypoints [m/s], in order; none where not sought."""
+        return tuple(each.speeds_m_s for each in self._existing() if each.kind == "flight")
 
     @property
     def stops(self) -> tuple[Stop, ...]:
@@ -319,9 +327,10 @@ class Plan(Record):
         phases, mission = data.pop("phases"), self.mission
         derived = {name: getattr(self, name) if self else None for name in DERIVED}
         data = {"schema": SCHEMA, "kind": KIND, **data, **to_jsonable_python(derived)}
-        # Files of plans without bent ways are as they always were.
+        # Files of plans without bent ways and chosen speeds are as they always were.
         data["phases"] = [
-            {k: v for k, v in phase.items() if k != "waypoints_m" or v} for phase in phases
+            {k: v for k, v in phase.items() if k not in ("waypoints_m", "speeds_m_s") or v}
+            for phase in phases
         ]
         if source := mission.buildings.source:
             from optuav.mission.table_files import seen_from
@@ -419,6 +428,16 @@ class Plan(Record):
         rows = frame(table)
         rows.attrs |= {name: getattr(self, name) for name in OBJECTIVE}
         return rows
+
+
+def _wrong_speeds(phase: Phase, flight: FlightModel) -> Iterator[str]:
+    """What is wrong with speeds that a phase states."""
+    if phase.kind != "flight":
+        yield f": a {phase.kind} has no speeds_m_s"
+    elif not isinstance(flight, CruisingModel):
+        yield f": legs of flight.model {shown(flight.name)} have no speeds_m_s"
+    elif len(phase.speeds_m_s) != 1 + len(phase.waypoints_m):
+        yield ": speeds_m_s needs one entry before each waypoint and one after the last"
 
 
 Plans: TypeAlias = Plan | str | Path | Sequence[Plan | str | Path]

@@ -197,7 +197,7 @@ def hover_times_s(variants: Variants, perspective: Perspective, least_s: float =
     hover_s = np.full(most_s.shape, -np.inf)
     route, variant = np.nonzero(most_s >= least_s)
     for some, steps in _in_steps(variants, variant, route):
-        times_s, *_ = _bracketed(steps, len(some), shortest_rest=False, least_s=least_s)
+        times_s, *_ = bracketed(steps, len(some), shortest_rest=False, least_s=least_s)
         hover_s[route[some], variant[some]] = np.nan_to_num(times_s, nan=-np.inf)
     return hover_s.T
 
@@ -278,7 +278,7 @@ def _never_dry(variants: Variants, able: Booleans) -> Candidates:
             route, variant = np.nonzero(open_)
         for some, steps in _in_steps(variants, variant, route):
             at = route[some], variant[some]
-            hovers = _bracketed(steps, len(some), least_s=least_s[at[1]])
+            hovers = bracketed(steps, len(some), least_s=least_s[at[1]])
             hover_s[at], rest_s[at], beyond_s[at] = hovers
         top_s = np.fmax.reduce(hover_s, axis=0)
         least_s = np.fmax(top_s - SAME_S, 0.0)
@@ -316,7 +316,7 @@ def _in_steps(
             yield some, quantities(variants, *which, rests=rests, shifts=shifts)
 
 
-def _bracketed(
+def bracketed(
     table: Quantities, count: int, *, shortest_rest: bool = True, least_s: Quantity = 0.0
 ) -> tuple[Floats, Floats, Floats]:
     """Longest Δ and T' of itineraries, and upper bounds of Δ [s]."""

@@ -25,11 +25,12 @@ from optuav.engines.registry import (
 from optuav.engines.solution import Solution, returned
 from optuav.errors import Fault, InputError, nearest, refuse
 from optuav.mission import Mission
+from optuav.mission.flight_model import FLIGHTS, CruisingModel, flight_of
 from optuav.mission.messages import misfits, no_building, shown, unknown
 from optuav.mission.schema import SLOT, Number
 from optuav.modelling import Model
 from optuav.modelling.classify import traits
-from optuav.options import HOVER_POINTS, ORDERS, TRAJECTORIES, Perspective, ProblemName
+from optuav.options import HOVER_POINTS, ORDERS, SPEEDS, TRAJECTORIES, Perspective, ProblemName
 
 PROBLEMS: Mapping[str, Formulation] = {e.name: e for e in (P1(), P2(), P2(tight=True), P3())}
 """Names that stand for problems with their defaults."""
@@ -61,6 +62,11 @@ class Question:
     def p1(self) -> P1:
         """The problem if it is P1; P1 with its defaults, one stop at w_U, for any other."""
         return self.problem if isinstance(self.problem, P1) else P1()
+
+    @property
+    def speed_free(self) -> bool:
+        """Whether the speeds of the legs are sought."""
+        return isinstance(self.problem, P1 | P3 | P4) and self.problem.speed == "free"
 
     @property
     def several(self) -> bool:
@@ -179,6 +185,14 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
     if p1.hover_point == "free":
         three = ("trajectory", p1.trajectory, ("optimal", "direct", "traj1"))
         yield from not_with("with hover_point = 'free'", three, *searched)
+    if isinstance(problem, P1 | P3 | P4) and problem.speed not in SPEEDS:
+        yield unknown("speed", problem.speed, SPEEDS)
+    if question.speed_free:
+        three = ("trajectory", p1.trajectory, ("optimal", "direct", "traj1"))
+        one = ("stops", p1.stops, (1,)), ("hovers", p1.hovers, (1,))
+        place = ("hover_point", p1.hover_point, ("w_U",))
+        yield from not_with("with speed = 'free'", three, *one, place, *searched)
+        yield from _speed_faults(mission, question.perspective)
     if question.several:
         yield from misfits(("stops", p1.stops, RESTS), ("hovers", p1.hovers, HOVERS))
         alone = (
@@ -194,6 +208,17 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
         if count > MOST_BUILDINGS:
             words = f"several stops are searched for over at most {MOST_BUILDINGS} buildings"
             yield Fault("buildings", str(count), words)
+
+
+def _speed_faults(mission: Mission, perspective: str) -> Iterator[Fault]:
+    """Missions whose legs have no speed that may be chosen."""
+    if not isinstance(flight_of(mission), CruisingModel):
+        able = [shown(name) for name, each in FLIGHTS.items() if issubclass(each, CruisingModel)]
+        words = f"{' or '.join(able)} with speed = 'free', as its legs have a speed to choose"
+        yield Fault("flight.model", shown(mission.flight.model), words)
+    if perspective == AVAILABLE and mission.battery.takes_turns:
+        words = "must be pooled with speed = 'free' in the perspective available"
+        yield Fault("battery.schedule", shown(mission.battery.schedule), words)
 
 
 def _cycle_faults(mission: Mission, problem: Cycle, perspective: str) -> Iterator[Fault]:

@@ -168,6 +168,13 @@ def _program(mission: Mission | str | Path, graph: Graph | None, *stated: Any) -
     """The problem declared, with one rest and one hover where it admits several."""
     known = load(mission)
     question = checked_question(known, *stated)
+    if question.speed_free:
+        from optuav.solving import free_speed
+
+        if graph is not None:
+            words = "no graph goes with speed = 'free', as its legs have figures of one speed"
+            raise InputError([Fault("graph", shown(graph), words)])
+        return free_speed.free_program(question, known)
     if question.p1.hover_point == "w_U":
         network = build_network(known) if graph is None else edited_network(known, graph)
         return declared_program(question, network)

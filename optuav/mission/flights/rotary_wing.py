@@ -9,13 +9,13 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from optuav.mission.flight_model import MODEL, FlightModel, FlightTable, Slider
+from optuav.mission.flight_model import MODEL, CruisingModel, FlightTable, Slider
 from optuav.mission.schema import Acceleration, Allowed, Current, LoadPower, Number, Power, Speed
 
 if TYPE_CHECKING:
     from optuav.physics.flight import Flow, LegState, Loads, SpeedPower
     from optuav.physics.quantity import Quantity, Vector
-    from optuav.physics.rotary_wing import PowerCoefficients
+    from optuav.physics.rotary_wing import CruiseLeg, PowerCoefficients
 
 CruiseRule = Literal["best-range", "best-endurance", "max"]
 
@@ -60,7 +60,7 @@ class RotaryWingFlight(FlightTable):
     """Power at rest [W]."""
 
 
-class RotaryWing(FlightModel):
+class RotaryWing(CruisingModel):
     """Power over air speed, the weight, and a level wind."""
 
     name: ClassVar[str] = "rotary-wing"
@@ -94,30 +94,84 @@ class RotaryWing(FlightModel):
 
     def cruise_speed_m_s(self, direction: Vector) -> Quantity:
         """Speed over ground along a level direction [m/s]; NaN where the wind is too strong."""
-        from optuav.physics import rotary_wing
-
-        keys, wind_m_s = self.stated, self.mission.wind.velocity_m_s
+        keys = self.stated
         if keys.cruise_speed_m_s is not None:
             return keys.cruise_speed_m_s
-        if keys.speed in (None, "best-range"):
+        return self._ruled_m_s(direction, keys.speed or "best-range")
+
+    def _ruled_m_s(self, direction: Vector, rule: str) -> Quantity:
+        """Speed over ground along a level direction [m/s] by a rule of `CruiseRule`."""
+        from optuav.physics import rotary_wing
+
+        cap_m_s, wind_m_s = self.stated.max_speed_m_s, self.mission.wind.velocity_m_s
+        if rule == "best-range":
             way = (wind_m_s, direction) if _blows(wind_m_s) else ()
-            return rotary_wing.best_range(self.wing, keys.max_speed_m_s, *way)
-        air_speed = keys.max_speed_m_s
-        if keys.speed == "best-endurance":
-            air_speed = rotary_wing.best_endurance(self.wing, air_speed)
+            return rotary_wing.best_range(self.wing, cap_m_s, *way)
+        air_speed = rotary_wing.best_endurance(self.wing, cap_m_s) if rule != "max" else cap_m_s
         return rotary_wing.ground_speed(air_speed, wind_m_s, direction)
 
     def leg(self, way_m: Vector) -> Loads:
-        from optuav.physics import rotary_wing
+        from optuav.physics.rotary_wing import level_direction
+
+        return self.leg_at(way_m, self.cruise_speed_m_s(level_direction(way_m)))
+
+    def leg_at(self, way_m: Vector, speed_m_s: Quantity) -> Loads:
         from optuav.physics.flight import Loads
 
-        keys, wind_m_s = self.stated, self.mission.wind.velocity_m_s
-        cruise = self.cruise_speed_m_s(rotary_wing.level_direction(way_m))
-        limits = keys.acceleration_m_s2, (keys.climb_speed_m_s, keys.descent_speed_m_s)
-        leg = rotary_wing.leg(self.wing, way_m, cruise, *limits, self.weight_N, wind_m_s)
+        leg = self._leg(way_m, speed_m_s)
         drawn, peak = self._drawn(leg.power_W), leg.peak_speed_m_s
         each = (leg.duration_s,), (drawn.current_A,), (drawn.power_W,)
         return Loads(way_m, ("flight",), *each, peak, leg.rise_s)
+
+    def _leg(self, way_m: Vector, speed_m_s: Quantity) -> CruiseLeg:
+        """The leg with its power at the rotors."""
+        from optuav.physics import rotary_wing
+
+        keys, wind_m_s = self.stated, self.mission.wind.velocity_m_s
+        limits = keys.acceleration_m_s2, (keys.climb_speed_m_s, keys.descent_speed_m_s)
+        return rotary_wing.leg(self.wing, way_m, speed_m_s, *limits, self.weight_N, wind_m_s)
+
+    def named_speed_m_s(self, way_m: Vector, rule: str) -> Quantity:
+        from optuav.physics.rotary_wing import level_direction, reached
+
+        ruled_m_s = self._ruled_m_s(level_direction(way_m), rule)
+        return reached(self._leg(way_m, ruled_m_s), ruled_m_s, self.stated.acceleration_m_s2)
+
+    def priced_speed_m_s(self, way_m: Vector, price_A: Quantity) -> Quantity:
+        from optuav.physics import rotary_wing
+
+        keys, wind_m_s = self.stated, self.mission.wind.velocity_m_s
+        # A climb or a descent may take longer; what it draws does not depend on the speed.
+        most_m_s = self.named_speed_m_s(way_m, "max")
+        easiest_m_s = rotary_wing.best_endurance(self.wing, keys.max_speed_m_s)
+        return rotary_wing.priced_speed(
+            self.wing,
+            rotary_wing.level_length(way_m),
+            keys.acceleration_m_s2,
+            price_A / self._drawn(1.0).current_A,
+            most_m_s,
+            easiest_m_s,
+            wind_m_s,
+            rotary_wing.level_direction(way_m),
+        )
+
+    def price_A(self, way_m: Vector, speed_m_s: Quantity) -> Quantity:
+        from optuav.physics import rotary_wing
+
+        length_m, direction = rotary_wing.level_length(way_m), rotary_wing.level_direction(way_m)
+        a, wind_m_s = self.stated.acceleration_m_s2, self.mission.wind.velocity_m_s
+        price_W = rotary_wing.price(self.wing, length_m, a, speed_m_s, wind_m_s, direction)
+        return self._drawn(price_W).current_A
+
+    def level(
+        self, length_m: Quantity, direction: Vector, speed_m_s: Quantity
+    ) -> tuple[Quantity, Flow]:
+        from optuav.physics import rotary_wing
+
+        wind_m_s, V = self.mission.wind.velocity_m_s, speed_m_s
+        air = rotary_wing.air_speed(V, wind_m_s, direction) if _blows(wind_m_s) else V
+        duration_s = length_m / V + V / self.stated.acceleration_m_s2
+        return duration_s, self._drawn(rotary_wing.power(self.wing, air))
 
     def hover(self) -> Flow:
         return self._drawn(self.hover_power_W)

@@ -1,0 +1,199 @@
+"""(P1), (P3) and (P4) with the speeds of the legs free: how fast to fly each of them.
+
+Where charge is looked at in the end alone, one price of a second gives the speeds of all legs, with
+proof (`leg_speeds`). Under `available` they are searched for (`speed_search`).
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NoReturn
+
+import numpy as np
+
+from formulations.formulation import Given
+from formulations.parameters import QUANTITIES
+from formulations.soc import AVAILABLE, PAPER
+from optuav.arrays import Integers
+from optuav.engines.solution import Solution
+from optuav.errors import InputError, SolverError
+from optuav.mission import Mission
+from optuav.modelling import Model, Parameter
+from optuav.modelling.expression import Indexed
+from optuav.network.legs import NO_LEG
+from optuav.network.network import Network, build_network
+from optuav.physics.kibam import Stage
+from optuav.physics.quantity import Quantity
+from optuav.physics.rotary_wing import level_direction, level_length
+from optuav.plan import Plan
+from optuav.solving.assemble import legs_and_stays, quantities
+from optuav.solving.leg_speeds import LegSpeeds, route_prices, vector
+from optuav.solving.outcome import best
+from optuav.solving.parts import Part, groups
+from optuav.solving.program import Program, declared_program
+from optuav.solving.question import Question
+from optuav.solving.speed_search import SpeedSearch
+from optuav.status import SAME_S, Status
+
+PRICED = "priced: every leg is cheapest at one price of a second, and the dual bound is met"
+SEARCHED = "local: named and priced speeds, the best of them refined by ever smaller steps"
+BOUNDED = "no legs, each with its least time, charge and tilt, hover longer"
+TRIED = "a feasible plan: the best of the speeds that were tried within the time limit"
+LATE = "the search for speeds did not end within the time limit"
+NONE = "no ground speeds of the legs make a plan possible; at those that come nearest:"
+NOT_FOUND = "no ground speeds were found that make a plan possible, and no proof that none do"
+LIFTS = 1e-12  # Share of the charge of a leg that a climb adds at least; less is rounding
+REFUSED = (
+    "speed = 'free' has no shadow prices of its own: optuav.explain has those at the speeds found"
+)
+
+
+def free_program(question: Question, mission: Mission) -> "FreeSpeedProgram":
+    """(P1), (P3) or (P4) with the speeds of the legs free, for the routes that can be flown."""
+    problem: Any = question.problem
+    stated = replace(question, problem=replace(problem, speed="mission"), time_limit_s=None)
+    speeds, parts = LegSpeeds(build_network(mission)), list[Part]()
+    fastest = declared_program(stated, speeds.fastest)
+    reached = np.concatenate([np.zeros(0, np.intp), *(part.routes for part in fastest.parts)])
+    routes, ways_m = speeds.network.routes, vector(speeds.ways_m)
+    # Missing segments, those straight up or down, and those that have a speed.
+    kinds = np.sign(level_length(ways_m)) + 1.0
+    legs = routes.legs[reached]
+    own = np.where(legs == NO_LEG, 0.0, np.nan_to_num(kinds)[:, legs])
+    own = np.moveaxis(own, 0, -1).reshape(len(reached), -1)
+    for alike in np.unique(own, axis=0):
+        some = np.sort(reached[(own == alike).all(axis=1)])
+        for group, rests in groups(routes, some, ordered=question.perspective not in PAPER):
+            which = some[group]
+            parts.append(Part(_declared(question, speeds, which, rests), which))
+    return FreeSpeedProgram(question, speeds.network, tuple(parts), fastest.reasons, stated, speeds)
+
+
+@dataclass(frozen=True)
+class FreeSpeedProgram(Program):
+    """A program whose legs have unknown speeds: print it, check points, or solve it."""
+
+    stated: Question  # The same at given speeds
+    speeds: LegSpeeds
+
+    def solve(self) -> Plan:
+        """The best plan: optimal by its dual bound, or under `available` the best one found."""
+        if not self.parts:
+            return self._at(self.speeds.fastest)
+        routes = np.sort(np.concatenate([part.routes for part in self.parts]))
+        searched = self.question.perspective == AVAILABLE
+        return self._searched(routes) if searched else self._priced(routes)
+
+    def _at(self, network: Network) -> Plan:
+        """The best plan at the speeds of a network."""
+        return declared_program(self.stated, network).solve()
+
+    def _priced(self, routes: Integers) -> Plan:
+        """The best plan by the price of a second."""
+        found = route_prices(self.speeds, routes, self.question.perspective)
+        mission_s = found.flight_s + found.hover_s + found.rest_s
+        number = best(found.hover_s, mission_s, self.network.routes.building[routes] >= 0)
+        chosen = int(np.argmax(found.bound_s)) if number is None else number
+        own = self.speeds.only(int(routes[chosen]))
+        plan = self._at(own.at(own.priced(float(found.price_A[chosen]))))
+        if not plan:
+            return plan.model_copy(update={"reasons": (NONE, *plan.reasons), "proof": PRICED})
+        return _bounded(plan, float(found.bound_s.max()), PRICED, Status.FEASIBLE)
+
+    def _searched(self, routes: Integers) -> Plan:
+        """The best plan that a search finds."""
+        search = SpeedSearch(self.speeds, routes, self.question.time_limit_s)
+        top, most_s = search.top(), float(search.bounds_s.max())
+        plans = []
+        if top.value >= 0.0:
+            own, points = search.of_route(top.branch), [top.at]
+            if self.network.mission.battery.charging == "taper":  # It was searched without
+                points += [each.at for each in search.tried if each.branch == top.branch]
+            only = self.speeds.only(top.branch)
+            plans = [self._at(only.at(own.speeds_m_s(at))) for at in points]
+        plan = max(filter(None, plans), key=lambda each: each.hover_time_s, default=None)
+        if plan is not None:
+            limited = Status.FEASIBLE if search.ended else Status.LOCALLY_OPTIMAL
+            plan = _bounded(plan, most_s, TRIED if search.ended else SEARCHED, limited)
+            late = (LATE,) if search.ended else ()
+            return plan.model_copy(update={"notes": (*late, *plan.notes)})
+        if search.ended or most_s >= 0.0:
+            raise SolverError(f"{LATE if search.ended else NOT_FOUND}")
+        return self._priced(routes)
+
+    def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> NoReturn:
+        """Refused: `optuav.explain` has those at the speeds found."""
+        raise InputError(REFUSED)
+
+
+def _bounded(plan: Plan, most_s: float, proof: str, otherwise: Status) -> Plan:
+    """The plan with what is known of its speeds: it is optimal where a bound is met."""
+    proved = plan.status is Status.OPTIMAL
+    if proved and most_s - plan.hover_time_s <= SAME_S * max(1.0, plan.hover_time_s):
+        words = proof if proof == PRICED else BOUNDED
+        return plan.model_copy(update={"proof": words, "bound": None})
+    return plan.model_copy(update={"status": otherwise, "proof": proof, "bound": most_s})
+
+
+def _declared(question: Question, speeds: LegSpeeds, which: Integers, rests: bool) -> Model:
+    """The problem over the speeds of the legs, Δ and T', for routes of segments of like kinds."""
+    network, problem = speeds.network, question.problem
+    model = Model(f"{problem.name} with the speeds of the legs free: longest hover")
+    known = quantities(network, which, rests=rests, steps=False)
+    given = Given.of(known, question.perspective)
+    stages, steps = list[Stage](), list[Stage | str]()
+    for legs, stay in legs_and_stays(network, which, rests):
+        for segment in np.flatnonzero(np.isfinite(speeds.ways_m[0][:, legs[0]])).tolist():
+            stages.append(_segment(model, speeds, len(stages) + 1, segment, legs))
+            steps.append(stages[-1])
+        steps += [stay] if stay else []
+    charge_As = sum(-each.current_A * each.duration_s for each in stages)
+    flown: dict[str, Quantity] = {
+        "flight_time_s": sum(each.duration_s for each in stages),
+        "flight_charge_As": charge_As,
+        "flight_energy_J": given.nominal_voltage_V * charge_As,
+        "flight_voltage_V": given.nominal_voltage_V,
+    }
+    for each in QUANTITIES:
+        if each.name in flown:
+            words = {name: each.metadata[name] for name in ("symbol", "unit")}
+            flown[each.name] = model.let(each.name, flown[each.name], **words)
+    problem.declare(model, replace(given, **flown, steps=steps))
+    return model
+
+
+def _segment(model: Model, speeds: LegSpeeds, number: int, segment: int, legs: Integers) -> Stage:
+    """The segment of a number on the way of each route, over its speed if it has one."""
+
+    def stated(name: str, symbol: str, unit: str, value: Quantity) -> Parameter:
+        """A figure of it, by route."""
+        key = f"{name}_{number}_{unit.replace('/', '_').replace(' ', '')}"
+        return Parameter(key, Indexed(symbol, number), unit, value)
+
+    flight, way_m = speeds.flight, vector(speeds.ways_m[:, segment, legs])
+    length_m, direction = level_length(way_m), level_direction(way_m)
+    least_m_s, most_m_s = (each[segment, legs] for each in (speeds.least, speeds.priced(math.inf)))
+    fastest = flight.leg_at(way_m, most_m_s)
+    if not length_m.any():  # Straight up or down
+        (drawn_A,) = fastest.currents_A
+        time_s = stated("flown", "t^fl", "s", fastest.duration_s)
+        return Stage(-stated("drawn", "I^fl", "A", drawn_A), time_s)
+    V = model.variable(
+        f"speed_{number}_m_s",
+        Indexed("V", number),
+        unit="m/s",
+        lower=stated("least_speed", "V^min", "m/s", least_m_s),
+        upper=stated("most_speed", "V^max", "m/s", most_m_s),
+    )
+    x, y, z = direction
+    if any(speeds.network.mission.wind.velocity_m_s):
+        direction = stated("eastward", "u^x", "1", x), stated("northward", "u^y", "1", y), z
+    duration, drawn = flight.level(stated("length", "d", "m", length_m), direction, V)
+    level_s, level = flight.level(length_m, (x, y, z), most_m_s)
+    lift_As = np.maximum(fastest.charge_As - level.current_A * level_s, 0.0)
+    t = model.let(f"duration {number}", duration, symbol=Indexed("t^fl", number), unit="s")
+    current = drawn.current_A
+    if (lift_As > LIFTS * fastest.charge_As).any():
+        current = current + stated("lift", "Q^up", "A s", lift_As) / t
+    named = model.let(f"current {number}", current, symbol=Indexed("I^fl", number), unit="A")
+    return Stage(-named, t)
