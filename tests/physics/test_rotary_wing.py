@@ -6,6 +6,7 @@ import itertools
 import math
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
@@ -30,6 +31,7 @@ WINGS = st.builds(
     st.floats(50.0, 250.0),
     st.floats(1e-4, 0.1),
 )
+Array = npt.NDArray[np.float64]
 ANGLES = st.floats(0.0, 2.0 * math.pi)
 
 
@@ -255,3 +257,62 @@ def test_symbols_give_what_floats_give() -> None:
         one = rotary_wing.leg(wing, way, 18.0, 2.0, (3.0, 2.0), 20.0)
         for tree, number in ((leg.duration_s, one.duration_s), (leg.power_W, one.power_W)):
             assert evaluate(tree, values) == pytest.approx(number, rel=1e-14)
+
+
+# Speeds by the price of a second
+
+LENGTHS = st.floats(20.0, 5000.0)
+ACCELERATIONS = st.floats(0.5, 5.0)
+PRICES = st.floats(0.0, 5000.0)
+
+
+def drawn(
+    wing: PowerCoefficients, d: float, a: float, V: Array, wind: tuple[float, float]
+) -> tuple[Array, Array]:
+    """Time [s] and energy [J] of level legs at ground speeds, by the printed formula."""
+    along, across = wind
+    power_W = [printed_power(wing, math.hypot(v - along, across)) for v in V]
+    return d / V + V / a, (d / V + V / a) * np.array(power_W)
+
+
+def test_a_leg_of_a_kilometre_is_best_below_best_range() -> None:
+    """SPEC-FLIGHT: 16.5 m/s for 1000 m at 2 m/s², where best range is 18.3."""
+    speeds = best_range(ZENG), best_endurance(ZENG)
+    assert speeds[0] == pytest.approx(18.3, abs=0.05)
+    found = rotary_wing.priced_speed(ZENG, 1000.0, 2.0, 0.0, 23.0, speeds[1])
+    assert found == pytest.approx(16.5, abs=0.05)
+
+
+@given(WINGS, LENGTHS, ACCELERATIONS, PRICES, st.floats(-9.0, 9.0), st.floats(-9.0, 9.0))
+def test_no_speed_is_cheaper_than_the_priced_one(
+    wing: PowerCoefficients, d: float, a: float, price: float, along: float, across: float
+) -> None:
+    """Against a dense grid of all speeds; the price comes back where no cap binds."""
+    most = min(float(rotary_wing.ground_speed(25.0, (along, across, 0.0), AHEAD)), math.sqrt(a * d))
+    wind = (along, across, 0.0)
+    easiest = best_endurance(wing, 25.0)
+    best = float(rotary_wing.priced_speed(wing, d, a, price, most, easiest, wind, AHEAD))
+    assert 0.0 < best <= most
+    every = np.linspace(most / 1000, most, 1000)
+    time_s, energy_J = drawn(wing, d, a, np.append(every, best), (along, across))
+    cost = energy_J + price * time_s
+    # The printed formula cancels at speed.
+    assert cost[-1] <= cost[:-1].min() * (1.0 + 1e-9)
+    if best < most * (1.0 - 1e-9):
+        again = float(rotary_wing.price(wing, d, a, best, wind, AHEAD))
+        assert again == pytest.approx(price, rel=1e-6, abs=1e-6 * energy_J[-1] / time_s[-1])
+
+
+@given(WINGS, LENGTHS, ACCELERATIONS, st.floats(-9.0, 9.0), st.floats(-9.0, 9.0))
+def test_energy_is_convex_in_the_time_of_a_leg(
+    wing: PowerCoefficients, d: float, a: float, along: float, across: float
+) -> None:
+    """Above the speed of the least power, by divided differences of the printed formula."""
+    wind = (along, across, 0.0)
+    most = min(float(rotary_wing.ground_speed(25.0, wind, AHEAD)), math.sqrt(a * d))
+    easiest = best_endurance(wing, 25.0)
+    low = float(rotary_wing.priced_speed(wing, d, a, -math.inf, most, easiest, wind, AHEAD))
+    assume(most - low > 0.1)
+    t, E = drawn(wing, d, a, np.linspace(max(low, 0.05 * most), most * 0.999, 60), (along, across))
+    slope = np.diff(E) / np.diff(t)
+    assert (np.diff(slope) / np.diff(t[1:]) >= -1e-6 * np.abs(slope).max()).all()
