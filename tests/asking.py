@@ -7,7 +7,7 @@ from typing import Any
 import optuav
 from optuav.solving.question import problem_of
 
-FIELDS = ("trajectory", "building", "order", "hover_point", "stops", "hovers")
+FIELDS = ("trajectory", "building", "order", "hover_point", "speed", "stops", "hovers")
 
 
 def _stated(problem: Any, options: dict[str, Any]) -> tuple[Any, dict[str, Any]]:

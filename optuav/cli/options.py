@@ -49,6 +49,7 @@ class ProblemOptions:
     building: str | None = None
     order: str | None = None
     hover_point: str | None = None
+    speed: str | None = None
     perspective: Perspective = "available"
     slot_s: float | None = None
 
@@ -63,7 +64,7 @@ class ProblemOptions:
         from optuav.solving import question
 
         stated, settings, kind = vars(self), list(settings or ()), None
-        flags = ("trajectory", "building", "order", "hover_point")
+        flags = ("trajectory", "building", "order", "hover_point", "speed")
         values, faults = {name: stated[name] for name in flags}, list[Fault]()
         if ".py" in self.problem:
             from optuav.cli.problem_file import problem_class

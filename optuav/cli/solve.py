@@ -48,6 +48,7 @@ def solve(
     one_stop = not {asked.stops, asked.hovers} - {None, 1}
     in_slots = "grid" in (asked.engine, asked.slot_s and asked.engine.replace("auto", "grid"))
     explained = one_stop and asked.hover_point in (None, "w_U")
+    explained = explained and asked.speed in (None, "mission")
     with progress() if in_slots or not explained else nullcontext() as bar:
         if bar is not None and in_slots:
             from optuav.engines.grid import Grid

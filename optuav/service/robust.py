@@ -165,7 +165,7 @@ def robust(
     refuse(faults)
     whole = completed(whole, box.spreads)
     question = checked_question(whole, problem, perspective)
-    several = question.several or question.p1.hover_point != "w_U"
+    several = question.several or question.speed_free or question.p1.hover_point != "w_U"
     if question.problem.name not in PROBLEMS_TAKEN or several:
         words = f"one of {', '.join(PROBLEMS_TAKEN)}, with one rest, one hover and a hover point"
         raise InputError([Fault("problem", question.problem.name, words)])

@@ -125,7 +125,7 @@ class Candidates(NamedTuple):
 def takes_arrays(mission: Mission, question: Question) -> bool:
     """Whether `best_plans` answers a question; else each mission is solved by itself."""
     problem, through_wells = question.problem, question.perspective not in PAPER
-    searched = question.several or question.p1.hover_point == "free"
+    searched = question.several or question.speed_free or question.p1.hover_point == "free"
     compared = isinstance(problem, P2) and through_wells  # with (P1), for its proof
     return not (searched or compared or mission.battery.takes_turns)
 
