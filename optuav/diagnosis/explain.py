@@ -35,6 +35,7 @@ from optuav.options import Perspective, ProblemName
 from optuav.plan import Plan, load_plan, load_subject
 from optuav.plan.plane import kind_of
 from optuav.solving import Program, solve
+from optuav.solving.free_speed import FreeSpeedProgram
 from optuav.solving.outcome import more_stops_may_help, not_excluded, words
 from optuav.solving.packs_by_schedule import ENGINE as SIMULATION
 from optuav.solving.parts import Part
@@ -55,6 +56,8 @@ WITHOUT_STOPS = (
     "--stops and --hovers"
 )
 HELD = "constraints and prices are those at the hover point found, which has no price of its own"
+AT_SPEEDS = "constraints and prices are those at the speeds found"
+NO_SPEEDS = "this is for the speeds that the mission states; at others no plan was found either"
 NOWHERE = "this is for hovering at w_U; elsewhere within reach no plan was found either"
 LONGEST = 500  # Characters of a constraint that is written out
 SEARCH_S = 60.0  # Time limit of a search for more stops where none is stated [s]
@@ -177,12 +180,14 @@ def _of_plan(plan: Plan) -> dict[str, Any]:
         words = "register it, or explain the mission with engine="
         raise InputError(f"the plan's engine {plan.engine} is not known by its name: {words}")
     fields = {name: getattr(plan, name) for name in ("trajectory", "building", "order")}
+    sought = any(phase.speeds_m_s for phase in plan.phases)
+    fields |= {"speed": "free"} if sought else {}
     return {
         "problem": problem_of(plan.problem, **fields),
         "perspective": plan.perspective,
         "slot_s": plan.slot_s,
-        # Packs that take turns are simulated, by no engine that can be named.
-        "engine": "auto" if plan.engine in ("", SIMULATION) else plan.engine,
+        # Packs that take turns are simulated, and speeds sought, by no engine that can be named.
+        "engine": "auto" if sought or plan.engine in ("", SIMULATION) else plan.engine,
     }
 
 
@@ -197,6 +202,15 @@ def _explained(question: MissionQuestion, plan: Plan | None = None) -> Explanati
         explained = _explained(question_of(plan) if plan else at_w_u, plan or None)
         note = HELD if plan else NOWHERE
         return replace(explained, plan=plan, notes=(note, *explained.notes))
+    if isinstance(program, FreeSpeedProgram):
+        plan = plan or program.solve()
+        if not plan:
+            problem: Any = question.stated.problem
+            explained = _explained(question.about(replace(problem, speed="mission")))
+            return replace(explained, plan=plan, notes=(NO_SPEEDS, *explained.notes))
+        held = program.held(plan)
+        found = _optimum(held, plan, held.answers())
+        return replace(found, notes=(program.price_in_words(plan), AT_SPEEDS, *found.notes))
     if program.parts and program.question.slot_s is None:
         solutions = program.answers()
         plan = plan or program.plan(solutions)

@@ -148,6 +148,8 @@ def times(plan: Plan) -> list[tuple[str, float, str]]:
             rows.append((kind.capitalize(), time_s, ", ".join(served)))
     fastest_m_s = max(phase.peak_speed_m_s for phase in plan.phases)
     flown = f"{len(plan.route) - 1} legs, up to {_number(fastest_m_s, 1)} m/s"
+    if chosen := [_number(each, 2) for leg in plan.speeds_m_s for each in leg]:
+        flown = f"{len(plan.route) - 1} legs, at {', '.join(chosen)} m/s"
     mission_s = plan.mission_time_s
     left_s = plan.mission.limits.deadline_s - mission_s
     ends = f"{abs(left_s):.2f} s {'before' if left_s > 0.0 else 'AFTER'} the deadline"

@@ -14,7 +14,7 @@ import numpy as np
 from formulations.formulation import Given
 from formulations.parameters import QUANTITIES
 from formulations.soc import AVAILABLE, PAPER
-from optuav.arrays import Integers
+from optuav.arrays import Floats, Integers
 from optuav.engines.solution import Solution
 from optuav.errors import InputError, SolverError
 from optuav.mission import Mission
@@ -32,7 +32,7 @@ from optuav.solving.outcome import best
 from optuav.solving.parts import Part, groups
 from optuav.solving.program import Program, declared_program
 from optuav.solving.question import Question
-from optuav.solving.speed_search import SpeedSearch
+from optuav.solving.speed_search import RouteSpeeds, SpeedSearch
 from optuav.status import SAME_S, Status
 
 PRICED = "priced: every leg is cheapest at one price of a second, and the dual bound is met"
@@ -42,6 +42,8 @@ TRIED = "a feasible plan: the best of the speeds that were tried within the time
 LATE = "the search for speeds did not end within the time limit"
 NONE = "no ground speeds of the legs make a plan possible; at those that come nearest:"
 NOT_FOUND = "no ground speeds were found that make a plan possible, and no proof that none do"
+CLOSE = 1e-9  # Share of the largest speed within which a leg flies at it
+SAME_A = 1e-6  # Relative difference of prices that are one
 LIFTS = 1e-12  # Share of the charge of a leg that a climb adds at least; less is rounding
 REFUSED = (
     "speed = 'free' has no shadow prices of its own: optuav.explain has those at the speeds found"
@@ -60,7 +62,7 @@ def free_program(question: Question, mission: Mission) -> "FreeSpeedProgram":
     kinds = np.sign(level_length(ways_m)) + 1.0
     legs = routes.legs[reached]
     own = np.where(legs == NO_LEG, 0.0, np.nan_to_num(kinds)[:, legs])
-    own = np.moveaxis(own, 0, -1).reshape(len(reached), -1)
+    own = np.moveaxis(own, 1, 0).reshape(len(reached), 3 * len(own))
     for alike in np.unique(own, axis=0):
         some = np.sort(reached[(own == alike).all(axis=1)])
         for group, rests in groups(routes, some, ordered=question.perspective not in PAPER):
@@ -117,9 +119,49 @@ class FreeSpeedProgram(Program):
             plan = _bounded(plan, most_s, TRIED if search.ended else SEARCHED, limited)
             late = (LATE,) if search.ended else ()
             return plan.model_copy(update={"notes": (*late, *plan.notes)})
-        if search.ended or most_s >= 0.0:
-            raise SolverError(f"{LATE if search.ended else NOT_FOUND}")
-        return self._priced(routes)
+        if search.ended:
+            raise SolverError(f"{LATE}, without a plan or proof that there is none")
+        nearest = self._priced(routes)
+        if most_s < 0.0:
+            return nearest
+        known = {"status": Status.UNKNOWN, "proof": NOT_FOUND, "reasons": nearest.reasons}
+        return nearest.model_copy(update=known)
+
+    def _own(self, plan: Plan) -> tuple[LegSpeeds, Floats]:
+        """The route of a plan, and its speeds (segment, leg) [m/s]."""
+        routes = range(len(self.network.routes))
+        own = self.speeds.only(next(k for k in routes if self.network.route_names(k) == plan.route))
+        speeds_m_s = np.full(own.ways_m.shape[1:], np.nan)
+        for leg, stated in enumerate(plan.speeds_m_s):
+            speeds_m_s[: len(stated), leg] = stated
+        return own, speeds_m_s
+
+    def route_of(self, plan: Plan) -> RouteSpeeds:
+        """The segments of the route of a plan."""
+        return RouteSpeeds(self._own(plan)[0])
+
+    def held(self, plan: Plan) -> Program:
+        """The program at the speeds of a plan, over its route."""
+        own, speeds_m_s = self._own(plan)
+        return declared_program(self.stated, own.at(speeds_m_s))
+
+    def price_in_words(self, plan: Plan) -> str:
+        """What a second of flight costs at the speeds of a plan."""
+        own, speeds_m_s = self._own(plan)
+        flown = np.nonzero(speeds_m_s.T > 0.0)[::-1]
+        way_m, speed = vector(own.ways_m[:, flown[0], flown[1]]), speeds_m_s[flown]
+        price_A = own.flight.price_A(way_m, speed)
+        capped = speed >= own.priced(math.inf)[flown] * (1.0 - CLOSE)
+        figures = [f"{each:.4g} A s" for each in price_A.tolist()]
+        if capped.all():
+            most = f"{price_A.max():.4g} A s" if np.isfinite(price_A).all() else "any charge"
+            return f"a second less of flight is worth {most} or more: all legs fly at their fastest"
+        free_A = price_A[~capped]
+        if np.ptp(free_A) <= SAME_A * max(1.0, float(np.abs(free_A).max())):
+            rest = ", where no cap binds" if capped.any() else " on every leg"
+            return f"a second less of flight is worth {free_A[0]:.4g} A s of charge{rest}"
+        costs = ("any" if own_cap else cost for own_cap, cost in zip(capped, figures, strict=True))
+        return f"a second less of flight is worth, leg by leg: {', '.join(costs)}"
 
     def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> NoReturn:
         """Refused: `optuav.explain` has those at the speeds found."""

@@ -9,12 +9,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from formulations.soc import AVAILABLE
+from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats, Integers
 from optuav.network import vehicle
 from optuav.network.places import HOVER
+from optuav.options import Perspective
 from optuav.physics.kibam import Stage, falls_throughout
 from optuav.solving.assemble import entries, legs_and_stays, quantities
+from optuav.solving.balance import balance, longest_by_balance
 from optuav.solving.best_plans import bracketed, hover_bounds_s
 from optuav.solving.leg_speeds import LegSpeeds, route_prices, vector
 from optuav.solving.maximise import Lengths, Point, maximise
@@ -140,7 +142,9 @@ class RouteSpeeds:
         found[self.segment, self.leg] = point * self.most_m_s[self.segment, self.leg]
         return found
 
-    def hover_times_s(self, points: Floats, least_s: float) -> Floats:
+    def hover_times_s(
+        self, points: Floats, least_s: float = 0.0, perspective: Perspective = AVAILABLE
+    ) -> Floats:
         """The longest hovers [s] at points (point, segment), −∞ for none."""
         most_m_s = self.most_m_s[self.segment, self.leg]
         loads = self.speeds.flight.leg_at(self.way_m, points * most_m_s)
@@ -150,11 +154,15 @@ class RouteSpeeds:
             own = np.flatnonzero(self.leg == leg).tolist()
             steps += [Stage(-current_A[:, k], duration_s[:, k]) for k in own]
             steps += [stay] if stay else []
+        charge_As = (duration_s * current_A).sum(axis=1)
         given = replace(
             self.given,
             flight_time_s=duration_s.sum(axis=1),
-            flight_charge_As=(duration_s * current_A).sum(axis=1),
+            flight_charge_As=charge_As,
+            flight_energy_J=charge_As * self.given.nominal_voltage_V,
             steps=steps,
         )
+        if perspective in PAPER:
+            return longest_by_balance(*balance(given, perspective))
         hover_s, *_ = bracketed(given, len(points), shortest_rest=False, least_s=least_s)
         return np.asarray(np.nan_to_num(hover_s, nan=-np.inf))

@@ -79,16 +79,18 @@ def compare(
     and CasADi goes through both wells in ``"battery"``. An answer in continuous times agrees if it
     is the first engine's, one in slots if it is within the bound of the theory and the grid's.
 
-    By perspective, trajectory or schedule, P1 is solved for each of them.
+    By perspective, trajectory or schedule, P1 is solved for each of them. By speed, it is solved at
+    the named speeds and at free ones, which CasADi and a grid of all speeds seek as well.
 
     Parameters
     ----------
     mission
         A mission, the name of a shipped one, or the path of a mission file.
     by
-        ``"method"``; ``"perspective"``, ``"trajectory"`` or both; or ``"schedule"`` of the packs.
+        ``"method"``; ``"perspective"``, ``"trajectory"`` or both; ``"schedule"`` of the packs; or
+        ``"speed"`` of the legs.
     perspective
-        How charge is counted by method or trajectory: ``"available"`` (None), ``"battery"``,
+        How charge is counted by method, trajectory or speed: ``"available"`` (None), ``"battery"``,
         ``"energy"`` or ``"adjusted"``. By schedule ``"available"`` always holds.
     slots_s
         Lengths of time slots [s], 0.001 to 1e7. By method several, by default 0.5, 1, 5, 10 and 60;
@@ -148,6 +150,10 @@ def compare(
         return compare_methods(
             studied, counted, lengths_s, some, time_limit_s, progress, workers, times=times
         )
+    if names == ("speed",):
+        from optuav.studies.speeds import compare_speeds
+
+        return compare_speeds(studied, counted)
     by_schedule, slot_s = names == ("schedule",), slots[0] if slots else None
     settings = _settings(studied, names, counted, periods_s or PERIODS_S)
     rows, plans, tell = list[Row](), list[Plan](), progress or (lambda *_: None)
@@ -195,8 +201,8 @@ def _faults(
     names: tuple[str, ...], perspective: Perspective | None, given: Mapping[str, Any]
 ) -> Iterator[Fault]:
     """Yield what is out of range, and what does not go with what is compared by."""
-    if names not in (("method",), ("schedule",)):
-        words = f"some of {', '.join(AXES)}; or method or schedule alone"
+    if names not in (("method",), ("schedule",), ("speed",)):
+        words = f"some of {', '.join(AXES)}; or method, schedule or speed alone"
         yield from (Fault("by", repr(name), words) for name in names if name not in AXES)
         if not names or len(set(names)) < len(names):
             yield Fault("by", repr(names), f"each once, at least one of {', '.join(AXES)}")
@@ -205,6 +211,8 @@ def _faults(
     slots = tuple(given["slots_s"] or ())
     if len(set(slots)) < len(slots):
         yield Fault("slots_s", shown(slots), "each length once")
+    if slots and names == ("speed",):
+        yield Fault("slots_s", shown(slots), "left out with by = 'speed'")
     if len(slots) > 1 and names != ("method",):
         yield Fault("slots_s", shown(slots), "one length unless by = 'method'")
     for name, kind in ALONE.items():

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,8 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import optuav
-from optuav import Mission
+from optuav import InputError, Mission
 from optuav.engines.registry import engine
+from optuav.status import Status
 from tests.examples import few
 from tests.mission.test_flights import WINGED
 from tests.solving.by_speed import balanced_s, delivered_s, grid, route, winged
@@ -186,3 +189,163 @@ def test_prices_of_a_second() -> None:
     found = route_prices(LegSpeeds(network), np.array([1]), "battery")
     assert found.price_A[0] == pytest.approx(network.places.charge_current_A[3], rel=1e-12)
     assert found.price_A[0] > 0.5
+
+
+# Files, the judge, and what is refused
+
+TIGHT = WINGED.replace(
+    {"battery.capacity_As": 5000.0, "flight.through_buildings": True, "limits.deadline_s": 900.0}
+)
+
+
+def test_a_file_holds_the_speeds_and_a_changed_one_is_found(tmp_path: Path) -> None:
+    """Slower, faster than stated, faster than possible, and left out."""
+    plan = free(TIGHT, optuav.P4("b1", speed="free"))
+    path = plan.save(tmp_path / "plan.json")
+    assert optuav.load_plan(path) == plan
+    assert all(len(speeds) == 1 for speeds in plan.speeds_m_s)
+    document = json.loads(path.read_text("utf-8"))
+    (speed,) = document["phases"][0]["speeds_m_s"]
+    for other, kind in ((speed * 0.99, "mismatch"), (speed * 1.01, "mismatch"), (24.0, "speed")):
+        document["phases"][0]["speeds_m_s"] = [other]
+        found = optuav.audit(document)
+        assert not found
+        assert kind in {event.kind for event in found.violations}
+    del document["phases"][0]["speeds_m_s"]
+    assert "mismatch" in {event.kind for event in optuav.audit(document).violations}
+    for wrong in ([speed, speed], ["fast"], [-1.0]):
+        document["phases"][0]["speeds_m_s"] = wrong
+        with pytest.raises(InputError, match="speeds_m_s"):
+            optuav.audit(document)
+
+
+def test_a_file_without_free_speeds_is_as_it_was() -> None:
+    plan = optuav.solve(TIGHT, "P3", perspective="battery")
+    assert not any(plan.speeds_m_s)
+    assert all("speeds_m_s" not in phase for phase in plan.to_dict()["phases"])
+    with pytest.raises(InputError, match="speeds_m_s"):
+        optuav.audit(_with_speeds(optuav.solve("paper", "P3")))
+
+
+def _with_speeds(plan: optuav.Plan) -> dict[str, Any]:
+    document = plan.to_dict()
+    document["phases"][0]["speeds_m_s"] = [10.0]
+    return document
+
+
+def test_position_over_time_is_that_of_the_stated_speeds() -> None:
+    """The trace ends every leg at its place, and peaks at the speed of a level leg."""
+    plan = free(TIGHT.replace({"route.origin_m": [0, 0, 50]}), DIRECT, perspective="battery")
+    trace = optuav.replay(plan).trace
+    landed = np.searchsorted(trace.time_s, plan.phases[0].duration_s)
+    hover_m = optuav.graph(plan.mission).nodes["hover"]["position_m"]
+    assert trace.position_m[landed] == pytest.approx(np.array(hover_m), abs=1e-6)
+    (speed,) = plan.phases[0].speeds_m_s
+    assert trace.speed_m_s[:landed].max() == pytest.approx(speed, rel=1e-9)
+
+
+@pytest.mark.parametrize("perspective", ["battery", "available"])
+def test_each_segment_of_a_bent_leg_has_its_speed(perspective: Any) -> None:
+    """A bent leg stops at its apex: its segments fly as two legs of their lengths would."""
+    wall = {"name": "wall", "position_m": [500, 1250, 110], "footprint_m": [800, 60]}
+    mission = WINGED.replace(
+        {
+            "buildings": [wall],
+            "flight.obstacles": "over",
+            "wind.velocity_m_s": [3.0, -2.0, 0.0],
+            "battery.capacity_As": 6000.0,
+            "limits.deadline_s": 700.0,
+        }
+    )
+    plan = free(mission, DIRECT, perspective=perspective)
+    bent = plan.phases[0]
+    assert len(bent.waypoints_m) == 1
+    assert len(bent.speeds_m_s) == 2
+    for rule in RULES:
+        named = optuav.solve(mission.replace({"flight.speed": rule}), "P3", perspective=perspective)
+        assert plan.hover_time_s >= named.hover_time_s - 1e-6
+
+
+@pytest.mark.parametrize(
+    ("mission", "problem", "options", "words"),
+    [
+        ("paper", optuav.P1(speed="free"), {}, "rotary-wing"),
+        ("paper-table2", optuav.P4("b1", speed="free"), {}, "rotary-wing"),
+        (TIGHT, optuav.P1(speed="fast"), {}, "speed"),  # type: ignore[arg-type]
+        (TIGHT, optuav.P1(speed="free", stops=2), {}, "stops"),
+        (TIGHT, optuav.P1(speed="free", hovers=2), {}, "hovers"),
+        (TIGHT, optuav.P1(speed="free", hover_point="free"), {}, "hover_point"),
+        (TIGHT, optuav.P1(speed="free", trajectory="traj2"), {}, "trajectory"),
+        (TIGHT, DIRECT, {"slot_s": 1.0}, "slot_s"),
+        (TIGHT, DIRECT, {"engine": "casadi"}, "engine"),
+        (TIGHT, DIRECT, {"perspective": "wells"}, "perspective"),
+        (TIGHT.replace({"battery.schedule": "sequential"}), DIRECT, {}, "battery.schedule"),
+        (TIGHT, DIRECT, {"graph": optuav.graph(TIGHT)}, "graph"),
+    ],
+)
+def test_what_has_no_free_speed_is_refused(
+    mission: Any, problem: Any, options: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(InputError, match=words):
+        optuav.solve(mission, problem, **options)
+
+
+def test_where_nothing_can_be_flown_the_reasons_say_so() -> None:
+    """Too late at any speed, too little charge at any speed, and against too strong a wind."""
+    late = optuav.solve(TIGHT.replace({"limits.deadline_s": 60.0}), DIRECT, perspective="battery")
+    assert "the flight alone takes" in late.reasons[1]
+    poor = TIGHT.replace({"battery.capacity_As": 500.0})
+    empty = optuav.solve(poor, DIRECT, perspective="energy")
+    assert "state of charge" in empty.reasons[1]
+    assert late.status is empty.status is Status.INFEASIBLE
+    windy = optuav.solve(TIGHT.replace({"wind.velocity_m_s": [0.0, 30.0, 0.0]}), DIRECT)
+    assert "the wind blows" in windy.reasons[0]
+
+
+def test_explain_tells_what_a_second_of_flight_costs() -> None:
+    """The rest current where both bind with a rest; the price of flight time is that of charge."""
+    explained = optuav.explain(TIGHT, optuav.P4("b1", speed="free"), perspective="battery")
+    assert explained.notes[0] == "a second less of flight is worth 10 A s of charge on every leg"
+    by_name = {price.name: price for price in explained.prices}
+    rate = by_name["flight_time_s"].more / by_name["flight_charge_As"].more
+    assert rate == pytest.approx(10.0, rel=1e-9)
+    assert optuav.explain(explained.plan).notes[:2] == explained.notes[:2]
+    capped = optuav.explain(TIGHT.replace({"limits.deadline_s": 300.0}), DIRECT)
+    assert "all legs fly at their fastest" in capped.notes[0]
+    none = optuav.explain(TIGHT.replace({"battery.capacity_As": 500.0}), DIRECT)
+    assert "no plan was found either" in none.notes[0]
+    assert none.repairs
+
+
+def test_compare_sets_the_search_beside_casadi_and_a_grid() -> None:
+    for perspective in ("battery", "available"):
+        few = TIGHT.replace({"buildings": TIGHT.buildings[:1]})
+        found = optuav.compare(few, by="speed", perspective=perspective)  # type: ignore[arg-type]
+        hover_s = {row["method"]: row["hover_time_s"] for row in found.rows}
+        assert hover_s["free"] == pytest.approx(hover_s["free, CasADi"], abs=1e-4)
+        assert hover_s["free, grid"] <= hover_s["free"] + 1e-6
+        assert hover_s["free"] == pytest.approx(hover_s["free, grid"], abs=0.1)
+        assert max(hover_s[rule] for rule in RULES) <= hover_s["free"] + 1e-6
+        assert [*found.plot()] == ["speeds.png"]
+
+
+def test_a_batch_solves_them_one_by_one() -> None:
+    """Three deadlines, as three plans."""
+    deadlines = [500.0, 900.0, 1300.0]
+    ranges = {"limits.deadline_s": deadlines}
+    found = optuav.batch_arrays(TIGHT, ranges, DIRECT, perspective="battery")
+    for deadline_s, hover_s in zip(deadlines, found["hover_time_s"], strict=True):
+        plan = free(TIGHT.replace({"limits.deadline_s": deadline_s}), DIRECT, perspective="battery")
+        assert hover_s == pytest.approx(plan.hover_time_s, abs=1e-9)
+
+
+def test_a_time_limit_leaves_the_best_plan_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
+    """After the named speeds, no time is left: a feasible plan with a bound."""
+    from optuav.solving import speed_search
+
+    clock = iter(range(10_000))
+    monkeypatch.setattr(speed_search.time, "monotonic", lambda: float(next(clock)))
+    plan = optuav.solve(TIGHT, DIRECT, time_limit_s=2.5)
+    assert plan.status is Status.FEASIBLE
+    assert plan.bound is not None
+    assert "time limit" in plan.notes[0]

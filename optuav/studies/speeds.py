@@ -1,0 +1,115 @@
+"""The longest hover by how fast the legs are flown: named speeds, free ones, CasADi and a grid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from formulations.p1 import P1
+from optuav.arrays import Floats
+from optuav.errors import printable
+from optuav.mission import Mission
+from optuav.mission.flight_model import flight_of
+from optuav.options import Perspective
+from optuav.plan import Plan
+from optuav.plan.summary import tabulated
+from optuav.solving import formulate, solve
+from optuav.solving.free_speed import FreeSpeedProgram
+from optuav.solving.speed_search import RULES, RouteSpeeds
+from optuav.studies.results import Pictures, Results, Row, fixed
+
+UNITS = {"method": "", "hover_time_s": "s", "brings_s": "s", "speeds_m_s": "m/s", "status": ""}
+GRID = 20_000  # Most points of the grid of speeds
+STEPS = 120  # Speeds of the picture
+SLOWEST = 0.2  # Least speed of grid and picture, as a share of the largest
+
+
+def compare_speeds(mission: Mission, perspective: Perspective) -> Results:
+    """Return P1 at named speeds and at free ones, with what CasADi and a grid find.
+
+    The grid is that of all speeds of the legs on the route of the plan with free speeds.
+    """
+    free = formulate(mission, P1(speed="free"), perspective=perspective)
+    assert isinstance(free, FreeSpeedProgram)
+    plans = {
+        rule: solve(
+            mission.replace({"flight.cruise_speed_m_s": None, "flight.speed": rule}),
+            perspective=perspective,
+        )
+        for rule in RULES
+    }
+    plan = plans["free"] = free.solve()
+    rows = list[Row]()
+
+    def add(method: str, hover_s: float | None, speeds: Sequence[float], status: str) -> None:
+        known = hover_s is not None and rows and rows[0]["hover_time_s"] is not None
+        brings_s = hover_s - rows[0]["hover_time_s"] if hover_s is not None and known else None
+        found = method, hover_s, brings_s, tuple(speeds), status
+        rows.append(dict(zip(UNITS, found, strict=True)))
+
+    for method, each in plans.items():
+        flown = [speed for leg in each.speeds_m_s for speed in leg] if each else []
+        add(method, each.hover_time_s if each else None, flown, each.status.value)
+    route: RouteSpeeds | None = None
+    if plan:
+        solutions = free.answers()
+        if (best := free.best(solutions)) is not None:
+            solution, entry = solutions[best[0]], best[1]
+            point = solution.point(entry)
+            speeds = [x for name, x in point.items() if name.startswith("speed_")]
+            hover_s, status = point["hover_time_s"], solution.statuses[entry].value
+            add("free, CasADi", hover_s, speeds, status)
+        route = free.route_of(plan)
+        most_m_s = route.most_m_s[route.segment, route.leg]
+        side = int(GRID ** (1.0 / len(most_m_s)))
+        axes = np.meshgrid(*[np.linspace(SLOWEST, 1.0, side)] * len(most_m_s))
+        points = np.array([axis.ravel() for axis in axes]).T
+        hovers_s = route.hover_times_s(points, 0.0, perspective)
+        top = int(hovers_s.argmax())
+        add("free, grid", float(hovers_s[top]), (points[top] * most_m_s).tolist(), f"{side} a leg")
+    facts = {"by": ("speed",), "perspective": perspective}
+    draw = partial(_draw, route=route, plan=plan)
+    return Results("optuav comparison of speeds", mission, facts, UNITS, tuple(rows), _show, draw)
+
+
+def _show(found: Results) -> Iterator[str]:
+    """Yield one line a method."""
+    perspective = found.facts["perspective"]
+    yield f"{found.mission.name}: longest hover by speed of the legs, {perspective}\n"
+    table = [["speed", "Δ [s]", "brings [s]", "legs [m/s]", "answer"]]
+    for row in found.rows:
+        speeds = ", ".join(f"{each:.2f}" for each in row["speeds_m_s"]) or "–"
+        brings = fixed(row["brings_s"], 3, otherwise="–", sign="+")
+        table.append([row["method"], fixed(row["hover_time_s"], 3), brings, speeds, row["status"]])
+    yield from tabulated(table, 1, 2)
+
+
+def _draw(found: Results, route: RouteSpeeds | None, plan: Plan) -> Pictures:
+    """Hover over one speed of all legs, with the named speeds and the best of each leg."""
+    if route is None:
+        return
+    from optuav.plots import Line, Mark, curves
+
+    perspective = found.facts["perspective"]
+    most_m_s = route.most_m_s[route.segment, route.leg]
+    speeds: Floats = np.linspace(SLOWEST, 1.0, STEPS) * most_m_s.max()
+    points = np.minimum(speeds[:, None] / np.maximum(most_m_s, 1e-9), 1.0)
+    hovers_s = route.hover_times_s(points, 0.0, perspective)
+    flown = np.isfinite(hovers_s)
+    own = [speed for leg in plan.speeds_m_s for speed in leg]
+    curve: Any = flight_of(found.mission).power_over_speed(0.0)
+    named = {"best endurance": curve.best_endurance[0], "best range": curve.best_range[0]}
+    ax = curves(
+        [
+            Line("all legs at one speed", speeds[flown], hovers_s[flown]),
+            Line("each leg at its best", own, [plan.hover_time_s] * len(own), "o"),
+        ],
+        title=f"Hover over the speed of the legs: {printable(found.mission.name)}",
+        x_label="ground speed $V$ [m/s]",
+        y_label="hover time Δ [s]",
+        marks=[Mark(float(x), f"{words}: {float(x):.1f} m/s") for words, x in named.items()],
+    )
+    yield "speeds.png", ax
