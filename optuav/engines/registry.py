@@ -204,7 +204,9 @@ class OneByOne(Engine):
 
 
 AUTO = "auto"  # Stands for the first engine that takes a model
-ENGINES = tuple(each.name for each in CAPABILITIES)  # Names of the engines of the package
+ENGINES = tuple(
+    capability.name for capability in CAPABILITIES
+)  # Names of the engines of the package
 CLASSES: Mapping[str, str] = {
     "closed-form": "closed_form.ClosedForm",
     "cvxpy": "cvxpy_engine.Cvxpy",
@@ -215,7 +217,7 @@ CLASSES: Mapping[str, str] = {
 """Module and class of each."""
 
 _registered: dict[str, Engine] = {}
-capabilities = {each.name: each for each in CAPABILITIES}
+capabilities = {capability.name: capability for capability in CAPABILITIES}
 """What all engines take, by name: those of the package first, then those that were added."""
 
 
@@ -269,7 +271,9 @@ def conforming(given: Engine) -> Engine:
         raise InputError([Fault("engine", f"{given!r:.60}", words)])
     known = isinstance(getattr(given, "takes", None), Capability)
     known &= isinstance(getattr(given, "name", None), str)
-    if not known or not all(callable(getattr(given, each, None)) for each in ("solve", "compile")):
+    if not known or not all(
+        callable(getattr(given, method, None)) for method in ("solve", "compile")
+    ):
         words = "a name, or an object with name, takes (a Capability), solve and compile, an Engine"
         raise InputError([Fault("engine", f"{given!r:.60}", words)])
     if not of_the_package(given) and given.name in ("", AUTO, *ENGINES):

@@ -218,8 +218,8 @@ def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats)
     infinite where other programmes need them. Sizes and reach say how much rounding there may be.
     """
     rates: dict[str, Operand] = {}
-    for each in stated:
-        for name, rate in each.form.rates_per_s.items():
+    for stated_form in stated:
+        for name, rate in stated_form.form.rates_per_s.items():
             if not same_rate(rates.setdefault(name, rate), rate):
                 raise NotExponentialError(f"{name} levels out at two rates")
     x, y = (*names, "")[:2]
@@ -258,24 +258,24 @@ def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list
     read: list[tuple[Constraint, Sequence[Exponential], bool]] = []
     bounded: list[Constraint] = []
     done = model.walked.forms(values)
-    for each in relations(model):
+    for relation in relations(model):
         try:
-            forms = [done.get(id(e), e) for e in each.relation.sides]
+            forms = [done.get(id(e), e) for e in relation.relation.sides]
             if any(isinstance(e, Expression) for e in forms):
                 forms = [exponential(e, values, done) for e in forms]
             own = [e if isinstance(e, Exponential) else Exponential({CONSTANT: e}) for e in forms]
-            read.append((each, own, False))
+            read.append((relation, own, False))
         except NotExponentialError as error:
             if not relaxed:
-                raise NotExponentialError(f"{each.label!r}: {error}") from error
-            bounded.append(each)
+                raise NotExponentialError(f"{relation.label!r}: {error}") from error
+            bounded.append(relation)
     exact = Relaxation()
     kinds = [exact]  # Grows by what is met at the bounds: one more for each ceiling
     for relaxation in kinds:
         done = {}
-        for each in bounded:
-            own = [exponential(e, values, done, relaxation) for e in each.relation.sides]
-            read.append((each, own, True))
+        for row in bounded:
+            own = [exponential(e, values, done, relaxation) for e in row.relation.sides]
+            read.append((row, own, True))
         kinds += map(Relaxation, exact.names) if relaxation is exact else ()
     found = [
         StatedForm(

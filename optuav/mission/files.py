@@ -162,7 +162,7 @@ def parse_toml(text: str, source: str = "") -> dict[str, Any]:
             if '"kind": "optuav plan"' in text[:1000]:
                 words = "is a saved plan; optuav show and optuav audit take it"
         else:
-            tables = [each for each in found.values() if isinstance(each, dict)]
+            tables = [table for table in found.values() if isinstance(table, dict)]
             if max(map(len, [found, *tables])) <= MOST_KEYS:
                 return found
             words = f"has a table of more than {MOST_KEYS} keys"
@@ -197,9 +197,11 @@ def _is_deep(value: Any) -> bool:
     """Whether lists and objects stand in each other in more than `MOST_LEVELS` levels."""
     level = [value]
     for _ in range(MOST_LEVELS):
-        nested = (each for each in level if isinstance(each, dict | list))
-        level = [x for each in nested for x in (each.values() if isinstance(each, dict) else each)]
-    return any(isinstance(each, dict | list) for each in level)
+        nested = (value for value in level if isinstance(value, dict | list))
+        level = [
+            x for value in nested for x in (value.values() if isinstance(value, dict) else value)
+        ]
+    return any(isinstance(value, dict | list) for value in level)
 
 
 def _no_constant(name: str) -> float:

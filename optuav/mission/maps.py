@@ -94,7 +94,7 @@ def table(known: list[dict[str, Any]], names: list[Any], shapes: Any, crs: Any, 
     import numpy as np
     import pandas as pd
 
-    if len({key for each in known for key in each}) * len(known) > MOST_VALUES:
+    if len({key for row in known for key in row}) * len(known) > MOST_VALUES:
         raise refusal(file, f"has a table of more than {MOST_VALUES} cells")
     outlines = np.empty(len(shapes), dtype=object)
     outlines[:] = shapes

@@ -62,7 +62,7 @@ def _number(form: type[MissionSection], key: str) -> Number | None:
 def described(model: type[BaseModel], key: str) -> Iterator[Allowed | Number | OneOf]:
     """What the type of a field says of its values, then of the components of a vector."""
     field = model.model_fields[key]
-    of_options = (getattr(each, "__metadata__", ()) for each in get_args(field.annotation))
+    of_options = (getattr(argument, "__metadata__", ()) for argument in get_args(field.annotation))
     for item in (*field.metadata, *(item for items in of_options for item in items)):
         if isinstance(item, Allowed | Number | OneOf):
             yield item
@@ -121,7 +121,7 @@ def path_of(stated: Any, name: str = "path", words: str = "a path") -> Path:
 
 def paths_of(stated: Any, name: str) -> list[Path]:
     """One path or several as a list; refused if there is none."""
-    return [path_of(each) for each in several(name, stated, str | Path, "a path, or several")]
+    return [path_of(path) for path in several(name, stated, str | Path, "a path, or several")]
 
 
 def of_kind(name: str, stated: Any, kind: Any, words: str) -> Any:
@@ -135,7 +135,7 @@ def several(name: str, stated: Any, kind: Any, words: str, least: int = 1) -> li
     """One value of a kind, or several, as a list; others and fewer are refused with these words."""
     alone = isinstance(stated, kind) or not isinstance(stated, Iterable)
     found = [stated] if alone else [*stated]
-    if len(found) < least or not all(isinstance(each, kind) for each in found):
+    if len(found) < least or not all(isinstance(value, kind) for value in found):
         raise InputError([Fault(name, shown(stated), words)])
     return found
 

@@ -353,7 +353,7 @@ def without_none(value: Any, depth: int = 3, *, kept: bool = False) -> Any:
         items = [(key, each) for key, each in value.items() if kept or each is not None]
         return {key: without_none(each, depth - 1, kept=kept) for key, each in items}
     if depth and isinstance(value, list | tuple):
-        return [without_none(each, depth - 1, kept=kept) for each in value]
+        return [without_none(entry, depth - 1, kept=kept) for entry in value]
     return value.tolist() if hasattr(value, "tolist") else value
 
 
@@ -400,7 +400,7 @@ def _revise_buildings(buildings: list[object], values: Document) -> Iterator[Fau
     for key, value in values.items():
         building, _, field = (key, "", "") if key in places else key.rpartition(".")
         if building not in places:
-            names = [each.removeprefix("buildings.") for each in named]
+            names = [name.removeprefix("buildings.") for name in named]
             yield Fault(key, shown(value), no_building(key, names))
             continue
         place, new = places[building], {field: value} if field else value

@@ -84,7 +84,7 @@ def _entries(table: MissionSection, *, explained: bool) -> Iterator[str]:
 def _text(value: object) -> str:
     """A value as TOML writes it; a whole number as one."""
     if isinstance(value, list):
-        return f"[{', '.join(_text(each) for each in value)}]"
+        return f"[{', '.join(_text(entry) for entry in value)}]"
     if isinstance(value, float) and value.is_integer() and abs(value) < 1e9:
         value = int(value)
     return tomli_w.dumps({"x": value}).partition("=")[2].strip()

@@ -238,10 +238,10 @@ def affine(expression: Operand, values: Values, done: dict[int, Operand] | None 
 
 def not_linear(every: Iterable[Expression], forms: Mapping[int, Operand]) -> str:
     """Which function of some nodes, each after its operands, is the first that is not linear."""
-    for each in every:
-        form = forms.get(id(each), NOWHERE) if each.moves else None
-        if isinstance(each, Call) and isinstance(form, Exponential) and not form.linear:
-            return f"{each.ufunc.__name__} of the unknowns is not linear"
+    for node in every:
+        form = forms.get(id(node), NOWHERE) if node.moves else None
+        if isinstance(node, Call) and isinstance(form, Exponential) and not form.linear:
+            return f"{node.ufunc.__name__} of the unknowns is not linear"
     raise AssertionError("all of these functions are linear")
 
 

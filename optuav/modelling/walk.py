@@ -46,9 +46,9 @@ class Walk:
         for node in self.nodes:
             where, called = list[int](), isinstance(node, Call)
             named = (node.expression,) if isinstance(node, Let) else ()
-            for each in node.arguments if called else named:
-                where.append(place.get(id(each), len(place) + len(numbers)))
-                numbers += [] if id(each) in place else [each]
+            for operand in node.arguments if called else named:
+                where.append(place.get(id(operand), len(place) + len(numbers)))
+                numbers += [] if id(operand) in place else [operand]
             # With one place `itemgetter` gives a bare value, with a slice a list of it.
             alone = itemgetter(slice(where[0], where[0] + 1)) if len(where) == 1 else None
             take = alone or (itemgetter(*where) if where else None)

@@ -112,7 +112,7 @@ class Text:
         if isinstance(expression, Relation):
             left, right = map(self.write, expression.sides)
             return f"{left} {self.senses[expression.sense]}{self.after}{right}"
-        known = {id(each): self.named(each) for each in outermost(expression)}
+        known = {id(node): self.named(node) for node in outermost(expression)}
         return self._operand(fold(expression, self.named, self._call, done=known)).text
 
     def named(self, node: Leaf | Let) -> Written:
@@ -198,7 +198,7 @@ class Text:
         if ufunc is np.log1p:
             return self._call(np.log, (self._sum(ONE, first),))
         name = NAMES.get(ufunc, ufunc.__name__)
-        separate = (self._at_least(SUM, each) for each in (first, *rest))
+        separate = (self._at_least(SUM, term) for term in (first, *rest))
         return Written(self._function(name, ", ".join(separate)), ATOM)
 
     def _sum(self, left: Written, right: Written) -> Written:

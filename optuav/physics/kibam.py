@@ -180,8 +180,10 @@ def shift(battery: Battery, stage: Stage) -> Shift:
 def tilted_after(battery: Battery, charge: Tilted, *stages: Stage | Shift) -> Tilted:
     """Total charge and tilt [A s] after stages of constant current, or what they do, in order."""
     total_As, tilt_As = charge
-    for each in stages:
-        gained_As, remaining, tilted_As = each if isinstance(each, Shift) else shift(battery, each)
+    for stage in stages:
+        gained_As, remaining, tilted_As = (
+            stage if isinstance(stage, Shift) else shift(battery, stage)
+        )
         total_As, tilt_As = total_As + gained_As, tilt_As * remaining + tilted_As
     return Tilted(total_As, tilt_As)
 

@@ -240,7 +240,7 @@ class Packs:
         if not full.any():
             return end
         top = held(self.pack, Wells(self._top.available_As, self.wells.bound_As), passed_s)
-        return Wells(*(np.where(full, *each) for each in zip(top, end, strict=True)))
+        return Wells(*(np.where(full, *choice) for choice in zip(top, end, strict=True)))
 
 
 def lifetime(
