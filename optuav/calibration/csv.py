@@ -172,7 +172,7 @@ def gaps(table: Measurements) -> Iterator[Fault]:
 def read_all(
     files: Sequence[Path], formats: Sequence[Format], one: Callable[[Measurements], Read]
 ) -> list[Read]:
-    """What `one` makes of each file; or all their faults, also of two with the same content."""
+    """Read each file with `one`, or refuse all faults at once, also of two with one content."""
     found, faults, first = list[Read](), list[Fault](), dict[str, str]()
     for path in files:
         try:

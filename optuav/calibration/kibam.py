@@ -80,7 +80,7 @@ class Discharge(NamedTuple):
 
     @property
     def changes(self) -> tuple[Floats, Floats]:
-        """By how much the current changes [A] and how long before the end [s]."""
+        """Changes of the current [A] and how long before the end each happens [s]."""
         currents_A, durations_s = map(np.array, zip(*self.pieces, strict=True))
         rounds = math.ceil(self.lifetime_s / durations_s.sum()) if len(set(currents_A)) > 1 else 1
         starts_s = np.cumsum(np.tile(durations_s, rounds)) - np.tile(durations_s, rounds)
@@ -235,7 +235,7 @@ class SumOfSquares:
         return found
 
     def valley(self, rates: Floats) -> tuple[Floats, Floats, Floats]:
-        """Where along each row the sum is least, that sum, and the rows.
+        """Minimise the sum along each row: the minimiser, that sum, and the rows.
 
         q [A s] and its rate of change with the end [A]: (2, row, 1, discharge).
         """
@@ -287,7 +287,7 @@ class SumOfSquares:
 def _least(
     function: Callable[[Floats], Floats], low: Floats, high: Floats
 ) -> tuple[Floats, Floats]:
-    """Where a function is least between ends, and that least, on ever finer grids, by row."""
+    """Minimise a function between ends on ever finer grids, by row: minimiser and minimum."""
     each = np.arange(len(low))
     for _ in range(ZOOMS):
         places = np.linspace(low, high, FINER, axis=1)

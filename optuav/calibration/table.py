@@ -47,7 +47,7 @@ Cell = Literal[
     "flight_voltage_V",
     "hover_voltage_V",
 ]
-"""What a row may state: times, what is left by perspective, mean voltages."""
+"""Quantities that a row may state: times, charge left by perspective, mean voltages."""
 UNITS = {"s": "s", "percent": "%", "V": "V"}
 Positive = Annotated[float, Number("-", gt=0)]
 Duration = Annotated[float, Number("s", ge=0)]
@@ -59,7 +59,7 @@ WITHOUT_LASER = ("laser", "flight.charge_current_A", "flight.charge_power_W")
 
 
 class FlownAs(BaseModel, extra="allow", strict=True, allow_inf_nan=False):
-    """How a row was flown; any other key is one of the mission."""
+    """Keys that say how a row was flown; any other key is one of the mission."""
 
     hover_time_s: Duration = 0.0
     rest_time_s: Duration = 0.0
@@ -364,7 +364,7 @@ def _valid(document: dict[str, Any]) -> tuple[ResultsFile, list[Fault]]:
 
 
 def _faults_of_row(place: str, row: FlownAs, mission: Mission | None) -> Iterator[Fault]:
-    """What is wrong with the keys and the building of a row."""
+    """Yield the faults of the keys and the building of a row."""
     if row.rest_time_s and not row.building:
         yield Fault(f"{place}.building", "", "where it rested")
     if mission is None:

@@ -196,7 +196,7 @@ def read(
 def _faults(
     level_height_m: object, default_height_m: object, bbox: object, origin: object
 ) -> Iterator[Fault]:
-    """What is wrong with the numbers that are asked for."""
+    """Yield the faults of the numbers among the options."""
     yield from misfits(("level_height_m", level_height_m, HEIGHT))
     if default_height_m is not None:
         yield from misfits(("default_height_m", default_height_m, HEIGHT))
@@ -405,7 +405,7 @@ def _numbers(frame: Any, name: str) -> Floats:
 
 
 def _stated(frame: Any, name: str) -> Any:
-    """What is stated in a column, or else in a tag of that name."""
+    """Return the values of a column, or else of a tag of that name."""
     if name in frame:
         return frame[name]
     if TAGS in frame:
@@ -427,7 +427,7 @@ def _nowhere(file: Path, frame: Any, **named: str) -> Iterator[Fault]:
 def _unknown_heights(
     file: Path, frame: Any, unknown: Booleans, height: str, levels: str
 ) -> Iterator[Fault]:
-    """That buildings are of unknown height, and a fault for each of them."""
+    """Return a fault that buildings have unknown heights, and one for each of them."""
     if not unknown.any():
         return
     known = frame.columns.drop([frame.geometry.name, "mended"])

@@ -120,7 +120,7 @@ def city(
 
 
 def _warnings(mission: Mission, at_m: Mapping[str, tuple[float, float, float]]) -> Iterator[str]:
-    """What is amiss, and what stands in the way from take-off to the hover point and on."""
+    """Return warnings, and the buildings in the way from take-off to the hover point and on."""
     import numpy as np
 
     from optuav.network.feasibility import advice, blocked_legs

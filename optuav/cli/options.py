@@ -27,7 +27,7 @@ NUMBERS: Mapping[Any, Callable[[str], float]] = {
     **dict.fromkeys((float, float | None), decimal),
     **dict.fromkeys((int, int | None), integer),
 }
-"""What reads an option, by the type of its parameter."""
+"""Parser of an option, by the type of its parameter."""
 SIMPLE: Mapping[str, tuple[tuple[type, ...], str]] = {
     **{"float": ((float, int), "a number"), "int": ((int,), "a whole number")},
     **{"str": ((str,), "a text"), "bool": ((bool,), "true or false")},

@@ -1,4 +1,4 @@
-"""What commands print and write: JSON, text and tables, names of files, and a progress bar."""
+"""Output of commands: JSON, text and tables, names of files, and a progress bar."""
 
 from __future__ import annotations
 

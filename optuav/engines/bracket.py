@@ -48,7 +48,7 @@ from optuav.modelling.traversal import evaluate
 from optuav.status import SAME_S, Status
 
 ROUNDING = 1e-11
-"""By how much a constraint must be missed to fail, relative to max(1, |right side|)."""
+"""Violation from which a constraint fails, relative to max(1, |right side|)."""
 NAME = "bracket"
 PROOF = "bracketed: a feasible time, and proof that none is longer"
 PROOF_OF_NONE = "bracketed: proof that no times satisfy all constraints"
@@ -60,7 +60,7 @@ SMALLEST_BOX_S = 1e-10
 
 
 class Interval(NamedTuple):
-    """What is known of the largest x, one entry a programme: a point at which all rows hold."""
+    """The largest x per programme, between a point where all rows hold and a bound."""
 
     x: Floats  # NaN without a point
     y: Floats
@@ -138,7 +138,7 @@ def _monotone(
     weights[0] = np.where(helped[helping], weights[0], np.inf)
 
     def margin(x: Floats, starts: Floats, slopes: Floats, *own: Floats) -> Floats:
-        """How far the rows hold at the largest y under the lines, not below 0."""
+        """Return the least slack of the rows at the largest y under the lines, not below 0."""
         y = np.maximum((starts - slopes * x).min(axis=0), 0.0)
         found: Floats = Rows(*own).at(x, y).min(axis=0, initial=np.inf)
         return found
@@ -187,7 +187,7 @@ def _sweep(
     (known,) = np.nonzero(~np.isnan(x))
 
     def margin(x: Floats, y: Floats, *own: Floats) -> Floats:
-        """How far the rows hold at the y that was found."""
+        """Return the least slack of the rows at the chosen y."""
         least: Floats = Rows(*own).at(x, y).min(axis=0)
         return least
 
@@ -198,7 +198,7 @@ def _sweep(
 
 
 def _empty(rows: Rows, rising: Booleans, low: Floats, high: Floats, y_top: Floats) -> Booleans:
-    """Which boxes from low to high hold no point."""
+    """Return which boxes from low to high hold no point."""
     over = rows.over_x(low, high)
     smallest = over.end(y_top, smallest=True)
     empty = np.isnan(smallest)
@@ -325,7 +325,7 @@ def _tapered(
     values = {name: each.value for name, each in model.given.items()} | {**given}
 
     def margin(x: Floats, y: Floats, which: Integers) -> Floats:
-        """How far the constraints hold, with the taper, at points of some programmes."""
+        """Return the slack of the constraints, with the taper, at points of some programmes."""
         at = {name: v[which] if np.ndim(v) else v for name, v in values.items()}
         at |= dict(zip(names, (x, y), strict=False))
         least = np.full(np.shape(x), np.inf)

@@ -288,7 +288,7 @@ class CasadiProgramme:
         return bool(rank == len(self.names))
 
     def _preferred(self, point: dict[str, float], scaled: Scaled) -> dict[str, float]:
-        """Of points as good as the best, the one with the smallest preferences, in their order."""
+        """Return the one of equally good points with the smallest preferences, in order."""
         floors: list[float] = []
         for goal in self.goals[:-1]:
             kept = float(evaluate(goal, {**scaled.parameters, **point}))

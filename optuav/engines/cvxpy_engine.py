@@ -51,7 +51,7 @@ STATUSES = {
     "infeasible": Status.INFEASIBLE,
     "unbounded": Status.UNBOUNDED,
 }
-"""What CVXPY's words mean; all others but infeasible_or_unbounded are refused."""
+"""Status by CVXPY's words; all others but infeasible_or_unbounded are refused."""
 
 
 def installed(

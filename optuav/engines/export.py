@@ -29,7 +29,7 @@ RESERVED = re.compile(
 )
 """Texts that a reader of one of the formats takes for a number or a keyword."""
 FILES: Mapping[str, str] = {"lp": "\\ ", "mps": "* "}
-"""How a line of comment begins, by name of the format."""
+"""Beginning of a comment line, by name of the format."""
 
 
 def need_linear(model: Model) -> None:

@@ -57,7 +57,7 @@ def axes(model: Model, parameters: Values, slot_s: float, *, limited: bool = Tru
 
 Progress = Callable[[int, int], None]
 Test = Callable[[Mapping[str, Floats], dict[int, Operand]], Operand]
-"""Which of the points satisfy a constraint; the tests of the same points share what they found."""
+"""Function that says which points satisfy a constraint; tests of the same points share results."""
 
 
 def tests(model: Model, parameters: Values) -> tuple[list[Test], list[Test], list[Test]]:
@@ -106,7 +106,7 @@ def _holds(
 
 
 def cells(constraints: Iterable[Test], points: Mapping[str, Floats]) -> Booleans:
-    """Which cells satisfy every constraint; the axes broadcast against each other."""
+    """Return which cells satisfy every constraint; the axes broadcast against each other."""
     holds: Operand = np.True_
     done: dict[int, Operand] = {}
     for satisfied in constraints:

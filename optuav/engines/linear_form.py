@@ -118,7 +118,7 @@ def implied_upper_bounds(
 
 
 def reaches(model: Model, parameters: Values) -> tuple[Floats, Floats]:
-    """Where to begin to look for every unknown, and how far from there it may lie."""
+    """Return a start for every unknown, and how far from there it may lie."""
     bounds = own_bounds(model, parameters)
     lower, upper = np.array([*bounds.values()]).reshape(-1, 2).T
     lowest = {name: low for name, (low, _) in bounds.items()}

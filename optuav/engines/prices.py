@@ -307,7 +307,7 @@ def _prices_at(
 
 
 class Residuals(NamedTuple):
-    """By how much an answer misses the conditions of optimality; 0 where it meets them.
+    """Return the residual of the optimality conditions at an answer; 0 where it meets them.
 
     Parameters
     ----------
@@ -334,7 +334,7 @@ class Residuals(NamedTuple):
 
 
 def residuals(model: Model, values: Values, multipliers: Mapping[str, float]) -> Residuals:
-    """By how much a point and its multipliers miss the conditions of optimality.
+    """Return the residual of the optimality conditions at a point with multipliers.
 
     Values of unknowns and parameters by name, multipliers by label, of equalities signed.
     """

@@ -199,7 +199,7 @@ class Pyomo(OneByOne):
 
     @property
     def takes(self) -> Capability:  # type: ignore[override]
-        """Which models the solver takes, as far as that is known."""
+        """The models the solver takes, as far as known."""
         if self.solver in LINEAR:
             return Capability(NAME, integer=True)
         return Capability(NAME, nonlinear=True, integer=True, needs=("derivatives",))

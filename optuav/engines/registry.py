@@ -30,7 +30,7 @@ Single: TypeAlias = Callable[[Mapping[str, float]], Solution]  # The same for on
 
 @dataclass(frozen=True)
 class Capability:
-    """Which models an engine takes.
+    """Capability of an engine: the models it takes.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ class Capability:
 
 
 class Engine(Protocol):
-    """What solves models: a small object, whose fields are options of its own.
+    """Protocol of an engine: a small object that solves models; its fields are its options.
 
     A subclass states `name` and `takes`, and defines `solve`.
 
@@ -102,7 +102,7 @@ class Engine(Protocol):
     name: str
     """Name by which `optuav.solve` takes it."""
     takes: Capability
-    """Which models it takes."""
+    """The models it takes."""
 
     @abstractmethod
     def solve(
@@ -166,7 +166,7 @@ CAPABILITIES = (
     Capability("casadi", nonlinear=True, needs=("derivatives",)),
     Capability("grid", True, slots=None, most_unknowns=MOST_UNKNOWNS, needs=("lower bounds",)),
 )
-"""What the engines of the package take, in the order in which "auto" prefers them.
+"""Capabilities of the package's engines, in the order in which "auto" prefers them.
 
 In slots it prefers one that takes nothing else.
 """
@@ -218,7 +218,7 @@ CLASSES: Mapping[str, str] = {
 
 _registered: dict[str, Engine] = {}
 capabilities = {capability.name: capability for capability in CAPABILITIES}
-"""What all engines take, by name: those of the package first, then those that were added."""
+"""Capability of each engine by name: built-in engines first, then registered ones."""
 
 
 def register(added: Engine) -> None:

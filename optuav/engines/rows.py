@@ -91,7 +91,7 @@ def close_in(
 
 
 def some(tables: Iterable[Any], which: Integers) -> list[Any]:
-    """Those entries along the last axis of tables whose numbers, ascending, are given."""
+    """Select entries along the last axis of tables by ascending numbers."""
     return [t if len(which) == t.shape[-1] else t.take(which, axis=-1) for t in tables]
 
 
@@ -185,7 +185,7 @@ class Rows(NamedTuple):
         return Section(np.array([a + level, d, weight]), self.rate_y_per_s)
 
     def trends(self, x_top: Floats, y_top: Floats) -> tuple[Booleans, Booleans, Booleans]:
-        """Which rows never rise with x, never fall with y, never rise with y, up to the tops.
+        """Return which rows never rise with x, fall with y, or rise with y, up to the tops.
 
         A slope is affine in the decay of its own time and in the levelling of the other, so that
         its extremes lie in the corners.
@@ -203,7 +203,7 @@ class Rows(NamedTuple):
 
 
 class StatedForm(NamedTuple):
-    """What has to be ≥ 0; `relaxed` is an upper bound of what its constraint states."""
+    """A form that must be ≥ 0; a `relaxed` one is an upper bound of its constraint's form."""
 
     form: Exponential
     size: Operand  # Of the sides whose difference it is
@@ -251,7 +251,7 @@ def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats)
 
 
 def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list[StatedForm]:
-    """What has to be ≥ 0 for every constraint of a model to hold; two forms for an equation.
+    """Return the forms that must be ≥ 0 for a model's constraints to hold; two for an equation.
 
     With `relaxed`, the bounds of `Bounded` functions are taken, and where these are exact is added.
     """

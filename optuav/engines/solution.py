@@ -1,4 +1,4 @@
-"""What every engine returns."""
+"""The solution that every engine returns."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -240,7 +240,7 @@ class Solution:
         return found
 
     def residuals(self, index: int = 0) -> Residuals:
-        """What the answer to a programme lacks of feasibility and optimality.
+        """Measure how far an answer is from feasibility and optimality.
 
         See `optuav.engines.prices.Residuals`.
         """
@@ -279,7 +279,7 @@ class Solution:
 def returned(
     found: object, engine: str, model: Model, programmes: int, values: Values | None = None
 ) -> Solution:
-    """What an engine from outside the package returned, with the objective that its values have.
+    """Return the solution of an engine from outside, with the objective that its values have.
 
     `SolverError` if it is no solution to so many programmes of the model.
     """

@@ -29,7 +29,7 @@ FORMATS = {".tif": "GeoTIFF", ".tiff": "GeoTIFF", ".geojson": "GeoJSON"}
 
 
 def summary(found: HoverMap) -> str:
-    """What a map is of, where the hover is longest, and why some points have no plan."""
+    """Describe a map: its subject, where the hover is longest, and why some points have no plan."""
     facts, values = found.facts, found.solved.values["hover_time_s"]
     (height, width), places = values.shape, dict[str, str]()
     places["Map"] = f"{facts['mission']}, {facts['perspective']}: {facts['over']} on {width} × "
@@ -158,7 +158,7 @@ def _geojson(found: xarray.DataArray) -> bytes:
 
 
 def _facts(found: xarray.DataArray) -> dict[str, str]:
-    """What the map is about, in words."""
+    """Subject of the map, in words."""
     return {name: str(found.attrs[name]) for name in ("mission", "perspective", "over", "height_m")}
 
 

@@ -149,7 +149,7 @@ class Buildings(Sequence[Building]):
 
     @property
     def lacking(self) -> int:
-        """How many buildings of their table are not here, as in a plan without it."""
+        """Number of buildings of their table that are missing here, as in a plan without it."""
         return self.source.buildings - len(self) if self.source else 0
 
     def read_from(self, source: TableFile | None) -> Buildings:
@@ -160,7 +160,7 @@ class Buildings(Sequence[Building]):
 
     @cached_property
     def roof_m(self) -> Floats:
-        """Where the UAV rests (building, 3) [m]."""
+        """Places where the UAV rests (building, 3) [m]."""
         import numpy as np
 
         return np.asarray(memoryview(self.roofs).toreadonly()).reshape(-1, 3)
@@ -183,7 +183,7 @@ class Buildings(Sequence[Building]):
 
     @cached_property
     def breaches(self) -> tuple[tuple[int, str, str], ...]:
-        """What is wrong with buildings beside others: number, key, and what is allowed."""
+        """Yield faults between buildings: number, key, and what is allowed."""
         found, every = list[tuple[int, str, str]](), {*self.names}
         if len(every) < len(self.names) or not every.isdisjoint(RESERVED_NAMES):
             found += ((number, "name", words) for number, words in misnamed(self.names))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def facts(mission: Mission) -> dict[str, str]:
-    """What a mission is, where, how long, and with what: sentences by heading."""
+    """Describe a mission in sentences by heading: what, where, how long, and with what."""
     route, limits, battery, laser = mission.route, mission.limits, mission.battery, mission.laser
     start, end, device = (
         f"({', '.join(f'{coordinate:g}' for coordinate in point)}) m"

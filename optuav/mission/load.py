@@ -132,7 +132,7 @@ def json_schema() -> Document:
 def _read(
     source: str | Path, directory: Path, above: dict[str, str]
 ) -> tuple[StatedMission, list[Fault], bool]:
-    """What a shipped mission or a file in a directory states on top of the one that it extends.
+    """Read what a shipped mission or a file states on top of the mission that it extends.
 
     With the faults of both, and whether all could be read; `above` are the files that extend it.
     """

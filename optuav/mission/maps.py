@@ -89,7 +89,7 @@ def features(document: Any, file: Path) -> Any:
 
 
 def table(known: list[dict[str, Any]], names: list[Any], shapes: Any, crs: Any, file: Path) -> Any:
-    """What is known of features, with their names and shapes; refused if it is too large."""
+    """Return the properties of features, with their names and shapes; refused if too large."""
     import geopandas
     import numpy as np
     import pandas as pd

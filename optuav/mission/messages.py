@@ -36,13 +36,13 @@ TYPES = {
     "too_short": "a list that is not empty",
     "value_error": "{error}",
 }
-"""What a value may be, by pydantic's name of its error."""
+"""Allowed values in words, by pydantic's name of the error."""
 OTHER = "a value of another kind"
 DIGITS = 15  # Decimal digits that every float holds
 
 
 def allowed(model: type[BaseModel], key: str) -> str:
-    """What a value may be, from the type of its field: ``"a number, 0 <= x < 1 [-]"``."""
+    """Describe the allowed values of a field from its type: ``"a number, 0 <= x < 1 [-]"``."""
     return next(described(model, key)).words
 
 
@@ -60,7 +60,7 @@ def _number(form: type[MissionSection], key: str) -> Number | None:
 
 
 def described(model: type[BaseModel], key: str) -> Iterator[Allowed | Number | OneOf]:
-    """What the type of a field says of its values, then of the components of a vector."""
+    """Yield the limits in the type of a field, then in the components of a vector."""
     field = model.model_fields[key]
     of_options = (getattr(argument, "__metadata__", ()) for argument in get_args(field.annotation))
     for item in (*field.metadata, *(item for items in of_options for item in items)):
@@ -69,7 +69,7 @@ def described(model: type[BaseModel], key: str) -> Iterator[Allowed | Number | O
 
 
 def table(name: str) -> str:
-    """What a table of the mission has to be: for example ``"a table [wind]"``."""
+    """Describe the table of the mission that is expected: for example ``"a table [wind]"``."""
     first = forms(name)[0]
     needed = [key for key, field in first.model_fields.items() if field.is_required()]
     content = f" with {', '.join(needed)}" if needed and name != "flight" else ""
@@ -86,7 +86,7 @@ def no_building(stated: str, names: Sequence[str]) -> str:
 
 
 def misfits(*stated: tuple[str, object, Number]) -> Iterator[Fault]:
-    """Which options are not such numbers, by name and value; a whole one has to be integral."""
+    """Yield a fault for each option that is not such a number; a whole one must be integral."""
     for option, value, number in stated:
         if not number.accepts(value) or (number.whole and not isinstance(value, Integral)):
             yield Fault(option, shown(value), number.words)

@@ -80,7 +80,7 @@ class Mission(MissionSection):
     name: schema.Name = "mission"
     """Name of the mission; by default that of its file."""
     description: schema.Description = ""
-    """What the mission is about."""
+    """Subject of the mission."""
     crs: schema.ReferenceSystem | None = None
     """Coordinate reference system of x and y, in metres; maps that are saved are in it."""
     route: schema.RouteEnds
@@ -309,7 +309,7 @@ def toml_of(document: Document) -> str:
 
 
 def overlay(base: Document, stated: Document) -> tuple[Document, dict[Key, str]]:
-    """What is stated on top of a base, where None removes a key; and what that displaces.
+    """Lay a document on top of a base, where None removes a key; and list what that displaces.
 
     Tables join key by key, anything else is replaced. The keys of the base that are displaced come
     with the dotted key whose new value does so.
@@ -358,7 +358,7 @@ def without_none(value: Any, depth: int = 3, *, kept: bool = False) -> Any:
 
 
 def _revised(base: Document, values: Mapping[str, object]) -> tuple[StatedMission, list[Fault]]:
-    """What a mission states after values by dotted key, not yet validated, and unknown keys.
+    """Return a mission's document after changes by dotted key, not yet validated, and unknown keys.
 
     Values are put on top of the complete document; None removes a key, a table or a building.
     """

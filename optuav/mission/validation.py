@@ -63,7 +63,7 @@ class StatedMission:
         return found
 
     def value(self, key: Key) -> object:
-        """What is stated for a key, or UNKNOWN."""
+        """Return the value stated for a key, or UNKNOWN."""
         value: object = self.document
         for part in key:
             if isinstance(value, dict):
@@ -180,12 +180,12 @@ def breaches_of(
 
 
 def _key(location: tuple[int | str, ...]) -> Key:
-    """Where pydantic found an error: no finer than a key."""
+    """Return the place of pydantic's error, no finer than a key."""
     return location[:3] if location[:1] == ("buildings",) else location[:2]
 
 
 def _unknown(key: Key, known: Iterable[str], stated: StatedMission) -> str:
-    """What is said of a key that no table has, or that has no meaning here."""
+    """Return the words on a key that no table has, or that has no meaning here."""
     name = str(key[-1])
     if key == _RATE_PER_MINUTE:
         both = stated.value(_RATE) is not UNKNOWN
@@ -283,7 +283,7 @@ def _rules_of_start(start: Document, battery: Document) -> Iterator[Breach]:
 def _rules_of_model(
     document: Document, model: type[FlightModel] | type[SpreadingBeam], by: str
 ) -> Iterator[Breach]:
-    """What a model needs of other tables, and what has no meaning with it."""
+    """Yield faults where a model lacks other tables, or refuses their keys."""
     for needed in model.needs:
         name, _, key = needed.partition(".")
         if not key and name not in document:
@@ -306,7 +306,7 @@ def _rules_of_model(
 
 
 def _rules_of_ways(flight: Document) -> Iterator[Breach]:
-    """What keys of blocked legs do not go together."""
+    """Yield faults where keys of blocked legs do not go together."""
     rule = flight.get("obstacles")
     if rule and "through_buildings" in flight:
         yield Breach(("flight", "through_buildings"), "either obstacles or through_buildings")

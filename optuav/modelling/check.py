@@ -68,7 +68,7 @@ class Check:
 
     @property
     def sense(self) -> Sense:
-        """How the sides compare."""
+        """Sense of the comparison between the sides."""
         return self.constraint.relation.sense
 
     @property
@@ -87,7 +87,7 @@ class Check:
         return Checks([self])._repr_html_()
 
     def to_frame(self) -> DataFrame:
-        """As `optuav.modelling.Checks` has it."""
+        """Return the table that `optuav.modelling.Checks` describes."""
         return Checks([self]).to_frame()
 
     @property
@@ -302,7 +302,7 @@ def refuse_misfits(model: Model, programmes: int) -> None:
 
 @np.errstate(all="ignore")
 def unusable(model: Model, values: Values) -> str:
-    """Where the numbers of a programme are no numbers: parameters, else labels of constraints."""
+    """Return where a programme has NaN: parameters, else labels of constraints."""
     wrong = (name for name in model.given if not np.isfinite(values[name]))
     parameters = [f"{name} = {values[name]:g}" for name in wrong]
     anywhere = {**values, **{variable.name: 1.0 for variable in model.variables}}

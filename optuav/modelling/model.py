@@ -208,7 +208,7 @@ class Model:
 
     @property
     def walked(self) -> Walk:
-        """What is found by walking its trees, and again where the model has changed."""
+        """Results of walking its trees, renewed if the model has changed."""
         state = [self.objective, self.sense, *self.preferences, *self.constraints]
         for unknown in self.variables:
             state += unknown, unknown.lower, unknown.upper, unknown.binary

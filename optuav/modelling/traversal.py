@@ -18,7 +18,7 @@ def fold(
     let: Callable[[Let, Result], Result] | None = None,
     done: dict[int, Result] | None = None,
 ) -> Any:
-    """What a tree becomes, from the bottom up, every node once; a bare number is returned as it is.
+    """Fold a tree from the bottom up, every node once; a bare number is returned as it is.
 
     `leaf`, `call` and `let` say what a variable or parameter, a ufunc on folded arguments and a
     named quantity become, the last by default what it stands for. `done` holds what nodes became,

@@ -62,7 +62,7 @@ class Text:
 
     minus, infinity, member, binary = "−", "∞", "∈", "{0, 1}"
     after = "\N{NO-BREAK SPACE}"
-    """What stands between an operator and the term that follows it."""
+    """Text between an operator and the term that follows it."""
     several = "{} values, {} to {}".replace(" ", after)
     span = "{} … {}"
     """Whole numbers from a first to a last one."""
@@ -70,7 +70,7 @@ class Text:
     """Between a relation and where it holds."""
     bracketed, size, root = "({})", "|{}|", "√{}"
     root_takes = ATOM
-    """How tightly what stands below a root must hold together."""
+    """Precedence that the operand of a root needs."""
     senses: Mapping[Sense, str] = {"<=": "≤", ">=": "≥", "==": "="}
     longest_bracket: float = np.inf
     """Width up to which a sum is subtracted in brackets, within which no line is broken."""

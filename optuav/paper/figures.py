@@ -106,7 +106,7 @@ class Exhibit:
 
     @property
     def caption(self) -> str:
-        """What is shown, where the paper has it if the mission is the paper's, and for what."""
+        """Caption: the content, its place in the paper for the paper's mission, and the mission."""
         words = DATA["exhibit"][self.file]["words"]
         if is_papers(self.mission) and self.numbers:
             place = self.numbers[0].replace("fig", "Fig. ").replace("table2", "Table II")
@@ -156,14 +156,14 @@ def existing(plans: Mapping[str, Plan]) -> dict[str, Plan]:
 
 
 def missing(plans: Mapping[str, Plan]) -> Iterator[str]:
-    """Which plans do not exist, and why; nothing if all do."""
+    """Say which plans do not exist, and why; nothing if all do."""
     lost = [f"{name} ({why(plan)})" for name, plan in plans.items() if not plan]
     if lost:
         yield f"No plan: {'; '.join(lost)}."
 
 
 def grounded(plans: Mapping[str, Plan], what: str) -> Iterator[str]:
-    """How many of the plans shown as rows or bars cannot be flown; nothing if all can."""
+    """Say how many plans shown as rows or bars cannot be flown; nothing if all can."""
     dry = [plan.runs_dry_s is not None for plan in plans.values()]
     full = [plan.overfull_s is not None for plan in plans.values() if plan.runs_dry_s is None]
     for count, words in (

@@ -50,7 +50,7 @@ SAME: tuple[Perspective, ...] = ("battery", "adjusted")
 
 
 class Verdict(StrEnum):
-    """How a number of the paper compares with ours."""
+    """Verdict on a number of the paper beside ours."""
 
     MATCHED = "matched"
     CUT = "matched when cut, not rounded"
@@ -193,7 +193,7 @@ class Ledger:
 
     @property
     def counts(self) -> Mapping[Verdict, int]:
-        """How many entries have each verdict, in the order of the verdicts."""
+        """Number of entries with each verdict, in the order of the verdicts."""
         found = Counter(entry.verdict for entry in self.entries)
         return {verdict: found[verdict] for verdict in Verdict if found[verdict]}
 
@@ -432,7 +432,7 @@ def least_charge_is_kept(mission: Mission) -> Value:
 
 
 def hover_drop(mission: Mission, percent: float, building: str) -> Value:
-    """By how much Δ falls from η0 = 5 % to another [%], by way of a building."""
+    """Return the fall of Δ from η0 = 5 % to another [%], with a rest on a building."""
     missions = [mission.replace({"limits.min_soc": min_soc}) for min_soc in (0.05, percent / 100.0)]
     plans = (solve(variant, P4(building), perspective="battery") for variant in missions)
     first_s, later_s = (plan.hover_time_s for plan in plans)
@@ -440,7 +440,7 @@ def hover_drop(mission: Mission, percent: float, building: str) -> Value:
 
 
 def by_speed(mission: Mission, figure: str, charges: Sequence[float]) -> Value:
-    """How a figure of the optimal plans changes with v_max, for every η0."""
+    """Return the change of a figure of the optimal plans with v_max, for every η0."""
     assert mission.rotor is not None
     speeds = [mission.rotor.max_speed_rad_s * share for share in curves.SPEED_SHARES]
     for least in charges:

@@ -34,7 +34,7 @@ COUNTED: tuple[Perspective, ...] = ("battery", AVAILABLE)
 """Perspectives of the figures that the paper makes in one."""
 LEDGER = "ledger"
 MARKS = re.compile(r"[\\`*_\[\]<$|&~]|:(?=//)|(?<=www)\.|^\s*(?:[>#+=-]|\d+[.)])")
-"""What Markdown would read as its own."""
+"""Characters with a meaning in Markdown."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -303,7 +303,7 @@ def _figure(exhibit: Exhibit, pictures: Mapping[str, bytes]) -> Iterator[Element
 
 
 def _of_the_paper(entries: Ledger) -> Iterator[Element]:
-    """What the ledger finds in short, the fit behind Table II, and every statement, folded."""
+    """Return the ledger's verdicts in short, the fit of Table II, and all statements, folded."""
     rows = [("verdict", "statements of the paper")]
     rows += [(verdict.value, str(count)) for verdict, count in entries.counts.items()]
     rows.append(("all", str(len(entries.entries))))

@@ -254,7 +254,7 @@ def lifetime(
     period_s: float | None = None,
     horizon_s: float = math.inf,
 ) -> float:
-    """How long full packs carry a load that is repeated without end [s].
+    """Return how long full packs carry a load that is repeated without end [s].
 
     Mind the sign: here a positive current **discharges**, as is usual for loads, while elsewhere
     I > 0 charges.

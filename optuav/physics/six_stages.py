@@ -167,7 +167,7 @@ def leg(
 def least_loads(
     airframe: Airframe, motor: rotor.Motor, distance_m: Quantity, wind_N: Vector
 ) -> Loads:
-    """What any leg of some length [m] draws at least while it turns and between the turns.
+    """Return the least charge of any leg of some length [m], in the turns and between them.
 
     Without drag and cap. With |F_e| = F cos θ, both accelerations of `leg` are at most F sin θ / m
     where they are equal, and else take longer. Their thrusts differ by 2 F sin θ or more: stage 3

@@ -377,7 +377,7 @@ def _draw_from_side(ax: Axes, shown: Scene, ways: Sequence[Way]) -> Artist:
 
 
 def _buildings_along(shown: Scene, way: Way) -> Iterator[tuple[float, float, float]]:
-    """Where a way is over a footprint, from and to [m] over ground, and the roof [m]."""
+    """Return where a way is over a footprint, from and to [m] over ground, and the roof [m]."""
     import shapely
 
     footprints, roofs_m = shown.obstacles.polygons, shown.obstacles.roof_m

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from optuav.siting.place_laser import Siting
 
 MOVED = {"link.device_m": "device", "laser.position_m": "laser", "route.hover_m": "hover point"}
-"""What a map moves, by its key."""
+"""Name of the place that a map moves, by its key."""
 NO_MAP = "a map, as the functions of optuav.maps return it"
 LARGEST_IN, LEAST_IN, AROUND_IN, LEGEND_IN = (5.4, 6.0), (1.6, 1.6), (1.8, 1.5), 6.0
 """Largest and least size of a map, what surrounds it, and width of its legend [inch]."""

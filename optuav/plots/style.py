@@ -1,4 +1,4 @@
-"""What all pictures share: colours, fonts, pages, legends, bands, and words beside points."""
+"""Style of all pictures: colours, fonts, pages, legends, bands, and labels beside points."""
 
 import io
 import itertools
@@ -48,7 +48,7 @@ DASHES: tuple[LineStyleType, ...] = (
     (0.0, (2.0, 1.0)),
     (0.0, (6.0, 1.2, 1.5, 1.2)),
 )
-"""Of several lines in one picture, so that no two differ in colour alone."""
+"""Dashes of several lines in one picture, so that no two differ only in colour."""
 FONT = "DejaVu Sans"
 SETTINGS = ("default", Path(__file__).with_name("optuav.mplstyle"))
 WIDTH_IN = 7.2
@@ -103,7 +103,7 @@ class Page(Figure):
     """A figure without a window, which a notebook shows, also where it has its axes."""
 
     def add_subplot(self, *args: Any, **options: Any) -> Any:
-        """As of every figure, with axes that show themselves."""
+        """Add axes that show themselves in a notebook."""
         return super().add_subplot(*args, **{"axes_class": ShownAxes, **options})
 
     def _repr_png_(self) -> Shown:
@@ -400,7 +400,7 @@ def _leader(anchor: Floats, box: Bbox) -> Floats:
 
 
 def _within(box: Bbox, points: Floats) -> int:
-    """How many points (n, 2) [px] lie in a box."""
+    """Count the points (n, 2) [px] in a box."""
     return int(((points >= box.min) & (points <= box.max)).all(axis=1).sum())
 
 

@@ -16,12 +16,12 @@ from optuav.options import SET
 FILE = Path(__file__).with_name("missions.toml")
 PERSPECTIVES = ("available", "battery", "energy", "adjusted")
 SHARED = {"about": "", "extends": "", "problems": ["P1"], "perspectives": [*PERSPECTIVES]}
-"""What a family or a mission may state beside the keys of a mission, with the defaults."""
+"""Keys of a family or a mission beside the keys of a mission, with their defaults."""
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """How a mission of the set is made, and what is asked of it.
+    """Recipe of a mission of the set, and the questions about it.
 
     Parameters
     ----------
