@@ -111,8 +111,8 @@ class FreeSpeedProgram(Program):
             own, points = search.of_route(top.branch), [top.at]
             if self.network.mission.battery.charging == "taper":  # It was searched without
                 points += [each.at for each in search.tried if each.branch == top.branch]
-            only = self.speeds.only(top.branch)
-            plans = [self._at(only.at(own.speeds_m_s(at))) for at in points]
+            real = RouteSpeeds(self.speeds.only(top.branch))
+            plans = [self._at(real.at(at * own.largest_m_s)) for at in points]
         plan = max(filter(None, plans), key=lambda each: each.hover_time_s, default=None)
         if plan is not None:
             limited = Status.FEASIBLE if search.ended else Status.LOCALLY_OPTIMAL
@@ -127,32 +127,22 @@ class FreeSpeedProgram(Program):
         known = {"status": Status.UNKNOWN, "proof": NOT_FOUND, "reasons": nearest.reasons}
         return nearest.model_copy(update=known)
 
-    def _own(self, plan: Plan) -> tuple[LegSpeeds, Floats]:
-        """The route of a plan, and its speeds (segment, leg) [m/s]."""
-        routes = range(len(self.network.routes))
-        own = self.speeds.only(next(k for k in routes if self.network.route_names(k) == plan.route))
-        speeds_m_s = np.full(own.ways_m.shape[1:], np.nan)
-        for leg, stated in enumerate(plan.speeds_m_s):
-            speeds_m_s[: len(stated), leg] = stated
-        return own, speeds_m_s
-
     def route_of(self, plan: Plan) -> RouteSpeeds:
         """The segments of the route of a plan."""
-        return RouteSpeeds(self._own(plan)[0])
+        names, routes = self.network.route_names, range(len(self.network.routes))
+        return RouteSpeeds(self.speeds.only(next(k for k in routes if names(k) == plan.route)))
 
     def held(self, plan: Plan) -> Program:
         """The program at the speeds of a plan, over its route."""
-        own, speeds_m_s = self._own(plan)
-        return declared_program(self.stated, own.at(speeds_m_s))
+        return declared_program(self.stated, self.route_of(plan).at(_speeds_m_s(plan)))
 
     def price_in_words(self, plan: Plan) -> str:
         """What a second of flight costs at the speeds of a plan."""
-        own, speeds_m_s = self._own(plan)
-        flown = np.nonzero(speeds_m_s.T > 0.0)[::-1]
-        way_m, speed = vector(own.ways_m[:, flown[0], flown[1]]), speeds_m_s[flown]
-        price_A = own.flight.price_A(way_m, speed)
-        capped = speed >= own.priced(math.inf)[flown] * (1.0 - CLOSE)
-        figures = [f"{each:.4g} A s" for each in price_A.tolist()]
+        own, speeds_m_s = self.route_of(plan), _speeds_m_s(plan)
+        moves = speeds_m_s > 0.0
+        way_m, speed = vector(np.array(own.way_m)[:, moves]), speeds_m_s[moves]
+        price_A = own.speeds.flight.price_A(way_m, speed)
+        capped = speed >= own.largest_m_s[moves] * (1.0 - CLOSE)
         if capped.all():
             most = f"{price_A.max():.4g} A s" if np.isfinite(price_A).all() else "any charge"
             return f"a second less of flight is worth {most} or more: all legs fly at their fastest"
@@ -160,12 +150,18 @@ class FreeSpeedProgram(Program):
         if np.ptp(free_A) <= SAME_A * max(1.0, float(np.abs(free_A).max())):
             rest = ", where no cap binds" if capped.any() else " on every leg"
             return f"a second less of flight is worth {free_A[0]:.4g} A s of charge{rest}"
-        costs = ("any" if own_cap else cost for own_cap, cost in zip(capped, figures, strict=True))
-        return f"a second less of flight is worth, leg by leg: {', '.join(costs)}"
+        figures = zip(price_A.tolist(), capped.tolist(), strict=True)
+        each = ", ".join("any" if cap else f"{price:.4g} A s" for price, cap in figures)
+        return f"a second less of flight is worth, leg by leg: {each}"
 
     def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> NoReturn:
         """Refused: `optuav.explain` has those at the speeds found."""
         raise InputError(REFUSED)
+
+
+def _speeds_m_s(plan: Plan) -> Floats:
+    """The speeds of a plan (segment,) in the order in which they are flown [m/s]."""
+    return np.array([speed for leg in plan.speeds_m_s for speed in leg])
 
 
 def _bounded(plan: Plan, most_s: float, proof: str, otherwise: Status) -> Plan:

@@ -65,7 +65,7 @@ class LegSpeeds:
 
     def only(self, route: int) -> LegSpeeds:
         """The same for one route, number 0."""
-        return LegSpeeds(self.network.only(route))
+        return LegSpeeds(self.network.only([route]))
 
     @cached_property
     def fastest(self) -> Network:

@@ -12,7 +12,10 @@ import numpy as np
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats, Integers
 from optuav.network import vehicle
+from optuav.network.legs import NO_LEG
+from optuav.network.network import Network
 from optuav.network.places import HOVER
+from optuav.network.variants import stacked
 from optuav.options import Perspective
 from optuav.physics.kibam import Stage, falls_throughout
 from optuav.solving.assemble import entries, legs_and_stays, quantities
@@ -48,7 +51,7 @@ def hover_bounds_at_any_speed_s(speeds: LegSpeeds) -> Floats:
     hover_A = vehicle.hover_load(mission).current_A - fastest.places.charge_current_A[HOVER]
     tilted = hover_A < 0.0 or vehicle.start(mission).tilt_As > 0.0
     perspective = AVAILABLE if falls and not tilted else "battery"
-    return hover_bounds_s(replace(best, routes=routes), perspective)
+    return hover_bounds_s(stacked(replace(best, routes=routes)), perspective)[:, 0]
 
 
 class SpeedSearch:
@@ -119,7 +122,10 @@ class RouteSpeeds:
     def __init__(self, speeds: LegSpeeds) -> None:
         self.speeds, network = speeds, speeds.fastest
         self.most_m_s = speeds.priced(math.inf)
-        self.leg, self.segment = np.nonzero(np.isfinite(self.most_m_s.T))
+        (legs,) = network.routes.legs
+        self.legs = legs[legs != NO_LEG]  # In the order in which they are flown
+        flown, self.segment = np.nonzero(np.isfinite(self.most_m_s.T[self.legs]))
+        self.leg = self.legs[flown]
         self.way_m = vector(speeds.ways_m[:, self.segment, self.leg])
         one, rests = np.zeros(1, np.intp), bool(network.routes.building[0] >= 0)
         self.given = entries(quantities(network, one, rests=rests, steps=False), 0)
@@ -134,23 +140,27 @@ class RouteSpeeds:
     def point(self, speeds_m_s: Floats) -> Floats:
         """The point of speeds (segment, leg) [m/s]."""
         own, most = (each[self.segment, self.leg] for each in (speeds_m_s, self.most_m_s))
-        return np.divide(own, most, out=np.ones_like(most), where=most > 0.0)
+        return np.asarray(np.divide(own, most, out=np.ones_like(most), where=most > 0.0))
 
-    def speeds_m_s(self, point: Floats) -> Floats:
-        """The speeds (segment, leg) of a point [m/s]."""
+    @property
+    def largest_m_s(self) -> Floats:
+        """The largest speeds of its segments (segment,) [m/s]."""
+        return np.asarray(self.most_m_s[self.segment, self.leg])
+
+    def at(self, speeds_m_s: Floats) -> Network:
+        """The network with this route, its segments at speeds (segment,) [m/s]."""
         found = np.full_like(self.most_m_s, np.nan)
-        found[self.segment, self.leg] = point * self.most_m_s[self.segment, self.leg]
-        return found
+        found[self.segment, self.leg] = speeds_m_s
+        return self.speeds.at(found)
 
     def hover_times_s(
         self, points: Floats, least_s: float = 0.0, perspective: Perspective = AVAILABLE
     ) -> Floats:
         """The longest hovers [s] at points (point, segment), −∞ for none."""
-        most_m_s = self.most_m_s[self.segment, self.leg]
-        loads = self.speeds.flight.leg_at(self.way_m, points * most_m_s)
+        loads = self.speeds.flight.leg_at(self.way_m, points * self.largest_m_s)
         (current_A,), (duration_s,) = loads.currents_A, loads.durations_s
         steps = list[Stage | str]()
-        for leg, stay in enumerate(self.stays):
+        for leg, stay in zip(self.legs, self.stays, strict=True):
             own = np.flatnonzero(self.leg == leg).tolist()
             steps += [Stage(-current_A[:, k], duration_s[:, k]) for k in own]
             steps += [stay] if stay else []

@@ -63,7 +63,7 @@ def compare_speeds(mission: Mission, perspective: Perspective) -> Results:
             hover_s, status = point["hover_time_s"], solution.statuses[entry].value
             add("free, CasADi", hover_s, speeds, status)
         route = free.route_of(plan)
-        most_m_s = route.most_m_s[route.segment, route.leg]
+        most_m_s = route.largest_m_s
         side = int(GRID ** (1.0 / len(most_m_s)))
         axes = np.meshgrid(*[np.linspace(SLOWEST, 1.0, side)] * len(most_m_s))
         points = np.array([axis.ravel() for axis in axes]).T
@@ -94,7 +94,7 @@ def _draw(found: Results, route: RouteSpeeds | None, plan: Plan) -> Pictures:
     from optuav.plots import Line, Mark, curves
 
     perspective = found.facts["perspective"]
-    most_m_s = route.most_m_s[route.segment, route.leg]
+    most_m_s = route.largest_m_s
     speeds: Floats = np.linspace(SLOWEST, 1.0, STEPS) * most_m_s.max()
     points = np.minimum(speeds[:, None] / np.maximum(most_m_s, 1e-9), 1.0)
     hovers_s = route.hover_times_s(points, 0.0, perspective)
