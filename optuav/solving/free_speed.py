@@ -43,6 +43,7 @@ LATE = "the search for speeds did not end within the time limit"
 NONE = "no ground speeds of the legs make a plan possible; at those that come nearest:"
 NOT_FOUND = "no ground speeds were found that make a plan possible, and no proof that none do"
 CLOSE = 1e-9  # Share of the largest speed within which a leg flies at it
+DIGITS = 9  # Of a price that are no rounding [A]
 SAME_A = 1e-6  # Relative difference of prices that are one
 LIFTS = 1e-12  # Share of the charge of a leg that a climb adds at least; less is rounding
 REFUSED = (
@@ -141,7 +142,7 @@ class FreeSpeedProgram(Program):
         own, speeds_m_s = self.route_of(plan), _speeds_m_s(plan)
         moves = speeds_m_s > 0.0
         way_m, speed = vector(np.array(own.way_m)[:, moves]), speeds_m_s[moves]
-        price_A = own.speeds.flight.price_A(way_m, speed)
+        price_A = np.round(own.speeds.flight.price_A(way_m, speed), DIGITS) + 0.0  # No −0
         capped = speed >= own.largest_m_s[moves] * (1.0 - CLOSE)
         if capped.all():
             most = f"{price_A.max():.4g} A s" if np.isfinite(price_A).all() else "any charge"

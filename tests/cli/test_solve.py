@@ -24,6 +24,18 @@ def test_a_plan() -> None:
     assert widest(found.out) <= 80
 
 
+def test_free_speeds() -> None:
+    """Told with the times; refused in one line where legs have no speed to choose."""
+    options = ("--problem", "P3", "--speed", "free", "--perspective", "battery")
+    found = run("solve", "relay-today", *options)
+    assert found.code == 0
+    assert "2 legs, at 15.41, 15.42 m/s" in found.out
+    explained = run("explain", "relay-today", *options)
+    assert "a second less of flight is worth 0 A s of charge on every leg" in words(explained.out)
+    assert "V_1" in run("formulate", "relay-today", *options).out
+    assert "rotary-wing" in refused("solve", "paper", "--speed", "free")
+
+
 LINEAR = ("--perspective", "battery")
 
 

@@ -349,3 +349,29 @@ def test_a_time_limit_leaves_the_best_plan_so_far(monkeypatch: pytest.MonkeyPatc
     assert plan.status is Status.FEASIBLE
     assert plan.bound is not None
     assert "time limit" in plan.notes[0]
+
+
+@pytest.mark.parametrize("perspective", ["battery", "available"])
+def test_a_leg_straight_up_has_no_speed(perspective: Any) -> None:
+    """The program has none for it either, and CasADi agrees."""
+    keys = {"route.origin_m": [1000, 2600, 10], "route.hover_m": [1000, 2600, 60]}
+    mission = TIGHT.replace(keys)
+    plan = free(mission, DIRECT, perspective=perspective)
+    assert plan.speeds_m_s[0] == (0.0,)
+    (found,) = optuav.formulate(mission, DIRECT, perspective=perspective).answers()
+    assert plan.hover_time_s == pytest.approx(float(found.objective[0]), abs=1e-4)
+    assert "second less of flight" in optuav.explain(plan).notes[0]
+
+
+@pytest.mark.slow
+def test_where_charging_tapers_named_speeds_are_no_better() -> None:
+    """The search leaves tapering out; the plan does not."""
+    mission = TIGHT.replace({"battery.charging": "taper", "buildings": TIGHT.buildings[:1]})
+    problem = optuav.P4("b1", order="hover-first", speed="free")
+    plan = optuav.solve(mission, problem)
+    assert plan.flyable
+    for rule in RULES:
+        named = optuav.solve(
+            mission.replace({"flight.speed": rule}), optuav.P4("b1", order="hover-first")
+        )
+        assert plan.hover_time_s >= named.hover_time_s - 1e-6
