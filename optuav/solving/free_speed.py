@@ -142,7 +142,8 @@ class FreeSpeedProgram(Program):
         own, speeds_m_s = self.route_of(plan), _speeds_m_s(plan)
         moves = speeds_m_s > 0.0
         way_m, speed = vector(np.array(own.way_m)[:, moves]), speeds_m_s[moves]
-        price_A = np.round(own.speeds.flight.price_A(way_m, speed), DIGITS) + 0.0  # No −0
+        exact_A = np.asarray(own.speeds.flight.price_A(way_m, speed))
+        price_A: Floats = np.round(exact_A, DIGITS) + 0.0  # No −0
         capped = speed >= own.largest_m_s[moves] * (1.0 - CLOSE)
         if capped.all():
             most = f"{price_A.max():.4g} A s" if np.isfinite(price_A).all() else "any charge"
