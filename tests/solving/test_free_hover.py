@@ -13,7 +13,7 @@ from hypothesis import given, settings
 import optuav
 from optuav import InputError, Mission
 from optuav.network import vehicle
-from optuav.solving import free_hover
+from optuav.solving import hover_points
 from optuav.solving.question import checked_question
 from tests.asking import formulate, solve
 from tests.mission.strategies import missions
@@ -223,7 +223,7 @@ def test_out_of_time_the_best_point_so_far_is_flown(monkeypatch: pytest.MonkeyPa
     hovers_s, whole = list[float](), solve(PAPER, hover_point="free", perspective="battery")
     for rounds in (0, 2, 20):
         clock = itertools.count()
-        monkeypatch.setattr(free_hover.time, "monotonic", lambda clock=clock: float(next(clock)))
+        monkeypatch.setattr(hover_points.time, "monotonic", lambda clock=clock: float(next(clock)))
         limit_s = rounds + 0.5
         plan = solve(PAPER, hover_point="free", perspective="battery", time_limit_s=limit_s)
         assert plan.status == "feasible"
@@ -239,7 +239,7 @@ def test_out_of_time_the_best_point_so_far_is_flown(monkeypatch: pytest.MonkeyPa
 def test_out_of_time_without_a_plan_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     """w_U has no plan and no point was tried: neither a plan nor proof that there is none."""
     clock = itertools.count()
-    monkeypatch.setattr(free_hover.time, "monotonic", lambda: float(next(clock)))
+    monkeypatch.setattr(hover_points.time, "monotonic", lambda: float(next(clock)))
     mission = PAPER.replace(VARIANTS["screened"])
     with pytest.raises(optuav.SolverError, match=r"within the time limit, without a plan"):
         solve(mission, hover_point="free", perspective="battery", time_limit_s=0.5)
@@ -248,7 +248,7 @@ def test_out_of_time_without_a_plan_is_an_error(monkeypatch: pytest.MonkeyPatch)
 def search_of(mission: Mission, perspective: str) -> tuple[Any, Any]:
     """A search for a hover point, and the routes that it may take."""
     question = checked_question(mission, optuav.P1(hover_point="free"), perspective)
-    search = free_hover._PointSearch(question, mission)
+    search = hover_points.PointSearch(question, mission)
     return search, np.flatnonzero(search.network.routes.flyable)
 
 
@@ -260,9 +260,9 @@ def test_no_answer_depends_on_the_portion(
     search, routes = search_of(FEW, perspective)
     found = []
     for at_once in (1 << 30, 1 << 13, 997):
-        monkeypatch.setattr(free_hover, "AT_ONCE", at_once)
+        monkeypatch.setattr(hover_points, "AT_ONCE", at_once)
         starts = search._starts(routes)
-        found.append([(each.hover_s, each.route, *each.point_m) for each in starts])
+        found.append([(each.value, each.branch, *each.at) for each in starts])
     assert found[0]
     assert found[0] == found[1] == found[2]
 
