@@ -75,7 +75,7 @@ def build_legs(
     waypoints_m, rule = np.empty((count, 0, 3)), mission.flight.obstacle_rule
     if rule != "ignore" and len(obstacles.building):
         lines, line = shared_lines(start, end)
-        (roofs,) = own_roofs(town := (mission.buildings,), at_m[None])
+        (roofs,) = own_roofs(town := (mission.buildings,), at_m[None], places.roofs)
         if rule == "refuse":
             crosses = _blockers(places, obstacles, lines, roofs).take(line)
         else:

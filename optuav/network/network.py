@@ -1,5 +1,6 @@
 """The network of a mission as arrays: its places, legs and routes, and the trajectories over it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -37,14 +38,21 @@ class Network:
         names = self.places.names
         return (names[self.legs.start[flown[0]]], *(names[self.legs.end[leg]] for leg in flown))
 
-    def only(self, route: int) -> "Network":
-        """The same network with a single route, number 0, and the legs that it uses."""
-        routes, table = self.routes.take([route]), self.legs
-        flown = routes.legs != NO_LEG
-        used = routes.legs[flown]
-        legs = table.take(used)
-        routes = replace(routes, legs=np.where(flown, np.cumsum(flown) - 1, NO_LEG))
-        return replace(self, legs=legs, routes=routes)
+    def only(self, which: Sequence[int] | Integers) -> "Network":
+        """The same network with some of the routes, and only the legs and places that they use.
+
+        Routes, legs and places are numbered anew; the ends stay.
+        """
+        routes, places, table = self.routes.take(which), self.places, self.legs
+        flown, building = routes.legs != NO_LEG, np.unique(routes.building)
+        kept = np.append(np.arange(FIRST_BUILDING), places.on(building[building >= 0]))
+        used, number = np.unique(routes.legs[flown], return_inverse=True)
+        numbers = np.full(routes.legs.shape, NO_LEG)
+        numbers[flown] = number
+        start, end = (np.searchsorted(kept, each[used]) for each in (table.start, table.end))
+        legs = replace(table.take(used), start=start, end=end)
+        routes = replace(routes, legs=numbers)
+        return replace(self, places=places.take(kept), legs=legs, routes=routes)
 
 
 @lru_cache(maxsize=1)

@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -37,6 +37,7 @@ class Places:
     received_power_W: Floats
     charge_current_A: Floats
     edited: Booleans  # Whether sight or power were stated by the user rather than computed
+    roofs: Integers  # By place after the ends: number of its building in the mission, rising
 
     @property
     def buildings(self) -> Integers:
@@ -48,14 +49,27 @@ class Places:
         """Whether a place is known; a hover point out of reach is not."""
         return np.asarray(np.isfinite(self.position_m).all(axis=1))
 
+    def take(self, numbers: Integers) -> "Places":
+        """Some of the places, by number: the ends, and then others, rising."""
+        own = {each.name: getattr(self, each.name) for each in fields(self)[1:-1]}
+        names = tuple(self.names[number] for number in numbers)
+        roofs = self.roofs[numbers[FIRST_BUILDING:] - FIRST_BUILDING]
+        return Places(names, **{name: each[numbers] for name, each in own.items()}, roofs=roofs)
+
+    def on(self, building: Integers | int) -> Integers:
+        """Numbers of the places on the roofs of buildings; of a place before them for −1."""
+        return np.asarray(FIRST_BUILDING - 1 + np.searchsorted(self.roofs, building, side="right"))
+
 
 def build_places(mission: Mission) -> Places:
     """The places of a mission, with the laser's sight and charging power past its buildings."""
     position_m = position_table(mission, mission.buildings.roof_m)
-    sight, received = received_table(mission, position_m, (mission.buildings,))
+    roofs = np.arange(len(mission.buildings))
+    sight, received = received_table(mission, position_m, (mission.buildings,), roofs)
     names = (*ENDS, *mission.buildings.names)
     power_W, current_A = received.power_W[0], received.current_A[0]
-    return Places(names, position_m[0], sight[0], power_W, current_A, np.zeros(len(names), bool))
+    edited = np.zeros(len(names), bool)
+    return Places(names, position_m[0], sight[0], power_W, current_A, edited, roofs)
 
 
 def position_table(mission: Mission, roofs_m: Floats, radius_m: Quantity | None = None) -> Floats:
@@ -71,22 +85,23 @@ def position_table(mission: Mission, roofs_m: Floats, radius_m: Quantity | None 
 
 
 def received_table(
-    mission: Mission, position_m: Floats, towns: Sequence[Buildings]
+    mission: Mission, position_m: Floats, towns: Sequence[Buildings], roofs: Integers
 ) -> tuple[Booleans, Flow]:
     """Sight of the laser, and current and power from it, each (variant or 1, place).
 
-    The places are those of `position_table`; the building below a place does not hide the laser.
+    The places are those of `position_table`, on the `roofs` of buildings by number; the building
+    below a place does not hide the laser.
     """
     count = position_m.shape[1]
     if mission.laser is None:
         dark = np.zeros((1, count))
         return np.zeros((1, count), bool), Flow(dark, dark)
     laser_m = as_points(mission.laser.position_m)
-    if len(position_m) == len(laser_m) == 1:
+    if len(position_m) == len(laser_m) == 1 and len(roofs) == len(towns[0]):
         ends_m = np.concatenate([laser_m, position_m[:, :FIRST_BUILDING]], axis=1)
         sight = _kept_sight(*towns, *ends_m.ravel().tolist())
     else:
-        sight = _sight(towns, position_m, laser_m)
+        sight = _sight(towns, position_m, laser_m, roofs)
     x, y, z = np.moveaxis(position_m, -1, 0)
     received = vehicle.charging(mission, (x, y, z))
     return sight, Flow(*(np.where(sight, each, 0.0) for each in received))
@@ -97,16 +112,18 @@ def _kept_sight(buildings: Buildings, *numbers_m: float) -> Booleans:
     """Sight of the laser (1, place), from its position and those of the ends, kept."""
     laser_m, *ends_m = np.reshape(numbers_m, (-1, 1, 1, 3))
     position_m = np.concatenate([*ends_m, buildings.roof_m[None]], axis=1)
-    sight = _sight((buildings,), position_m, laser_m)
+    sight = _sight((buildings,), position_m, laser_m, np.arange(len(buildings)))
     sight.setflags(write=False)
     return sight
 
 
-def _sight(towns: Sequence[Buildings], position_m: Floats, laser_m: Floats) -> Booleans:
+def _sight(
+    towns: Sequence[Buildings], position_m: Floats, laser_m: Floats, roofs: Integers
+) -> Booleans:
     """Sight of the laser by place (variant, place)."""
     number = np.arange(count := position_m.shape[1])
     lines = np.stack([np.full(count, count), number], axis=1)
-    own_roof = np.maximum(number - FIRST_BUILDING, CLEAR)[:, None]
+    own_roof = np.append(np.full(FIRST_BUILDING, CLEAR), roofs)[:, None]
     return clear_past(towns, _joined(position_m, laser_m), lines, own_roof)
 
 
@@ -120,16 +137,15 @@ def clear_past(
     return np.concatenate([clear_lines(prisms(e), part, lines, roofs) for (e, part), roofs in rows])
 
 
-def own_roofs(towns: Sequence[Buildings], position_m: Floats) -> Integers:
+def own_roofs(towns: Sequence[Buildings], position_m: Floats, roofs: Integers) -> Integers:
     """The building that does not block the legs of each place (variant or 1, place): its own.
 
-    That is the one on whose roof it stands.
+    That is the one on whose roof it stands; places after the ends stand on `roofs` by number.
     """
     parts = zip(towns, np.split(position_m[:, :FIRST_BUILDING], len(towns)), strict=True)
     ends = np.concatenate([roofs_below(each, part.reshape(-1, 3)) for each, part in parts])
     ends = ends.reshape(-1, FIRST_BUILDING)
     ends = ends[:1] if (ends == ends[0]).all() else ends
-    roofs = np.arange(position_m.shape[1] - FIRST_BUILDING)
     return np.concatenate([ends, np.broadcast_to(roofs, (len(ends), len(roofs)))], axis=1)
 
 

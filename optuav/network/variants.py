@@ -109,14 +109,15 @@ class Variants:
         """Places (variant or 1, place, 3) [m]; NaN for a hover point out of reach."""
         roofs_m = self.network.places.position_m[FIRST_BUILDING:]
         if self.towns:
-            every_m = np.stack([each.roof_m for each in self.towns])
+            every_m = np.stack([each.roof_m[self.network.places.roofs] for each in self.towns])
             roofs_m = every_m.repeat(self.count // len(self.towns), axis=0)
         return position_table(self.mission, roofs_m, self.coverage_radius_m)
 
     @cached_property
     def received(self) -> Flow:
         """Current [A] and power [W] from the laser by place (variant or 1, place)."""
-        return received_table(self.mission, self.position_m, self._past)[1]
+        roofs = self.network.places.roofs
+        return received_table(self.mission, self.position_m, self._past, roofs)[1]
 
     @cached_property
     def able(self) -> Booleans:
@@ -186,7 +187,8 @@ class Variants:
     @property
     def _own_roofs(self) -> Integers:
         """Buildings that do not block a line, as its ends stand there ([variant,] line, 2)."""
-        roofs = own_roofs(self._past, self.position_m)[:, self._lines[0]]
+        stood_on = own_roofs(self._past, self.position_m, self.network.places.roofs)
+        roofs = stood_on[:, self._lines[0]]
         return roofs[0] if len(roofs) == 1 else roofs
 
     @cached_property

@@ -8,6 +8,8 @@ References
 
 from typing import NamedTuple
 
+import numpy as np
+
 from optuav.physics.quantity import Quantity, Vector, norm
 
 FASTEST_WITHOUT_DRAG_M_S = 40.0
@@ -73,6 +75,11 @@ class Loads(NamedTuple):
     def energy_J(self) -> Quantity:
         """Energy drawn on the leg [J], [1]_ eq (6)."""
         return sum(t * p for t, p in zip(self.durations_s, self.powers_W, strict=True))
+
+    @property
+    def least_current_A(self) -> Quantity:
+        """Smallest current of a stage [A]."""
+        return np.minimum.reduce(np.broadcast_arrays(*self.currents_A))
 
 
 class Attitude(NamedTuple):

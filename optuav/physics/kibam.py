@@ -177,6 +177,15 @@ def shift(battery: Battery, stage: Stage) -> Shift:
     return Shift(current_A * duration_s, remaining, battery.bound_fraction * current_A * integral_s)
 
 
+def gentlest(battery: Battery, drawn_As: Quantity, slowest_A: Quantity) -> Shift:
+    """What leaves at least as much in the wells as drawing a charge at no less than some current.
+
+    All of it is drawn at once, and levels out for as long as drawing it may take.
+    """
+    remaining = np.exp(-battery.rate_per_s * (drawn_As / slowest_A))
+    return Shift(-drawn_As, remaining, -battery.bound_fraction * drawn_As * remaining)
+
+
 def tilted_after(battery: Battery, charge: Tilted, *stages: Stage | Shift) -> Tilted:
     """Total charge and tilt [A s] after stages of constant current, or what they do, in order."""
     total_As, tilt_As = charge

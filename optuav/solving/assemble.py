@@ -67,7 +67,7 @@ def numbers(variants: Variants, which: Integers, variant: Integers | None) -> di
     named["flight_distance_m"] = Number(flown_m, "m")
     building = network.routes.building[which]
     stays = {"hover": np.full(len(which), HOVER)}
-    stays |= {"rest": FIRST_BUILDING + building} if (building >= 0).all() else {}
+    stays |= {"rest": network.places.on(building)} if (building >= 0).all() else {}
     for stay, place in stays.items():
         for axis, at_m in enumerate(positions_m(place)):
             named[f"{stay}_position_m[{axis}]"] = Number(at_m, "m")
@@ -161,6 +161,7 @@ def figures(variants: Variants) -> Quantities:
     battery, limits = variants.mission.battery, variants.mission.limits
     packs, capacity_As = battery.packs, battery.capacity_As
     building = variants.network.routes.building
+    roof = variants.network.places.on(building)
     flight_s, flight_As, flight_J = variants.flight
     hover_A, hover_W = variants.hover_load
     voltages: dict[str, Quantity] = {}
@@ -174,7 +175,7 @@ def figures(variants: Variants) -> Quantities:
         voltages |= {f"{load}_voltage_V": mean_V, f"{load}_battery_J": full_J}
     received_A, received_W = (each[:, [HOVER]] for each in variants.received)
     rest_A, rest_W = (
-        np.where(building >= 0, table[:, FIRST_BUILDING + building] - drawn, 0.0)
+        np.where(building >= 0, table[:, roof] - drawn, 0.0)
         for table, drawn in zip(variants.received, flight_of(variants.mission).rest(), strict=True)
     )
     start, soc = variants.mission.start, None

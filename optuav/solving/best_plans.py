@@ -23,8 +23,7 @@ from optuav.modelling import Model
 from optuav.modelling.check import TOLERANCE, evaluated
 from optuav.modelling.forms import CONSTANT, Exponential
 from optuav.network.feasibility import hindrances
-from optuav.network.network import Network
-from optuav.network.variants import Variants, stacked
+from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.physics.kibam import Battery, Shift, Stage, Tilted, start, tilted_after
 from optuav.physics.quantity import Quantity
@@ -202,12 +201,11 @@ def hover_times_s(variants: Variants, perspective: Perspective, least_s: float =
     return hover_s.T
 
 
-def hover_bounds_s(network: Network, perspective: Perspective) -> Floats:
-    """Upper bounds of Δ by route [s], −∞ if it cannot be flown; see `_well_bound`."""
-    variants, able = stacked(network), network.routes.flyable[None]
+def hover_bounds_s(variants: Variants, perspective: Perspective) -> Floats:
+    """Upper bounds of Δ (route, variant) [s], −∞ if it cannot be flown; see `_well_bound`."""
     if perspective == AVAILABLE:
-        return np.asarray(_most_s(variants, able)[:, 0])
-    return _longest(variants, able, perspective if perspective in PAPER else "battery")[:, 0]
+        return _most_s(variants, variants.able)
+    return _longest(variants, variants.able, perspective if perspective in PAPER else "battery")
 
 
 def impossible(variants: Variants) -> Codes:

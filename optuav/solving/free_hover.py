@@ -1,6 +1,7 @@
 """(P1) with the hover point free: where to hover as well as where to rest and how long."""
 
 import math
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -82,14 +83,19 @@ class FreeProgram(Program):
 
     def solve(self) -> Plan:
         """The best plan found; locally optimal, and never worse than hovering at w_U."""
-        own, mission = self.own.solve(), self.network.mission
+        begin, mission = time.monotonic(), self.network.mission
+        own = self.own.solve()
         if not self.parts:
             return own
+        others = [] if mission.route.hover_m is None else [None]
         routes = np.concatenate([part.routes for part in self.parts])
-        search = PointSearch(self.question, mission)
+        # The plan at each point takes about as long as that at the mission's own.
+        last_s = (1 + len(others)) * (time.monotonic() - begin)
+        latest = begin + (self.question.time_limit_s or math.inf)
+        search = PointSearch(self.question.perspective, mission, latest - last_s)
         points_m = search.best_m(routes)
         plans = [own] if own else []
-        for hover_m in (*([] if mission.route.hover_m is None else [None]), *points_m):
+        for hover_m in (*others, *points_m):
             moved = build_network(mission.replace({"route.hover_m": hover_m}))
             plan = declared_program(self.own.question, moved).solve()
             plans += [plan] if plan else []

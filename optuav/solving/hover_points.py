@@ -8,24 +8,30 @@ ever smaller steps are tried.
 
 import math
 import time
+from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from optuav.arrays import Floats, Integers
 from optuav.mission import Mission
+from optuav.mission.flight_model import flight_of
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network, build_network
-from optuav.network.places import HOVER
+from optuav.network.places import FIRST_BUILDING, HOVER, ORIGIN
 from optuav.network.variants import Variants
+from optuav.options import Perspective
+from optuav.physics.flight import Flow
+from optuav.physics.kibam import gentlest
 from optuav.physics.quantity import TINY
-from optuav.solving.best_plans import hover_times_s
+from optuav.solving.best_plans import hover_bounds_s, hover_times_s
 from optuav.solving.maximise import AROUND, Lengths, Point, all_around, maximise
-from optuav.solving.question import Question
 
-AT_ONCE = 1 << 17
-"""Itineraries that are evaluated together, in bounded memory. No result depends on it."""
+AT_ONCE = 1 << 13
+"""Points that are evaluated together, in bounded memory. No result depends on it."""
+RINGS = (0.1, 3000.0, 40)  # First and last radius of rings around buildings [m], and how many
 WITHIN = 1.0 - 1e-12  # share of the coverage radius that is used, for rounding
 SAMPLES = (60, 12, 4)  # angles, radii and heights of the points that are tried
 NEAR, REACH = (7, 24, 9), 0.2
@@ -89,60 +95,84 @@ class Region:
 class PointSearch:
     """The search for the best hover point, with the battery charged at constant current."""
 
-    def __init__(self, question: Question, mission: Mission) -> None:
-        self.perspective, self.region = question.perspective, Region(mission)
+    def __init__(
+        self, perspective: Perspective, mission: Mission, latest: float = math.inf
+    ) -> None:
+        self.perspective, self.region, self.latest = perspective, Region(mission), latest
         self.w_U_m = vehicle.hover_point_m(mission.replace({"route.hover_m": None}))
         # Any point is stated, as variants of the mission have others.
         anywhere_m = tuple(self.region.inside(self.region.centre_m).tolist())
         stated = {"route.hover_m": anywhere_m, "battery.charging": "constant"}
         self.network = build_network(mission.replace(stated))
-        self.latest = time.monotonic() + (question.time_limit_s or math.inf)
+        self.clear = self.network.mission.replace({"flight.obstacles": "ignore"})
         self.ended = False  # Whether the time limit ended it
-        self.best = Point(-math.inf, 0, np.zeros(3))  # So far
+        self.best_s, self.best_at_m = -math.inf, np.zeros(3)  # So far
 
     def best_m(self, routes: Integers) -> list[tuple[float, ...]]:
         """The best point found [m] over some routes; empty where none has a plan."""
         try:
             if starts := self._starts(routes):
-                self.best = maximise(
+                top = maximise(
                     starts, self._hovers_s, LENGTHS_M, self.region.inside, self._around_m
                 )
+                self.best_s, self.best_at_m = top.value, top.at
         except TimeoutError:
             self.ended = True
-        return [tuple(self.best.at.tolist())] if self.best.value >= 0.0 else []
+        return [tuple(self.best_at_m.tolist())] if self.best_s >= 0.0 else []
 
-    def _tried(
-        self, network: Network, routes: Integers, points_m: Floats, least_s: float
-    ) -> Floats:
-        """Δ [s] at points by routes (point, route), as of `hover_times_s`; the best is kept."""
+    def _check_time(self) -> None:
+        """End the search if its time is over."""
         if time.monotonic() > self.latest:
             raise TimeoutError
-        columns = {f"route.hover_m[{axis}]": points_m[:, axis] for axis in range(3)}
-        hover_s = hover_times_s(Variants(network, columns), self.perspective, least_s)
-        point, route = divmod(int(hover_s.argmax()), len(routes))
-        top = Point(float(hover_s[point, route]), int(routes[route]), points_m[point])
-        self.best = max(self.best, top, key=lambda each: each.value)
+
+    def _tried(self, network: Network, points_m: Floats, least_s: float) -> Floats:
+        """Δ [s] at points on routes (point, route), as of `hover_times_s`; the best is kept.
+
+        Buildings are only tried where Δ without them reaches the least of interest.
+        """
+        self._check_time()
+        clear = self._clear(network, points_m)
+        (open_,) = np.nonzero((hover_bounds_s(clear, self.perspective) >= least_s).any(axis=0))
+        hover_s = np.full((len(points_m), len(network.routes)), -np.inf)
+        if not len(open_):
+            return hover_s
+        columns = {key: values[open_] for key, values in clear.columns.items()}
+        hover_s[open_] = hover_times_s(Variants(network, columns), self.perspective, least_s)
+        if (top_s := float(hover_s.max())) > self.best_s:
+            self.best_s, self.best_at_m = top_s, points_m[int(hover_s.max(axis=1).argmax())]
         return hover_s
+
+    def _clear(self, network: Network, points_m: Floats) -> Variants:
+        """Variants by hover points, past no buildings; the laser sees the roofs that it sees."""
+        columns = {f"route.hover_m[{axis}]": points_m[:, axis] for axis in range(3)}
+        variants = Variants(replace(network, mission=self.clear), columns)
+        vars(variants)["received"] = self._received(network, points_m)
+        return variants
+
+    def _received(self, network: Network, points_m: Floats) -> Flow:
+        """Current [A] and power [W] (point, place) where the laser sees all hover points."""
+        places, lit = network.places, vehicle.charging(network.mission, (*points_m.T,))
+        tables = list[Floats]()
+        for each, at_hover in zip(
+            (places.charge_current_A, places.received_power_W), lit, strict=True
+        ):
+            tables.append(np.tile(each, (len(points_m), 1)))
+            tables[-1][:, HOVER] = at_hover
+        return Flow(*tables)
 
     def _starts(self, routes: Integers) -> list[Point]:
         """The points from which to refine: the best of every promising route, apart from others."""
-        region, found = self.region, list[Point]()
+        region = self.region
         network = replace(self.network, routes=self.network.routes.take(routes))
         flown = network.routes.legs[network.routes.legs != NO_LEG]
         ends = np.union1d(network.legs.start[flown], network.legs.end[flown])
         places_m = np.vstack([self.w_U_m, network.places.position_m[ends[ends != HOVER]]])
         near_m = [region.near(place_m) for place_m in places_m]
         points_m = np.concatenate([region.kept(places_m), region.spread(), *near_m])
-        # Of each portion, hovers that are promising beside the best so far.
-        sampled, least_s, at_once = list[Floats](), 0.0, max(1, AT_ONCE // len(routes))
-        for begin in range(0, len(points_m), at_once):
-            portion_m = points_m[begin : begin + at_once]
-            hover_s = self._tried(network, routes, portion_m, least_s)
-            least_s = max(float(hover_s.max()) - PROMISING_S, least_s)
-            point, route = np.nonzero(hover_s >= least_s)
-            sampled.append(np.array([begin + point, route, hover_s[point, route]]))
+        sampled = [np.zeros((3, 0)), *self._sampled(network, points_m)]
         point, route, hover_s = np.concatenate(sampled, axis=1)
-        best_s = np.full(len(routes), -np.inf)
+        least_s = max(self.best_s - PROMISING_S, 0.0)
+        best_s, found = np.full(len(routes), -np.inf), list[Point]()
         np.maximum.at(best_s, route.astype(np.intp), hover_s)
         for k in np.argsort(-best_s, kind="stable")[:MOST_ROUTES].tolist():
             near_m, left_s = points_m[point[route == k].astype(np.intp)], hover_s[route == k]
@@ -155,10 +185,68 @@ class PointSearch:
                 left_s[close] = -np.inf
         return found
 
+    def _sampled(self, network: Network, points_m: Floats) -> Iterator[Floats]:
+        """Hovers that are promising beside the best so far: numbers of point and route, and Δ [s].
+
+        Building by building, from the most promising on, its routes are tried at all points that
+        are as near to it as bounds allow.
+        """
+        routes, least_s = network.routes, 0.0
+        rings_m, most_s = self._bounds_s(network, points_m)
+        for building in dict.fromkeys(routes.building[np.argsort(-most_s.max(axis=1))].tolist()):
+            (ways,) = np.nonzero(routes.building == building)
+            (open_,) = np.nonzero(most_s[ways].max(axis=0) >= least_s)
+            own = network.only(ways)
+            away_m = np.linalg.norm(points_m - own.places.position_m[-1], axis=1)
+            (near,) = np.nonzero(away_m <= rings_m[open_ + 1].max(initial=-1.0))
+            for begin in range(0, len(near), AT_ONCE):
+                some = near[begin : begin + AT_ONCE]
+                hover_s = self._tried(own, points_m[some], least_s)
+                least_s = max(self.best_s - PROMISING_S, least_s)
+                point, route = np.nonzero(hover_s >= least_s)
+                yield np.array([some[point], ways[route], hover_s[point, route]])
+
+    def _bounds_s(self, network: Network, points_m: Floats) -> tuple[Floats, Floats]:
+        """Rings around a building, by where they begin and the last ends [m], and bounds of Δ [s].
+
+        No Δ at a point in a ring around the building of a route is longer than its bound (route,
+        ring): nothing is in the way of legs or the laser, and a leg draws the least for its length.
+        Infinite if the flight model does not know that.
+        """
+        mission, routes, places = network.mission, network.routes, network.places
+        rings_m = np.concatenate([[0.0], np.geomspace(*RINGS), [np.inf]])
+        most_s = np.full((len(routes), len(rings_m) - 1), np.inf)
+        if (flight := flight_of(mission)).least(0.0) is None:
+            return rings_m, most_s
+        count, at_m = len(routes), places.position_m
+        start, end = (each[routes.legs] for each in (network.legs.start, network.legs.end))
+        hovers, other = (start == HOVER) | (end == HOVER), start + end - HOVER
+        known_m = np.linalg.norm(at_m[start] - at_m[end], axis=-1)
+        beside_m = [np.linalg.norm(points_m - each, axis=1).min() for each in at_m[:FIRST_BUILDING]]
+        outer = hovers & (other < FIRST_BUILDING)
+        nearest_m = np.where(outer, np.take(beside_m, other, mode="clip"), 0.0)
+        roof_m = at_m[places.on(routes.building)][:, None]
+        apart_m = np.linalg.norm(at_m[np.where(outer, other, ORIGIN)] - roof_m, axis=-1)
+        apart_m[routes.building < 0] = 0.0
+        brightest = vehicle.charging(mission, (*points_m.T,)).current_A
+        brightest_m = points_m[np.argmax(brightest) if np.ndim(brightest) else 0]
+        received = self._received(network, brightest_m[None])
+        legs = np.where(routes.legs == NO_LEG, NO_LEG, np.arange(3 * count).reshape(count, 3))
+        own, able = replace(network, routes=replace(routes, legs=legs)), np.ones((1, count), bool)
+        for ring, (near_m, far_m) in enumerate(pairwise(rings_m)):
+            self._check_time()
+            open_m = np.where(outer, np.maximum(nearest_m, apart_m - far_m), near_m)
+            loads = flight.least(np.where(hovers, open_m, known_m).reshape(1, -1))
+            variants = Variants(own, {"route.hover_m[2]": points_m[:1, 2]})
+            assert loads is not None
+            leg = gentlest(vehicle.pool(mission), loads.charge_As, loads.least_current_A)
+            vars(variants).update(loads=loads, received=received, shifts=[leg], able=able)
+            most_s[:, ring] = hover_bounds_s(variants, self.perspective)[:, 0]
+        return rings_m, most_s
+
     def _hovers_s(self, route: int, points_m: Floats, least_s: float) -> Floats:
         """Δ [s] at points on one route, −∞ if it is shorter than the least of interest."""
-        own = self.network.only(route)
-        return self._tried(own, np.array([route]), points_m, max(least_s, 0.0))[:, 0]
+        return self._tried(self.network.only([route]), points_m, max(least_s, 0.0))[:, 0]
 
     def _around_m(
         self, route: int, at_m: Floats, reach_m: float, random: np.random.Generator
@@ -167,7 +255,7 @@ class PointSearch:
         # Hover times have ridges where a turn of a leg vanishes: lines through the place before or
         # after, in the plane of its x or its y without wind. A step that leaves a ridge loses, so
         # some steps keep to such lines and planes.
-        network = self.network.only(route)
+        network = self.network.only([route])
         hover_legs = (network.legs.start == HOVER) | (network.legs.end == HOVER)
         ends = network.legs.start[hover_legs] + network.legs.end[hover_legs] - HOVER
         around_m = network.places.position_m[ends]

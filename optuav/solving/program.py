@@ -338,7 +338,7 @@ class Program:
             return self, self.answers()
         which = np.concatenate([part.routes for part in self.parts])
         bounds_s = np.full(len(self.network.routes), np.nan)
-        bounds_s[which] = hover_bounds_s(self.network, question.perspective)[which]
+        bounds_s[which] = hover_bounds_s(stacked(self.network), question.perspective)[which, 0]
         least_s, open_ = np.nanmax(bounds_s) - SLACK_S, np.zeros(len(bounds_s), bool)
         while (wider := ~open_ & (bounds_s >= least_s)).any():
             open_ |= wider

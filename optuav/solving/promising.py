@@ -14,8 +14,16 @@ from optuav.mission.flight_model import flight_of
 from optuav.network import vehicle
 from optuav.network.network import Network, network_by
 from optuav.network.places import FIRST_BUILDING, HOVER, Places, build_places
-from optuav.network.variants import Columns, Variants
-from optuav.physics.kibam import Shift, Stage, Tilted, falls_throughout, start, tilted_after
+from optuav.network.variants import Columns, Variants, stacked
+from optuav.physics.kibam import (
+    Shift,
+    Stage,
+    Tilted,
+    falls_throughout,
+    gentlest,
+    start,
+    tilted_after,
+)
 from optuav.physics.quantity import norm
 from optuav.solving.assemble import figures
 from optuav.solving.balance import by_balance
@@ -89,7 +97,7 @@ def _bounds_s(mission: Mission, question: Question, places: Places) -> Floats:
     count, found = len(mission.buildings), list[Floats]()
     for begin in range(0, count, AT_ONCE):
         network = network_by(mission, places, np.arange(begin, min(begin + AT_ONCE, count)))
-        bound_s = hover_bounds_s(network, question.perspective)[1:]
+        bound_s = hover_bounds_s(stacked(network), question.perspective)[1:, 0]
         found.append(np.concatenate([bound_s[None], _figures_s(network)]))
     return np.concatenate(found, axis=1)
 
@@ -114,7 +122,7 @@ def fewer(network: Network, columns: Columns, question: Question) -> Network | N
     if not known or question.problem != P1() or not takes_arrays(mission, question):
         return None
     away_m = norm(tuple((places.position_m - places.position_m[HOVER])[FIRST_BUILDING:].T))
-    likely = np.argsort(-hover_bounds_s(network, AVAILABLE)[1:], kind="stable") // 2
+    likely = np.argsort(-hover_bounds_s(stacked(network), AVAILABLE)[1:, 0], kind="stable") // 2
     while 4 * size <= len(away_m):
         chosen = np.union1d(likely[: 2 * size], np.argsort(away_m, kind="stable")[:size])
         few = Variants(network_by(mission, places, chosen), columns)
@@ -157,9 +165,7 @@ def _open(variants: Variants, hover_s: Floats) -> Booleans:
     nearest_m = np.sqrt((x * x + y * y + z * z).min(axis=1, keepdims=True))
     loads = flight_of(mission).least(nearest_m)
     assert loads is not None
-    drawn_As, slowest_A = loads.charge_As, np.minimum.reduce(np.broadcast_arrays(*loads.currents_A))
-    remaining = np.exp(-pool.rate_per_s * (drawn_As / slowest_A))
-    leg = Shift(-drawn_As, remaining, -pool.bound_fraction * drawn_As * remaining)
+    leg = gentlest(pool, loads.charge_As, loads.least_current_A)
     hover = Stage(-table.hover_current_A, hover_s[:, None] - SLACK_S)
     to_hover, from_hover = (
         [Shift(*(part[:, [number]] for part in each)) for each in variants.shifts]

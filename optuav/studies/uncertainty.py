@@ -62,7 +62,7 @@ class FixedPlan:
             network = build_network(mission.replace({"route.hover_m": point_m}))
             for number in range(len(network.routes)):
                 if network.route_names(number) == plan.route:
-                    return cls(network.only(number), number, plan.hover_time_s, plan.rest_time_s)
+                    return cls(network.only([number]), number, plan.hover_time_s, plan.rest_time_s)
         words = "a plan over the places of this mission: the same origin, destination, device, "
         words += "laser and buildings, with one hover and at most one rest"
         raise InputError([Fault("plan", " → ".join(plan.route), words)])

@@ -67,7 +67,7 @@ def test_one_route_alone_has_the_same_figures() -> None:
     """The other routes and their legs are left out, which saves their work."""
     mission = optuav.load("paper")
     network, columns = build_network(mission), drawn(mission)
-    whole, single = Variants(network, columns), Variants(network.only(5), columns)
+    whole, single = Variants(network, columns), Variants(network.only([5]), columns)
     assert len(single.network.legs.start) == 3
     assert single.flight[0][:, 0] == pytest.approx(whole.flight[0][:, 5])
 
