@@ -1,9 +1,10 @@
 """Hover points all over the region where a UAV may hover, and the search for the best of them.
 
 A turn of a leg costs time that has a cusp where the turn vanishes, charging stops where a building
-hides the laser, and no leg may cross a building. So no derivatives are used: all routes are
-evaluated at points all over the region, with the real geometry, and from the best of these points
-ever smaller steps are tried.
+hides the laser, and no leg may cross a building. So no derivatives are used: routes are evaluated
+at points all over the region, with the real geometry, and from the best of these points ever
+smaller steps are tried. Bounds leave out points that are too far from the building of a route, and
+points where the hover would be too short even if nothing were in the way.
 """
 
 import math
