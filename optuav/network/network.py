@@ -39,7 +39,7 @@ class Network:
         return (names[self.legs.start[flown[0]]], *(names[self.legs.end[leg]] for leg in flown))
 
     def only(self, which: Sequence[int] | Integers) -> "Network":
-        """The same network with some of the routes, and only the legs and places that they use.
+        """Return the network with some of its routes, and only the legs and places that they use.
 
         Routes, legs and places are numbered anew; the ends stay.
         """

@@ -50,14 +50,14 @@ class Places:
         return np.asarray(np.isfinite(self.position_m).all(axis=1))
 
     def take(self, numbers: Integers) -> "Places":
-        """Some of the places, by number: the ends, and then others, rising."""
+        """Return some of the places by number: the ends, and then others, rising."""
         own = {each.name: getattr(self, each.name) for each in fields(self)[1:-1]}
         names = tuple(self.names[number] for number in numbers)
         roofs = self.roofs[numbers[FIRST_BUILDING:] - FIRST_BUILDING]
         return Places(names, **{name: each[numbers] for name, each in own.items()}, roofs=roofs)
 
     def on(self, building: Integers | int) -> Integers:
-        """Numbers of the places on the roofs of buildings; of a place before them for −1."""
+        """Return the numbers of the places on the roofs of buildings; the last end for −1."""
         return np.asarray(FIRST_BUILDING - 1 + np.searchsorted(self.roofs, building, side="right"))
 
 

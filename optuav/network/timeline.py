@@ -156,7 +156,7 @@ def route_phases(
     """Phases of a route in order, as `phases_along`; hover and rest time [s] may be arrays."""
     routes, ends = network.routes, network.legs.end
     legs = [int(leg) for leg in routes.legs[route] if leg != NO_LEG]
-    times_s = {HOVER: hover_time_s, FIRST_BUILDING + int(routes.building[route]): rest_time_s}
+    times_s = {HOVER: hover_time_s, int(network.places.on(routes.building[route])): rest_time_s}
     # A place that is passed again has had its stay.
     stays_s = [times_s.pop(int(ends[leg]), 0.0) for leg in legs[:-1]]
     return phases_along(network, legs, stays_s)

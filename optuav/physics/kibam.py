@@ -178,9 +178,10 @@ def shift(battery: Battery, stage: Stage) -> Shift:
 
 
 def gentlest(battery: Battery, drawn_As: Quantity, slowest_A: Quantity) -> Shift:
-    """What leaves at least as much in the wells as drawing a charge at no less than some current.
+    """Return a shift that leaves as much in the wells as any way to draw a charge, or more.
 
-    All of it is drawn at once, and levels out for as long as drawing it may take.
+    The current is never below the slowest [A]. All is drawn at once, and the wells then level out
+    for as long as drawing may take.
     """
     remaining = np.exp(-battery.rate_per_s * (drawn_As / slowest_A))
     return Shift(-drawn_As, remaining, -battery.bound_fraction * drawn_As * remaining)

@@ -1,9 +1,10 @@
 """Hover points all over the region where a UAV may hover, and the search for the best of them.
 
 A turn of a leg costs time that has a cusp where the turn vanishes, charging stops where a building
-hides the laser, and no leg may cross a building. So no derivatives are used: all routes are
-evaluated at points all over the region, with the real geometry, and from the best of these points
-ever smaller steps are tried.
+hides the laser, and no leg may cross a building. So no derivatives are used: routes are evaluated
+at points all over the region, with the real geometry, and from the best of these points ever
+smaller steps are tried. Bounds leave out points that are too far from the building of a route, and
+points where the hover would be too short even if nothing were in the way.
 """
 
 import math
@@ -109,7 +110,7 @@ class PointSearch:
         self.best_s, self.best_at_m = -math.inf, np.zeros(3)  # So far
 
     def best_m(self, routes: Integers) -> list[tuple[float, ...]]:
-        """The best point found [m] over some routes; empty where none has a plan."""
+        """Return the best point found [m] over some routes; none if no point has a plan."""
         try:
             if starts := self._starts(routes):
                 top = maximise(
@@ -126,9 +127,9 @@ class PointSearch:
             raise TimeoutError
 
     def _tried(self, network: Network, points_m: Floats, least_s: float) -> Floats:
-        """Δ [s] at points on routes (point, route), as of `hover_times_s`; the best is kept.
+        """Return Δ [s] at points on routes (point, route), as `hover_times_s` does; keep the best.
 
-        Buildings are only tried where Δ without them reaches the least of interest.
+        Buildings only count where Δ without them reaches the least of interest.
         """
         self._check_time()
         clear = self._clear(network, points_m)
@@ -143,20 +144,19 @@ class PointSearch:
         return hover_s
 
     def _clear(self, network: Network, points_m: Floats) -> Variants:
-        """Variants by hover points, past no buildings; the laser sees the roofs that it sees."""
+        """Return variants by hover point without obstacles; only roofs may be out of sight."""
         columns = {f"route.hover_m[{axis}]": points_m[:, axis] for axis in range(3)}
         variants = Variants(replace(network, mission=self.clear), columns)
         vars(variants)["received"] = self._received(network, points_m)
         return variants
 
     def _received(self, network: Network, points_m: Floats) -> Flow:
-        """Current [A] and power [W] (point, place) where the laser sees all hover points."""
+        """Return current [A] and power [W] (point, place), with all hover points in sight."""
         places, lit = network.places, vehicle.charging(network.mission, (*points_m.T,))
         tables = list[Floats]()
-        for each, at_hover in zip(
-            (places.charge_current_A, places.received_power_W), lit, strict=True
-        ):
-            tables.append(np.tile(each, (len(points_m), 1)))
+        known = places.charge_current_A, places.received_power_W
+        for of_places, at_hover in zip(known, lit, strict=True):
+            tables.append(np.tile(of_places, (len(points_m), 1)))
             tables[-1][:, HOVER] = at_hover
         return Flow(*tables)
 
@@ -186,14 +186,15 @@ class PointSearch:
         return found
 
     def _sampled(self, network: Network, points_m: Floats) -> Iterator[Floats]:
-        """Hovers that are promising beside the best so far: numbers of point and route, and Δ [s].
+        """Yield hovers that are promising beside the best so far: point, route and Δ [s].
 
-        Building by building, from the most promising on, its routes are tried at all points that
-        are as near to it as bounds allow.
+        Buildings come in the order of their bounds, and the routes of each are tried at the points
+        that are as near to it as the bounds allow.
         """
         routes, least_s = network.routes, 0.0
         rings_m, most_s = self._bounds_s(network, points_m)
-        for building in dict.fromkeys(routes.building[np.argsort(-most_s.max(axis=1))].tolist()):
+        order = np.argsort(-most_s.max(axis=1), kind="stable")
+        for building in dict.fromkeys(routes.building[order].tolist()):
             (ways,) = np.nonzero(routes.building == building)
             (open_,) = np.nonzero(most_s[ways].max(axis=0) >= least_s)
             own = network.only(ways)
@@ -207,11 +208,11 @@ class PointSearch:
                 yield np.array([some[point], ways[route], hover_s[point, route]])
 
     def _bounds_s(self, network: Network, points_m: Floats) -> tuple[Floats, Floats]:
-        """Rings around a building, by where they begin and the last ends [m], and bounds of Δ [s].
+        """Return the radii [m] of rings around a building, and bounds of Δ (route, ring) [s].
 
-        No Δ at a point in a ring around the building of a route is longer than its bound (route,
-        ring): nothing is in the way of legs or the laser, and a leg draws the least for its length.
-        Infinite if the flight model does not know that.
+        At a hover point in a ring around the building of a route, Δ is no longer than the bound:
+        nothing is in the way of legs or the laser, and a leg draws the least for its length. The
+        bound is infinite if the flight model does not know that least.
         """
         mission, routes, places = network.mission, network.routes, network.places
         rings_m = np.concatenate([[0.0], np.geomspace(*RINGS), [np.inf]])
@@ -245,13 +246,13 @@ class PointSearch:
         return rings_m, most_s
 
     def _hovers_s(self, route: int, points_m: Floats, least_s: float) -> Floats:
-        """Δ [s] at points on one route, −∞ if it is shorter than the least of interest."""
+        """Return Δ [s] at points on one route, −∞ if it is shorter than the least of interest."""
         return self._tried(self.network.only([route]), points_m, max(least_s, 0.0))[:, 0]
 
     def _around_m(
         self, route: int, at_m: Floats, reach_m: float, random: np.random.Generator
     ) -> Floats:
-        """Points (point, 3) [m] around one of a route, as `all_around`, and on its ridges."""
+        """Return points (point, 3) [m] around one of a route, and on its ridges."""
         # Hover times have ridges where a turn of a leg vanishes: lines through the place before or
         # after, in the plane of its x or its y without wind. A step that leaves a ridge loses, so
         # some steps keep to such lines and planes.

@@ -1,6 +1,6 @@
-"""The largest value of a function without derivatives, from starts by ever smaller random steps.
+"""A search for the largest value of a function, from starts by ever smaller random steps.
 
-It may have cusps, jump, and be −∞ where nothing is possible.
+It uses no derivatives: the function may have cusps, jump, and be −∞ where nothing is possible.
 """
 
 from collections.abc import Callable, Sequence
@@ -45,7 +45,7 @@ Inside = Callable[[Floats], Floats]
 
 
 def all_around(_: int, at: Floats, length: float, random: np.random.Generator) -> Floats:
-    """Points around one in all directions, of which some keep each of its coordinates."""
+    """Return points around one in all directions, some of which keep one of its coordinates."""
     steps = length * random.normal(size=(AROUND, len(at)))
     for axis in range(len(at)):
         steps[axis :: len(at) + 1, axis] = 0.0
@@ -59,10 +59,14 @@ def maximise(
     inside: Inside,
     around: Around = all_around,
 ) -> Point:
-    """The best point that steps lead to from one start or more, always the same."""
+    """Return the best point that steps lead to from one start or more.
+
+    Each start is followed by steps from the first length down to the rough one, and the best start
+    of each branch from there to the last. The same arguments always lead to the same point.
+    """
 
     def climbed(top: Point, seed: int, first: float, last: float) -> Point:
-        """The best point that ever smaller steps lead to, from one length to another."""
+        """Return the best point that ever smaller steps lead to, from one length to another."""
         random, length = np.random.default_rng(seed), first
         while length > last:
             points = inside(around(top.branch, top.at, length, random))
@@ -74,18 +78,18 @@ def maximise(
                 length *= SHRINK
         return top
 
-    rough = [climbed(each, 0, lengths.first, lengths.rough) for each in starts]
-    rough.sort(key=lambda each: each.value)
+    rough = [climbed(start, 0, lengths.first, lengths.rough) for start in starts]
+    rough.sort(key=lambda point: point.value)
     least = rough[-1].value - CLOSE
-    near = {each.branch: each for each in rough if each.value >= least}
-    found = [climbed(each, 0, lengths.rough, lengths.last) for each in near.values()]
-    top = max(found, key=lambda each: each.value)
+    near = {point.branch: point for point in rough if point.value >= least}
+    tops = [climbed(point, 0, lengths.rough, lengths.last) for point in near.values()]
+    top = max(tops, key=lambda point: point.value)
     for seed in range(1, AGAIN + 1):
         step = lengths.rough * np.random.default_rng(seed).normal(size=len(top.at))
         beside = Point(-np.inf, top.branch, inside(top.at + step))
         again = climbed(beside, seed, lengths.rough, lengths.last)
         agrees = abs(again.value - top.value) <= SAME_S
-        top = max(top, again, key=lambda each: each.value)
+        top = max(top, again, key=lambda point: point.value)
         if agrees:
             break
     return top

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import tracemalloc
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,13 +14,16 @@ from hypothesis import given, settings
 import optuav
 from optuav import InputError, Mission
 from optuav.network import vehicle
+from optuav.network.variants import Variants
 from optuav.solving import hover_points
+from optuav.solving.best_plans import hover_times_s
 from tests.asking import formulate, solve
 from tests.mission.strategies import missions
 from tests.solving.dense import best_s, delivered_s
 
 PAPER = optuav.load("paper")
 FEW = PAPER.replace({"buildings": PAPER.buildings[7:9]})
+TABLE2 = optuav.load("paper-table2").replace({"buildings": PAPER.buildings[:9:4]})
 SCREEN = {"name": "s", "position_m": [1000, 2400, 120], "footprint_m": [120, 120]}
 VARIANTS: dict[str, dict[str, Any]] = {
     "paper": {},
@@ -268,15 +272,76 @@ def test_no_answer_depends_on_the_portion(
     assert found[0] == found[1] == found[2]
 
 
-def test_memory_does_not_grow_with_the_buildings() -> None:
-    """All points by all routes at once take 240 MB for 60 buildings, and gigabytes for 1000."""
-    roofs_m = np.random.default_rng(1).uniform((0, 0, 30), (2000, 2000, 100), (60, 3))
+def near_roofs(count: int) -> Mission:
+    """The UAV of `paper` and roofs around its device, some higher than the UAV may hover low."""
+    low, high = (700.0, 2400.0, 10.0), (1300.0, 3000.0, 70.0)
+    roofs_m = np.random.default_rng(1).uniform(low, high, (count, 3))
     table = dict(zip(("x_m", "y_m", "z_m"), roofs_m.T, strict=True))
-    search, routes = search_of(
-        PAPER.with_buildings({"name": [f"x{k}" for k in range(60)], **table}), "battery"
+    sizes_m = {"width_m": [20.0] * count, "depth_m": [20.0] * count}
+    return PAPER.with_buildings({"name": [f"x{k}" for k in range(count)], **table, **sizes_m})
+
+
+def windy_roofs() -> Mission:
+    """A few of them in wind, where no leg is as quick as its way back."""
+    return near_roofs(6).replace({"wind.force_N": [2.0, -1.0, 0.5]})
+
+
+def hover_of(search: Any, points_m: Any, perspective: str) -> Any:
+    """Δ at points by routes [s], past all buildings."""
+    columns = {f"route.hover_m[{axis}]": points_m[:, axis] for axis in range(3)}
+    return hover_times_s(Variants(search.network, columns), perspective)
+
+
+@pytest.mark.parametrize("perspective", ["battery", "energy", "adjusted", "available"])
+@pytest.mark.parametrize("mission", [near_roofs(6), windy_roofs(), TABLE2], ids=str)
+def test_no_hover_is_longer_than_the_bound_of_its_ring(mission: Mission, perspective: str) -> None:
+    """At points all over the region, and close to every roof."""
+    search, routes = search_of(mission, perspective)
+    random = np.random.default_rng(2)
+    network = replace(search.network, routes=search.network.routes.take(routes))
+    points_m = search.region.inside(
+        np.concatenate(
+            [
+                search.region.spread()[::40],
+                *(
+                    roof_m + random.normal(size=(20, 3)) * random.choice([0.1, 3.0, 30.0], (20, 1))
+                    for roof_m in mission.buildings.roof_m
+                ),
+            ]
+        )
     )
+    rings_m, most_s = search._bounds_s(network, points_m)
+    hover_s = hover_of(search, points_m, perspective)[:, routes]
+    building = network.routes.building
+    away_m = np.linalg.norm(points_m[:, None] - mission.buildings.roof_m[building], axis=2)
+    ring = np.searchsorted(rings_m, away_m, side="right") - 1
+    assert np.isfinite(hover_s).any()
+    assert (hover_s <= most_s[np.arange(len(routes)), ring] + 1e-9).all()
+
+
+@pytest.mark.parametrize("perspective", PERSPECTIVES)
+def test_bounds_leave_out_no_start(perspective: str) -> None:
+    """The best start is the best of all points on all routes, each tried past all buildings."""
+    search, routes = search_of(near_roofs(6), perspective)
+    starts = search._starts(routes)
+    network, seen = search.network, list[Any]()
+    for place_m in network.places.position_m[3:]:
+        seen.append(search.region.near(place_m))
+    points_m = np.concatenate([search.region.spread(), *seen])
+    hover_s = hover_of(search, points_m, perspective)
+    best_s = max(each.value for each in starts)
+    assert best_s >= hover_s.max() - 1e-9
+    for start in starts:
+        own_s = hover_of(search, start.at[None], perspective)[0, start.branch]
+        assert own_s == pytest.approx(start.value, abs=1e-9)
+
+
+@pytest.mark.parametrize("perspective", PERSPECTIVES)
+def test_memory_does_not_grow_with_the_buildings(perspective: str) -> None:
+    """All points by all routes at once take gigabytes for 1000 buildings."""
+    search, routes = search_of(near_roofs(150), perspective)
     tracemalloc.start()
     search._starts(routes)
     _, peak_B = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert peak_B < 1.2e8
+    assert peak_B < 4e7

@@ -75,6 +75,10 @@ def test_no_speed_of_a_grid_is_better(mission: Mission) -> None:
     if plan:
         assert plan.status == "optimal"
         assert plan.proof.startswith("priced")
+        building = next((name for name in plan.route if name in mission.buildings.names), None)
+        way = building, building is not None and plan.route[1] == building
+        own = balanced_s(mission, *way, np.array(plan.speeds_m_s))
+        assert plan.hover_time_s == pytest.approx(float(own[0]), abs=1e-6)
         assert plan.hover_time_s >= truth - 1e-6
     else:
         assert truth == -math.inf
@@ -86,10 +90,15 @@ def test_as_good_as_all_speeds_and_better_than_named_ones(mission: Mission) -> N
     """The same as grids ever closer around the best, and never worse than a rule."""
     plan = free(mission, perspective="battery")
     truth = max(refined(mission, w, balanced_s, 15 if w[0] is None else 7) for w in ways(mission))
-    assert (plan.hover_time_s if plan else -math.inf) == pytest.approx(truth, abs=0.02)
+    assert not plan or plan.hover_time_s >= truth - 1e-6
+    assert (
+        plan.hover_time_s <= truth + 0.02
+        if math.isfinite(truth)
+        else not (plan and plan.hover_time_s > 1.0)
+    )
     for rule in RULES:
         named = optuav.solve(mission.replace({"flight.speed": rule}), perspective="battery")
-        assert not named or plan.hover_time_s >= named.hover_time_s - 1e-6
+        assert not named or hover_s >= named.hover_time_s - 1e-6
 
 
 @few(10)
