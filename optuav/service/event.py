@@ -29,6 +29,8 @@ DRONES = Number("-", ge=1, le=MOST, whole=True)
 UNITS = {"drone": "-", "start_s": "s", "hover_s": "s", "rest_s": "s"}
 SHORTER = (1.0, 0.99, 0.97, 0.95, 0.9, 0.8, 0.7, 0.6)
 """Shares of the longest hover from full wells to which hovers are kept, until a replay holds."""
+ROUNDING = 1e-6  # Share of the capacity
+RUN = 0.75  # Share of all hovers that a run holds, beside the run of all
 MORE = 2  # Hovers beyond the fewest that are tried, per drone
 
 
@@ -76,7 +78,9 @@ def event_of(coverage: Coverage, visit: Visit, hours: float, drones: int | None)
             if hovers_s is None:
                 continue
             found = _event(coverage, visit, hours, count, least, hovers_s)
-            if found.replay().flyable:
+            lowest_As = min(phase.available_As[0] for plan in found.plans for phase in plan.phases)
+            dry = lowest_As < -ROUNDING * float(visit.battery.capacity_As)
+            if not dry and found.replay().flyable:
                 return found
     words = f"{drones} drones cover {hours:g} h by charge, but no roster that was tried keeps the "
     raise NoPlanError(words + "wells: allow one more")
@@ -89,13 +93,40 @@ def _hovers(visit: Visit, drones: int, until_s: float, longest_s: float) -> Floa
     than two hovers per drone beyond the fewest possible are not looked for: each costs two legs.
     """
     fewest = math.ceil(until_s / longest_s - 1e-9)
+    small_As = ROUNDING * float(visit.battery.capacity_As)
     for count in range(fewest, fewest + MORE * drones + 1):
+        runs = (count, math.ceil(RUN * count))
+        # Most programmes without an answer are told by sums of their rows, which take no time.
+        if max(_overdrawn_As(visit, drones, until_s, longest_s, count, w) for w in runs) > small_As:
+            continue
         found = _programme(visit, drones, until_s, longest_s, count)
         if found is not None:
             return found
         if drones == 1:
             break
     return None
+
+
+def _overdrawn_As(
+    visit: Visit, drones: int, until_s: float, longest_s: float, count: int, width: int
+) -> float:
+    """Charge that drones lack in all runs of `width` hovers in a row, at least [A s]: rows, summed.
+
+    In a run, every drone has at most full wells at first, and rests while others hover, but for the
+    legs; the run begins and ends anywhere. Hovers are long where that costs least, and else 0.
+    """
+    number, runs = np.arange(count), count - width + 1
+    holding = np.minimum(number, runs - 1) - np.maximum(number - width + 1, 0) + 1
+    again, turns = number[: max(count - drones, 0)], max(width - drones, 0)
+    resting = np.minimum(again, runs - 1) - np.maximum(again + drones - width + 1, 0) + 1
+    before = np.concatenate([[0], np.cumsum(np.maximum(resting, 0))])
+    others = before[np.minimum(number, len(again))]
+    others -= before[np.clip(number - drones + 1, 0, len(again))]
+    drawn_A = np.sort(visit.hover_A * holding - visit.rest_A * others)
+    lengths_s = np.clip(until_s - longest_s * number, 0.0, longest_s)
+    flights_As = width * visit.flight_As + turns * visit.rest_A * visit.flight_s
+    spare_As = min(drones, width) * visit.spare_As
+    return float(drawn_A @ lengths_s) + runs * (flights_As - spare_As)
 
 
 def _programme(

@@ -4,9 +4,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import optuav
 from optuav.errors import InputError, NoPlanError
+from optuav.service.event import _overdrawn_As, _programme
+from tests.cycles import random_visit
 
 
 @pytest.mark.parametrize(("hours", "drones"), [(1, 2), (2, 3), (4, 4), (8, 4), (24, 4)])
@@ -61,6 +65,35 @@ def test_random_rosters_with_a_drone_fewer_fail_by_charge(mission: str, hours: f
         assert not held
     with pytest.raises(NoPlanError, match="at least"):
         coverage.event(hours, drones)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**6))
+def test_rosters_are_told_apart_by_sums_only_where_the_programme_has_no_answer(seed: int) -> None:
+    """Sums over runs of any width never refuse hovers that HiGHS finds."""
+    rng = np.random.default_rng(seed)
+    visit, drones, count = random_visit(rng), int(rng.integers(1, 9)), int(rng.integers(1, 40))
+    if visit.balanced_s < 1.0:
+        return
+    longest_s = visit.balanced_s * rng.uniform(0.8, 1.0)
+    asked = visit, drones, longest_s * count * rng.uniform(0.7, 1.0), longest_s, count
+    if _programme(*asked) is not None:
+        for width in range(1, count + 1):
+            assert _overdrawn_As(*asked, width) <= 1e-6 * visit.battery.capacity_As
+
+
+def test_short_hovers_need_few_programmes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With 175 hovers of 82 s, 473 programmes were solved; those without an answer are told."""
+    paper, asked = optuav.load("paper"), list[int]()
+
+    def counted(*given: Any) -> Any:
+        asked.append(given[-1])
+        return _programme(*given)
+
+    monkeypatch.setattr("optuav.service.event._programme", counted)
+    event = optuav.coverage(paper.replace({"battery.capacity_As": 7200.0})).event(4)
+    assert (event.drones, event.least_drones) == (16, 15)
+    assert len(asked) <= 5
 
 
 def test_bad_input() -> None:
