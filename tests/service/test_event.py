@@ -1,5 +1,6 @@
 """Drones for an event: known counts, the judge's verdict, random rosters with one drone fewer."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -67,6 +68,29 @@ def test_random_rosters_with_a_drone_fewer_fail_by_charge(mission: str, hours: f
         coverage.event(hours, drones)
 
 
+@pytest.mark.parametrize("mission", ["paper", "matrice350", "relay-today"])
+@pytest.mark.parametrize(("hours", "swap_s"), [(0.2, 60.0), (1.0, 120.0), (4.0, 900.0), (3.0, 3e3)])
+def test_exchanges_by_hand(mission: str, hours: float, swap_s: float) -> None:
+    """Fewest drones: enough for one hover each, or back with a new pack when their turn comes."""
+    coverage = optuav.coverage(mission, swap_s=swap_s)
+    event, longest_s = coverage.event(hours), coverage.hover_s
+    hovers, away_s = math.ceil(3600 * hours / longest_s), coverage.flight_s + swap_s
+    # In ring order the others' hovers between two of its own, each as long as it can be
+    turns = next(k for k in range(1, 99) if k >= hovers or (k - 1) * longest_s >= away_s)
+    assert event.drones in (turns, turns + 1)
+    assert event.replay().flyable
+    free_s = dict.fromkeys(range(1, event.drones + 1), -math.inf)
+    clock_s = 0.0
+    for row in event.rows:
+        assert row["start_s"] == pytest.approx(clock_s)
+        assert row["hover_s"] <= longest_s * (1 + 1e-9)
+        assert row["start_s"] >= free_s[row["drone"]] - 1e-6
+        clock_s += row["hover_s"]
+        free_s[row["drone"]] = clock_s + away_s
+    assert clock_s == pytest.approx(3600 * hours)
+    assert [*event.plot()] == ["event.png"]
+
+
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 10**6))
 def test_rosters_are_told_apart_by_sums_only_where_the_programme_has_no_answer(seed: int) -> None:
@@ -106,7 +130,5 @@ def test_bad_input() -> None:
     with pytest.raises(InputError) as refused:
         coverage.event(0, 0)
     assert {fault.key for fault in refused.value.faults} == {"hours", "drones"}
-    with pytest.raises(InputError, match="swap_s"):
-        optuav.coverage("matrice350", swap_s=90).event(2)
     with pytest.raises(InputError, match="perspective"):
         optuav.coverage("matrice350", perspective="battery").event(2)
