@@ -41,6 +41,7 @@ from optuav.solving.parts import Part
 from optuav.solving.question import PROBLEM_NAMES, checked_question, problem_of
 from optuav.status import SAME_S, Status
 
+
 @runtime_checkable
 class Robust(Protocol):
     """A plan that holds for uncertain numbers, with the hover that each of them costs [s]."""

@@ -82,7 +82,9 @@ def event_of(coverage: Coverage, visit: Visit, hours: float, drones: int | None)
             dry = lowest_As < -ROUNDING * float(visit.battery.capacity_As)
             if not dry and found.replay().flyable:
                 return found
-    words = f"{count} drones cover {hours:g} h by charge, but no roster that was tried keeps the wells"
+    words = (
+        f"{count} drones cover {hours:g} h by charge, but no roster that was tried keeps the wells"
+    )
     raise NoPlanError(words if drones is None else f"{words}: allow one more")
 
 
