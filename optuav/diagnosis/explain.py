@@ -47,10 +47,12 @@ class Robust(Protocol):
     """A plan that holds for uncertain numbers, with the hover that each of them costs [s]."""
 
     @property
-    def plan(self) -> Plan: ...
+    def plan(self) -> Plan:
+        """The plan, which records its question."""
 
     @property
-    def doubt_costs_s(self) -> Mapping[str, float]: ...
+    def doubt_costs_s(self) -> Mapping[str, float]:
+        """Hover that each uncertain number costs [s], by name; the largest first."""
 
 
 Subject: TypeAlias = Program | Plan | Robust | Mission | str | Path
@@ -90,9 +92,9 @@ def explain(
     Parameters
     ----------
     subject
-        A plan or its file (.json), a program of `optuav.formulate`, a plan of `optuav.robust`, whose
-        question is explained without doubt and with the number that costs most robustness, or a
-        mission as `optuav.solve` takes it.
+        A plan or its file (.json), a program of `optuav.formulate`, or a mission as `optuav.solve`
+        takes it. Of a `RobustPlan`, its question is explained without doubt, and the number that
+        costs most hover is named.
     problem, perspective
         With a mission only: an instance of a `Formulation` or a name such as ``"P2"``, and the way
         in which charge counts, as ``"battery"``. None for ``"P1"`` and ``"available"``.

@@ -46,7 +46,7 @@ OPTIONS = st.sampled_from([{}, {}, {"lit_hover": False}]) | st.one_of(
 
 
 def ends(plan: optuav.Plan) -> Iterator[tuple[float, float, str]]:
-    """Both wells as shares of B, and the kind of phase, after every stage: eqs (15)-(16) as printed."""
+    """Both wells as shares of B and the kind of phase after every stage, by eqs (15)-(16)."""
     start, battery = plan.mission.start, plan.mission.battery
     B, c = battery.packs * battery.capacity_As, battery.available_fraction
     k = max(battery.flow_rate_per_s / (c * (1.0 - c)), 1e-300)
@@ -67,11 +67,10 @@ def ends(plan: optuav.Plan) -> Iterator[tuple[float, float, str]]:
 def test_cycles_and_fleets(
     mission: optuav.Mission, options: Any, share: float, overlap: float
 ) -> None:
-    """The same wells after a period; four days of a fleet; with one drone or place fewer it fails."""
+    """The same wells after a period; four days of a fleet; one drone or place fewer fails."""
     try:
         cycle = optuav.coverage(mission, **options)
-    except REFUSED as refusal:
-        assert str(refusal)
+    except REFUSED:
         return
     if cycle.building is None:
         assert cycle.share == 1.0
@@ -98,9 +97,8 @@ def test_cycles_and_fleets(
         assert (fleet.drones - 1) * fleet.starts_every_s < cycle.period_s
     turn_s = fleet.drones * fleet.starts_every_s
     fewer = replace(fleet, facts={**fleet.facts, "places": fleet.places - 1})
-    assert "place" in {
-        event.kind for event in fewer.replay(min(4.0, 3.0 * turn_s / 86_400.0)).violations
-    }
+    short = fewer.replay(min(4.0, 3.0 * turn_s / 86_400.0))
+    assert "place" in {event.kind for event in short.violations}
 
 
 @pytest.mark.campaign
@@ -114,8 +112,7 @@ def test_events_and_days(mission: optuav.Mission, options: Any, hours: float) ->
         cycle = optuav.coverage(mission, **options)
         hours = min(hours, cycle.hover_s / 36.0)  # At most a hundred hovers
         event = cycle.event(hours)
-    except REFUSED as refusal:
-        assert str(refusal)
+    except REFUSED:
         return
     replay = event.replay()
     assert replay.flyable, replay.events
@@ -127,8 +124,7 @@ def test_events_and_days(mission: optuav.Mission, options: Any, hours: float) ->
         return
     try:
         day = cycle.horizon(hours)
-    except REFUSED as refusal:
-        assert str(refusal)
+    except REFUSED:
         return
     flown = optuav.replay(day.itinerary)
     assert flown.flyable, flown.violations
@@ -155,8 +151,7 @@ def test_robust_plans(
         return
     try:
         found = optuav.robust(mission, {key: {"percent": percent}}, problem, samples=300)
-    except REFUSED as refusal:
-        assert str(refusal)
+    except REFUSED:
         return
     assert found.flyable == 1.0
     low, high = found.rows[0]["low"], found.rows[0]["high"]
@@ -177,8 +172,7 @@ def test_last_moments(mission: optuav.Mission) -> None:
     mission = mission.replace({"limits.deadline_s": 1e7})
     try:
         row = optuav.return_by(mission).rows[0]
-    except REFUSED as refusal:
-        assert str(refusal)
+    except REFUSED:
         return
     if row["place"] != "destination" or row["latest_s"] == math.inf:
         return
@@ -189,8 +183,4 @@ def test_last_moments(mission: optuav.Mission) -> None:
     ):
         stop = optuav.Stop("hover", "hover", hover_s)
         kinds = {e.kind for e in optuav.replay(optuav.Itinerary(mission, [stop])).violations}
-        assert (not kinds & {"empty", "state of charge"}) is flyable, (
-            row,
-            mission.battery,
-            mission.limits.min_soc,
-        )
+        assert (not kinds & {"empty", "state of charge"}) is flyable, row
