@@ -10,7 +10,7 @@ import typer
 import optuav
 from optuav.cli.options import mission_of
 from optuav.cli.output import FAILED, NO, check_places, deliver, deliver_results, progress, say
-from optuav.errors import Fault, InputError, decimal
+from optuav.errors import Fault, InputError, decimal, refuse
 from optuav.options import Order, Perspective
 
 if TYPE_CHECKING:
@@ -128,6 +128,9 @@ def coverage(
 
     Exit code 1 if there is no endless cycle.
     """
+    from optuav.mission.messages import misfits
+    from optuav.service.horizon import HOURS
+
     check_places(save, plot, ".csv", ".json")
     fleet = share is not None or overlap_s is not None
     asked = {"horizon_hours": horizon_hours, "hours": hours}
@@ -147,6 +150,7 @@ def coverage(
     )
     results: Results = found.fleet(share, overlap_s or 0.0) if fleet else found
     if horizon_hours is not None:
+        refuse(misfits(("horizon_hours", horizon_hours, HOURS)))
         results = found.horizon(horizon_hours)
     if hours is not None:
         results = found.event(hours, drones)

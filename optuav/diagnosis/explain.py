@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 
@@ -42,7 +42,21 @@ from optuav.solving.parts import Part
 from optuav.solving.question import PROBLEM_NAMES, checked_question, problem_of
 from optuav.status import SAME_S, Status
 
-Subject: TypeAlias = Program | Plan | Mission | str | Path
+
+@runtime_checkable
+class Robust(Protocol):
+    """A plan that holds for uncertain numbers, with the hover that each of them costs [s]."""
+
+    @property
+    def plan(self) -> Plan:
+        """The plan, which records its question."""
+
+    @property
+    def doubt_costs_s(self) -> Mapping[str, float]:
+        """Hover that each uncertain number costs [s], by name; the largest first."""
+
+
+Subject: TypeAlias = Program | Plan | Robust | Mission | str | Path
 STOPS = (
     "several stops have no single programme, they are searched for: explain the mission for the "
     "constraints, prices and repairs of one rest and one hover"
@@ -82,7 +96,8 @@ def explain(
     ----------
     subject
         A plan or its file (.json), a program of `optuav.formulate`, or a mission as `optuav.solve`
-        takes it.
+        takes it. Of a `RobustPlan`, its question is explained without doubt, and the number that
+        costs most hover is named.
     problem, perspective
         With a mission only: an instance of a `Formulation` or a name such as ``"P2"``, and the way
         in which charge counts, as ``"battery"``. None for ``"P1"`` and ``"available"``.
@@ -114,13 +129,19 @@ def explain(
     >>> {price.key: round(price.gain, 3) for price in explained.prices[1:4]}
     {'battery.packs': 389.033, 'battery.capacity_As': 0.022, 'limits.min_soc': -8.19}
     """
+    options = {"slot_s": slot_s, "engine": engine, "time_limit_s": time_limit_s}
     if isinstance(subject, str | Path) and Path(subject).suffix == ".json":
         subject = saved_plan(subject)
+    elif isinstance(subject, Robust):
+        _refuse_options("robust plan", options, graph, problem=problem, perspective=perspective)
+        asked = {**_of_plan(subject.plan), "engine": "auto"}  # Whatever engine took the corners
+        return replace(
+            explain(subject.plan.mission, **asked), doubt_costs_s=dict(subject.doubt_costs_s)
+        )
     elif not isinstance(subject, Program):
         subject = load_subject(subject)
     if isinstance(subject, Plan) and subject.has_several_stops:
         return Explanation(subject, notes=(STOPS,), more_stops_open=True)
-    options = {"slot_s": slot_s, "engine": engine, "time_limit_s": time_limit_s}
     question = question_of(subject, graph, problem=problem, perspective=perspective, **options)
     if question.stated.several:
         return _with_more_stops(question)
@@ -146,10 +167,8 @@ def question_of(subject: Subject, graph: Graph | None = None, **options: Any) ->
     not record its question or has several stops.
     """
     stated = {name: value for name, value in options.items() if value is not None}
-    given = [*stated, *["graph"] * (graph is not None)]
-    if isinstance(subject, Program | Plan) and given:
-        words = f"a {type(subject).__name__.lower()} has its own options"
-        raise InputError(f"{', '.join(given)}: {words}; explain its mission to change them")
+    if isinstance(subject, Program | Plan):
+        _refuse_options(type(subject).__name__.lower(), stated, graph)
     if isinstance(subject, Program):
         used = subject.network
         computed = build_network(used.mission)
@@ -163,6 +182,16 @@ def question_of(subject: Subject, graph: Graph | None = None, **options: Any) ->
         mission = load(subject)
     checked = checked_question(mission, **stated)
     return MissionQuestion(mission, replace(checked, slot_s=stated.get("slot_s")), graph)
+
+
+def _refuse_options(
+    subject: str, options: Mapping[str, Any], graph: Graph | None, **more: Any
+) -> None:
+    """`InputError` if options are given of which the subject has its own."""
+    every = {**more, **options, "graph": graph}
+    if given := [name for name, value in every.items() if value is not None]:
+        words = f"a {subject} has its own options"
+        raise InputError(f"{', '.join(given)}: {words}; explain its mission to change them")
 
 
 def _of_plan(plan: Plan) -> dict[str, Any]:

@@ -1,8 +1,8 @@
 """An explanation as data, and as text with labels in the margin."""
 
 import math
-from collections.abc import Iterable, Iterator
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass, field
 
 from formulations.soc import LABELS
 from optuav.diagnosis.infeasibility import Certificate, Conflict, number_text, plain
@@ -79,6 +79,9 @@ class Explanation:
     gain_s
         Hover time that more stops bring over one rest and one hover [s]; None where they were not
         searched for, or there is no plan to compare.
+    doubt_costs_s
+        Of a robust plan: by uncertain number, the hover gained on its route if that number were
+        certain [s], the largest first.
 
     Examples
     --------
@@ -101,6 +104,7 @@ class Explanation:
     notes: tuple[str, ...] = ()
     more_stops_open: bool = False
     gain_s: float | None = None
+    doubt_costs_s: Mapping[str, float] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
         return bool(self.plan)
@@ -109,6 +113,11 @@ class Explanation:
     def __str__(self) -> str:
         head, *_ = self.plan.summary().split("\n\n")
         blocks = [head.splitlines(), *(_optimum(self) if self else _no_plan(self))]
+        if self.doubt_costs_s:
+            (costliest, gain_s), *_ = self.doubt_costs_s.items()
+            words = f"{costliest} costs most: {gain_s:.3f} s of hover on the robust route"
+            rows = ((each, f"{cost_s:.3f} s") for each, cost_s in self.doubt_costs_s.items())
+            blocks.append([*wrapped("Doubt", words), *_columns(rows)])
         blocks.append([line for note in self.notes for line in wrapped("Note", note)])
         return "\n\n".join("\n".join(block) for block in blocks if block)
 
@@ -139,7 +148,7 @@ class Explanation:
         names = ["problem", "trajectory", "building", "order", "perspective", "slot_s", "proof"]
         names += ["hover_time_s", "rest_time_s", "route"] if plan else ["reasons"]
         own = ["objective", "constraints", "bound", "prices"] if plan else ["conflicts", "repairs"]
-        own += ["more_stops_open", "gain_s", "notes"]
+        own += ["more_stops_open", "gain_s", "doubt_costs_s", "notes"]
         stated = {name: getattr(plan, name) for name in names}
         found: dict[str, object] = plain(stated | {name: getattr(self, name) for name in own})
         return {"mission": plan.mission.name, "status": plan.status.value, **found}

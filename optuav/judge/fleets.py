@@ -63,8 +63,9 @@ def replay_fleet(
     places, place_s
         How many may rest at once, and for how long each has its place after a landing [s].
     """
-    judged = dict[int, Replay]()
-    every = [judged.setdefault(id(plan), replay(plan)) for plan in plans]
+    judged = {id(plan): plan for plan in plans}
+    replays = {number: replay(plan) for number, plan in judged.items()}
+    every = [replays[id(plan)] for plan in plans]
     events, hovers, stays = list[Event](), list[Interval](), list[Interval]()
     for number, (course, offset_s) in enumerate(zip(every, offsets_s, strict=True)):
         words = f"drone {number + 1}: "

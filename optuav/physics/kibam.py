@@ -270,6 +270,8 @@ def tapered(battery: Battery, wells: Wells, stage: Stage) -> Wells:
     At the start y1 ≤ ωB and y2 ≤ (1−ω)B. The current of the stage is what the charger offers, less
     what is drawn.
     """
+    if np.all(np.asarray(stage.current_A) <= 0.0):
+        return step(battery, wells, stage)
     steady_s = np.minimum(stage.duration_s, time_to_full(battery, wells, stage.current_A))
     steady = step(battery, wells, Stage(stage.current_A, steady_s))
     return held(battery, steady, stage.duration_s - steady_s)

@@ -78,7 +78,9 @@ def box_of(mission: Mission, stated: Mapping[str, object] | str | Path) -> Box:
             form = table.pop(name)
             if (ends := _factor(form)) is None:
                 words = "{ percent = p }, 0 < p < 100; or { low = a, high = b }, 0 < a < b"
-                faults.append(Fault(name, shown(form), words))
+                pairs = form.items() if isinstance(form, dict) else ()
+                value = ", ".join(f"{key} = {shown(each)}" for key, each in pairs)
+                faults.append(Fault(name, f"{{ {value} }}" if value else shown(form), words))
             else:
                 factors[name] = ends
     with collected(faults):

@@ -223,7 +223,7 @@ class Coverage(ResultsWithFacts):
         Raises
         ------
         InputError
-            If a number is none of these, packs are exchanged, or the perspective is ``"battery"``.
+            If a number is none of these, or the perspective is ``"battery"``.
         NoPlanError
             If so many drones do not suffice, or the hover never ends.
 

@@ -16,7 +16,7 @@ from optuav.network import vehicle
 from optuav.network.feasibility import impossibilities
 from optuav.network.network import build_network
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
-from optuav.physics.kibam import Battery, Stage, Tilted, Wells, tilted_after
+from optuav.physics.kibam import Battery, Stage, Tilted, Wells, levelling, tilted_after
 from optuav.plan.summary import tabulated
 from optuav.studies.results import Pictures, Results, ResultsWithFacts, fixed
 
@@ -26,6 +26,8 @@ UNITS = {
 }
 SHOWN = 10  # Places that are printed
 POINTS = 100  # Moments of a picture
+SMALL = 1e-6  # Share of the tilt that levels out in a hover, below which a root is approached
+NEWTON_STEPS = 3  # From an error of SMALL, each step squares it
 MOST = 1e-9  # Share of the capacity by which rounding may empty a well
 
 
@@ -161,7 +163,7 @@ def _by_well(battery: Battery, charge: Tilted, hover_A: float, way: list[Stage])
         a, b = share * (1.0 - e) + e, share * (1.0 - e)
         rules.append(Rule(None, a, b, -share * gained_As - tilted_As))
         fixed_As = share * (total_As + gained_As) + tilted_As
-        latest.append(_last_zero(fixed_As, e, tilt_As, hover_A, share, rate_per_s))
+        latest.append(_last_zero(battery, fixed_As, e, tilt_As, hover_A))
     if None in latest:
         return rules[latest.index(None)]
     times_s = [each for each in latest if each is not None]
@@ -174,16 +176,24 @@ def _by_well(battery: Battery, charge: Tilted, hover_A: float, way: list[Stage])
 
 
 def _last_zero(
-    fixed_As: float, e: float, tilt_As: float, hover_A: float, share: float, rate_per_s: float
+    battery: Battery, fixed_As: float, e: float, tilt_As: float, hover_A: float
 ) -> float | None:
     """Last moment t ≥ 0 at which α + βt + γ·exp(−k't) ≥ 0 [s]; None where there is none."""
     from scipy.special import lambertw, wrightomega
 
+    share, rate_per_s = float(battery.available_fraction), float(battery.rate_per_s)
     if hover_A <= 0.0:
         return math.inf if fixed_As + e * tilt_As >= 0.0 else None
-    if rate_per_s == 0.0:
-        left_s = (fixed_As + tilt_As) / hover_A
-        return left_s if left_s >= 0.0 else None
+    latest_s = (fixed_As + e * tilt_As) / (hover_A * (share + e * (1.0 - share)))
+    if rate_per_s * latest_s < SMALL:  # α and γ would cancel
+        for _ in range(NEWTON_STEPS):
+            remaining, integral_s = levelling(battery, latest_s)
+            drained_As = (1.0 - share) * hover_A
+            left_As = fixed_As - share * hover_A * latest_s
+            left_As += e * (tilt_As * remaining - drained_As * integral_s)
+            slope_A = share * hover_A + e * remaining * (rate_per_s * tilt_As + drained_As)
+            latest_s += left_As / slope_A
+        return float(latest_s) if latest_s >= 0.0 else None
     settled_As = (1.0 - share) * hover_A / rate_per_s
     α, β, γ = fixed_As - e * settled_As, -share * hover_A, e * (tilt_As + settled_As)
     exponent = rate_per_s * α / β  # In logarithms, as its exponential may overflow

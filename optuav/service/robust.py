@@ -78,6 +78,11 @@ class RobustPlan(ResultsWithFacts):
 
     plan: Plan = field(kw_only=True, repr=False)  # Flown with the numbers of the mission
 
+    @property
+    def doubt_costs_s(self) -> dict[str, float]:
+        """Hover gained on the route if a number were certain [s], by number; the largest first."""
+        return {row["number"]: row["gain_s"] for row in self.rows}
+
 
 def robust(
     mission: Mission | str | Path,

@@ -76,6 +76,18 @@ def test_a_second_later_is_too_late_and_a_second_earlier_is_in_time(seed: int) -
             assert (least >= 0.0 and left >= mission.limits.min_soc * B) is holds
 
 
+@pytest.mark.parametrize("flow_rate_per_s", [0.0, 1e-20, 1e-12, 1e-9])
+def test_wells_that_hardly_level_out(flow_rate_per_s: float) -> None:
+    """With k_F = 0 the available well alone lasts for (ωB − Q)/I; it was said to be dry at once."""
+    mission = optuav.load("paper").replace({"battery.flow_rate_per_s": flow_rate_per_s})
+    plan = optuav.solve(mission, "P3")
+    legs = [phase for phase in plan.phases if phase.kind == "flight"]
+    hover_A = -next(phase.current_A for phase in plan.phases if phase.kind == "hover")
+    expected_s = (0.8 * 72_000 + sum(phase.charge_As for phase in legs)) / hover_A
+    row = optuav.return_by(mission).rows[0]
+    assert row["dry_s"] == pytest.approx(expected_s, rel=1e-12 + 1e4 * flow_rate_per_s)
+
+
 @pytest.mark.parametrize("mission", SHIPPED)
 def test_the_monitor_sounds_at_the_last_moment(mission: str) -> None:
     """a·y1 + b·y2 = g for the wells that the judge finds at the end of the longest hover."""

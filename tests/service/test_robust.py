@@ -155,6 +155,21 @@ def test_a_box_beside_the_mission_has_a_plan_that_the_mission_may_not_fly() -> N
     assert {event.kind for event in optuav.replay(found.plan).violations} == {"full"}
 
 
+def test_explain_names_the_number_that_costs_most() -> None:
+    """By a robust plan without that number: on the same route its hover is that much longer."""
+    found = optuav.robust("paper", {"drain": {"percent": 5}, "charge": {"percent": 10}})
+    explained = optuav.explain(found)
+    costliest, gain_s = next(iter(explained.doubt_costs_s.items()))
+    assert (costliest, len(explained.doubt_costs_s)) == ("drain", 2)
+    certain = optuav.robust("paper", {"charge": {"percent": 10}}, optuav.P4(found.plan.building))
+    assert gain_s == pytest.approx(certain.hover_s - found.hover_s, abs=1e-3)
+    assert "drain costs most: 34.6" in str(explained)
+    assert explained.plan.hover_time_s == pytest.approx(found.nominal_hover_s, abs=1e-3)
+    assert explained.to_dict()["doubt_costs_s"] == explained.doubt_costs_s
+    with pytest.raises(InputError, match=r"problem: a robust plan has its own options"):
+        optuav.explain(found, "P3")
+
+
 def test_bad_input(tmp_path: Path) -> None:
     """One clear error, with all that is wrong."""
     wrong: Any

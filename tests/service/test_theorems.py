@@ -1,0 +1,147 @@
+"""Theorems of coverage and robust plans, attacked by random batteries, schedules and boxes."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import optuav
+from optuav.physics.kibam import Stage
+from optuav.service.visit import Visit
+from tests.cycles import flown, random_visit
+from tests.examples import few
+
+SEEDS = st.integers(0, 10**6)
+
+
+def lowest(visit: Visit, stages: list[Stage]) -> tuple[float, float]:
+    """Least and largest y1 as a share of B, from full wells."""
+    battery = visit.battery
+    B, share = battery.capacity_As, battery.available_fraction
+    ends = flown(visit, stages, (share * B, (1.0 - share) * B))
+    return min(y1 for y1, _ in ends) / B, max(y1 for y1, _ in ends) / B
+
+
+@few(30)
+@given(SEEDS)
+def test_no_wells_allow_a_longer_hover_than_full_ones(seed: int) -> None:
+    """So that share(h_full) bounds all cycles on a building; and the share grows with the hover."""
+    rng = np.random.default_rng(seed)
+    visit = random_visit(rng)
+    if visit.from_full_s is None:
+        return
+    battery, most_s = visit.battery, visit.most_s
+    B, share = battery.capacity_As, battery.available_fraction
+    for _ in range(20):
+        wells = share * B * rng.uniform(), (1.0 - share) * B * rng.uniform()
+        stages = [*visit.stages(most_s * (1.0 + 1e-6) + 1e-6)]
+        ends = flown(visit, stages, wells)
+        assert min(y1 for y1, _ in ends) < 0.0 or sum(ends[-1]) < visit.least_As
+    shares = [visit.share(hover_s) for hover_s in np.linspace(0.0, 2.0, 20) * most_s]
+    assert np.all(np.diff(shares) > 0.0) or most_s == 0.0
+
+
+@few(30)
+@given(SEEDS)
+def test_the_range_of_the_available_well_grows_with_the_hover(seed: int) -> None:
+    """Over one cycle that repeats: what the bisection rests on."""
+    rng = np.random.default_rng(seed)
+    visit = random_visit(rng)
+    if visit.balanced_s < 1.0:
+        return
+    ranges = list[float]()
+    for hover_s in np.linspace(0.01, 1.2, 12) * visit.balanced_s:
+        rest = Stage(visit.rest_A, visit.rest_s(hover_s))
+        ends = flown(visit, [*visit.stages(hover_s), rest], visit.wells(hover_s))
+        ranges.append(max(y1 for y1, _ in ends) - min(y1 for y1, _ in ends))
+    assert np.all(np.diff(ranges) >= -1e-9 * visit.battery.capacity_As)
+
+
+@few(30)
+@given(SEEDS)
+def test_two_unequal_hovers_cover_no_more_than_the_bound(seed: int) -> None:
+    """A cycle of several visits that repeats, with any hovers and rests, in both wells."""
+    rng = np.random.default_rng(seed)
+    visit = random_visit(rng)
+    if visit.from_full_s is None or visit.most_s < 1.0:
+        return
+    battery, bound = visit.battery, visit.share(visit.most_s)
+    full = battery.available_fraction * battery.capacity_As
+    for _ in range(10):
+        hovers_s = rng.uniform(0.5, 1.05, 2) * visit.most_s
+        rests_s = rng.uniform(0.3, 1.0, 2)
+        needed_As = visit.hover_A * hovers_s.sum() + 2.0 * visit.flight_As
+        rests_s *= needed_As / visit.rest_A / rests_s.sum()
+        stages = list[Stage]()
+        for hover_s, rest_s in zip(hovers_s, rests_s, strict=True):
+            stages += [*visit.stages(hover_s), Stage(visit.rest_A, rest_s)]
+        # Fifty periods settle the tilt; the level is free, so only ranges count
+        wells = full, battery.capacity_As - full
+        for _ in range(50):
+            *_, wells = flown(visit, stages, wells)
+        ends = flown(visit, stages, wells)
+        y1 = [each for each, _ in [wells, *ends]]
+        shift_As = full - max(y1)  # As full as the wells allow, by whole charge levels
+        landings = [sum(end) + shift_As / battery.available_fraction for end in ends]
+        if ends[-1] != pytest.approx(wells, abs=1e-9 * battery.capacity_As):
+            continue
+        if min(y1) + shift_As >= 0.0 and min(landings) >= visit.least_As:
+            period_s = sum(stage.duration_s for stage in stages)
+            assert hovers_s.sum() / period_s <= bound * (1.0 + 1e-9)
+
+
+@few(30)
+@given(SEEDS)
+def test_more_drawn_and_less_charged_is_never_fuller(seed: int) -> None:
+    """The positive kernel: any factors within a box, any schedule, any number of stops."""
+    rng = np.random.default_rng(seed)
+    visit = random_visit(rng)
+    B = visit.battery.capacity_As
+    drains_A, charges_A = rng.uniform(0, B / 400, 8), rng.uniform(0, B / 900, 8) * rng.choice(2, 8)
+    times_s = rng.uniform(1, 400, 8)
+
+    def scaled(drain: Any, charge: Any) -> list[Stage]:
+        currents_A = np.asarray(charge) * charges_A - np.asarray(drain) * drains_A
+        return [*map(Stage, currents_A.tolist(), times_s.tolist())]
+
+    least, _ = lowest(visit, scaled(1.1, 0.8))
+    _, most = lowest(visit, scaled(0.9, 1.2))
+    for _ in range(10):  # Also factors that change from stage to stage
+        low, high = lowest(visit, scaled(rng.uniform(0.9, 1.1, 8), rng.uniform(0.8, 1.2, 8)))
+        assert low >= least - 1e-9
+        assert high <= most + 1e-9
+
+
+@few(8)
+@given(st.floats(0.1, 3.0), st.integers(0, 30))
+def test_pads_by_charge_in_closed_form(share: float, more: int) -> None:
+    """`watts` by bisection against I = F/(kh/c − h − T) with h = (F − Q)/I_h."""
+    cycle = optuav.coverage("matrice350", perspective="battery", lit_hover=False)
+    battery = cycle.mission.battery
+    B = battery.packs * battery.capacity_As
+    phases = {phase.kind: phase for phase in cycle.plan.phases}
+    flights_As = -sum(p.charge_As for p in cycle.plan.phases if p.kind == "flight")
+    F = (1.0 - cycle.mission.limits.min_soc) * B
+    h = (F - flights_As) / -phases["hover"].current_A
+    drones = math.floor(share * (h + cycle.flight_s) / h) + 1 + more
+    pads = cycle.watts(drones, share)
+    rest_A = 0.45  # What the mission draws at rest, on top of what comes into the battery
+    expected_A = rest_A + F / (drones * h / share - h - cycle.flight_s)
+    assert pads.current_A == pytest.approx(expected_A, rel=1e-7)
+
+
+def test_a_charger_that_stops_lets_a_waiting_fleet_run_dry() -> None:
+    """Dark waiting after every rest: the wells drift, and `paper` runs dry in four days."""
+    cycle, fleet = optuav.coverage("paper"), optuav.coverage("paper").fleet()
+    visit, wait_s = cycle.visit, fleet.rows[0]["wait_s"]
+    assert visit is not None
+    assert wait_s > 0.0
+    cycle_s = [*visit.stages(cycle.hover_s), Stage(visit.rest_A, cycle.rest_s), Stage(0.0, wait_s)]
+    wells, least = visit.wells(cycle.hover_s), math.inf
+    for _ in range(60):
+        ends = flown(visit, cycle_s, wells)
+        least, wells = min(least, *(y1 for y1, _ in ends)), ends[-1]
+    assert -0.02 < least / visit.battery.capacity_As < -0.002
