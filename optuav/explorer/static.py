@@ -9,7 +9,7 @@ from optuav.looks import LOOKS, variables
 FOLDER = Path(__file__).parent / "static"
 LIBRARIES = ("d3.min.js", "plot.umd.min.js")  # The second finds the first where it is put
 MODULES = (
-    *("state", "drawing", "labels", "map", "handles", "drone", "plane", "wells"),
+    *("state", "drawing", "labels", "map", "handles", "drone", "plane", "pictures", "wells"),
     *("controls", "saying", "tables", "layout", "saving", "explorer"),
 )
 HIDDEN = "define, exports, module, globalThis, self"

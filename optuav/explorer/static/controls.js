@@ -344,7 +344,7 @@ function stillness(control, {low, high, words}) {
 
 // Which preset a state is; an empty text if none.
 export function presetOf(state, presets) {
-  const bare = (own) => JSON.stringify(Object.entries({changes: {}, ...brief(own)}).sort());
+  const bare = ({picture, ...asked}) => JSON.stringify(Object.entries({changes: {}, ...brief(asked)}).sort());
   const found = presets.findIndex((preset) => bare(preset.state) === bare(state));
   return found < 0 ? "" : found;
 }

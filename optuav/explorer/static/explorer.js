@@ -2,7 +2,7 @@
 // text where it is served or handed to a notebook.
 import {Controls, presetOf} from "./controls.js";
 import {button, make} from "./drawing.js";
-import {Column, gripOf, tabsOf} from "./layout.js";
+import {Column, Tabs, gripOf} from "./layout.js";
 import {shareMenu, save} from "./saving.js";
 import {sayBinding, sayVerdict} from "./saying.js";
 import {Model, Session} from "./state.js";
@@ -45,6 +45,7 @@ function render({model, el}) {
     symbols: press("Symbols", "S", "symbols", () => root.classList.toggle("symbols")),
     lecture: press("Lecture", "L", "lecture", () => teach(!lecture)),
   };
+  const tabs = new Tabs(openPicture, ["map"], ["wells"]); // Of a narrow screen
   const details = button("Details ▾", openTables, {"aria-expanded": "false"});
   const menu = make("div", {class: "panel"});
   const share = make("details", {class: "menu"}, make("summary", {}, "Share ▾"), menu);
@@ -73,7 +74,9 @@ function render({model, el}) {
     const header = make("header", {class: "panel"}, sentence, waits, actions, more);
     const stage = make("div", {class: "panel stage"}, chosen, presets);
     gripOf(root, controls.form);
-    root.append(header, faults, tabsOf(root, draw), controls.form, plans, stage, foot);
+    root.dataset.picture = "map";
+    tabs.element.classList.add("pictures");
+    root.append(header, faults, tabs.element, controls.form, plans, stage, foot);
     plans.append(now.element);
     el.replaceChildren(frame);
     if (!own) frame.style.colorScheme = d3.lab(getComputedStyle(el).color).l > 50 ? "dark" : "light";
@@ -109,6 +112,14 @@ function render({model, el}) {
     share.open = false;
     root.classList.remove("sheet-open");
     actions.classList.remove("open");
+  }
+
+  // On a narrow screen one picture at a time.
+  function openPicture(name) {
+    const alone = name === "map" || name === "wells";
+    root.dataset.picture = alone ? name : "plane";
+    if (!alone) session.open(name);
+    changed();
   }
 
   function openTables() {
@@ -156,6 +167,8 @@ function render({model, el}) {
     const pressed = {pin: pinned, lock: locked, symbols: root.classList.contains("symbols"), lecture};
     for (const [name, on] of Object.entries(pressed)) toggles[name].setAttribute("aria-pressed", Boolean(on));
     sayVerdict(root.querySelector("header"), session, lecture);
+    const {picture} = root.dataset;
+    tabs.show(shown.pictures ?? [], picture === "plane" ? session.state.picture : picture);
     details.textContent = pinned ? "Details ▾" : "Details: limits, worth, proof ▾";
     sayBinding(foot, session, details);
     below.replaceChildren(...tables(shown, () => session.repairs()));

@@ -3,6 +3,7 @@ import {button, make} from "./drawing.js";
 import {drawDrone} from "./drone.js";
 import {Handles} from "./handles.js";
 import {drawMap} from "./map.js";
+import {drawPicture} from "./pictures.js";
 import {drawPlane} from "./plane.js";
 import {outcome} from "./saying.js";
 import {drawWells} from "./wells.js";
@@ -29,6 +30,10 @@ export class Column {
     this.slots.addEventListener("change", () => this.draw());
     wells.caption.append(this.play);
     plane.caption.append(make("label", {class: "slots"}, this.slots, "slots"));
+    if (kind === "now") {
+      this.tabs = new Tabs((name) => session.open(name));
+      plane.caption.append(this.tabs.element);
+    }
     this.grid = make("div", {}, this.heading, ...Object.values(this.#figures).map(({element}) => element));
     this.element = make("section", {class: `plan ${kind}`, "aria-label": title}, this.grid);
     if (kind === "now") this.#handles = new Handles(session);
@@ -51,7 +56,8 @@ export class Column {
     if (place && this.#handles && !stored) this.#handles.draw(map.draw, place, answer.map);
     if (seen(plane)) {
       const own = {axes: stored ? null : axes.plane, trail: this.kind === "now" ? trail : []};
-      drawPlane(plane.draw, answer, {...own, slots: this.slots.checked, ...look});
+      if (answer.picture) drawPicture(plane.draw, answer, {axes: axes.picture, ...look});
+      else drawPlane(plane.draw, answer, {...own, slots: this.slots.checked, ...look});
     }
     const clock = seen(wells) && drawWells(wells.draw, answer, {axes: axes.wells, ...look});
     // What moves in flight
@@ -62,15 +68,18 @@ export class Column {
     this.tick();
   }
 
-  #caption({plane: {route, chosen}, verdict, wells}) {
+  #caption({plane: {route, chosen}, picture, pictures, verdict, wells}) {
     const {stored, pinnedAnswer} = this.session;
     const alone = !pinnedAnswer;
     const {map, plane} = this.#figures;
-    plane.caption.firstChild.textContent = (alone ? WORDS.figures : WORDS.briefly).plane;
+    const title = picture ? picture.title ?? WORDS.pictures[picture.name] : WORDS.figures.plane;
+    plane.caption.firstChild.textContent = alone || picture ? title : WORDS.briefly.plane;
+    this.slots.parentNode.hidden = Boolean(picture);
+    this.tabs?.show(pictures ?? [], picture?.name ?? null);
     const way = route?.join(" → ");
     const between = route?.slice(1, -1).join(" → ");
     const ways = chosen ? [way, between] : [`shortest flight: ${way}`, "shortest flight"];
-    fit(plane.note, alone && route ? [...ways, ""] : [""]);
+    fit(plane.note, alone && route && !picture ? [...ways, ""] : [""]);
     map.note.textContent = alone && !stored ? "drag a ring, or arrows" : "";
     this.play.hidden = !wells;
     const promise = verdict.promise ? `${verdict.promise.replace(/ of hover.*/, "")}, ` : "";
@@ -112,19 +121,34 @@ function lower(words) {
   return words ? `${words[0].toLowerCase()}${words.slice(1).replace(/\.$/, "")}` : "";
 }
 
-// On a narrow screen one picture at a time, above a sheet of three heights.
-export function tabsOf(root, draw) {
-  const show = (name) => {
-    root.dataset.picture = name;
-    draw();
-    for (const tab of tabs.children) tab.setAttribute("aria-selected", tab.dataset.tab === name);
-  };
-  const tabs = make("div", {class: "tabs pictures", role: "tablist"});
-  for (const [name, words] of Object.entries(WORDS.tabs)) {
-    tabs.append(button(words, () => show(name), {role: "tab", "data-tab": name}));
+// Tabs of what stands in the place of the plane; on a narrow screen of all pictures, one at a time.
+export class Tabs {
+  element = make("div", {class: "tabs", role: "tablist"});
+  #known = [];
+
+  constructor(open, before = [], after = []) {
+    this.open = open;
+    this.before = before;
+    this.after = after;
   }
-  show("map");
-  return tabs;
+
+  // Shows the tabs of these pictures, and which one is open.
+  show(pictures, opened) {
+    const names = [...this.before, "plane", ...this.after, ...pictures];
+    if (names.join() !== this.#known.join()) {
+      this.#known = names;
+      this.element.replaceChildren(...names.map((name) => this.#tab(name)));
+      this.element.hidden = names.length < 2;
+    }
+    for (const tab of this.element.children) {
+      tab.setAttribute("aria-selected", tab.dataset.tab === (opened ?? "plane"));
+    }
+  }
+
+  #tab(name) {
+    const act = () => this.open(name === "plane" ? null : name);
+    return button(WORDS.tabs[name] ?? WORDS.pictures[name], act, {role: "tab", "data-tab": name});
+  }
 }
 
 export function gripOf(root, form) {

@@ -48,7 +48,7 @@ function drawing(root, title) {
   shape(whole, "rect", {width: "100%", height: "100%", fill: "var(--panel)"});
   const strong = {"font-weight": 600, fill: "var(--ink)"};
   shape(whole, "text", {x: 10, y: 22, "font-size": 16, ...strong}, title);
-  for (const part of plans.querySelectorAll("figcaption, h2.title, .draw > svg:first-child")) {
+  for (const part of plans.querySelectorAll("figcaption, h2.title, .draw > svg[role=img], .notes li")) {
     const box = part.getBoundingClientRect();
     if (!box.width) continue;
     const at = {x: box.left - left, y: box.top - top + HEAD_PX};

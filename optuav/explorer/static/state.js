@@ -36,7 +36,7 @@ export class Model {
 export class Session {
   shown = null; // The last answer that was no fault
   pinnedAnswer = null;
-  axes = {plane: null, wells: null, map: null}; // Ends of those that are drawn
+  axes = {plane: null, picture: null, wells: null, map: null}; // Ends of those that are drawn
   locked = false;
   trail = []; // The last optima, all by moves of one control
   last = null; // What was changed last
@@ -91,7 +91,7 @@ export class Session {
       return;
     }
     this.#model.give_up?.();
-    const stated = kind === "pinned" ? this.pinned : this.state;
+    const stated = kind === "pinned" ? {...this.pinned, picture: this.state.picture} : this.state;
     const still = this.#held || this.locked || this.pinned;
     const axes = still && this.axes.plane ? {axes: this.axes.plane} : {};
     const number = ++this.#number;
@@ -163,12 +163,13 @@ export class Session {
 
   // Axes.
 
-  // Sets round axes for both columns, unless a control is moved; returns whose plane ends elsewhere.
+  // Sets round axes for both columns, unless a control is moved; returns whose answer has others.
   settle() {
     const both = [this.shown, this.pinnedAnswer].filter(Boolean);
     const windows = both.map(({map}) => map.window);
     const ends = {
       plane: furthest(both.map(({plane}) => plane.round_s)),
+      picture: furthest(both.map(({picture}) => picture?.name === this.state.picture && picture?.axes)),
       wells: furthest(both.map(({wells}) => wells?.axes)),
       map: [
         [0, 1].map((k) => d3.min(windows, ([low]) => low[k])),
@@ -184,8 +185,11 @@ export class Session {
     return this.#endsElsewhere(this.pinnedAnswer) ? "pinned" : null;
   }
 
+  // Whether the plane ends elsewhere, or another picture stands in its place.
   #endsElsewhere(answer) {
     const {rest_s, hover_s} = answer?.plane ?? {};
+    const picture = answer?.picture?.name ?? null;
+    if (answer && picture !== (this.state.picture ?? null)) return true;
     return rest_s && (rest_s[1] !== this.axes.plane[0] || hover_s[1] !== this.axes.plane[1]);
   }
 
@@ -256,6 +260,13 @@ export class Session {
     this.change({changes: {...this.state.changes, [key]: value}});
   }
 
+  // A picture in place of the plane; none for the plane itself.
+  open(picture) {
+    if (picture === (this.state.picture ?? null)) return;
+    this.axes.picture = null;
+    this.change({picture});
+  }
+
   file(file) {
     this.#ask("now", {file});
   }
@@ -273,7 +284,7 @@ export class Session {
   reset() {
     this.locked = false;
     if (this.pinned) this.#setPin(null, null);
-    this.begin({});
+    this.begin({picture: null});
   }
 
   pin() {
