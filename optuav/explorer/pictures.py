@@ -21,6 +21,7 @@ from optuav.studies.power_curve import NAMED, power_curve
 
 MOST_DRONES = 12  # That are drawn
 ROUNDS = 2.0  # Turns of a drone that are drawn
+LONGER = 2.0  # Than the axis, as that of a pinned plan or of a control that is moved may be
 PADS = 8  # Powers of pads for which drones are counted
 LEAST_LOSS = 5e-4  # Share that is told as lost
 HOUR_S = 3600.0
@@ -99,7 +100,7 @@ def _day(program: Program, plan: Plan, building: str | None) -> Data:
     fleet, facts = cycle.fleet(), cycle.facts
     most_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
     end_h = rounded_up(ROUNDS * fleet.starts_every_s * fleet.drones / HOUR_S)
-    turns = [*islice(_turns(fleet, end_h), MOST_DRONES)]
+    turns = [*islice(_turns(fleet, LONGER * end_h), MOST_DRONES)]
     pads = [*_pads(program, most_W)]
     times = (f"{facts[f'{kind}_s'] / 60.0:.3g} min" for kind in ("hover", "flight", "rest"))
     hovers, flies, rests = times

@@ -3,7 +3,7 @@ import {GRID, NUMBERS, colour, explain, grouped, line} from "./drawing.js";
 import {make, picture, place, steps, wide, write} from "./drawing.js";
 import {Labels, around, dots} from "./labels.js";
 
-const NARROW_DAY_PX = 520;
+const NARROW_PX = 440;
 const COVERS = "who covers";
 const DRAWN = {beam: drawBeam, speed: drawSpeed, day: drawDay};
 const PALE = {fill: colour("muted"), fillOpacity: 0.16};
@@ -18,29 +18,34 @@ export function drawPicture(draw, answer, look) {
 }
 
 // What is left at each station of the way, and what was lost before it.
-function drawBeam({title, stations}, {axes: [most], size}, {width, height}) {
+function drawBeam({title, stations}, {axes: [most], size, u}, {width, height}) {
   const names = stations.map(({words}) => words);
-  const said = d3.max(stations, (station) => wide(station.said, size - 1));
-  const beside = {text: "said", textAnchor: "start", dx: 6, fill: colour("ink")};
+  const narrow = width < NARROW_PX * u; // Words stand above the bars, else beside them
+  const widest = (key) => (narrow ? 0 : d3.max(stations, (station) => wide(station[key], size - 1)));
+  const [padding, bottom] = [narrow ? 0.6 : 0.25, 1.9 * size];
+  const above = -((1 - padding) * (height - bottom)) / stations.length / 2 - 0.4 * size;
+  const words = narrow
+    ? {x: 0, text: ({words: name, said}) => `${name}: ${said}`, dy: above, dx: 2}
+    : {x: "before_W", text: "said", dx: 6};
   const kind = ({electric}) => colour(electric ? "ink" : "laser");
   return [picture({
     width,
     height,
     size,
-    marginLeft: d3.max(names, (words) => wide(words, size - 1)) + size,
-    marginRight: said + size,
+    marginLeft: widest("words") + size,
+    marginRight: widest("said") + size,
     marginTop: 0.4 * size,
-    marginBottom: 1.9 * size,
+    marginBottom: bottom,
     label: `${title}: ${stations.map((station) => `${station.words} ${station.said}`).join("; ")}`,
     x: {domain: [0, most], axis: null},
-    y: {domain: names, axis: null, padding: 0.25},
+    y: {domain: names, axis: null, padding},
     marks: [
       Plot.gridX(steps(most, 5), GRID),
       Plot.axisX(steps(most, 5), {...NUMBERS, tickFormat: (power) => `${grouped(power)} W`}),
-      Plot.axisY({...NUMBERS, tickFormat: String, fill: colour("ink")}),
+      !narrow && Plot.axisY({...NUMBERS, tickFormat: String, fill: colour("ink")}),
       Plot.barX(stations, {y: "words", x1: "power_W", x2: "before_W", ...PALE}),
       Plot.barX(stations, {y: "words", x: "power_W", fill: kind}),
-      Plot.text(stations, {y: "words", x: "before_W", ...beside}),
+      Plot.text(stations, {y: "words", textAnchor: "start", fill: colour("ink"), ...words}),
     ],
     color: {type: "identity"},
   })];
@@ -49,7 +54,8 @@ function drawBeam({title, stations}, {axes: [most], size}, {width, height}) {
 // The power at the rotors over the air speed, and the speeds that stand out.
 function drawSpeed({speed_m_s, power_W, marks}, {axes: [most_x, most_y], size, u}, {width, height}) {
   const rows = d3.zip(speed_m_s, power_W);
-  const said = marks.map(({words, power_W: power}) => `${words}, ${power.toFixed(0)} W`);
+  const brief = width < NARROW_PX * u;
+  const said = marks.map(({words, power_W: power}) => (brief ? words : `${words}, ${power.toFixed(0)} W`));
   const points = {x: "speed_m_s", y: "power_W", r: 5 * u, stroke: colour("ink"), strokeWidth: 1.25 * u};
   const plot = picture({
     width,
@@ -95,7 +101,7 @@ function nameAxes(plot, labels, under, top, size, [lower, upper]) {
 
 // Who flies when, and beside it how many drones leave no gap, by the power of their pads.
 function drawDay(data, look, {width, height}) {
-  const narrow = width < NARROW_DAY_PX * look.u;
+  const narrow = width < NARROW_PX * look.u;
   const [across, down] = narrow ? [1, 0.55] : [0.58, 1];
   const ring = drawRing(data, look, {width: across * width, height: down * height});
   const rest = narrow ? {width, height: (1 - down) * height} : {width: (1 - across) * width, height};
@@ -112,6 +118,7 @@ function drawRing({turns, drones}, {axes: [end, rows], size}, {width, height}) {
   const hovers = stays.filter(({kind}) => kind === "hover").map((stay) => ({...stay, drone: COVERS}));
   const more = drones > shown.length ? ` (${shown.length} of ${drones} drones)` : "";
   const bar = {y: "drone", x1: "start_h", x2: "end_h", insetLeft: 0.5};
+  const every = Math.ceil((1.1 * size * (rows + 1)) / (height - 2.3 * size)); // Names that keep apart
   const hours = steps(end, 6);
   const unit = (hour) => `${grouped(hour)}${hour === hours[1] ? " h" : ""}`;
   return picture({
@@ -129,7 +136,8 @@ function drawRing({turns, drones}, {axes: [end, rows], size}, {width, height}) {
     clip: true,
     marks: [
       Plot.axisX(hours.filter((hour) => hour < 0.97 * end), {...NUMBERS, tickFormat: unit}),
-      Plot.axisY({...NUMBERS, tickFormat: String, fill: colour("ink")}),
+      Plot.axisY([...names.filter((_, k) => k % every === 0 && k <= rows - every), COVERS],
+        {...NUMBERS, tickFormat: String, fill: colour("ink")}),
       Plot.barX(stays, {...bar, fill: ({kind}) => colour(kind === "wait" ? "line" : kind)}),
       Plot.barX(hovers, {...bar, fill: colour("hover"), fillOpacity: 0.75}),
     ],
