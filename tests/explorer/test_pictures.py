@@ -149,7 +149,7 @@ def test_tabs_open_pictures_and_links_keep_them(open_page: Any) -> None:
     page = open_page()
     plane = page.locator("figure.plane")
     for name, words in (
-        ("Beam", ("on the receiver", "376.1 W")),
+        ("Beam", ("on the receiver", "370.3 W")),
         ("Speed", ("best range: 17.9 m/s", "air speed, m/s")),
         ("Day", ("drone 4", "who covers", "laser: 4", "4 drones leave no gap")),
     ):

@@ -56,7 +56,7 @@ export class Column {
     if (place && this.#handles && !stored) this.#handles.draw(map.draw, place, answer.map);
     if (seen(plane)) {
       const own = {axes: stored ? null : axes.plane, trail: this.kind === "now" ? trail : []};
-      if (answer.picture) drawPicture(plane.draw, answer, {axes: axes.picture, ...look});
+      if (answer.picture) drawPicture(plane.draw, answer, {axes: this.session.endsOf(answer), ...look});
       else drawPlane(plane.draw, answer, {...own, slots: this.slots.checked, ...look});
     }
     const clock = seen(wells) && drawWells(wells.draw, answer, {axes: axes.wells, ...look});

@@ -185,6 +185,11 @@ export class Session {
     return this.#endsElsewhere(this.pinnedAnswer) ? "pinned" : null;
   }
 
+  // Ends of the axes of an answer's picture; none while another one is asked for.
+  endsOf({picture}) {
+    return picture.name === this.state.picture ? this.axes.picture : null;
+  }
+
   // Whether the plane ends elsewhere, or another picture stands in its place.
   #endsElsewhere(answer) {
     const {rest_s, hover_s} = answer?.plane ?? {};
