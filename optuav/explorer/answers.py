@@ -11,7 +11,7 @@ import numpy as np
 
 from formulations.soc import AVAILABLE, LABELS
 from optuav.arrays import Floats
-from optuav.diagnosis.explain import explain
+from optuav.diagnosis.explain import explain_plan
 from optuav.diagnosis.report import Explanation
 from optuav.diagnosis.sentences import Idle, curve, header, idle
 from optuav.diagnosis.wording import name, sentence, signed, with_unit
@@ -76,7 +76,7 @@ def _answers(base: Mission, state: State) -> tuple[Data, Plan]:
     asked: Data = {"perspective": state.perspective, "time_limit_s": SOLVE_S}
     program = formulate(mission, problem, **asked)
     plan = program.solve()
-    explained = explain(program) if plan or state.repairs else Explanation(plan)
+    explained = explain_plan(program, plan) if plan or state.repairs else Explanation(plan)
     still = dict(idle(explained, program.network))
     notes = [("Note", each) for each in explained.notes if each not in plan.notes]
     found: Data = {
