@@ -230,7 +230,8 @@ function nameSpare({plot, x, y, size, u, narrow, end, last}, {spare_s, full_As, 
   const choices = [`${spare_s.toFixed(0)} s before the deadline`, `${spare_s.toFixed(0)} s to spare`];
   const room = x(end) - x(last) - 16 * u;
   const words = choices.slice(narrow ? 1 : 0).find((choice) => wide(choice, size) < room);
-  if (spare_s <= 0.5 || !words) return;
+  const low = y(0) - y(full_As) < 6 * size; // Too low for words beside those on the charge
+  if (spare_s <= 0.5 || !words || low) return;
   const left = x(Math.min(end, deadline_s)) - 10 * u;
   write(plot, {x: left, y: y(0.62 * full_As), words, anchor: "end", size, fill: "muted"});
 }
