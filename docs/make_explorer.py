@@ -86,6 +86,7 @@ def _brief(found: dict[str, Any]) -> dict[str, Any]:
     plane = {**plane, "samples": len(range(0, count, EVERY)), "round_s": AXES_S}
     presets = [each for each in found["presets"] if "changes" not in each["state"]][:2]
     stored = {"stored": True, "controls": controls, "options": options, "presets": presets}
+    stored["pictures"] = []  # They are computed while they are seen
     return {**found, **stored, "plane": plane}
 
 

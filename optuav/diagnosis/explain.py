@@ -145,11 +145,25 @@ def explain(
     question = question_of(subject, graph, problem=problem, perspective=perspective, **options)
     if question.stated.several:
         return _with_more_stops(question)
-    explained = _explained(question, subject if isinstance(subject, Plan) else None)
-    if explained.more_stops_open and question.stated.p1.hover_point == "w_U":
-        note = not_excluded(question.stated, question.mission)
-        explained = replace(explained, notes=(*explained.notes, note))
-    return explained
+    return _noted(question, _explained(question, subject if isinstance(subject, Plan) else None))
+
+
+def _noted(question: MissionQuestion, explained: Explanation) -> Explanation:
+    """The explanation with a note where more stops may bring more."""
+    if not explained.more_stops_open or question.stated.p1.hover_point != "w_U":
+        return explained
+    note = not_excluded(question.stated, question.mission)
+    return replace(explained, notes=(*explained.notes, note))
+
+
+def explain_plan(program: Program, plan: Plan) -> Explanation:
+    """Explain the plan that `Program.solve` gave, without a second solve.
+
+    Whole steps are solved again only for parameters with a price. The program has its mission's own
+    graph, and at most one rest and one hover.
+    """
+    question = MissionQuestion(program.network.mission, program.question)
+    return _noted(question, _explained(question, plan, program))
 
 
 def saved_plan(path: str | Path) -> Plan:
@@ -220,9 +234,15 @@ def _of_plan(plan: Plan) -> dict[str, Any]:
     }
 
 
-def _explained(question: MissionQuestion, plan: Plan | None = None) -> Explanation:
-    """The explanation of a question with one rest and one hover, and of its plan if it is known."""
-    program, solutions = question.program(), None
+def _explained(
+    question: MissionQuestion, plan: Plan | None = None, program: Program | None = None
+) -> Explanation:
+    """The explanation of a question with one rest and one hover, and of its plan if it is known.
+
+    A program that is known has been solved; then steps without a price are not solved again.
+    """
+    brief = program is not None
+    program, solutions = program or question.program(), None
     if question.stated.perspective == AVAILABLE and question.mission.battery.takes_turns:
         return Explanation(plan or program.solve(), notes=(TURNS,))
     if question.stated.p1.hover_point == "free":
@@ -242,13 +262,14 @@ def _explained(question: MissionQuestion, plan: Plan | None = None) -> Explanati
         return replace(found, notes=(program.price_in_words(plan), AT_SPEEDS, *found.notes))
     if program.parts and program.question.slot_s is None:
         solutions = program.answers()
-        plan = plan or program.plan(solutions)
-    plan = plan or program.solve()
+        plan = plan if plan or brief else program.plan(solutions)
+    plan = plan if plan or brief else program.solve()
+    assert plan is not None
     cap = charging_cap(program.network.mission, program.network.places)
     notes = [cap.words] if cap and any(part.rests for part in program.parts) else []
     more_stops_open = more_stops_may_help(program.question, program.network, plan, question.graph)
     if plan:
-        found = _optimum(program, plan, solutions)
+        found = _optimum(program, plan, solutions, brief)
         notes = [*dict.fromkeys([*found.notes, *notes])]
         return replace(found, notes=tuple(notes), more_stops_open=more_stops_open)
     if plan.status is not Status.INFEASIBLE:
@@ -301,7 +322,9 @@ def _with_more_stops(question: MissionQuestion) -> Explanation:
     return replace(explained, plan=plan, notes=(nothing, *explained.notes), gain_s=0.0)
 
 
-def _optimum(program: Program, plan: Plan, solutions: Sequence[Solution] | None) -> Explanation:
+def _optimum(
+    program: Program, plan: Plan, solutions: Sequence[Solution] | None, brief: bool
+) -> Explanation:
     """Why a plan is the best one, by the programme with continuous times that it answers."""
     if solutions is None:
         continuous = replace(program.question, slot_s=None, engine="auto")
@@ -331,7 +354,7 @@ def _optimum(program: Program, plan: Plan, solutions: Sequence[Solution] | None)
         sense=part.model.sense,
         constraints=tuple(_sides(program, part, entry, {**row, **point})),
         bound=bound(part.model, row, solution.binding_labels(entry)),
-        prices=prices(program, solutions, tied[0]),
+        prices=prices(program, solutions, tied[0], brief=brief),
         notes=tuple(notes),
     )
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import compress
 
 import numpy as np
 
@@ -90,9 +91,15 @@ class Price:
 
 
 def prices(
-    program: Program, solutions: Sequence[Solution], chosen: tuple[int, int]
+    program: Program,
+    solutions: Sequence[Solution],
+    chosen: tuple[int, int],
+    *,
+    brief: bool = False,
 ) -> tuple[Price, ...]:
     """Shadow prices of the winning programme; where routes tie, of the best of them on either side.
+
+    In brief, steps are solved again only for parameters whose price is not 0 on both sides.
 
     Chosen are part and entry of the best answer with continuous times. Parameters that are compared
     with figures of the mission only, as the altitude of the hover point, have no price.
@@ -104,10 +111,13 @@ def prices(
     own = [known.get((each.key, each.unit)) for each in stated]
     row = model.row(chosen[1])
     steps = [_step(p, key, float(row[p.name])) for p, key in zip(stated, own, strict=True)]
-    moved = [(p, sign * step) for sign in (1, -1) for p, step in zip(stated, steps, strict=True)]
-    changes = _effects(program, solutions, chosen, moved).reshape(2, -1).T.tolist()
+    again = [not brief or any(rates[p.name]) for p in stated]
+    some = [*compress(zip(stated, steps, strict=True), again)]
+    moved = [(p, sign * step) for sign in (1, -1) for p, step in some]
+    changes = np.full((len(stated), 2), np.nan)
+    changes[again] = _effects(program, solutions, chosen, moved).reshape(2, -1).T
     found = []
-    for parameter, key, step, change in zip(stated, own, steps, changes, strict=True):
+    for parameter, key, step, change in zip(stated, own, steps, changes.tolist(), strict=True):
         rate, is_open = rates[parameter.name], bool(np.isnan(change).any())
         both = zip((rate.more, rate.less), change, strict=True)
         gain, loss = (math.nan if is_open or math.isnan(side) else again for side, again in both)

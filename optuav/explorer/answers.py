@@ -11,11 +11,12 @@ import numpy as np
 
 from formulations.soc import AVAILABLE, LABELS
 from optuav.arrays import Floats
-from optuav.diagnosis.explain import explain
+from optuav.diagnosis.explain import explain_plan
 from optuav.diagnosis.report import Explanation
 from optuav.diagnosis.sentences import Idle, curve, header, idle
 from optuav.diagnosis.wording import name, sentence, signed, with_unit
 from optuav.errors import Fault, InputError, SolverError
+from optuav.explorer.pictures import picture, pictures
 from optuav.explorer.presets import presets
 from optuav.explorer.state import OPTIONS, Control, State, controls
 from optuav.mission import Mission
@@ -75,7 +76,7 @@ def _answers(base: Mission, state: State) -> tuple[Data, Plan]:
     asked: Data = {"perspective": state.perspective, "time_limit_s": SOLVE_S}
     program = formulate(mission, problem, **asked)
     plan = program.solve()
-    explained = explain(program) if plan or state.repairs else Explanation(plan)
+    explained = explain_plan(program, plan) if plan or state.repairs else Explanation(plan)
     still = dict(idle(explained, program.network))
     notes = [("Note", each) for each in explained.notes if each not in plan.notes]
     found: Data = {
@@ -89,8 +90,11 @@ def _answers(base: Mission, state: State) -> tuple[Data, Plan]:
         "map": _map(mission, plan),
         "wells": _wells(plan) if plan else None,
         "plane": _plane(program, plan, state.axes),
+        "pictures": pictures(program.network),
         **_reasons(explained),
     }
+    if state.picture is not None:
+        found["picture"] = picture(state.picture, program, plan, state.building)
     if state.file is not None:
         as_toml = state.file == "mission"
         text = toml_of(mission.to_dict()) if as_toml else json.dumps(plan.to_dict(), indent=2)

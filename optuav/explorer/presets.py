@@ -1,5 +1,6 @@
 """States that a lecture starts from, made from a mission."""
 
+import math
 from functools import lru_cache
 from typing import Any
 
@@ -32,7 +33,8 @@ def presets(mission: Mission) -> list[dict[str, Any]]:
         found.append(("Hover first or rest first", "Order", {**rest, "order": "rest-first"}))
     changes = {"battery.capacity_As": round(mission.battery.capacity_As / 20.0, 3)}
     found.append(("Too small a battery", "Small battery", {"changes": changes}))
-    if mission.laser and (capped_W := laser_reach(mission, build_network(mission).places).capped_W):
+    reach = laser_reach(mission, build_network(mission).places) if mission.laser else None
+    if reach and 0.0 < (capped_W := reach.capped_W) < math.inf:
         changes = {"laser.power_W": round(0.5 * capped_W, -1)}
         found.append(("The reach of the laser", "Laser", {**BATTERY, "changes": changes}))
     return [dict(zip(("words", "short", "state"), each, strict=True)) for each in found]

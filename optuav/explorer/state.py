@@ -9,6 +9,7 @@ import numpy as np
 
 from formulations.formulation import Formulation
 from optuav.errors import Fault, InputError, collected, refuse
+from optuav.explorer.pictures import PICTURES
 from optuav.mission import Mission
 from optuav.mission.beams import beam_of
 from optuav.mission.flight_model import flight_of
@@ -54,6 +55,7 @@ class State:
     trajectory: str | None = None
     building: str | None = None  # With one, P4 in place of P1
     order: str | None = None
+    picture: str | None = None  # Of `PICTURES`, the one in place of the plane
     repairs: bool = False  # Whether to seek changes that make an infeasible mission feasible
     file: str | None = None  # Of `FILES`, one whose text is wanted too
     number: int = 0  # Of the question, which the answer repeats
@@ -66,7 +68,7 @@ class State:
             raise InputError([Fault("", shown(stated), "a state with changes by mission key")])
         known = [each.name for each in fields(cls)]
         faults = [unknown("state", name, known) for name in stated if name not in known]
-        options = {**OPTIONS, "file": FILES}
+        options = {**OPTIONS, "file": FILES, "picture": (*PICTURES,)}
         faults += [
             unknown(name, stated[name], choices)
             for name, choices in options.items()

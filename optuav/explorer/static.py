@@ -8,10 +8,13 @@ from optuav.looks import LOOKS, variables
 
 FOLDER = Path(__file__).parent / "static"
 LIBRARIES = ("d3.min.js", "plot.umd.min.js")  # The second finds the first where it is put
-MODULES = ("state", "drawing", "map", "plane", "wells", "controls", "layout", "saving", "explorer")
+MODULES = (
+    *("state", "drawing", "labels", "map", "handles", "drone", "plane", "pictures", "wells"),
+    *("controls", "saying", "tables", "layout", "saving", "explorer"),
+)
 HIDDEN = "define, exports, module, globalThis, self"
 """Names by which a library finds where to put itself; without them it takes `this`."""
-BETWEEN = re.compile(r"^import .*\n|^export (?=const|function|class)", re.MULTILINE)
+BETWEEN = re.compile(r"^import [^;]*;\n|^export (?=const|function|class)", re.MULTILINE)
 
 
 def text(name: str) -> str:

@@ -32,7 +32,14 @@ class NotExponentialError(ValueError):
 
 
 class NotAffineError(ValueError):
-    """The expression is not affine in the variables."""
+    """The expression is not affine in the variables; what is not is sought once it is read."""
+
+    def __init__(self, words: Callable[[], str]) -> None:
+        super().__init__(words)
+        self._words = words
+
+    def __str__(self) -> str:
+        return self._words()
 
 
 @dataclass(eq=False, repr=False)
@@ -231,7 +238,7 @@ def affine(expression: Operand, values: Values, done: dict[int, Operand] | None 
     if not isinstance(form, Exponential):
         return Affine(form, {})
     if not form.linear:
-        raise NotAffineError(not_linear(nodes(expression), done))
+        raise NotAffineError(lambda: not_linear(nodes(expression), done))
     coefficients = {name: c for each, c in form.terms.items() for name, _ in each}
     return Affine(form.terms.get(CONSTANT, 0.0), coefficients)
 

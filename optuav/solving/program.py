@@ -4,7 +4,7 @@ import math
 import reprlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -320,6 +320,11 @@ class Program:
 
     def answers(self) -> list[Solution]:
         """The engine's answers to all programmes, one `Solution` per part."""
+        return [*self._answers]
+
+    @cached_property
+    def _answers(self) -> list[Solution]:
+        """The same, solved once."""
         solutions = list[Solution]()
         for part in self.parts:
             model, values = (part.model, None) if part.is_seen else (part.declared, part.given)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -28,6 +28,21 @@ if TYPE_CHECKING:
 
 SAME = 1e-9  # Share of a power by which a limit lowers it at least
 POWER = Number("W", ge=-1e9, le=1e9)
+
+
+class Station(NamedTuple):
+    """Words of a station on the way of the power, the power there [W], and whether it is electric.
+
+    Examples
+    --------
+    >>> from optuav.studies.link_budget import Station
+    >>> Station("light", 2000.0).electric
+    False
+    """
+
+    words: str
+    power_W: float
+    electric: bool = False
 
 
 @dataclass(frozen=True)
@@ -134,24 +149,28 @@ class LinkBudget:
         rows = [(name, f"{figure(value)} {unit}") for name, value, unit in self.rows()]
         return shown(pairs([("place", self.place), *rows]), *map(paragraph, self.remarks()))
 
+    def stations(self) -> list[Station]:
+        """Power on its way from the source to the battery, station by station."""
+        laser = self.beam.mission.laser
+        source_W = laser.power_W if laser else self.light_W
+        source = [Station("source", source_W, electric=True)] if source_W != self.light_W else []
+        return [
+            *source,
+            Station("light", self.light_W),
+            Station("behind aperture", self.after_aperture_W),
+            Station("through the air", self.after_aperture_W * self.air),
+            Station("on the receiver", self.on_receiver_W),
+            Station("DC", float(self.beam.chain(self.distance_m).dc_W), electric=True),
+            Station("into the battery", self.dc_W, electric=True),
+        ]
+
     def plot(self, *, ax: Axes | None = None) -> Axes:
         """Draw the power at each station as a waterfall, and return the axes; needs matplotlib."""
         from optuav import plots  # noqa: F401 - says how to install matplotlib
-        from optuav.plots.waterfall import Station, waterfall
+        from optuav.plots.waterfall import waterfall
 
-        laser = self.beam.mission.laser
-        source_W = laser.power_W if laser else self.light_W
-        stations = [Station("source", source_W, electric=True)] if source_W != self.light_W else []
-        stations += [
-            Station("light", self.light_W),
-            Station("behind\naperture", self.after_aperture_W),
-            Station("through\nthe air", self.after_aperture_W * self.air),
-            Station("on the\nreceiver", self.on_receiver_W),
-            Station("DC", float(self.beam.chain(self.distance_m).dc_W), electric=True),
-            Station("into the\nbattery", self.dc_W, electric=True),
-        ]
         title = f"From the laser to {self.place}, {self.distance_m:.4g} m away"
-        return waterfall(stations, title=title, ax=ax)
+        return waterfall(self.stations(), title=title, ax=ax)
 
 
 def link_budget(mission: Mission | str | Path, at: str | Sequence[float]) -> LinkBudget:

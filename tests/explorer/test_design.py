@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
+from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
@@ -11,6 +12,7 @@ import pytest
 
 import optuav
 from optuav.explorer.server import Server
+from optuav.explorer.static import FOLDER
 from optuav.looks import LOOKS
 from tests.explorer.conftest import Open
 
@@ -319,6 +321,7 @@ def test_no_axis_moves_on_a_drag(open_page: Open) -> None:
 def test_the_trail_holds_six_optima_and_is_cleared(open_page: Open) -> None:
     """Fading, the oldest most; reset clears it, and the pin."""
     page = opened(open_page, "desktop")
+    page.keyboard.press("a")  # A slow machine would let the control go, and the axes change
     slider = page.locator("input[type=range][data-key='battery.capacity_As|null']")
     for _ in range(9):
         slider.press("PageDown")
@@ -340,6 +343,7 @@ def test_the_trail_holds_six_optima_and_is_cleared(open_page: Open) -> None:
 def test_a_trail_is_of_one_control_alone(open_page: Open) -> None:
     """It says where that control was; another one begins anew, where the plan was before."""
     page = opened(open_page, "large")
+    page.keyboard.press("a")
     words = page.locator("figure.plane text", has_text="trail: from")
     dots = page.locator("figure.plane .trail circle")
     for name, start in (("battery.capacity_As|null", "36 000 A s"), ("limits.min_soc|null", "5 %")):
@@ -505,3 +509,9 @@ def test_pictures_take_their_colours_from_the_table(open_page: Open) -> None:
             assert lines.count(), (role, place)
             read = "(each) => (each.getAttribute('stroke-dasharray') || '').replaceAll(',', ' ')"
             assert lines.first.evaluate(read) == dash
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.js")), ids=lambda path: path.stem)
+def test_the_script_is_read_without_scrolling_sideways(path: Path) -> None:
+    """Lines of at most 110 characters."""
+    assert max(map(len, path.read_text("utf-8").splitlines())) <= 110

@@ -1,4 +1,9 @@
 // Files that are saved: the pictures as they are seen, in the colours of paper, and what the answer holds.
+import {button, shape} from "./drawing.js";
+
+const HEAD_PX = 34; // Of the title
+const COPIED_MS = 2000; // For which it is told
+
 export function save(name, blob) {
   const link = document.createElement("a");
   Object.assign(link, {href: URL.createObjectURL(blob), download: name});
@@ -6,31 +11,73 @@ export function save(name, blob) {
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
-export function drawing(root, title) {
-  const plans = root.querySelector(".plans"), {left, top, width, height} = plans.getBoundingClientRect(), head = 34;
-  const whole = d3.create("svg:svg").attr("xmlns", "http://www.w3.org/2000/svg").attr("font-family", "system-ui, sans-serif")
-    .attr("width", width).attr("height", height + head).attr("viewBox", [0, 0, width, height + head]);
-  whole.append("rect").attr("width", "100%").attr("height", "100%").attr("fill", "var(--panel)");
-  const write = (words, x, y, size) => whole.append("text").attr("x", x).attr("y", y).attr("font-size", size).attr("font-weight", 600).attr("fill", "var(--ink)").text(words);
-  write(title, 10, 22, 16);
-  for (const each of plans.querySelectorAll("figcaption, h2.title, .draw > svg:first-child")) {
-    const box = each.getBoundingClientRect();
-    if (!box.width) continue;
-    if (each.tagName === "svg") {
-      const copy = each.cloneNode(true);
-      for (const [name, value] of Object.entries({x: box.left - left, y: box.top - top + head})) copy.setAttribute(name, value);
-      if (!root.classList.contains("symbols")) copy.querySelectorAll(".sym").forEach((symbol) => symbol.remove());
-      whole.node().append(copy);
-    } else write(each.firstChild.textContent + (each.tagName === "H2" ? each.children[0].textContent : ""), box.left - left + 10, box.top - top + head + 20, 14);
-  }
-  return new XMLSerializer().serializeToString(whole.node()).replaceAll(/var\(--([\w-]+)\)/g, (_, role) => LOOKS[role].light);
+// What can be shared: a link, what the answer holds, and pictures.
+export function shareMenu(root, session, model) {
+  const picture = () => drawing(root, session.shown.verdict.text);
+  const stem = session.shown.name.replace(/[^\p{L}\p{N}.-]+/gu, "-") || "mission";
+  const vector = () => save(`${stem}.svg`, new Blob([picture()], {type: "image/svg+xml"}));
+  const pixels = async () => save(`${stem}.png`, await raster(picture()));
+  const files = [
+    button("Mission (TOML)", () => session.file("mission")),
+    button("Plan (JSON)", () => session.file("plan")),
+  ];
+  return [
+    ...(model.get("link") ? [button("Copy link", (made) => copyLink(made, session))] : []),
+    ...(session.stored ? [] : files),
+    button("Picture (SVG)", vector),
+    button("Picture (PNG)", pixels),
+  ];
 }
 
-export async function raster(svg) {
-  const image = new Image(), address = URL.createObjectURL(new Blob([svg], {type: "image/svg+xml"}));
+async function copyLink(made, session) {
+  const copied = navigator.clipboard.writeText(session.link());
+  made.textContent = await copied.then(() => "Link copied", () => "It is in the address bar");
+  setTimeout(() => (made.textContent = "Copy link"), COPIED_MS);
+}
+
+function drawing(root, title) {
+  const plans = root.querySelector(".plans");
+  const {left, top, width, height} = plans.getBoundingClientRect();
+  const whole = d3.create("svg:svg")
+    .attr("xmlns", "http://www.w3.org/2000/svg")
+    .attr("font-family", "system-ui, sans-serif")
+    .attr("width", width)
+    .attr("height", height + HEAD_PX)
+    .attr("viewBox", [0, 0, width, height + HEAD_PX])
+    .node();
+  shape(whole, "rect", {width: "100%", height: "100%", fill: "var(--panel)"});
+  const strong = {"font-weight": 600, fill: "var(--ink)"};
+  shape(whole, "text", {x: 10, y: 22, "font-size": 16, ...strong}, title);
+  for (const part of plans.querySelectorAll("figcaption, h2.title, .draw > svg[role=img], .notes li")) {
+    const box = part.getBoundingClientRect();
+    if (!box.width) continue;
+    const at = {x: box.left - left, y: box.top - top + HEAD_PX};
+    if (part.tagName === "svg") whole.append(copied(part, at, root.classList.contains("symbols")));
+    else shape(whole, "text", {x: at.x + 10, y: at.y + 20, "font-size": 14, ...strong}, titleOf(part));
+  }
+  const text = new XMLSerializer().serializeToString(whole);
+  return text.replaceAll(/var\(--([\w-]+)\)/g, (_, role) => LOOKS[role].light);
+}
+
+function copied(picture, {x, y}, symbols) {
+  const copy = picture.cloneNode(true);
+  copy.setAttribute("x", x);
+  copy.setAttribute("y", y);
+  if (!symbols) copy.querySelectorAll(".sym").forEach((symbol) => symbol.remove());
+  return copy;
+}
+
+function titleOf(part) {
+  return part.firstChild.textContent + (part.tagName === "H2" ? part.children[0].textContent : "");
+}
+
+async function raster(svg) {
+  const image = new Image();
+  const address = URL.createObjectURL(new Blob([svg], {type: "image/svg+xml"}));
   image.src = address;
   await image.decode();
-  const canvas = new OffscreenCanvas(2 * image.width, 2 * image.height), context = canvas.getContext("2d");
+  const canvas = new OffscreenCanvas(2 * image.width, 2 * image.height);
+  const context = canvas.getContext("2d");
   context.scale(2, 2);
   context.drawImage(image, 0, 0);
   URL.revokeObjectURL(address);

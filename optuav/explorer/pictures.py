@@ -1,0 +1,156 @@
+"""Pictures in place of the plane, computed while their tab is open: beam, speed and day."""
+
+from collections.abc import Callable, Iterator, Mapping
+from itertools import islice
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from optuav.errors import InputError, NoPlanError
+from optuav.mission.beams import spreading_beam
+from optuav.mission.flight_model import flight_of
+from optuav.network.network import Network
+from optuav.network.places import FIRST_BUILDING
+from optuav.plan import Plan
+from optuav.plan.display import rounded_up
+from optuav.service.cycle import PERSPECTIVES, coverage
+from optuav.service.fleet import Fleet
+from optuav.solving import Program
+from optuav.studies.link_budget import link_budget
+from optuav.studies.power_curve import NAMED, power_curve
+
+MOST_DRONES = 12  # That are drawn
+ROUNDS = 2.0  # Turns of a drone that are drawn
+LONGER = 2.0  # Than the axis, as that of a pinned plan or of a control that is moved may be
+PADS = 8  # Powers of pads for which drones are counted
+LEAST_LOSS = 5e-4  # Share that is told as lost
+HOUR_S = 3600.0
+
+Data: TypeAlias = dict[str, Any]
+
+
+def pictures(network: Network) -> list[str]:
+    """Names of the pictures that a mission has."""
+    has = {
+        "beam": spreading_beam(network.mission) is not None,
+        "speed": flight_of(network.mission).power_over_speed(0.0) is not None,
+        "day": True,
+    }
+    return [name for name in PICTURES if has[name]]
+
+
+def picture(name: str, program: Program, plan: Plan, building: str | None) -> Data:
+    """A picture's data with the ends of its axes, or ``words`` on why there is none."""
+    try:
+        return {"name": name, **PICTURES[name](program, plan, building)}
+    except (InputError, NoPlanError) as error:
+        return {"name": name, "words": str(error)}
+
+
+def _beam(program: Program, plan: Plan, building: str | None) -> Data:
+    """Power from the laser to a roof: the chosen one, the plan's, or the one it charges most."""
+    places = program.network.places
+    strongest = FIRST_BUILDING + int(np.argmax(places.charge_current_A[places.buildings]))
+    rests = [stop.at for stop in plan.stops if stop.kind == "rest"] if plan else []
+    roof = building or next(iter(rests), places.names[strongest])
+    budget = link_budget(program.network.mission, roof)
+    stations = budget.stations()
+    before_W = [stations[0].power_W, *(station.power_W for station in stations)]
+    return {
+        "title": f"From the laser to {roof}, {budget.distance_m:.4g} m",
+        "stations": [
+            {**station._asdict(), "before_W": most_W, "said": _said(station.power_W, most_W)}
+            for station, most_W in zip(stations, before_W, strict=False)
+        ],
+        "notes": budget.remarks(),
+        "axes": [rounded_up(stations[0].power_W)],
+    }
+
+
+def _said(power_W: float, before_W: float) -> str:
+    lost = 1.0 - power_W / before_W if before_W else 0.0
+    return f"{power_W:.4g} W" + (f", {100.0 * lost:.3g} % lost" if lost > LEAST_LOSS else "")
+
+
+def _speed(program: Program, plan: Plan, building: str | None) -> Data:
+    """Power at the rotors [W] over air speed [m/s], and the speeds that stand out."""
+    curve = power_curve(program.network.mission)
+    facts = curve.facts
+    marks = [{"words": "hover, in the wind", "speed_m_s": 0.0, "power_W": facts["hover_power_W"]}]
+    for key, words in NAMED.items():
+        speed_m_s, power_W = facts[f"{key}_m_s"], facts[f"{key}_power_W"]
+        said = f"{words}: {speed_m_s:.1f} m/s"
+        marks.append({"words": said, "speed_m_s": speed_m_s, "power_W": power_W})
+    return {
+        "title": "Power over air speed",
+        "speed_m_s": np.round(curve.speeds_m_s, 3).tolist(),
+        "power_W": np.round(curve.power_W, 1).tolist(),
+        "marks": marks,
+        "notes": [],
+        "axes": [*map(rounded_up, (float(curve.speeds_m_s[-1]), float(curve.power_W.max())))],
+    }
+
+
+def _day(program: Program, plan: Plan, building: str | None) -> Data:
+    """Share of the day that one drone covers, the ring that covers all of it, and its pads."""
+    mission, perspective = program.network.mission, program.question.perspective
+    if perspective not in PERSPECTIVES:
+        raise NoPlanError("Judge by the available well or by charge to see the day.")
+    cycle = coverage(mission, perspective=perspective)
+    fleet, facts = cycle.fleet(), cycle.facts
+    most_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
+    end_h = rounded_up(ROUNDS * fleet.starts_every_s * fleet.drones / HOUR_S)
+    turns = [*islice(_turns(fleet, LONGER * end_h), MOST_DRONES)]
+    pads = [*_pads(program, most_W)]
+    times = (f"{facts[f'{kind}_s'] / 60.0:.3g} min" for kind in ("hover", "flight", "rest"))
+    hovers, flies, rests = times
+    return {
+        "title": f"One drone covers {100.0 * cycle.share:.1f} % of the day",
+        "notes": [
+            f"It hovers {hovers}, flies {flies} and rests {rests} at {facts['building']}.",
+            f"{fleet.drones} drones leave no gap, with {fleet.places} places to rest and "
+            f"{fleet.beams} beams.",
+        ],
+        "drones": fleet.drones,
+        "turns": turns,
+        "pads": pads,
+        "most_W": most_W,
+        "axes": [
+            end_h,
+            len(turns),
+            rounded_up(most_W),
+            rounded_up(1.1 * max(fleet.drones, *(pad["drones"] for pad in pads), 1)),
+        ],
+    }
+
+
+def _turns(fleet: Fleet, end_h: float) -> Iterator[list[Data]]:
+    """What each drone of a ring does until a time [h]: legs, hovers, rests and waits."""
+    for row in fleet.rows:
+        leg_s, at_h, phases = row["flight_s"] / 2.0, row["offset_s"] / HOUR_S, list[Data]()
+        lasting = [("flight", leg_s), ("hover", row["hover_s"]), ("flight", leg_s)]
+        lasting += [("rest", row["rest_s"]), ("wait", row["wait_s"])]
+        while at_h < end_h:
+            for kind, duration_s in lasting:
+                phases.append({"kind": kind, "start_h": at_h, "end_h": at_h + duration_s / HOUR_S})
+                at_h = phases[-1]["end_h"]
+        yield phases
+
+
+def _pads(program: Program, most_W: float) -> Iterator[Data]:
+    """How many drones leave no gap, by the power of their pads [W]; without those too weak."""
+    mission, perspective = program.network.mission, program.question.perspective
+    for power_W in np.linspace(0.0, most_W, PADS + 1)[1:].tolist():
+        try:
+            cycle = coverage(mission, perspective=perspective, pad_power_W=power_W)
+        except (InputError, NoPlanError):
+            continue
+        yield {"power_W": power_W, "drones": cycle.fleet().drones}
+
+
+PICTURES: Mapping[str, Callable[[Program, Plan, str | None], Data]] = {
+    "beam": _beam,
+    "speed": _speed,
+    "day": _day,
+}
+"""What computes each picture."""
