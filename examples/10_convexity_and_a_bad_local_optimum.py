@@ -31,6 +31,7 @@ import optuav
 from optuav.physics.kibam import Battery, Stage, step
 
 Line = optuav.plots.Line
+pd.set_option("display.max_colwidth", None)  # Proofs in full
 
 # %% [markdown]
 # ## Convex: halfway between two feasible points

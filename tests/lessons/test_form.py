@@ -25,6 +25,7 @@ MAKES_NO_PICTURE |= {
     "prefer_small",
     "plot",
     "annotate",
+    "set_option",
     "fill_between",
     "heappush",
     "append",
