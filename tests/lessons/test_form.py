@@ -73,7 +73,7 @@ def test_runs_in_a_process_of_its_own(lesson: Path, tmp_path: Path) -> None:
 def test_is_in_cells(text: str) -> None:
     assert text.count("\n# %%\n") >= 3
     before, _, rest = text.partition("# %%")
-    assert before == CONSOLE
+    assert before in ("", CONSOLE)
     assert rest.startswith(" [markdown]\n# # ")
 
 
