@@ -83,7 +83,6 @@ STOPS = [
     ("07_p4_plane_and_shadow_prices", PAPER, with_battery(capacity_As=4000)),
     ("08_duality_and_kkt", 'perspective="battery"', 'perspective="adjusted"'),
     ("10_discrete_relaxed_continuous", '"battery").parts', '"energy").parts'),
-    ("26_where_to_put_the_laser", '"limits.deadline_s": 1800', '"limits.deadline_s": 30'),
 ]
 
 

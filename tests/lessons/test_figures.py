@@ -423,9 +423,12 @@ def test_25_a_real_town(ran: Any) -> None:
     assert ran.city.point_m(*ran.square, 0) == (0, 0, 0)
     assert ran.plan.flyable
     assert ran.plan.hover_time_s > 0
-    assert ran.seen == sorted(ran.seen)
-    assert ran.seen[-1] > ran.seen[0]
-    assert np.ptp(ran.guesses_s) < 0.01 * ran.plan.hover_time_s
+    assert ran.refused.faults[0].allowed.startswith("316 of 482 buildings")
+    seen = ran.by_height["roofs in sight"].tolist()
+    assert seen == sorted(seen)
+    assert seen[-1] > seen[0]
+    assert ran.by_height["last stop"][1:].nunique() == 1
+    assert np.ptp([*ran.guesses_s.values()]) < 0.01 * ran.plan.hover_time_s
 
 
 @slow
@@ -435,15 +438,17 @@ def test_26_where_to_put_the_laser(ran: Any) -> None:
     assert math.isclose(ran.one.value, ran.means_s.max())
     assert (len(ran.trios), math.isclose(ran.three.value, ran.best_s)) == (120, True)
     assert ran.three.selection.greedy_value <= ran.three.value
-    assert ran.found.objective == "covered"
     enough = [(ran.hover_s[:, trio].max(axis=1) >= 616.0).sum() for trio in ran.trios]
-    assert (ran.served_s >= 616.0).sum() == max(enough) == 4
+    assert (ran.served_s["covered"] >= 616.0).sum() == max(enough) == 4
+    worst_s = {name: hover_s.min() for name, hover_s in ran.served_s.items()}
+    assert max(worst_s, key=worst_s.__getitem__) == "worst"
     assert ran.three.value <= min(ran.bounds_s) < 1.005 * ran.three.value
     assert min(ran.bounds_s) < ran.bounds_s[1] < ran.bounds_s[0]
     assert ran.four.greedy_value < ran.four.value - 1.0
     assert not {*ran.four.greedy_sites[:2]} & {*ran.four.sites}
     assert ran.moved.value > ran.moved.selection.value
-    assert ran.steps_s.max() > 1.0 > 1000.0 * np.median(ran.steps_s)
+    steps_s = np.abs(np.diff(ran.along_s))
+    assert steps_s.max() > 1.0 > 1000.0 * np.median(steps_s)
 
 
 @soak
@@ -455,7 +460,8 @@ def test_27_on_a_cluster(ran: Any) -> None:
     assert ran.files[0] == ran.files[1]
     assert len(ran.files[0]) == ran.alone.parts + 1
     assert ran.again.kept == ran.again.parts
-    by = {each: ran.longest.sel(perspective=each) for each in ("available", "battery")}
+    longest = ran.results.hover_time_s.max(["limits.deadline_s", "battery.capacity_As"])
+    by = {each: longest.sel(perspective=each) for each in ("available", "battery")}
     assert by["available"] < by["battery"]
 
 
@@ -735,7 +741,7 @@ def test_11_convexity_and_a_bad_local_optimum(ran: Any) -> None:
 def test_22_link_and_laser(ran: Any) -> None:
     assert near(ran.radius_m, 501.4836, 4)
     assert np.allclose(ran.hover_m, [1000.0, 2501.0152, 50.0], atol=5e-5)
-    assert np.allclose(*ran.both.T.values, rtol=0.05)
+    assert np.allclose(*ran.both.T.values, rtol=0.1)  # Standard error: 4 % at 450 m
     clear = ran.laser.attenuation(1550.0, 10.0)
     assert near(clear, 0.1019, 4)
     assert math.isclose(math.exp(-clear * 2.5), 0.775, abs_tol=5e-4)
