@@ -229,67 +229,6 @@ def _rounded_down(task: Task) -> Predictions:
     yield task["best_s"] - task["slot_s"], "less than one slot is lost, and a hover is whole slots"
 
 
-@predict(
-    "10.1",
-    "The flight leaves {left_s} s for two rests and {hovers}, each of at least one whole slot of "
-    "{slot_s} s. How many cells does a grid have?",
-    draws={
-        "left_s": range(200, 601, 7),
-        "hovers": ("one hover", "two hovers"),
-        "slot_s": (5, 10, 20),
-    },
-)
-def _many_cells(task: Task) -> Predictions:
-    slots = task["left_s"] // task["slot_s"]
-    times = 4 if task["hovers"] == "two hovers" else 3
-    yield math.comb(slots, times), "choose the slots at which one time ends and the next begins"
-    yield slots**times, "all the times together must fit into the time that is left"
-    yield math.comb(slots, 2), "that is the number for one hover and one rest"
-
-
-@predict(
-    "10.2",
-    "A branch and bound has found a plan of {plan_s} s. The nodes that wait have the bounds {a_s}, "
-    "{b_s} and {c_s} s. By how many seconds can the best plan be longer, at most?",
-    unit="s",
-    within=0.5,
-    draws={
-        "plan_s": range(600, 681, 3),
-        "a_s": range(700, 801, 3),
-        "b_s": range(690, 801, 7),
-        "c_s": range(620, 691, 3),
-    },
-)
-def _gap(task: Task) -> Predictions:
-    bounds_s, plan_s = [task["a_s"], task["b_s"], task["c_s"]], task["plan_s"]
-    yield max(bounds_s) - plan_s, "the best plan may be in any of the nodes"
-    yield min(bounds_s) - plan_s, "the best plan need not be in the node of the least bound"
-    yield max(bounds_s), "the plan is known already; how much is open?"
-
-
-@predict(
-    "10.3",
-    "A node is found to hold a plan of {plan_s} s. Waiting nodes have the bounds {a_s}, {b_s}, "
-    "{c_s}, {d_s}, {e_s} and {f_s} s. All that can be dropped are dropped. What is the smallest "
-    "bound [s] of those that still wait?",
-    unit="s",
-    within=0.1,
-    draws={
-        "plan_s": range(650, 711),
-        **{f"{x}_s": range(600, 801) for x in "abcde"},
-        "f_s": range(711, 801),
-    },
-)
-def _dropped(task: Task) -> Predictions:
-    bounds_s = [task[f"{x}_s"] for x in "abcdef"]
-    least_s = min(each for each in bounds_s if each > task["plan_s"])
-    yield least_s, "a bound says that no plan of the node is longer: where may a longer one be?"
-    if (first_s := min(bounds_s)) < least_s:
-        yield first_s, "no plan of this node is longer than the one that is found"
-    if (last_s := max(bounds_s)) > least_s:
-        yield last_s, "that is the largest bound"
-
-
 STRONG_LASER = {
     **{"battery.charge_current_A": 95.0, "laser.power_W": 13_000.0},
     **{"battery.available_fraction": 0.4, "battery.flow_rate_per_s": 1e-3},
@@ -305,7 +244,7 @@ def _feasible(task: Task, hovers_s: Floats) -> Booleans:
 
 
 @predict(
-    "11.1",
+    "10.1",
     "On the mission with the strong laser, task.mission, hovers of {short_s} s and of {long_s} s "
     "before a rest of {rest_s} s on b9 can both be flown. Can the hover halfway between "
     "them, before the same rest, and how long [s] is it? Answer with a pair, as ('yes', 10.0).",
@@ -327,7 +266,7 @@ def _halfway(task: Task) -> Predictions:
 
 
 @predict(
-    "11.2",
+    "10.2",
     "On the same mission the rest on b9 lasts {rest_s} s, and only the hover before it is free. A "
     "walk uphill starts at a hover of 5 s. At which hover [s] does it stop?",
     unit="s",
@@ -344,7 +283,7 @@ def _stuck(task: Task) -> Predictions:
 
 
 @predict(
-    "11.3",
+    "10.3",
     "One pack of `paper` holds {battery.capacity_As} A s. The KKT conditions hold at a plan of P4 "
     "on {building} in the perspective {perspective}, which hovers first. Is that alone a proof "
     "that the plan is optimal, and how many seconds does the best such plan hover? Answer with a "
@@ -368,7 +307,7 @@ def _is_a_proof(task: Task) -> Predictions:
 
 
 @predict(
-    "12.1",
+    "11.1",
     "The charge row of a route reads {hover_A} Δ − {rest_A} T' ≤ {usable_As} + M (1 − λ), and the "
     "deadline leaves {left_s} s. What is the smallest M [A s] that switches the row off where λ = "
     "0, whatever times from 0 to the time left are chosen?",
@@ -385,7 +324,7 @@ def _big_m(task: Task) -> Predictions:
 
 
 @predict(
-    "12.2",
+    "11.2",
     "One of two routes is chosen: maximise Δ subject to Δ ≤ {first_s} + {M} (1 − λ) and Δ ≤ "
     "{second_s} + {M} λ, λ binary. What is the optimum [s] of the relaxation, 0 ≤ λ ≤ 1?",
     unit="s",
@@ -410,7 +349,7 @@ def _relaxation(task: Task) -> Predictions:
 
 
 @declare(
-    "12.3",
+    "11.3",
     "Declare a Model with the unknowns hover_time_s, rest_time_s and by_way (binary): the longest "
     "hover, where by_way = 1 is a route with a rest and by_way = 0 the direct one. On both, "
     "{hover_A} Δ − {rest_A} T' ≤ Q and Δ + T' ≤ T. By way, Q = {usable_As} A s and T = {left_s} s; "
@@ -430,7 +369,7 @@ def _choice(task: Task) -> Model:
 
 
 @design(
-    "12.4",
+    "11.4",
     "The roofs b9 and b10 are closed, and one pack holds {battery.capacity_As} A s. Which building "
     "is best now, before or after the hover? Design an itinerary that can be flown and hovers at "
     "least 99.5 % of the best with one rest.",
@@ -441,3 +380,64 @@ def _choice(task: Task) -> Model:
 )
 def _closed_roofs(task: Task) -> float:
     return optuav.solve(task.mission).hover_time_s
+
+
+@predict(
+    "12.1",
+    "The flight leaves {left_s} s for two rests and {hovers}, each of at least one whole slot of "
+    "{slot_s} s. How many cells does a grid have?",
+    draws={
+        "left_s": range(200, 601, 7),
+        "hovers": ("one hover", "two hovers"),
+        "slot_s": (5, 10, 20),
+    },
+)
+def _many_cells(task: Task) -> Predictions:
+    slots = task["left_s"] // task["slot_s"]
+    times = 4 if task["hovers"] == "two hovers" else 3
+    yield math.comb(slots, times), "choose the slots at which one time ends and the next begins"
+    yield slots**times, "all the times together must fit into the time that is left"
+    yield math.comb(slots, 2), "that is the number for one hover and one rest"
+
+
+@predict(
+    "12.2",
+    "A branch and bound has found a plan of {plan_s} s. The nodes that wait have the bounds {a_s}, "
+    "{b_s} and {c_s} s. By how many seconds can the best plan be longer, at most?",
+    unit="s",
+    within=0.5,
+    draws={
+        "plan_s": range(600, 681, 3),
+        "a_s": range(700, 801, 3),
+        "b_s": range(690, 801, 7),
+        "c_s": range(620, 691, 3),
+    },
+)
+def _gap(task: Task) -> Predictions:
+    bounds_s, plan_s = [task["a_s"], task["b_s"], task["c_s"]], task["plan_s"]
+    yield max(bounds_s) - plan_s, "the best plan may be in any of the nodes"
+    yield min(bounds_s) - plan_s, "the best plan need not be in the node of the least bound"
+    yield max(bounds_s), "the plan is known already; how much is open?"
+
+
+@predict(
+    "12.3",
+    "A node is found to hold a plan of {plan_s} s. Waiting nodes have the bounds {a_s}, {b_s}, "
+    "{c_s}, {d_s}, {e_s} and {f_s} s. All that can be dropped are dropped. What is the smallest "
+    "bound [s] of those that still wait?",
+    unit="s",
+    within=0.1,
+    draws={
+        "plan_s": range(650, 711),
+        **{f"{x}_s": range(600, 801) for x in "abcde"},
+        "f_s": range(711, 801),
+    },
+)
+def _dropped(task: Task) -> Predictions:
+    bounds_s = [task[f"{x}_s"] for x in "abcdef"]
+    least_s = min(each for each in bounds_s if each > task["plan_s"])
+    yield least_s, "a bound says that no plan of the node is longer: where may a longer one be?"
+    if (first_s := min(bounds_s)) < least_s:
+        yield first_s, "no plan of this node is longer than the one that is found"
+    if (last_s := max(bounds_s)) > least_s:
+        yield last_s, "that is the largest bound"

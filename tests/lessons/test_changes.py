@@ -28,9 +28,9 @@ CHANGES = [
     ("07_p4_plane_and_shadow_prices", PAPER, hurried(1500)),
     ("08_duality_and_kkt", PAPER, hurried(1500)),
     ("09_grid_or_continuous", PAPER, hurried(1500)),
-    ("10_discrete_relaxed_continuous", PAPER, hurried(1500)),
-    ("11_convexity_and_a_bad_local_optimum", "LEAST_REST_S = 54.0", "LEAST_REST_S = 50.0"),
-    ("12_which_building_milp", PAPER, hurried(900)),
+    ("12_discrete_relaxed_continuous", PAPER, hurried(1500)),
+    ("10_convexity_and_a_bad_local_optimum", "LEAST_REST_S = 54.0", "LEAST_REST_S = 50.0"),
+    ("11_which_building_milp", PAPER, hurried(900)),
     ("13_why_infeasible", '"limits.deadline_s": 200}', '"limits.deadline_s": 150}'),
     ("14_your_own_formulation", "WANTED_S = 700.0", "WANTED_S = 650.0"),
     ("15_bracket_or_solver", PAPER, hurried(1500)),
@@ -48,7 +48,7 @@ CHANGES = [
     ("07_p4_plane_and_shadow_prices", PAPER, with_battery(packs=1)),
     ("08_duality_and_kkt", PAPER, f'{PAPER}.replace({{"limits.min_soc": 0.0}})'),
     ("08_duality_and_kkt", PAPER, f'{PAPER}.replace({{"laser.power_W": 0.0}})'),
-    ("10_discrete_relaxed_continuous", PAPER, hurried(90)),
+    ("12_discrete_relaxed_continuous", PAPER, hurried(90)),
     ("13_why_infeasible", "2900", "36000"),
     ("13_why_infeasible", '"limits.deadline_s": 200}', '"limits.deadline_s": 1200}'),
     ("13_why_infeasible", 'formulate(mission, problem, perspective="battery"', ENERGY),
@@ -82,7 +82,7 @@ STOPS = [
     ("07_p4_plane_and_shadow_prices", 'perspective="battery"', 'perspective="energy"'),
     ("07_p4_plane_and_shadow_prices", PAPER, with_battery(capacity_As=4000)),
     ("08_duality_and_kkt", 'perspective="battery"', 'perspective="adjusted"'),
-    ("10_discrete_relaxed_continuous", '"battery").parts', '"energy").parts'),
+    ("12_discrete_relaxed_continuous", '"battery").parts', '"energy").parts'),
 ]
 
 
