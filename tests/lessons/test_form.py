@@ -24,6 +24,9 @@ MAKES_NO_PICTURE |= {"stop", "add_edge", "maximise", "minimise", "subject_to"}
 MAKES_NO_PICTURE |= {
     "prefer_small",
     "plot",
+    "annotate",
+    "set_option",
+    "fill_between",
     "heappush",
     "append",
     "simplefilter",
