@@ -111,8 +111,8 @@ longest.hover_time_s, longest.rest_time_s, best.rest_time_s
 
 # %% [markdown]
 # The two questions are one: the longest hover within a deadline, and the shortest mission for a
-# hover, meet in the same plan. (It cannot be flown, because charge alone does not see the wells;
-# `perspective="available"` asks the same questions of the wells.)
+# hover, meet in the same plan. (It cannot be flown, because a count of charge does not see the
+# wells; `perspective="available"` asks the same questions of the wells.)
 #
 # ## What a second of hover costs
 #

@@ -10,7 +10,7 @@
 #
 # **Learning intentions.** After this page you can
 #
-# - say what the answers of `bracket`, `casadi` (IPOPT) and `grid` are worth;
+# - compare the answers of `bracket`, `casadi` (IPOPT) and `grid`, and say what each proves;
 # - give a mission in which a longer hover is feasible and a shorter one is not, and say why;
 # - find the longest hovers of thousands of routes at once, from arrays.
 
@@ -169,8 +169,8 @@ optuav.plots.curves(
 bool(batch.proved.all()), float(batch.hover_time_s[-1])
 
 # %% [markdown]
-# With hardly any bound charge, the hover is what the paper promises: only the charge to be kept
-# ends it.
+# With hardly any bound charge, the hover is what the paper promises: only the charge that
+# must be kept ends it.
 
 # %% [markdown]
 # ## Exercises

@@ -2,7 +2,7 @@
 # # Two packs: one flies while the laser charges the other
 #
 # A drone with two battery packs may use them as one, or in turns. Turns let the laser charge a pack
-# while the other works; but a pack that carries everything alone is drained twice as fast.
+# while the other works; but a pack that carries everything by itself drains twice as fast.
 #
 # **Before this lesson:** [Two wells](03_two_wells.py),
 # [When the battery runs dry](04_when_the_battery_runs_dry.py).
@@ -57,8 +57,8 @@ pd.Series(life_s, name="lifetime [s]").to_frame()
 # with:
 
 # %%
-alone = Battery(7200.0, 0.625, 4.5e-5)
-lifetime([(3.0, 1.0)], **cell), float(time_to_empty(alone, alone.full, -3.0))
+single = Battery(7200.0, 0.625, 4.5e-5)
+lifetime([(3.0, 1.0)], **cell), float(time_to_empty(single, single.full, -3.0))
 
 # %% [markdown]
 # An empty pack is neither used nor charged again; the other takes over in the middle of the job. A

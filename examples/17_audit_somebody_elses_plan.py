@@ -20,6 +20,7 @@ import tomllib
 
 import numpy as np
 import pandas as pd
+from helpers import movies
 from scipy.linalg import expm
 
 import optuav
@@ -49,6 +50,9 @@ verdict
 
 # %%
 exact = optuav.replay(verdict.subject)
+movies.flight(exact)
+
+# %%
 optuav.plots.profile(exact)
 
 # %% [markdown]
@@ -57,8 +61,8 @@ optuav.plots.profile(exact)
 # The simulation uses the closed form of the battery model. A matrix exponential solves the model's
 # equations too.
 #
-# **Before you run:** at the moment at which the judge says that the available well is empty, how
-# much should the second method leave in it?
+# **Before you run:** the judge says that the available well is empty at some moment. How much
+# should the second method leave in it then?
 
 # %%
 dry_s = exact.first_s("empty")

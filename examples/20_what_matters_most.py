@@ -35,7 +35,8 @@ result.plot()["tornado.png"]
 
 # %% [markdown]
 # Each bar shows the longest hover at the two ends of one key's range, the other keys as they are.
-# The table has the rates of the first keys as well:
+# `optuav.explore(mission)` has a slider for each key. The table has the rates of the first keys as
+# well:
 
 # %%
 by_key = result.to_frame().set_index("key")

@@ -229,7 +229,7 @@ optuav.plots.curves(
 # %% [markdown]
 # With a visibility below 5.5 km, the best roof no longer gets the current that the battery takes,
 # and the hover shortens. The plan never loses all of its hover: without any light the drone still
-# has the charge with which it took off.
+# has the charge that it took off with.
 
 # %% [markdown]
 # ## Exercises

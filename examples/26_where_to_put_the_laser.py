@@ -26,7 +26,9 @@ import optuav
 haze = optuav.load("paper").replace({"laser.visibility_km": 2, "limits.deadline_s": 1800})
 devices = [(x, y) for y in (1000, 1700, 2400) for x in (200, 700, 1300, 1800)]
 missions = [haze.replace({"link.device_m": [x, y, 0]}) for x, y in devices]
-roofs = np.array([(x, y, z + 3) for x, y, z in (each.position_m for each in haze.buildings)])
+roofs = np.array(
+    [(x, y, z + 3) for x, y, z in (building.position_m for building in haze.buildings)]
+)
 one = optuav.place_laser(missions, roofs, refine=False)
 hover_s = np.nan_to_num(one.candidate_hover_s)
 table = pd.DataFrame(
@@ -123,7 +125,7 @@ def bound_s(u: np.ndarray) -> float:
     return (u.sum() + np.sort(above)[-LASERS:].sum()) / len(missions)
 
 
-u = np.sort(hover_s[:, three.selection.sites])[:, -2:][:, 0]  # Of one laser, what it gives
+u = np.sort(hover_s[:, three.selection.sites])[:, -2:][:, 0]  # Hover by the second best laser
 bounds_s = [bound_s(np.zeros(len(missions))), bound_s(u)]
 for step in range(1, 101):
     above = np.maximum(hover_s - u[:, None], 0.0)
@@ -183,7 +185,7 @@ moved.selection.value, moved.value
 # **Before you run:** draw the hover time along the line. Which L holds?
 
 # %%
-(roof,) = (each for each in haze.to_dict()["buildings"] if each["name"] == "b9")
+(roof,) = (building for building in haze.to_dict()["buildings"] if building["name"] == "b9")
 wall = {"name": "wall", "position_m": [750, 890, 150], "footprint_m": [300, 20]}
 walled = haze.replace({"buildings": [roof, wall], "flight.through_buildings": True})
 along_m = np.arange(380.0, 420.0, 0.1)

@@ -74,7 +74,7 @@ changed, worlds = mission.replace(calm), {}
 for name, keys in effects.items():
     worlds[name] = changed = changed.replace(keys)
 budgets = {name: optuav.link_budget(world, "hover") for name, world in worlds.items()}
-reach_km = {name: each.reach_m(NEEDED_W) / 1000.0 for name, each in budgets.items()}
+reach_km = {name: budget.reach_m(NEEDED_W) / 1000.0 for name, budget in budgets.items()}
 pd.Series(reach_km, name="reach [km]").round(1).to_frame()
 
 # %%
@@ -117,8 +117,8 @@ apertures_m = np.array([0.02, 0.03, 0.04, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.4, 
 
 def reaches_km(world: optuav.Mission) -> list[float]:
     """Reach of the needed power [km] with each telescope."""
-    telescopes = [world.replace({"laser.aperture_m": each}) for each in apertures_m.tolist()]
-    return [optuav.link_budget(each, "hover").reach_m(NEEDED_W) / 1000.0 for each in telescopes]
+    telescopes = [world.replace({"laser.aperture_m": metres}) for metres in apertures_m.tolist()]
+    return [optuav.link_budget(site, "hover").reach_m(NEEDED_W) / 1000.0 for site in telescopes]
 
 
 by_aperture = {name: reaches_km(world) for name, world in list(worlds.items())[1:]}
@@ -170,8 +170,8 @@ strong_budget.limit
 # The exposure limit for an eye is 50 W/m² at 1070 nm, and 1000 W/m² at 1550 nm, where the eye
 # absorbs the light before the retina.
 #
-# **Before you run:** from which distance on may somebody look into the beam: 1 km, 10 km, or more?
-# Is a wide telescope or a narrow one safer?
+# **Before you run:** how far away must somebody be to look into the beam safely: 1 km, 10 km, or
+# more? Is a wide telescope or a narrow one safer?
 
 # %%
 hazards_km = {
@@ -192,7 +192,7 @@ pd.Series(hazards_km, name="dangerous up to [km]").round(1).unstack().rename_axi
 # eye far less. A limit twenty times as high shortens the distance by less than half, and 1550 nm
 # also passes the air better. A narrow telescope spreads the beam sooner, which shortens the
 # distance too, but near the laser its beam is stronger: the same light leaves through a smaller
-# area. These figures are no safety assessment.
+# area. These figures are not a safety assessment.
 
 # %% [markdown]
 # ## Exercises

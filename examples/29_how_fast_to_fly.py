@@ -30,7 +30,7 @@ optuav.plots.leg(ideal, "origin", "hover")
 #
 # The paper accelerates for half of the way and brakes for the other half. On 2.7 km the drone gets
 # to 154.9 m/s, or 558 km/h: nothing holds it back, since the model has no drag. `paper-drag` is the
-# same mission with a drag area of 0.03 m², that of a quadrotor of this size.
+# same mission with a drag area of 0.03 m², which suits a quadrotor of this size.
 #
 # **Before you run:** drag grows with the square of the speed. How fast is the same drone now? What
 # happens to its hover of 578 s, if the leg takes longer at nearly the same current?
@@ -106,13 +106,13 @@ optuav.plots.curves(
 far = relay.replace({"link.device_m": [600, 4450, 0], "route.hover_m": [600, 4450, 80]})
 LONG_S, SHORT_S = 7200.0, 1500.0
 cruise_m_s = np.linspace(10.0, 23.0, 53)
-found = optuav.batch_arrays(
+arrays = optuav.batch_arrays(
     far,
     {"limits.deadline_s": [LONG_S, SHORT_S], "flight.cruise_speed_m_s": cruise_m_s},
     "P3",
     perspective="battery",
 )
-hover_s = found["hover_time_s"].reshape(2, -1)
+hover_s = arrays["hover_time_s"].reshape(2, -1)
 best_m_s = cruise_m_s[np.nanargmax(hover_s, axis=1)]
 optuav.plots.curves(
     [
@@ -129,7 +129,7 @@ optuav.plots.curves(
 )
 
 # %% [markdown]
-# With time to spare, the best speed is that of least charge per metre: near best range, and a
+# With time to spare, the best speed is the speed of least charge per metre: near best range, and a
 # little below it, because the drone also has to reach that speed. With a deadline, flying faster
 # pays until charge ends the hover as well. There the curve has a kink, and both limits bind.
 #

@@ -11,7 +11,7 @@
 #
 # - say what a plan does with a leg that a building blocks, under each of four rules;
 # - find the apex of a way over a building by hand;
-# - say what a bent way costs, and what makes it cheap or dear;
+# - say what a bent way costs, and what makes it expensive;
 # - estimate how often it happens in random towns, and check a way of somebody else.
 
 # %%

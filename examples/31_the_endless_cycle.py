@@ -11,7 +11,7 @@
 #
 # **Learning intentions.** After this page you can
 #
-# - compute the share of the time in which one drone hovers, from currents alone;
+# - compute the share of the time that one drone hovers, from currents only;
 # - say how long the drone should stay on each visit, and why;
 # - say how full the two wells are at each take-off, and why;
 # - tell whether better flights or a better charger help more.

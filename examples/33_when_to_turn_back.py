@@ -61,7 +61,7 @@ times.plot()["return.png"]
 # - **the clock** leaves after the longest time that is safe for every such number;
 # - **charge** leaves when the charge falls below one threshold that is safe for every number;
 # - **wells** leaves by the rule above, with the $g$ of the largest number;
-# - **drain known** has worked out the number from what the flight took so far.
+# - **drain known** has worked out the number from the charge that the flight took so far.
 #
 # **Before you run:** order them, and guess by how many seconds each beats the one before.
 
@@ -79,7 +79,7 @@ drawn_A = LIT_A - hover.current_A
 
 def flown(phase, drain):
     """Stages of a flight whose currents are multiplied by the drain."""
-    return [Stage(drain * each.current_A, each.duration_s) for each in phase.stages]
+    return [Stage(drain * stage.current_A, stage.duration_s) for stage in phase.stages]
 
 
 def arrived(drain):
@@ -118,14 +118,14 @@ hover_s = {
     "wells": latest_s(lambda hover_s: left_As(drain, hover_s, 1.0 + SPREAD) >= 0.0),
     "drain known": known_s,
 }
-means_s = {name: float(each.mean()) for name, each in hover_s.items()}
+means_s = {name: float(times_s.mean()) for name, times_s in hover_s.items()}
 pd.Series(means_s, name="mean hover [s]").round(1).to_frame()
 
 # %%
 optuav.plots.curves(
     [
-        optuav.plots.Line(name, np.sort(drain), each[drain.argsort()])
-        for name, each in hover_s.items()
+        optuav.plots.Line(name, np.sort(drain), times_s[drain.argsort()])
+        for name, times_s in hover_s.items()
     ],
     title="When each drone leaves",
     x_label="drain, relative to what the mission states",
@@ -158,8 +158,8 @@ relay = optuav.load("matrice350")
 kept = optuav.robust(relay, {"drain": {"percent": 10}})
 tables = ("flight.flight_current_A", "flight.hover_current_A", "flight.rest_current_A")
 factors = np.random.default_rng(SEED).uniform(0.9, 1.1, FLIGHTS)
-stated = {key: getattr(relay.flight, key.partition(".")[2]) for key in tables}
-columns = {key: factors * value for key, value in stated.items() if value}
+flight_table = {key: getattr(relay.flight, key.partition(".")[2]) for key in tables}
+columns = {key: factors * value for key, value in flight_table.items() if value}
 again = optuav.batch_arrays(relay, columns, paired=True)["hover_time_s"].ravel()
 pd.Series(
     {"one plan": kept.hover_s, "solved again, mean": again.mean()}, name="hover [s]"

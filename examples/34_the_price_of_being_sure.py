@@ -13,7 +13,7 @@
 #
 # - say how often the best plan falls, and whether a margin of charge helps;
 # - say which corner of a box is the worst for a dry battery, and which for an overfull one;
-# - compare the price of certainty with that of 95 %;
+# - compare the price of certainty with the price of 95 %;
 # - choose how many samples prove a chance.
 
 # %%
@@ -115,10 +115,10 @@ often
 
 # %%
 chances = (0.5, 0.75, 0.9, 0.95, 0.99)
-prices = [optuav.robust(mission, doubt, chance=each).price_s for each in chances]
+prices = [optuav.robust(mission, doubt, chance=chance).price_s for chance in chances]
 optuav.plots.curves(
     [
-        optuav.plots.Line("with a chance", [100 * each for each in chances], prices),
+        optuav.plots.Line("with a chance", [100 * chance for chance in chances], prices),
         optuav.plots.Line("the whole box", [50.0, 100.0], [certain.price_s] * 2),
     ],
     title="The price of being sure",

@@ -293,8 +293,8 @@ def test_16_two_packs(ran: Any) -> None:
     assert life_s["sequential"] < life_s["round-robin"] <= life_s["pooled"]
     alone_s = ran.lifetime(ran.load, **ran.cell)
     assert life_s["sequential"] < 2 * alone_s + 120.0
-    full = ran.alone.full
-    by_formula_s = ran.time_to_empty(ran.alone, full, -3.0)
+    full = ran.single.full
+    by_formula_s = ran.time_to_empty(ran.single, full, -3.0)
     assert math.isclose(ran.lifetime([(3.0, 1.0)], **ran.cell), by_formula_s)
     assert ran.lifetime([(1.0, 60.0), (-1.0, 60.0)], **ran.cell, horizon_s=86_400.0) == math.inf
     assert ran.lasts_s[0.5] < ran.lasts_s[1.0] == math.inf
