@@ -75,7 +75,7 @@ mission.flight.hover_current_A, mission.flight.hover_power_W
 
 # %%
 shipped = optuav.load("matrice350")
-tables = ("route", "link", "wind", "buildings", "laser", "flight", "battery")
+tables = ("route", "link", "wind", "buildings", "flight", "battery")
 same = [name for name in tables if getattr(mission, name) == getattr(shipped, name)]
 same
 

@@ -38,15 +38,15 @@ left_s = mission.limits.deadline_s - best.flight_time_s
 
 # %%
 SLOTS_S = [0.5, 1.0, 5.0, 10.0, 60.0]
-slots = pd.DataFrame({"slot [s]": SLOTS_S})
-slots["cells"] = [math.comb(math.floor(left_s / slot_s), 2) for slot_s in SLOTS_S]
-slots["hover [s]"] = [
+by_slot = pd.DataFrame({"slot [s]": SLOTS_S})
+by_slot["cells"] = [math.comb(math.floor(left_s / slot_s), 2) for slot_s in SLOTS_S]
+by_slot["hover [s]"] = [
     optuav.solve(mission, problem, perspective="battery", slot_s=slot_s).hover_time_s
     for slot_s in SLOTS_S
 ]
-slots["lost [s]"] = best.hover_time_s - slots["hover [s]"]
-slots["lost [slots]"] = slots["lost [s]"] / slots["slot [s]"]
-slots.round(2)
+by_slot["lost [s]"] = best.hover_time_s - by_slot["hover [s]"]
+by_slot["lost [slots]"] = by_slot["lost [s]"] / by_slot["slot [s]"]
+by_slot.round(2)
 
 # %% [markdown]
 # ## Why less than one slot

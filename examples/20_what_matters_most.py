@@ -35,7 +35,7 @@ result.plot()["tornado.png"]
 
 # %% [markdown]
 # Each bar shows the longest hover at the two ends of one key's range, the other keys as they are.
-# `optuav.explore(mission)` has a slider for each key. The table has the rates of the first keys as
+# `optuav.explore(mission)` has a slider for most keys. The table has the rates of the first keys as
 # well:
 
 # %%

@@ -192,8 +192,8 @@ def test_09_grid_or_continuous(ran: Any) -> None:
     found = {(plan.engine, plan.slot_s): plan.hover_time_s for plan in ran.plans}
     assert found["cvxpy", 60.0] == found["grid", 60.0] == 660.0
     assert found["cvxpy", 10.0] == found["grid", 10.0] <= ran.best.hover_time_s
-    assert ran.slots["cells"].tolist()[-1] == 18 * 17 / 2
-    assert all(0.0 <= lost < 2.0 for lost in ran.slots["lost [slots]"])
+    assert ran.by_slot["cells"].tolist()[-1] == 18 * 17 / 2
+    assert all(0.0 <= lost < 2.0 for lost in ran.by_slot["lost [slots]"])
     lost = ran.by_deadline
     assert all(0.0 <= lost[slots] < 1.0 for slots in lost if slots == round(slots))
     assert all(0.0 <= each < 2.0 for each in lost.values())
