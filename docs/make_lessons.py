@@ -65,11 +65,8 @@ def without_solutions(text: str) -> str:
 
 
 def for_notebooks(text: str) -> str:
-    """A lesson as students get it, with tasks and grades that show themselves.
-
-    What stands before the first cell is for consoles.
-    """
-    return PRINTED.sub(r"\1", without_solutions(text[max(0, text.find("# %%")) :]))
+    """A lesson as students get it, with tasks and grades that show themselves."""
+    return PRINTED.sub(r"\1", without_solutions(text))
 
 
 def notebook(name: str, content: Iterable[Cell], place: str = r"\1.ipynb") -> str:

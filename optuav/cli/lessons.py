@@ -14,13 +14,6 @@ from optuav.errors import Fault, InputError, collected, refuse
 LESSONS = Path(optuav.__file__).parent / "lessons"
 """The notebooks, and folders of data and of helpers that they import."""
 
-CONSOLE = """\
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
-"""
 SHOWN = re.compile(r"^(task|grade)$", re.MULTILINE)  # In notebooks; a script has to print it
 
 
@@ -79,4 +72,4 @@ def _script(notebook: dict[str, Any]) -> str:
         else:
             source = SHOWN.sub(r"print(\1)", source)
             parts.append(f"# %%\n{source}")
-    return CONSOLE + "\n\n".join(parts) + "\n"
+    return "\n\n".join(parts) + "\n"
