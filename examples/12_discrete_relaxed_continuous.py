@@ -23,6 +23,7 @@ import time
 import numpy as np
 import pandas as pd
 from helpers import tree
+from helpers.charts import logarithmic
 
 import optuav
 
@@ -75,10 +76,7 @@ ax = optuav.plots.curves(
     x_label="slot length [s]",
     y_label="run time [s]",
 )
-ax.set_xscale("log")
-ax.set_yscale("log")
-ax.set_ylim(0.3 * min(map(min, costs_s.values())), 3.0 * max(map(max, costs_s.values())))
-ax
+logarithmic(ax, [time_s for times_s in costs_s.values() for time_s in times_s])
 
 # %% [markdown]
 # The run time of the grid grows with the square of the number of slots, as soon as there are many.
@@ -140,11 +138,7 @@ ax = optuav.plots.curves(
     x_label="slot length [s]",
     y_label="run time [s]",
 )
-all_s = [time_s for _, times_s in growth.values() for time_s in times_s]
-ax.set_xscale("log")
-ax.set_yscale("log")
-ax.set_ylim(0.3 * min(all_s), 3.0 * max(all_s))
-ax
+logarithmic(ax, [time_s for _, times_s in growth.values() for time_s in times_s])
 
 # %% [markdown]
 # Each unknown time makes the line steeper, by about one: half the slot costs twice as much, four

@@ -46,7 +46,7 @@ CHANGES = [
     ("07_p4_plane_and_shadow_prices", PAPER, f'{PAPER}.replace({{"limits.min_soc": 0.0}})'),
     ("07_p4_plane_and_shadow_prices", PAPER, with_battery(charge_current_A=0.0)),
     ("07_p4_plane_and_shadow_prices", PAPER, f'{PAPER}.replace({{"laser.power_W": 0.0}})'),
-    ("04_when_the_battery_runs_dry", 'e="available")\ngiven', 'e="battery")\ngiven'),
+    ("04_when_the_battery_runs_dry", 'e="available")\nvalues', 'e="battery")\nvalues'),
     ("07_p4_plane_and_shadow_prices", PAPER, with_battery(packs=1)),
     ("08_duality_and_kkt", PAPER, f'{PAPER}.replace({{"limits.min_soc": 0.0}})'),
     ("08_duality_and_kkt", PAPER, f'{PAPER}.replace({{"laser.power_W": 0.0}})'),
