@@ -76,7 +76,7 @@ for phase in exact.phases:
         begin_s, end_s = np.minimum([stage.start_s, stage.start_s + stage.duration_s], until_s)
         rates = np.array([[-out, back, stage.net.current_A], [out, -back, 0.0], [0.0, 0.0, 0.0]])
         wells = expm((end_s - begin_s) * rates) @ wells
-left_As = (wells[:2] + 0.0).round(6)
+left_As = wells[:2].round(6) + 0.0
 pd.Series(left_As, index=["available", "bound"], name="charge [A s]").to_frame()
 
 # %% [markdown]

@@ -48,7 +48,7 @@ city = optuav.city.read(extract, default_height_m=15, origin=square)
 list(city.notes())
 
 # %%
-city.to_frame().plot("z_m", legend=True, figsize=(8, 5))
+city.to_frame().plot("z_m", legend=True, legend_kwds={"label": "height of the roof z [m]"})
 
 # %% [markdown]
 # ## Metres
@@ -118,7 +118,7 @@ by_height = pd.DataFrame(
 by_height
 
 # %% [markdown]
-# From 30 m on, all plans rest on the same roof. More roofs in sight do not lengthen the hover, and
+# All plans rest on the same roof. More roofs in sight do not lengthen the hover, and
 # a laser that is higher still is only farther away.
 #
 # ## What the assumption is worth

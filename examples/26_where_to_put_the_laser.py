@@ -132,7 +132,7 @@ for step in range(1, 101):
     best_columns = above[:, np.argsort(above.sum(axis=0))[-LASERS:]]
     u = np.maximum(u + 20.0 / step * ((best_columns > 0.0).sum(axis=1) - 1), 0.0)
     bounds_s.append(bound_s(u))
-ax = optuav.plots.curves(
+optuav.plots.curves(
     [
         optuav.plots.Line("least bound so far", range(101), np.minimum.accumulate(bounds_s[1:])),
         optuav.plots.Line("best choice", range(101), np.full(101, three.value)),
@@ -141,10 +141,10 @@ ax = optuav.plots.curves(
     x_label="steps",
     y_label="mean hover [s]",
 )
-ax
 
 # %%
-{"all levels zero [s]": bounds_s[0], "second best [s]": bounds_s[1], "least [s]": min(bounds_s)}
+bounds = {"all levels zero": bounds_s[0], "second best": bounds_s[1], "least": min(bounds_s)}
+pd.Series(bounds, name="bound [s]").to_frame()
 
 # %% [markdown]
 # With all levels zero, the bound adds up the three best columns, as if every device were served

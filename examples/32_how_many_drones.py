@@ -12,7 +12,7 @@
 # - count drones, places to rest and beams by Little's law;
 # - say why several devices share drones better than one;
 # - say how strong a pad must be for fewer drones, and what the pack says to that;
-# - tell an event of some hours from a service for ever.
+# - compare an event of some hours with a service that never ends.
 
 # %%
 import math

@@ -65,7 +65,7 @@ sure = optuav.robust(mission, box)
 sure
 
 # %%
-flyable(sure.plan)
+{"hover [s]": sure.hover_s, "price [s]": sure.price_s, "share flown": flyable(sure.plan)}
 
 # %% [markdown]
 # The robust plan can be flown in every sample. The capacity costs most. The laser costs nothing,
