@@ -1,231 +1,194 @@
-"""Exercises of the first part: a mission, a drone, its battery and when it runs dry."""
+"""Exercises of lessons 01 to 04: a mission, a drone, its battery and when it runs dry."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
 
 import optuav
-from optuav.exercises.design import design
+from optuav.errors import Fault, InputError
+from optuav.exercises.answers import figure, finite, itinerary
 from optuav.exercises.exercise import Task, decimals
-from optuav.exercises.predict import Predictions, predict
-from optuav.options import Order
-from optuav.physics.kibam import Battery, Stage, Wells, step
+from optuav.exercises.predict import Predict, Predictions
+from optuav.exercises.witness import Condition, Conditions, Witness, flown, within
+from optuav.judge import Itinerary
+from optuav.mission.messages import shown
+from optuav.physics.kibam import Battery, Stage, step, time_to_empty
+
+PACKS = {"battery.capacity_As": range(28_000, 42_001, 40)}
+MOST_STAGES = 8
 
 
-@predict(
+@Witness(
     "01.1",
-    "The deadline of the mission `paper` is {limits.deadline_s} s, and the direct flight takes "
-    "75.79 s. For how many seconds does the plan of P3 hover, in the perspective battery? Charge "
-    "would last for 688.85 s.",
-    unit="s",
-    within=0.5,
-    draws={"limits.deadline_s": decimals(500.0, 740.0, 2.0)},
+    "One pack of `paper` holds {battery.capacity_As} A s. Design a direct flight, without a rest, "
+    "that can be flown and hovers at least 99 % of the longest such hover. `optuav.audit` says "
+    "whether an itinerary can be flown; use no solver. Answer with stops in order, as "
+    "[('hover', 'hover', 400.0)].",
+    PACKS,
+    form=itinerary,
 )
-def _hurried(task: Task) -> Predictions:
-    hover_s = optuav.solve(task.mission, "P3", perspective="battery").hover_time_s
-    yield hover_s, "two limits bound the hover, charge and time; the nearer one counts"
-    yield 688.85, "so long lasts the charge; is there so much time?"
-    yield task["limits.deadline_s"], "the flight is part of the mission"
+def _direct(task: Task, plan: Itinerary) -> Conditions:
+    yield from flown(plan, optuav.solve(task.mission, "P3").hover_time_s, 0.99, rests=0)
 
 
-@predict(
+@Witness(
     "01.2",
-    "At the end of the mission, {limits.min_soc:.1%} of the charge must be left, not 5 %. By how "
-    "many seconds is the direct hover (P3, perspective battery) shorter for it? The two packs hold "
-    "36 000 A s each, and hovering draws 87.91 A.",
-    unit="s",
-    within=0.5,
-    draws={"limits.min_soc": decimals(0.06, 0.30, 0.002)},
+    "One pack holds {battery.capacity_As} A s. The direct plan that counts all charge alike, "
+    "`optuav.solve(task.mission, 'P3', perspective='battery')`, falls from the sky. Why? Answer "
+    "with the letter of the reason and the charge [A s] that the bound well still holds at that "
+    "moment, as ('a', 9000.0); 50 A s more or less are accepted.",
+    PACKS,
+    reasons={
+        "The available well is empty, and the charge that is left cannot follow fast enough.": "",
+        "It draws more charge than both packs hold.": "how much charge does the plan keep?",
+        "The deadline passes before it is back.": "compare the mission time with the deadline",
+        "It was charged past full on the way.": "the direct plan rests nowhere",
+    },
+    form=figure("A s", 0.0, 1e5),
 )
-def _reserve(task: Task) -> Predictions:
-    kept, before = task["limits.min_soc"], task.mission.replace({"limits.min_soc": 0.05})
-    long_s, short_s = (
-        optuav.solve(each, "P3", perspective="battery").hover_time_s
-        for each in (before, task.mission)
-    )
-    lost_s = long_s - short_s
-    yield lost_s, "the charge that is kept back in addition, over the current of the hover"
-    yield lost_s / 2.0, "there are two packs"
-    yield lost_s * kept / (kept - 0.05), "5 % were kept back before as well"
+def _falls(task: Task, bound_As: float) -> Conditions:
+    replay = optuav.replay(optuav.solve(task.mission, "P3", perspective="battery"))
+    trace, dry_s = replay.trace, replay.first_s("empty")
+    left_As = float(np.interp(dry_s or math.nan, trace.time_s, trace.bound_As[:, 0]))
+    hint = "optuav.replay(plan) has first_s('empty'), and its trace the wells over time"
+    words = f"{bound_As:.6g} A s are not what is left"
+    yield Condition(abs(bound_As - left_As) <= 50.0, words, hint)
+    yield Condition(True, "so much charge falls with the drone")
 
 
-@predict(
-    "01.3",
-    "One pack holds {battery.capacity_As} A s. What ends the direct hover (P3, 1200 s, perspective "
-    "battery), charge or deadline, and how many seconds later would the other one end it? The "
-    "flights take 75.79 s and 7843 A s, hovering draws 87.91 A, and 5 % are kept. Answer with a "
-    "pair, as ('charge', 10.0).",
-    unit="s",
-    within=0.5,
-    among=("charge", "deadline"),
-    draws={"battery.capacity_As": (*range(40_000, 55_000, 500), *range(61_000, 76_000, 500))},
-)
-def _what_binds(task: Task) -> Predictions:
-    late = task.mission.replace({"limits.deadline_s": 10_000.0})
-    plan = optuav.solve(late, "P3", perspective="battery")
-    by_charge_s, by_deadline_s = plan.hover_time_s, 1200.0 - plan.flight_time_s
-    yield (
-        "charge" if by_charge_s < by_deadline_s else "deadline",
-        "how long would the charge last, and how long the time?",
-    )
-    yield abs(by_charge_s - by_deadline_s), "what is left for the hover of the charge, and of time?"
-    yield abs(by_charge_s - 1200.0), "the flights take some of the time"
-    yield abs(by_charge_s + 7843.1 / 87.91 - by_deadline_s), "the flights draw some of the charge"
-
-
-@predict(
+@Predict(
     "02.1",
-    "A drone has two packs of {capacity_mAh} mAh, and hovers for {hover_min} min from full to "
-    "empty. Which current [A] does it draw?",
-    unit="A",
-    within=0.1,
-    draws={"capacity_mAh": range(3000, 9001, 100), "hover_min": range(18, 46)},
-)
-def _hover_current(task: Task) -> Predictions:
-    current_A = 2.0 * task["capacity_mAh"] / 1000.0 / (task["hover_min"] / 60.0)
-    yield current_A, "a current is a charge over a time; 1000 mAh in an hour are 1 A"
-    yield current_A / 2.0, "both packs are emptied"
-
-
-@predict(
-    "02.2",
-    "A drone of {mass_kg} kg draws 20 A when it hovers. Which current [A] does it draw with a "
-    "payload of {payload_kg} kg?",
-    unit="A",
-    within=0.1,
-    draws={"mass_kg": decimals(2.0, 6.0, 0.1), "payload_kg": decimals(0.5, 2.0, 0.1)},
-)
-def _with_payload(task: Task) -> Predictions:
-    factor = 1.0 + task["payload_kg"] / task["mass_kg"]
-    yield 20.0 * factor**1.5, "power grows with the weight to a power that the lesson states"
-    yield 20.0 * factor, "twice the weight takes more than twice the power"
-    yield 20.0 * factor**2, "power grows more slowly than with the square of the weight"
-
-
-@predict(
-    "02.3",
-    "The mission is `matrice350`, without its laser. By how many percent does the direct hover "
-    "(P3, perspective battery) shrink if the hover draws {more:.0%} more current?",
+    "On `matrice350`, hovering draws {more:.1%} more current than stated "
+    "(`flight.hover_current_A`). By how many percent does the longest direct hover (P3) shrink?",
+    {"more": decimals(0.05, 0.6, 0.004)},
+    "matrice350",
     unit="%",
     within=0.1,
-    mission="matrice350",
-    draws={"more": decimals(0.05, 0.6, 0.01)},
-    fixed={"laser.power_W": 0.0},
 )
 def _more_current(task: Task) -> Predictions:
     more, flight = task["more"], task.mission.to_dict()["flight"]
     hungry = {"flight.hover_current_A": flight["hover_current_A"] * (1.0 + more)}
     long_s, short_s = (
-        optuav.solve(each, "P3", perspective="battery").hover_time_s
-        for each in (task.mission, task.mission.replace(hungry))
+        optuav.solve(mission, "P3").hover_time_s
+        for mission in (task.mission, task.mission.replace(hungry))
     )
-    yield 100.0 * (1.0 - short_s / long_s), "a time is a charge over a current"
-    yield 100.0 * more, "the time is divided by what the current is multiplied with"
+    hint = "solve both missions: the laser's share stays, and so does what flying takes"
+    yield 100.0 * (1.0 - short_s / long_s), hint
+    yield 100.0 * more / (1.0 + more), "a time is a charge over a current, but the laser helps"
+    yield 100.0 * more, "the time is divided by a factor; it does not fall by the same percentage"
 
 
-@predict(
+CELL = {"capacity_As": range(15_000, 25_001, 250), "available_fraction": decimals(0.4, 0.6, 0.01)}
+
+
+def _cell(task: Task) -> Battery:
+    return Battery(float(task["capacity_As"]), task["available_fraction"], 2e-4)
+
+
+@Witness(
     "03.1",
-    "A battery of {capacity_As} A s has {available_fraction:.0%} of its charge in the available "
-    "well. No charge flows between the wells (k_F = 0), and {current_A} A are drawn from the full "
-    "battery. After how many seconds is it empty?",
-    unit="s",
-    within=0.5,
-    draws={
-        "capacity_As": range(10_000, 40_001, 500),
-        "available_fraction": (*decimals(0.3, 0.45, 0.05), *decimals(0.55, 0.9, 0.05)),
-        "current_A": range(10, 31),
+    "A battery of {capacity_As} A s with the available fraction {available_fraction} and the flow "
+    "rate 2e-4 per second is discharged by a constant current. Why does a larger current get less "
+    "charge out of it? Answer with the letter of the reason and the current [A] that gets "
+    "{share:.1%} out before the available well is empty, as ('a', 20.0).",
+    {**CELL, "share": decimals(0.7, 0.95, 0.005)},
+    reasons={
+        "The bound charge follows at a limited rate, and has less time to do so.": "",
+        "The larger current loses charge as heat.": "every ampere-second that is drawn counts here",
+        "The available well is smaller for a larger current.": "its width is fixed; what is left?",
+        "The bound charge stops flowing when the current is large.": "the flow follows the heights",
     },
+    form=figure("A", 1.0, 500.0),
 )
-def _without_flow(task: Task) -> Predictions:
-    all_s = task["capacity_As"] / task["current_A"]
-    share = task["available_fraction"]
-    yield share * all_s, "the load draws from one of the wells only"
-    yield all_s, "the charge of the bound well cannot be drawn"
-    yield (1.0 - share) * all_s, "the load draws from the other well"
+def _share(task: Task, current_A: float) -> Conditions:
+    battery = _cell(task)
+    out = float(time_to_empty(battery, battery.full, -current_A)) * current_A / task["capacity_As"]
+    hint = "less current gets more out" if out < task["share"] else "more current gets less out"
+    yield within(100.0 * out, 100.0 * task["share"], 0.2, "%", "the share that comes out", hint)
 
 
-@predict(
+def _stages(task: Task, answer: object) -> list[Stage]:
+    """Read a load: pairs of current and duration."""
+    words = f"1 to {MOST_STAGES} pairs of a current from 0 to {task['most_A']} A and a time [s]"
+    found = list[Stage]()
+    pairs: Sequence[Any] = answer if isinstance(answer, list | tuple) else ()
+    for pair in pairs[: MOST_STAGES + 1]:
+        values = [finite(value) for value in pair] if isinstance(pair, list | tuple) else []
+        match values:
+            case [float(current_A), float(time_s)] if 0 <= current_A <= task["most_A"]:
+                found += [Stage(-current_A, time_s)] if 0 <= time_s <= 1e5 else []
+    if not found or len(found) != len(pairs):
+        raise InputError([Fault("answer", shown(answer), words)])
+    return found
+
+
+@Witness(
     "03.2",
-    "The wells of `paper` hold {available_As} A s (available) and {bound_As} A s (bound). No "
-    "current is drawn for a very long time. How many A s are in the available well then? Of a full "
-    "battery, 80 % are available.",
-    unit="A s",
-    within=20.0,
-    draws={"available_As": range(2000, 20_001, 500), "bound_As": range(9000, 14_401, 300)},
+    "A full battery of {capacity_As} A s has the available fraction {available_fraction} and the "
+    "flow rate 2e-4 per second. Within {time_s} s, draw as much charge as you can with {most_A} A "
+    "at most: design a load of 1 to 8 stages of constant current, as [(20.0, 300.0), (5.0, 100.0)]. "
+    "The available well must not run dry. At least 98.5 % of the most that is possible are "
+    "required. When is it best to draw much: early or late?",
+    {**CELL, "time_s": range(1000, 1501, 20), "most_A": range(40, 61)},
+    form=_stages,
 )
-def _levelled(task: Task) -> Predictions:
-    wells = Wells(task["available_As"], task["bound_As"])
-    after = step(Battery(72_000.0, 0.8, 4.5e-5), wells, Stage(0.0, 1e7))
-    yield after.available_As, "charge flows until both wells stand at the same height"
-    yield sum(wells) / 2.0, "the same height is not the same charge: the wells have widths"
-    yield 0.8 * 72_000.0, "that is a full well; nothing is charged here"
+def _load(task: Task, load: list[Stage]) -> Conditions:
+    battery, most_A, time_s = _cell(task), float(task["most_A"]), float(task["time_s"])
+    total_s = sum(stage.duration_s for stage in load)
+    words = f"the load takes {total_s:g} s"
+    yield Condition(total_s <= time_s + 1e-6, words, f"there are {time_s:g} s")
+    wells, drawn_As = battery.full, 0.0
+    for number, stage in enumerate(load, 1):
+        lasts_s = float(time_to_empty(battery, wells, stage.current_A))
+        words = f"stage {number} runs the available well dry after {lasts_s:.1f} s"
+        yield Condition(lasts_s >= stage.duration_s - 1e-6, words, "draw less there, or for less time")
+        wells = step(battery, wells, stage)
+        wells = wells._replace(available_As=max(wells.available_As, 0.0))  # By rounding at the end
+        drawn_As -= stage.current_A * stage.duration_s
+    # An empty available well makes the flow largest; from then on, draw just what flows in.
+    dry_s = float(time_to_empty(battery, battery.full, -most_A))
+    bound_As = step(battery, battery.full, Stage(-most_A, dry_s)).bound_As
+    rate_per_s = 2e-4 / (1.0 - task["available_fraction"])
+    most_As = most_A * dry_s - bound_As * math.expm1(-rate_per_s * (time_s - dry_s))
+    share = drawn_As / most_As
+    words = f"it draws {100.0 * share:.2f} % of the most that is possible"
+    yield Condition(share >= 0.985, words, "when is the flow between the wells largest?", min(share, 1.0))
 
 
-@predict(
-    "03.3",
-    "A KiBaM battery of {capacity_As} A s, 80 % of it available, has k_F = 4.5e-5 per second. "
-    "Which current [A] flows from the bound into the available well at the moment at which the "
-    "available well holds {left:.0%} of what it can hold, the bound well still being full?",
-    unit="A",
-    within=0.02,
-    draws={"capacity_As": range(40_000, 90_001, 1000), "left": decimals(0.1, 0.7, 0.1)},
-)
-def _flow(task: Task) -> Predictions:
-    battery = Battery(task["capacity_As"], 0.8, 4.5e-5)
-    wells = Wells(task["left"] * battery.full.available_As, battery.full.bound_As)
-    after = step(battery, wells, Stage(0.0, 1e-3))
-    flow_A = (after.available_As - wells.available_As) / 1e-3
-    yield flow_A, "charge flows from the higher well to the lower one: how high does each stand?"
-    yield flow_A / (1.0 - task["left"]), "the available well is not empty"
-
-
-@predict(
+@Witness(
     "04.1",
-    "One pack holds {battery.capacity_As} A s and the share {battery.available_fraction} of it is "
-    "available; k_F = 4.5e-5 per second, two packs. What is the largest current [A] that can flow "
-    "from the bound well into the available one?",
-    unit="A",
-    within=0.01,
-    draws={
-        "battery.capacity_As": range(28_000, 44_001, 200),
-        "battery.available_fraction": decimals(0.5, 0.9, 0.05),
-    },
-)
-def _largest_flow(task: Task) -> Predictions:
-    battery = task.mission.battery
-    whole = Battery(2.0 * battery.capacity_As, battery.available_fraction, 4.5e-5)
-    after = step(whole, Wells(0.0, whole.full.bound_As), Stage(0.0, 1e-3))
-    most_A = after.available_As / 1e-3
-    yield most_A, "one well is full then, and the other empty; ω divides both"
-    yield most_A / 2.0, "there are two packs"
-
-
-@predict(
-    "04.2",
-    "Take the best plan of P4 on b1, {order}, in the perspective battery; one pack holds "
-    "{battery.capacity_As} A s. Simulated with both wells, which limit does it break first, empty "
-    "or full, and how many seconds of hover does it plan? Answer with a pair, as ('empty', 10.0).",
-    unit="s",
-    within=0.5,
-    among=("empty", "full"),
-    draws={
-        "order": ("rest first", "hover first"),
-        "battery.capacity_As": range(30_000, 42_001, 100),
-    },
-)
-def _first_breach(task: Task) -> Predictions:
-    order: Order = "rest-first" if task["order"] == "rest first" else "hover-first"
-    plan = optuav.solve(task.mission, optuav.P4("b1", order=order), perspective="battery")
-    hint = "how full is the available well when the rest begins?"
-    yield optuav.replay(plan).violations[0].kind, hint
-    yield plan.hover_time_s, "solve P4 on b1 in this order and perspective"
-
-
-@design(
-    "04.3",
     "One pack holds {battery.capacity_As} A s. Design an itinerary with one rest at most that can "
     "be flown and hovers at least 99 % of the longest such hover. Where and when does a rest help, "
     "if the well must neither run dry nor be charged past full? Use `optuav.audit`, and no solver. "
     "Answer with stops in order, as [('b1', 'rest', 100.0), ('hover', 'hover', 400.0)].",
-    least=0.99,
-    rests=1,
-    draws={"battery.capacity_As": range(30_000, 42_001, 200)},
+    {"battery.capacity_As": range(30_000, 42_001, 40)},
+    form=itinerary,
 )
-def _flown(task: Task) -> float:
-    return optuav.solve(task.mission).hover_time_s
+def _one_rest(task: Task, plan: Itinerary) -> Conditions:
+    yield from flown(plan, optuav.solve(task.mission).hover_time_s, 0.99)
+
+
+@Witness(
+    "04.2",
+    "One pack holds {battery.capacity_As} A s. The paper's way to b1, `optuav.solve(task.mission, "
+    "optuav.P4('b1', order='rest-first'), perspective='battery')`, rests for minutes before it "
+    "hovers. Which limit does it break first, and why? Answer with the letter and a plan with the "
+    "same stops in the same order that can be flown and hovers at least 99.5 % of the best such "
+    "plan, as ('a', [('b1', 'rest', 100.0), ('hover', 'hover', 400.0)]).",
+    {"battery.capacity_As": range(30_000, 42_001, 40)},
+    reasons={
+        "Full: the flight out took little, so a long rest drives the available well past full.": "",
+        "Empty: the rest begins with an empty available well.": "how much has one leg taken by then?",
+        "Empty: the laser is too weak on b1 to charge at all.": "see the current of the rest phase",
+        "Deadline: the rest takes more time than there is.": "compare mission_time_s with it",
+    },
+    form=itinerary,
+)
+def _overfull(task: Task, plan: Itinerary) -> Conditions:
+    stops = [(stop.at, stop.kind) for stop in plan.stops]
+    same = stops == [("b1", "rest"), ("hover", "hover")]
+    yield Condition(same, "it has other stops", "rest on b1, then hover")
+    best = optuav.solve(task.mission, optuav.P4("b1", order="rest-first"))
+    yield from flown(plan, best.hover_time_s, 0.995)
