@@ -81,7 +81,9 @@ def figures(**ranges: tuple[str, float, float]) -> Form:
     return read
 
 
-def fractions(answer: object, names: Sequence[str], needed: Collection[str] = ()) -> dict[str, Any]:
+def fractions(
+    answer: object, names: Sequence[str], needed: Collection[str] = ()
+) -> dict[str, Fraction]:
     """Return the numbers of an answer as fractions; `InputError` with all that are none."""
     faults, found = list[Fault](), dict[str, Fraction]()
     if not isinstance(answer, Mapping):
@@ -103,15 +105,11 @@ def fractions(answer: object, names: Sequence[str], needed: Collection[str] = ()
     return found
 
 
-def several(count: int, form: Form, words: str) -> Form:
-    """Form of a list of so many answers of one form."""
-
-    def read(task: Task, answer: object) -> list[Any]:
-        if not isinstance(answer, list | tuple) or len(answer) != count:
-            _refuse(answer, words)
-        return [form(task, part) for part in answer]
-
-    return read
+def two_of_fractions(answer: object, names: Sequence[str]) -> list[dict[str, Fraction]]:
+    """Return two dicts of fractions by name."""
+    if not isinstance(answer, list | tuple) or len(answer) != 2:
+        _refuse(answer, f"two dicts of numbers by name: {', '.join(names)}")
+    return [fractions(numbers_by_name, names) for numbers_by_name in answer]
 
 
 def itinerary(task: Task, answer: object) -> Itinerary:

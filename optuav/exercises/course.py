@@ -16,16 +16,8 @@ from optuav.errors import MOST_SHOWN, Fault, InputError, OptuavError
 from optuav.exercises.exercise import OPEN, Exercise, Grade, Task
 from optuav.mission.messages import nearest, shown
 
-PARTS = (
-    "first_flights",
-    "optimisation",
-    "dry_or_full",
-    "measurements",
-    "of_today",
-    "through_the_day",
-    "of_the_paper",
-)
-"""Files of exercises, one for each part of the course, in its order."""
+PARTS = ("battery", "optimisation", "physics", "through_the_day")
+"""Files of exercises."""
 
 RENUMBERED = {"10": "12", "11": "10", "12": "11"}
 """Lessons that have another number now."""
@@ -39,7 +31,8 @@ def _exercises() -> Mapping[str, Exercise]:
     """Every exercise by number."""
     parts = (vars(import_module(f"optuav.exercises.{part}")) for part in PARTS)
     every = (each for part in parts for each in part.values())
-    return {each.number: each for each in every if isinstance(each, Exercise)}
+    found = {each.number: each for each in every if isinstance(each, Exercise)}
+    return dict(sorted(found.items()))
 
 
 def numbers(lesson: str = "") -> tuple[str, ...]:

@@ -160,7 +160,9 @@ class Exercise:
     """An exercise as the bank declares it: a decorator of the function that knows the answer."""
 
     number: str
-    text: str  # With names of numbers in braces, such as {limits.deadline_s} or {limits.min_soc:.0%}
+    text: (
+        str  # With names of numbers in braces, such as {limits.deadline_s} or {limits.min_soc:.0%}
+    )
     draws: Draws = field(default_factory=dict)
     mission: str = "paper"
     fixed: Mapping[str, object] = field(default_factory=dict)  # Other keys of the mission

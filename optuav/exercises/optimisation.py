@@ -1,24 +1,21 @@
-"""Exercises of lessons 05 to 14: declarations, duality, convexity, choices, whole numbers."""
+"""Exercises of lessons 05 to 14 and A2: declarations, duality, convexity, whole numbers, proofs."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 
 import optuav
 from formulations.formulation import Given
 from optuav.arrays import Booleans, Floats
-from optuav.errors import Fault, InputError
-from optuav.exercises.answers import figure, figures, fractions, itinerary, several
+from optuav.exercises.answers import figure, figures, fractions, itinerary, two_of_fractions
 from optuav.exercises.declare import Declare
 from optuav.exercises.exercise import Task, decimals, programme
 from optuav.exercises.predict import Predict, Predictions
 from optuav.exercises.prove import added, feasibility, labels, objective, optimality, prove, text_of
 from optuav.exercises.witness import Condition, Conditions, Witness, flown, within
 from optuav.judge import Itinerary
-from optuav.mission.messages import shown
 from optuav.modelling import Model
 from optuav.solving import Program
 
@@ -90,12 +87,6 @@ def _two_lines(task: Task) -> Model:
     return _with_rest(task)
 
 
-def _two_proofs(task: Task, answer: object) -> list[dict[str, Fraction]]:
-    names = labels(_with_rest(task))
-    words = "two dicts of multipliers: with the least and with the largest price of the deadline"
-    return list(several(2, lambda task, one: fractions(one, names), words)(task, answer))
-
-
 @Witness(
     "07.2",
     "Here the best plan just stops resting: the price of the deadline has a kink. Why? Answer with "
@@ -110,20 +101,18 @@ def _two_proofs(task: Task, answer: object) -> list[dict[str, Fraction]]:
         "A second less is lost to the hover; a second more also has to earn its own charge.": "",
         "The longest hover jumps there.": "solve with a little less and a little more time",
         "The laser charges with another current from there on.": "resting returns the same current",
-        "The charge that may be used grows with the deadline.": "its limit is a number here",
     },
-    form=_two_proofs,
+    form=lambda task, answer: two_of_fractions(answer, labels(_with_rest(task))),
     model=_with_rest,
 )
 def _kink(task: Task, proofs: list[dict[str, Fraction]]) -> Conditions:
-    model, rest_A = _with_rest(task), task["rest_A"]
     for proof in proofs:
-        yield from optimality(model, proof)
+        yield from optimality(_with_rest(task), proof)
     prices = [proof.get("deadline", Fraction(0)) for proof in proofs]
-    ends = [Fraction(rest_A, task["hover_A"] + rest_A), Fraction(1)]
+    ends = [Fraction(task["rest_A"], task["hover_A"] + task["rest_A"]), Fraction(1)]
     hint = "at an end, a multiplier of another constraint is 0: which may be?"
-    yield Condition(prices == ends, "both are proofs, but their prices are not the two ends", hint)
-    yield Condition(True, "both prices prove the optimum, exactly")
+    words = f"both prove the optimum, with the prices {' and '.join(map(text_of, prices))}"
+    yield Condition(prices == ends, words, hint, None, True)
 
 
 SHORT_REST = {**NUMBERS, "most_s": range(100, 301, 10)}
@@ -172,23 +161,21 @@ def _short_rest(task: Task) -> Model:
         "Whole coarse slots are whole fine ones only if the one length divides the other.": "",
         "More cells are visited, and the search misses some.": "Algorithm 1 tries every cell",
         "Rounding errors of many slots add up.": "less than a slot is lost, however many there are",
-        "A finer grid leaves less time for the rest.": "the direct flight has none",
     },
     form=figure("s", 15.0, 60.0),
 )
 def _finer(task: Task, fine_s: float) -> Conditions:
-    coarse_s = task["coarse_s"]
+    coarse_s, hint = float(task["coarse_s"]), "when is nearly a whole slot left over?"
     allowed = coarse_s / 2.0 <= fine_s < coarse_s
-    yield Condition(allowed, f"{fine_s:g} s is not allowed", "take half of the coarse slot to all of it")
-    best_s, coarse, fine = (
+    yield Condition(allowed, f"{fine_s:g} s is too long or too short", "see the task")
+    best, coarse, fine = (
         optuav.solve(task.mission, "P3", slot_s=slot_s).hover_time_s
-        for slot_s in (None, float(coarse_s), fine_s)
+        for slot_s in (None, coarse_s, fine_s)
     )
-    words = f"with {fine_s:g} s it hovers {fine:g} s, with {coarse_s} s {coarse:g} s"
-    yield Condition(fine < coarse, words, "when is nearly a whole slot left over?")
-    lost = (best_s - fine) / fine_s
-    words = f"slots of {fine_s:g} s lose {100.0 * lost:.2f} % of a slot"
-    yield Condition(lost >= 0.97, words, "when is nearly a whole slot left over?")
+    words = f"{fine_s:g} s hover {fine:g} s, not less than the {coarse:g} s of {coarse_s:g} s"
+    yield Condition(fine < coarse, words, hint)
+    lost = (best - fine) / fine_s
+    yield Condition(lost >= 0.97, f"{100.0 * lost:.2f} % of a slot are lost", hint, None, True)
 
 
 STRONG_LASER = {
@@ -217,20 +204,18 @@ def _feasible(task: Task, hovers_s: Floats) -> Booleans:
         "Bound charge flows over first, so after middling hovers the rest finds a fuller well.": "",
         "The deadline cuts a piece out of the middle.": "it is linear: it cuts off one side only",
         "The charge at the end is not linear in the times.": "the total charge is",
-        "The laser is out of sight for some hovers.": "place and current of the hover do not change",
     },
     form=figures(short_s=("s", 0.0, 1200.0), long_s=("s", 0.0, 1200.0)),
 )
 def _not_convex(task: Task, point: Mapping[str, float]) -> Conditions:
     short_s, long_s = point["short_s"], point["long_s"]
     middle_s, hint = 0.5 * (short_s + long_s), "as far from the one as from the other"
-    yield within(middle_s, task["middle_s"], 0.01, "s", "the hover halfway", hint)
-    inside = _feasible(task, np.array([short_s, long_s, middle_s])).tolist()
-    for name, value_s, holds in zip(("short", "long"), (short_s, long_s), inside, strict=False):
-        words = f"the {name} hover, of {value_s:g} s, cannot be flown"
-        yield Condition(holds, words, "program.check says which constraint fails")
-    yield Condition(not inside[2], "the hover halfway can be flown too", "look further apart")
-    yield Condition(True, "both can be flown, and the hover halfway cannot")
+    yield within("the hover halfway", middle_s, task["middle_s"], 0.01, "s", hint)
+    short, long, middle = _feasible(task, np.array([short_s, long_s, middle_s])).tolist()
+    hint = "program.check says which constraint fails"
+    yield Condition(short, f"the hover of {short_s:g} s cannot be flown", hint)
+    yield Condition(long, f"the hover of {long_s:g} s cannot be flown", hint)
+    yield Condition(not middle, "the hover halfway can be flown too", "look further apart")
 
 
 @Predict(
@@ -277,9 +262,10 @@ def _relaxed(task: Task) -> Model:
         "A fraction of λ relaxes both rows at once, each by its part of M.": "",
         "Half of each route hovers longer than either.": "that mixture is bounded by the better one",
         "M is too small to switch a row off.": "put λ = 0 and λ = 1 into both rows",
-        "The solver rounds λ up.": "it is exact here: which λ is best?",
     },
-    form=lambda task, answer: fractions(answer, ["hover_time_s", "first"], ["hover_time_s", "first"]),
+    form=lambda task, answer: fractions(
+        answer, ["hover_time_s", "first"], ["hover_time_s", "first"]
+    ),
     model=_relaxed,
 )
 def _relaxation(task: Task, point: dict[str, Fraction]) -> Conditions:
@@ -289,7 +275,7 @@ def _relaxation(task: Task, point: dict[str, Fraction]) -> Conditions:
     hint = "both rows bound Δ; for which λ is the nearer one farthest?"
     proof, _ = added(model, half, objective(model))  # The mean of both rows has no λ
     words = f"the point is feasible, with a hover of {text_of(point['hover_time_s'])} s"
-    yield Condition(point["hover_time_s"] == proof.limit, words, hint)
+    yield Condition(point["hover_time_s"] == proof.limit, words, hint, None, True)
 
 
 @Declare(
@@ -335,63 +321,42 @@ SLOTS = {
     "far": lambda drawn: int(
         0.9 * drawn["near"] * (drawn["far_As"] - drawn["over_As"]) / drawn["near_As"]
     ),
-    "charge_As": lambda drawn: (
-        drawn["near_As"] * drawn["most"] + drawn["far_As"] * drawn["whole"] + drawn["over_As"]
-    ),
+    "next": lambda drawn: drawn["whole"] + 1,
+    "value": lambda drawn: drawn["near"] * drawn["most"] + drawn["far"] * drawn["whole"],
 }
 """Slots at two devices: all near ones and the whole far ones are best, with some charge over."""
 
 
 def _slots(task: Task, branch: tuple[float, float] | None = None) -> Model:
-    """Return the relaxation, in a branch with a row more."""
+    """Return the relaxation, or that of a branch: coefficient and limit of its row."""
     goal = {"near": ("n", "1", task["near"]), "far": ("f", "1", task["far"])}
-    rows = {
-        "charge": ({"near": task["near_As"], "far": task["far_As"]}, task["charge_As"]),
-        "near slots": ({"near": 1.0}, task["most"]),
-    }
+    drawn = {"near": task["near_As"], "far": task["far_As"]}
+    usable_As = drawn["near"] * task["most"] + drawn["far"] * task["whole"] + task["over_As"]
+    rows = {"charge": (drawn, usable_As), "near slots": ({"near": 1.0}, task["most"])}
     rows |= {"branch": ({"far": branch[0]}, branch[1])} if branch else {}
     return programme("most valuable slots, relaxed", goal, rows)
 
 
-def _tree(task: Task, answer: object) -> dict[str, Any]:
-    """Read a point, a split and the multipliers of two branches."""
-    parts = ("near", "far", "split", "at most", "at least")
-    if not isinstance(answer, Mapping) or set(answer) != set(parts):
-        raise InputError([Fault("answer", shown(answer), f"a dict with {', '.join(parts)}")])
-    whole = fractions({name: answer[name] for name in parts[:3]}, parts[:3], parts[:3])
-    names = labels(_slots(task, (1.0, 0.0)))
-    return {**whole, **{name: fractions(answer[name], names) for name in parts[3:]}}
-
-
 @Witness(
     "12.1",
-    "The unknowns of this programme are whole numbers of slots at a near and at a far device. "
-    "Prove an optimum by one branching: give the best point, the split s of f ≤ s and f ≥ s + 1, "
-    "and in each branch the multipliers by label with which no point is better. The row of a "
-    "branch has the label 'branch'; in the second one it reads −f ≤ −(s + 1). Answer with "
-    "{'near': 9, 'far': 3, 'split': 3, 'at most': {...}, 'at least': {...}}.",
+    "n and f are whole numbers of slots at a near and at a far device, and some slots have the "
+    "value {value}. Prove by one branching that none have more: multipliers by label in the branch "
+    "with the row f ≤ {whole}, and in the one with −f ≤ −{next}. The label of these rows is "
+    "'branch'. Answer with both dicts, [{...}, {...}]; which of the branches is infeasible, worse, "
+    "or not better?",
     SLOTS,
-    form=_tree,
+    form=lambda task, answer: two_of_fractions(answer, labels(_slots(task, (1.0, 0.0)))),
     model=_slots,
 )
-def _branches(task: Task, tree: dict[str, Any]) -> Conditions:
-    point, split = {name: tree[name] for name in ("near", "far")}, tree["split"]
-    for name in ("near", "far", "split"):
-        words = f"{name} is not a whole number"
-        yield Condition(tree[name].denominator == 1, words, "slots cannot be split")
-    yield feasibility(_slots(task), point)[1]
-    yield Condition(0 <= split <= 1000, "the split is out of range", "which far slots are there?")
-    value = task["near"] * point["near"] + task["far"] * point["far"]
-    rows = {"at most": (1.0, split), "at least": (-1.0, -split - 1)}
-    for name, row in rows.items():
-        model = _slots(task, (row[0], float(row[1])))
-        proof, condition = added(model, tree[name], objective(model))
-        words = f"in the branch {name!r}: {condition.words}"
-        yield condition._replace(words=words)
-        words = f"in the branch {name!r} the bound is {text_of(proof.limit)}"
-        hint = f"the point has the value {value}; choose another split or better multipliers"
-        yield Condition(proof.limit <= value, words, hint)
-    yield Condition(True, f"no branch has a point above {value}, exactly")
+def _branches(task: Task, proofs: list[dict[str, Fraction]]) -> Conditions:
+    rows = ((1.0, task["whole"]), (-1.0, -task["next"]))
+    for name, row, multipliers in zip(("first", "second"), rows, proofs, strict=True):
+        model = _slots(task, row)
+        proof, condition = added(model, multipliers, objective(model))
+        yield condition._replace(words=f"{name} branch: {condition.words}")
+        words = f"{name} branch: no slots have a value above {text_of(proof.limit)}"
+        hint = f"the bound must not exceed {task['value']}"
+        yield Condition(proof.limit <= task["value"], words, hint)
 
 
 @prove(
@@ -438,3 +403,42 @@ class _AtLeast(optuav.Formulation):
 def _wanted(task: Task) -> Program:
     asked = _AtLeast(task["wanted_s"], building="b10", order="hover-first")
     return optuav.formulate(task.mission, asked)
+
+
+PRINTED = {
+    **{"first_s": range(600, 701), "second_s": range(720, 821), "third_s": range(900, 1001)},
+    **{"first": decimals(26.0, 31.0, 0.01), "third": decimals(4.0, 8.0, 0.01)},
+    "off": (*decimals(-1.5, -0.3, 0.01), *decimals(0.3, 1.5, 0.01)),
+    "second": lambda drawn: round(
+        drawn["off"]
+        + np.interp(
+            drawn["second_s"],
+            [drawn["first_s"], drawn["third_s"]],
+            [drawn["first"], drawn["third"]],
+        ),
+        2,
+    ),
+}
+"""Three cells of one path, of which the second is off the line through the others."""
+
+
+@prove(
+    "A2.1",
+    "A table prints the charge that is left after hovers of {first_s} s, {second_s} s and "
+    "{third_s} s on one path: {first:.2f} %, {second:.2f} % and {third:.2f} %, rounded to two "
+    "decimals. Prove that no flight (q %) and no current (r % per second) give all three: "
+    "multipliers by label, so that the sum is false.",
+    PRINTED,
+    conflict=True,
+)
+def _cells(task: Task) -> Model:
+    goal = {"flight_percent": ("q", "%", 1.0), "rate_percent_per_s": ("r", "%/s", 0.0)}
+    rows = {
+        f"{name}, {words}": (
+            {"flight_percent": sign, "rate_percent_per_s": sign * task[f"{name}_s"]},
+            round(sign * (100.0 - task[name]) + 0.005, 3),
+        )
+        for name in ("first", "second", "third")
+        for words, sign in (("at most", 1.0), ("at least", -1.0))
+    }
+    return programme("a flight and a current that give the table", goal, rows)

@@ -42,7 +42,9 @@ class Predict(Exercise):
         near = ROUNDED * abs(truth)
         if is_close(value, truth, near):
             words = f"close, but not {tolerance}: it looks rounded"
-            return Grade.wrong(task, words, f"keep all digits until the end, and answer {tolerance}")
+            return Grade.wrong(
+                task, words, f"keep all digits until the end, and answer {tolerance}"
+            )
         for factor, words in {**FACTORS, **(OF_TIME if self.unit == "s" else {})}.items():
             if any(is_close(x, truth, near) for x in (value * factor, value / factor)):
                 return Grade.wrong(task, f"off by {words}", f"the unit is {self.unit}")

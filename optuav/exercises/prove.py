@@ -96,11 +96,15 @@ def optimality(
     optimum = bound(model, model.row(0), best.binding_labels(0))
     assert optimum is not None
     hint = "a constraint with slack at the optimum has the multiplier 0"
-    yield Condition(proof.limit == optimum.limit, "gap: the bound is valid, but above the optimum", hint)
+    yield Condition(
+        proof.limit == optimum.limit, "gap: the bound is valid, but above the optimum", hint
+    )
     yield Condition(True, "every condition holds exactly")
 
 
-def feasibility(model: Model, point: Mapping[str, Fraction]) -> tuple[dict[str, Fraction], Condition]:
+def feasibility(
+    model: Model, point: Mapping[str, Fraction]
+) -> tuple[dict[str, Fraction], Condition]:
     """Return the slack of each constraint at a point, and test that none is negative."""
     at = {variable.symbol: point[variable.name] for variable in model.variables}
     slack = {

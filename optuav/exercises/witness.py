@@ -1,7 +1,7 @@
 """Design, prove and explain why: answers that are checked condition by condition."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
@@ -16,12 +16,13 @@ from optuav.modelling import Model
 
 
 class Condition(NamedTuple):
-    """A condition on an answer; the words of the last one are also said of a correct answer."""
+    """A condition on a witness, with the words for one that breaks it."""
 
     holds: bool
     words: str
     hint: str = ""
     score: float | None = None  # By default 1 for a correct answer, and else 0
+    is_fact: bool = False  # Whether the words are also true of a correct answer
 
 
 Conditions: TypeAlias = Iterator[Condition]
@@ -29,7 +30,7 @@ Conditions: TypeAlias = Iterator[Condition]
 
 @dataclass(frozen=True)
 class Witness(Exercise):
-    """An exercise whose answer is a witness, which the decorated function tests.
+    """An exercise whose answer is a witness; the decorated function yields its conditions.
 
     With reasons, the answer is the letter of the right one and the witness: explain why. With a
     model, the witness proves something about it. Any other witness is a design.
@@ -49,16 +50,17 @@ class Witness(Exercise):
 
     @np.errstate(all="ignore")  # A witness may be far from where formulas are meant to be used
     def grade(self, task: Task, answer: object) -> Grade:
-        """Return the grade of a witness: the first condition that fails."""
+        """Return the grade of a witness: the first condition that it breaks."""
         if task.reasons:
             reason, answer = self._reason(task, answer)
             if hint := self.reasons[reason]:
                 return Grade.wrong(task, "it is not this reason", hint)
-        test = Condition(True, "")
-        for test in self.function(task, self.form(task, answer)):
-            if not test.holds:
-                return Grade.wrong(task, test.words, test.hint, test.score or 0.0)
-        return Grade.correct(task, test.words, 1.0 if test.score is None else test.score)
+        last = Condition(True, "")
+        for last in self.function(task, self.form(task, answer)):
+            if not last.holds:
+                return Grade.wrong(task, last.words, last.hint, last.score or 0.0)
+        score = 1.0 if last.score is None else last.score
+        return Grade.correct(task, last.words if last.is_fact else "", score)
 
     def _reason(self, task: Task, answer: object) -> tuple[str, object]:
         """Return the reason that an answer chooses, and its witness."""
@@ -71,7 +73,7 @@ class Witness(Exercise):
 
 
 def flown(itinerary: Itinerary, best_s: float, least: float, rests: int = 1) -> Conditions:
-    """Condition whether an itinerary flies, rests so often at most, and hovers a share of the best."""
+    """Yield whether an itinerary flies, rests so often at most, and hovers a share of the best."""
     audited = audit(itinerary)
     if not audited or audited.replay is None:
         events = audited.replay.violations if audited.replay else audited.events
@@ -79,14 +81,17 @@ def flown(itinerary: Itinerary, best_s: float, least: float, rests: int = 1) -> 
         yield Condition(False, words, "optuav.audit(itinerary) lists all violations")
         return
     own = sum(phase.kind == "rest" for phase in audited.replay.phases)
-    yield Condition(own <= rests, f"it can be flown, but has {own} rests", f"rest {rests} times at most")
+    words = f"it can be flown, but has {own} rests"
+    yield Condition(own <= rests, words, f"the most rests allowed: {rests}")
     share = audited.replay.times_s["hover_time_s"] / best_s
     percent = math.floor(1000.0 * share + 1e-6) / 10.0  # 98.96 is less than 99, and reads so
     words = f"it can be flown, and hovers for {percent:.1f} % of the longest time"
-    yield Condition(share >= least, words, f"at least {100.0 * least:g} % are required", min(share, 1.0))
+    hint = f"at least {100.0 * least:g} % are required"
+    yield Condition(share >= least, words, hint, min(share, 1.0), True)
 
 
-def within(value: float, wanted: float, by: float, unit: str, name: str, hint: str) -> Condition:
-    """Condition whether a quantity of a witness has the wanted value, within an amount."""
+def within(name: str, value: float, wanted: float, by: float, unit: str, hint: str) -> Condition:
+    """Return whether a quantity of a witness has the wanted value, within an amount."""
     words = f"{name} is {value:.6g} {unit}".rstrip()
-    return Condition(abs(value - wanted) <= by, words, f"it must be {wanted:.6g} ± {by:g} {unit}; {hint}")
+    hint = f"{wanted:.6g} ± {by:.3g} {unit} is required; {hint}"
+    return Condition(abs(value - wanted) <= by, words, hint, None, True)
