@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any, NoReturn, TypeAlias
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -16,8 +16,13 @@ from optuav.judge import Itinerary, Stop
 from optuav.mission.messages import shown
 from optuav.plan import Plan
 
-Form: TypeAlias = Callable[[Task, object], Any]
-"""Reads an answer; raises `InputError` if it has another form."""
+
+class Form(NamedTuple):
+    """The form of an answer: an example, and how it is read, or refused with an `InputError`."""
+
+    example: str
+    read: Callable[[Task, object], Any]
+
 
 LARGEST = 300  # Power of ten from which on a decimal is refused
 MOST_PARTS = 10**6  # Largest denominator of the fraction that a float is read as
@@ -54,7 +59,7 @@ def figure(unit: str = "", least: float = -math.inf, most: float = math.inf) -> 
             _refuse(answer, allowed)
         return value
 
-    return read
+    return Form("10.0", read)
 
 
 def figures(**ranges: tuple[str, float, float]) -> Form:
@@ -65,9 +70,9 @@ def figures(**ranges: tuple[str, float, float]) -> Form:
         if not isinstance(answer, Mapping):
             _refuse(answer, f"a dict with the numbers {names}")
         given, faults, found = dict(answer), list[Fault](), dict[str, float]()
-        for name in given:
+        for name, value in given.items():
             if name not in ranges:
-                faults.append(Fault(_key(name), shown(given[name]), f"the names are {names}"))
+                faults.append(Fault(_key(name), shown(value), f"the names are {names}"))
         for name, (unit, least, most) in ranges.items():
             value = finite(given.get(name))
             if value is None or not least <= value <= most:
@@ -78,7 +83,7 @@ def figures(**ranges: tuple[str, float, float]) -> Form:
         refuse(faults)
         return found
 
-    return read
+    return Form("{" + ", ".join(f"'{name}': 10.0" for name in ranges) + "}", read)
 
 
 def fractions(
@@ -105,14 +110,7 @@ def fractions(
     return found
 
 
-def two_of_fractions(answer: object, names: Sequence[str]) -> list[dict[str, Fraction]]:
-    """Return two dicts of fractions by name."""
-    if not isinstance(answer, list | tuple) or len(answer) != 2:
-        _refuse(answer, f"two dicts of numbers by name: {', '.join(names)}")
-    return [fractions(numbers_by_name, names) for numbers_by_name in answer]
-
-
-def itinerary(task: Task, answer: object) -> Itinerary:
+def _itinerary(task: Task, answer: object) -> Itinerary:
     """Return the itinerary that an answer is; `InputError` if it flies another mission."""
     if isinstance(answer, Plan | Itinerary):
         if answer.mission != task.mission:
@@ -127,6 +125,9 @@ def itinerary(task: Task, answer: object) -> Itinerary:
             raise InputError([Fault(f"stops.{number}", shown(stop), f"a stop such as {STOP}")])
         stops.append(Stop(*stop) if is_three else stop)
     return Itinerary(task.mission, tuple(stops))
+
+
+ITINERARY = Form("[('b1', 'rest', 100.0), ('hover', 'hover', 400.0)]", _itinerary)
 
 
 def _key(name: object) -> str:

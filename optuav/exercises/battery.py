@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 import optuav
-from optuav.exercises.answers import figure, figures, itinerary
+from optuav.exercises.answers import ITINERARY, figure, figures
 from optuav.exercises.exercise import Task, decimals
 from optuav.exercises.predict import Predict, Predictions
 from optuav.exercises.witness import Condition, Conditions, Witness, flown, within
@@ -32,10 +32,9 @@ def _flies(task: Task, *stops: tuple[str, str, float]) -> bool:
     "01.1",
     "One pack of `paper` holds {battery.capacity_As} A s. Design a direct flight, without a rest, "
     "that can be flown and hovers at least 99 % of the longest such hover. `optuav.audit` says "
-    "whether an itinerary can be flown; use no solver. Answer with stops in order, such as "
-    "[('hover', 'hover', 400.0)].",
+    "whether an itinerary can be flown; use no solver.",
     CAPACITY,
-    form=itinerary,
+    form=ITINERARY,
 )
 def _direct(task: Task, plan: Itinerary) -> Conditions:
     return flown(plan, optuav.solve(task.mission, "P3").hover_time_s, 0.99, rests=0)
@@ -44,9 +43,8 @@ def _direct(task: Task, plan: Itinerary) -> Conditions:
 @Witness(
     "01.2",
     "One pack holds {battery.capacity_As} A s. The direct plan that counts all charge alike, "
-    "`optuav.solve(task.mission, 'P3', perspective='battery')`, falls from the sky. Why? Answer "
-    "with the letter of the reason, and the charge [A s] left in the bound well at that moment, "
-    "within 50 A s, such as ('a', 9000.0).",
+    "`optuav.solve(task.mission, 'P3', perspective='battery')`, falls from the sky. Why? The "
+    "witness is the charge [A s] left in the bound well at that moment, within 50 A s.",
     CAPACITY,
     reasons={
         "The available well is empty, and the charge that is left cannot follow fast enough.": "",
@@ -90,8 +88,8 @@ def _cell(task: Task) -> Battery:
     "03.1",
     "A constant current discharges a battery of {capacity_As} A s with the available fraction "
     "{share} and the flow rate 2e-4 per second. Why does a larger current get less charge out of "
-    "it? Answer with the letter, and the current [A] that gets {out:.1%} out before the available "
-    "well is empty, within 0.2 %, such as ('a', 20.0).",
+    "it? The witness is the current [A] that gets {out:.1%} out before the available well is "
+    "empty, within 0.2 %.",
     {**CELL, "out": decimals(0.7, 0.95, 0.005)},
     reasons={
         "The bound charge follows at a limited rate, and has less time to do so.": "",
@@ -109,11 +107,10 @@ def _out(task: Task, current_A: float) -> Conditions:
 
 @Witness(
     "03.2",
-    "A full battery of {capacity_As} A s has the available fraction {share} and the flow rate 2e-4 "
-    "per second. Within {time_s} s, draw as much charge as you can: one current of {most_A} A at "
-    "most, and then another until the end. The available well must not run dry. Design a load of "
-    "at least 97 % of all that any load gets out: {'first_A': 20.0, 'first_s': 300.0, "
-    "'then_A': 5.0}.",
+    "A full battery of {capacity_As} A s has the available fraction {share} and the flow rate "
+    "2e-4 per second. Within {time_s} s, draw as much charge as you can: one current of {most_A} "
+    "A at most, and then another until the end. The available well must not run dry. Design a "
+    "load of at least 97 % of all that any load gets out.",
     {**CELL, "time_s": range(1000, 1501, 20), "most_A": range(40, 61)},
     form=figures(first_A=("A", 0.0, 60.0), first_s=("s", 0.0, 1500.0), then_A=("A", 0.0, 60.0)),
 )
@@ -141,11 +138,11 @@ def _load(task: Task, load: Mapping[str, float]) -> Conditions:
 @Witness(
     "04.1",
     "One pack holds {battery.capacity_As} A s. Design an itinerary with one rest at most that can "
-    "be flown and hovers at least 99 % of the longest such hover. Where and when does a rest help, "
-    "if the well must neither run dry nor be charged past full? Use `optuav.audit`, and no solver. "
-    "Answer with stops in order, such as [('b1', 'rest', 100.0), ('hover', 'hover', 400.0)].",
+    "be flown and hovers at least 99 % of the longest such hover. Where and when does a rest "
+    "help, if the well must neither run dry nor be charged past full? Use `optuav.audit`, and no "
+    "solver.",
     CAPACITY,
-    form=itinerary,
+    form=ITINERARY,
 )
 def _one_rest(task: Task, plan: Itinerary) -> Conditions:
     return flown(plan, optuav.solve(task.mission).hover_time_s, 0.99)
@@ -155,16 +152,15 @@ def _one_rest(task: Task, plan: Itinerary) -> Conditions:
     "04.2",
     "One pack holds {battery.capacity_As} A s. The paper's way by b1, `optuav.solve(task.mission, "
     "optuav.P4('b1', order='rest-first'), perspective='battery')`, rests for minutes before it "
-    "hovers. Which limit does it break first, and why? Answer with the letter, and a plan with the "
-    "same stops in the same order that can be flown and hovers at least 99.5 % of the best such "
-    "plan, such as ('a', [('b1', 'rest', 100.0), ('hover', 'hover', 400.0)]).",
+    "hovers. Which limit does it break first, and why? The witness is a plan with the same stops "
+    "in the same order that can be flown and hovers at least 99.5 % of the best such plan.",
     CAPACITY,
     reasons={
         "Full: the flight out took little, so a long rest drives the available well past full.": "",
         "Empty: the rest begins with an empty available well.": "how much has one leg taken by then?",
         "Deadline: the rest takes more time than there is.": "compare mission_time_s with it",
     },
-    form=itinerary,
+    form=ITINERARY,
 )
 def _overfull(task: Task, plan: Itinerary) -> Conditions:
     same = [stop.at for stop in plan.stops] == ["b1", "hover"]
@@ -175,10 +171,10 @@ def _overfull(task: Task, plan: Itinerary) -> Conditions:
 
 @Witness(
     "15.1",
-    "The mission is the island of the lesson: a charging current of 90 A from a laser of 12 000 W, "
-    "and 9 % of the charge available; the flow rate is {battery.flow_rate_per_s} per second. Some "
-    "direct hovers are too short to be flown. Why? Answer with the letter, a hover that can be "
-    "flown, and one up to 1 s shorter that cannot: ('a', {'flies_s': 400.0, 'fails_s': 399.5}).",
+    "The mission is the island of the lesson: a charging current of 90 A from a laser of 12 000 "
+    "W, and 9 % of the charge available; the flow rate is {battery.flow_rate_per_s} per second. "
+    "Some direct hovers are too short to be flown. Why? The witness is a hover that can be flown, "
+    "and one up to 1 s shorter that cannot.",
     {"battery.flow_rate_per_s": decimals(2.85e-4, 3.2e-4, 2e-7)},
     fixed=ISLAND,
     reasons={
@@ -207,7 +203,7 @@ def _shortest(task: Task, hovers: Mapping[str, float]) -> Conditions:
     "the best with at most one stop on a roof, which may last 0 s. Which limit ends such a hover?",
     {"battery.charge_current_A": decimals(132.0, 168.0, 0.5)},
     fixed={"laser.power_W": 16_000.0},
-    form=itinerary,
+    form=ITINERARY,
 )
 def _charging(task: Task, plan: Itinerary) -> Conditions:
     return flown(plan, optuav.solve(task.mission).hover_time_s, 0.99)
@@ -216,8 +212,8 @@ def _charging(task: Task, plan: Itinerary) -> Conditions:
 @Witness(
     "16.1",
     "Two packs of {capacity_As} A s, ω = 0.625, k_F = 4.5e-5 per second, carry a constant current "
-    "without a pause. Pooled they last longer than one after the other. Why? Answer with the "
-    "letter, and a current [A] with which they last {gain_s} s longer, within 1 s: ('a', 5.0).",
+    "without a pause. Pooled they last longer than one after the other. Why? The witness is a "
+    "current [A] with which they last {gain_s} s longer, within 1 s.",
     {"capacity_As": range(6000, 9001, 50), "gain_s": range(30, 160)},
     reasons={
         "Each gives half of the current, so more of its bound charge follows in time.": "",
@@ -237,15 +233,15 @@ def _pooled(task: Task, current_A: float) -> Conditions:
 
 @Witness(
     "17.1",
-    "One pack holds {battery.capacity_As} A s. Somebody rests {first_s} s on b9, hovers 660 s, and "
-    "rests {last_s} s on b10. Keep both rests, and design the longest hover between them that "
+    "One pack holds {battery.capacity_As} A s. Somebody rests {first_s} s on b9, hovers 660 s, "
+    "and rests {last_s} s on b10. Keep both rests, and design the longest hover between them that "
     "passes the audit: one that is 1 s longer must fail.",
     {
         "battery.capacity_As": range(30_000, 36_001, 100),
         "first_s": range(100, 231, 2),
         "last_s": range(200, 301, 2),
     },
-    form=itinerary,
+    form=ITINERARY,
 )
 def _repaired(task: Task, plan: Itinerary) -> Conditions:
     stops = [(stop.at, stop.kind, stop.duration_s) for stop in plan.stops]
@@ -261,16 +257,15 @@ def _repaired(task: Task, plan: Itinerary) -> Conditions:
 @Witness(
     "18.1",
     "One pack holds {battery.capacity_As} A s. A second rest lengthens the longest hover. Why? "
-    "Answer with the letter, and an itinerary with two rests that can be flown and hovers at least "
-    "99 % of the best with two, and longer than any with one: ('a', [('b1', 'rest', 100.0), "
-    "('hover', 'hover', 400.0), ('b2', 'rest', 100.0)]).",
+    "The witness is an itinerary with two rests that can be flown and hovers at least 99 % of the "
+    "best with two, and longer than any with one.",
     {"battery.capacity_As": range(29_000, 34_001, 20)},
     reasons={
         "One rest refills the well before the hover, the other saves charge for the way home.": "",
         "The way by two roofs is shorter than the direct one.": "compare the flight times",
         "By total charge, two rests return more than a longer one.": "there one is enough",
     },
-    form=itinerary,
+    form=ITINERARY,
 )
 def _two_rests(task: Task, plan: Itinerary) -> Conditions:
     problems = (optuav.P1(stops=1), optuav.P1(stops=2))

@@ -1,11 +1,9 @@
 """The parts of an exercise: numbers drawn for each student, its task, and grades of answers."""
 
-import operator
 import re
 import textwrap
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import reduce
 from hashlib import sha256
 from typing import Any, ClassVar, Literal, Self, TypeAlias
 
@@ -13,7 +11,6 @@ from optuav.errors import Fault, InputError, printable, printed
 from optuav.mission import Mission, load
 from optuav.mission.messages import nearest
 from optuav.modelling import Model
-from optuav.modelling.expression import Operand
 
 Kind: TypeAlias = Literal["predict", "declare", "design", "prove", "explain-why"]
 Draws: TypeAlias = Mapping[str, Sequence[float | str] | Callable[[Mapping[str, Any]], float]]
@@ -169,6 +166,7 @@ class Exercise:
     reasons: Mapping[str, str] = field(default_factory=dict)  # With hints; the right one has none
     function: Callable[..., Any] = print  # In place of the one that is decorated
     kind: ClassVar[Kind]
+    answer: ClassVar[str] = ""  # How an answer is written
 
     def __call__(self, function: Callable[..., Any]) -> Self:
         return replace(self, function=function)
@@ -194,7 +192,8 @@ class Exercise:
         ordered = sorted(self.reasons, key=lambda reason: self._hash(reason, student))
         reasons = dict(zip(LETTERS, ordered, strict=False))
         lines = [self.text, *(f"({letter}) {reason}" for letter, reason in reasons.items())]
-        text = NUMBER.sub(lambda name: _written(numbers[name[1]], name[2]), "\n".join(lines))
+        lines += [f"Answer: {self.answer}"] if self.answer else []
+        text = filled("\n".join(lines), numbers)
         task = Task(self.number, self.kind, text, numbers, mission, None, reasons)
         return replace(task, model=self.model_of(task))
 
@@ -203,38 +202,10 @@ class Exercise:
         return int.from_bytes(sha256(text.encode("utf-8", "surrogatepass")).digest()[:8], "big")
 
 
-def programme(
-    title: str,
-    goal: Mapping[str, tuple[str, str, float]],
-    rows: Mapping[str, tuple[Mapping[str, float], float]],
-    *,
-    sense: Literal["maximise", "minimise"] = "maximise",
-    binary: Collection[str] = (),
-) -> Model:
-    """Declare a linear model from its numbers.
-
-    The goal has symbol, unit and coefficient of each unknown; the rows have coefficients and limit,
-    and are ≤ where the goal is maximised, else ≥.
-    """
-    model = Model(title)
-    unknowns = {
-        name: model.variable(name, symbol, unit=unit, binary=name in binary)
-        for name, (symbol, unit, _) in goal.items()
-    }
-
-    def total(coefficients: Mapping[str, float]) -> Operand:
-        terms = [(c, unknowns[name]) for name, c in coefficients.items() if c]
-        return reduce(operator.add, (x if c == 1.0 else c * x for c, x in terms))
-
-    (model.maximise if sense == "maximise" else model.minimise)(
-        total({name: row[2] for name, row in goal.items()})
-    )
-    for label, (coefficients, limit) in rows.items():
-        side = total(coefficients)
-        model.subject_to(label, side <= limit if sense == "maximise" else side >= limit)
-    return model
+def filled(text: str, numbers: Mapping[str, Any]) -> str:
+    """Return a text with numbers in place of their names in braces."""
+    return NUMBER.sub(lambda name: _written(numbers[name[1]], name[2]), text)
 
 
 def _written(value: float | str, form: str | None) -> str:
-    """Return a number as a text shows it."""
     return value if isinstance(value, str) else format(value, form or ".10g").replace("%", " %")

@@ -9,28 +9,36 @@ import numpy as np
 import optuav
 from formulations.formulation import Given
 from optuav.arrays import Booleans, Floats
-from optuav.exercises.answers import figure, figures, fractions, itinerary, two_of_fractions
+from optuav.exercises.answers import ITINERARY, Form, figure, figures, fractions
 from optuav.exercises.declare import Declare
-from optuav.exercises.exercise import Task, decimals, programme
+from optuav.exercises.exercise import Task, decimals
+from optuav.exercises.linear import linear
 from optuav.exercises.predict import Predict, Predictions
-from optuav.exercises.prove import added, feasibility, labels, objective, optimality, prove, text_of
+from optuav.exercises.prove import (
+    added,
+    feasibility,
+    objective,
+    optimality,
+    prove,
+    text_of,
+    two_proofs,
+)
 from optuav.exercises.witness import Condition, Conditions, Witness, flown, within
 from optuav.judge import Itinerary
 from optuav.modelling import Model
 from optuav.solving import Program
 
-TIMES = {"hover_time_s": ("Δ", "s", 1.0), "rest_time_s": ("T'", "s", 0.0)}
 CURRENTS = {"hover_A": range(60, 121), "rest_A": range(4, 13)}
 NUMBERS = {**CURRENTS, "usable_As": range(50_000, 60_001, 500), "left_s": range(1050, 1201, 10)}
 """Numbers of (P4); charge and deadline bind at most of them."""
 
 
-def _with_rest(task: Task, **more: tuple[dict[str, float], float]) -> Model:
-    """Return the longest hover with a rest, in whole numbers, with more rows."""
-    drawn = {"hover_time_s": task["hover_A"], "rest_time_s": -task["rest_A"]}
-    time = {"hover_time_s": 1.0, "rest_time_s": 1.0}
-    rows = {"charge": (drawn, task["usable_As"]), "deadline": (time, task["left_s"])}
-    return programme("longest hover with a rest", TIMES, rows | more)
+P4 = (
+    "longest hover with a rest",
+    "max Δ",
+    "charge: {hover_A} Δ − {rest_A} T' ≤ {usable_As}",
+    "deadline: Δ + T' ≤ {left_s}",
+)
 
 
 @Declare(
@@ -41,7 +49,7 @@ def _with_rest(task: Task, **more: tuple[dict[str, float], float]) -> Model:
     {**CURRENTS, "usable_As": range(40_000, 59_001, 1000), "left_s": range(1000, 1401, 50)},
 )
 def _longest_hover(task: Task) -> Model:
-    return _with_rest(task)
+    return linear(task, P4)
 
 
 @Declare(
@@ -57,41 +65,38 @@ def _early(task: Task) -> Program:
     return optuav.formulate(sooner, optuav.P4(task["building"], order="hover-first"))
 
 
-@prove(
+_one_unknown = prove(
     "06.1",
-    "Prove the optimum: give the multiplier of each constraint as a dict by label, unrounded. "
-    "Which of the limits binds?",
+    "Prove the optimum by the multiplier of each constraint, unrounded. Which of the limits binds?",
     {
         "hover_A": range(60, 121),
         "usable_As": range(50_000, 60_001, 500),
         "hover_W": range(800, 1501, 7),
         "energy_J": range(600_000, 800_001, 5000),
     },
+    (
+        "longest hover without a rest",
+        "max Δ",
+        "charge: {hover_A} Δ ≤ {usable_As}",
+        "energy: {hover_W} Δ ≤ {energy_J}",
+        "deadline: Δ ≤ 1100",
+    ),
 )
-def _one_unknown(task: Task) -> Model:
-    rows = {
-        "charge": ({"hover_time_s": task["hover_A"]}, task["usable_As"]),
-        "energy": ({"hover_time_s": task["hover_W"]}, task["energy_J"]),
-        "deadline": ({"hover_time_s": 1.0}, 1100.0),
-    }
-    return programme("longest hover without a rest", {"hover_time_s": TIMES["hover_time_s"]}, rows)
 
-
-@prove(
+_two_lines = prove(
     "07.1",
-    "Prove the optimum of this P4: give the multiplier of each constraint as a dict by label, "
-    "unrounded. Multipliers of bounds may be left out where they are 0.",
+    "Prove the optimum of this P4 by the multiplier of each constraint, unrounded. Those of "
+    "bounds may be left out where they are 0.",
     NUMBERS,
+    P4,
 )
-def _two_lines(task: Task) -> Model:
-    return _with_rest(task)
 
 
 @Witness(
     "07.2",
-    "Here the best plan just stops resting: the price of the deadline has a kink. Why? Answer with "
-    "the letter and two proofs of the same optimum, as ('a', [{...}, {...}]): multipliers by "
-    "label with the least possible price of the deadline, and with the largest.",
+    "Here the best plan just stops resting: the price of the deadline has a kink. Why? The "
+    "witness is two proofs of the same optimum: multipliers by label with the least possible "
+    "price of the deadline, and with the largest.",
     {
         **CURRENTS,
         "left_s": range(500, 801),
@@ -102,12 +107,12 @@ def _two_lines(task: Task) -> Model:
         "The longest hover jumps there.": "solve with a little less and a little more time",
         "The laser charges with another current from there on.": "resting returns the same current",
     },
-    form=lambda task, answer: two_of_fractions(answer, labels(_with_rest(task))),
-    model=_with_rest,
+    form=two_proofs(*P4),
+    programme=P4,
 )
 def _kink(task: Task, proofs: list[dict[str, Fraction]]) -> Conditions:
     for proof in proofs:
-        yield from optimality(_with_rest(task), proof)
+        yield from optimality(linear(task, P4), proof)
     prices = [proof.get("deadline", Fraction(0)) for proof in proofs]
     ends = [Fraction(task["rest_A"], task["hover_A"] + task["rest_A"]), Fraction(1)]
     hint = "at an end, a multiplier of another constraint is 0: which may be?"
@@ -126,36 +131,33 @@ SHORT_REST = {**NUMBERS, "most_s": range(100, 301, 10)}
     SHORT_REST,
 )
 def _dual(task: Task) -> Model:
-    rows = {
-        "charge_price": ((task["hover_A"], -task["rest_A"]), task["usable_As"]),
-        "time_price": ((1.0, 1.0), task["left_s"]),
-        "rest_price": ((0.0, 1.0), task["most_s"]),
-    }
-    goal = {name: (name, "1", float(limit)) for name, (_, limit) in rows.items()}
-    columns = {
-        label: ({name: coefficients[k] for name, (coefficients, _) in rows.items()}, least)
-        for k, (label, least) in enumerate((("column of Δ", 1.0), ("column of T'", 0.0)))
-    }
-    return programme("dual", goal, columns, sense="minimise")
+    return linear(
+        task,
+        (
+            "dual",
+            "min {usable_As} y1 + {left_s} y2 + {most_s} y3",
+            "column of Δ: {hover_A} y1 + y2 ≥ 1",
+            "column of T': y2 + y3 − {rest_A} y1 ≥ 0",
+        ),
+    )
 
 
-@prove(
+_short_rest = prove(
     "08.2",
-    "Give a point and multipliers that satisfy all KKT conditions of this programme: a dict of "
-    "hover_time_s, rest_time_s and the multipliers, each by its label.",
+    "Satisfy all KKT conditions of this programme: give hover_time_s, rest_time_s and the "
+    "multiplier of each constraint by its label, all in one dict.",
     SHORT_REST,
+    (*P4, "longest rest: T' ≤ {most_s}"),
     with_point=True,
 )
-def _short_rest(task: Task) -> Model:
-    return _with_rest(task, **{"longest rest": ({"rest_time_s": 1.0}, task["most_s"])})
 
 
 @Witness(
     "09.1",
     "One pack of `paper` holds {battery.capacity_As} A s. Slots of {coarse_s} s cut the direct "
     "hover short: optuav.solve(task.mission, 'P3', slot_s={coarse_s}). Finer slots may do worse. "
-    "Why? Answer with the letter and the length [s] of a finer slot, at least half as long, with "
-    "which the hover is shorter and loses at least 97 % of one slot, as ('a', 25.0).",
+    "Why? The witness is the length [s] of a finer slot, at least half as long, with which the "
+    "hover is shorter and loses at least 97 % of one slot.",
     {"battery.capacity_As": range(30_000, 42_001, 100), "coarse_s": range(30, 61)},
     reasons={
         "Whole coarse slots are whole fine ones only if the one length divides the other.": "",
@@ -195,9 +197,8 @@ def _feasible(task: Task, hovers_s: Floats) -> Booleans:
 @Witness(
     "10.1",
     "On the mission with the strong laser, task.mission, the feasible set of P4 on b9, hover "
-    "first, is not convex. Why? Answer with the letter and two hovers that can both be flown before "
-    "a rest of {rest_s} s, while the hover halfway, of {middle_s} s, cannot: "
-    "('a', {'short_s': 100.0, 'long_s': 900.0}).",
+    "first, is not convex. Why? The witness is two hovers that can both be flown before a rest of "
+    "{rest_s} s, while the hover halfway, of {middle_s} s, cannot.",
     {"rest_s": decimals(53.0, 55.0, 0.25), "middle_s": decimals(505.0, 525.0, 0.25)},
     fixed=STRONG_LASER,
     reasons={
@@ -220,9 +221,9 @@ def _not_convex(task: Task, point: Mapping[str, float]) -> Conditions:
 
 @Predict(
     "10.2",
-    "On the mission with the strong laser, task.mission, the rest on b9 lasts {rest_s} s, and only "
-    "the hover before it is free. A walk uphill starts at a hover of 5 s. At which hover [s] does "
-    "it stop?",
+    "On the mission with the strong laser, task.mission, the rest on b9 lasts {rest_s} s, and "
+    "only the hover before it is free. A walk uphill starts at a hover of 5 s. At which hover [s] "
+    "does it stop?",
     {"rest_s": decimals(52.0, 55.0, 0.01)},
     fixed=STRONG_LASER,
     unit="s",
@@ -236,23 +237,24 @@ def _stuck(task: Task) -> Predictions:
     yield float(ends_s[-1]), "no way that leads up all the time goes there from 5 s"
 
 
-def _relaxed(task: Task) -> Model:
-    """Return the relaxation of a choice between two routes."""
-    goal = {"hover_time_s": ("Δ", "s", 1.0), "first": ("λ", "1", 0.0)}
-    rows = {
-        "first route": ({"hover_time_s": 1.0, "first": task["M"]}, task["first_s"] + task["M"]),
-        "second route": ({"hover_time_s": 1.0, "first": -task["M"]}, task["second_s"]),
-        "choice": ({"first": 1.0}, 1.0),
-    }
-    return programme("a route with λ = 1 or λ = 0, relaxed", goal, rows)
+RELAXED = (
+    "a route with λ = 1 or λ = 0, relaxed",
+    "max Δ",
+    "first route: Δ + {M} λ ≤ {first_s} + {M}",
+    "second route: Δ − {M} λ ≤ {second_s}",
+    "choice: λ ≤ 1",
+)
+
+
+def _point(task: Task, answer: object) -> dict[str, Fraction]:
+    return fractions(answer, names := ["hover_time_s", "by_way"], names)
 
 
 @Witness(
     "11.1",
     "With λ = 1 the first route bounds the hover by {first_s} s, and with λ = 0 the second one by "
-    "{second_s} s; M = {M}. The relaxation promises more than both. Why? Answer with the letter and "
-    "a best point of the relaxation, in whole numbers and Fractions: "
-    "('a', {'hover_time_s': 700, 'first': Fraction(1, 3)}).",
+    "{second_s} s; M = {M}. The relaxation promises more than both. Why? The witness is a best "
+    "point of the relaxation, in whole numbers and Fractions; by_way is λ.",
     {
         "first_s": range(600, 701, 3),
         "second_s": range(702, 803, 3),
@@ -260,52 +262,47 @@ def _relaxed(task: Task) -> Model:
     },
     reasons={
         "A fraction of λ relaxes both rows at once, each by its part of M.": "",
-        "Half of each route hovers longer than either.": "that mixture is bounded by the better one",
+        "Half of each route hovers longer than either.": "that mixture is no better than one",
         "M is too small to switch a row off.": "put λ = 0 and λ = 1 into both rows",
     },
-    form=lambda task, answer: fractions(
-        answer, ["hover_time_s", "first"], ["hover_time_s", "first"]
-    ),
-    model=_relaxed,
+    form=Form("{'hover_time_s': 700, 'by_way': Fraction(1, 3)}", _point),
+    programme=RELAXED,
 )
 def _relaxation(task: Task, point: dict[str, Fraction]) -> Conditions:
-    model = _relaxed(task)
-    yield feasibility(model, point)[1]
-    half = {"first route": Fraction(1, 2), "second route": Fraction(1, 2)}
+    yield feasibility(linear(task, RELAXED), point)[1]
+    best_s = Fraction(task["first_s"] + task["second_s"] + task["M"], 2)  # The mean of both rows
     hint = "both rows bound Δ; for which λ is the nearer one farthest?"
-    proof, _ = added(model, half, objective(model))  # The mean of both rows has no λ
     words = f"the point is feasible, with a hover of {text_of(point['hover_time_s'])} s"
-    yield Condition(point["hover_time_s"] == proof.limit, words, hint, None, True)
+    yield Condition(point["hover_time_s"] == best_s, words, hint, None, True)
 
 
 @Declare(
     "11.2",
     "Declare a Model with the unknowns hover_time_s, rest_time_s and by_way (binary): the longest "
     "hover, where by_way = 1 is a route with a rest and by_way = 0 the direct one. On both, "
-    "{hover_A} Δ − {rest_A} T' ≤ Q and Δ + T' ≤ T. By way, Q = {usable_As} A s and T = {left_s} s; "
-    "direct, Q is 1000 A s more and T is 20 s more, but T' = 0.",
+    "{hover_A} Δ − {rest_A} T' ≤ Q and Δ + T' ≤ T. By way, Q = {usable_As} A s and T = {left_s} "
+    "s; direct, Q is 1000 A s more and T is 20 s more, but T' = 0.",
     NUMBERS,
 )
 def _choice(task: Task) -> Model:
-    drawn = {"hover_time_s": task["hover_A"], "rest_time_s": -task["rest_A"]}
-    time, left_s = {"hover_time_s": 1.0, "rest_time_s": 1.0}, task["left_s"]
-    rows = {
-        "charge": ({**drawn, "by_way": 1000.0}, task["usable_As"] + 1000.0),
-        "deadline": ({**time, "by_way": 20.0}, left_s + 20.0),
-        "no rest on the direct route": ({"rest_time_s": 1.0, "by_way": -left_s}, 0.0),
-    }
-    goal = {**TIMES, "by_way": ("λ", "1", 0.0)}
-    return programme("direct, or by way of a building", goal, rows, binary=["by_way"])
+    lines = (
+        "direct, or by way of a building",
+        "max Δ",
+        "charge: {hover_A} Δ − {rest_A} T' + 1000 λ ≤ {usable_As} + 1000",
+        "deadline: Δ + T' + 20 λ ≤ {left_s} + 20",
+        "no rest on the direct route: T' − {left_s} λ ≤ 0",
+    )
+    return linear(task, lines, binary="λ")
 
 
 @Witness(
     "11.3",
-    "The roofs b9 and b10 are closed, and one pack holds {battery.capacity_As} A s. Which building "
-    "is best now, before or after the hover? Design an itinerary that can be flown and hovers at "
-    "least 99.5 % of the best with one rest.",
+    "The roofs b9 and b10 are closed, and one pack holds {battery.capacity_As} A s. Which "
+    "building is best now, before or after the hover? Design an itinerary that can be flown and "
+    "hovers at least 99.5 % of the best with one rest.",
     {"battery.capacity_As": range(30_000, 42_001, 40)},
     fixed={"buildings.b9": None, "buildings.b10": None},
-    form=itinerary,
+    form=ITINERARY,
 )
 def _closed_roofs(task: Task, plan: Itinerary) -> Conditions:
     yield from flown(plan, optuav.solve(task.mission).hover_time_s, 0.995)
@@ -322,36 +319,36 @@ SLOTS = {
         0.9 * drawn["near"] * (drawn["far_As"] - drawn["over_As"]) / drawn["near_As"]
     ),
     "next": lambda drawn: drawn["whole"] + 1,
+    "charge_As": lambda drawn: (
+        drawn["near_As"] * drawn["most"] + drawn["far_As"] * drawn["whole"] + drawn["over_As"]
+    ),
     "value": lambda drawn: drawn["near"] * drawn["most"] + drawn["far"] * drawn["whole"],
 }
 """Slots at two devices: all near ones and the whole far ones are best, with some charge over."""
 
 
-def _slots(task: Task, branch: tuple[float, float] | None = None) -> Model:
-    """Return the relaxation, or that of a branch: coefficient and limit of its row."""
-    goal = {"near": ("n", "1", task["near"]), "far": ("f", "1", task["far"])}
-    drawn = {"near": task["near_As"], "far": task["far_As"]}
-    usable_As = drawn["near"] * task["most"] + drawn["far"] * task["whole"] + task["over_As"]
-    rows = {"charge": (drawn, usable_As), "near slots": ({"near": 1.0}, task["most"])}
-    rows |= {"branch": ({"far": branch[0]}, branch[1])} if branch else {}
-    return programme("most valuable slots, relaxed", goal, rows)
+VALUE = (
+    "most valuable slots, relaxed",
+    "max {near} n + {far} f",
+    "charge: {near_As} n + {far_As} f ≤ {charge_As}",
+    "near slots: n ≤ {most}",
+)
+BRANCHES = ("branch: f ≤ {whole}", "branch: −f ≤ −{next}")
 
 
 @Witness(
     "12.1",
     "n and f are whole numbers of slots at a near and at a far device, and some slots have the "
-    "value {value}. Prove by one branching that none have more: multipliers by label in the branch "
-    "with the row f ≤ {whole}, and in the one with −f ≤ −{next}. The label of these rows is "
-    "'branch'. Answer with both dicts, [{...}, {...}]; which of the branches is infeasible, worse, "
-    "or not better?",
+    "value {value}. Prove by one branching that none have more: multipliers by label in the "
+    "branch with the row f ≤ {whole}, and in the one with −f ≤ −{next}. The label of these rows "
+    "is 'branch'.",
     SLOTS,
-    form=lambda task, answer: two_of_fractions(answer, labels(_slots(task, (1.0, 0.0)))),
-    model=_slots,
+    form=two_proofs(*VALUE, BRANCHES[0]),
+    programme=VALUE,
 )
 def _branches(task: Task, proofs: list[dict[str, Fraction]]) -> Conditions:
-    rows = ((1.0, task["whole"]), (-1.0, -task["next"]))
-    for name, row, multipliers in zip(("first", "second"), rows, proofs, strict=True):
-        model = _slots(task, row)
+    for name, row, multipliers in zip(("first", "second"), BRANCHES, proofs, strict=True):
+        model = linear(task, (*VALUE, row))
         proof, condition = added(model, multipliers, objective(model))
         yield condition._replace(words=f"{name} branch: {condition.words}")
         words = f"{name} branch: no slots have a value above {text_of(proof.limit)}"
@@ -359,23 +356,20 @@ def _branches(task: Task, proofs: list[dict[str, Fraction]]) -> Conditions:
         yield Condition(proof.limit <= task["value"], words, hint)
 
 
-@prove(
+_conflict = prove(
     "13.1",
-    "Prove that no times satisfy all constraints: give a multiplier of each that is needed, as a "
-    "dict by label, so that the sum is false. The bounds of a time are constraints as well, with "
-    "the labels 'bounds of Δ' and \"bounds of T'\". Whole numbers and Fractions are exact.",
-    {
-        **CURRENTS,
-        "short_As": range(1500, 2501, 50),
-        "left_s": range(50, 121, 5),
-    },
+    "Prove that no times satisfy all constraints: give a multiplier of each that is needed, so "
+    "that the sum is false. The bounds of a time are constraints as well, with the labels 'bounds "
+    "of Δ' and \"bounds of T'\". Whole numbers and Fractions are exact.",
+    {**CURRENTS, "short_As": range(1500, 2501, 50), "left_s": range(50, 121, 5)},
+    (
+        "a hover for which there is neither charge nor time",
+        "max Δ",
+        "charge: {hover_A} Δ − {rest_A} T' ≤ −{short_As}",
+        "deadline: Δ + T' ≤ {left_s}",
+    ),
     conflict=True,
 )
-def _conflict(task: Task) -> Model:
-    drawn = {"hover_time_s": task["hover_A"], "rest_time_s": -task["rest_A"]}
-    time = {"hover_time_s": 1.0, "rest_time_s": 1.0}
-    rows = {"charge": (drawn, -task["short_As"]), "deadline": (time, task["left_s"])}
-    return programme("a hover for which there is neither charge nor time", TIMES, rows)
 
 
 @dataclass(frozen=True)
@@ -422,23 +416,24 @@ PRINTED = {
 """Three cells of one path, of which the second is off the line through the others."""
 
 
-@prove(
+_cells = prove(
     "A2.1",
     "A table prints the charge that is left after hovers of {first_s} s, {second_s} s and "
     "{third_s} s on one path: {first:.2f} %, {second:.2f} % and {third:.2f} %, rounded to two "
     "decimals. Prove that no flight (q %) and no current (r % per second) give all three: "
-    "multipliers by label, so that the sum is false.",
+    "multipliers with which the sum is false.",
     PRINTED,
+    (
+        "a flight and a current that give the table",
+        "max q",
+        *(
+            f"{name}, at {words}: {sign}q {sign} {{{name}_s}} r ≤ {sign}{whole} {other} {{{name}}}"
+            for name in ("first", "second", "third")
+            for words, sign, other, whole in (
+                ("most", "+", "−", 100.005),
+                ("least", "−", "+", 99.995),
+            )
+        ),
+    ),
     conflict=True,
 )
-def _cells(task: Task) -> Model:
-    goal = {"flight_percent": ("q", "%", 1.0), "rate_percent_per_s": ("r", "%/s", 0.0)}
-    rows = {
-        f"{name}, {words}": (
-            {"flight_percent": sign, "rate_percent_per_s": sign * task[f"{name}_s"]},
-            round(sign * (100.0 - task[name]) + 0.005, 3),
-        )
-        for name in ("first", "second", "third")
-        for words, sign in (("at most", 1.0), ("at least", -1.0))
-    }
-    return programme("a flight and a current that give the table", goal, rows)

@@ -30,7 +30,7 @@ class Predict(Exercise):
 
     def grade(self, task: Task, answer: object) -> Grade:
         """Return the grade of a figure."""
-        value = figure(self.unit)(task, answer)
+        value = figure(self.unit).read(task, answer)
         predictions: Predictions = self.function(task)
         truth, hint = next(predictions)
         tolerance = f"within {self.within:g} {self.unit}".rstrip()

@@ -1,49 +1,67 @@
 """Prove: multipliers of an optimum or of a conflict, verified in exact rational arithmetic."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
 from optuav.diagnosis.infeasibility import Certificate, Row, bound, inequalities
 from optuav.engines import closed_form
 from optuav.engines.linear_form import linear_form
-from optuav.exercises.answers import fractions
+from optuav.errors import Fault, InputError
+from optuav.exercises.answers import Form, fractions
 from optuav.exercises.exercise import Draws, Task
+from optuav.exercises.linear import linear
 from optuav.exercises.witness import Condition, Conditions, Witness
+from optuav.mission.messages import shown
 from optuav.modelling import Model
 
 MISSED = 0.01  # What rounded multipliers may miss of a coefficient
 EXACT = "whole numbers and Fractions are exact, rounded numbers are not"
 
 
+MULTIPLIERS = "{'charge': Fraction(1, 98), ...}"
+
+
 def prove(
-    number: str, text: str, draws: Draws, *, conflict: bool = False, with_point: bool = False
-) -> Callable[[Callable[[Task], Model]], Witness]:
-    """Declare an exercise on the linear model that the decorated function returns.
+    number: str,
+    text: str,
+    draws: Draws,
+    programme: Sequence[str],
+    *,
+    conflict: bool = False,
+    with_point: bool = False,
+) -> Witness:
+    """Declare an exercise on a linear programme that is to be maximised.
 
     Its answer is the multiplier of each constraint by label; with a point the values of the
     unknowns by name as well.
     """
 
-    def form(task: Task, answer: object) -> dict[str, Fraction]:
-        names = [variable.name for variable in _shown(task).variables] if with_point else []
-        return fractions(answer, [*labels(_shown(task)), *names], names)
+    def read(task: Task, answer: object) -> dict[str, Fraction]:
+        model = linear(task, programme)
+        names = [variable.name for variable in model.variables] if with_point else []
+        return fractions(answer, [*labels(model), *names], names)
 
     def test(task: Task, numbers: Mapping[str, Fraction]) -> Conditions:
-        model = _shown(task)
+        model = linear(task, programme)
         if conflict:
             return contradiction(model, numbers)
         return optimality(model, numbers, numbers if with_point else None)
 
-    def declared(function: Callable[[Task], Model]) -> Witness:
-        return Witness(number, text, draws, form=form, model=function)(test)
-
-    return declared
+    return Witness(number, text, draws, form=Form(MULTIPLIERS, read), programme=programme)(test)
 
 
-def _shown(task: Task) -> Model:
-    assert task.model is not None
-    return task.model
+def two_proofs(*programme: str) -> Form:
+    """Form of two dicts of multipliers by label."""
+
+    def read(task: Task, answer: object) -> list[dict[str, Fraction]]:
+        names = labels(linear(task, programme))
+        if not isinstance(answer, list | tuple) or len(answer) != 2:
+            words = f"two dicts of numbers by name: {', '.join(names)}"
+            raise InputError([Fault("answer", shown(answer), words)])
+        return [fractions(numbers_by_name, names) for numbers_by_name in answer]
+
+    return Form(f"[{MULTIPLIERS}, {MULTIPLIERS}]", read)
 
 
 def labels(model: Model) -> list[str]:

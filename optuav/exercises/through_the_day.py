@@ -4,7 +4,7 @@ import itertools
 from collections.abc import Mapping
 
 import optuav
-from optuav.exercises.answers import figure, figures, itinerary
+from optuav.exercises.answers import ITINERARY, figure, figures
 from optuav.exercises.exercise import Task, decimals
 from optuav.exercises.witness import Condition, Conditions, Witness, flown, within
 from optuav.judge import Itinerary, audit
@@ -13,11 +13,11 @@ from optuav.physics.kibam import Battery, Stage, Tilted, Wells, step, tilted_aft
 
 @Witness(
     "31.1",
-    "One pack holds {battery.capacity_As} A s. In each cycle the drone hovers {hover_s} s and rests "
-    "as long as the charge takes to come back; `optuav.coverage(task.mission).visit` has its legs "
-    "and currents. It departs with a full available well, and never with a full bound one. Why? "
-    "Answer with the letter and the charge [A s] in the bound well with which every cycle begins, "
-    "as ('a', 9000.0): after one cycle it must be the same within 10 A s.",
+    "One pack holds {battery.capacity_As} A s. In each cycle the drone hovers {hover_s} s and "
+    "rests as long as the charge takes to come back; `optuav.coverage(task.mission).visit` has "
+    "its legs and currents. It departs with a full available well, and never with a full bound "
+    "one. Why? The witness is the charge [A s] in the bound well with which every cycle begins: "
+    "after one cycle it must be the same within 10 A s.",
     {"battery.capacity_As": range(32_000, 40_001, 100), "hover_s": range(100, 461, 5)},
     reasons={
         "Charge gets there through the available well only, slower the nearer the levels are.": "",
@@ -38,8 +38,8 @@ def _endless(task: Task, bound_As: float) -> Conditions:
 @Witness(
     "32.1",
     "The packs of `matrice350` hold {battery.capacity_As} A s each. With fewer drones for endless "
-    "coverage, every pad must be stronger, and the last drone saved costs most. Why? Answer with "
-    "the letter and the power [W] of each pad with {drones} drones, within 0.5 %, as ('a', 300.0).",
+    "coverage, every pad must be stronger, and the last drone saved costs most. Why? The witness "
+    "is the power [W] of each pad with {drones} drones, within 0.5 %.",
     {"battery.capacity_As": range(80_000, 120_001, 500), "drones": (3, 4, 5, 6)},
     "matrice350",
     reasons={
@@ -59,10 +59,10 @@ def _pads(task: Task, power_W: float) -> Conditions:
 @Witness(
     "33.1",
     "The way home takes {flight_s} s with {flight_A} A. The battery has 72 000 A s, the available "
-    "fraction {available_fraction} and the flow rate {flow_rate_per_s} per second, and "
-    "{total_As} A s of charge are left. That alone does not say whether the drone comes home. Why? "
-    "Answer with the letter and two charges of the available well [A s] up to 20 A s apart, with "
-    "the rest of it in the other well: ('a', {'home_As': 9000.0, 'dry_As': 8990.0}).",
+    "fraction {available_fraction} and the flow rate {flow_rate_per_s} per second, and {total_As} "
+    "A s of charge are left. That alone does not say whether the drone comes home. Why? The "
+    "witness is two charges of the available well [A s] up to 20 A s apart, with the rest of it "
+    "in the other well.",
     {
         "flight_s": range(60, 301, 5),
         "flight_A": range(60, 121),
@@ -97,12 +97,12 @@ def _way_home(task: Task, charges: Mapping[str, float]) -> Conditions:
 
 @Witness(
     "34.1",
-    "The packs may hold {capacity_As} % more or less than stated, and the UAV may weigh "
-    "{mass_kg} % more or less. Design a plan that hovers first and then rests on b10, can be "
-    "flown in every case, and hovers at least 99 % of the best such plan. Which corners of the box "
-    "need an audit?",
+    "The packs may hold {capacity_As} % more or less than stated, and the UAV may weigh {mass_kg} "
+    "% more or less. Design a plan that hovers first and then rests on b10, can be flown in every "
+    "case, and hovers at least 99 % of the best such plan. Which corners of the box need an "
+    "audit?",
     {"capacity_As": decimals(2.0, 8.0, 0.1), "mass_kg": decimals(1.0, 3.0, 0.1)},
-    form=itinerary,
+    form=ITINERARY,
 )
 def _robust(task: Task, plan: Itinerary) -> Conditions:
     same = [stop.at for stop in plan.stops] == ["hover", "b10"]

@@ -1,7 +1,7 @@
 """Design, prove and explain why: answers that are checked condition by condition."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
@@ -10,6 +10,7 @@ import numpy as np
 from optuav.errors import Fault, InputError
 from optuav.exercises.answers import Form
 from optuav.exercises.exercise import Exercise, Grade, Kind, Task
+from optuav.exercises.linear import linear
 from optuav.judge import Itinerary, audit
 from optuav.mission.messages import shown
 from optuav.modelling import Model
@@ -36,17 +37,25 @@ class Witness(Exercise):
     model, the witness proves something about it. Any other witness is a design.
     """
 
-    form: Form = lambda task, answer: answer
-    model: Callable[[Task], Model] | None = None
+    form: Form = Form("...", lambda task, answer: answer)
+    programme: Sequence[str] = ()  # As `linear` reads it
 
     @property
     def kind(self) -> Kind:  # type: ignore[override]
         """Kind of the exercise."""
-        return "explain-why" if self.reasons else "prove" if self.model else "design"
+        return "explain-why" if self.reasons else "prove" if self.programme else "design"
 
     def model_of(self, task: Task) -> Model | None:
         """Return the model that the task shows."""
-        return self.model(task) if self.model else None
+        return linear(task, self.programme) if self.programme else None
+
+    @property
+    def answer(self) -> str:  # type: ignore[override]
+        """How an answer is written."""
+        example = self.form.example
+        return (
+            f"the letter of the reason and a witness, ('a', {example})" if self.reasons else example
+        )
 
     @np.errstate(all="ignore")  # A witness may be far from where formulas are meant to be used
     def grade(self, task: Task, answer: object) -> Grade:
@@ -56,7 +65,7 @@ class Witness(Exercise):
             if hint := self.reasons[reason]:
                 return Grade.wrong(task, "it is not this reason", hint)
         last = Condition(True, "")
-        for last in self.function(task, self.form(task, answer)):
+        for last in self.function(task, self.form.read(task, answer)):
             if not last.holds:
                 return Grade.wrong(task, last.words, last.hint, last.score or 0.0)
         score = 1.0 if last.score is None else last.score
@@ -64,11 +73,11 @@ class Witness(Exercise):
 
     def _reason(self, task: Task, answer: object) -> tuple[str, object]:
         """Return the reason that an answer chooses, and its witness."""
-        if isinstance(answer, tuple | list) and len(answer) == 2 and isinstance(answer[0], str):
-            if reason := task.reasons.get(answer[0].strip(" ()").casefold()):
-                return reason, answer[1]
-        letters = ", ".join(task.reasons)
-        words = f"the letter of a reason, {letters}, and a witness, such as ('a', ...)"
+        is_pair = isinstance(answer, tuple | list) and len(answer) == 2
+        letter, witness = answer if is_pair else (None, None)  # type: ignore[misc]
+        if isinstance(letter, str) and letter.strip(" ()").casefold() in task.reasons:
+            return task.reasons[letter.strip(" ()").casefold()], witness
+        words = f"the letter of a reason, {', '.join(task.reasons)}, and a witness, ('a', ...)"
         raise InputError([Fault("answer", shown(answer), words)])
 
 
