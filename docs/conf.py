@@ -32,6 +32,13 @@ COPIES = {
 """Pages that stand elsewhere, and where they go for Sphinx, which reads one folder."""
 
 ORIGINALS = {copy: original for original, copy in COPIES.items()}
+MOVED = {
+    "10_discrete_relaxed_continuous": "12_discrete_relaxed_continuous",
+    "11_convexity_and_a_bad_local_optimum": "10_convexity_and_a_bad_local_optimum",
+    "12_which_building_milp": "11_which_building_milp",
+}
+"""Earlier names of lessons, whose addresses lead to the new ones."""
+
 TABLE = re.compile(r"^\|.* symbol \|.*\n(?:^\|.*\n)+", re.MULTILINE)
 BAR = r"\|"
 LINK = re.compile(r"\]\(([^)#:\s]+)(?=[#)])")
@@ -194,6 +201,17 @@ def store_explorer(app: Any, failed: Exception | None) -> None:
         (Path(app.outdir) / "explorer.html").write_text(explorer(), "utf-8")
 
 
+def store_redirects(app: Any, failed: Exception | None) -> None:
+    """Write a page at each earlier address of a lesson that leads to the new one."""
+    if failed is None and app.builder.name == "html":
+        for earlier, name in MOVED.items():
+            (Path(app.outdir) / "lessons" / f"{earlier}.html").write_text(
+                f'<!doctype html><title>{name}</title><meta http-equiv="refresh" content="0; '
+                f'url={name}.html"><p>This lesson is now <a href="{name}.html">{name}</a>.',
+                "utf-8",
+            )
+
+
 def setup(app: Any) -> None:
     """Copy pages before Sphinx looks for them."""
     copy_pages()
@@ -202,3 +220,4 @@ def setup(app: Any) -> None:
     app.connect("html-page-context", break_names)
     app.connect("autodoc-skip-member", skipped)
     app.connect("build-finished", store_explorer)
+    app.connect("build-finished", store_redirects)

@@ -207,7 +207,7 @@ print("weighted slopes:", (np.array([price_charge, price_time]) @ slopes).round(
 # %% [markdown]
 # If it could not, some direction would lengthen the hover without violating a binding constraint.
 # In a linear problem these conditions prove the optimum; in a nonconvex one a bad point may satisfy
-# them too, as [Convexity and a bad local optimum](11_convexity_and_a_bad_local_optimum.py) shows.
+# them too, as [Convexity and a bad local optimum](10_convexity_and_a_bad_local_optimum.py) shows.
 #
 # ## What everything is worth
 #

@@ -107,7 +107,7 @@ print(f"slots {by_slots.hover_time_s:.2f} s, continuous {exact.hover_time_s:.2f}
 # Counting slots means whole numbers. `cvxpy` passes the problem to a mixed-integer solver: it first
 # solves the problem with continuous times, its *relaxation*, whose optimum is a bound, and then
 # searches only where a cell could still be better. It finds the same Δ without visiting every cell;
-# [Discrete, relaxed, continuous](10_discrete_relaxed_continuous.py) follows it on its way.
+# [Discrete, relaxed, continuous](12_discrete_relaxed_continuous.py) follows it on its way.
 
 # %%
 for slot_s in (10.0, 60.0):

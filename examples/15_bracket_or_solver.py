@@ -10,7 +10,7 @@ if hasattr(sys.stdout, "reconfigure"):
 # another one is better. The engine `bracket` proves it: no longer hover is feasible.
 #
 # **Before this lesson:** [When the battery runs dry](04_when_the_battery_runs_dry.py),
-# [Convexity and a bad local optimum](11_convexity_and_a_bad_local_optimum.py).
+# [Convexity and a bad local optimum](10_convexity_and_a_bad_local_optimum.py).
 # **Time:** 40 minutes.
 #
 # **Learning intentions.** After this page you can

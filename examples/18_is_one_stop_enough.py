@@ -10,7 +10,7 @@ if hasattr(sys.stdout, "reconfigure"):
 # charge counts, that is a theorem. If the battery must not run dry, it is wrong.
 #
 # **Before this lesson:** [When the battery runs dry](04_when_the_battery_runs_dry.py),
-# [Which building?](12_which_building_milp.py).
+# [Which building?](11_which_building_milp.py).
 # **Time:** 35 minutes.
 #
 # **Learning intentions.** After this page you can

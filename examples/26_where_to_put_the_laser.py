@@ -9,7 +9,7 @@ if hasattr(sys.stdout, "reconfigure"):
 # One laser, ten roofs to put it on, and many devices that wait for a drone. In haze light does not
 # carry far, so the place matters. Some choices can be proved best; some improvements cannot.
 #
-# **Before this lesson:** [Which building?](12_which_building_milp.py),
+# **Before this lesson:** [Which building?](11_which_building_milp.py),
 # [Link and laser](22_link_and_laser.py).
 # **Time:** 40 minutes.
 #

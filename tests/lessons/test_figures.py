@@ -196,7 +196,7 @@ def test_09_grid_or_continuous(ran: Any) -> None:
 
 
 @slow
-def test_12_which_building_milp(ran: Any) -> None:
+def test_11_which_building_milp(ran: Any) -> None:
     assert math.isclose(ran.big.plan.hover_time_s, max(ran.alone_s.values()), abs_tol=1e-5)
     assert ran.big.plan.route[1] == "b1"
     assert ran.big.relaxation_s > 1.4 * ran.big.plan.hover_time_s
@@ -667,7 +667,7 @@ def test_08_duality_and_kkt(ran: Any) -> None:
 
 
 @slow
-def test_10_discrete_relaxed_continuous(ran: Any) -> None:
+def test_12_discrete_relaxed_continuous(ran: Any) -> None:
     """Times are the machine's; counts, bounds and answers are not."""
     assert near(ran.best_s, 719.5399, 3)
     assert ran.nodes > ran.routes == 21
@@ -684,7 +684,7 @@ def test_10_discrete_relaxed_continuous(ran: Any) -> None:
 
 
 @slow
-def test_11_convexity_and_a_bad_local_optimum(ran: Any) -> None:
+def test_10_convexity_and_a_bad_local_optimum(ran: Any) -> None:
     """IPOPT reports success at a sixteenth of the hover that the bracket proves."""
     assert ran.halfway(ran.linear, 0.0, 1200.0) == 1.0
     assert 0.5 < ran.halfway(ran.program, 54.0, 57.0) < 0.9

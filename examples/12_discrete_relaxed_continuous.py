@@ -10,7 +10,8 @@ if hasattr(sys.stdout, "reconfigure"):
 # answers differ by less than a slot or two; what they cost differs by a hundred times and more.
 # Here you measure that, and follow a branch and bound from its first bound to its proof.
 #
-# **Before this lesson:** [Grid or continuous?](09_grid_or_continuous.py).
+# **Before this lesson:** [Grid or continuous?](09_grid_or_continuous.py),
+# [Which building?](11_which_building_milp.py).
 # **Time:** 45 minutes.
 #
 # **Learning intentions.** After this page you can
@@ -164,7 +165,7 @@ ax
 # ## Branch and bound, by hand
 #
 # Which route, with which times? A binary λ for each route says which one is flown, with a big M to
-# switch the constraints of all others off ([Which building?](12_which_building_milp.py) has the
+# switch the constraints of all others off ([Which building?](11_which_building_milp.py) has the
 # programme in full). The relaxation lets every λ be between 0 and 1. Its optimum bounds all routes.
 #
 # - Solve the relaxation. If all λ are whole, it is a plan, and if it is the best so far, keep it.
@@ -281,8 +282,8 @@ for form in ("big-M", "hull"):
 #   than a line of code. It is this package's reference.
 # - Linear constraints: the relaxation is the answer, and its dual the proof.
 # - Whole slots with linear constraints, or choices: branch and bound, with a good relaxation.
-# - Nonlinear constraints in continuous time: none of the three. That is the subject of
-#   [Convexity and a bad local optimum](11_convexity_and_a_bad_local_optimum.py).
+# - Nonlinear constraints in continuous time: none of the three. That was the subject of
+#   [Convexity and a bad local optimum](10_convexity_and_a_bad_local_optimum.py).
 
 # %% [markdown]
 # ## Exercises
@@ -294,7 +295,7 @@ for form in ("big-M", "hull"):
 from optuav import exercises
 
 student = ""
-task = exercises.task("10.1", student)
+task = exercises.task("12.1", student)
 print(task)
 
 # %%
@@ -307,11 +308,11 @@ answer_1 = comb(task["left_s"] // task["slot_s"], times)
 ### END SOLUTION
 
 # %%
-grade = exercises.check("10.1", answer_1, student)
+grade = exercises.check("12.1", answer_1, student)
 print(grade)
 
 # %%
-task = exercises.task("10.2", student)
+task = exercises.task("12.2", student)
 print(task)
 
 # %%
@@ -321,11 +322,11 @@ answer_2 = max(task["a_s"], task["b_s"], task["c_s"]) - task["plan_s"]
 ### END SOLUTION
 
 # %%
-grade = exercises.check("10.2", answer_2, student)
+grade = exercises.check("12.2", answer_2, student)
 print(grade)
 
 # %%
-task = exercises.task("10.3", student)
+task = exercises.task("12.3", student)
 print(task)
 
 # %%
@@ -337,5 +338,5 @@ answer_3 = min(bound_s for bound_s in waiting_s if bound_s > task["plan_s"])
 ### END SOLUTION
 
 # %%
-grade = exercises.check("10.3", answer_3, student)
+grade = exercises.check("12.3", answer_3, student)
 print(grade)

@@ -11,8 +11,7 @@ if hasattr(sys.stdout, "reconfigure"):
 # two ways to write that. Both are correct, but one gives the solver a bound that is hardly of use.
 # To begin with, only the buildings b1 and b9 are there.
 #
-# **Before this lesson:** [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py),
-# [Discrete, relaxed, continuous](10_discrete_relaxed_continuous.py).
+# **Before this lesson:** [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py).
 # **Time:** 40 minutes.
 #
 # **Learning intentions.** After this page you can
@@ -59,8 +58,9 @@ print(" → ".join(big.plan.route), "by", big.plan.proof)
 #
 # ## The relaxation
 #
-# Branch and bound starts from the programme with $0 \le \lambda \le 1$. Its optimum bounds every
-# choice. But with a third of each route, the constraints of all are relaxed.
+# A solver starts from the programme with $0 \le \lambda \le 1$, the *relaxation*. Its optimum
+# bounds every choice. But with a third of each route, the constraints of all are relaxed.
+# [Discrete, relaxed, continuous](12_discrete_relaxed_continuous.py) follows the solver from there.
 #
 # **Before you run:** no route hovers longer than 720 s. Guess the bound.
 
@@ -135,7 +135,7 @@ print(edited.notes[-1])
 from optuav import exercises
 
 student = ""
-task = exercises.task("12.1", student)
+task = exercises.task("11.1", student)
 print(task)
 
 # %%
@@ -146,11 +146,11 @@ answer_1 = task["hover_A"] * task["left_s"] - task["usable_As"]
 ### END SOLUTION
 
 # %%
-grade = exercises.check("12.1", answer_1, student)
+grade = exercises.check("11.1", answer_1, student)
 print(grade)
 
 # %%
-task = exercises.task("12.2", student)
+task = exercises.task("11.2", student)
 print(task)
 
 # %%
@@ -161,11 +161,11 @@ answer_2 = (task["first_s"] + task["second_s"] + task["M"]) / 2
 ### END SOLUTION
 
 # %%
-grade = exercises.check("12.2", answer_2, student)
+grade = exercises.check("11.2", answer_2, student)
 print(grade)
 
 # %%
-task = exercises.task("12.3", student)
+task = exercises.task("11.3", student)
 print(task)
 
 # %%
@@ -185,11 +185,11 @@ answer_3.subject_to("rest only by way", rest <= 2000 * by_way, unit="s")
 ### END SOLUTION
 
 # %%
-grade = exercises.check("12.3", answer_3, student)
+grade = exercises.check("11.3", answer_3, student)
 print(grade)
 
 # %%
-task = exercises.task("12.4", student)
+task = exercises.task("11.4", student)
 print(task)
 
 # %%
@@ -201,5 +201,5 @@ answer_4 = max(plans, key=lambda plan: plan.hover_time_s)
 ### END SOLUTION
 
 # %%
-grade = exercises.check("12.4", answer_4, student)
+grade = exercises.check("11.4", answer_4, student)
 print(grade)

@@ -282,7 +282,7 @@ for engine, plan in plans.items():
 from optuav import exercises
 
 student = ""
-task = exercises.task("11.1", student)
+task = exercises.task("10.1", student)
 print(task)
 
 # %%
@@ -296,11 +296,11 @@ answer_1 = "yes" if rows.satisfied else "no", middle_s
 ### END SOLUTION
 
 # %%
-grade = exercises.check("11.1", answer_1, student)
+grade = exercises.check("10.1", answer_1, student)
 print(grade)
 
 # %%
-task = exercises.task("11.2", student)
+task = exercises.task("10.2", student)
 print(task)
 
 # %%
@@ -314,11 +314,11 @@ while p4.check({"hover_time_s": answer_2 + 0.5, "rest_time_s": task["rest_s"]}).
 ### END SOLUTION
 
 # %%
-grade = exercises.check("11.2", answer_2, student)
+grade = exercises.check("10.2", answer_2, student)
 print(grade)
 
 # %%
-task = exercises.task("11.3", student)
+task = exercises.task("10.3", student)
 print(task)
 
 # %%
@@ -331,5 +331,5 @@ answer_3 = "no" if task["perspective"] == "available" else "yes", longest.hover_
 ### END SOLUTION
 
 # %%
-grade = exercises.check("11.3", answer_3, student)
+grade = exercises.check("10.3", answer_3, student)
 print(grade)
