@@ -11,6 +11,7 @@ from optuav.exercises.exercise import Task, decimals
 from optuav.exercises.predict import Predict, Predictions
 from optuav.exercises.witness import Condition, Conditions, Witness, flown, within
 from optuav.judge import Itinerary, Stop, audit
+from optuav.options import SCHEDULES
 from optuav.physics.kibam import Battery, Stage, step, time_to_empty
 from optuav.physics.packs import lifetime
 
@@ -24,8 +25,10 @@ ISLAND = {
 }
 
 
-def _flies(task: Task, *stops: tuple[str, str, float]) -> bool:
-    return bool(audit(Itinerary(task.mission, tuple(Stop(*stop) for stop in stops))))
+def _flies(task: Task, hover_s: float, *rests: Stop) -> bool:
+    """Whether a hover can be flown, after the first of two rests if there are any."""
+    stops = (*rests[:1], Stop("hover", "hover", hover_s), *rests[1:])
+    return bool(audit(Itinerary(task.mission, stops)))
 
 
 @Witness(
@@ -157,7 +160,7 @@ def _one_rest(task: Task, plan: Itinerary) -> Conditions:
     CAPACITY,
     reasons={
         "Full: the flight out took little, so a long rest drives the available well past full.": "",
-        "Empty: the rest begins with an empty available well.": "how much has one leg taken by then?",
+        "Empty: the rest begins with an empty available well.": "how much did one leg take?",
         "Deadline: the rest takes more time than there is.": "compare mission_time_s with it",
     },
     form=ITINERARY,
@@ -189,10 +192,8 @@ def _shortest(task: Task, hovers: Mapping[str, float]) -> Conditions:
     words = f"{fails_s:g} s is not up to 1 s shorter than {flies_s:g} s"
     yield Condition(0.0 < flies_s - fails_s <= 1.0, words, "halve the interval between them")
     hint = "audit hovers of several lengths: where do they begin to pass?"
-    yield Condition(
-        _flies(task, ("hover", "hover", flies_s)), f"{flies_s:g} s cannot be flown", hint
-    )
-    fails = not _flies(task, ("hover", "hover", fails_s))
+    yield Condition(_flies(task, flies_s), f"{flies_s:g} s cannot be flown", hint)
+    fails = not _flies(task, fails_s)
     yield Condition(fails, f"{fails_s:g} s can be flown as well", hint)
 
 
@@ -223,10 +224,11 @@ def _charging(task: Task, plan: Itinerary) -> Conditions:
     form=figure("A", 0.5, 100.0),
 )
 def _pooled(task: Task, current_A: float) -> Conditions:
-    cell = {"available_fraction": 0.625, "flow_rate_per_s": 4.5e-5}
-    load, capacity_As = [(current_A, 1e6)], float(task["capacity_As"])
-    pooled_s = lifetime(load, packs=2, capacity_As=capacity_As, **cell)
-    in_turn_s = lifetime(load, packs=2, capacity_As=capacity_As, schedule="sequential", **cell)
+    cell = Battery(float(task["capacity_As"]), 0.625, 4.5e-5)
+    pooled_s, in_turn_s = (
+        lifetime([(current_A, 1e6)], packs=2, schedule=schedule, **vars(cell))
+        for schedule in SCHEDULES[:2]
+    )
     hint = "the gain shrinks as the current grows"
     yield within("the gain", pooled_s - in_turn_s, task["gain_s"], 1.0, "s", hint)
 
@@ -244,13 +246,13 @@ def _pooled(task: Task, current_A: float) -> Conditions:
     form=ITINERARY,
 )
 def _repaired(task: Task, plan: Itinerary) -> Conditions:
-    stops = [(stop.at, stop.kind, stop.duration_s) for stop in plan.stops]
-    first, last = ("b9", "rest", task["first_s"]), ("b10", "rest", task["last_s"])
-    same = len(stops) == 3 and [stops[0], stops[1][0], stops[2]] == [first, "hover", last]
-    yield Condition(same, "its stops are others", f"keep {first} and {last}")
-    hover_s, hint = stops[1][2], "optuav.audit(itinerary) lists all violations"
-    yield Condition(_flies(task, *stops), f"{hover_s:g} s fails the audit", hint)
-    fails = not _flies(task, first, ("hover", "hover", hover_s + 1.0), last)
+    first = Stop("b9", "rest", float(task["first_s"]))
+    last = Stop("b10", "rest", float(task["last_s"]))
+    same = len(plan.stops) == 3 and (plan.stops[0], plan.stops[2]) == (first, last)
+    yield Condition(same and plan.stops[1].at == "hover", "its stops are others", "keep both rests")
+    hover_s, hint = plan.stops[1].duration_s, "optuav.audit(itinerary) lists all violations"
+    yield Condition(_flies(task, hover_s, first, last), f"{hover_s:g} s fails the audit", hint)
+    fails = not _flies(task, hover_s + 1.0, first, last)
     yield Condition(fails, f"{hover_s:g} s passes the audit", "so does 1 s more", None, True)
 
 

@@ -2,7 +2,7 @@
 
 import re
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from typing import Any, ClassVar, Literal, Self, TypeAlias
@@ -13,8 +13,8 @@ from optuav.mission.messages import nearest
 from optuav.modelling import Model
 
 Kind: TypeAlias = Literal["predict", "declare", "design", "prove", "explain-why"]
-Draws: TypeAlias = Mapping[str, Sequence[float | str] | Callable[[Mapping[str, Any]], float]]
-"""Choices of each number, by key of the mission or by name, or how it follows from those before."""
+Draws: TypeAlias = Mapping[str, Any]
+"""Of each number, by key of the mission or name: its choices, or a function of those before."""
 
 CORRECT, WRONG, OPEN = "correct", "not correct", "no answer yet"
 LETTERS = "abcdef"
@@ -169,6 +169,7 @@ class Exercise:
     answer: ClassVar[str] = ""  # How an answer is written
 
     def __call__(self, function: Callable[..., Any]) -> Self:
+        """Return the exercise with its function, as a decorator."""
         return replace(self, function=function)
 
     def grade(self, task: Task, answer: object) -> Grade:

@@ -11,7 +11,7 @@ from formulations.formulation import Given
 from optuav.arrays import Booleans, Floats
 from optuav.exercises.answers import ITINERARY, Form, figure, figures, fractions
 from optuav.exercises.declare import Declare
-from optuav.exercises.exercise import Task, decimals
+from optuav.exercises.exercise import Draws, Task, decimals
 from optuav.exercises.linear import linear
 from optuav.exercises.predict import Predict, Predictions
 from optuav.exercises.prove import (
@@ -308,7 +308,7 @@ def _closed_roofs(task: Task, plan: Itinerary) -> Conditions:
     yield from flown(plan, optuav.solve(task.mission).hover_time_s, 0.995)
 
 
-SLOTS = {
+SLOTS: Draws = {
     "near_As": range(80, 111),
     "most": range(8, 16),
     "far_As": range(60, 100),
@@ -399,7 +399,7 @@ def _wanted(task: Task) -> Program:
     return optuav.formulate(task.mission, asked)
 
 
-PRINTED = {
+PRINTED: Draws = {
     **{"first_s": range(600, 701), "second_s": range(720, 821), "third_s": range(900, 1001)},
     **{"first": decimals(26.0, 31.0, 0.01), "third": decimals(4.0, 8.0, 0.01)},
     "off": (*decimals(-1.5, -0.3, 0.01), *decimals(0.3, 1.5, 0.01)),

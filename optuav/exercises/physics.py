@@ -28,7 +28,7 @@ from optuav.physics.packs import lifetime
         "current_A": decimals(0.6, 1.5, 0.05),
     },
     reasons={
-        "One lifetime fixes one combination of the three numbers, however often it is measured.": "",
+        "One lifetime fixes one combination of the three numbers, as often as it is measured.": "",
         "Ten measurements are too few against their noise.": "what would a thousand of them show?",
         "A capacity can only be measured at 0 A.": "other currents tell the numbers apart",
     },
@@ -106,7 +106,7 @@ def _windy(task: Task, wind_N: float) -> Conditions:
     },
     reasons={
         "More light arrives than the battery may take: its cap hides the loss.": "",
-        "Light haze absorbs no light of this wavelength.": "see the attenuation at 10 km visibility",
+        "Light haze absorbs no light of this wavelength.": "see the attenuation at 10 km",
         "The plan never charges from the laser.": "what is the current of its rest?",
     },
     form=figure("km", 0.05, 100.0),
@@ -143,6 +143,33 @@ def _paired(task: Task, half_s: float) -> Conditions:
     truth_s = 1.96 * float(gains_s.std(ddof=1)) / np.sqrt(len(gains_s))
     hint = "1.96 standard errors of the mean of the differences"
     yield Condition(abs(half_s - truth_s) <= 0.02, f"it is not ± {half_s:g} s", hint)
+
+
+@Witness(
+    "26.1",
+    "With a laser on roof 1, 2 or 3, device a hovers {a1}, {a2} or {a3} s and device b {b1}, {b2} "
+    "or {b3} s; the better of two lasers serves a device. Greed places two lasers one by one, and "
+    "misses the best pair. Why? The witness is both mean hovers, within 0.1 s.",
+    {
+        **{name: range(540, 621) for name in ("a1", "b1")},
+        **{name: range(640, 721) for name in ("a2", "b3")},
+        **{name: range(300, 401) for name in ("a3", "b2")},
+    },
+    reasons={
+        "The first roof is good for both devices, and best for none once there are two lasers.": "",
+        "Greed never tries more than one roof.": "it tries every roof beside the first one",
+        "The mean is not the sum that greed adds up.": "twice the mean is the sum",
+    },
+    form=figures(greedy_s=("s", 0.0, 2000.0), best_s=("s", 0.0, 2000.0)),
+)
+def _greedy(task: Task, means: Mapping[str, float]) -> Conditions:
+    table = np.array([[task[f"{device}{roof}"] for roof in (1, 2, 3)] for device in "ab"], float)
+    with_each_s = [np.maximum(table[:, [k]], table).mean(axis=0).max() for k in range(3)]
+    hint = "keep the best single roof, and try the others beside it"
+    greedy_s = float(with_each_s[table.mean(axis=0).argmax()])
+    yield Condition(abs(means["greedy_s"] - greedy_s) <= 0.1, "greed finds another mean", hint)
+    hint, best_s = "try all three pairs", float(max(with_each_s))
+    yield Condition(abs(means["best_s"] - best_s) <= 0.1, "the best pair has another mean", hint)
 
 
 @Witness(

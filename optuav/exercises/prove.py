@@ -72,7 +72,7 @@ def labels(model: Model) -> list[str]:
 def added(
     model: Model, multipliers: Mapping[str, Fraction], goal: Mapping[str, Fraction]
 ) -> tuple[Certificate, Condition]:
-    """Add the constraints up, and test signs and coefficients of the sum."""
+    """Add the constraints up, and check signs and coefficients of the sum."""
     rows = tuple(
         replace(row, multiplier=multipliers.get(row.label, Fraction(0)))
         for row in inequalities(model, model.row(0))
@@ -94,7 +94,7 @@ def added(
 
 
 def contradiction(model: Model, multipliers: Mapping[str, Fraction]) -> Conditions:
-    """Condition whether multipliers add the constraints up to a false sentence."""
+    """Yield whether multipliers add the constraints up to a false sentence."""
     proof, test = added(model, multipliers, {})
     yield test
     hint = "0 ≤ a number is false only if the number is negative"
@@ -105,7 +105,7 @@ def contradiction(model: Model, multipliers: Mapping[str, Fraction]) -> Conditio
 def optimality(
     model: Model, multipliers: Mapping[str, Fraction], point: Mapping[str, Fraction] | None = None
 ) -> Conditions:
-    """Condition whether multipliers prove the optimum, with the values of a point by name or alone."""
+    """Yield whether multipliers prove the optimum, alone or with the values of a point."""
     proof, test = added(model, multipliers, objective(model))
     yield test
     if point is not None:
@@ -123,7 +123,7 @@ def optimality(
 def feasibility(
     model: Model, point: Mapping[str, Fraction]
 ) -> tuple[dict[str, Fraction], Condition]:
-    """Return the slack of each constraint at a point, and test that none is negative."""
+    """Return the slack of each constraint at a point, and whether none is negative."""
     at = {variable.symbol: point[variable.name] for variable in model.variables}
     slack = {
         row.label: row.limit - sum(a * at[symbol] for symbol, a in row.coefficients.items())
@@ -135,7 +135,7 @@ def feasibility(
 
 
 def _slackness(model: Model, rows: tuple[Row, ...], point: Mapping[str, Fraction]) -> Conditions:
-    """Condition a point beside multipliers."""
+    """Yield a point beside multipliers."""
     slack, test = feasibility(model, point)
     yield test
     for row in rows:

@@ -28,6 +28,7 @@ from optuav.physics.kibam import Battery, Stage, Tilted, Wells, step, tilted_aft
 )
 def _endless(task: Task, bound_As: float) -> Conditions:
     visit, hover_s = optuav.coverage(task.mission).visit, float(task["hover_s"])
+    assert visit is not None
     begin = Tilted.of(visit.battery, Wells(visit.battery.full.available_As, bound_As))
     rest = Stage(visit.rest_A, visit.rest_s(hover_s))
     end = tilted_after(visit.battery, begin, *visit.stages(hover_s), rest).wells(visit.battery)
@@ -71,7 +72,7 @@ def _pads(task: Task, power_W: float) -> Conditions:
         "total_As": lambda drawn: round(1.3 * drawn["flight_s"] * drawn["flight_A"]) + 5000,
     },
     reasons={
-        "Only the available well feeds the rotors, and bound charge hardly follows in that time.": "",
+        "Only the available well feeds the rotors, and bound charge hardly follows.": "",
         "The drain of the way home is uncertain.": "here it is stated exactly",
         "The charge at the landing would be below 5 %.": "the well runs dry before that counts",
     },

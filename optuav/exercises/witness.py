@@ -73,10 +73,10 @@ class Witness(Exercise):
 
     def _reason(self, task: Task, answer: object) -> tuple[str, object]:
         """Return the reason that an answer chooses, and its witness."""
-        is_pair = isinstance(answer, tuple | list) and len(answer) == 2
-        letter, witness = answer if is_pair else (None, None)  # type: ignore[misc]
-        if isinstance(letter, str) and letter.strip(" ()").casefold() in task.reasons:
-            return task.reasons[letter.strip(" ()").casefold()], witness
+        if isinstance(answer, tuple | list) and len(answer) == 2 and isinstance(answer[0], str):
+            letter = answer[0].strip(" ()").casefold()
+            if letter in task.reasons:
+                return task.reasons[letter], answer[1]
         words = f"the letter of a reason, {', '.join(task.reasons)}, and a witness, ('a', ...)"
         raise InputError([Fault("answer", shown(answer), words)])
 
