@@ -194,7 +194,7 @@ answer_1 = ...
 from optuav.physics.kibam import Battery, time_to_empty
 
 battery = Battery(task["capacity_As"], task["share"], 2e-4)
-low_A, high_A = 1.0, 500.0
+low_A, high_A = 0.1, 500.0
 while high_A - low_A > 1e-6:
     current_A = 0.5 * (low_A + high_A)
     lasts_s = time_to_empty(battery, battery.full, -current_A)

@@ -163,9 +163,7 @@ for first_s in range(240, 361, 20):
                 best_s, best = hover_s, stops
         else:
             high_s = hover_s
-letter = next(
-    key for key, reason in task.reasons.items() if "saves charge for the way home" in reason
-)
+letter = next(key for key, reason in task.reasons.items() if "for the way home" in reason)
 answer_1 = letter, optuav.Itinerary(task.mission, best)
 ### END SOLUTION
 

@@ -186,14 +186,14 @@ print(task)
 answer_1 = ...
 ### BEGIN SOLUTION
 # Halve the interval between a well that is enough and one that is not.
-from optuav.physics.kibam import Battery, Wells, step
+from optuav.physics import kibam
 
-pack = Battery(72_000, task["available_fraction"], task["flow_rate_per_s"])
-way = Stage(-task["flight_A"], task["flight_s"])
+pack = kibam.Battery(72_000, task["available_fraction"], task["flow_rate_per_s"])
+way = kibam.Stage(-task["flight_A"], task["flight_s"])
 dry_As, home_As = 0.0, float(task["total_As"])
 while home_As - dry_As > 10.0:
     middle_As = 0.5 * (dry_As + home_As)
-    landed = step(pack, Wells(middle_As, task["total_As"] - middle_As), way)
+    landed = kibam.step(pack, kibam.Wells(middle_As, task["total_As"] - middle_As), way)
     is_dry = landed.available_As < 0
     dry_As, home_As = (middle_As, home_As) if is_dry else (dry_As, middle_As)
 letter = next(key for key, reason in task.reasons.items() if "Only the available well" in reason)
