@@ -153,17 +153,17 @@ print(task)
 # %%
 answer_1 = ...
 ### BEGIN SOLUTION
-# Hover until the well is nearly empty, then rest on b10 for the flight home. The hover is shortened
-# until the audit agrees.
+# A rest of some 140 s just fills the well; then halve an interval of hovers.
 from optuav.judge import Stop
 
-hover_s = 900.0
-while True:
-    stops = Stop("hover", "hover", hover_s), Stop("b10", "rest", 270.0)
-    answer_1 = optuav.Itinerary(task.mission, stops)
-    if optuav.audit(answer_1):
-        break
-    hover_s -= 2.0
+low_s, high_s = 0.0, 1000.0
+while high_s - low_s > 0.5:
+    hover_s = 0.5 * (low_s + high_s)
+    stops = Stop("b1", "rest", 142.0), Stop("hover", "hover", hover_s)
+    flyable = optuav.audit(optuav.Itinerary(task.mission, stops)).flyable
+    low_s, high_s = (hover_s, high_s) if flyable else (low_s, hover_s)
+letter = next(key for key, reason in task.reasons.items() if "Full" in reason)
+answer_1 = letter, [("b1", "rest", 142.0), ("hover", "hover", low_s)]
 ### END SOLUTION
 
 # %%
@@ -177,15 +177,15 @@ print(task)
 # %%
 answer_2 = ...
 ### BEGIN SOLUTION
-# A rest of some 140 s just fills the well; then find the longest hover as in 01.1.
-low_s, high_s = 0.0, 1000.0
-while high_s - low_s > 0.5:
-    hover_s = 0.5 * (low_s + high_s)
-    stops = Stop("b1", "rest", 142.0), Stop("hover", "hover", hover_s)
-    flyable = optuav.audit(optuav.Itinerary(task.mission, stops)).flyable
-    low_s, high_s = (hover_s, high_s) if flyable else (low_s, hover_s)
-letter = next(key for key, reason in task.reasons.items() if "Full" in reason)
-answer_2 = letter, [("b1", "rest", 142.0), ("hover", "hover", low_s)]
+# Hover until the well is nearly empty, then rest on b10 for the flight home. The hover is shortened
+# until the audit agrees.
+hover_s = 900.0
+while True:
+    stops = Stop("hover", "hover", hover_s), Stop("b10", "rest", 270.0)
+    answer_2 = optuav.Itinerary(task.mission, stops)
+    if optuav.audit(answer_2):
+        break
+    hover_s -= 2.0
 ### END SOLUTION
 
 # %%

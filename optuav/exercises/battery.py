@@ -140,19 +140,6 @@ def _load(task: Task, load: Mapping[str, float]) -> Conditions:
 
 @Witness(
     "04.1",
-    "One pack holds {battery.capacity_As} A s. Design an itinerary with one rest at most that can "
-    "be flown and hovers at least 99 % of the longest such hover. Where and when does a rest "
-    "help, if the well must neither run dry nor be charged past full? Use `optuav.audit`, and no "
-    "solver.",
-    CAPACITY,
-    form=ITINERARY,
-)
-def _one_rest(task: Task, plan: Itinerary) -> Conditions:
-    return flown(plan, optuav.solve(task.mission).hover_time_s, 0.99)
-
-
-@Witness(
-    "04.2",
     "One pack holds {battery.capacity_As} A s. The paper's way by b1, `optuav.solve(task.mission, "
     "optuav.P4('b1', order='rest-first'), perspective='battery')`, rests for minutes before it "
     "hovers. Which limit does it break first, and why? The witness is a plan with the same stops "
@@ -170,6 +157,19 @@ def _overfull(task: Task, plan: Itinerary) -> Conditions:
     yield Condition(same, "it has other stops", "rest on b1, then hover")
     best = optuav.solve(task.mission, optuav.P4("b1", order="rest-first"))
     yield from flown(plan, best.hover_time_s, 0.995)
+
+
+@Witness(
+    "04.2",
+    "One pack holds {battery.capacity_As} A s. Design an itinerary with one rest at most that can "
+    "be flown and hovers at least 99 % of the longest such hover. Where and when does a rest "
+    "help, if the well must neither run dry nor be charged past full? Use `optuav.audit`, and no "
+    "solver.",
+    CAPACITY,
+    form=ITINERARY,
+)
+def _one_rest(task: Task, plan: Itinerary) -> Conditions:
+    return flown(plan, optuav.solve(task.mission).hover_time_s, 0.99)
 
 
 @Witness(

@@ -97,10 +97,10 @@ def task(number: str, student: str = "") -> Task:
 def _unknown(number: object, known: Mapping[str, Exercise]) -> str:
     """Return what to say of a number that no exercise has: what there is in its lesson now."""
     stated = number if isinstance(number, str) else shown(number)
-    meant = f"0{stated}" if f"0{stated}" in known else stated
-    lesson, dot, place = stated.partition(".")
-    if not (re.fullmatch(r"[0-3][0-9]|A[12]", lesson) and dot and place.isdecimal()):
-        return f"no exercise has this number{nearest(meant, known)}; there are {', '.join(known)}"
+    stated = f"0{stated}" if re.fullmatch(r"[0-9]\.[0-9]+", stated) else stated
+    if stated in known or not re.fullmatch(r"([0-3][0-9]|A[12])\.[0-9]+", stated):
+        return f"no exercise has this number{nearest(stated, known)}; there are {', '.join(known)}"
+    lesson = stated.partition(".")[0]
     places = [f"in lesson {lesson} there is now {_listed(lesson, known)}"]
     if lesson in RENUMBERED:
         now = RENUMBERED[lesson]
