@@ -53,9 +53,9 @@ class Witness(Exercise):
     def answer(self) -> str:  # type: ignore[override]
         """How an answer is written."""
         example = self.form.example
-        return (
-            f"the letter of the reason and a witness, ('a', {example})" if self.reasons else example
-        )
+        if self.reasons:
+            return f"the letter of the reason and a witness, such as ('a', {example})"
+        return f"such as {example}"
 
     @np.errstate(all="ignore")  # A witness may be far from where formulas are meant to be used
     def grade(self, task: Task, answer: object) -> Grade:
