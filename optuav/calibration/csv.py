@@ -72,7 +72,7 @@ class Format(NamedTuple):
 
     def named(self, heading: str) -> str | None:
         """The column that a heading names, with whatever unit."""
-        return next((each for each in self.kinds if f"{heading}_".startswith(f"{each}_")), None)
+        return next((kind for kind in self.kinds if f"{heading}_".startswith(f"{kind}_")), None)
 
 
 @dataclass(frozen=True)
@@ -139,8 +139,10 @@ def read(text: str, source: str, formats: Iterable[Format]) -> Measurements:
         words = "a word" if column in texts else "a number, 0 or 1e-9 to 1e10 in SI units"
         broken.append((headings[place], words, wrong[place]))
     numbers = {column: np.array(values) for column, values in columns.items()}
-    numbers |= {each: np.full(len(lines), math.nan) for each in form.blanks if each not in numbers}
-    faults += [_fault(source, *each) for each in broken if each[-1]]
+    numbers |= {
+        blank: np.full(len(lines), math.nan) for blank in form.blanks if blank not in numbers
+    }
+    faults += [_fault(source, *parts) for parts in broken if parts[-1]]
     if (count := len(lines) + len(uneven)) < form.least:
         words = f"at least {counted(form.least, 'line')} of measurements; there are {count}"
         faults.append(Fault("", "", words, source))
@@ -170,7 +172,7 @@ def gaps(table: Measurements) -> Iterator[Fault]:
 def read_all(
     files: Sequence[Path], formats: Sequence[Format], one: Callable[[Measurements], Read]
 ) -> list[Read]:
-    """What `one` makes of each file; or all their faults, also of two with the same content."""
+    """Read each file with `one`, or refuse all faults at once, also of two with one content."""
     found, faults, first = list[Read](), list[Fault](), dict[str, str]()
     for path in files:
         try:

@@ -175,17 +175,21 @@ class Fit:
     @property
     def changes(self) -> dict[str, object]:
         """The values that are determined, by dotted key, as `optuav.Mission.replace` takes them."""
-        found = {each.key: rounded(each.value) for each in self.values if each.determined}
+        found = {value.key: rounded(value.value) for value in self.values if value.determined}
         return {**self.settings, **found}
 
     def __repr__(self) -> str:
-        return f"<Fit of {self.kind} to {self.data}: {listed([each.key for each in self.values])}>"
+        return (
+            f"<Fit of {self.kind} to {self.data}: {listed([value.key for value in self.values])}>"
+        )
 
     def _repr_html_(self) -> str:
         from optuav import markup
 
         heads = ("key", "value", f"{CONFIDENCE:.0%} interval", "where it comes from")
-        rows = [(each.key, *([*each.written(" to "), ""][:2]), each.origin) for each in self.values]
+        rows = [
+            (value.key, *([*value.written(" to "), ""][:2]), value.origin) for value in self.values
+        ]
         loose = [number for number, each in enumerate(self.values) if not each.determined]
         return markup.shown(
             markup.paragraph(f"{self.kind}: {self.data}", good=not self.warnings),
@@ -207,8 +211,14 @@ class Fit:
             known), ``determined`` and ``origin``.
         """
         rows = [
-            (each.key, each.value, *(each.interval or (None, None)), each.determined, each.origin)
-            for each in self.values
+            (
+                value.key,
+                value.value,
+                *(value.interval or (None, None)),
+                value.determined,
+                value.origin,
+            )
+            for value in self.values
         ]
         return frame(rows, ["key", "value", "low", "high", "determined", "origin"])
 
@@ -239,8 +249,8 @@ class Fit:
         for key, value in self.settings.items():
             table, _, name = key.partition(".")
             entries.setdefault(table, []).append(_entry(name, value))
-        for each in self.values:
-            entries.setdefault(each.key.partition(".")[0], []).extend(each.lines())
+        for fitted in self.values:
+            entries.setdefault(fitted.key.partition(".")[0], []).extend(fitted.lines())
         for table, found in entries.items():
             lines += ["", f"[{table}]", *found]
         return "\n".join(lines) + "\n"
@@ -302,8 +312,12 @@ def estimate(
     how: dict[str, Any] = {"method": "trf", "jac": "3-point", "max_nfev": MOST_STEPS}
     how |= dict.fromkeys(("xtol", "ftol", "gtol"), CLOSE)
     found: list[Any] = [least_squares(inside, np.log(start), **how) for start in starts]
-    least = min(each.cost for each in found)
-    ties = [each for each in found if each.cost <= least + TIE * (least + (spread or 0.0) ** 2)]
+    least = min(estimate.cost for estimate in found)
+    ties = [
+        estimate
+        for estimate in found
+        if estimate.cost <= least + TIE * (least + (spread or 0.0) ** 2)
+    ]
     best = ties[0]
     _, sizes, directions = np.linalg.svd(best.jac, full_matrices=False)
     seen = sizes > BLIND * max(sizes[0], NOTHING)
@@ -319,7 +333,7 @@ def estimate(
         ends = outer(best.x - reach).tolist(), outer(best.x + reach).tolist()
         intervals = tuple(map(ConfidenceInterval, *ends))
         # Of optima that are equally good, rounding would choose one.
-        apart = [np.abs(each.x - best.x) > np.maximum(reach, SAME) for each in ties]
+        apart = [np.abs(tie.x - best.x) > np.maximum(reach, SAME) for tie in ties]
         wide = wide | (reach > WIDE) | np.any(apart, axis=0)
     undetermined = tuple(compress(keys, wide))
     return Estimate(tuple(keys), outer(best.x), best.fun, sigma, intervals, undetermined)
@@ -335,7 +349,7 @@ def quantile(confidence: float, freedom: float | None) -> float:
 
 def finished(found: Fit, hint: str = "") -> Fit:
     """The fit; refused, with the hint and the warnings, if a value is out of a mission's range."""
-    reasons = "".join(f"; {each}" for each in (hint, *found.warnings) if each)
+    reasons = "".join(f"; {warning}" for warning in (hint, *found.warnings) if warning)
     source = ", ".join(found.sources)
     refuse(
         Fault(f"{e.key}, {e.origin}", f"{e.value:.4g}", f"{allowed.words}{reasons}", source)

@@ -80,7 +80,7 @@ class Discharge(NamedTuple):
 
     @property
     def changes(self) -> tuple[Floats, Floats]:
-        """By how much the current changes [A] and how long before the end [s]."""
+        """Changes of the current [A] and how long before the end each happens [s]."""
         currents_A, durations_s = map(np.array, zip(*self.pieces, strict=True))
         rounds = math.ceil(self.lifetime_s / durations_s.sum()) if len(set(currents_A)) > 1 else 1
         starts_s = np.cumsum(np.tile(durations_s, rounds)) - np.tile(durations_s, rounds)
@@ -137,12 +137,14 @@ def fit_kibam(files: str | Path | Iterable[str | Path]) -> Fit:
     """
     paths = paths_of(files, "files")
     sources = tuple(map(str, paths))
-    discharges = [each for found in csv.read_all(paths, FORMATS, _discharges) for each in found]
+    discharges = [
+        discharge for found in csv.read_all(paths, FORMATS, _discharges) for discharge in found
+    ]
     count, few = len(discharges), len(discharges) == LEAST_DISCHARGES
     if count < LEAST_DISCHARGES:
         words = f"at least {LEAST_DISCHARGES} discharges for as many parameters; there are {count}"
         raise InputError([Fault("", "", words, ", ".join(sources))])
-    lifetimes_s = np.array([each.lifetime_s for each in discharges])
+    lifetimes_s = np.array([discharge.lifetime_s for discharge in discharges])
 
     def simulated(values: Floats, factor: float = 1.0) -> Floats:
         """Lifetimes [s]; of a battery of 1 A s, as they depend on current over capacity alone."""
@@ -167,20 +169,20 @@ def fit_kibam(files: str | Path | Iterable[str | Path]) -> Fit:
     far = np.abs(np.clip(lifetimes_s, less, more) / lifetimes_s - 1.0) > FAR
     if np.any(far):
         # Such data have several poor optima, and rounding decides in which one the fit ends.
-        values = tuple(replace(each, interval=None, determined=False) for each in values)
-        missed = ", ".join(each.name for each in itertools.compress(discharges, far))
+        values = tuple(replace(value, interval=None, determined=False) for value in values)
+        missed = ", ".join(discharge.name for discharge in itertools.compress(discharges, far))
         warnings = [
             "no kinetic battery lasts like that, so no value is stated: the fit misses "
             f"{missed} by more than {FAR:.0%}; look at units, and whether it was one full battery "
             "each time"
         ]
     warnings += [
-        f"{each.name} is stated to end in a pause, where a battery cannot run dry: its lifetime "
-        "may be wrong"
-        for each in discharges
-        if float(each.changes[0].sum()) <= 0.0
+        f"{discharge.name} is stated to end in a pause, where a battery cannot run dry: its "
+        "lifetime may be wrong"
+        for discharge in discharges
+        if float(discharge.changes[0].sum()) <= 0.0
     ]
-    largest_A = max(current_A for each in discharges for current_A, _ in each.pieces)
+    largest_A = max(current_A for discharge in discharges for current_A, _ in discharge.pieces)
     shortest_s = float(lifetimes_s.min())
     warnings += csv.unit_doubts("the largest current", largest_A, "current", "current")
     warnings += csv.unit_doubts("the shortest lifetime", shortest_s, "lifetime", "time", LIFETIME)
@@ -189,7 +191,7 @@ def fit_kibam(files: str | Path | Iterable[str | Path]) -> Fit:
             f"{LEAST_DISCHARGES} discharges for as many parameters leave nothing over: the "
             f"intervals take lifetimes to scatter by {SCATTER:.0%}"
         )
-    names, fitted = [each.name for each in discharges], simulated(found.values).tolist()
+    names, fitted = [discharge.name for discharge in discharges], simulated(found.values).tolist()
     panel = Panel("lifetime", "s", lifetimes_s.tolist(), fitted, names)
     data = f"{count} discharges of one full pack"
     return finished(Fit("kibam", sources, data, values, (panel,), tuple(warnings)))
@@ -203,10 +205,10 @@ class SumOfSquares:
     """
 
     def __init__(self, discharges: Sequence[Discharge]) -> None:
-        changes = [each.changes for each in discharges]
+        changes = [discharge.changes for discharge in discharges]
         self._first = np.cumsum([0, *(len(sizes) for sizes, _ in changes[:-1])])
         self._changes_A, self._before_end_s = map(np.concatenate, zip(*changes, strict=True))
-        self._lifetimes_s = np.array([each.lifetime_s for each in discharges])
+        self._lifetimes_s = np.array([discharge.lifetime_s for discharge in discharges])
         self._drawn_As, self._end_A = self._sums(self._before_end_s), self._sums(1.0)
         slowest, fastest = SLOWEST / self._lifetimes_s.max(), FASTEST / self._lifetimes_s.min()
         self._rates = np.linspace(math.log(slowest), math.log(fastest), ROWS)
@@ -233,13 +235,13 @@ class SumOfSquares:
         return found
 
     def valley(self, rates: Floats) -> tuple[Floats, Floats, Floats]:
-        """Where along each row the sum is least, that sum, and the rows.
+        """Minimise the sum along each row: the minimiser, that sum, and the rows.
 
         q [A s] and its rate of change with the end [A]: (2, row, 1, discharge).
         """
         batteries = [Battery(1.0, 0.5, 0.25 * rate_per_s) for rate_per_s in np.exp(rates)]
-        levels = [levelling(each, self._before_end_s)[::-1] for each in batteries]
-        sums = [[[self._sums(each)] for each in level] for level in levels]
+        levels = [levelling(battery, self._before_end_s)[::-1] for battery in batteries]
+        sums = [[[self._sums(gain)] for gain in level] for level in levels]
         rows, edge = np.swapaxes(sums, 0, 1), np.full(len(rates), LOGIT)
         return *_least(lambda logits: self.squares(rows, logits), -edge, edge), rows
 
@@ -278,14 +280,14 @@ class SumOfSquares:
         left = np.maximum(limit - self.squares(rows, logits), 0.0) / capacities.shape[-1]
         middle, reach = np.mean(capacities, axis=-1), usual * np.sqrt(left)
         flows = rates[:, None] - np.log(2.0 + np.exp(logits) + np.exp(-logits))
-        least = np.array([np.min(each) for each in (middle - reach, logits, flows)])
-        return least, np.array([np.max(each) for each in (middle + reach, logits, flows)])
+        least = np.array([np.min(limit) for limit in (middle - reach, logits, flows)])
+        return least, np.array([np.max(limit) for limit in (middle + reach, logits, flows)])
 
 
 def _least(
     function: Callable[[Floats], Floats], low: Floats, high: Floats
 ) -> tuple[Floats, Floats]:
-    """Where a function is least between ends, and that least, on ever finer grids, by row."""
+    """Minimise a function between ends on ever finer grids, by row: minimiser and minimum."""
     each = np.arange(len(low))
     for _ in range(ZOOMS):
         places = np.linspace(low, high, FINER, axis=1)
@@ -313,10 +315,10 @@ def _estimate(
     optima = list(sums.optima())
     least = min(float(left @ left) for *_, left in optima)
     most = least + fit.TIE * (least + (spread or 0.0) ** 2) + ROUNDED
-    ties = [each for each in optima if each[2] @ each[2] <= most]
+    ties = [optimum for optimum in optima if optimum[2] @ optimum[2] <= most]
     if len(ties) > 1:
         misses = [miss(values) for _, values, _ in ties]
-        ties = [*itertools.compress(ties, (each <= min(misses) + fit.SAME for each in misses))]
+        ties = [*itertools.compress(ties, (missed <= min(misses) + fit.SAME for missed in misses))]
     rate, values, left = ties[0]
     sigma = math.sqrt(least / freedom) if spread is None else spread
 
@@ -327,8 +329,8 @@ def _estimate(
     sure = largest * quantile(CLEAR, None)
     clear = np.subtract(*sums.region(rate, least + sure**2)[::-1])
     wide = np.array([high - low, clear]) > 2.0 * fit.WIDE
-    undetermined, unsure = (tuple(itertools.compress(KEYS, each)) for each in wide.tolist())
-    low, high = (np.exp(each - (0.0, np.logaddexp(0.0, each[1]), 0.0)) for each in (low, high))
+    undetermined, unsure = (tuple(itertools.compress(KEYS, row)) for row in wide.tolist())
+    low, high = (np.exp(end - (0.0, np.logaddexp(0.0, end[1]), 0.0)) for end in (low, high))
     intervals = tuple(map(ConfidenceInterval, low.tolist(), high.tolist()))
     return Estimate(KEYS, values, left, sigma, intervals, undetermined, unsure)
 

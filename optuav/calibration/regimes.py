@@ -102,7 +102,7 @@ def fit_regimes(files: str | Path | Iterable[str | Path]) -> Fit:
     paths = paths_of(files, "files")
     sources = tuple(map(str, paths))
     logs, doubts = zip(*csv.read_all(paths, [LOG], _read_log), strict=True)
-    ends_s = np.cumsum([0.0, *(each.time_s[-1] for each in logs)])
+    ends_s = np.cumsum([0.0, *(log.time_s[-1] for log in logs)])
     after = (
         each._replace(time_s=each.time_s + end_s, log=each.log + number)
         for number, (each, end_s) in enumerate(zip(logs, ends_s[:-1], strict=True))
@@ -142,7 +142,7 @@ def fit_regimes(files: str | Path | Iterable[str | Path]) -> Fit:
     courses = []
     for key, observed in series.items():
         quantity, unit = key.split("_")
-        means, seen = [loads[each][key][0] for each in groups], observed[known].tolist()
+        means, seen = [loads[group][key][0] for group in groups], observed[known].tolist()
         courses.append(Panel(quantity, unit, seen, means, (), at_s, TIME, (), groups))
     return finished(
         Fit(
@@ -238,8 +238,8 @@ def _motion(
     flown, leg_of = np.concatenate(legs), np.repeat(np.arange(len(legs)), [*map(len, legs)])
     observed, at_s = samples.speed_m_s[flown], samples.time_s[flown]
     distances_m, moments_m_s = (
-        np.array([np.trapezoid(each[leg], samples.time_s[leg]) for leg in legs])
-        for each in (samples.speed_m_s, samples.speed_m_s * samples.time_s)
+        np.array([np.trapezoid(column[leg], samples.time_s[leg]) for leg in legs])
+        for column in (samples.speed_m_s, samples.speed_m_s * samples.time_s)
     )
     speeds = _speeds(leg_of, at_s, observed, distances_m, moments_m_s / distances_m)
 

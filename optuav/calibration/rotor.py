@@ -42,7 +42,7 @@ KEYS = (
     "viscous_damping_Nm_s_rad",
     "drag_coefficient_Nm_s2_rad2",
 )
-"""Of [rotor], found on a bench."""
+"""Keys of [rotor] that a bench measures."""
 QUANTITIES = {"thrust": "N", "current": "A", "voltage": "V"}
 THRUST_PER_POWER = (0.003, 0.5, "N/W")  # usual, by least and most
 ROUNDS = 3  # fits, each weighted by the residuals of the one before

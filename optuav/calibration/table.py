@@ -47,7 +47,7 @@ Cell = Literal[
     "flight_voltage_V",
     "hover_voltage_V",
 ]
-"""What a row may state: times, what is left by perspective, mean voltages."""
+"""Quantities that a row may state: times, charge left by perspective, mean voltages."""
 UNITS = {"s": "s", "percent": "%", "V": "V"}
 Positive = Annotated[float, Number("-", gt=0)]
 Duration = Annotated[float, Number("s", ge=0)]
@@ -59,7 +59,7 @@ WITHOUT_LASER = ("laser", "flight.charge_current_A", "flight.charge_power_W")
 
 
 class FlownAs(BaseModel, extra="allow", strict=True, allow_inf_nan=False):
-    """How a row was flown; any other key is one of the mission."""
+    """Keys that say how a row was flown; any other key is one of the mission."""
 
     hover_time_s: Duration = 0.0
     rest_time_s: Duration = 0.0
@@ -127,7 +127,7 @@ class ResultsTable(NamedTuple):
                 changed = mission.replace(changes) if changes else mission
                 networks[repr(changes)] = build_network(tie(changed, self.stated.tied))
             known = quantities(networks[repr(changes)], row.given)
-            found += [known[each] for each in (*row.fit, *row.check)]
+            found += [known[label] for label in (*row.fit, *row.check)]
         return np.array(found)
 
 
@@ -176,9 +176,9 @@ def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
     if len(paths) != 1:
         raise InputError("one file that states the table, what is known and what is free")
     table = read_table(paths[0])
-    fits = np.array([each.fits for each in table.numbers])
-    observed = np.array([each.observed for each in table.numbers])
-    steps = ROUNDING * np.array([each.resolution for each in table.numbers])
+    fits = np.array([printed.fits for printed in table.numbers])
+    observed = np.array([printed.observed for printed in table.numbers])
+    steps = ROUNDING * np.array([printed.resolution for printed in table.numbers])
 
     def residuals(values: Floats) -> Floats:
         try:
@@ -188,7 +188,7 @@ def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
         return np.nan_to_num(left, nan=IMPOSSIBLE)
 
     free, tied = table.stated.free, table.stated.tied
-    starts = [tuple(scale * each for each in free.values()) for scale in SCALES]
+    starts = [tuple(scale * value for value in free.values()) for scale in SCALES]
     found = estimate(tuple(free), residuals, starts, spread=1.0)
     mission = table.with_values(found.values.tolist())
     computed = table.computed(found.values.tolist()).tolist()
@@ -273,7 +273,7 @@ def value_of(mission: Mission, key: str) -> Any:
 
 def tie(mission: Mission, tied: Mapping[str, Sequence[str]]) -> Mission:
     """The mission with its tied keys at the product of theirs."""
-    factors = {key: [value_of(mission, each) for each in names] for key, names in tied.items()}
+    factors = {key: [value_of(mission, name) for name in names] for key, names in tied.items()}
     products = {key: math.prod(each) for key, each in factors.items() if None not in each}
     return mission.replace(products) if products else mission
 
@@ -309,8 +309,8 @@ def read_table(path: Path) -> ResultsTable:
         faults.append(Fault(f"free.{key}", shown(free.pop(key)), words))
     for key, names in tied.items():
         words = "products of keys that are numbers"
-        unknown = (each for each in names if number(each) is None)
-        faults += [Fault(f"tied.{key}", shown(each), words) for each in unknown]
+        unknown = (label for label in names if number(label) is None)
+        faults += [Fault(f"tied.{key}", shown(label), words) for label in unknown]
     if not stated.rows:
         faults.append(Fault("rows", "", "tables [[rows]] with name, given, fit, check"))
     base = (
@@ -328,15 +328,15 @@ def read_table(path: Path) -> ResultsTable:
             for cell, observed in cells.items():
                 step = steps.get(cell, math.nan)
                 numbers.append(TableNumber(name, cell, observed, step, fits))
-    if (count := sum(each.fits for each in numbers)) < len(free):
+    if (count := sum(number.fits for number in numbers)) < len(free):
         words = f"as many numbers to fit as free keys: {len(free)}; there are {count}"
         faults.append(Fault("rows", "", words))
-    unresolved = Counter(each.quantity for each in numbers if math.isnan(each.resolution))
+    unresolved = Counter(number.quantity for number in numbers if math.isnan(number.resolution))
     for quantity, count in unresolved.items():
         words = f"the step to which the table is rounded, above 0, for {counted(count, 'number')}"
         faults.append(Fault(f"resolution.{quantity}", "", words))
     if faults or mission is None:
-        raise InputError(replace(each, source=each.source or source) for each in faults)
+        raise InputError(replace(fault, source=fault.source or source) for fault in faults)
     return ResultsTable(stated, mission, base, tuple(numbers))
 
 
@@ -346,7 +346,7 @@ def _valid(document: dict[str, Any]) -> tuple[ResultsFile, list[Fault]]:
         return ResultsFile.model_validate(document), []
     except ValidationError as error:
         found = error.errors(include_url=False)
-    details = {tuple(part for part in each["loc"] if part != "[key]"): each for each in found}
+    details = {tuple(part for part in detail["loc"] if part != "[key]"): detail for detail in found}
     faults = []
     for (*place, last), detail in reversed(details.items()):  # or places in lists would move
         table: Any = document
@@ -358,13 +358,13 @@ def _valid(document: dict[str, Any]) -> tuple[ResultsFile, list[Fault]]:
         if detail["type"] == "extra_forbidden":
             known = (ResultsRow if place else ResultsFile).model_fields
             words = f"unknown key{nearest(str(last), known)}"
-        parts = (f"[{each}]" if isinstance(each, int) else f".{each}" for each in (*place, last))
+        parts = (f"[{part}]" if isinstance(part, int) else f".{part}" for part in (*place, last))
         faults.append(Fault("".join(parts)[1:], value, words))
     return _valid(document)[0], faults[::-1]
 
 
 def _faults_of_row(place: str, row: FlownAs, mission: Mission | None) -> Iterator[Fault]:
-    """What is wrong with the keys and the building of a row."""
+    """Yield the faults of the keys and the building of a row."""
     if row.rest_time_s and not row.building:
         yield Fault(f"{place}.building", "", "where it rested")
     if mission is None:
@@ -372,7 +372,7 @@ def _faults_of_row(place: str, row: FlownAs, mission: Mission | None) -> Iterato
     try:
         mission = mission.replace(row.changes)
     except InputError as error:
-        yield from (replace(each, key=f"{place}.{each.key}", source="") for each in error.faults)
+        yield from (replace(fault, key=f"{place}.{fault.key}", source="") for fault in error.faults)
         if any(key.startswith("buildings") for key in row.changes):
             return
     names = mission.buildings.names

@@ -29,7 +29,7 @@ NOTED = {
     "left_out": "features without an area, left out",
     "not_built": "features whose building is empty, no, false or 0, left out",
 }
-"""What is noted of how buildings were made of a file, by the fields that list them."""
+"""Notes on how buildings were made from a file, by the fields that list them."""
 
 
 def on_earth(place: object) -> TypeGuard[tuple[float, float]]:

@@ -84,7 +84,9 @@ def _prism(geometries: list[dict[str, Any]], corners_m: Any) -> tuple[Any, float
         raise IndexError
     used_m = corners_m[used, 2]
     # Walls are lines from above.
-    outline = shapely.union_all([shapely.make_valid(each) for each in seen if each.area > 0.0])
+    outline = shapely.union_all(
+        [shapely.make_valid(polygon) for polygon in seen if polygon.area > 0.0]
+    )
     return outline, float(used_m.min()), float(used_m.max())
 
 
@@ -93,8 +95,8 @@ def _outer_rings(boundaries: Any) -> Iterator[list[int]]:
     if isinstance(boundaries[0][0], int):
         yield boundaries[0]
     else:
-        for each in boundaries:
-            yield from _outer_rings(each)
+        for boundary in boundaries:
+            yield from _outer_rings(boundary)
 
 
 def _crs(document: dict[str, Any]) -> str | None:

@@ -196,7 +196,7 @@ def read(
 def _faults(
     level_height_m: object, default_height_m: object, bbox: object, origin: object
 ) -> Iterator[Fault]:
-    """What is wrong with the numbers that are asked for."""
+    """Yield the faults of the numbers among the options."""
     yield from misfits(("level_height_m", level_height_m, HEIGHT))
     if default_height_m is not None:
         yield from misfits(("default_height_m", default_height_m, HEIGHT))
@@ -215,7 +215,7 @@ def _own(frame: Any, file: Path, layer: object) -> Any:
         raise refusal(file, "has no layers" if layer is not None else "has no geometry")
     frame = frame.loc[:, ~frame.columns.duplicated()].rename(columns=str)
     if frame.index.nlevels > 1:
-        frame.index = ["/".join(map(str, each)) for each in frame.index]
+        frame.index = ["/".join(map(str, levels)) for levels in frame.index]
     return frame if frame.index.is_unique else frame.reset_index(drop=True)
 
 
@@ -227,7 +227,7 @@ def _features(file: Path, layer: str | None, bbox: Any) -> Any:
             try:
                 return _features(_unpacked(file, Path(folder)), layer, bbox)
             except InputError as error:
-                faults = [replace(each, source=label(file)) for each in error.faults]
+                faults = [replace(fault, source=label(file)) for fault in error.faults]
                 raise InputError(faults) from None
     if ending in (*TEXTS, *LINES):
         if layer is not None:
@@ -248,12 +248,12 @@ def _unpacked(file: Path, folder: Path) -> Path:
     """The only map in a zip, unpacked into a folder with the files that belong to it."""
     try:
         with refusals(file, "read"), zipfile.ZipFile(file) as archive:
-            inside = {Path(each.filename).name: each for each in archive.infolist()}
-            maps = [each for each in inside if Path(each).suffix.lower() in MAPS]
+            inside = {Path(member.filename).name: member for member in archive.infolist()}
+            maps = [name for name in inside if Path(name).suffix.lower() in MAPS]
             if len(maps) != 1:
                 names = ", ".join(map(repr, maps[:10])) or "none"
                 raise refusal(file, f"holds {counted(len(maps), 'map')}, not one: {names}")
-            if (size := sum(each.file_size for each in inside.values())) > LARGEST:
+            if (size := sum(member.file_size for member in inside.values())) > LARGEST:
                 most = f"the {LARGEST / 1e6:g} MB that are unpacked"
                 raise refusal(file, f"holds {size / 1e6:.0f} MB, more than {most}")
             for name, each in inside.items():
@@ -380,7 +380,7 @@ def _points_on(footprints: npt.NDArray[np.object_]) -> Floats:
 
 def _names(index: Any, of: Integers) -> list[str]:
     """A name for every part, of its feature and its number there."""
-    heads = [f"b{each}" if isinstance(each, int | np.integer) else str(each) for each in index]
+    heads = [f"b{label}" if isinstance(label, int | np.integer) else str(label) for label in index]
     part = np.arange(len(of)) - np.searchsorted(of, of)
     both = zip(of.tolist(), part.tolist(), strict=True)
     return [heads[k] + (f"-{number + 1}" if number else "") for k, number in both]
@@ -405,7 +405,7 @@ def _numbers(frame: Any, name: str) -> Floats:
 
 
 def _stated(frame: Any, name: str) -> Any:
-    """What is stated in a column, or else in a tag of that name."""
+    """Return the values of a column, or else of a tag of that name."""
     if name in frame:
         return frame[name]
     if TAGS in frame:
@@ -427,7 +427,7 @@ def _nowhere(file: Path, frame: Any, **named: str) -> Iterator[Fault]:
 def _unknown_heights(
     file: Path, frame: Any, unknown: Booleans, height: str, levels: str
 ) -> Iterator[Fault]:
-    """That buildings are of unknown height, and a fault for each of them."""
+    """Return a fault that buildings have unknown heights, and one for each of them."""
     if not unknown.any():
         return
     known = frame.columns.drop([frame.geometry.name, "mended"])

@@ -54,12 +54,12 @@ def program(name: str | None = None) -> Any:
     )
     if name is None:
         app.callback()(_listed)
-    for each in COMMANDS if name is None else [name]:
-        module = import_module(f"optuav.cli.{COMMANDS[each]}")
-        function = getattr(module, each.replace("-", "_") + "_" * iskeyword(each))
+    for command in COMMANDS if name is None else [name]:
+        module = import_module(f"optuav.cli.{COMMANDS[command]}")
+        function = getattr(module, command.replace("-", "_") + "_" * iskeyword(command))
         line, *_ = str(function.__doc__).splitlines()
-        run = _listed if name is None else command_of(each, function)
-        app.command(each, short_help=line)(run)
+        run = _listed if name is None else command_of(command, function)
+        app.command(command, short_help=line)(run)
     return typer.main.get_command(app)
 
 
@@ -124,5 +124,5 @@ def run(arguments: Sequence[str] | None = None) -> None:
 
 def _by_options(error: InputError, command: Any) -> InputError:
     """The error with names of options in place of the library's names of them."""
-    flags = {each.name: each.opts[0] for each in command.params if each.opts[0].startswith("-")}
-    return InputError(each if each.source else by_flags(each, flags) for each in error.faults)
+    flags = {param.name: param.opts[0] for param in command.params if param.opts[0].startswith("-")}
+    return InputError(fault if fault.source else by_flags(fault, flags) for fault in error.faults)

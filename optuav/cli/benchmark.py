@@ -40,7 +40,7 @@ def _data() -> Iterator[dict[str, Any]]:
 
     known = {name: [*found] for name, found in groupby(answers().values(), lambda x: x.mission)}
     for name, recipe in recipes().items():
-        rows = [{key: x for key, x in asdict(each).items() if x} for each in known[name]]
+        rows = [{key: x for key, x in asdict(question).items() if x} for question in known[name]]
         about = {"name": name, "family": recipe.family, "about": recipe.about}
         yield about | {"roofs": len(optuav.load(name).buildings), "answers": rows}
 
@@ -68,7 +68,7 @@ def _tables() -> Iterator[str]:
 def _cells(answer: Answer) -> tuple[str, str, str]:
     """Best known value and bound, and a word on the proof: search, bracket, bound, physics."""
     ends = answer.hover_s, answer.bound_s
-    best, bound = ("none" if each is None else f"{each:.3f}" for each in ends)
+    best, bound = ("none" if end is None else f"{end:.3f}" for end in ends)
     by = answer.proof.partition(":")[0].removesuffix("ed")
     by = "search" if answer.engine == "search" else by
     return best, bound, "open" if answer.status == "feasible" else by

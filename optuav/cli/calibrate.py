@@ -46,7 +46,7 @@ def calibrate(
         from optuav import plots
 
         written += plots.save_figures([("fit.png", plots.fit(found)[0].values)], plot)
-    notes = [f"warning: {each}" for each in found.warnings]
+    notes = [f"warning: {warning}" for warning in found.warnings]
     if found.changes:
         pairs = (("--set", f"{key}={value}") for key, value in found.changes.items())
         notes += ["", command(["optuav", "solve", "MISSION"], *pairs)]
@@ -59,11 +59,11 @@ def _found(found: Fit) -> Iterator[str]:
 
     yield f"{found.kind}: {found.data}"
     tables: dict[str, list[Sequence[str]]] = {}
-    for each in found.values:
-        name, _, key = each.key.partition(".")
-        row = each.written(" – ") if each.determined else ["?", "not determined"]
+    for value in found.values:
+        name, _, key = value.key.partition(".")
+        row = value.written(" – ") if value.determined else ["?", "not determined"]
         rows = tables.setdefault(name, [(f"[{name}]", "value", "95 % between")])
-        rows.append((key, *row, *(["–"] if each.determined and not each.interval else [])))
+        rows.append((key, *row, *(["–"] if value.determined and not value.interval else [])))
     for rows in tables.values():
         yield from ("", *tabulated(rows, longest=LONGEST))
     for panel in found.panels:

@@ -78,7 +78,7 @@ def city(
     with collected(faults):
         town = read(file, **stated, origin=None if faults else origin)
     flags = {name: f"--{name.replace('_', '-')}" for name in stated}
-    refuse([*faults[:known], *(by_flags(each, flags, ARGUMENT) for each in faults[known:])])
+    refuse([*faults[:known], *(by_flags(fault, flags, ARGUMENT) for fault in faults[known:])])
     at_m = {name: town.point_m(*place) for name, place in places.items()}
     mission = base.replace(
         {
@@ -94,7 +94,7 @@ def city(
         }
     )
     notes, warnings = [*town.notes()], [*_warnings(mission, at_m)]
-    remarks = [*notes, *(f"warning: {each}" for each in warnings)]
+    remarks = [*notes, *(f"warning: {warning}" for warning in warnings)]
     few = len(mission.buildings) * LEAST_BYTES <= LARGEST_TOML
     text = template(mission, mission.name, remarks) if few else ""
     files = {save or STANDARD: text.encode("utf-8")}
@@ -110,17 +110,17 @@ def city(
         files = {table: content, save: text.encode("utf-8")}
     write_files(files)
     if save in (None, STANDARD):
-        for each in remarks:  # The standard output may be the mission's file
-            say(each, error=True)
+        for remark in remarks:  # The standard output may be the mission's file
+            say(remark, error=True)
         return
     lists = {name: [*getattr(town, name)] for name in NOTED}
     found = {"kind": "optuav city", "crs": town.crs, "buildings": len(town.names), **lists}
-    found |= {"notes": notes, "warnings": warnings, "written": [str(each) for each in files]}
+    found |= {"notes": notes, "warnings": warnings, "written": [str(path) for path in files]}
     deliver(lambda: found, remarks, as_json=as_json, written=[*files])
 
 
 def _warnings(mission: Mission, at_m: Mapping[str, tuple[float, float, float]]) -> Iterator[str]:
-    """What is amiss, and what stands in the way from take-off to the hover point and on."""
+    """Return warnings, and the buildings in the way from take-off to the hover point and on."""
     import numpy as np
 
     from optuav.network.feasibility import advice, blocked_legs
@@ -136,4 +136,4 @@ def _warnings(mission: Mission, at_m: Mapping[str, tuple[float, float, float]]) 
     found, network = [*advice(mission)], build_network(mission)
     yield from found
     if (network.legs.crosses[:2] != CLEAR).any():
-        yield from (each for each in blocked_legs(network, 0) if each not in found)
+        yield from (leg for leg in blocked_legs(network, 0) if leg not in found)

@@ -54,7 +54,7 @@ def lessons(directory: Path, scripts: bool = False) -> None:
 
 
 def _files(directory: Path, *, scripts: bool) -> dict[Path, bytes]:
-    """What is to be written, by place."""
+    """Files to write, by place."""
     found = {}
     for path in sorted(LESSONS.glob("*.ipynb")):
         text = path.read_text("utf-8")

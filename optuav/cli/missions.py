@@ -73,8 +73,10 @@ def _data(mission: Mission) -> dict[str, Any]:
     """A mission with what follows from it, as plain data."""
     from optuav.network.feasibility import building_figures, derived, link_figures
 
-    figures = {each.name: {"value": each.value, "unit": each.unit} for each in derived(mission)}
-    buildings = [each._asdict() for each in building_figures(mission)]
+    figures = {
+        figure.name: {"value": figure.value, "unit": figure.unit} for figure in derived(mission)
+    }
+    buildings = [figure._asdict() for figure in building_figures(mission)]
     links = {"links": links} if (links := [x._asdict() for x in link_figures(mission)]) else {}
     return {"mission": mission.to_dict(), "derived": figures, "buildings": buildings, **links}
 
@@ -86,9 +88,9 @@ def _pieces(mission: Mission) -> Iterator[str]:
     from optuav.network.feasibility import building_figures, derived, link_figures
 
     yield f"{mission.name}  {mission.description}".rstrip()
-    sections = [each for each in vars(mission).items() if isinstance(each[1], MissionSection)]
+    sections = [item for item in vars(mission).items() if isinstance(item[1], MissionSection)]
     rows = {f"[{name}]": [*_settings(section)] for name, section in sections}
-    rows["derived"] = [(each.name, each.text, each.unit) for each in derived(mission)]
+    rows["derived"] = [(figure.name, figure.text, figure.unit) for figure in derived(mission)]
     columns = zip(*(line for lines in rows.values() for line in lines), strict=True)
     names, values, units = (max(map(len, column)) for column in columns)
     names, values = max(30, names), min(values, line_width() - max(30, names) - units - 4)
@@ -127,15 +129,18 @@ def _buildings(figures: Iterable[BuildingFigures]) -> list[str]:
 
     head = ("name", "position m", "footprint m", "received W", "T_fl s rest first", "hover first")
     table: list[Sequence[str]] = [head]
-    for each in figures:
-        size = each.footprint_m or ()
+    for figure in figures:
+        size = figure.footprint_m or ()
         polygon = f"{len(size)} corners" if size and isinstance(size[0], tuple) else ""
         row = (
-            each.name,
-            " ".join(f"{x:g}" for x in each.position_m),
+            figure.name,
+            " ".join(f"{x:g}" for x in figure.position_m),
             polygon or " × ".join(map(_text, size)),
-            f"{each.received_power_W:.1f}" if each.laser_sight else "no sight",
-            *("-" if s is None else f"{s:.2f}" for s in (each.rest_first_s, each.hover_first_s)),
+            f"{figure.received_power_W:.1f}" if figure.laser_sight else "no sight",
+            *(
+                "-" if s is None else f"{s:.2f}"
+                for s in (figure.rest_first_s, figure.hover_first_s)
+            ),
         )
         table.append(row)
     return tabulated(table, 3)
@@ -146,11 +151,11 @@ def _links(figures: Iterable[LinkFigures]) -> list[str]:
     from optuav.plan.summary import tabulated
 
     table: list[Sequence[str]] = [("place", "distance m", "share", "DC power W", "current A")]
-    for each in figures:
+    for figure in figures:
         dark = ("no sight", "-")
-        charged = f"{each.received_power_W:.1f}", f"{each.charge_current_A:.2f}"
-        known = f"{each.distance_m:.1f}", f"{each.share:.6f}"
-        table.append((each.name, *known, *(charged if each.laser_sight else dark)))
+        charged = f"{figure.received_power_W:.1f}", f"{figure.charge_current_A:.2f}"
+        known = f"{figure.distance_m:.1f}", f"{figure.share:.6f}"
+        table.append((figure.name, *known, *(charged if figure.laser_sight else dark)))
     return tabulated(table)
 
 
@@ -164,7 +169,7 @@ def validate(mission: str, settings: list[str] | None = None, as_json: bool = Fa
         found = [reason for reason in plan.reasons if reason not in warnings]
         warnings += [f"no plan can be flown: {'; '.join(found)}"] if found else []
     lines = [f"{checked.name}: every key of the mission is in order"]
-    lines += [f"warning: {each}" for each in warnings]
+    lines += [f"warning: {warning}" for warning in warnings]
     data = {"mission": checked.name, "valid": True, "warnings": warnings}
     deliver(lambda: data, lines, as_json=as_json)
 

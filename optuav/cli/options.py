@@ -27,7 +27,7 @@ NUMBERS: Mapping[Any, Callable[[str], float]] = {
     **dict.fromkeys((float, float | None), decimal),
     **dict.fromkeys((int, int | None), integer),
 }
-"""What reads an option, by the type of its parameter."""
+"""Parser of an option, by the type of its parameter."""
 SIMPLE: Mapping[str, tuple[tuple[type, ...], str]] = {
     **{"float": ((float, int), "a number"), "int": ((int,), "a whole number")},
     **{"str": ((str,), "a text"), "bool": ((bool,), "true or false")},
@@ -69,10 +69,14 @@ class ProblemOptions:
             from optuav.cli.problem_file import problem_class
 
             kind = problem_class(self.problem)
-            keys = {each: each.partition("=")[0].strip() for each in settings}
+            keys = {setting: setting.partition("=")[0].strip() for setting in settings}
             ours = Mission.model_fields
-            own = [each for each in settings if "." not in keys[each] and keys[each] not in ours]
-            settings = [each for each in settings if each not in own]
+            own = [
+                setting
+                for setting in settings
+                if "." not in keys[setting] and keys[setting] not in ours
+            ]
+            settings = [setting for setting in settings if setting not in own]
             values |= values_of(own, faults)
             faults += misfits_of(kind, values)
         mission = mission_of(source, settings)
@@ -164,7 +168,9 @@ def _of_a_datasheet(key: str) -> str:
     """Help for a number of a drone's datasheet."""
     from optuav.mission.template import Datasheet, RotorDatasheet
 
-    form = next(each for each in (Datasheet, RotorDatasheet) if key in each.model_fields)
+    form = next(
+        template for template in (Datasheet, RotorDatasheet) if key in template.model_fields
+    )
     field = form.model_fields[key]
     known = not field.is_required() and field.default is not None
     return form.descriptions()[key] + (f" {field.default:g} if left out." if known else "")

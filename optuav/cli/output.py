@@ -1,4 +1,4 @@
-"""What commands print and write: JSON, text and tables, names of files, and a progress bar."""
+"""Output of commands: JSON, text and tables, names of files, and a progress bar."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def check_places(
         from optuav.mission.files import refusal
 
         _ = plots.curves  # refused here where matplotlib is missing
-        made = next(each for each in (plot, *plot.absolute().parents) if each.exists())
+        made = next(parent for parent in (plot, *plot.absolute().parents) if parent.exists())
         if not made.is_dir():
             raise refusal(plot, "is not a directory")
         if not os.access(made, os.W_OK):

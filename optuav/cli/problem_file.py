@@ -56,7 +56,7 @@ def faults_named() -> Iterator[None]:
         raise
     except Exception as error:
         trace = traceback.extract_tb(error.__traceback__)
-        places = [(each.filename, each.lineno) for each in trace]
+        places = [(frame.filename, frame.lineno) for frame in trace]
         if isinstance(error, SyntaxError):
             places.append((error.filename or "", error.lineno))
         known = [(files[file], line) for file, line in places if file in files]

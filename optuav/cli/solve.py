@@ -81,7 +81,7 @@ def _explaining(mission: str, asked: SolveOptions, settings: list[str] | None) -
     """The command that explains a question."""
     usual, given = vars(SolveOptions()), vars(asked).items()
     pairs = [(f"--{name.replace('_', '-')}", f"{x}") for name, x in given if x != usual[name]]
-    pairs += [("--set", each) for each in settings or ()]
+    pairs += [("--set", setting) for setting in settings or ()]
     return command(["optuav", "explain", mission], *pairs)
 
 

@@ -38,7 +38,7 @@ def compare(
     """
     check_places(save, plot, ".csv", ".json")
     try:
-        lengths_s = None if slots_s is None else [decimal(each) for each in slots_s.split(",")]
+        lengths_s = None if slots_s is None else [decimal(length) for length in slots_s.split(",")]
     except ValueError:
         words = "numbers of seconds with commas between them, as in 0.5,1,60"
         raise InputError([Fault("--slots", repr(slots_s), words)]) from None

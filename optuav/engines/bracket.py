@@ -48,19 +48,19 @@ from optuav.modelling.traversal import evaluate
 from optuav.status import SAME_S, Status
 
 ROUNDING = 1e-11
-"""By how much a constraint must be missed to fail, relative to max(1, |right side|)."""
+"""Violation from which a constraint fails, relative to max(1, |right side|)."""
 NAME = "bracket"
 PROOF = "bracketed: a feasible time, and proof that none is longer"
 PROOF_OF_NONE = "bracketed: proof that no times satisfy all constraints"
 WIDTH_S = 1e-8  # Largest distance between a point that holds and one beyond which none does [s]
 EDGE_S = 1e-12  # To which the last point is found along the lines that others admit [s]
-FOUND_OUT = [Status(each) for each in ("error", "infeasible", "unknown", "feasible", "optimal")]
+FOUND_OUT = [Status(status) for status in ("error", "infeasible", "unknown", "feasible", "optimal")]
 MOST_BOXES = 1000  # That a sweep tries before it gives up
 SMALLEST_BOX_S = 1e-10
 
 
 class Interval(NamedTuple):
-    """What is known of the largest x, one entry a programme: a point at which all rows hold."""
+    """The largest x per programme, between a point where all rows hold and a bound."""
 
     x: Floats  # NaN without a point
     y: Floats
@@ -138,7 +138,7 @@ def _monotone(
     weights[0] = np.where(helped[helping], weights[0], np.inf)
 
     def margin(x: Floats, starts: Floats, slopes: Floats, *own: Floats) -> Floats:
-        """How far the rows hold at the largest y under the lines, not below 0."""
+        """Return the least slack of the rows at the largest y under the lines, not below 0."""
         y = np.maximum((starts - slopes * x).min(axis=0), 0.0)
         found: Floats = Rows(*own).at(x, y).min(axis=0, initial=np.inf)
         return found
@@ -187,7 +187,7 @@ def _sweep(
     (known,) = np.nonzero(~np.isnan(x))
 
     def margin(x: Floats, y: Floats, *own: Floats) -> Floats:
-        """How far the rows hold at the y that was found."""
+        """Return the least slack of the rows at the chosen y."""
         least: Floats = Rows(*own).at(x, y).min(axis=0)
         return least
 
@@ -198,7 +198,7 @@ def _sweep(
 
 
 def _empty(rows: Rows, rising: Booleans, low: Floats, high: Floats, y_top: Floats) -> Booleans:
-    """Which boxes from low to high hold no point."""
+    """Return which boxes from low to high hold no point."""
     over = rows.over_x(low, high)
     smallest = over.end(y_top, smallest=True)
     empty = np.isnan(smallest)
@@ -251,10 +251,10 @@ def solve(
     is none, and error where a number is NaN.
     """
     given = values or {}
-    names = sorted((each.name for each in model.variables), key=model.objective.name.__ne__)
+    names = sorted((variable.name for variable in model.variables), key=model.objective.name.__ne__)
     forms = stated_forms(model, given, relaxed=True)
     rows, tops, usable = rows_and_tops(forms, names, programmes)
-    if tapers := any(each.relaxed for each in forms):
+    if tapers := any(form.relaxed for form in forms):
         found = _tapered(model, given, forms, names, tops, rows)
     else:
         found = largest(rows, *tops)
@@ -268,9 +268,9 @@ def solve(
     return Solution(
         engine=NAME,
         proof=PROOF if answered.any() else PROOF_OF_NONE,
-        statuses=[FOUND_OUT[each] for each in found_out.tolist()],
+        statuses=[FOUND_OUT[code] for code in found_out.tolist()],
         objective=points[names[0]] + 0.0,
-        values={each.name: points[each.name] for each in model.variables},
+        values={variable.name: points[variable.name] for variable in model.variables},
         duals=() if tapers else None,
         beyond=np.where(usable, found.beyond, np.nan),
         declared=model,
@@ -306,7 +306,7 @@ def rows_and_tops(
             raise InputError(f"{words}: given.keep_deadline states the deadline")
     usable = np.asarray(~np.isnan(tops).any(axis=0))
     tops = np.where(usable, tops, 0.0)
-    exact = [each for each in forms if each.constraint or not each.relaxed]
+    exact = [form for form in forms if form.constraint or not form.relaxed]
     rows = rows_of(exact, names, tops.max(axis=0))
     usable &= ~np.isnan(rows.weights).any(axis=(0, 1))
     return rows, tops, usable
@@ -321,11 +321,11 @@ def _tapered(
     relaxed: Rows,
 ) -> Interval:
     """The best of three points with the taper, its smallest y, and the bound without it."""
-    tapered = dict.fromkeys(each.constraint for each in forms if each.relaxed and each.constraint)
+    tapered = dict.fromkeys(form.constraint for form in forms if form.relaxed and form.constraint)
     values = {name: each.value for name, each in model.given.items()} | {**given}
 
     def margin(x: Floats, y: Floats, which: Integers) -> Floats:
-        """How far the constraints hold, with the taper, at points of some programmes."""
+        """Return the slack of the constraints, with the taper, at points of some programmes."""
         at = {name: v[which] if np.ndim(v) else v for name, v in values.items()}
         at |= dict(zip(names, (x, y), strict=False))
         least = np.full(np.shape(x), np.inf)
@@ -335,7 +335,7 @@ def _tapered(
                 least = np.minimum(least, share + ROUNDING)
         return least
 
-    others = rows_of([each for each in forms if not each.relaxed], names, tops.max(axis=0))
+    others = rows_of([form for form in forms if not form.relaxed], names, tops.max(axis=0))
     bound = largest(relaxed, *tops)
 
     def most(x: Floats, which: Integers) -> Floats:
@@ -365,13 +365,13 @@ def some_point(
 
     The objective does not matter. `InputError` if a time may be negative.
     """
-    if any(np.any(evaluate(each.lower, values or {}) < 0.0) for each in model.variables):
+    if any(np.any(evaluate(variable.lower, values or {}) < 0.0) for variable in model.variables):
         raise InputError(f"engine {NAME} needs unknowns of at least 0")
-    names = [each.name for each in model.variables]
+    names = [variable.name for variable in model.variables]
     forms = stated_forms(model, values or {})
     rows, tops, usable = rows_and_tops(forms, names, programmes)
     found = largest(rows, *tops, any_point=True)
-    times = (np.where(usable, each, np.nan) for each in (found.x, found.y))
+    times = (np.where(usable, time_s, np.nan) for time_s in (found.x, found.y))
     return dict(zip(names, times, strict=False)), usable & np.isneginf(found.beyond)
 
 

@@ -130,7 +130,10 @@ class CasadiProgramme:
         self.names = [variable.name for variable in model.variables]
         self.linear = traits(model).linear
         self.goals = [-model.towards * model.objective, *model.preferences]
-        stated = [(has_unknowns(*each.relation.sides), each) for each in model.constraints]
+        stated = [
+            (has_unknowns(*constraint.relation.sides), constraint)
+            for constraint in model.constraints
+        ]
         self.constraints = [each for moves, each in stated if moves]
         self.settled = [each for moves, each in stated if not moves]
         self.options = {**OPTIONS, "ipopt.tol": accuracy, "ipopt.max_iter": iterations}
@@ -143,7 +146,7 @@ class CasadiProgramme:
         with errors_named():
             import casadi
 
-        unknowns, scales = (casadi.SX.sym(each, len(self.names)) for each in "xs")
+        unknowns, scales = (casadi.SX.sym(letter, len(self.names)) for letter in "xs")
         parameters, steepness = casadi.SX.sym("p", len(self.base)), casadi.SX.sym("w")
         floors = casadi.SX.sym("floor", len(self.model.preferences))
         leaves = {name: unknowns[k] * scales[k] for k, name in enumerate(self.names)}
@@ -153,12 +156,15 @@ class CasadiProgramme:
             """A tree in CasADi's symbols."""
             return casadi.SX(fold(tree, lambda leaf: leaves[leaf.name], applied))
 
-        sides = [[*map(symbols, each.relation.sides)] for each in self.constraints]
-        gaps, signs = [x - y for x, y in sides], [each.relation.signs for each in self.constraints]
+        sides = [[*map(symbols, constraint.relation.sides)] for constraint in self.constraints]
+        gaps, signs = (
+            [x - y for x, y in sides],
+            [constraint.relation.signs for constraint in self.constraints],
+        )
         rows = [gap * sign for gap, (sign, *_) in zip(gaps, signs, strict=True)]
-        equal = np.array([len(each) > 1 for each in signs], bool)
+        equal = np.array([len(sign_pair) > 1 for sign_pair in signs], bool)
         zeros = [gap for x, y in itertools.compress(sides, equal) for gap in (x - y, y - x)]
-        implied = [any(casadi.is_equal(gap, each, DEEP) for each in zeros) for gap in gaps]
+        implied = [any(casadi.is_equal(gap, zero, DEEP) for zero in zeros) for gap in gaps]
         least = np.where(equal, 0.0, -math.inf)
         most = np.where(np.array(implied, bool) & ~equal, math.inf, 0.0)
         cost, *preferences = map(symbols, self.goals)
@@ -204,11 +210,11 @@ class CasadiProgramme:
             return found(Status.INFEASIBLE if proved else Status.UNKNOWN, proof, words)
         point, answer = best
         prices = (np.asarray(answer[name]).ravel() for name in ("lam_g", "lam_x"))
-        weights, at_bounds = (each * scaled.steepness for each in prices)
+        weights, at_bounds = (price * scaled.steepness for price in prices)
         duals = {
             each.label: float(weight if each.relation.sense == "==" else abs(weight))
             for each, weight in zip(self.constraints, weights, strict=True)
-        } | dict.fromkeys((each.label for each in self.settled), 0.0)
+        } | dict.fromkeys((relation.label for relation in self.settled), 0.0)
         at_bounds = np.abs(at_bounds / scaled.scale)
         for variable, weight in zip(self.model.variables, at_bounds.tolist(), strict=True):
             duals[variable.label] = duals.get(variable.label, 0.0) + weight
@@ -234,7 +240,9 @@ class CasadiProgramme:
         rows = evaluated(self.model, {**parameters, **point}) if rises else ()
         if not rows or not all(row.satisfied for row in rows):
             return None
-        held = {each.label: slopes[0].get(each.name, 0.0) for each in self.model.variables}
+        held = {
+            variable.label: slopes[0].get(variable.name, 0.0) for variable in self.model.variables
+        }
         return point, dict.fromkeys((row.label for row in rows), 0.0) | held
 
     def _scaled(self, parameters: Values, bounds: Mapping[str, tuple[float, float]]) -> Scaled:
@@ -280,7 +288,7 @@ class CasadiProgramme:
         return bool(rank == len(self.names))
 
     def _preferred(self, point: dict[str, float], scaled: Scaled) -> dict[str, float]:
-        """Of points as good as the best, the one with the smallest preferences, in their order."""
+        """Return the one of equally good points with the smallest preferences, in order."""
         floors: list[float] = []
         for goal in self.goals[:-1]:
             kept = float(evaluate(goal, {**scaled.parameters, **point}))

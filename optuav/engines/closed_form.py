@@ -54,19 +54,19 @@ def solve(
     chunk = 1 + NUMBERS_AT_ONCE // (len(bases) * len(form.labels))
     figures = form.normals, form.limits, form.directions
     parts = [
-        _best_vertices(bases, *(each[..., first : first + chunk] for each in figures))
+        _best_vertices(bases, *(figure[..., first : first + chunk] for figure in figures))
         for first in range(0, programmes, chunk)
     ]
-    points, found_out = (np.concatenate(each, axis=-1) for each in zip(*parts, strict=True))
+    points, found_out = (np.concatenate(pieces, axis=-1) for pieces in zip(*parts, strict=True))
     found_out = np.where(form.usable, found_out, FOUND_OUT.index(Status.ERROR))
     # A vertex may lie beyond a bound by rounding; no unknown does.
-    points = np.array([np.maximum(*each) for each in zip(points, lower, strict=True)])
+    points = np.array([np.maximum(*bounds) for bounds in zip(points, lower, strict=True)])
     points = np.where(found_out == FOUND_OUT.index(Status.OPTIMAL), points, np.nan)
     reached = (form.directions[0] * points).sum(axis=0) + form.offsets[0]
     return Solution(
         engine=NAME,
         proof=PROOF,
-        statuses=[FOUND_OUT[each] for each in found_out.tolist()],
+        statuses=[FOUND_OUT[code] for code in found_out.tolist()],
         objective=form.towards * reached + 0.0,
         values=dict(zip(form.names, points, strict=True)),
         duals=None,

@@ -37,7 +37,7 @@ GAP = 1e-7
 """Relative gap between an answer and the bound on all others above which it counts as unproved."""
 SETTINGS: Mapping[str, Values] = {
     "HIGHS": {"mip_rel_gap": 0.0}
-    | {f"{each}_feasibility_tolerance": 1e-9 for each in ("primal", "dual", "mip")},
+    | {f"{kind}_feasibility_tolerance": 1e-9 for kind in ("primal", "dual", "mip")},
     "SCIPY": {"scipy_options": {"mip_rel_gap": 0.0}},
     "OSQP": {"eps_abs": 1e-10, "eps_rel": 1e-10, "max_iter": 100_000, "polishing": False},
     "SCS": {"eps_abs": 1e-10, "eps_rel": 1e-10},
@@ -51,7 +51,7 @@ STATUSES = {
     "infeasible": Status.INFEASIBLE,
     "unbounded": Status.UNBOUNDED,
 }
-"""What CVXPY's words mean; all others but infeasible_or_unbounded are refused."""
+"""Status by CVXPY's words; all others but infeasible_or_unbounded are refused."""
 
 
 def installed(

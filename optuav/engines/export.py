@@ -29,7 +29,7 @@ RESERVED = re.compile(
 )
 """Texts that a reader of one of the formats takes for a number or a keyword."""
 FILES: Mapping[str, str] = {"lp": "\\ ", "mps": "* "}
-"""How a line of comment begins, by name of the format."""
+"""Beginning of a comment line, by name of the format."""
 
 
 def need_linear(model: Model) -> None:
@@ -49,8 +49,8 @@ def to_file(model: Model, values: Values, form: str, remarks: Iterable[str] = ()
     need_linear(model)
     rows = linear_form(model, values)
     names = _legal(rows.names, "x_")
-    stated = [each.label for each in model.constraints]
-    labels = _legal([*stated, *(each.label for each in model.variables)], "c_")
+    stated = [constraint.label for constraint in model.constraints]
+    labels = _legal([*stated, *(unknown.label for unknown in model.variables)], "c_")
     notes = [model.title, *remarks]
     notes += [
         f"{name} is {each.symbol}" + (f" [{each.unit}]" if each.unit != "1" else "")
@@ -66,7 +66,7 @@ def to_file(model: Model, values: Values, form: str, remarks: Iterable[str] = ()
     bounds = own_bounds(model, values)
     for k, variable in enumerate(model.variables):
         low, high = bounds[variable.name]
-        _refuse(variable.label, [each for each in (low, high) if not np.isinf(each)])
+        _refuse(variable.label, [bound for bound in (low, high) if not np.isinf(bound)])
         low, high = (max(low, 0.0), min(high, 1.0)) if variable.binary else (low, high)
         file.addVar(low, high)
         file.passColName(k, names[k])
@@ -95,14 +95,14 @@ def to_file(model: Model, values: Values, form: str, remarks: Iterable[str] = ()
         file.passRowName(file.getNumRow() - 1, label)
         notes.append(f"{label} is {constraint.label!r}")
     notes += [
-        f"of equal answers optuav takes the one with the smallest {Text().write(each)}"
-        for each in model.preferences
+        f"of equal answers optuav takes the one with the smallest {Text().write(preference)}"
+        for preference in model.preferences
     ]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"programme.{form}"
         file.writeModel(str(path))
         text = path.read_text("ascii")
-    return "".join(f"{FILES[form]}{' '.join(each.split())}\n" for each in notes) + text
+    return "".join(f"{FILES[form]}{' '.join(note.split())}\n" for note in notes) + text
 
 
 def _refuse(label: str, numbers: Sequence[float]) -> None:

@@ -57,14 +57,14 @@ def axes(model: Model, parameters: Values, slot_s: float, *, limited: bool = Tru
 
 Progress = Callable[[int, int], None]
 Test = Callable[[Mapping[str, Floats], dict[int, Operand]], Operand]
-"""Which of the points satisfy a constraint; the tests of the same points share what they found."""
+"""Function that says which points satisfy a constraint; tests of the same points share results."""
 
 
 def tests(model: Model, parameters: Values) -> tuple[list[Test], list[Test], list[Test]]:
     """Tests of linear inequalities, of those with a form, and of all others; axes keep bounds."""
     found: tuple[list[Test], list[Test], list[Test]] = [], [], []
     forms: dict[int, Operand] = {}
-    for relation in (each.relation for each in model.constraints):
+    for relation in (constraint.relation for constraint in model.constraints):
         test: Test = partial(_holds, relation, parameters)
         kind = 2
         with suppress(NotExponentialError):
@@ -106,12 +106,12 @@ def _holds(
 
 
 def cells(constraints: Iterable[Test], points: Mapping[str, Floats]) -> Booleans:
-    """Which cells satisfy every constraint; the axes broadcast against each other."""
+    """Return which cells satisfy every constraint; the axes broadcast against each other."""
     holds: Operand = np.True_
     done: dict[int, Operand] = {}
     for satisfied in constraints:
         holds = holds & satisfied(points, done)
-    shape = np.broadcast_shapes(*(np.shape(each) for each in points.values()))
+    shape = np.broadcast_shapes(*(np.shape(point) for point in points.values()))
     return np.broadcast_to(holds, shape)
 
 
@@ -155,17 +155,17 @@ def _best_cell(
             continue
         values = {**parameters, **points}
         goals = [sign * evaluate(model.objective, values)]
-        goals += [-evaluate(each, values) for each in model.preferences]
+        goals += [-evaluate(preference, values) for preference in model.preferences]
         where, scores = np.nonzero(kept), list[float]()
         for goal in goals:
             reached = np.broadcast_to(goal, kept.shape)[where]
             scores.append(float(np.fmax.reduce(reached, initial=-np.inf)))
             as_good = reached >= scores[-1] - EQUAL * max(1.0, abs(scores[-1]))
-            where = tuple(each[as_good & (reached > -np.inf)] for each in where)
+            where = tuple(index[as_good & (reached > -np.inf)] for index in where)
         pairs = zip(scores, best[0] if best else scores, strict=True)
         differ = (a > b for a, b in pairs if abs(a - b) > EQUAL * max(1.0, abs(b)))
         if len(where[0]) and (best is None or next(differ, False)):
-            first = tuple(each[0] for each in where)
+            first = tuple(index[0] for index in where)
             cell = {n: float(np.broadcast_to(x, kept.shape)[first]) for n, x in points.items()}
             best = (scores, cell)
     if best is None:
@@ -182,7 +182,9 @@ def _tight(model: Model, parameters: Values, point: Values, slot_s: float) -> It
         better = evaluate(model.objective, moved) - evaluate(model.objective, here)
         if model.towards * better >= 0.0:
             broken = [row.constraint for row in evaluated(model, moved) if not row.satisfied]
-            yield from {each.kind or each.label: each.label for each in broken[::-1]}.values()
+            yield from {
+                constraint.kind or constraint.label: constraint.label for constraint in broken[::-1]
+            }.values()
 
 
 @dataclass(frozen=True)
@@ -226,7 +228,9 @@ class Grid(OneByOne):
             if (best := _best_cell(model, parameters, ways, latest, self.progress)) is None:
                 return found(Status.INFEASIBLE, PROOF, tight=())
             near = {*_tight(model, parameters, best, slot_s)}
-            labels = dict.fromkeys(each.label for each in relations(model) if each.label in near)
+            labels = dict.fromkeys(
+                relation.label for relation in relations(model) if relation.label in near
+            )
             return found(Status.OPTIMAL, PROOF, point=best, tight=(*labels,))
 
         return solve

@@ -71,7 +71,7 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
             signs.append(sign if own or relation.sense == "==" else 1.0)
             forms.append(form.times(sign))
     goals = [affine(model.objective, values, done).times(model.towards)]
-    goals += [affine(each, values, done).times(-1.0) for each in model.preferences]
+    goals += [affine(preference, values, done).times(-1.0) for preference in model.preferences]
 
     def stack(forms: Sequence[Affine]) -> tuple[Floats, Floats]:
         """Coefficients (form, unknown, programme) and constants (form, programme)."""
@@ -90,9 +90,9 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
 def own_bounds(model: Model, parameters: Values) -> dict[str, tuple[float, float]]:
     """The stated lower and upper bound of every unknown."""
     found = {}
-    for each in model.variables:
-        low, high = (float(evaluate(end, parameters)) for end in (each.lower, each.upper))
-        found[each.name] = low, high
+    for variable in model.variables:
+        low, high = (float(evaluate(end, parameters)) for end in (variable.lower, variable.upper))
+        found[variable.name] = low, high
     return found
 
 
@@ -102,7 +102,7 @@ def implied_upper_bounds(
     """Upper bounds that linear constraints put on each unknown, the others at their lower."""
     upper = dict.fromkeys(lower, math.inf)
     excesses, done = list[Affine](), dict[int, Operand]()
-    for relation in (each.relation for each in model.constraints):
+    for relation in (constraint.relation for constraint in model.constraints):
         with suppress(NotAffineError):
             excesses += map(excess(relation, parameters, done)[0].times, relation.signs)
     for constant, coefficients in excesses:
@@ -118,7 +118,7 @@ def implied_upper_bounds(
 
 
 def reaches(model: Model, parameters: Values) -> tuple[Floats, Floats]:
-    """Where to begin to look for every unknown, and how far from there it may lie."""
+    """Return a start for every unknown, and how far from there it may lie."""
     bounds = own_bounds(model, parameters)
     lower, upper = np.array([*bounds.values()]).reshape(-1, 2).T
     lowest = {name: low for name, (low, _) in bounds.items()}
@@ -140,12 +140,16 @@ def last_slot(bound_s: float, slot_s: float, *, begun: bool) -> int:
 
 def cut_short(model: Model) -> set[str]:
     """Unknowns whose last slot their own upper bound may cut short; an equation holds it whole."""
-    equations = (each.relation for each in model.constraints if each.relation.sense == "==")
+    equations = (
+        constraint.relation for constraint in model.constraints if constraint.relation.sense == "=="
+    )
     equated = {leaf.name for relation in equations for leaf in leaves(*relation.sides)}
     bounded = (
-        each.name
-        for each in model.variables
-        if not (each.binary or (isinstance(each.upper, float) and math.isinf(each.upper)))
+        variable.name
+        for variable in model.variables
+        if not (
+            variable.binary or (isinstance(variable.upper, float) and math.isinf(variable.upper))
+        )
     )
     return {*bounded} - equated
 
@@ -159,7 +163,7 @@ def slot_ranges(model: Model, parameters: Values, slot_s: float) -> dict[str, tu
     own, cut = own_bounds(model, parameters), cut_short(model)
     implied = implied_upper_bounds(model, parameters, {name: end for name, (end, _) in own.items()})
     ranges = {}
-    for variable in (each for each in model.variables if not each.binary):
+    for variable in (unknown for unknown in model.variables if not unknown.binary):
         least, most = own[variable.name]
         bound = min(implied[variable.name], most)
         if not math.isfinite(least):

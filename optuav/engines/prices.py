@@ -63,7 +63,7 @@ def _met(
     count = len(model.variables)
     sizes = np.array([max(abs(values[name]), k < count) for k, name in enumerate(names)], float)
     stated = list(relations(model))  # kept, so that no two nodes share an identity
-    for number, relation in enumerate(each.relation for each in stated):
+    for number, relation in enumerate(constraint.relation for constraint in stated):
         gap, right = _gap(relation, values, done)
         rate = _rate(gap, names)
         least = (not rate[:count].any()) * TOLERANCE * np.maximum(1.0, np.abs(right.value))
@@ -160,13 +160,13 @@ def optimal_points(model: Model, parameters: Values, point: Values) -> list[list
             found.append(vertex)
     if not any(np.allclose(x, vertex, rtol=1e-6, atol=1e-6) for vertex in found):
         found.append(x)
-    return [[dict(zip(form.names, each.tolist(), strict=True)) for each in found]]
+    return [[dict(zip(form.names, row.tolist(), strict=True)) for row in found]]
 
 
 def _with_longest_other(model: Model, parameters: Values, point: Values) -> list[list[Values]]:
     """An answer through both wells, and the one with the longest time beside the objective's."""
-    held = {each.name for each in leaves(model.objective)}
-    unknowns = sorted((each.name not in held, each.name) for each in model.variables)
+    held = {leaf.name for leaf in leaves(model.objective)}
+    unknowns = sorted((variable.name not in held, variable.name) for variable in model.variables)
     if [other for other, _ in unknowns] != [False, True]:
         return [[point]]
     goal, other = (name for _, name in unknowns)
@@ -284,9 +284,9 @@ def _prices_at(
     for side in (-1.0, 1.0):
         moved = at + side * np.maximum(np.abs(at) * 4e-16, BESIDE)
         beside = dict(zip(named, moved.tolist(), strict=True))
-        values = [{**parameters, **beside, **each} for each in points]
-        goals = [sign * _rate(slope(model.objective, each), names) for each in values]
-        local = [_met(model, each, names, share) for each in values]
+        values = [{**parameters, **beside, **point} for point in points]
+        goals = [sign * _rate(slope(model.objective, value), names) for value in values]
+        local = [_met(model, value, names, share) for value in values]
         common = [key for key in local[0] if all(key in rows for rows in local)]
         slopes = [np.array([rows[k] for k in common]).reshape(-1, len(names)) for rows in local]
         normals = slopes[0][:, :count]
@@ -307,7 +307,7 @@ def _prices_at(
 
 
 class Residuals(NamedTuple):
-    """By how much an answer misses the conditions of optimality; 0 where it meets them.
+    """Return the residual of the optimality conditions at an answer; 0 where it meets them.
 
     Parameters
     ----------
@@ -334,7 +334,7 @@ class Residuals(NamedTuple):
 
 
 def residuals(model: Model, values: Values, multipliers: Mapping[str, float]) -> Residuals:
-    """By how much a point and its multipliers miss the conditions of optimality.
+    """Return the residual of the optimality conditions at a point with multipliers.
 
     Values of unknowns and parameters by name, multipliers by label, of equalities signed.
     """
@@ -359,5 +359,5 @@ def residuals(model: Model, values: Values, multipliers: Mapping[str, float]) ->
         negative.append(-weight)
         products.append(weight * min(below, above) if weight else 0.0)
         steepness[k] = min(abs(steepness[k] + push) for push in pushes)
-    worst = (float(np.max(each)) + 0.0 for each in (negative, products, np.abs(steepness)))
+    worst = (float(np.max(measure)) + 0.0 for measure in (negative, products, np.abs(steepness)))
     return Residuals(violation + 0.0, *worst)

@@ -38,8 +38,8 @@ SAME = 1e-9  # Relative difference by which Pyomo's value of a tree may differ f
 FILES = {"nl": "# ", "gms": "* ", "bar": "// "}
 """Start of a comment, by suffix of a format; in .nl only the first line has one."""
 FORMULAS: Mapping[Any, Callable[..., Any]] = {
-    **{each: each for each in (np.add, np.subtract, np.multiply, np.divide, np.power)},
-    **{each: each for each in (np.negative, np.positive, np.square, np.reciprocal, np.absolute)},
+    **{ufunc: ufunc for ufunc in (np.add, np.subtract, np.multiply, np.divide, np.power)},
+    **{ufunc: ufunc for ufunc in (np.negative, np.positive, np.square, np.reciprocal, np.absolute)},
     np.expm1: lambda a: library().exp(a) - 1.0,
     np.log1p: lambda a: library().log(1.0 + a),
     np.maximum: lambda a, b: 0.5 * (a + b + abs(a - b)),
@@ -76,7 +76,7 @@ def applied(function: Operand, operands: tuple[Any, ...]) -> Any:
     name = getattr(function, "__name__", "")
     named = getattr(library(), name.replace("arc", "a"), None)
     if isinstance(function, np.ufunc) and (call := FORMULAS.get(function, named)):
-        return call(*(each.item() if np.ndim(each) else each for each in operands))
+        return call(*(operand.item() if np.ndim(operand) else operand for operand in operands))
     raise InputError(f"Pyomo does not know the function {name}")
 
 
@@ -114,10 +114,10 @@ def to_pyomo(model: Model, values: Values, *, checked: bool = True) -> Any:
             raise InputError(f"{lost}: its exp(x) − 1 leaves no digits of a tiny x")
         return known
 
-    for each in model.variables:
-        unknown = made.unknowns[each.name]
-        unknown.bounds = tree(each.label, each.lower), tree(each.label, each.upper)
-        unknown.domain = pyo.Binary if each.binary else pyo.Reals
+    for variable in model.variables:
+        unknown = made.unknowns[variable.name]
+        unknown.bounds = tree(variable.label, variable.lower), tree(variable.label, variable.upper)
+        unknown.domain = pyo.Binary if variable.binary else pyo.Reals
     for row in model.constraints:
         if has_unknowns(*row.relation.sides):
             sides = (tree(row.label, side) for side in row.relation.sides)
@@ -140,14 +140,14 @@ def to_file(model: Model, values: Values, form: str, remarks: Iterable[str] = ()
         symbols = made.solutions.symbol_map[number].byObject
         text = path.read_text("utf-8")
     notes = [model.title, *remarks]
-    for each in model.variables:
-        unit = "" if each.unit == "1" else f" [{each.unit}]"
-        if symbol := symbols.get(id(made.unknowns[each.name])):  # else no constraint has it
-            notes.append(f"{symbol} is {each.name}, {each.symbol}{unit}")
+    for variable in model.variables:
+        unit = "" if variable.unit == "1" else f" [{variable.unit}]"
+        if symbol := symbols.get(id(made.unknowns[variable.name])):  # else no constraint has it
+            notes.append(f"{symbol} is {variable.name}, {variable.symbol}{unit}")
     if form == "nl":
         head, _, rest = text.partition("\n")
         return f"{head.partition('#')[0]}# {printable('; '.join(notes))}\n{rest}"
-    return "".join(f"{FILES[form]}{printable(each)}\n" for each in notes) + text
+    return "".join(f"{FILES[form]}{printable(note)}\n" for note in notes) + text
 
 
 @dataclass(frozen=True)
@@ -199,7 +199,7 @@ class Pyomo(OneByOne):
 
     @property
     def takes(self) -> Capability:  # type: ignore[override]
-        """Which models the solver takes, as far as that is known."""
+        """The models the solver takes, as far as known."""
         if self.solver in LINEAR:
             return Capability(NAME, integer=True)
         return Capability(NAME, nonlinear=True, integer=True, needs=("derivatives",))
@@ -232,8 +232,8 @@ class Pyomo(OneByOne):
         made.del_component("kept")
         made.kept = library().ConstraintList()
         for goal in goals:
-            for each in goals:
-                each.activate() if each is goal else each.deactivate()
+            for other in goals:
+                other.activate() if other is goal else other.deactivate()
             with failures_named(self.solver):
                 results = solver.solve(made, load_solutions=False, **asked)
                 words.append(str(results.solver.termination_condition))
@@ -249,8 +249,8 @@ class Pyomo(OneByOne):
             # A local solver proves no infeasibility.
             known = FOUND if linear or word != "infeasible" else {}
             return solution(known.get(word, Status.UNKNOWN), f"by {self.solver}", word)
-        whole = [each.binary for each in model.variables]
-        x = np.array([each.value for each in made.unknowns.values()], float)
+        whole = [variable.binary for variable in model.variables]
+        x = np.array([unknown.value for unknown in made.unknowns.values()], float)
         bounds = np.transpose([*own_bounds(model, parameters).values()])
         x = np.clip(np.where(whole, np.round(x), x), *bounds) + 0.0
         point = dict(zip(made.unknowns, x.tolist(), strict=True))

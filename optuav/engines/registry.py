@@ -30,7 +30,7 @@ Single: TypeAlias = Callable[[Mapping[str, float]], Solution]  # The same for on
 
 @dataclass(frozen=True)
 class Capability:
-    """Which models an engine takes.
+    """Capability of an engine: the models it takes.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ class Capability:
 
 
 class Engine(Protocol):
-    """What solves models: a small object, whose fields are options of its own.
+    """Protocol of an engine: a small object that solves models; its fields are its options.
 
     A subclass states `name` and `takes`, and defines `solve`.
 
@@ -102,7 +102,7 @@ class Engine(Protocol):
     name: str
     """Name by which `optuav.solve` takes it."""
     takes: Capability
-    """Which models it takes."""
+    """The models it takes."""
 
     @abstractmethod
     def solve(
@@ -166,7 +166,7 @@ CAPABILITIES = (
     Capability("casadi", nonlinear=True, needs=("derivatives",)),
     Capability("grid", True, slots=None, most_unknowns=MOST_UNKNOWNS, needs=("lower bounds",)),
 )
-"""What the engines of the package take, in the order in which "auto" prefers them.
+"""Capabilities of the package's engines, in the order in which "auto" prefers them.
 
 In slots it prefers one that takes nothing else.
 """
@@ -204,7 +204,9 @@ class OneByOne(Engine):
 
 
 AUTO = "auto"  # Stands for the first engine that takes a model
-ENGINES = tuple(each.name for each in CAPABILITIES)  # Names of the engines of the package
+ENGINES = tuple(
+    capability.name for capability in CAPABILITIES
+)  # Names of the engines of the package
 CLASSES: Mapping[str, str] = {
     "closed-form": "closed_form.ClosedForm",
     "cvxpy": "cvxpy_engine.Cvxpy",
@@ -215,8 +217,8 @@ CLASSES: Mapping[str, str] = {
 """Module and class of each."""
 
 _registered: dict[str, Engine] = {}
-capabilities = {each.name: each for each in CAPABILITIES}
-"""What all engines take, by name: those of the package first, then those that were added."""
+capabilities = {capability.name: capability for capability in CAPABILITIES}
+"""Capability of each engine by name: built-in engines first, then registered ones."""
 
 
 def register(added: Engine) -> None:
@@ -269,7 +271,9 @@ def conforming(given: Engine) -> Engine:
         raise InputError([Fault("engine", f"{given!r:.60}", words)])
     known = isinstance(getattr(given, "takes", None), Capability)
     known &= isinstance(getattr(given, "name", None), str)
-    if not known or not all(callable(getattr(given, each, None)) for each in ("solve", "compile")):
+    if not known or not all(
+        callable(getattr(given, method, None)) for method in ("solve", "compile")
+    ):
         words = "a name, or an object with name, takes (a Capability), solve and compile, an Engine"
         raise InputError([Fault("engine", f"{given!r:.60}", words)])
     if not of_the_package(given) and given.name in ("", AUTO, *ENGINES):

@@ -91,7 +91,7 @@ def close_in(
 
 
 def some(tables: Iterable[Any], which: Integers) -> list[Any]:
-    """Those entries along the last axis of tables whose numbers, ascending, are given."""
+    """Select entries along the last axis of tables by ascending numbers."""
     return [t if len(which) == t.shape[-1] else t.take(which, axis=-1) for t in tables]
 
 
@@ -185,7 +185,7 @@ class Rows(NamedTuple):
         return Section(np.array([a + level, d, weight]), self.rate_y_per_s)
 
     def trends(self, x_top: Floats, y_top: Floats) -> tuple[Booleans, Booleans, Booleans]:
-        """Which rows never rise with x, never fall with y, never rise with y, up to the tops.
+        """Return which rows never rise with x, fall with y, or rise with y, up to the tops.
 
         A slope is affine in the decay of its own time and in the levelling of the other, so that
         its extremes lie in the corners.
@@ -203,7 +203,7 @@ class Rows(NamedTuple):
 
 
 class StatedForm(NamedTuple):
-    """What has to be ≥ 0; `relaxed` is an upper bound of what its constraint states."""
+    """A form that must be ≥ 0; a `relaxed` one is an upper bound of its constraint's form."""
 
     form: Exponential
     size: Operand  # Of the sides whose difference it is
@@ -218,8 +218,8 @@ def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats)
     infinite where other programmes need them. Sizes and reach say how much rounding there may be.
     """
     rates: dict[str, Operand] = {}
-    for each in stated:
-        for name, rate in each.form.rates_per_s.items():
+    for stated_form in stated:
+        for name, rate in stated_form.form.rates_per_s.items():
             if not same_rate(rates.setdefault(name, rate), rate):
                 raise NotExponentialError(f"{name} levels out at two rates")
     x, y = (*names, "")[:2]
@@ -251,31 +251,31 @@ def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats)
 
 
 def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list[StatedForm]:
-    """What has to be ≥ 0 for every constraint of a model to hold; two forms for an equation.
+    """Return the forms that must be ≥ 0 for a model's constraints to hold; two for an equation.
 
     With `relaxed`, the bounds of `Bounded` functions are taken, and where these are exact is added.
     """
     read: list[tuple[Constraint, Sequence[Exponential], bool]] = []
     bounded: list[Constraint] = []
     done = model.walked.forms(values)
-    for each in relations(model):
+    for relation in relations(model):
         try:
-            forms = [done.get(id(e), e) for e in each.relation.sides]
+            forms = [done.get(id(e), e) for e in relation.relation.sides]
             if any(isinstance(e, Expression) for e in forms):
                 forms = [exponential(e, values, done) for e in forms]
             own = [e if isinstance(e, Exponential) else Exponential({CONSTANT: e}) for e in forms]
-            read.append((each, own, False))
+            read.append((relation, own, False))
         except NotExponentialError as error:
             if not relaxed:
-                raise NotExponentialError(f"{each.label!r}: {error}") from error
-            bounded.append(each)
+                raise NotExponentialError(f"{relation.label!r}: {error}") from error
+            bounded.append(relation)
     exact = Relaxation()
     kinds = [exact]  # Grows by what is met at the bounds: one more for each ceiling
     for relaxation in kinds:
         done = {}
-        for each in bounded:
-            own = [exponential(e, values, done, relaxation) for e in each.relation.sides]
-            read.append((each, own, True))
+        for row in bounded:
+            own = [exponential(e, values, done, relaxation) for e in row.relation.sides]
+            read.append((row, own, True))
         kinds += map(Relaxation, exact.names) if relaxation is exact else ()
     found = [
         StatedForm(

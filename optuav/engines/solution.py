@@ -1,4 +1,4 @@
-"""What every engine returns."""
+"""The solution that every engine returns."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -106,7 +106,9 @@ class Solution:
         if len(self.statuses) != 1 or not self.status.has_answer:
             good = all(status.has_answer for status in self.statuses)
             counts = markup.paragraph(repr(self).strip("<>"), good=good)
-            symbols = (f"{each.symbol} [{each.unit}]" for each in self.declared.variables)
+            symbols = (
+                f"{variable.symbol} [{variable.unit}]" for variable in self.declared.variables
+            )
             heads = ("programme", "status", "objective", *symbols)
             columns = (self.objective, *(self.values[x.name] for x in self.declared.variables))
             rows = [
@@ -125,8 +127,10 @@ class Solution:
     def _heads(self) -> tuple[str, str]:
         """Status and values of the only answer."""
         values = ", ".join(
-            f"{each.symbol} = {self.values[each.name][0]:.6g} {each.unit}".removesuffix(" 1")
-            for each in self.declared.variables
+            f"{variable.symbol} = {self.values[variable.name][0]:.6g} {variable.unit}".removesuffix(
+                " 1"
+            )
+            for variable in self.declared.variables
         )
         reached = f"{self.declared.sense} {self.objective[0]:.6g} at {values}"
         return f"{self.status.value} by {self.engine} ({self.proof})", reached
@@ -191,7 +195,7 @@ class Solution:
         """
         if not self.statuses[index].has_answer or self.duals is not None:
             return dict(*(self.duals or ())[index : index + 1])
-        zeros = dict.fromkeys((each.label for each in relations(self.declared)), 0.0)
+        zeros = dict.fromkeys((relation.label for relation in relations(self.declared)), 0.0)
         at = {**self.parameters_at(index), **self.point(index)}
         return zeros | prices.local_multipliers(self.declared, at)
 
@@ -236,7 +240,7 @@ class Solution:
         return found
 
     def residuals(self, index: int = 0) -> Residuals:
-        """What the answer to a programme lacks of feasibility and optimality.
+        """Measure how far an answer is from feasibility and optimality.
 
         See `optuav.engines.prices.Residuals`.
         """
@@ -275,16 +279,16 @@ class Solution:
 def returned(
     found: object, engine: str, model: Model, programmes: int, values: Values | None = None
 ) -> Solution:
-    """What an engine from outside the package returned, with the objective that its values have.
+    """Return the solution of an engine from outside, with the objective that its values have.
 
     `SolverError` if it is no solution to so many programmes of the model.
     """
     if not isinstance(found, Solution):
         raise SolverError(f"engine {engine} returned {found!r:.60}, not a Solution")
     statuses, points, wrong = list(found.statuses), dict[str, Floats](), list[str]()
-    if len(statuses) != programmes or not all(isinstance(each, Status) for each in statuses):
+    if len(statuses) != programmes or not all(isinstance(status, Status) for status in statuses):
         wrong.append(f"statuses must be {programmes} of optuav's Status")
-    for name in (each.name for each in model.variables):
+    for name in (variable.name for variable in model.variables):
         points[name] = np.asarray(found.values.get(name), dtype=object)
         if points[name].shape != (programmes,):
             wrong.append(f"values[{name!r}] must be {programmes} numbers")
@@ -336,7 +340,11 @@ def without_solver(model: Model, engine: str, parameters: Values) -> Solution | 
         return found(Status.ERROR, "evaluated", "a parameter is no number")
     if any(lower > upper for lower, upper in own_bounds(model, parameters).values()):
         return found(Status.INFEASIBLE, "bounds contradict", "bounds of an unknown contradict")
-    settled = [each for each in model.constraints if not has_unknowns(*each.relation.sides)]
+    settled = [
+        constraint
+        for constraint in model.constraints
+        if not has_unknowns(*constraint.relation.sides)
+    ]
     if broken := [row.label for row in evaluated(settled, parameters) if not row.satisfied]:
         words = f"does not hold whatever the unknowns: {', '.join(broken)}"
         return found(Status.INFEASIBLE, "evaluated", words)
@@ -345,18 +353,22 @@ def without_solver(model: Model, engine: str, parameters: Values) -> Solution | 
 
 def stacked(solutions: Sequence[Solution]) -> Solution:
     """Solutions to single programmes of one model as one, with the proof of those that answer."""
-    first = next((each for each in solutions if each.status.has_answer), solutions[0])
+    first = next((solution for solution in solutions if solution.status.has_answer), solutions[0])
     values, given = (
-        {k: np.concatenate([getattr(each, name)[k] for each in solutions]) for k in columns}
+        {k: np.concatenate([getattr(solution, name)[k] for solution in solutions]) for k in columns}
         for name, columns in (("values", first.values), ("given", first.given))
     )
     return replace(
         first,
-        statuses=[each.status for each in solutions],
-        objective=np.concatenate([each.objective for each in solutions]),
+        statuses=[solution.status for solution in solutions],
+        objective=np.concatenate([solution.objective for solution in solutions]),
         values=values,
-        tight=None if first.tight is None else [*chain(*(each.tight or () for each in solutions))],
-        duals=None if first.duals is None else [*chain(*(each.duals or () for each in solutions))],
-        words=[*chain(*(each.words for each in solutions))],
+        tight=None
+        if first.tight is None
+        else [*chain(*(solution.tight or () for solution in solutions))],
+        duals=None
+        if first.duals is None
+        else [*chain(*(solution.duals or () for solution in solutions))],
+        words=[*chain(*(solution.words for solution in solutions))],
         given=given,
     )

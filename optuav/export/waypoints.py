@@ -98,6 +98,8 @@ def waypoints(course: Course) -> str:
     lines = ["QGC WPL 110", *(f"# {note}" for note in course.notes)]
     for number, (current, frame, command, parameters, *angles_and_height) in enumerate(rows):
         heading = UNUSED if command == DELAY else 0.0
-        figures = "\t".join(f"{each:.9f}" for each in (*parameters, heading, *angles_and_height))
+        figures = "\t".join(
+            f"{parameter:.9f}" for parameter in (*parameters, heading, *angles_and_height)
+        )
         lines.append(f"{number}\t{current}\t{frame}\t{command}\t{figures}\t1")
     return "\n".join(lines) + "\n"

@@ -29,7 +29,7 @@ FORMATS = {".tif": "GeoTIFF", ".tiff": "GeoTIFF", ".geojson": "GeoJSON"}
 
 
 def summary(found: HoverMap) -> str:
-    """What a map is of, where the hover is longest, and why some points have no plan."""
+    """Describe a map: its subject, where the hover is longest, and why some points have no plan."""
     facts, values = found.facts, found.solved.values["hover_time_s"]
     (height, width), places = values.shape, dict[str, str]()
     places["Map"] = f"{facts['mission']}, {facts['perspective']}: {facts['over']} on {width} × "
@@ -114,10 +114,10 @@ def _geotiff(found: xarray.DataArray) -> bytes:
     from rasterio.transform import Affine
 
     steps_m = [np.diff(found[axis]) for axis in ("x", "y")]
-    if any(np.ptp(each) > UNEVEN for each in steps_m):
+    if any(np.ptp(step_m) > UNEVEN for step_m in steps_m):
         words = "points at one distance each way, as a GeoTIFF needs them"
         raise InputError([Fault("found", type(found).__name__, words)])
-    (across_m, up_m), (height, width) = (float(each.mean()) for each in steps_m), found.shape
+    (across_m, up_m), (height, width) = (float(step_m.mean()) for step_m in steps_m), found.shape
     left, top, system = float(found.x[0]), float(found.y[-1]), _system(found)
     # The corner of the cell of which the first point is the middle.
     corner = Affine(across_m, 0.0, left - across_m / 2, 0.0, -up_m, top + up_m / 2)
@@ -149,7 +149,7 @@ def _geojson(found: xarray.DataArray) -> bytes:
     values = found.to_numpy()
     lines: Any = contourpy.contour_generator(found.x.to_numpy(), found.y.to_numpy(), values)
     # None where points without a plan lie between.
-    parts = {each: shown for each in contour_levels(values) if (shown := lines.lines(each))}
+    parts = {level: shown for level in contour_levels(values) if (shown := lines.lines(level))}
     shapes = geopandas.GeoSeries(map(shapely.MultiLineString, parts.values()), crs=system)
     shapes = shapes.to_crs(DEGREES).set_precision(PRECISION_DEG, mode="pointwise")
     table = geopandas.GeoDataFrame({"hover_time_s": [*parts]}, geometry=shapes)
@@ -158,7 +158,7 @@ def _geojson(found: xarray.DataArray) -> bytes:
 
 
 def _facts(found: xarray.DataArray) -> dict[str, str]:
-    """What the map is about, in words."""
+    """Subject of the map, in words."""
     return {name: str(found.attrs[name]) for name in ("mission", "perspective", "over", "height_m")}
 
 

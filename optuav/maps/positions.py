@@ -230,7 +230,7 @@ def hovers(
 def faults_of(
     step_m: object, bounds: Any, height_m: object, perspective: object
 ) -> Iterator[Fault]:
-    """What is wrong with the options of a map, whatever the mission."""
+    """Yield the faults of a map's options that do not depend on the mission."""
     if height_m is not None:
         yield from misfits(("height_m", height_m, COORDINATE))
     yield from misfits(("step_m", step_m, DISTANCE))

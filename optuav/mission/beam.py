@@ -21,7 +21,7 @@ BATTERY = "battery.charge_current_A"  # Key of the limit that the battery sets
 
 
 class Beam(ABC):
-    """How much of the laser's light becomes electric power at a place.
+    """Model of how much of the laser's light becomes electric power at a place.
 
     A beam is one class in one file. Its quantities may be numbers, arrays or symbols, as in
     `optuav.physics`.

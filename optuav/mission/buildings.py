@@ -62,12 +62,12 @@ class Buildings(Sequence[Building]):
     def of(cls, buildings: Iterable[Building]) -> Buildings:
         """The table of single buildings."""
         listed, flat, rings = [*buildings], chain.from_iterable, list[Sequence[Any]]()
-        for each in listed:
-            stated: Any = each.footprint_m or ()
+        for building in listed:
+            stated: Any = building.footprint_m or ()
             rings.append(stated if not stated or isinstance(stated[0], tuple) else (stated,))
         return cls(
-            tuple(each.name for each in listed),
-            array("d", flat(each.position_m for each in listed)),
+            tuple(building.name for building in listed),
+            array("d", flat(building.position_m for building in listed)),
             array("d", flat(flat(rings))),
             array("q", accumulate(map(len, rings), initial=0)),
         )
@@ -97,7 +97,7 @@ class Buildings(Sequence[Building]):
         values["position_m"] = tuple(values["position_m"])
         if (stated := values.get("footprint_m")) is not None:
             values["footprint_m"] = tuple(
-                tuple(each) if isinstance(each, list) else each for each in stated
+                tuple(value) if isinstance(value, list) else value for value in stated
             )
         return Building.model_construct(**values)
 
@@ -109,7 +109,7 @@ class Buildings(Sequence[Building]):
         }
         begin, end = self.begins[number : number + 2]
         flat = self.corners[2 * begin : 2 * end].tolist()
-        if ring := [[*each] for each in zip(flat[::2], flat[1::2], strict=True)]:
+        if ring := [[*corner] for corner in zip(flat[::2], flat[1::2], strict=True)]:
             values["footprint_m"] = ring if len(ring) > 1 else ring[0]
         return values
 
@@ -149,7 +149,7 @@ class Buildings(Sequence[Building]):
 
     @property
     def lacking(self) -> int:
-        """How many buildings of their table are not here, as in a plan without it."""
+        """Number of buildings of their table that are missing here, as in a plan without it."""
         return self.source.buildings - len(self) if self.source else 0
 
     def read_from(self, source: TableFile | None) -> Buildings:
@@ -160,7 +160,7 @@ class Buildings(Sequence[Building]):
 
     @cached_property
     def roof_m(self) -> Floats:
-        """Where the UAV rests (building, 3) [m]."""
+        """Places where the UAV rests (building, 3) [m]."""
         import numpy as np
 
         return np.asarray(memoryview(self.roofs).toreadonly()).reshape(-1, 3)
@@ -183,7 +183,7 @@ class Buildings(Sequence[Building]):
 
     @cached_property
     def breaches(self) -> tuple[tuple[int, str, str], ...]:
-        """What is wrong with buildings beside others: number, key, and what is allowed."""
+        """Yield faults between buildings: number, key, and what is allowed."""
         found, every = list[tuple[int, str, str]](), {*self.names}
         if len(every) < len(self.names) or not every.isdisjoint(RESERVED_NAMES):
             found += ((number, "name", words) for number, words in misnamed(self.names))

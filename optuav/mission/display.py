@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 
 def facts(mission: Mission) -> dict[str, str]:
-    """What a mission is, where, how long, and with what: sentences by heading."""
+    """Describe a mission in sentences by heading: what, where, how long, and with what."""
     route, limits, battery, laser = mission.route, mission.limits, mission.battery, mission.laser
     start, end, device = (
-        f"({', '.join(f'{each:g}' for each in point)}) m"
+        f"({', '.join(f'{coordinate:g}' for coordinate in point)}) m"
         for point in (route.origin_m, route.destination_m, mission.link.device_m)
     )
     buildings = counted(len(mission.buildings), "building")
@@ -71,7 +71,8 @@ def _table(buildings: Buildings) -> Element:
     """The first buildings: where they are, and their footprints."""
     first = buildings[:MOST_ROWS]
     rows = [
-        (each.name, *map(_written, each.position_m), _footprint(each.footprint_m)) for each in first
+        (building.name, *map(_written, building.position_m), _footprint(building.footprint_m))
+        for building in first
     ]
     heads = ("name", "x [m]", "y [m]", "z of the roof [m]", "footprint [m]")
     return table(heads, rows, hidden=len(buildings) - len(first))

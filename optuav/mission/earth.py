@@ -1,4 +1,4 @@
-"""Where the plane of a mission lies on Earth."""
+"""Position of a mission's plane on Earth."""
 
 from __future__ import annotations
 

@@ -40,12 +40,12 @@ _SHALLOW = re.compile(
 STANDARD = Path("-")
 """Stands for the standard input where it is read, and for the standard output where written."""
 TEMPORARY = ".optuav.tmp"
-"""What is not yet a whole file; one a folder, as writers of one folder wait for one another."""
+"""Name of a file in the making; one per folder, as writers of one folder wait for one another."""
 LONGEST_WAIT_S, A_MOMENT_S = 10.0, 0.01
 NOT_OFFERED = (errno.EINVAL, errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 NO_LINKS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # Of POSIX
 MARK, HEAD, LEAST_START = b"optuav", 4096, 20
-"""What the first bytes of our files hold; or else their first line, if it is so long."""
+"""Mark in the first bytes of our files; or else in their first line, if it is so long."""
 PARQUET = b"PAR1"
 
 PLACED = re.compile(r"(.*) \(at (line \d+, column \d+|end of document)\)", re.DOTALL)
@@ -78,7 +78,7 @@ def label(path: Path) -> str:
 
 
 def refusal(path: Path, words: str) -> InputError:
-    """What is wrong with a file as a whole."""
+    """Return the fault of a file as a whole."""
     return InputError([Fault("", "", words, label(path))])
 
 
@@ -162,7 +162,7 @@ def parse_toml(text: str, source: str = "") -> dict[str, Any]:
             if '"kind": "optuav plan"' in text[:1000]:
                 words = "is a saved plan; optuav show and optuav audit take it"
         else:
-            tables = [each for each in found.values() if isinstance(each, dict)]
+            tables = [table for table in found.values() if isinstance(table, dict)]
             if max(map(len, [found, *tables])) <= MOST_KEYS:
                 return found
             words = f"has a table of more than {MOST_KEYS} keys"
@@ -197,9 +197,11 @@ def _is_deep(value: Any) -> bool:
     """Whether lists and objects stand in each other in more than `MOST_LEVELS` levels."""
     level = [value]
     for _ in range(MOST_LEVELS):
-        nested = (each for each in level if isinstance(each, dict | list))
-        level = [x for each in nested for x in (each.values() if isinstance(each, dict) else each)]
-    return any(isinstance(each, dict | list) for each in level)
+        nested = (value for value in level if isinstance(value, dict | list))
+        level = [
+            x for value in nested for x in (value.values() if isinstance(value, dict) else value)
+        ]
+    return any(isinstance(value, dict | list) for value in level)
 
 
 def _no_constant(name: str) -> float:
@@ -216,7 +218,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _own_words(error: ValueError) -> str:
-    """What is wrong where in a text, in our words for those of Python's parsers."""
+    """Return the fault of a text and its place, in our words for those of Python's parsers."""
     if "set_int_max_str_digits" in str(error):
         return f"a whole number has more than {sys.get_int_max_str_digits()} digits"
     if isinstance(error, json.JSONDecodeError):

@@ -53,12 +53,12 @@ class FlightTable(MissionSection):
 
     @property
     def obstacle_rule(self) -> Obstacles:
-        """What holds for legs that a building blocks."""
+        """Rule for legs that a building blocks."""
         return self.obstacles or ("ignore" if self.through_buildings else "refuse")
 
 
 class FlightModel(ABC):
-    """How a UAV flies and what that draws: the figures of legs, hover and rest.
+    """Model of how a UAV flies and what it draws: the figures of legs, hover and rest.
 
     A model is one class in one file. Its quantities may be numbers, arrays over missions or
     legs, or symbols, as in `optuav.physics`.
@@ -88,11 +88,11 @@ class FlightModel(ABC):
 
     @abstractmethod
     def hover(self) -> Flow:
-        """What hovering draws; NaN where the UAV cannot hold its place."""
+        """Return what hovering draws; NaN where the UAV cannot hold its place."""
 
     @abstractmethod
     def rest(self) -> Flow:
-        """What resting on a roof draws."""
+        """Return what resting on a roof draws."""
 
     @abstractmethod
     def state(self, leg: Loads, passed_s: Quantity) -> LegState:
@@ -113,11 +113,11 @@ class FlightModel(ABC):
         return None
 
     def power_over_speed(self, air_speed_m_s: Quantity) -> SpeedPower | None:
-        """What level flight draws at air speeds [m/s]; None if the model does not tell it."""
+        """Return what level flight draws at air speeds [m/s]; None if the model cannot tell."""
         return None
 
     def charging(self) -> Flow | None:
-        """What charges in sight of the laser if the mission states it; None for the laser's."""
+        """Return the charging in sight of the laser that the mission states, or None."""
         return None
 
     def figures(self) -> Iterator[tuple[str, float, str]]:

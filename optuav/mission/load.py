@@ -83,9 +83,9 @@ def load_all(missions: Any, faults: list[Fault]) -> list[Mission]:
     """One mission or several, as `load` takes them; what is wrong with them is among the faults."""
     single = isinstance(missions, Mission | str | Path | dict) or not isinstance(missions, Iterable)
     found = list[Mission]()
-    for each in [missions] if single else missions:
+    for mission in [missions] if single else missions:
         with collected(faults):
-            found.append(load(each))
+            found.append(load(mission))
     return found
 
 
@@ -132,7 +132,7 @@ def json_schema() -> Document:
 def _read(
     source: str | Path, directory: Path, above: dict[str, str]
 ) -> tuple[StatedMission, list[Fault], bool]:
-    """What a shipped mission or a file in a directory states on top of the one that it extends.
+    """Read what a shipped mission or a file states on top of the mission that it extends.
 
     With the faults of both, and whether all could be read; `above` are the files that extend it.
     """
@@ -165,8 +165,8 @@ def _read(
             document["buildings"] = read_buildings(beside(path.parent, named))
         except InputError as error:
             faults += [
-                each if each.key else Fault("buildings_file", shown(named), str(each), name)
-                for each in error.faults
+                fault if fault.key else Fault("buildings_file", shown(named), str(fault), name)
+                for fault in error.faults
             ]
     sources: dict[Key, str] = {(): name}
     for table, keys in document.items():

@@ -89,12 +89,12 @@ def features(document: Any, file: Path) -> Any:
 
 
 def table(known: list[dict[str, Any]], names: list[Any], shapes: Any, crs: Any, file: Path) -> Any:
-    """What is known of features, with their names and shapes; refused if it is too large."""
+    """Return the properties of features, with their names and shapes; refused if too large."""
     import geopandas
     import numpy as np
     import pandas as pd
 
-    if len({key for each in known for key in each}) * len(known) > MOST_VALUES:
+    if len({key for row in known for key in row}) * len(known) > MOST_VALUES:
         raise refusal(file, f"has a table of more than {MOST_VALUES} cells")
     outlines = np.empty(len(shapes), dtype=object)
     outlines[:] = shapes

@@ -36,13 +36,13 @@ TYPES = {
     "too_short": "a list that is not empty",
     "value_error": "{error}",
 }
-"""What a value may be, by pydantic's name of its error."""
+"""Allowed values in words, by pydantic's name of the error."""
 OTHER = "a value of another kind"
 DIGITS = 15  # Decimal digits that every float holds
 
 
 def allowed(model: type[BaseModel], key: str) -> str:
-    """What a value may be, from the type of its field: ``"a number, 0 <= x < 1 [-]"``."""
+    """Describe the allowed values of a field from its type: ``"a number, 0 <= x < 1 [-]"``."""
     return next(described(model, key)).words
 
 
@@ -60,16 +60,16 @@ def _number(form: type[MissionSection], key: str) -> Number | None:
 
 
 def described(model: type[BaseModel], key: str) -> Iterator[Allowed | Number | OneOf]:
-    """What the type of a field says of its values, then of the components of a vector."""
+    """Yield the limits in the type of a field, then in the components of a vector."""
     field = model.model_fields[key]
-    of_options = (getattr(each, "__metadata__", ()) for each in get_args(field.annotation))
+    of_options = (getattr(argument, "__metadata__", ()) for argument in get_args(field.annotation))
     for item in (*field.metadata, *(item for items in of_options for item in items)):
         if isinstance(item, Allowed | Number | OneOf):
             yield item
 
 
 def table(name: str) -> str:
-    """What a table of the mission has to be: for example ``"a table [wind]"``."""
+    """Describe the table of the mission that is expected: for example ``"a table [wind]"``."""
     first = forms(name)[0]
     needed = [key for key, field in first.model_fields.items() if field.is_required()]
     content = f" with {', '.join(needed)}" if needed and name != "flight" else ""
@@ -86,7 +86,7 @@ def no_building(stated: str, names: Sequence[str]) -> str:
 
 
 def misfits(*stated: tuple[str, object, Number]) -> Iterator[Fault]:
-    """Which options are not such numbers, by name and value; a whole one has to be integral."""
+    """Yield a fault for each option that is not such a number; a whole one must be integral."""
     for option, value, number in stated:
         if not number.accepts(value) or (number.whole and not isinstance(value, Integral)):
             yield Fault(option, shown(value), number.words)
@@ -121,7 +121,7 @@ def path_of(stated: Any, name: str = "path", words: str = "a path") -> Path:
 
 def paths_of(stated: Any, name: str) -> list[Path]:
     """One path or several as a list; refused if there is none."""
-    return [path_of(each) for each in several(name, stated, str | Path, "a path, or several")]
+    return [path_of(path) for path in several(name, stated, str | Path, "a path, or several")]
 
 
 def of_kind(name: str, stated: Any, kind: Any, words: str) -> Any:
@@ -135,7 +135,7 @@ def several(name: str, stated: Any, kind: Any, words: str, least: int = 1) -> li
     """One value of a kind, or several, as a list; others and fewer are refused with these words."""
     alone = isinstance(stated, kind) or not isinstance(stated, Iterable)
     found = [stated] if alone else [*stated]
-    if len(found) < least or not all(isinstance(each, kind) for each in found):
+    if len(found) < least or not all(isinstance(value, kind) for value in found):
         raise InputError([Fault(name, shown(stated), words)])
     return found
 

@@ -80,7 +80,7 @@ class Mission(MissionSection):
     name: schema.Name = "mission"
     """Name of the mission; by default that of its file."""
     description: schema.Description = ""
-    """What the mission is about."""
+    """Subject of the mission."""
     crs: schema.ReferenceSystem | None = None
     """Coordinate reference system of x and y, in metres; maps that are saved are in it."""
     route: schema.RouteEnds
@@ -309,7 +309,7 @@ def toml_of(document: Document) -> str:
 
 
 def overlay(base: Document, stated: Document) -> tuple[Document, dict[Key, str]]:
-    """What is stated on top of a base, where None removes a key; and what that displaces.
+    """Lay a document on top of a base, where None removes a key; and list what that displaces.
 
     Tables join key by key, anything else is replaced. The keys of the base that are displaced come
     with the dotted key whose new value does so.
@@ -353,12 +353,12 @@ def without_none(value: Any, depth: int = 3, *, kept: bool = False) -> Any:
         items = [(key, each) for key, each in value.items() if kept or each is not None]
         return {key: without_none(each, depth - 1, kept=kept) for key, each in items}
     if depth and isinstance(value, list | tuple):
-        return [without_none(each, depth - 1, kept=kept) for each in value]
+        return [without_none(entry, depth - 1, kept=kept) for entry in value]
     return value.tolist() if hasattr(value, "tolist") else value
 
 
 def _revised(base: Document, values: Mapping[str, object]) -> tuple[StatedMission, list[Fault]]:
-    """What a mission states after values by dotted key, not yet validated, and unknown keys.
+    """Return a mission's document after changes by dotted key, not yet validated, and unknown keys.
 
     Values are put on top of the complete document; None removes a key, a table or a building.
     """
@@ -400,7 +400,7 @@ def _revise_buildings(buildings: list[object], values: Document) -> Iterator[Fau
     for key, value in values.items():
         building, _, field = (key, "", "") if key in places else key.rpartition(".")
         if building not in places:
-            names = [each.removeprefix("buildings.") for each in named]
+            names = [name.removeprefix("buildings.") for name in named]
             yield Fault(key, shown(value), no_building(key, names))
             continue
         place, new = places[building], {field: value} if field else value

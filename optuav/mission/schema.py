@@ -34,7 +34,7 @@ LARGEST = 1e100  # Largest number in a graph or a plan, so that sums and product
 
 @dataclass(frozen=True)
 class Allowed:
-    """What a value may be, in the words that a fault shows."""
+    """Allowed values, in the words that a fault shows."""
 
     words: str
 
@@ -249,7 +249,7 @@ class MissionSection(Record):
     @classmethod
     @cache
     def descriptions(cls) -> dict[str, str]:
-        """What stands below each key in this file, by key; read from it when first asked for."""
+        """Descriptions of the keys of this file, read from it on first use."""
         (table,) = ast.parse(dedent(inspect.getsource(cls))).body
         assert isinstance(table, ast.ClassDef)
         above = [base for base in cls.__bases__ if issubclass(base, MissionSection)]

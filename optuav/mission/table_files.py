@@ -39,7 +39,7 @@ def read_buildings(path: Path) -> Buildings:
     try:
         table = readers[ending](path)
     except InputError as error:
-        faults = (replace(each, source=each.source or label(path)) for each in error.faults)
+        faults = (replace(fault, source=fault.source or label(path)) for fault in error.faults)
         raise InputError(faults) from None
     return table.read_from(TableFile(os.path.abspath(path), found, len(table)))
 
@@ -60,7 +60,7 @@ def seen_from(file: Path, path: str) -> str:
 def check(path: Path, expected: str) -> None:
     """Refuse a table whose hash is not the one expected."""
     if (found := fingerprint(path)) != expected:
-        here, there = (f"{each[:SHOWN_DIGITS]}…" for each in (found, expected))
+        here, there = (f"{digest[:SHOWN_DIGITS]}…" for digest in (found, expected))
         raise refusal(path, f"is another table: its SHA-256 hash is {here}, not {there}")
 
 
@@ -82,7 +82,7 @@ def _of_csv(path: Path) -> Buildings:
         lines = (line for line in lines if not line.startswith("#"))
     rows, cells = csv.reader(lines), list[str]()
     try:
-        names = [each.strip() for each in next(filter(any, rows), ())]
+        names = [cell.strip() for cell in next(filter(any, rows), ())]
         if not names:
             raise refusal(path, f"has no header; its columns are {', '.join(COLUMNS)}")
         faults = [Fault(name, "", "is there twice") for name in {*names} if names.count(name) > 1]
@@ -103,16 +103,16 @@ def _cells(name: str, cells: Sequence[str]) -> Any:
     import numpy as np
 
     if name == COLUMNS[0]:
-        return [each.strip() for each in cells]
+        return [cell.strip() for cell in cells]
     if name in SIZES:
-        cells = [each or "nan" for each in cells]
+        cells = [cell or "nan" for cell in cells]
     text = "".join(cells)
     if text.isascii() and "_" not in text:
         try:
             return np.fromiter(map(float, cells), float, len(cells))
         except ValueError:
             pass
-    return [_number(each.strip()) for each in cells]
+    return [_number(cell.strip()) for cell in cells]
 
 
 def _number(cell: str) -> float | str | None:
@@ -186,7 +186,7 @@ def _columns_of_map(path: Path) -> tuple[list[str], Floats, Floats, Integers]:
     if strange := {*units} - {"metre"}:
         words = f"has x and y in {', '.join(sorted(strange))}, not in metres"
         raise refusal(path, f"{words}; optuav city makes a mission of a map")
-    known = [each for each in frame.columns if each != frame.geometry.name]
+    known = [column for column in frame.columns if column != frame.geometry.name]
     wanted = (COLUMNS[0], COLUMNS[3])
     refuse(Fault(x, "", f"is missing; there are {listed(known)}") for x in wanted if x not in known)
     names = frame["name"].tolist()

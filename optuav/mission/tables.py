@@ -82,7 +82,7 @@ def _plain(column: Iterable[Any]) -> Sequence[Any]:
     listed: list[Any] = column if isinstance(column, list) else [*column]
     if {*map(type, listed)} <= {str, int, float}:
         return listed
-    return [each.tolist() if hasattr(each, "tolist") else each for each in listed]
+    return [entry.tolist() if hasattr(entry, "tolist") else entry for entry in listed]
 
 
 def _at_once(columns: Mapping[str, Sequence[Any]]) -> Buildings | None:
@@ -165,13 +165,13 @@ def _is_allowed(table: Buildings) -> bool:
 
 def _rows(columns: Mapping[str, Sequence[Any]]) -> Iterator[Document]:
     """The rows of columns as tables [[buildings]]."""
-    lists = (getattr(each, "tolist", each.__iter__)() for each in columns.values())
+    lists = (getattr(column, "tolist", column.__iter__)() for column in columns.values())
     for cells in zip(*lists, strict=True):
         row = dict(zip(columns, cells, strict=True))
         building = {} if row["name"] is None else {"name": row["name"]}
         building["position_m"] = [row[name] for name in COLUMNS[1:]]
         size = [row.get(name) for name in SIZES]
-        if any(each is not None and str(each) != "nan" for each in size):
+        if any(length is not None and str(length) != "nan" for length in size):
             building["footprint_m"] = size
         yield building
 

@@ -29,7 +29,7 @@ REST_SHARE = 0.02
 
 GRAVITY_M_S2 = 9.8
 MOTION = {"climb_speed_m_s": 5.0, "descent_speed_m_s": 4.0, "acceleration_m_s2": 2.5}
-"""Of a drone of which rotors and fuselage are known, an assumption."""
+"""Speeds and acceleration assumed for a drone whose rotors and fuselage are known."""
 
 Minutes = Annotated[float, Number("min", ge=1, le=1e4)]
 Watts = Annotated[float, Number("W", ge=1, le=1e6)]
@@ -84,19 +84,19 @@ def _entries(table: MissionSection, *, explained: bool) -> Iterator[str]:
 def _text(value: object) -> str:
     """A value as TOML writes it; a whole number as one."""
     if isinstance(value, list):
-        return f"[{', '.join(_text(each) for each in value)}]"
+        return f"[{', '.join(_text(entry) for entry in value)}]"
     if isinstance(value, float) and value.is_integer() and abs(value) < 1e9:
         value = int(value)
     return tomli_w.dumps({"x": value}).partition("=")[2].strip()
 
 
 class Drone(MissionSection):
-    """What every datasheet of a multirotor states, and what follows from it."""
+    """Fields of every datasheet of a multirotor, and what follows from them."""
 
     mass_kg: Annotated[float, Number("kg", ge=0.05, le=1000)]
     """Take-off mass of the published flight times [kg]."""
     payload_kg: Annotated[float, Number("kg", ge=0, le=1000)] = 0.0
-    """What it carries on top, as the receiver of the laser [kg]."""
+    """Mass carried in addition, such as the receiver of the laser [kg]."""
     packs: Annotated[int, Number("-", ge=1, le=100, whole=True)] = 1
     """Number of battery packs [-]."""
     cells: Annotated[int, Number("-", ge=1, le=100, whole=True)]
@@ -149,7 +149,7 @@ class Drone(MissionSection):
         return (*(f"{name} = {_text(value)}" for name, value in stated), *self.assumptions())
 
     def assumptions(self) -> list[str]:
-        """What the mission states beyond the datasheet, in lines."""
+        """Lines of the mission that go beyond the datasheet."""
         return textwrap.wrap(
             f"Assumed: {CELL_V:g} V a cell, charging at 1 C, {REST_SHARE:.0%} of the hover power "
             f"at rest, and {self.assumed}. Places, buildings, "
@@ -169,7 +169,7 @@ class Drone(MissionSection):
 
 
 class Datasheet(Drone):
-    """What the owner of a multirotor knows of it; `mission` makes a mission of it.
+    """Datasheet of a multirotor, as its owner knows it; `mission` makes a mission of it.
 
     `of` raises `InputError` with all faults; the constructor raises pydantic's own error.
 
@@ -265,7 +265,7 @@ class Datasheet(Drone):
 
 
 class RotorDatasheet(Drone):
-    """What a datasheet says of rotors and fuselage; `mission` makes a rotary-wing mission of it.
+    """Datasheet of rotors and fuselage; `mission` makes a rotary-wing mission of it.
 
     The power over air speed follows by Y. Zeng, J. Xu, R. Zhang, IEEE Transactions on Wireless
     Communications, 2019, eqs (61)-(65). `of` raises `InputError` with all faults; the constructor

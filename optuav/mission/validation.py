@@ -63,7 +63,7 @@ class StatedMission:
         return found
 
     def value(self, key: Key) -> object:
-        """What is stated for a key, or UNKNOWN."""
+        """Return the value stated for a key, or UNKNOWN."""
         value: object = self.document
         for part in key:
             if isinstance(value, dict):
@@ -89,7 +89,9 @@ class StatedMission:
         """Names that only one building has, by its place in the list."""
         buildings = self.document["buildings"]
         whole = isinstance(buildings, Buildings)
-        stated = buildings.names if whole else [keys_of(each).get("name") for each in buildings]
+        stated = (
+            buildings.names if whole else [keys_of(building).get("name") for building in buildings]
+        )
         names = [name if isinstance(name, str) else "" for name in stated]
         uses = Counter(names)
         return {n: x for n, x in enumerate(names) if x and uses[x] == 1 and x == safe_name(x)}
@@ -132,7 +134,7 @@ def validate(
         if whole and SECTIONS.keys() <= model.model_fields.keys():
             breaches += rules(without(stated.document, {key for key, _ in breaches}))
         elif not whole:
-            breaches = [each for each in breaches if stated.value(each.key) is not UNKNOWN]
+            breaches = [breach for breach in breaches if stated.value(breach.key) is not UNKNOWN]
     raise InputError([*faults, *stated.faults(breaches)])
 
 
@@ -178,12 +180,12 @@ def breaches_of(
 
 
 def _key(location: tuple[int | str, ...]) -> Key:
-    """Where pydantic found an error: no finer than a key."""
+    """Return the place of pydantic's error, no finer than a key."""
     return location[:3] if location[:1] == ("buildings",) else location[:2]
 
 
 def _unknown(key: Key, known: Iterable[str], stated: StatedMission) -> str:
-    """What is said of a key that no table has, or that has no meaning here."""
+    """Return the words on a key that no table has, or that has no meaning here."""
     name = str(key[-1])
     if key == _RATE_PER_MINUTE:
         both = stated.value(_RATE) is not UNKNOWN
@@ -192,11 +194,11 @@ def _unknown(key: Key, known: Iterable[str], stated: StatedMission) -> str:
         return "only in a mission file"
     if choice := CHOICES.get(str(key[0])):
         if models := choice.models_with(name):
-            words = " or ".join(f'"{each}"' for each in models)
+            words = " or ".join(f'"{model}"' for model in models)
             return f"only with {key[0]}.{choice.key} = {words}"
         if choice.plain and name in choice.plain.model_fields:
             return f"only without {key[0]}.{choice.key}"
-    home = next((each for each in dotted_keys() if each.partition(".")[2] == name), None)
+    home = next((key for key in dotted_keys() if key.partition(".")[2] == name), None)
     if home is not None:
         return f"unknown key; did you mean '{home}'?"
     return f"unknown key{nearest(name, known)}"
@@ -281,7 +283,7 @@ def _rules_of_start(start: Document, battery: Document) -> Iterator[Breach]:
 def _rules_of_model(
     document: Document, model: type[FlightModel] | type[SpreadingBeam], by: str
 ) -> Iterator[Breach]:
-    """What a model needs of other tables, and what has no meaning with it."""
+    """Yield faults where a model lacks other tables, or refuses their keys."""
     for needed in model.needs:
         name, _, key = needed.partition(".")
         if not key and name not in document:
@@ -304,13 +306,13 @@ def _rules_of_model(
 
 
 def _rules_of_ways(flight: Document) -> Iterator[Breach]:
-    """What keys of blocked legs do not go together."""
+    """Yield faults where keys of blocked legs do not go together."""
     rule = flight.get("obstacles")
     if rule and "through_buildings" in flight:
         yield Breach(("flight", "through_buildings"), "either obstacles or through_buildings")
     for key in () if rule in (*BENT, UNKNOWN) else BENDING:
         if key in flight:
-            words = " or ".join(f'"{each}"' for each in BENT)
+            words = " or ".join(f'"{choice}"' for choice in BENT)
             yield Breach(("flight", key), f"goes with obstacles = {words} only")
 
 
@@ -322,7 +324,7 @@ def rules_of_buildings(document: Document) -> Iterator[Breach]:
             yield Breach(("buildings", number, key), words)
         return
     buildings = [] if listed is UNKNOWN else [*map(keys_of, listed)]
-    stated = [each.get("name") for each in buildings]
+    stated = [building.get("name") for building in buildings]
     for number, words in misnamed(x if isinstance(x, str) else None for x in stated):
         yield Breach(("buildings", number, "name"), words)
     rings: dict[int, Sequence[Sequence[float]]] = {}

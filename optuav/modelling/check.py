@@ -68,7 +68,7 @@ class Check:
 
     @property
     def sense(self) -> Sense:
-        """How the sides compare."""
+        """Sense of the comparison between the sides."""
         return self.constraint.relation.sense
 
     @property
@@ -87,7 +87,7 @@ class Check:
         return Checks([self])._repr_html_()
 
     def to_frame(self) -> DataFrame:
-        """As `optuav.modelling.Checks` has it."""
+        """Return the table that `optuav.modelling.Checks` describes."""
         return Checks([self]).to_frame()
 
     @property
@@ -161,7 +161,7 @@ class Checks(tuple[Check, ...]):
             size, several = np.size(row.satisfied), np.ndim(row.satisfied)
             names = (row.names if len(row.names) == size else range(size)) if several else [None]
             numbers = np.broadcast_arrays(row.left, row.right, row.slack, row.satisfied)
-            figures = zip(*(each.ravel().tolist() for each in numbers), strict=True)
+            figures = zip(*(number.ravel().tolist() for number in numbers), strict=True)
             for name, (left, right, slack, holds) in zip(names, figures, strict=True):
                 sides = row.label, name, left, row.sense, right
                 rows.append((*sides, slack, row.unit, holds, row.declared_at))
@@ -174,12 +174,16 @@ def relations(model: Model) -> Sequence[Constraint]:
     if walk.relations:
         return walk.relations
     found = [*model.constraints]
-    for each in model.variables:
-        stated = each.unit, each.declared_at, each.kind or "bounds"
-        if not (isinstance(each.lower, float) and each.lower == -np.inf):
-            found.append(Constraint(each.label, Relation(each, ">=", each.lower), *stated))
-        if not (isinstance(each.upper, float) and each.upper == np.inf):
-            found.append(Constraint(each.label, Relation(each, "<=", each.upper), *stated))
+    for variable in model.variables:
+        stated = variable.unit, variable.declared_at, variable.kind or "bounds"
+        if not (isinstance(variable.lower, float) and variable.lower == -np.inf):
+            found.append(
+                Constraint(variable.label, Relation(variable, ">=", variable.lower), *stated)
+            )
+        if not (isinstance(variable.upper, float) and variable.upper == np.inf):
+            found.append(
+                Constraint(variable.label, Relation(variable, "<=", variable.upper), *stated)
+            )
     walk.relations = found
     return found
 
@@ -230,21 +234,21 @@ def evaluated(stated: Model | Iterable[Constraint], point: Values) -> Checks:
     rows, whole, done = [], isinstance(stated, Model), dict[int, Operand]()
     if isinstance(stated, Model):
         done, stated = stated.walked.values(point), relations(stated)
-    for each in stated:
-        (left, right), sense = each.relation.sides, each.relation.sense
+    for constraint in stated:
+        (left, right), sense = constraint.relation.sides, constraint.relation.sense
         if whole:
             left, right = done.get(id(left), left), done.get(id(right), right)
         else:
-            left, right = (evaluate(side, point, done) for side in each.relation.sides)
+            left, right = (evaluate(side, point, done) for side in constraint.relation.sides)
         slack = right - left if sense == "<=" else left - right
         slack = -np.abs(slack) if sense == "==" else slack
-        rows.append(Check(each, left, right, slack, holding(sense, left, right)))
+        rows.append(Check(constraint, left, right, slack, holding(sense, left, right)))
     return Checks(rows)
 
 
 def _numbers(point: Values, model: Model) -> dict[str, Operand]:
     """The values of a point as numbers and arrays that broadcast with those of the model."""
-    names, given = [each.name for each in model.variables], model.given
+    names, given = [variable.name for variable in model.variables], model.given
     words = "a variable of the model without a value"
     faults = [Fault(name, "", words) for name in names if name not in point]
     words = f"the model has no such name; it has {', '.join([*names, *given])}"
@@ -276,32 +280,32 @@ def refuse_misfits(model: Model, programmes: int) -> None:
     """Refuse arrays with neither one entry nor one a programme, by constraint."""
     allowed, misfits = {(), (1,), (programmes,)}, dict[int, set[tuple[int, ...]]]()
     walk = model.walked
-    held = [*walk.trees, *walk.tape[1], *(each.value for each in walk.given.values())]
-    if all(each.shape in allowed for each in held if isinstance(each, np.ndarray)):
+    held = [*walk.trees, *walk.tape[1], *(node.value for node in walk.given.values())]
+    if all(value.shape in allowed for value in held if isinstance(value, np.ndarray)):
         return
     stated: list[tuple[Operand, tuple[Operand, ...]]]
     stated = [(node, node.arguments) for node in walk.nodes if isinstance(node, Call)]
     stated += [(node, (node.value,)) for node in walk.given.values()]
     stated += [(tree, (tree,)) for tree in walk.trees]
     for node, numbers in stated:
-        shapes = {each.shape for each in numbers if isinstance(each, np.ndarray)}
+        shapes = {number.shape for number in numbers if isinstance(number, np.ndarray)}
         if shapes - allowed:
             misfits[id(node)] = shapes - allowed
     words, faults = f"arrays with one entry a programme, here {programmes}", list[Fault]()
     for label, sides in _stated(model).items():
-        here = (misfits.get(id(each), set()) for each in (*nodes(*sides), *sides))
+        here = (misfits.get(id(node), set()) for node in (*nodes(*sides), *sides))
         faults += [
-            Fault(label, f"array of shape {each}", words) for each in sorted({*chain(*here)})
+            Fault(label, f"array of shape {shape}", words) for shape in sorted({*chain(*here)})
         ]
     raise InputError(faults)
 
 
 @np.errstate(all="ignore")
 def unusable(model: Model, values: Values) -> str:
-    """Where the numbers of a programme are no numbers: parameters, else labels of constraints."""
+    """Return where a programme has NaN: parameters, else labels of constraints."""
     wrong = (name for name in model.given if not np.isfinite(values[name]))
     parameters = [f"{name} = {values[name]:g}" for name in wrong]
-    anywhere = {**values, **{each.name: 1.0 for each in model.variables}}
+    anywhere = {**values, **{variable.name: 1.0 for variable in model.variables}}
 
     def is_unusable(side: Operand) -> bool:
         """Whether a side is no number, or has unknowns and is not finite."""
@@ -316,8 +320,8 @@ def unusable(model: Model, values: Values) -> str:
 def _stated(model: Model) -> dict[str, list[Operand]]:
     """The goals, and the sides of the constraints and bounds, by label."""
     found: dict[str, list[Operand]] = {"objective": [model.objective, *model.preferences]}
-    for each in model.constraints:
-        found[each.label] = [*each.relation.sides]
+    for constraint in model.constraints:
+        found[constraint.label] = [*constraint.relation.sides]
     for variable in model.variables:
         found.setdefault(variable.label, []).extend((variable.lower, variable.upper))
     return found

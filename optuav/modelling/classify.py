@@ -75,23 +75,25 @@ def traits(model: Model) -> Traits:
     walked, unknowns = model.walked, model.variables
     if isinstance(walked.traits, Traits):
         return walked.traits
-    others = [each for each in unknowns if each is not model.objective]
-    bounds = [each.lower if isinstance(each.lower, float) else math.nan for each in unknowns]
-    integer = any(each.binary for each in unknowns)
+    others = [unknown for unknown in unknowns if unknown is not model.objective]
+    bounds = [
+        unknown.lower if isinstance(unknown.lower, float) else math.nan for unknown in unknowns
+    ]
+    integer = any(unknown.binary for unknown in unknowns)
     longest = (
         model.sense == "maximise"
         and len(others) < len(unknowns) <= 2
-        and all(any(each is other for other in others) for each in model.preferences)
+        and all(any(preference is other for other in others) for preference in model.preferences)
         and all(bound == 0.0 for bound in bounds)
         and not integer
     )
     pairs = zip(unknowns, bounds, strict=True)
     open_below = (each.symbol for each, bound in pairs if bound == -math.inf)
-    calls = [each for each in walked.nodes if isinstance(each, Call)]
-    if {each.ufunc for each in calls} <= PARTIALS.keys():
+    calls = [node for node in walked.nodes if isinstance(node, Call)]
+    if {call.ufunc for call in calls} <= PARTIALS.keys():
         calls = []
     rough = (c for c in calls if c.ufunc not in PARTIALS and (c.moves or c.ufunc not in KINKED))
-    stated = [(each.label, each.relation.sides) for each in model.constraints]
+    stated = [(constraint.label, constraint.relation.sides) for constraint in model.constraints]
     goals = [("objective", [model.objective]), ("preference", model.preferences)]
     unlevelled, done = None, dict[int, Operand]()
     relaxed = Relaxation()

@@ -112,16 +112,18 @@ def sections(model: Model, writer: Text) -> Iterator[Section]:
             settled |= names
     yield model.sense, _merged([(f",{writer.words(' then smallest ')}".join(goals), "")], writer)
     unknowns = []
-    for each in model.variables:
-        domain = f"{writer.named(each).text} {writer.member} {writer.interval(each)}"
-        unknowns.append((domain, each.label if each.labelled else ""))
-    stated = [(writer.write(each.relation), each.label) for each in model.constraints]
+    for variable in model.variables:
+        domain = f"{writer.named(variable).text} {writer.member} {writer.interval(variable)}"
+        unknowns.append((domain, variable.label if variable.labelled else ""))
+    stated = [
+        (writer.write(constraint.relation), constraint.label) for constraint in model.constraints
+    ]
     defined = []
-    lets = [each for each in model.walked.nodes if isinstance(each, Let)]
-    trees = [*model.walked.trees, *(each.expression for each in lets if not each.words)]
-    seen = {id(each) for each in outermost(*trees)}
+    lets = [node for node in model.walked.nodes if isinstance(node, Let)]
+    trees = [*model.walked.trees, *(let.expression for let in lets if not let.words)]
+    seen = {id(node) for node in outermost(*trees)}
     # Of a chain of quantities that are written in words only the last is shown.
-    for let in (each for each in lets if not each.words or id(each) in seen):
+    for let in (candidate for candidate in lets if not candidate.words or id(candidate) in seen):
         what = writer.words(let.words) if let.words else writer.write(let.expression)
         defined.append((f"{writer.named(let).text} = {what}", let.name))
     if unknowns:
@@ -134,15 +136,17 @@ def sections(model: Model, writer: Text) -> Iterator[Section]:
 def parameters(model: Model, writer: Text) -> list[tuple[str, str, str, str, str]]:
     """Symbol, name, value, unit and key of the parameters; those that differ in a number as one."""
     alike: dict[tuple[str, ...], list[Parameter]] = {}
-    for each in model.parameters.values():
-        pattern = each.symbol.pattern if isinstance(each.symbol, Indexed) else each.symbol
-        alike.setdefault((pattern, each.unit, each.key), []).append(each)
+    for parameter in model.parameters.values():
+        pattern = (
+            parameter.symbol.pattern if isinstance(parameter.symbol, Indexed) else parameter.symbol
+        )
+        alike.setdefault((pattern, parameter.unit, parameter.key), []).append(parameter)
     found = []
     for (pattern, unit, key), those in alike.items():
         symbol, name, value = str(those[0].symbol), those[0].name, those[0].value
         if len(those) > 1 and isinstance(those[0].symbol, Indexed):
             symbol, name = pattern, name.replace(f"[{those[0].symbol.number}]", f"[{INDEX}]")
-            value = np.concatenate([np.ravel(each.value) for each in those])
+            value = np.concatenate([np.ravel(parameter.value) for parameter in those])
         found.append((symbol, name, writer.write(value), unit, key))
     return found
 
@@ -169,8 +173,8 @@ def _merged(rows: Sequence[Line], writer: Text, *, all_names: bool = False) -> l
         if all_names:
             name = ", ".join(filter(None, names))
         else:
-            parts = zip(*(PartedLabel(each).parts for each in names), strict=False)
-            shared = (each[0] for each in takewhile(lambda each: len({*each}) == 1, parts))
+            parts = zip(*(PartedLabel(label).parts for label in names), strict=False)
+            shared = (words[0] for words in takewhile(lambda each: len({*each}) == 1, parts))
             name = PartedLabel(*shared, "…")
         merged.append((f"{pattern}{writer.running(numbers)}", name))
     return merged

@@ -57,7 +57,7 @@ class PartedLabel(str):
 
     def __new__(cls, *parts: object) -> PartedLabel:
         """The parts with blanks between them, those of what has parts itself among them."""
-        every: tuple[object, ...] = sum((getattr(each, "parts", (each,)) for each in parts), ())
+        every: tuple[object, ...] = sum((getattr(part, "parts", (part,)) for part in parts), ())
         found = super().__new__(cls, " ".join(map(str, every)))
         found.parts = every
         return found
@@ -86,8 +86,10 @@ class Expression(NDArrayOperatorsMixin):
             raise TypeError(f"a constraint is stated with <=, >= or ==; {REFUSED[ufunc]}")
         operands = tuple(
             [
-                each if isinstance(each, (Expression, float, int)) else _numbers(self, ufunc, each)
-                for each in inputs
+                operand
+                if isinstance(operand, (Expression, float, int))
+                else _numbers(self, ufunc, operand)
+                for operand in inputs
             ]
         )
         if ufunc in SENSES:
@@ -127,8 +129,10 @@ class Call(Expression):
     arguments: tuple[Operand, ...]
 
     def __post_init__(self) -> None:
-        self.below = tuple([each for each in self.arguments if isinstance(each, Expression)])
-        self.moves = any(each.moves for each in self.below)
+        self.below = tuple(
+            [argument for argument in self.arguments if isinstance(argument, Expression)]
+        )
+        self.moves = any(operand.moves for operand in self.below)
 
 
 @dataclass(eq=False, repr=False)

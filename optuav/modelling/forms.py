@@ -138,7 +138,7 @@ def same_rate(one: Operand, other: Operand) -> bool:
 
 @dataclass
 class Relaxation:
-    """What functions of forms become, with bounds in place of `Bounded` functions.
+    """Functions of forms, with bounds in place of `Bounded` functions.
 
     Those named `at_ceiling` are at their ceilings. It collects the others' names, and as limits
     what must be ≥ 0 for their bounds to be exact.
@@ -149,7 +149,7 @@ class Relaxation:
     limits: list[Exponential] = field(default_factory=list)
 
     def __call__(self, function: Operand, operands: tuple[Operand, ...]) -> Operand:
-        """What a function becomes."""
+        """Return the form of a function."""
         if not isinstance(function, Bounded):
             return applied(function, operands)
         bound, ceiling, level, limit, *_ = operands
@@ -237,11 +237,11 @@ def affine(expression: Operand, values: Values, done: dict[int, Operand] | None 
 
 
 def not_linear(every: Iterable[Expression], forms: Mapping[int, Operand]) -> str:
-    """Which function of some nodes, each after its operands, is the first that is not linear."""
-    for each in every:
-        form = forms.get(id(each), NOWHERE) if each.moves else None
-        if isinstance(each, Call) and isinstance(form, Exponential) and not form.linear:
-            return f"{each.ufunc.__name__} of the unknowns is not linear"
+    """Name the first function that is not linear, among nodes in the order of evaluation."""
+    for node in every:
+        form = forms.get(id(node), NOWHERE) if node.moves else None
+        if isinstance(node, Call) and isinstance(form, Exponential) and not form.linear:
+            return f"{node.ufunc.__name__} of the unknowns is not linear"
     raise AssertionError("all of these functions are linear")
 
 

@@ -86,7 +86,7 @@ class MathML(Text):
 
 
 def as_element(written: str) -> Element:
-    """What `MathML` has written as an element, set as in a line of its own."""
+    """Return the output of `MathML` as an element in display style."""
     whole = "".join(map(_token, WHOLE.finditer(written)))
     return fromstring(f'<math displaystyle="true"><mrow>{whole}</mrow></math>')
 

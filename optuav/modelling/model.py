@@ -133,9 +133,9 @@ class Model:
 
         `ValueError` if its name or its symbol is taken.
         """
-        if any(each.name == name for each in self.variables):
+        if any(variable.name == name for variable in self.variables):
             raise ValueError(f"the model has a variable {name!r} already")
-        if any(each.symbol == symbol for each in self.variables):
+        if any(variable.symbol == symbol for variable in self.variables):
             raise ValueError(f"the model has a variable with the symbol {symbol!r} already")
         bounds, place = label or f"bounds of {symbol}", _place_of_caller()
         kinds = first_slot, binary, place, kind, bool(label)
@@ -150,7 +150,7 @@ class Model:
 
         With words, they are printed instead of the expression. `ValueError` if the name is taken.
         """
-        if any(each.name == name for each in self.lets):
+        if any(let.name == name for let in self.lets):
             raise ValueError(f"the model has a quantity {name!r} already")
         named = Let(name, symbol or name, unit, expression, words)
         self.lets.append(named)
@@ -202,16 +202,16 @@ class Model:
         if not label.strip():
             raise ValueError("a constraint needs a label, by which answers name it")
         stated = Constraint(label, relation, unit, _place_of_caller(), kind, step, moment)
-        if any(each.label == stated.label for each in self.constraints):
+        if any(constraint.label == stated.label for constraint in self.constraints):
             raise ValueError(f"the model has a constraint {stated.label!r} already")
         self.constraints.append(stated)
 
     @property
     def walked(self) -> Walk:
-        """What is found by walking its trees, and again where the model has changed."""
+        """Results of walking its trees, renewed if the model has changed."""
         state = [self.objective, self.sense, *self.preferences, *self.constraints]
-        for each in self.variables:
-            state += each, each.lower, each.upper, each.binary
+        for unknown in self.variables:
+            state += unknown, unknown.lower, unknown.upper, unknown.binary
         before = self._walk.state
         if len(state) == len(before) and not any(map(operator.is_not, state, before)):
             return self._walk
@@ -221,11 +221,11 @@ class Model:
         for stated in self.constraints:
             trees += stated.relation.sides
         every = [*nodes(*trees)]
-        symbols = [each for each in every if isinstance(each, (Variable, Parameter))]
-        by_name = {each.name: each for each in symbols}
+        symbols = [node for node in every if isinstance(node, (Variable, Parameter))]
+        by_name = {symbol.name: symbol for symbol in symbols}
         if len(by_name) < len(symbols):
             leaves(*trees)  # refused, with the name that two have
-        given = {n: each for n, each in by_name.items() if isinstance(each, Parameter)}
+        given = {n: unknown for n, unknown in by_name.items() if isinstance(unknown, Parameter)}
         self._walk = Walk(state, trees, every, given)
         return self._walk
 
@@ -259,7 +259,9 @@ class Model:
             table[k] = twin = new(type(node))
             if ufunc and take:
                 twin.ufunc, twin.arguments, twin.moves = ufunc, tuple(take(table)), moves
-                below = [each for each in twin.arguments if isinstance(each, Expression)]
+                below = [
+                    argument for argument in twin.arguments if isinstance(argument, Expression)
+                ]
                 twin.below = tuple(below)
                 continue
             twin.__dict__ |= node.__dict__
@@ -280,7 +282,7 @@ class Model:
         model.__dict__ |= self.__dict__
         model.objective = twins.get(id(self.objective), self.objective)
         for name in ("preferences", "variables", "lets", "constraints"):
-            vars(model)[name] = [twins.get(id(each), each) for each in vars(self)[name]]
+            vars(model)[name] = [twins.get(id(var), var) for var in vars(self)[name]]
         state, trees = ([twins.get(id(e), e) for e in some] for some in (walk.state, walk.trees))
         for variable in model.variables:
             low, high = variable.lower, variable.upper

@@ -18,7 +18,7 @@ def fold(
     let: Callable[[Let, Result], Result] | None = None,
     done: dict[int, Result] | None = None,
 ) -> Any:
-    """What a tree becomes, from the bottom up, every node once; a bare number is returned as it is.
+    """Fold a tree from the bottom up, every node once; a bare number is returned as it is.
 
     `leaf`, `call` and `let` say what a variable or parameter, a ufunc on folded arguments and a
     named quantity become, the last by default what it stands for. `done` holds what nodes became,
@@ -46,15 +46,17 @@ def nodes(
     them.
     """
     done = {} if done is None else done
-    waiting = [each for each in reversed(expressions) if isinstance(each, Expression)]
+    waiting = [
+        expression for expression in reversed(expressions) if isinstance(expression, Expression)
+    ]
     while waiting:  # no recursion: a sum over a thousand phases is a deep tree
         node = waiting[-1]
         if id(node) in done:
             waiting.pop()
             continue
-        for each in reversed(node.below):
-            if id(each) not in done:
-                waiting.append(each)
+        for operand in reversed(node.below):
+            if id(operand) not in done:
+                waiting.append(operand)
         if waiting[-1] is node:
             yield node
             done.setdefault(id(node), node)
@@ -88,7 +90,9 @@ def leaves(*expressions: Operand) -> list[Leaf]:
 
 def has_unknowns(*expressions: Operand) -> bool:
     """Whether some trees hold a variable."""
-    return any(isinstance(each, Expression) and each.moves for each in expressions)
+    return any(
+        isinstance(expression, Expression) and expression.moves for expression in expressions
+    )
 
 
 def evaluate(
@@ -203,7 +207,9 @@ def slope(expression: Operand, values: Values, done: dict[int, Operand] | None =
         partials = PARTIALS.get(ufunc) or KINKED.get(ufunc)
         if partials is None:
             raise NotImplementedError(f"{ufunc.__name__} has no derivative here")
-        numbers = [each.value if isinstance(each, Slope) else each for each in arguments]
+        numbers = [
+            operand.value if isinstance(operand, Slope) else operand for operand in arguments
+        ]
         value, by = ufunc(*numbers), dict[str, Operand]()
         pair, rates = _levelling(ufunc, arguments) or (arguments, partials(value, *numbers))
         for argument, partial in zip(pair, rates, strict=True):

@@ -1,4 +1,4 @@
-"""What is found by walking the trees of a model once: its nodes, their values and their forms.
+"""One walk through the trees of a model: its nodes, their values and their forms.
 
 A form is what a tree becomes with numbers for its parameters: a sum of times and levellings, see
 `optuav.modelling.forms`.
@@ -16,7 +16,7 @@ from optuav.modelling.forms import NOWHERE, Exponential, NotExponentialError, ap
 
 
 class Step(NamedTuple):
-    """How the value of a node follows from those of its operands."""
+    """Rule that gives the value of a node from the values of its operands."""
 
     # Picks the operands from a list of the values of all nodes, then numbers; None for a leaf.
     take: Callable[[Sequence[Any]], Any] | None
@@ -26,7 +26,7 @@ class Step(NamedTuple):
 
 @dataclass(eq=False)
 class Walk:
-    """What was found by walking the trees of a model, which most often stays as declared."""
+    """Results of walking the trees of a model, kept as long as the model stays as declared."""
 
     state: list[Any]  # What decides which trees these are, and the kind of the model
     trees: list[Operand]  # Objective, preferences, variables, bounds, both sides of constraints
@@ -46,9 +46,9 @@ class Walk:
         for node in self.nodes:
             where, called = list[int](), isinstance(node, Call)
             named = (node.expression,) if isinstance(node, Let) else ()
-            for each in node.arguments if called else named:
-                where.append(place.get(id(each), len(place) + len(numbers)))
-                numbers += [] if id(each) in place else [each]
+            for operand in node.arguments if called else named:
+                where.append(place.get(id(operand), len(place) + len(numbers)))
+                numbers += [] if id(operand) in place else [operand]
             # With one place `itemgetter` gives a bare value, with a slice a list of it.
             alone = itemgetter(slice(where[0], where[0] + 1)) if len(where) == 1 else None
             take = alone or (itemgetter(*where) if where else None)

@@ -62,7 +62,7 @@ class Text:
 
     minus, infinity, member, binary = "−", "∞", "∈", "{0, 1}"
     after = "\N{NO-BREAK SPACE}"
-    """What stands between an operator and the term that follows it."""
+    """Text between an operator and the term that follows it."""
     several = "{} values, {} to {}".replace(" ", after)
     span = "{} … {}"
     """Whole numbers from a first to a last one."""
@@ -70,7 +70,7 @@ class Text:
     """Between a relation and where it holds."""
     bracketed, size, root = "({})", "|{}|", "√{}"
     root_takes = ATOM
-    """How tightly what stands below a root must hold together."""
+    """Precedence that the operand of a root needs."""
     senses: Mapping[Sense, str] = {"<=": "≤", ">=": "≥", "==": "="}
     longest_bracket: float = np.inf
     """Width up to which a sum is subtracted in brackets, within which no line is broken."""
@@ -112,7 +112,7 @@ class Text:
         if isinstance(expression, Relation):
             left, right = map(self.write, expression.sides)
             return f"{left} {self.senses[expression.sense]}{self.after}{right}"
-        known = {id(each): self.named(each) for each in outermost(expression)}
+        known = {id(node): self.named(node) for node in outermost(expression)}
         return self._operand(fold(expression, self.named, self._call, done=known)).text
 
     def named(self, node: Leaf | Let) -> Written:
@@ -198,7 +198,7 @@ class Text:
         if ufunc is np.log1p:
             return self._call(np.log, (self._sum(ONE, first),))
         name = NAMES.get(ufunc, ufunc.__name__)
-        separate = (self._at_least(SUM, each) for each in (first, *rest))
+        separate = (self._at_least(SUM, term) for term in (first, *rest))
         return Written(self._function(name, ", ".join(separate)), ATOM)
 
     def _sum(self, left: Written, right: Written) -> Written:

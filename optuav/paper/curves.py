@@ -1,4 +1,4 @@
-"""What the paper's figures and its ledger share: the file of its statements, plans and curves."""
+"""Data shared by the paper's figures and its ledger: the file of statements, plans and curves."""
 
 import math
 import tomllib
@@ -53,7 +53,7 @@ def solve(
     perspective: Perspective = AVAILABLE,
     slot_s: float | None = None,
 ) -> Plan:
-    """As `optuav.solve`; a plan that was found is kept."""
+    """Solve as `optuav.solve` does, and keep the plan for the next call."""
     return _solve(mission, problem, perspective=perspective, slot_s=slot_s)
 
 

@@ -75,7 +75,7 @@ class Exhibit:
         known = {"part": part, "deadline_s": mission.limits.deadline_s}
         known |= {name: value for name, value in words.items() if value is not None}
         labels = stated.keys() & {"title", "x_label", "y_label"}
-        if texts := {each: stated[each].format(**known) for each in labels}:
+        if texts := {label: stated[label].format(**known) for label in labels}:
             texts["title"] = f"{printed(mission.name)}: {texts['title']}"
             if bars:
                 self.axes = plots.bars(bars, **texts, level=next(iter(marks), None))
@@ -106,7 +106,7 @@ class Exhibit:
 
     @property
     def caption(self) -> str:
-        """What is shown, where the paper has it if the mission is the paper's, and for what."""
+        """Caption: the content, its place in the paper for the paper's mission, and the mission."""
         words = DATA["exhibit"][self.file]["words"]
         if is_papers(self.mission) and self.numbers:
             place = self.numbers[0].replace("fig", "Fig. ").replace("table2", "Table II")
@@ -156,14 +156,14 @@ def existing(plans: Mapping[str, Plan]) -> dict[str, Plan]:
 
 
 def missing(plans: Mapping[str, Plan]) -> Iterator[str]:
-    """Which plans do not exist, and why; nothing if all do."""
+    """Say which plans do not exist, and why; nothing if all do."""
     lost = [f"{name} ({why(plan)})" for name, plan in plans.items() if not plan]
     if lost:
         yield f"No plan: {'; '.join(lost)}."
 
 
 def grounded(plans: Mapping[str, Plan], what: str) -> Iterator[str]:
-    """How many of the plans shown as rows or bars cannot be flown; nothing if all can."""
+    """Say how many plans shown as rows or bars cannot be flown; nothing if all can."""
     dry = [plan.runs_dry_s is not None for plan in plans.values()]
     full = [plan.overfull_s is not None for plan in plans.values() if plan.runs_dry_s is None]
     for count, words in (
@@ -192,9 +192,9 @@ def _records(plans: Mapping[str, Plan], column: str) -> list[Record]:
             column: name.rpartition(", ")[0] or name,
             "deadline_s": plan.mission.limits.deadline_s,
             "perspective": plan.perspective,
-            **{f"{each}_time_s": getattr(plan, f"{each}_time_s") for each in times},
+            **{f"{time}_time_s": getattr(plan, f"{time}_time_s") for time in times},
             **{f"eta{n}_percent": eta(plan, each) for n, each in enumerate(PAPER, start=1)},
-            **{each: getattr(plan, each) for each in ends},
+            **{end: getattr(plan, end) for end in ends},
             "route": " > ".join(plan.route),
             "stays": "; ".join(_stays(plan)),
         }
@@ -212,7 +212,7 @@ def _stays(plan: Plan) -> list[str]:
 
 def _columns(**values: Any) -> list[Record]:
     """Rows of a CSV file from its columns; a value that is no list or array stands in each row."""
-    columns = (each.tolist() for each in np.broadcast_arrays(*values.values()))
+    columns = (array.tolist() for array in np.broadcast_arrays(*values.values()))
     return [dict(zip(values, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
@@ -233,7 +233,7 @@ def wells(mission: Mission, perspective: Perspective) -> Exhibits:
         name: number(100.0 * sum(getattr(plan.phases[-1], f"{name}_As")) / float(size), 1)
         for name, size in zip(("available", "bound"), full, strict=True)
     }
-    said = [f"{each[:1].upper()}{each[1:].removesuffix('.')}." for each in plan.warnings]
+    said = [f"{warning[:1].upper()}{warning[1:].removesuffix('.')}." for warning in plan.warnings]
     yield _course(plan, "wells", words, part=perspective, findings=said)
 
 
@@ -257,7 +257,11 @@ def direct_path(mission: Mission) -> Exhibits:
     found = existing(plans)
     rows: list[Sequence[str]] = [HEAD]
     for name, plan in found.items():
-        values = (plan.hover_time_s, plan.mission_time_s, *(eta(plan, each) for each in PAPER))
+        values = (
+            plan.hover_time_s,
+            plan.mission_time_s,
+            *(eta(plan, perspective) for perspective in PAPER),
+        )
         rows.append((name, *(number(value, 2) for value in values)))
     said, records = (*grounded(found, "rows"), *missing(plans)), _records(found, "deadline")
     words = {"slot_s": mission.limits.slot_s}
@@ -270,13 +274,13 @@ def _beside_the_paper(mission: Mission) -> Exhibit:
     """The paper's cells, each with ours below it."""
     found, records = ledger("table2").entries, list[Record]()
     above, below = list[str](), list[str]()
-    for each in found:
-        stated, wrong = each.statement.stated, each.verdict is Verdict.CONTRADICTS
-        ours = each.printed if mission.name == "paper" else each.recovered
-        cell = {"cell": each.statement.name, "paper": stated, "ours": ours}
+    for entry in found:
+        stated, wrong = entry.statement.stated, entry.verdict is Verdict.CONTRADICTS
+        ours = entry.printed if mission.name == "paper" else entry.recovered
+        cell = {"cell": entry.statement.name, "paper": stated, "ours": ours}
         records.append({**cell, "shows_the_printed_digits": (same := agrees(stated, ours))})
         above.append(minus(f"{stated}{' †' * wrong}"))
-        below.append(minus(f"{each.shown(ours)}{' *' * (not same)}"))
+        below.append(minus(f"{entry.shown(ours)}{' *' * (not same)}"))
     rows: list[Sequence[str]] = [HEAD]
     for first in range(0, len(found), len(HEAD) - 1):
         row = slice(first, first + len(HEAD) - 1)
@@ -301,12 +305,11 @@ def by_perspective(mission: Mission) -> Exhibits:
         plans = {f"{name}, {perspective}": plan for (perspective, name), plan in chosen.items()}
         found, part = existing(plans), f"{deadline_s:g}s"
         records, bars = _records(found, "trajectory"), _bars(chosen)
-        said = [
-            f"{each}: {best.hover_time_s:.2f} s by {' and '.join(names) or ' → '.join(best.route)}."
-            for each in (*PAPER, AVAILABLE)
-            for best, names in [curves.longest(changed, each)]
-            if best
-        ]
+        said = list[str]()
+        for perspective in (*PAPER, AVAILABLE):
+            best, names = curves.longest(changed, perspective)
+            ways = " and ".join(names) or " → ".join(best.route)
+            said += [f"{perspective}: {best.hover_time_s:.2f} s by {ways}."] if best else []
         said += (*grounded(found, "bars"), *missing(plans))
         yield Exhibit(changed, "hover-time", records, bars=bars, part=part, findings=said)
         bars = _bars(chosen, lambda plan: eta(plan, "battery"))
@@ -324,7 +327,7 @@ def _bars(
 def least_charge(mission: Mission, perspective: Perspective) -> Exhibits:
     """Hover time by the charge that must be left, one curve a rotor speed."""
     own, own_speed, loads = mission.limits.min_soc, None, f"{NO_SPEED}, without v_max, "
-    charges = [each for each in (own, own + 0.05, own + 0.1) if each < 1.0]
+    charges = [share for share in (own, own + 0.05, own + 0.1) if share < 1.0]
     speeds: Sequence[float | None] = (None,)
     if mission.flight.model == "rotors" and mission.rotor is not None:
         own_speed, loads = mission.rotor.max_speed_rad_s, ""
@@ -364,7 +367,7 @@ def battery_size(mission: Mission, perspective: Perspective) -> Exhibits:
     marks = [plots.Mark(at, f"{words}: {at:.0f} A s") for words, at in ends.items() if at]
     first_As, last_As = 0.8 * own_As, max([1.15 * own_As, *(1.06 * mark.at for mark in marks)])
     bends = [*(mark.at for mark in marks), curves.least_pack(mission, perspective) or 0.0]
-    inner = [each for each in bends if first_As < each < last_As]
+    inner = [bend for bend in bends if first_As < bend < last_As]
     packs_As = np.union1d(np.linspace(first_As, last_As, PACKS[perspective]), inner).tolist()
     columns = {"pack_As": packs_As, "optimum_with_laser_and_own_pack_s": best_s}
     for name, each in (("without", dark), ("with", mission)):
@@ -434,7 +437,7 @@ def second_problem(mission: Mission) -> Exhibits:
     changed = with_deadline(mission, deadlines_s(mission)[0])
     _plan(changed, "battery")
     problems = (P1(), P2(), P2(tight=True))
-    plans = {each.name: solve(changed, each, perspective="battery") for each in problems}
+    plans = {problem.name: solve(changed, problem, perspective="battery") for problem in problems}
     labels = DATA["exhibit"]["second-problem"]["labels"]
     hovers = "; ".join(
         f"{name} " + (f"{plan.hover_time_s:.2f} s" if plan else f"no plan, {why(plan)}")
@@ -479,5 +482,5 @@ def misprints(mission: Mission) -> Exhibits:
     """The misprints of the paper and of the source of its flight model."""
     if mission.name == "paper":
         found = DATA["misprint"]
-        rows = [[*found[0]], *([*each.values()] for each in found)]
+        rows = [[*found[0]], *([*misprint.values()] for misprint in found)]
         yield Exhibit(mission, "misprints", found, rows=rows)

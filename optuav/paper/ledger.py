@@ -50,7 +50,7 @@ SAME: tuple[Perspective, ...] = ("battery", "adjusted")
 
 
 class Verdict(StrEnum):
-    """How a number of the paper compares with ours."""
+    """Verdict on a number of the paper beside ours."""
 
     MATCHED = "matched"
     CUT = "matched when cut, not rounded"
@@ -98,7 +98,7 @@ class PaperStatement:
         return True
 
 
-STATEMENTS = tuple(PaperStatement(**each) for each in DATA["statement"])
+STATEMENTS = tuple(PaperStatement(**fields) for fields in DATA["statement"])
 """About in the paper's order."""
 
 
@@ -193,14 +193,14 @@ class Ledger:
 
     @property
     def counts(self) -> Mapping[Verdict, int]:
-        """How many entries have each verdict, in the order of the verdicts."""
+        """Number of entries with each verdict, in the order of the verdicts."""
         found = Counter(entry.verdict for entry in self.entries)
         return {verdict: found[verdict] for verdict in Verdict if found[verdict]}
 
     @property
     def table2(self) -> tuple[Entry, ...]:
         """The entries that are cells of Table II, row by row."""
-        return tuple(each for each in self.entries if each.statement.name.startswith("table2-"))
+        return tuple(entry for entry in self.entries if entry.statement.name.startswith("table2-"))
 
     @property
     @printed
@@ -248,7 +248,7 @@ class Ledger:
         from optuav import markup
 
         heads = ("name", "what", "stated", "unit", "by printed parameters", "verdict")
-        rows = [[each[head] for head in heads] for each in self.records()]
+        rows = [[record[head] for head in heads] for record in self.records()]
         rows.sort(key=lambda row: row[-1] not in UNMATCHED)
         wrong = sum(row[-1] in UNMATCHED for row in rows)
         counts = [(verdict.value, str(count)) for verdict, count in self.counts.items()]
@@ -309,16 +309,20 @@ def ledger(names: str | Collection[str] = ()) -> Ledger:
     ('14.33', '14.33', 'matched with recovered parameters')
     """
     names = several("names", names, str, "names of entries, or beginnings of names", 0)
-    every = [each.name for each in STATEMENTS]
+    every = [statement.name for statement in STATEMENTS]
     beginnings = dict.fromkeys(name.partition("-")[0] for name in every)
     words = f"the name of an entry, or a beginning of names: {', '.join(beginnings)}"
     refuse(
         Fault("name", repr(name), f"{words}{nearest(name, (*beginnings, *every))}")
         for name in names
-        if not any(each.startswith(name) for each in every)
+        if not any(known.startswith(name) for known in every)
     )
     begun = tuple(name for name in names or [""] if name not in every)
-    chosen = (each for each in STATEMENTS if each.name in names or each.name.startswith(begun))
+    chosen = (
+        statement
+        for statement in STATEMENTS
+        if statement.name in names or statement.name.startswith(begun)
+    )
     return Ledger(tuple(map(_entry, chosen)))
 
 
@@ -365,7 +369,7 @@ def eta3_signs(mission: Mission) -> Value:
     start, end = (charge_left(mission, 3, hover_s) / 100.0 for hover_s in (0.0, 697.0))
     hover = float(vehicle.hover_load(mission).power_W) * 697.0 / table2.HOVER_J
     shares = (1.0 - start, hover, end - start + hover)
-    (stated,) = (each[2] for each in table2.CONSISTENT if each[:2] == (3, 697))
+    (stated,) = (charge[2] for charge in table2.CONSISTENT if charge[:2] == (3, 697))
     found = (
         " ".join("−" if sign < 0.0 else "+" for sign in signs)
         for signs in itertools.product((-1.0, 1.0), repeat=3)
@@ -428,20 +432,20 @@ def least_charge_is_kept(mission: Mission) -> Value:
 
 
 def hover_drop(mission: Mission, percent: float, building: str) -> Value:
-    """By how much Δ falls from η0 = 5 % to another [%], by way of a building."""
-    missions = [mission.replace({"limits.min_soc": each}) for each in (0.05, percent / 100.0)]
-    plans = (solve(each, P4(building), perspective="battery") for each in missions)
+    """Return the fall of Δ from η0 = 5 % to another [%], with a rest on a building."""
+    missions = [mission.replace({"limits.min_soc": min_soc}) for min_soc in (0.05, percent / 100.0)]
+    plans = (solve(variant, P4(building), perspective="battery") for variant in missions)
     first_s, later_s = (plan.hover_time_s for plan in plans)
     return 100.0 * (1.0 - later_s / first_s)
 
 
 def by_speed(mission: Mission, figure: str, charges: Sequence[float]) -> Value:
-    """How a figure of the optimal plans changes with v_max, for every η0."""
+    """Return the change of a figure of the optimal plans with v_max, for every η0."""
     assert mission.rotor is not None
     speeds = [mission.rotor.max_speed_rad_s * share for share in curves.SPEED_SHARES]
     for least in charges:
-        changes = ({"limits.min_soc": least, "rotor.max_speed_rad_s": each} for each in speeds)
-        plans = [solve(mission.replace(each), perspective="battery") for each in changes]
+        changes = ({"limits.min_soc": least, "rotor.max_speed_rad_s": speed} for speed in speeds)
+        plans = [solve(mission.replace(change), perspective="battery") for change in changes]
         figures = [FIGURES[figure](plan) for plan in plans]
         if figures != sorted(figures):
             return "does not always rise"

@@ -34,7 +34,7 @@ COUNTED: tuple[Perspective, ...] = ("battery", AVAILABLE)
 """Perspectives of the figures that the paper makes in one."""
 LEDGER = "ledger"
 MARKS = re.compile(r"[\\`*_\[\]<$|&~]|:(?=//)|(?<=www)\.|^\s*(?:[>#+=-]|\d+[.)])")
-"""What Markdown would read as its own."""
+"""Characters with a meaning in Markdown."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,15 +65,15 @@ class Study:
             "buildings": mission.buildings,
             "paper": is_papers(mission),
         }
-        for options in [(each,) for each in COUNTED] if self.counted else [()]:
+        for options in [(option,) for option in COUNTED] if self.counted else [()]:
             has["turns"] = options == ("battery",) or mission.battery.schedule == "pooled"
             try:
-                for each in self.needs:
-                    if not has[each]:
-                        raise NotShownError(DATA["lacking"][each])
+                for need in self.needs:
+                    if not has[need]:
+                        raise NotShownError(DATA["lacking"][need])
                 yield from self.make(mission, *options)
             except NotShownError as reason:
-                yield ", ".join(f"perspective {each}" for each in options), str(reason)
+                yield ", ".join(f"perspective {option}" for option in options), str(reason)
 
 
 STUDIES = tuple(
@@ -81,7 +81,9 @@ STUDIES = tuple(
     for name, texts in DATA["study"].items()
 )
 NAMES = (*(study.name for study in STUDIES), LEDGER)
-NUMBERS = sorted((each for study in STUDIES for each in study.numbers), key=lambda n: (len(n), n))
+NUMBERS = sorted(
+    (number for study in STUDIES for number in study.numbers), key=lambda n: (len(n), n)
+)
 
 
 def reproduce(
@@ -157,7 +159,7 @@ def _files(
 ) -> Iterator[tuple[str, bytes]]:
     """Every file by its name in the directory, the report last, with its contents on top."""
     missions = PAPERS if own is None else (own,)
-    chosen = [each for each in STUDIES if not only or {each.name, *each.numbers} & {*only}]
+    chosen = [study for study in STUDIES if not only or {study.name, *study.numbers} & {*only}]
     shown: dict[Study, list[Element]] = {study: [] for study in chosen}
     left_out: dict[tuple[str, str], list[str]] = {}
     steps = [(study, mission) for study in chosen for mission in missions]
@@ -191,7 +193,9 @@ def _files(
     intro = [f"Computed by optuav from {' and '.join(names)}. The paper: {paper}."]
     plans = zip(names, map(solve, missions), strict=True)
     intro += [f"{name} has no plan: {why(plan)}." for name, plan in plans if not plan]
-    links = [element("a", each[0].text or "", href=f"#{each.get('id')}") for each in sections]
+    links = [
+        element("a", section[0].text or "", href=f"#{section.get('id')}") for section in sections
+    ]
     head = (element("h1", title), *(element("p", words) for words in intro))
     body = element("body", *head, element("nav", listing(links)), *sections)
     yield "report.md", markdown(body).encode()
@@ -204,15 +208,18 @@ def _made(
     """Files of a study of a mission, its part of the report, and what is left out, with reasons."""
     contents: dict[str, bytes] = {}
     elements, left_out = list[Element](), list[tuple[str, str]]()
-    for each in study.exhibits(mission):
-        if isinstance(each, tuple):
-            left_out.append(each)
-        elif not only or {*only}.intersection([study.name, *each.numbers]):
-            axes, names = each.axes, (f"figures/{each.name}.{form}" for form in ("png", "svg"))
+    for exhibit in study.exhibits(mission):
+        if isinstance(exhibit, tuple):
+            left_out.append(exhibit)
+        elif not only or {*only}.intersection([study.name, *exhibit.numbers]):
+            axes, names = (
+                exhibit.axes,
+                (f"figures/{exhibit.name}.{form}" for form in ("png", "svg")),
+            )
             pictures = {name: image(axes, Path(name)) for name in names} if axes else {}
             contents |= pictures
-            contents[f"data/{each.name}.csv"] = as_csv(each.records).encode()
-            elements += _figure(each, pictures)
+            contents[f"data/{exhibit.name}.csv"] = as_csv(exhibit.records).encode()
+            elements += _figure(exhibit, pictures)
     return contents, elements, left_out
 
 
@@ -226,9 +233,9 @@ def _page(body: Element) -> str:
         element("style", files("optuav.paper").joinpath("report.css").read_text("utf-8")),
     )
     page = element("html", element("head", *head), body, lang="en")
-    for each in page.iter():
-        if each.tag in ("p", "ul", "li", "tr", "figure", "section", "nav", "h1", "h2", "details"):
-            each.tail = "\n"
+    for node in page.iter():
+        if node.tag in ("p", "ul", "li", "tr", "figure", "section", "nav", "h1", "h2", "details"):
+            node.tail = "\n"
     return f"<!DOCTYPE html>\n{tostring(page, encoding='unicode', method='html')}\n"
 
 
@@ -239,30 +246,30 @@ def markdown(body: Element) -> str:
 
 def _blocks(parent: Element) -> Iterator[str]:
     """Blocks of Markdown; a picture is the file to which its caption leads first."""
-    for each in parent:
-        image, caption = each.find("div/img"), each.find("figcaption/a")
+    for block in parent:
+        image, caption = block.find("div/img"), block.find("figcaption/a")
         if image is not None and caption is not None:
             yield f"![{_plain(image.get('alt', ''))}]({caption.get('href')})"
-        if each.tag in ("h1", "h2"):
-            yield f"{'#' * int(each.tag[1])} {_inline(each)}"
-        elif each.tag in ("p", "figcaption"):
-            yield _inline(each)
-        elif each.tag == "ul":
-            yield "\n".join(f"- {_inline(item)}" for item in each)
-        elif each.tag == "table":
-            head, *body = ([_inline(cell) for cell in row] for row in each)
+        if block.tag in ("h1", "h2"):
+            yield f"{'#' * int(block.tag[1])} {_inline(block)}"
+        elif block.tag in ("p", "figcaption"):
+            yield _inline(block)
+        elif block.tag == "ul":
+            yield "\n".join(f"- {_inline(item)}" for item in block)
+        elif block.tag == "table":
+            head, *body = ([_inline(cell) for cell in row] for row in block)
             yield "\n".join(f"| {' | '.join(row)} |" for row in [head, ["---"] * len(head), *body])
-        elif each.tag not in ("nav", "summary"):
-            yield from _blocks(each)
+        elif block.tag not in ("nav", "summary"):
+            yield from _blocks(block)
 
 
 def _inline(parent: Element) -> str:
     """The texts, code and links of an element."""
     parts = [_plain(parent.text or "")]
-    for each in parent:
-        text = each.text or ""
-        link = f"[{_plain(text)}]({each.get('href')})"
-        parts += [f"`{text}`" if each.tag == "code" else link, _plain(each.tail or "")]
+    for inline in parent:
+        text = inline.text or ""
+        link = f"[{_plain(text)}]({inline.get('href')})"
+        parts += [f"`{text}`" if inline.tag == "code" else link, _plain(inline.tail or "")]
     return "".join(parts)
 
 
@@ -296,13 +303,15 @@ def _figure(exhibit: Exhibit, pictures: Mapping[str, bytes]) -> Iterator[Element
 
 
 def _of_the_paper(entries: Ledger) -> Iterator[Element]:
-    """What the ledger finds in short, the fit behind Table II, and every statement, folded."""
+    """Return the ledger's verdicts in short, the fit of Table II, and all statements, folded."""
     rows = [("verdict", "statements of the paper")]
     rows += [(verdict.value, str(count)) for verdict, count in entries.counts.items()]
     rows.append(("all", str(len(entries.entries))))
     yield _section("in-short", "In short", prose(DATA["paper"]["missions"]), table(rows))
     texts, found = DATA["table2"], entries.table2
-    count = {each.name.lower(): sum(cell.verdict is each for cell in found) for each in Verdict}
+    count = {
+        verdict.name.lower(): sum(cell.verdict is verdict for cell in found) for verdict in Verdict
+    }
     exact = count["fitted"] + count["recovered"]
     numbers = {
         **count,
@@ -317,14 +326,14 @@ def _of_the_paper(entries: Ledger) -> Iterator[Element]:
     parameters = f"Free parameters: {'; '.join(texts['free_parameters'])}."
     listed = listing((parameters, f"Data: {'; '.join(texts['data'])}."))
     cells = [["cell", "printed", "by paper-table2", "why it cannot be matched"]]
-    for cell in (each for each in found if each.verdict is Verdict.CONTRADICTS):
+    for cell in (candidate for candidate in found if candidate.verdict is Verdict.CONTRADICTS):
         values = (cell.statement.stated, cell.shown(cell.recovered))
-        shown = (minus(f"{each}\N{NO-BREAK SPACE}%") for each in values)
+        shown = (minus(f"{value}\N{NO-BREAK SPACE}%") for value in values)
         cells.append([f"{cell.statement.place}, {cell.statement.what}", *shown, cell.reason])
     content = (agreement, worth, listed, *others, table(cells, cards=True))
     yield _section("fit", "Table II and the fit behind it", *content)
     keys = (*HEAD[1:], "by printed parameters", "by recovered parameters", "verdict", "reason")
-    every = [keys, *([each[key] for key in keys] for each in entries.records())]
+    every = [keys, *([record[key] for key in keys] for record in entries.records())]
     summary = element("summary", f"All {len(entries.entries)} statements")
     folded = element("details", summary, table(every, cards=True))
     not_counted = prose(f"Not counted: {'; '.join(DATA['paper']['not_counted'])}.")

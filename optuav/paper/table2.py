@@ -22,12 +22,14 @@ FLIGHT_J = BATTERY_AS * float(TABLE["flight_V"])
 HOVER_J = BATTERY_AS * float(TABLE["hover_V"])  # B, E_0, E_1 and E_2 as the paper composes them
 
 _CHARGES = (
-    (*each["compute"][1:], each["stated"])
-    for each in DATA["statement"]
-    if each["compute"][0] == "charge_left"
+    (*statement["compute"][1:], statement["stated"])
+    for statement in DATA["statement"]
+    if statement["compute"][0] == "charge_left"
 )
 CONSISTENT: tuple[Charge, ...] = tuple(
-    dict.fromkeys(each for each in _CHARGES if [each[0], each[2]] not in TABLE["impossible"])
+    dict.fromkeys(
+        charge for charge in _CHARGES if [charge[0], charge[2]] not in TABLE["impossible"]
+    )
 )
 """The different states of charge, without those that the others rule out."""
 
@@ -96,7 +98,7 @@ def admitted(eta: int, hover_s: float) -> Interval:
 
     The others are the consistent charges, both voltages and the crossing of Fig. 8.
     """
-    others = [each for each in CONSISTENT if each[:2] != (eta, hover_s)]
+    others = [charge for charge in CONSISTENT if charge[:2] != (eta, hover_s)]
     slope, constant = _percent(eta, hover_s)
     low, high = (side * _least(side * slope, others) + constant for side in (1.0, -1.0))
     return low, high

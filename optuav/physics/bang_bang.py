@@ -32,6 +32,6 @@ def state_at(leg: Loads, time_s: Quantity) -> LegState:
     """State on one leg of positive length at moments between its start and its end [s]."""
     distance, peak, rise_s = leg.distance_m, leg.peak_speed_m_s, leg.peak_s
     travelled, speed = ramps.motion(peak, rise_s, leg.duration_s, np.asarray(time_s, dtype=float))
-    x, y, z = (travelled / distance * each for each in leg.way_m)
+    x, y, z = (travelled / distance * component for component in leg.way_m)
     unknown = np.full_like(speed, np.nan)
     return LegState(np.ones_like(speed), (x, y, z), speed, Attitude(unknown, unknown))

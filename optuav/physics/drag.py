@@ -63,7 +63,7 @@ def run(
     # for a cruise, both as sums without a negative term.
     lag = np.log1p(w * r**2 / (1.0 + w * rest)) + (1.0 - capped) * beyond
     left = np.log1p(w * rest) + capped * beyond + np.log1p(b2 * rest / (1.0 + b2 * r**2))
-    s, b = (np.maximum(np.sqrt(each) * r, SMALLEST) for each in (s2, b2))
+    s, b = (np.maximum(np.sqrt(square) * r, SMALLEST) for square in (s2, b2))
     peak = np.minimum(free, max_speed_m_s)
     return Run(
         accelerate_s=t2 * slowed * r * ((np.log1p(s) + 0.5 * lag) / s),

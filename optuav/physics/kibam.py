@@ -142,7 +142,7 @@ class Stage(NamedTuple):
 
 
 class Shift(NamedTuple):
-    """What a stage does to any charge."""
+    """Effect of a stage on any charge."""
 
     gained_As: Quantity  # By the total
     remaining: Quantity  # Share of the tilt that remains [-]
@@ -171,7 +171,7 @@ def step(battery: Battery, wells: Wells, stage: Stage) -> Wells:
 
 
 def shift(battery: Battery, stage: Stage) -> Shift:
-    """What a stage of constant current does to any charge."""
+    """Return the effect of a stage of constant current on any charge."""
     current_A, duration_s = stage
     remaining, integral_s = levelling(battery, duration_s)
     return Shift(current_A * duration_s, remaining, battery.bound_fraction * current_A * integral_s)
@@ -180,8 +180,10 @@ def shift(battery: Battery, stage: Stage) -> Shift:
 def tilted_after(battery: Battery, charge: Tilted, *stages: Stage | Shift) -> Tilted:
     """Total charge and tilt [A s] after stages of constant current, or what they do, in order."""
     total_As, tilt_As = charge
-    for each in stages:
-        gained_As, remaining, tilted_As = each if isinstance(each, Shift) else shift(battery, each)
+    for stage in stages:
+        gained_As, remaining, tilted_As = (
+            stage if isinstance(stage, Shift) else shift(battery, stage)
+        )
         total_As, tilt_As = total_As + gained_As, tilt_As * remaining + tilted_As
     return Tilted(total_As, tilt_As)
 
@@ -264,4 +266,4 @@ def tapered(battery: Battery, wells: Wells, stage: Stage) -> Wells:
 
 
 STEPS = {"constant": step, "taper": tapered}
-"""What a stage does to the wells, by name; at constant current y1 may exceed ωB."""
+"""Effect of a stage on the wells, by name of the charging; at constant current y1 may exceed ωB."""

@@ -106,7 +106,7 @@ def hover_point(
     altitude_m: Quantity,
     preferred_m: Vector,
 ) -> Vector:
-    """Where the direct route touches the coverage of the device: w_U of [1]_.
+    """Return the point where the direct route touches the device's coverage: w_U of [1]_.
 
     Of all points in the ball of radius d_max [m] about the device that lie at the altitude, the
     paper's z_min [m], the one that makes the way origin → point → destination shortest. Where a

@@ -240,7 +240,7 @@ class Packs:
         if not full.any():
             return end
         top = held(self.pack, Wells(self._top.available_As, self.wells.bound_As), passed_s)
-        return Wells(*(np.where(full, *each) for each in zip(top, end, strict=True)))
+        return Wells(*(np.where(full, *choice) for choice in zip(top, end, strict=True)))
 
 
 def lifetime(
@@ -254,7 +254,7 @@ def lifetime(
     period_s: float | None = None,
     horizon_s: float = math.inf,
 ) -> float:
-    """How long full packs carry a load that is repeated without end [s].
+    """Return how long full packs carry a load that is repeated without end [s].
 
     Mind the sign: here a positive current **discharges**, as is usual for loads, while elsewhere
     I > 0 charges.

@@ -167,7 +167,7 @@ def leg(
 def least_loads(
     airframe: Airframe, motor: rotor.Motor, distance_m: Quantity, wind_N: Vector
 ) -> Loads:
-    """What any leg of some length [m] draws at least while it turns and between the turns.
+    """Return the least charge of any leg of some length [m], in the turns and between them.
 
     Without drag and cap. With |F_e| = F cos θ, both accelerations of `leg` are at most F sin θ / m
     where they are equal, and else take longer. Their thrusts differ by 2 F sin θ or more: stage 3
@@ -241,7 +241,7 @@ def state_at(leg: Leg, time_s: Quantity) -> LegState:
         motion += [(halfway + peak * in_stage, peak), (halfway + peak * moving_s[1], 0.0)]
     motion += [(whole - left, falling), (whole, 0.0), (whole, 0.0)]
     by_stage = [stage == number for number in range(1, len(motion) + 1)]
-    travelled, speed = (np.select(by_stage, each, np.nan) for each in zip(*motion, strict=True))
+    travelled, speed = (np.select(by_stage, choice, np.nan) for choice in zip(*motion, strict=True))
     x, y, z = (travelled / np.maximum(whole, TINY) * way for way in leg.displacement_m)
     return LegState(stage[()], (x, y, z), speed[()], _attitude_at(leg, stage, in_stage))
 

@@ -105,8 +105,8 @@ def frames(replayed: Replay, moments_s: Sequence[float]) -> Iterator[Image.Image
             clock.set_text(f"{name}, $t$ = {moment_s:.0f} s: {trace.kind[at]}")
             verdict.set_text(", ".join(past[:2]))
             canvas.restore_region(still)
-            for each in (trail, beam, craft, veil, now, clock, verdict):
-                each.draw(canvas.get_renderer())
+            for artist in (trail, beam, craft, veil, now, clock, verdict):
+                artist.draw(canvas.get_renderer())
             image = Image.fromarray(np.array(canvas.buffer_rgba())).convert("RGB")
             yield image
     yield from [image] * HELD
@@ -156,9 +156,9 @@ def _gif(images: Sequence[Image.Image]) -> bytes:
     samples = [images[at] for at in (0, len(images) // 2, -1)]
     width, height = samples[0].size
     samples += [Image.new("RGB", (width, height // 8), colour) for colour in PALETTE]
-    sheet = Image.fromarray(np.concatenate([np.asarray(each) for each in samples]))
+    sheet = Image.fromarray(np.concatenate([np.asarray(sample) for sample in samples]))
     palette = sheet.quantize(COLOURS)
-    first, *rest = (each.quantize(palette=palette, dither=Image.Dither.NONE) for each in images)
+    first, *rest = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
     file, duration_ms = io.BytesIO(), round(1000 / FRAMES_PER_S)
     first.save(file, "GIF", save_all=True, append_images=rest, duration=duration_ms, loop=0)
     return file.getvalue()

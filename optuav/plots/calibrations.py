@@ -95,7 +95,7 @@ def fit(found: Fit, *, figure: style.AnyFigure | None = None) -> tuple[FitAxes, 
             if above is not each:
                 each.sharex(above)
                 each.autoscale_view()
-    sources = ", ".join(style.printed(each.rpartition("/")[2]) for each in found.sources[:2])
+    sources = ", ".join(style.printed(source.rpartition("/")[2]) for source in found.sources[:2])
     more = f" and {len(found.sources) - 2} more" if len(found.sources) > 2 else ""
     axes[0].values.set_title(f"{found.kind} from {sources}{more}", pad=style.LEGEND_PT)
     axes[0].residuals.set_title("what is left over", pad=style.LEGEND_PT)

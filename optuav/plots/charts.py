@@ -153,13 +153,13 @@ def bars(
     ['577.5', '597.3']
     """
     shown = several("shown", shown, Bar, "at least one Bar")
-    strange = dict.fromkeys(each.name for each in shown if each.name not in COLOURS)
+    strange = dict.fromkeys(bar.name for bar in shown if bar.name not in COLOURS)
     refuse(unknown("name", name, [*filter(None, COLOURS)]) for name in strange)
-    ax = ax or style.page(3.4 if any(each.name for each in shown) else 3.0).subplots()
-    groups = list(dict.fromkeys(each.group for each in shown))
-    used = [name for name in COLOURS if any(each.name == name for each in shown)]
+    ax = ax or style.page(3.4 if any(bar.name for bar in shown) else 3.0).subplots()
+    groups = list(dict.fromkeys(bar.group for bar in shown))
+    used = [name for name in COLOURS if any(bar.name == name for bar in shown)]
     floor, width = level.at if level else 0.0, GROUP / max(2, len(used))
-    known = [each.value for each in shown if each.value is not None]
+    known = [bar.value for bar in shown if bar.value is not None]
     low, high = style.margins([0.0, floor, *known], 0.14)
     ax.set(ylabel=y_label, ylim=(low if min(known, default=0.0) < 0.0 else 0.0, high))
     for group, name, value, flyable in shown:
@@ -181,7 +181,7 @@ def bars(
     ]
     if level:
         handles.append(ax.axhline(floor, **style.limit("charge"), label=level.words))
-    if any(each.flyable is False for each in shown):
+    if any(bar.flyable is False for bar in shown):
         looks: style.Look = {"fc": GREY, "ec": "white", "hatch": HATCH, "linewidth": 0.0}
         handles.append(Patch(label="cannot be flown", **looks))
     ax.set_title(title, pad=style.LEGEND_PT if handles else None)
@@ -291,7 +291,7 @@ def tornado(rows: Sequence[Mapping[str, Any]], hover_time_s: float, mission: str
     ax.set_axisbelow(True)
     style.settle(ax)
     gap = 4.0 * TIP_PT * style.root(ax).dpi / style.POINTS_PER_INCH
-    widest = max((gap + each.get_window_extent().width for each in ax.texts), default=0.0)
+    widest = max((gap + text.get_window_extent().width for text in ax.texts), default=0.0)
     share = widest / ax.get_window_extent().width  # Of the axes, on either side of the bars
     ax.set_xlim(style.margins(known_s, max(LEAST_ROOM, share / (1.0 - 2.0 * share))))
     style.settle(ax)

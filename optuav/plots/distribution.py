@@ -1,4 +1,4 @@
-"""How a figure of many scenarios is spread: its histogram and its cumulative distribution."""
+"""Distribution of a figure over many scenarios: histogram and cumulative distribution."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ def save_pictures(
         if subject.mission.battery.takes_turns:
             drawn["packs.png"] = packs([subject])[0]
         else:
-            more = [each for each in others if not _alike(subject, each)]
+            more = [other for other in others if not _alike(subject, other)]
             drawn["wells.png"] = wells([subject, *more])[0]
         if first := modelled_leg(subject):
             axes = leg(subject.mission, first.start_place, first.end_place)
@@ -89,8 +89,8 @@ def _alike(one: Plan, other: Plan) -> bool:
 
 def modelled_leg(plan: Plan) -> Phase | None:
     """The first leg that takes time and has its figures from the flight model, if there is one."""
-    legs = (each for each in plan.phases if each.kind == "flight")
-    return next((each for each in legs if each.duration_s > 0.0 and not each.edited), None)
+    legs = (phase for phase in plan.phases if phase.kind == "flight")
+    return next((leg for leg in legs if leg.duration_s > 0.0 and not leg.edited), None)
 
 
 def save(drawn: Drawn, path: str | Path) -> Path:
@@ -161,7 +161,7 @@ def save_figures(
     named: Any = drawn.items() if isinstance(drawn, Mapping) else drawn
     pairs = [*named] if isinstance(named, Iterable) else [named]
     if not all(
-        isinstance(each, tuple) and len(each) == 2 and str(each[0]) == each[0] for each in pairs
+        isinstance(pair, tuple) and len(pair) == 2 and str(pair[0]) == pair[0] for pair in pairs
     ):
         raise InputError(
             [Fault("drawn", shown(drawn), "axes by name, as plots.swept returns them")]

@@ -78,8 +78,8 @@ def _drawn(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
         found = found.swap_dims(dict.fromkeys(ROWS, rows[0]))
     hover_s, known = getattr(found, "hover_time_s", None), getattr(found, "attrs", {})
     keys = [name for name in getattr(hover_s, "dims", ()) if name != "perspective"]
-    stated = [each for each in keys if "units" in found[each].attrs]
-    several = [each for each in stated if len(np.unique(found[each])) > 1]
+    stated = [key for key in keys if "units" in found[key].attrs]
+    several = [key for key in stated if len(np.unique(found[key])) > 1]
     if len(keys) not in (1, 2, 3) or several != keys or not known.keys() >= {"mission", "problem"}:
         words = "a dataset of one mission over up to three keys, of several values each"
         raise InputError([Fault("found", ", ".join(map(str, keys)), words)])
@@ -194,15 +194,17 @@ def heat_map(
     style.group_thousands(ax)
     style.settle(ax)
     ends_of = values if scale is None else np.array([scale.vmin, scale.vmax], dtype=float)
-    inside = [each for each in contour_levels(ends_of) if known.any() and np.nanmin(values) < each]
-    if levels := [each for each in inside if each < np.nanmax(values)]:
+    inside = [
+        level for level in contour_levels(ends_of) if known.any() and np.nanmin(values) < level
+    ]
+    if levels := [level for level in inside if level < np.nanmax(values)]:
         for bar, level in product(bars, levels):
             bar.ax.axhline(level, color=BLACK, linewidth=0.5)
         smooth = _without_jumps(ax, x, y, values, levels)
         lines = ax.contour(x, y, smooth, levels, colors=BLACK, linewidths=0.5)
         parts = zip(map(_named, levels), lines.allsegs, strict=True)
         drawn = {name: np.concatenate(each) for name, each in parts if each}
-        marks = [np.asarray(each.get_xydata()) for each in ax.lines]
+        marks = [np.asarray(line.get_xydata()) for line in ax.lines]
         drawn["marks"] = np.concatenate([np.empty((0, 2)), *marks])
         ways = {name: ax.transData.transform(each) for name, each in drawn.items()}
         _keep(ax.clabel(lines, fmt=_named, fontsize=6.5, inline=False), ways, ax.bbox)
@@ -235,14 +237,14 @@ def _named(level: float) -> str:
 def _keep(names: Iterable[Text], ways: Mapping[str, Floats], frame: Bbox) -> None:
     """Keep the names in a frame that lie on no other and no way of anything else [px]."""
     taken = list[Bbox]()
-    for each in names:
-        each.set_path_effects([withStroke(linewidth=1.5, foreground="white")])
-        box = each.get_window_extent()
-        others = [way for name, way in ways.items() if name != each.get_text()]
+    for text in names:
+        text.set_path_effects([withStroke(linewidth=1.5, foreground="white")])
+        box = text.get_window_extent()
+        others = [way for name, way in ways.items() if name != text.get_text()]
         crossed = any(((box.min <= way) & (way <= box.max)).all(axis=1).any() for way in others)
         cut = not (frame.contains(*box.min) and frame.contains(*box.max))
         if cut or crossed or any(box.overlaps(other) for other in taken):
-            each.remove()
+            text.remove()
         else:
             taken.append(box)
 
@@ -259,7 +261,7 @@ def contour_levels(values: Floats) -> list[float]:
         return []
     low, high = float(known.min()), float(known.max())
     steps = MaxNLocator(MOST_CONTOURS, steps=[1, 2, 5, 10]).tick_values(low, high)
-    return [level for each in steps if low < (level := float(f"{each:.10g}")) < high]
+    return [level for step in steps if low < (level := float(f"{step:.10g}")) < high]
 
 
 def _edges(middles: Floats) -> Floats:

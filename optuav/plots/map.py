@@ -253,7 +253,7 @@ def _draw(
     flat = [way.points[:, :2] for way in ways]
     corners_m, count = shown.mission.buildings.outlines()
     rings = np.split(corners_m, np.cumsum(count[count > 0]))[:-1]
-    walls = [np.concatenate([each, each[:1]]) for each in rings]
+    walls = [np.concatenate([ring, ring[:1]]) for ring in rings]
     faint = [*_sight(shown, ways)[0], *(walls if len(walls) <= MOST_NAMED else ())]
     style.place(axes.plan, plan_labels(shown, ways, times=times), flat, faint, arrows)
     # Every place of the ways once.
@@ -286,7 +286,7 @@ def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style
     labels = []
     for name, (x, y, _) in _places(shown, ways).items():
         lines = [SYMBOLS.get(name) or style.printed(name)]
-        for stop in (each for each in stops if each.at == name):
+        for stop in (candidate for candidate in stops if candidate.at == name):
             stay = f"{stop.kind} {stop.duration_s:.1f} s\nfrom {stop.start_s:.1f} s"
             lines.append(stay if stop.duration_s > 0.0 else "passes by")
         labels.append(style.Label("\n".join(lines), (x, y)))
@@ -294,8 +294,8 @@ def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style
     scenery = [style.Label("device $\\mathbf{w}_u$", mission.link.device_m[:2])]
     if mission.laser is not None:
         scenery.append(style.Label("laser $\\mathbf{w}_s$", mission.laser.position_m[:2]))
-    for each in mission.buildings if len(mission.buildings) <= MOST_NAMED else ():
-        name, at = style.printed(each.name), each.position_m[:2]
+    for building in mission.buildings if len(mission.buildings) <= MOST_NAMED else ():
+        name, at = style.printed(building.name), building.position_m[:2]
         scenery.append(style.Label(name, at, needed=False, colour=DARK, size=6.5))
     return labels + [label for label in scenery if tuple(label.at) not in written]
 
@@ -359,7 +359,7 @@ def _draw_from_side(ax: Axes, shown: Scene, ways: Sequence[Way]) -> Artist:
         raised = offset_copy(ax.transData, style.root(ax), 0.0, above, units="points")
         ax.plot(along_m, z, transform=raised, zorder=3, **way.look)
         for name, *at in zip(way.names, along_m, z, strict=True):
-            for stop in (each for each in way.stops if each.at == name):
+            for stop in (candidate for candidate in way.stops if candidate.at == name):
                 look = stop_look(stop.kind, stop.duration_s > 0.0)
                 ax.plot(*at, transform=raised, zorder=6, **look)
         for low_m, high_m, roof_m in _buildings_along(shown, way):
@@ -377,7 +377,7 @@ def _draw_from_side(ax: Axes, shown: Scene, ways: Sequence[Way]) -> Artist:
 
 
 def _buildings_along(shown: Scene, way: Way) -> Iterator[tuple[float, float, float]]:
-    """Where a way is over a footprint, from and to [m] over ground, and the roof [m]."""
+    """Return where a way is over a footprint, from and to [m] over ground, and the roof [m]."""
     import shapely
 
     footprints, roofs_m = shown.obstacles.polygons, shown.obstacles.roof_m

@@ -87,7 +87,7 @@ def plane(
     if not model.parameters.keys() <= of_kind("parameters", parameters, Mapping, words).keys():
         raise InputError([Fault("parameters", shown(parameters), words)])
     if len(model.variables) != 2:
-        names = ", ".join(each.symbol for each in model.variables)
+        names = ", ".join(variable.symbol for variable in model.variables)
         raise InputError(f"a plane needs two unknowns; the problem has {names or 'none'}")
     if not slot_s > 0.0:
         raise InputError([Fault("slot_s", f"{slot_s!r}", "a length > 0 [s]")])
@@ -99,7 +99,9 @@ def plane(
     ]
     points = [point for _, point in marked]
     route = marked[0][0].route if marked else ()
-    flights = max((getattr(each.moment, "flight", 0) for each in model.constraints), default=0)
+    flights = max(
+        (getattr(constraint.moment, "flight", 0) for constraint in model.constraints), default=0
+    )
     if 0 < len(route) <= flights:
         words = "plans of the itinerary of this model"
         raise InputError([Fault("plans", " → ".join(route), words)])

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from optuav.siting.place_laser import Siting
 
 MOVED = {"link.device_m": "device", "laser.position_m": "laser", "route.hover_m": "hover point"}
-"""What a map moves, by its key."""
+"""Name of the place that a map moves, by its key."""
 NO_MAP = "a map, as the functions of optuav.maps return it"
 LARGEST_IN, LEAST_IN, AROUND_IN, LEGEND_IN = (5.4, 6.0), (1.6, 1.6), (1.8, 1.5), 6.0
 """Largest and least size of a map, what surrounds it, and width of its legend [inch]."""
@@ -83,16 +83,16 @@ def hover_map(
     for marker, (words, names) in points.items():
         at = site.positions(names)[:, :2].T
         handles += ax.plot(*at, marker, markersize=4.5, zorder=4, label=words)
-    for each in handles:
-        if isinstance(each, Line2D):
-            each.set(markerfacecolor="white", markeredgecolor=BLACK, markeredgewidth=0.7)
+    for handle in handles:
+        if isinstance(handle, Line2D):
+            handle.set(markerfacecolor="white", markeredgecolor=BLACK, markeredgewidth=0.7)
     if (best_m := found.attrs.get("best_m")) is not None:
         words = f"best: {float(found.max()):.1f} s at ({best_m[0]:.10g}, {best_m[1]:.10g}) m"
         words += ", edge of the map" * (found.attrs["best_at"] == "edge")
         handles += ax.plot(*best_m[:2], "X", label=style.minus(words), **BEST)
     roofs_m = site.places.position_m[site.places.buildings, :2]
     box = np.array([[x[0], y[0]], [x[-1], y[-1]]])
-    handles = [each for each in handles if _reaches(each, roofs_m, box)]
+    handles = [handle for handle in handles if _reaches(handle, roofs_m, box)]
     if found.isnull().any():
         handles.append(without_value("no plan"))
     _legend_below(ax, handles)

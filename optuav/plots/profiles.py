@@ -200,7 +200,7 @@ def leg(
     way_m, model = _displacement(mission, start, end), flight_of(mission)
     loads = model.leg(way_m)
     stages = [*_stages(model, loads)]
-    attitudes = any(np.isfinite(each.state.attitude.pitch_rad).any() for each in stages)
+    attitudes = any(np.isfinite(stage.state.attitude.pitch_rad).any() for stage in stages)
     grid = (figure or style.page(5.0 if attitudes else 3.6)).subplots(2 + attitudes, 1, sharex=True)
     axes = LegAxes(grid[0], grid[1] if attitudes else None, grid[-1])
     peak_m_s, duration_s = float(loads.peak_speed_m_s), float(loads.duration_s)
@@ -215,7 +215,7 @@ def leg(
     axes.current.set(xlabel="time since the leg began $t$ [s]", xlim=(0.0, stages[-1].time_s[-1]))
     style.group_thousands(*grid)
     style.settle(axes.speed)
-    style.draw_bands(grid, [each.band for each in stages] if several else [])
+    style.draw_bands(grid, [stage.band for stage in stages] if several else [])
     return axes
 
 
@@ -291,9 +291,9 @@ def _draw_speed(ax: Axes, stages: Sequence[_Stage], peak_m_s: float) -> None:
 
 def _draw_attitude(ax: Axes, stages: Sequence[_Stage]) -> None:
     """Draw pitch and roll."""
-    time_s = np.concatenate([each.time_s for each in stages])
-    attitudes = zip(*(each.state.attitude for each in stages), strict=True)
-    pitch, roll = (np.rad2deg(np.concatenate(each)) for each in attitudes)
+    time_s = np.concatenate([stage.time_s for stage in stages])
+    attitudes = zip(*(stage.state.attitude for stage in stages), strict=True)
+    pitch, roll = (np.rad2deg(np.concatenate(attitude)) for attitude in attitudes)
     lines = ax.plot(time_s, pitch, color=BLUE, label="pitch $ψ_p$")
     dashed: style.Look = {"color": PINK, "linestyle": (0.0, (4.0, 1.5))}
     lines += ax.plot(time_s, roll, label="roll $ψ_r$", **dashed)
@@ -303,14 +303,14 @@ def _draw_attitude(ax: Axes, stages: Sequence[_Stage]) -> None:
 
 def _draw_current(ax: Axes, stages: Sequence[_Stage]) -> None:
     """Draw the current that is drawn, with the names of several stages."""
-    time_s = np.concatenate([each.time_s for each in stages])
-    drawn_A = np.concatenate([np.full_like(each.time_s, each.current_A) for each in stages])
+    time_s = np.concatenate([stage.time_s for stage in stages])
+    drawn_A = np.concatenate([np.full_like(stage.time_s, stage.current_A) for stage in stages])
     ax.plot(time_s, drawn_A, color=BLACK)
     ax.set(ylabel="current drawn\nin flight [A]", ylim=style.margins([0.0, *drawn_A]))
     if len(stages) > 1:
         numbers = dict[str, list[str]]()
-        for each in stages:
-            numbers.setdefault(each.name, []).append(f"{each.number}")
+        for stage in stages:
+            numbers.setdefault(stage.name, []).append(f"{stage.number}")
         words = {name: f"{name} ({', '.join(own)})" for name, own in numbers.items()}
         entries = [style.swatch(COLOURS.get(name, GREY), words[name]) for name in words]
         _legend_beside(ax, entries, "stages")

@@ -1,4 +1,4 @@
-"""What all pictures share: colours, fonts, pages, legends, bands, and words beside points."""
+"""Style of all pictures: colours, fonts, pages, legends, bands, and labels beside points."""
 
 import io
 import itertools
@@ -48,7 +48,7 @@ DASHES: tuple[LineStyleType, ...] = (
     (0.0, (2.0, 1.0)),
     (0.0, (6.0, 1.2, 1.5, 1.2)),
 )
-"""Of several lines in one picture, so that no two differ in colour alone."""
+"""Dashes of several lines in one picture, so that no two differ only in colour."""
 FONT = "DejaVu Sans"
 SETTINGS = ("default", Path(__file__).with_name("optuav.mplstyle"))
 WIDTH_IN = 7.2
@@ -103,7 +103,7 @@ class Page(Figure):
     """A figure without a window, which a notebook shows, also where it has its axes."""
 
     def add_subplot(self, *args: Any, **options: Any) -> Any:
-        """As of every figure, with axes that show themselves."""
+        """Add axes that show themselves in a notebook."""
         return super().add_subplot(*args, **{"axes_class": ShownAxes, **options})
 
     def _repr_png_(self) -> Shown:
@@ -229,7 +229,7 @@ def entry(
 def limit(role: str) -> Look:
     """Colour and line of a limit, as in `optuav.looks`."""
     colour, _, width, dash, rounded = LOOKS[role]
-    style: LineStyleType = (0.0, tuple(each / width for each in dash)) if dash else "-"
+    style: LineStyleType = (0.0, tuple(length / width for length in dash)) if dash else "-"
     look: Look = {"color": colour, "linestyle": style, "linewidth": POINTS_PER_PIXEL * width}
     return {**look, "dash_capstyle": "round" if rounded else "butt"}
 
@@ -246,15 +246,15 @@ def settle(ax: Axes) -> None:
     figure = root(ax)
     if engine := figure.get_layout_engine():
         engine.execute(figure)
-    for each in figure.axes:
-        each.apply_aspect()
+    for axis in figure.axes:
+        axis.apply_aspect()
 
 
 def beside(
     ax: Axes, words: str, at: tuple[float, float], offset_pt: tuple[float, float], **look: Any
 ) -> Annotation:
     """Write words beside a point, on the side of the offset; they leave the layout as it is."""
-    x, y = (int(np.sign(each)) for each in offset_pt)
+    x, y = (int(np.sign(shift_pt)) for shift_pt in offset_pt)
     sides: Look = {"ha": ("center", "left", "right")[x], "va": ("center", "bottom", "top")[y]}
     look = {**sides, "fontsize": 7.0, "textcoords": "offset points", **look}
     text = ax.annotate(words, at, offset_pt, **look)
@@ -274,9 +274,9 @@ class Band(NamedTuple):
 def phase_bands(replayed: Replay) -> list[Band]:
     """The bands of the phases; that of a rest names its place where there is room."""
     bands = []
-    for each in replayed.phases:
-        names = (f"rest, {printed(each.end.name)}",) if each.kind == "rest" else ()
-        bands.append(Band(each.start_s, each.end_s, PHASES[each.kind], (*names, each.kind)))
+    for phase in replayed.phases:
+        names = (f"rest, {printed(phase.end.name)}",) if phase.kind == "rest" else ()
+        bands.append(Band(phase.start_s, phase.end_s, PHASES[phase.kind], (*names, phase.kind)))
     return bands
 
 
@@ -336,7 +336,7 @@ def place(
     spaced = ((lines, STRONG * pixels), ([*faint, *points], FAINT * pixels))
     dotted = (_dots(ax, line, gap) for found, gap in spaced for line in found)
     dots = np.concatenate([np.empty((0, 2)), *dotted])
-    places = np.array([*clear, *(each.at for each in labels if each.needed)]).reshape(-1, 2)
+    places = np.array([*clear, *(label.at for label in labels if label.needed)]).reshape(-1, 2)
     taken: list[Bbox] = []
     leaders = np.empty((0, 2))
     for label in sorted(labels, key=lambda each: not each.needed):
@@ -400,7 +400,7 @@ def _leader(anchor: Floats, box: Bbox) -> Floats:
 
 
 def _within(box: Bbox, points: Floats) -> int:
-    """How many points (n, 2) [px] lie in a box."""
+    """Count the points (n, 2) [px] in a box."""
     return int(((points >= box.min) & (points <= box.max)).all(axis=1).sum())
 
 
@@ -410,4 +410,4 @@ def _dots(ax: Axes, line: npt.ArrayLike, spacing: float) -> Floats:
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
     count = min(MOST_DOTS, int(along[-1] / spacing))
     at = np.union1d(np.linspace(0.0, along[-1], count + 1), along)
-    return np.stack([np.interp(at, along, each) for each in corners.T], axis=1)
+    return np.stack([np.interp(at, along, coordinate) for coordinate in corners.T], axis=1)

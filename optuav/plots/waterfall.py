@@ -36,7 +36,7 @@ def waterfall(stations: Sequence[Station], *, title: str, ax: Axes | None = None
         loss = f"\n−{100.0 * (1.0 - share):.3g} %" if at and share < 0.9995 else ""
         style.beside(ax, f"{power_W:.4g} W{loss}", (at, top_W), (0.0, 2.0))
     style.group_thousands(ax)
-    ax.set_xticks(range(len(stations)), [each.words for each in stations])
+    ax.set_xticks(range(len(stations)), [station.words for station in stations])
     ax.tick_params(axis="x", length=0.0)
     ax.set_title(title, pad=style.LEGEND_PT)
     kinds = {"light": LASER, "electric": GREEN}

@@ -272,7 +272,7 @@ def test_a_terminal_is_asked_for_what_is_missing(monkeypatch: pytest.MonkeyPatch
     types(monkeypatch, "many", "-1", "", "2", "10", "6000", "10", "", "", "36", "")
     made = run("new", "asked.toml", "--from", "regimes", "--mass-kg", "4")
     assert made.code == 0
-    assert made.out.count("What it carries on top") == 3
+    assert made.out.count("Mass carried in addition") == 3
     assert "0 <= x <= 1000 [kg]" in made.out
     assert run("new", "stated.toml", "--from", "regimes", *SHEET).code == 0
     asked, stated = (Path(f"{name}.toml").read_text("utf-8") for name in ("asked", "stated"))

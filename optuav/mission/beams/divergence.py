@@ -106,7 +106,7 @@ class DivergingBeam(SpreadingBeam):
         laser, receiver = document["laser"], document.get("receiver")
         table = receiver if isinstance(receiver, dict) else {}
         stated = laser.get("aperture_m"), table.get("area_m2"), table.get("optics_efficiency", 1.0)
-        if not all(isinstance(each, int | float) for each in stated):
+        if not all(isinstance(number, int | float) for number in stated):
             return
         D, A, χ = stated
         if χ * A > (1.0 + ROUNDING) * D**2:

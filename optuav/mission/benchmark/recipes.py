@@ -16,12 +16,12 @@ from optuav.options import SET
 FILE = Path(__file__).with_name("missions.toml")
 PERSPECTIVES = ("available", "battery", "energy", "adjusted")
 SHARED = {"about": "", "extends": "", "problems": ["P1"], "perspectives": [*PERSPECTIVES]}
-"""What a family or a mission may state beside the keys of a mission, with the defaults."""
+"""Keys of a family or a mission beside the keys of a mission, with their defaults."""
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """How a mission of the set is made, and what is asked of it.
+    """Recipe of a mission of the set, and the questions about it.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def town(
     while len(places) < roofs:
         if streets:
             row, column = divmod(len(places), across)
-            x, y = ((2 * each + 1) * size_m // (2 * across) for each in (column, row))
+            x, y = ((2 * place + 1) * size_m // (2 * across) for place in (column, row))
         else:
             x, y = int(draw() * size_m), int(draw() * size_m)
         if streets or not any(max(abs(x - p[0]), abs(y - p[1])) <= width_m for p in kept_m):
@@ -120,5 +120,5 @@ def town(
 def parsed(problem: str) -> tuple[str, dict[str, Any]]:
     """The name of a problem and its options: of ``"P1 stops=2"`` they are "P1" and stops 2."""
     name, *options = problem.split()
-    pairs = (each.partition("=") for each in options)
+    pairs = (option.partition("=") for option in options)
     return name, {key: int(value) if value.isdigit() else value for key, _, value in pairs}

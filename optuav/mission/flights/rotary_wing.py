@@ -197,4 +197,4 @@ class RotaryWing(FlightModel):
 
 def _blows(wind_m_s: Vector) -> bool:
     """Whether there is a wind; one that varies may blow."""
-    return any(not isinstance(each, int | float) or each for each in wind_m_s)
+    return any(not isinstance(component, int | float) or component for component in wind_m_s)

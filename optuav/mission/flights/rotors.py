@@ -103,7 +103,7 @@ class Rotors(FlightModel):
 
         motor, speed = self.motor, rotor.hover_speed(self.motor, self.external_force_N)
         drawn = rotor.current(motor, speed), rotor.power(motor, speed)
-        return Flow(*(rotor.ROTORS * each for each in drawn))
+        return Flow(*(rotor.ROTORS * figure for figure in drawn))
 
     def rest(self) -> Flow:
         from optuav.physics.flight import Flow

@@ -93,7 +93,7 @@ def _mean(emitter: Emitter, distance_m: Quantity, of: Callable[[Quantity], Quant
 
 
 def _blur(emitter: Emitter, distance_m: Quantity) -> Quantity:
-    """What turbulence adds to the squared width w² per unit of S [m²]."""
+    """Return the growth of the squared width w² by turbulence, per unit of S [m²]."""
     return 8.0 * blur(emitter.turbulence_cn2, emitter.wavelength_nm, distance_m)
 
 

@@ -35,18 +35,18 @@ def limited_share(
     is displaced or the limit is no limit.
     """
     figures = np.broadcast_arrays(mean, radius_m, squared_width_m2, blur_m2, wander_m, most)
-    result, *rows = (np.array(each, dtype=float).ravel() for each in figures)
+    result, *rows = (np.array(figure, dtype=float).ravel() for figure in figures)
     weights, S = mixture() if rows[2].any() else (np.ones(1), np.zeros(1))
     (limited,) = np.nonzero((rows[3] > 0.0) & (rows[4] < 1.0))
     for first in range(0, len(limited), AT_ONCE):
         part = limited[first : first + AT_ONCE]
-        a, w2, blur, away, most = (each[part, np.newaxis] for each in rows)
+        a, w2, blur, away, most = (row[part, np.newaxis] for row in rows)
         w2 = w2 + blur * S
         # Where it acts at no displacement or at all of them, the mean is the answer.
         least, largest = _beyond(a, w2, FARTHEST * away, 0.0), -np.expm1(-2.0 * a**2 / w2)
         some = (least @ weights < most[:, 0]) & (most[:, 0] < largest @ weights)
         if some.any():
-            own = (each[some] for each in (a, w2, away, most))
+            own = (argument[some] for argument in (a, w2, away, most))
             result[part[some]] = _limited(weights, *own)
     return result.reshape(figures[0].shape)[()]
 
