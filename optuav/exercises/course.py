@@ -81,7 +81,7 @@ def task(number: str, student: str = "") -> Task:
     --------
     >>> from optuav import exercises
     >>> found = exercises.task("01.1", student="ada")
-    >>> found.mission.limits.deadline_s == found["limits.deadline_s"]
+    >>> found.mission.battery.capacity_As == found["battery.capacity_As"]
     True
     """
     known, faults = _exercises(), list[Fault]()

@@ -50,7 +50,7 @@ class Task:
     >>> from optuav import exercises
     >>> task = exercises.task("05.1", student="ada")
     >>> task.kind, task["hover_A"]
-    ('declare', 70)
+    ('declare', 80)
     """
 
     number: str
