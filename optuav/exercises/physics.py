@@ -224,7 +224,7 @@ def _cruise(task: Task, speed_m_s: float) -> Conditions:
     "hover point hardly longer, and yet costs time. Why? The witness is the distance [m] from the "
     "nearer end at which a stop on the straight line costs {more_s} s, within 0.05 s. "
     "`six_stages.leg` gives the time of each part.",
-    {"body.mass_kg": decimals(1.0, 1.3, 0.02), "more_s": decimals(10.0, 17.0, 0.05)},
+    {"body.mass_kg": decimals(1.0, 1.3, 0.02), "more_s": decimals(8.0, 14.5, 0.05)},
     reasons={
         "Each part is flown from rest to rest, and the middle is where the drone is fastest.": "",
         "The bent way is longer, and takes more time by as much.": "compare the two lengths",

@@ -522,6 +522,7 @@ def test_a_formulation_may_be_a_class_or_an_object() -> None:
             hover, rest = given.hover_and_rest(model)
             model.maximise(2.0 * hover)
             model.subject_to("charge", given.soc_end(hover, rest) >= given.min_soc)
+            given.keep_wells(model, "wells", hover, rest)
             left = given.time_left - exercises.task("05.2")["margin_s"]
             model.subject_to("time", hover + rest <= left)
 
@@ -591,7 +592,7 @@ def test_where_the_code_of_a_formulation_stops(answer: object, words: str) -> No
 
 
 def direct_or_not(task: Any, *, more_As: float, binary: bool = True) -> Model:
-    """An answer to 11.3, right with 1000 A s more on the direct route."""
+    """An answer to 11.2, right with 1000 A s more on the direct route."""
     model = Model("longest hover, direct or by way of a building")
     hover = model.variable("hover_time_s", "Δ", unit="s")
     rest = model.variable("rest_time_s", "T'", unit="s")
@@ -608,16 +609,16 @@ def direct_or_not(task: Any, *, more_As: float, binary: bool = True) -> Model:
 
 def test_points_of_a_choice_have_both_values() -> None:
     """The direct route is compared too, although all of its points have no rest."""
-    task = exercises.task("11.3")
-    assert exercises.check("11.3", direct_or_not(task, more_As=1000.0))
-    grade = exercises.check("11.3", direct_or_not(task, more_As=0.0))
+    task = exercises.task("11.2")
+    assert exercises.check("11.2", direct_or_not(task, more_As=1000.0))
+    grade = exercises.check("11.2", direct_or_not(task, more_As=0.0))
     assert "rest_time_s = 0, by_way = 0) is feasible, but your problem excludes it" in grade.words
 
 
 def test_a_choice_that_is_not_binary_is_told_so() -> None:
     """The values 0 and 1 of the unknown agree; those between them are the mistake."""
-    model = direct_or_not(exercises.task("11.3"), more_As=1000.0, binary=False)
-    assert exercises.check("11.3", model).words == "by_way is not binary in your problem"
+    model = direct_or_not(exercises.task("11.2"), more_As=1000.0, binary=False)
+    assert exercises.check("11.2", model).words == "by_way is not binary in your problem"
 
 
 # Proofs
