@@ -535,6 +535,7 @@ def test_a_formulation_may_be_a_class_or_an_object() -> None:
         def declare(self, model: Model, given: Any) -> None:
             hover = model.variable("hover_time_s", "Δ", unit="s", upper=100.0)
             model.maximise(hover)
+            given.keep_wells(model, "wells", hover, 0.0)
 
     assert "the unknowns hover_time_s, rest_time_s, not " in refused("05.2", NoRest)
 
