@@ -24,7 +24,8 @@ ROOT = DOCS.parent
 COPIES = {
     **{
         path: DOCS / "lessons" / path.relative_to(ROOT / "examples")
-        for path in [*(ROOT / "examples").glob("*.py"), *(ROOT / "examples" / "data").glob("*.*")]
+        for pattern in ("*.py", "data/*.*", "helpers/*.py")
+        for path in (ROOT / "examples").glob(pattern)
     },
     ROOT / "CHANGELOG.md": DOCS / "project" / "changelog.md",
     ROOT / "CONTRIBUTING.md": DOCS / "project" / "contributing.md",
@@ -74,7 +75,7 @@ extensions = [
     "sphinx.ext.mathjax",
     "sphinx_copybutton",
 ]
-exclude_patterns = ["_*", "*.py", "lessons/data"]
+exclude_patterns = ["_*", "*.py", "lessons/data", "lessons/helpers"]
 templates_path = ["_templates"]
 highlight_language = "none"
 smartquotes_action = "qe"  # Two hyphens stay, as in --set

@@ -65,11 +65,8 @@ def without_solutions(text: str) -> str:
 
 
 def for_notebooks(text: str) -> str:
-    """A lesson as students get it, with tasks and grades that show themselves.
-
-    What stands before the first cell is for consoles.
-    """
-    return PRINTED.sub(r"\1", without_solutions(text[max(0, text.find("# %%")) :]))
+    """A lesson as students get it, with tasks and grades that show themselves."""
+    return PRINTED.sub(r"\1", without_solutions(text))
 
 
 def notebook(name: str, content: Iterable[Cell], place: str = r"\1.ipynb") -> str:
@@ -158,12 +155,14 @@ def student_files() -> dict[Path, bytes]:
         ).encode()
         for path in sorted(SOURCES.glob("*.py"))
     }
-    return found | {STUDENT / "data" / path.name: path.read_bytes() for path in data()}
+    return found | {STUDENT / path.relative_to(SOURCES): path.read_bytes() for path in beside()}
 
 
-def data() -> list[Path]:
-    """The files that lessons read."""
-    return sorted(each for each in (SOURCES / "data").iterdir() if each.suffix in (".csv", ".toml"))
+def beside(text: str = '"data" helpers') -> list[Path]:
+    """The files that a lesson of this text reads or imports; all of them by default."""
+    data = (each for each in (SOURCES / "data").iterdir() if each.suffix in (".csv", ".toml"))
+    some = [*data] if '"data"' in text else []
+    return sorted([*some, *((SOURCES / "helpers").glob("*.py") if "helpers" in text else [])])
 
 
 def other_files() -> dict[Path, bytes]:
@@ -171,15 +170,16 @@ def other_files() -> dict[Path, bytes]:
     found = {BUILD / "nbgrader" / "nbgrader_config.py": NBGRADER.encode()}
     for path in sorted(SOURCES.glob("*.py")):
         content, name = cells(path.read_text("utf-8")), path.stem
-        read = data() if '"data"' in path.read_text("utf-8") else []
+        read = beside(path.read_text("utf-8"))
         course, assignment = BUILD / "otter", BUILD / "nbgrader" / "source" / name
-        cells_for_otter = for_otter(content, [f"data/{each.name}" for each in read])
+        names = [each.relative_to(SOURCES).as_posix() for each in read]
+        cells_for_otter = for_otter(content, names)
         graded = notebook(name, for_nbgrader(content), r"../\1/\1.ipynb")
         found[assignment / f"{name}.ipynb"] = graded.encode()
         found[course / f"{name}.ipynb"] = notebook(name, cells_for_otter).encode()
         for each in read:
             for folder in (course, assignment):
-                found[folder / "data" / each.name] = each.read_bytes()
+                found[folder / each.relative_to(SOURCES)] = each.read_bytes()
     return found
 
 

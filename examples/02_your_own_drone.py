@@ -1,14 +1,9 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # Your own drone
 #
 # A datasheet states a mass, a battery and a flight time. That is enough for a mission, because
-# capacity over time is a current. This page goes from ten numbers to a plan, and asks whether a
-# laser is worth the weight of its receiver.
+# capacity over time is a current. This page takes you from ten numbers to a plan, and asks whether
+# a laser is worth the weight of its receiver.
 #
 # **Before this lesson:** [A first mission](01_first_mission.py).
 # **Time:** 30 minutes.
@@ -17,7 +12,7 @@ if hasattr(sys.stdout, "reconfigure"):
 #
 # - turn a flight time into a current and a power, and scale both with the payload;
 # - say which numbers of a mission come from the datasheet, and which are assumed;
-# - compare the weight of a receiver with what its laser brings;
+# - compare the weight of a receiver with the hover that its laser gives;
 # - say how much received power keeps a drone in the air for ever.
 
 # %%
@@ -38,6 +33,7 @@ sheet = optuav.Datasheet.of(
     }
 )
 mission = sheet.mission()
+mission
 
 # %% [markdown]
 # **Before you run:** the datasheet promises 36 minutes of hover from full to empty, without
@@ -46,19 +42,16 @@ mission = sheet.mission()
 
 # %%
 plan = optuav.solve(mission, perspective="battery")
-print(plan.summary())
-
-# %%
-optuav.plots.wells([plan])
+plan
 
 # %% [markdown]
-# Longer than the datasheet promises: the laser gives more than half of the hover current. What ends
-# the hover is the deadline of 3000 s, and not the charge.
+# The drone hovers longer than the datasheet promises: the laser gives more than half of the hover
+# current. The deadline of 3000 s ends the hover, and not the charge.
 #
 # ## What a flight time says
 #
 # Two packs of 5.88 Ah in 36 minutes are 19.6 A, without payload. Rotors push air down: lifting a
-# weight $W$ takes a power proportional to $W^{1.5}$, so the payload counts more than its mass.
+# weight $W$ takes a power proportional to $W^{1.5}$, so the current grows faster than the mass.
 #
 # **Before you run:** the payload adds 6.6 % to the mass. How many percent does it add to the
 # current?
@@ -66,30 +59,33 @@ optuav.plots.wells([plan])
 # %%
 bare_A = 2 * 5.88 / (36 / 60)
 loaded_A = bare_A * (1 + 0.25 / 3.77) ** 1.5
-print(f"hover: {bare_A:.2f} A bare, {loaded_A:.2f} A with the payload")
-print(f"mission: {mission.flight.hover_current_A} A, {mission.flight.hover_power_W} W")
+bare_A, loaded_A, 100 * (loaded_A / bare_A - 1)
 
 # %% [markdown]
-# The datasheet says nothing about the rest. Places, link, wells of the battery and acceleration are
-# those of the shipped mission; `optuav new FILE --from regimes` writes a file in which each can be
-# replaced, with the assumptions at its head.
+# The mission has the same current:
+
+# %%
+mission.flight.hover_current_A, mission.flight.hover_power_W
+
+# %% [markdown]
+# The datasheet says nothing about the other numbers. Places, link, wells of the battery and
+# acceleration are those of the shipped mission `matrice350`. `optuav new FILE --from regimes`
+# writes a file in which you can replace each, with the assumptions at its head. These tables are
+# the same in both missions:
 
 # %%
 shipped = optuav.load("matrice350")
-same = [
-    name
-    for name in ("route", "link", "wind", "buildings")
-    if getattr(mission, name) == getattr(shipped, name)
-]
-print("not from the datasheet:", ", ".join(same))
+tables = ("route", "link", "wind", "buildings", "flight", "battery")
+same = [name for name in tables if getattr(mission, name) == getattr(shipped, name)]
+same
 
 # %% [markdown]
 # ## Is the laser worth its receiver?
 #
 # Compare with the drone without laser and receiver. A light receiver pays; a heavy one costs more
-# than the laser brings. In between is the mass at which the two are equal.
+# hover than the laser gives. In between is the mass at which the two are equal.
 #
-# **Before you run:** 200 g, 1 kg, or 5 kg?
+# **Before you run:** is that mass 200 g, 1 kg, or 5 kg?
 
 
 # %%
@@ -100,20 +96,32 @@ def hover_s(payload_kg: float, laser_power_W: float) -> float:
 
 
 without_s = hover_s(0.0, 0.0)
-print(f"without receiver and laser: {without_s / 60:.1f} min")
 low_kg, high_kg = 0.0, 10.0
 while high_kg - low_kg > 1e-6:
     middle_kg = 0.5 * (low_kg + high_kg)
     worth = hover_s(middle_kg, 5000) > without_s
     low_kg, high_kg = (middle_kg, high_kg) if worth else (low_kg, middle_kg)
-print(f"the laser carries a receiver of {low_kg:.2f} kg, and no more")
+low_kg
+
+# %%
+masses_kg = [0.25 * k for k in range(25)]
+optuav.plots.curves(
+    [
+        optuav.plots.Line("with laser", masses_kg, [hover_s(kg, 5000) / 60 for kg in masses_kg]),
+        optuav.plots.Line("without laser and receiver", masses_kg, [without_s / 60] * 25),
+    ],
+    title="Is the laser worth its receiver?",
+    x_label="mass of the receiver [kg]",
+    y_label="longest hover [min]",
+    marks=[optuav.plots.Mark(low_kg, "equal")],
+)
 
 # %% [markdown]
 # ## For ever
 #
 # If the received power equals the power of the hover, the net hover current is 0, and only the
-# deadline ends the flight. The receiver then has to feed the motors directly: it delivers more than
-# the packs may be charged with.
+# deadline ends the flight. The receiver then has to feed the motors directly: it delivers more
+# current than the charger of the packs takes.
 #
 # **Before you run:** with 90 % of the power that carries the drone, the battery has to give the
 # remaining tenth. By how much does the hover grow from 90 % to 99 %: by a tenth, to twice, or to
@@ -122,18 +130,25 @@ print(f"the laser carries a receiver of {low_kg:.2f} kg, and no more")
 # %%
 direct = mission.replace({"battery.charge_current_A": 30, "limits.deadline_s": 1e6})
 received_W = optuav.graph(direct).nodes["hover"]["received_power_W"]
-if not received_W > 0.0:
-    raise SystemExit("No light arrives at the hover point: give the laser some power.")
 needed_W = direct.laser.power_W * direct.flight.hover_power_W / received_W
-print(f"received {received_W:.0f} W of {direct.flight.hover_power_W:.0f} W")
-print(f"the laser would have to draw {needed_W:.0f} W, not {direct.laser.power_W:.0f} W")
-hours = {}
-for share in (0.9, 0.99, 1.01):
-    plan = optuav.solve(
-        direct.replace({"laser.power_W": share * needed_W}), "P3", perspective="battery"
-    )
-    hours[share] = plan.hover_time_s / 3600
-    print(f"{share:.0%} of that: {hours[share]:.1f} h")
+
+
+def hours(share: float) -> float:
+    """Return the hover [h] with a share of the laser power that carries the drone."""
+    strong = direct.replace({"laser.power_W": share * needed_W})
+    return optuav.solve(strong, "P3", perspective="battery").hover_time_s / 3600
+
+
+by_share = {share: hours(share) for share in (0.9, 0.99, 1.01)}
+by_share
+
+# %% [markdown]
+# From 90 % to 99 % the battery gives a tenth of what it gave before, so it lasts ten times as long.
+# Above 100 % only the deadline ends the hover. The laser would have to draw this power [W], where
+# the datasheet has 5000 W:
+
+# %%
+needed_W
 
 # %% [markdown]
 # ## Exercises

@@ -1,8 +1,3 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # Two wells: the kinetic battery model
 #
@@ -15,7 +10,7 @@ if hasattr(sys.stdout, "reconfigure"):
 # **Learning intentions.** After this page you can
 #
 # - explain why a battery stops with charge left in it (the rate-capacity effect);
-# - explain why it can be used again after a pause (the recovery effect);
+# - explain why you can use it again after a pause (the recovery effect);
 # - predict lifetimes under a load that comes and goes.
 
 # %%
@@ -23,57 +18,67 @@ import math
 from itertools import cycle
 
 import numpy as np
+import pandas as pd
+from helpers.vessels import moving, vessels
 
 import optuav
-from optuav.physics.kibam import Battery, Stage, Wells, step, time_to_empty
+from optuav.physics.kibam import Battery, Stage, step, time_to_empty
 
 MINUTE_S = 60.0
+ω, k = 0.166, 0.122 / MINUTE_S
+cell = Battery(5.5 * MINUTE_S, ω, k * ω * (1 - ω))  # capacity 5.5 A min, k' = 0.122 1/min
+drone = Battery(72_000.0, 0.8, 4.5e-5)
+vessels({"a small cell": (cell, cell.full, 0.5), "a drone": (drone, drone.full, 87.91)})
 
 # %% [markdown]
-# ## Drained fast, it stops with charge left
+# ## Two vessels
 #
-# Think of two vessels that are joined by a thin pipe at their floors. The available one has the
-# width $\omega$, the bound one the width $1 - \omega$. What a well holds over its width is its
-# height: $y_1 / \omega$ and $y_2 / (1 - \omega)$. In a full battery of the capacity $B$ both are
-# $B$. Charge flows towards the lower height and stops where both are equal; the wells then hold
-# charge in proportion to their widths. The flow is
+# Think of two vessels of different widths, joined by a thin pipe at their floors. The available
+# vessel has the tap, and the load drains it. Its width is $\omega$, and the width of the bound
+# vessel is $1 - \omega$. In the small cell the vessel with the tap is the narrow one; in the drone
+# it is the wide one.
+#
+# The charge of a well over its width is its height: $y_1 / \omega$ and $y_2 / (1 - \omega)$. In a
+# full battery of the capacity $B$ both heights are $B$. Charge flows towards the lower height and
+# stops when both are equal; the wells then hold charge in proportion to their widths. The flow is
 #
 # $$k_F \left( \frac{y_2}{1 - \omega} - \frac{y_1}{\omega} \right),$$
 #
-# so that $k_F$ is what a unit of difference lets through. The two heights approach each other at
-# the rate $k' = k_F / (\omega (1 - \omega))$, which is what measurements are usually given by: $k'$
-# for how fast a battery recovers, $k_F$ for how many amperes flow.
+# so $k_F$ is the flow for a unit of difference. The two heights approach each other at the rate
+# $k' = k_F / (\omega (1 - \omega))$. Measurements usually state $k'$, which tells how fast a
+# battery recovers; $k_F$ tells how many amperes flow.
 #
-# A small cell of 5.5 A min, a sixth of it available, with k' = 0.122 per minute.
+# ## Drained fast, it stops with charge left
+#
+# The small cell has 5.5 A min, a sixth of it available, with k' = 0.122 per minute.
 #
 # **Before you run:** if all charge were of use, 0.5 A would last for eleven minutes. How long does
 # it last? Does half the current last twice as long, less, or longer?
 
 # %%
-ω, k = 0.166, 0.122 / MINUTE_S
-if not 0.0 < ω < 1.0:
-    raise SystemExit("Neither well may be without a width: take ω between 0 and 1.")
-cell = Battery(5.5 * MINUTE_S, ω, k * ω * (1 - ω))  # capacity 5.5 A min, k' = 0.122 1/min
-delivered = {}
-for current_A in (0.125, 0.25, 0.5, 1.0):
-    lifetime_s = float(time_to_empty(cell, cell.full, -current_A))
-    delivered[current_A] = current_A * lifetime_s / cell.capacity_As
-    left = step(cell, cell.full, Stage(-current_A, lifetime_s))
-    print(
-        f"{current_A:5.3f} A: {lifetime_s / MINUTE_S:6.2f} min, gives {delivered[current_A]:6.1%}, "
-        f"available {abs(left.available_As):.1f} A s, bound {left.bound_As:.1f} A s"
-    )
+currents_A = np.array([0.125, 0.25, 0.5, 1.0])
+lifetimes_s = time_to_empty(cell, cell.full, -currents_A)
+delivered = currents_A * lifetimes_s / cell.capacity_As
+left = step(cell, cell.full, Stage(-currents_A, lifetimes_s))
+pd.DataFrame(
+    {
+        "current [A]": currents_A,
+        "lifetime [min]": lifetimes_s / MINUTE_S,
+        "charge delivered [%]": 100.0 * delivered,
+        "available, left [A s]": np.abs(left.available_As),
+        "bound, left [A s]": left.bound_As,
+    }
+).round(3)
 
 # %% [markdown]
-# Whatever the current, the available well is empty at the end, and the bound one is not. Over many
-# currents: the slower the load, the more it gets out of the cell; a fast one gets only the
-# available sixth.
+# Whatever the current, the available well is empty at the end, and the bound one is not. The slower
+# the load, the more charge it gets out of the cell. A fast load gets only the available sixth.
 
 # %%
-currents_A = np.linspace(0.02, 1.5, 100)
-shares = currents_A * time_to_empty(cell, cell.full, -currents_A) / cell.capacity_As
+many_A = np.linspace(0.02, 1.5, 100)
+shares = many_A * time_to_empty(cell, cell.full, -many_A) / cell.capacity_As
 optuav.plots.curves(
-    [optuav.plots.Line("delivered by a constant load", currents_A, 100.0 * shares)],
+    [optuav.plots.Line("delivered by a constant load", many_A, 100.0 * shares)],
     title="What a cell gives before it is empty",
     x_label="current drawn [A]",
     y_label="share of the charge [%]",
@@ -83,44 +88,59 @@ optuav.plots.curves(
 # %% [markdown]
 # ## A pause brings charge back
 #
-# **Before you run:** emptied with 0.5 A, the cell rests for two minutes without load. Nothing is
-# added. Will it be able to feed a load again, and will it contain more charge than before?
+# **Before you run:** 0.5 A empties the cell. Then it rests for two minutes without load, and
+# nothing is added. Will it be able to feed a load again? Will it contain more charge than before?
 
 # %%
+PAUSE_S = 2 * MINUTE_S
 emptied_s = float(time_to_empty(cell, cell.full, -0.5))
 empty = step(cell, cell.full, Stage(-0.5, emptied_s))
-rested = step(cell, empty, Stage(0.0, 2 * MINUTE_S))
-print(f"available before the pause: {empty.available_As:z.2f} of {empty.total_As:.2f} A s")
-print(f"available after the pause:  {rested.available_As:.2f} of {rested.total_As:.2f} A s")
+rested = step(cell, empty, Stage(0.0, PAUSE_S))
+vessels({"emptied with 0.5 A": (cell, empty, 0.5), "two minutes later": (cell, rested, 0.0)})
 
 # %% [markdown]
-# Both wells in time: drained, paused, drained again.
+# The cell holds as much as before, but charge has moved to the vessel with the tap, so it can feed
+# a load again. Drained, left alone, and drained again:
 
 # %%
-times_s = np.arange(0.0, emptied_s + 2 * MINUTE_S + 1.0)
-draining = step(cell, cell.full, Stage(-0.5, np.minimum(times_s, emptied_s)))
-pausing = step(cell, draining, Stage(0.0, np.maximum(times_s - emptied_s, 0.0)))
+again_s = float(time_to_empty(cell, rested, -0.5))
+load = [(0.5, emptied_s), (0.0, PAUSE_S), (0.5, again_s)]
+moving(cell, load)
+
+# %% [markdown]
+# Both wells over the same time:
+
+# %%
+times_s = np.linspace(0.0, emptied_s + PAUSE_S + again_s, 400)
+wells = cell.full
+begin_s = 0.0
+for drawn_A, duration_s in load:
+    wells = step(cell, wells, Stage(-drawn_A, np.clip(times_s - begin_s, 0.0, duration_s)))
+    begin_s += duration_s
 optuav.plots.curves(
     [
-        optuav.plots.Line("available", times_s / MINUTE_S, pausing.available_As),
-        optuav.plots.Line("bound", times_s / MINUTE_S, pausing.bound_As),
+        optuav.plots.Line("available", times_s / MINUTE_S, wells.available_As),
+        optuav.plots.Line("bound", times_s / MINUTE_S, wells.bound_As),
     ],
-    title="Emptied, and left alone for two minutes",
+    title="Emptied, left alone for two minutes, and emptied again",
     x_label="time [min]",
     y_label="charge [A s]",
     y_from_zero=True,
-    marks=[optuav.plots.Mark(emptied_s / MINUTE_S, "load off")],
+    marks=[
+        optuav.plots.Mark(emptied_s / MINUTE_S, "load off"),
+        optuav.plots.Mark((emptied_s + PAUSE_S) / MINUTE_S, "load on"),
+    ],
 )
 
 # %% [markdown]
 # ## Lifetimes
 #
-# Test loads of Jongerden and Haverkort: continuous (CL), a minute on and a minute off (ILs), a
-# minute on and two off (ILl), with 250 mA, 500 mA or both in turn (alt).
+# Jongerden and Haverkort use these test loads: continuous (CL), a minute on and a minute off (ILs),
+# a minute on and two off (ILl), with 250 mA, 500 mA or both in turn (alt).
 #
 # **Before you run:** CL500 lasts for two minutes. A minute on and a minute off draws half as much
-# on average: does ILs500 last for four minutes? And what does a second cell beside the first, twice
-# the capacity, do to CL500?
+# on average: does ILs500 last for four minutes? And how long does CL500 last with a second cell
+# beside the first, twice the capacity?
 
 
 # %%
@@ -151,15 +171,14 @@ loads = {
     "ILl500": [high, off, off],
 }
 twice = Battery(2 * cell.capacity_As, ω, cell.flow_rate_per_s)
-lifetimes_min = {}
-for name, load in loads.items():
-    lifetimes_min[name] = lifetime_min(cell, load), lifetime_min(twice, load)
-    small_min, large_min = lifetimes_min[name]
-    print(f"{name:<7} {small_min:6.2f} min, with twice the capacity {large_min:6.2f} min")
+lifetimes_min = {
+    name: [lifetime_min(b, load) for b in (cell, twice)] for name, load in loads.items()
+}
+pd.DataFrame(lifetimes_min, index=["one cell [min]", "two cells [min]"]).T.round(2)
 
 # %% [markdown]
-# With twice the capacity, the battery lasts more than twice as long: the same current is a smaller
-# one for it.
+# With twice the capacity, the battery lasts more than twice as long: for it, the same current is a
+# smaller one.
 #
 # ## The drone
 #
@@ -169,10 +188,12 @@ for name, load in loads.items():
 # available. After ten minutes of hovering a quarter of all charge is left. In which well?
 
 # %%
-drone = Battery(72_000.0, 0.8, 4.5e-5)
-wells = step(drone, Wells(57_600.0, 14_400.0), Stage(-87.91, 600.0))
-print(f"a drone after ten minutes of hovering: available {wells.available_As:.1f} A s,")
-print(f"bound {wells.bound_As:.1f} A s; together {wells.total_As / drone.capacity_As:.1%} of full")
+hovered = step(drone, drone.full, Stage(-87.91, 600.0))
+vessels({"at take-off": (drone, drone.full, 0.0), "after ten minutes": (drone, hovered, 87.91)})
+
+# %% [markdown]
+# The wide vessel is nearly empty, and the narrow one nearly full. The thin pipe lets far less
+# through than the rotors draw.
 
 # %% [markdown]
 # ## Exercises

@@ -1,12 +1,7 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # When the battery runs dry
 #
-# The paper's best plan keeps 5 % of the charge to the end, and yet cannot be flown: the charge is
+# The paper's best plan keeps 5 % of the charge to the end, and yet nobody can fly it: the charge is
 # in the well that the rotors cannot draw from.
 #
 # **Before this lesson:** [A first mission](01_first_mission.py),
@@ -20,63 +15,64 @@ if hasattr(sys.stdout, "reconfigure"):
 # - read from shadow prices which battery would help.
 
 # %%
-import numpy as np
+import pandas as pd
+from helpers import movies
 
 import optuav
 from optuav.judge import Stop
 
 mission = optuav.load("paper")
-promised = {each: optuav.solve(mission, each, perspective="battery") for each in ("P3", "P1")}
-for problem, plan in promised.items():
-    print(f"{problem}, by {' → '.join(plan.route)}: hover {plan.hover_time_s:.2f} s")
-    print(*(f"  {words}" for words in plan.warnings), sep="\n")
+promised = {name: optuav.solve(mission, name, perspective="battery") for name in ("P3", "P1")}
+movies.flight(promised["P1"])
 
 # %% [markdown]
+# That is the paper's best plan. The drone turns orange-red when it breaks a limit for the first
+# time, and at the end its available well is empty.
+#
 # ## Dry, with charge left
 #
-# Only the available well feeds the rotors. Simulate the direct plan, and look at both wells at the
-# moment when it is empty.
+# Only the available well feeds the rotors. Simulate the direct plan as well, and look at both wells
+# at the moment when the available one is empty.
 #
 # **Before you run:** the plan keeps 3600 A s, 5 % of the charge, to the landing. Is more or less
 # than that in the battery when the drone falls?
 
 # %%
+optuav.plots.wells([promised["P3"]])
+
+# %% [markdown]
+# The replay lists each limit that the plan breaks, and when.
+
+# %%
 falls = optuav.replay(promised["P3"])
-dry_s = falls.first_s("empty")
-trace = falls.trace
-if dry_s is None:
-    print("This battery lasts: its available well is never empty.")
-else:
-    bound_As = float(np.interp(dry_s, trace.time_s, trace.bound_As[:, 0]))
-    print(f"dry at {dry_s:.2f} s, with {bound_As:.0f} A s still bound")
-    print(f"that is {trace.time_s[-1] - dry_s:.0f} s before the landing")
+falls
 
 # %% [markdown]
 # ## Why does it not flow over?
 #
-# It does, but no faster than $k_F B$, the flow from a full well into an empty one. The hover takes
-# many times that, net of what the laser gives. So charge stays in the bound well, and would flow
-# over only during a rest.
+# Charge does flow over, but no faster than $k_F B$, the flow from a full well into an empty one.
+# The hover takes many times that current, net of what the laser gives. So charge stays in the bound
+# well, and would flow over only during a rest.
 #
-# **Before you run:** work out $k_F B$ with $k_F = 4.5 \cdot 10^{-5}$ 1/s and $B$ = 72 000 A s.
+# **Before you run:** compute $k_F B$ with $k_F = 4.5 \cdot 10^{-5}$ 1/s and $B$ = 72 000 A s. By
+# which factor does the hover exceed it?
 
 # %%
 battery = mission.battery
 most_A = battery.flow_rate_per_s * battery.packs * battery.capacity_As
-hover_A = -next(each.current_A for each in promised["P3"].phases if each.kind == "hover")
-print(f"at most {most_A:.2f} A flow over; hovering takes {hover_A:.2f} A")
+hover_A = -next(phase.current_A for phase in promised["P3"].phases if phase.kind == "hover")
+most_A, hover_A, hover_A / most_A
 
 # %% [markdown]
 # ## Past full as well
 #
 # A rest does not help. (P4) has a rest on one building, in one of two orders: *rest first*, before
 # the hover, or *hover first*, with the rest on the way home. In the paper's best plan the rest
-# comes first, on b1, when the well is still nearly full: the plan relies on charge that does not
+# comes first, on b1, when the well is still nearly full. The plan relies on charge that does not
 # fit into the well, and it runs dry as well.
 
 # %%
-faults = {each.kind: each for each in optuav.replay(promised["P1"]).violations}
-print(*faults.values() or ["No limit is violated."], sep="\n")
+optuav.replay(promised["P1"])
 
 # %% [markdown]
 # ## What can be flown
@@ -84,58 +80,65 @@ print(*faults.values() or ["No limit is violated."], sep="\n")
 # The perspective `available` adds $0 \le y_1 \le \omega B$ at every moment.
 #
 # **Before you run:** the paper's plan rests before the hover, while the well is nearly full. Where
-# would you put the rest, and what for?
+# would you put the rest, and why there?
 
 # %%
-flown = {each: optuav.solve(mission, each, perspective="available") for each in ("P3", "P1")}
-for problem, plan in flown.items():
-    lost_s = promised[problem].hover_time_s - plan.hover_time_s
-    print(f"{problem}, by {' → '.join(plan.route)}: {plan.hover_time_s:.2f} s, {lost_s:.1f} s less")
-verdicts = {
-    each: [optuav.audit(plan).flyable for plan in plans.values()]
-    for each, plans in (("battery", promised), ("available", flown))
-}
-print("passes the audit:", verdicts)
+flown = {name: optuav.solve(mission, name, perspective="available") for name in ("P3", "P1")}
+flown["P1"]
 
 # %% [markdown]
-# The direct hover loses two minutes, and another rest is best: after the hover, when it refills the
-# well for the flight home.
+# The plan rests after the hover: the rest refills the well for the flight home. The picture has all
+# four plans, two promised and two that can be flown.
 
 # %%
 optuav.plots.wells([promised["P3"], flown["P3"], promised["P1"], flown["P1"]])
 
 # %% [markdown]
-# An itinerary of your own is written as stops in order: place, rest or hover, and seconds. The
-# audit simulates it, and says what it breaks.
-#
-# **Before you run:** the direct flight, with a hover 3 s longer than the best. When is it dry?
+# The judge simulates each plan again, with no code of a solver. The direct hover loses two minutes,
+# and the best plan too.
 
 # %%
-mine = optuav.Itinerary(mission, (Stop("hover", "hover", flown["P3"].hover_time_s + 3.0),))
-print(optuav.audit(mine))
+perspectives = {"battery": promised, "available": flown}
+verdicts = pd.DataFrame(
+    [
+        (name, perspective, plan.hover_time_s, optuav.audit(plan).flyable)
+        for perspective, plans in perspectives.items()
+        for name, plan in plans.items()
+    ],
+    columns=["problem", "perspective", "hover [s]", "passes the audit"],
+)
+verdicts.round(2)
+
+# %% [markdown]
+# You write an itinerary of your own as stops in order: place, rest or hover, and seconds. The audit
+# simulates it, and says which limits it breaks.
+#
+# **Before you run:** this is the direct flight, with a hover 3 s longer than the best. When does it
+# run dry?
+
+# %%
+longer = optuav.Itinerary(mission, (Stop("hover", "hover", flown["P3"].hover_time_s + 3.0),))
+optuav.audit(longer)
 
 # %% [markdown]
 # ## Which battery would help?
 #
-# A shadow price is the hover time that one more unit of a number brings. Here are those of five
-# numbers of the battery and the mission, per one percent of each.
+# A shadow price is the hover time that one more unit of a number gives. The table has five numbers
+# of the battery and the mission, and the hover that one percent more of each gives.
 #
 # **Before you run:** two of the five have no price at all. Which two limits does the plan not
 # reach?
 
 # %%
 program = optuav.formulate(mission, "P1", perspective="available")
-given, prices = program.parts[0].model.row(0), program.shadow_prices()
-for name in ("capacity_As", "available_fraction", "flow_rate_per_s", "deadline_s", "min_soc"):
-    if name not in prices:
-        print(f"{name} plays no part in this perspective")
-        continue
-    percent_s = 0.01 * given[name] * prices[name].more
-    print(f"one percent more {name:<20}{percent_s:8.3f} s of hover")
+values, prices = program.parts[0].model.row(0), program.shadow_prices()
+names = ("capacity_As", "available_fraction", "flow_rate_per_s", "deadline_s", "min_soc")
+percent_s = {name: 0.01 * values[name] * prices[name].more for name in names if name in prices}
+pd.Series(percent_s, name="hover per percent [s]").round(3).to_frame()
 
 # %% [markdown]
-# Time and the charge to be kept have the price 0. The size of the available well matters most,
-# which a larger battery has too; little flows into it within ten minutes.
+# The deadline and the charge to be kept have the price 0. The size of the available well matters
+# most, and a larger battery has a larger one. Little flows into it within ten minutes.
 
 # %% [markdown]
 # ## Exercises

@@ -1,13 +1,8 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # Declare a problem
 #
-# An optimisation problem is a statement: unknowns, an objective, constraints. Here it is written
-# once, in symbols. Printing it, checking a point and solving it all use the same statement.
+# An optimisation problem is a statement: unknowns, an objective, constraints. Here you write it
+# once, in symbols. The printed form, the check of a point and the solvers all use that statement.
 #
 # **Before this lesson:** [A first mission](01_first_mission.py), [Two wells](03_two_wells.py).
 # **Time:** 35 minutes.
@@ -33,12 +28,11 @@ from optuav.physics import kibam
 # %% [markdown]
 # ## Symbols
 #
-# A drone hovers for Δ and rests for T'. `+` and `/` on symbols do not compute: they build a tree,
-# which is evaluated later with numbers, as text, or with the symbols of a solver. `>=` builds a
-# constraint, which is neither true nor false before the unknowns have values.
+# A drone hovers for Δ and rests for T'. `+` and `/` on symbols do not compute: they build a tree.
+# Later the tree is evaluated with numbers, written as text, or filled with the symbols of a solver.
+# `>=` builds a constraint, which is neither true nor false before the unknowns have values.
 #
-# **Before you run:** hovering for ten minutes draws 90 A. What share of 60 000 A s is left? And
-# what will Python say to the question whether `left >= 0.1` is true?
+# **Before you run:** hovering for ten minutes draws 90 A. What share of 60 000 A s is left?
 
 # %%
 model = Model("Longest hover with a rest")
@@ -50,14 +44,19 @@ drain = Parameter("hover_current_A", "I_hv", "A", 90.0)
 charge = Parameter("rest_current_A", "I_rest", "A", 10.0)
 
 left = model.let("charge left", 1.0 - (drain * hover - charge * rest) / capacity, symbol="η")
-enough = left >= 0.1
-print(type(left).__name__, type(enough).__name__)
 ten_minutes = {"hover_time_s": 600.0, "rest_time_s": 0.0}
-print(f"left after ten minutes of hovering: {evaluate(left, ten_minutes):.2f}")
+float(evaluate(left, ten_minutes))
+
+# %% [markdown]
+# **Before you run:** what will Python answer to the question whether `left >= 0.1` is true?
+
+# %%
+enough = left >= 0.1
 try:
-    bool(enough)
+    answer = bool(enough)
 except TypeError as error:
-    print("TypeError:", error)
+    answer = error
+answer
 
 # %% [markdown]
 # ## The statement
@@ -70,16 +69,11 @@ model.maximise(hover)
 model.prefer_small(rest)
 model.subject_to("state of charge", enough)
 model.subject_to("deadline", hover + rest <= deadline, unit="s")
-print(model)
-print(*(line for line in model.to_latex().splitlines() if "deadline" in line))
-
-# %% [markdown]
-# A notebook shows it as mathematics.
-
-# %%
 model
 
 # %% [markdown]
+# `print(model)` gives the same as text, and `model.to_latex()` gives it for a paper.
+#
 # ## Is a point feasible?
 #
 # `check` evaluates both sides of every constraint in NumPy, independently of any solver. It gives
@@ -90,62 +84,74 @@ model
 
 # %%
 guess = {"hover_time_s": 650.0, "rest_time_s": 200.0}
-for row in check(model, guess):
-    verdict = "holds" if row.satisfied else f"violated by {-row.slack:.4f}, {row.declared_at}"
-    print(f"{row.label:<16}{row.left:9.4f} {row.sense} {row.right:5.1f}  {verdict}")
+check(model, guess)
 
 # %% [markdown]
-# Values may be arrays, and then every row holds many points.
+# Values may be arrays, and then every row holds many points. Is the charge enough for hovers of
+# 500, 600 and 650 s?
 
 # %%
 many = check(model, {"hover_time_s": np.array([500.0, 600.0, 650.0]), "rest_time_s": 0.0})
-print("enough charge:", many[0].satisfied.tolist())
-solution = closed_form.solve(model, programmes=1)
-print("an engine finds", {name: round(x, 6) for name, x in solution.point(0).items()})
+many[0].satisfied
 
 # %% [markdown]
-# With two unknowns the whole problem is a picture: each constraint is a line with its forbidden
+# An engine finds the best point:
+
+# %%
+solution = closed_form.solve(model, programmes=1)
+solution.point(0)
+
+# %% [markdown]
+# With two unknowns the whole problem is a picture. Each constraint is a line with its forbidden
 # side shaded, and the best point is the highest that no shade covers. The dots are 30 s apart.
 
 # %%
 optuav.plots.plane(model, model.row(0), slot_s=30.0)
 
 # %% [markdown]
-# ## What it is, and which engines take it
+# ## Which engines take it?
 #
-# A model is not declared linear: that is found from its trees. The physics functions take numbers
-# and symbols alike. With the two wells of the battery, the same problem is no longer linear, and
-# the model says which constraint is not.
+# Nobody declares a model linear: optuav finds that from its trees. The physics functions take
+# numbers and symbols alike. With the two wells of the battery, the same problem is no longer
+# linear, and the model says which constraint is not.
 #
 # **Before you run:** which engine can take the first model and not the second, and why?
 
 # %%
-print(traits(model), "->", ", ".join(takers(traits(model), slots=False)))
 wells = Model("Longest hover that leaves charge in the available well")
 stay = wells.variable("hover_time_s", "Δ", unit="s", upper=deadline)
 pool = kibam.Battery(60_000.0, 0.8, 4.5e-5)
 after = kibam.step(pool, pool.full, kibam.Stage(-90.0, stay))
 wells.maximise(stay)
 wells.subject_to("available well", after.available_As >= 0.0, unit="A s")
-print(traits(wells), "->", ", ".join(takers(traits(wells), slots=False)))
-print(*traits(wells).nonlinear or (), sep=": ")
+{each.title: (str(traits(each)), takers(traits(each), slots=False)) for each in (model, wells)}
+
+# %% [markdown]
+# The constraint that is not linear, and the reason:
+
+# %%
+traits(wells).nonlinear
 
 # %% [markdown]
 # The problems of the paper are declared in the same way: `formulations/p4.py` in the repository
 # contains only (P4). `formulate` fills in the numbers of a mission.
 
 # %%
-print(optuav.formulate("paper", optuav.P4("b1", order="rest-first"), perspective="battery"))
+optuav.formulate("paper", optuav.P4("b1", order="rest-first"), perspective="battery")
 
 # %% [markdown]
 # ## One of your own, over a mission
 #
-# A class derived from `optuav.Formulation` has a method `declare`, which is called once for each
+# A class derived from `optuav.Formulation` has a method `declare`, which optuav calls once for each
 # route. `given` holds the numbers of the mission on that route, as symbols:
-# `given.hover_and_rest(model)` declares Δ and T', `given.soc_end(hover, rest)` is the state of
-# charge at the landing, `given.time_left` the deadline less the flights, and other numbers have the
-# names of the mission, such as `given.min_soc`. Here the rest may last half as long as the hover,
-# and no longer. [Your own formulation](14_your_own_formulation.py) goes on.
+#
+# - `given.hover_and_rest(model)` declares Δ and T';
+# - `given.soc_end(hover, rest)` is the state of charge at the landing;
+# - `given.time_left` is the deadline less the flights;
+# - other numbers have the names of the mission, such as `given.min_soc`.
+#
+# Here the rest may last half as long as the hover, and no longer.
+# [Your own formulation](14_your_own_formulation.py) continues from here.
 
 
 # %%
@@ -164,7 +170,7 @@ class ShortRest(optuav.Formulation):
 
 
 plan = optuav.solve("paper", ShortRest(0.5), perspective="battery")
-print(f"{' → '.join(plan.route)}: hover {plan.hover_time_s:.2f} s, rest {plan.rest_time_s:.2f} s")
+plan.to_frame()[["kind", "start_place", "end_place", "duration_s"]].round(2)
 
 # %% [markdown]
 # ## Exercises

@@ -1,13 +1,8 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # Hover without a rest
 #
 # Without a rest there is one unknown: how long to hover. The answer is a division. That makes (P3)
-# a good example to see what engines do, and what each of them knows about its answer.
+# a good example to see how engines work, and how much each of them knows about its answer.
 #
 # **Before this lesson:** [Declare a problem](05_declare_a_problem.py).
 # **Time:** 30 minutes.
@@ -20,34 +15,31 @@ if hasattr(sys.stdout, "reconfigure"):
 
 # %%
 import numpy as np
+import pandas as pd
 
 import optuav
-from optuav.modelling.classify import traits
 
+pd.set_option("display.max_colwidth", None)  # Proofs in full
 mission = optuav.load("paper")
 program = optuav.formulate(mission, "P3", perspective="battery")
-if not program.parts:
-    raise SystemExit("Nothing can be flown: " + "; ".join(program.reasons))
-print(program)
+program
 
 # %% [markdown]
 # ## By hand
 #
-# All charge down to η0 may be drawn. The legs take their share, and the rest lasts as long as the
-# hover current allows.
+# The drone may draw all charge down to η0. The legs take their share, and the hover current draws
+# the rest.
 #
-# **Before you run:** take B = 72 000 A s, η0 = 5 %, and the numbers printed above, and divide. Does
-# the deadline of 1200 s matter?
+# **Before you run:** take B = 72 000 A s, η0 = 5 %, and the numbers of the programme above (open
+# *where*), and divide. Does the deadline of 1200 s matter?
 
 # %%
 numbers = program.parts[0].model.row(0)
-if "flight_charge_As" not in numbers:
-    raise SystemExit("This page counts charge, as the perspective battery does.")
 battery_As = numbers["packs"] * numbers["capacity_As"]
 usable_As = (1.0 - numbers["min_soc"]) * battery_As - numbers["flight_charge_As"]
-by_hand_s = usable_As / numbers["hover_current_A"]
-time_left_s = numbers["deadline_s"] - numbers["flight_time_s"]
-print(f"{usable_As:.1f} A s last {by_hand_s:.4f} s; the deadline would allow {time_left_s:.2f} s")
+by_hand_s = float(usable_As / numbers["hover_current_A"])
+time_left_s = float(numbers["deadline_s"] - numbers["flight_time_s"])
+{"charge lasts for [s]": by_hand_s, "deadline allows [s]": time_left_s}
 
 # %% [markdown]
 # ## Three engines
@@ -59,68 +51,87 @@ print(f"{usable_As:.1f} A s last {by_hand_s:.4f} s; the deadline would allow {ti
 # $I_\mathrm{hv} \Delta \le$ usable charge and $\Delta \le$ time left. The first, times
 # $1 / I_\mathrm{hv}$, and the second, times 0, add up to Δ ≤ the number above: no hover is longer.
 #
-# **Before you run:** which of the three will give another number than you?
+# **Before you run:** which of the three will disagree with your number?
 
 # %%
 plans = {
     engine: optuav.solve(mission, "P3", engine=engine, perspective="battery")
     for engine in ("closed-form", "cvxpy", "grid")
 }
-for engine, plan in plans.items():
-    print(f"{engine:<12}{plan.hover_time_s:12.6f} s  {plan.status.value}: {plan.proof}")
+
+
+def answers(plans):
+    """Return a table of answers by engine."""
+    rows = [(plan.engine, plan.hover_time_s, plan.status.value, plan.proof) for plan in plans]
+    return pd.DataFrame(rows, columns=["engine", "hover [s]", "status", "proof"])
+
+
+answers(plans.values())
 
 # %% [markdown]
 # ## The fourth: through both wells
 #
 # The perspective `wells` follows the paper's equations of the kinetic battery, stage by stage:
 # charge flows between two wells, and the exponential of the hover time appears. That is no longer
-# linear, and the engines for linear models refuse it. CasADi takes it; it finds a *local* optimum,
-# and says so.
+# linear, and the engines for linear models refuse it:
+
+# %%
+try:
+    refusal = optuav.solve(mission, "P3", perspective="wells", engine="closed-form")
+except optuav.InputError as error:
+    refusal = str(error)
+refusal
+
+# %% [markdown]
+# CasADi takes it. It finds a *local* optimum, and says so.
 #
 # **Before you run:** charge that is still bound at the end is of no use to the rotors, and yet this
 # perspective only asks for the sum of both wells. Longer than before, shorter, or the same?
 
 # %%
 wells = optuav.formulate(mission, "P3", perspective="wells", engine="casadi")
-print(traits(wells.parts[0].model))
-try:
-    optuav.solve(mission, "P3", perspective="wells", engine="closed-form")
-except optuav.InputError as error:
-    refusal = str(error)
-    print(refusal)
 fourth = wells.solve()
-print(f"{fourth.engine:<12}{fourth.hover_time_s:12.6f} s  {fourth.status.value}: {fourth.proof}")
+answers([fourth])
 
 # %% [markdown]
 # In continuous times all agree to a microsecond, and they must. What leaves one well enters the
 # other: $dy_1/dt + dy_2/dt = I$. The sum counts coulombs and does not depend on the flow between
-# the wells. So this optimum is global; but the argument shows that, and not the solver.
+# the wells. So this optimum is global. The argument shows that, and not the solver.
 #
 # **Before you run:** does the answer change if nothing flows between the wells, or much?
 
 # %%
-for rate_per_s in (0.0, 4.5e-5, 1e-2):
-    changed = mission.replace({"battery.flow_rate_per_s": rate_per_s})
-    hover_s = optuav.solve(changed, "P3", perspective="wells").hover_time_s
-    print(f"flow {rate_per_s:7.1e} per second: {hover_s:.6f} s")
+rates_per_s = (0.0, 4.5e-5, 1e-2)
+by_rate_s = {
+    rate_per_s: optuav.solve(
+        mission.replace({"battery.flow_rate_per_s": rate_per_s}), "P3", perspective="wells"
+    ).hover_time_s
+    for rate_per_s in rates_per_s
+}
+pd.Series(by_rate_s, name="hover [s]").rename_axis("flow [1/s]").to_frame()
 
 # %% [markdown]
 # ## Check the answer, not the engine
 #
-# All four answers are evaluated in the same statement again, by NumPy. A millisecond more than the
-# optimum is too much, and the check shows by how much.
+# NumPy evaluates all four answers in the same statement again.
 
 # %%
-for plan in (*plans.values(), fourth):
-    rows = program.check({"hover_time_s": plan.hover_time_s})
-    print(f"{plan.engine:<12}", "feasible" if rows.satisfied else "not feasible")
-(too_long, *_) = program.check({"hover_time_s": by_hand_s + 1e-3})
-print(f"{too_long.label}: {too_long.slack:.2e} at a millisecond more, {too_long.declared_at}")
+{
+    plan.engine: program.check({"hover_time_s": plan.hover_time_s}).satisfied
+    for plan in (*plans.values(), fourth)
+}
+
+# %% [markdown]
+# A millisecond more than the optimum is too much, and the check shows by how much.
+
+# %%
+rows = program.check({"hover_time_s": by_hand_s + 1e-3})
+rows
 
 # %% [markdown]
 # ## As a picture
 #
-# The slack of the state of charge over the hover time, a straight line in this perspective: the
+# The slack of the state of charge over the hover time is a straight line in this perspective. The
 # answer is where it crosses zero.
 
 # %%

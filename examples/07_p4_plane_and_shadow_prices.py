@@ -1,13 +1,8 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # (P4): the plane and shadow prices
 #
-# With a rest there are two unknowns, Δ and T', and the problem can be drawn. The optimum lies in a
-# corner, where two lines meet; how the corner moves when a number changes is that number's price.
+# With a rest there are two unknowns, Δ and T', and you can draw the problem. The optimum lies in a
+# corner, where two lines meet. When a number changes, the corner moves: that is the number's price.
 #
 # **Before this lesson:** [Hover without a rest](06_hover_without_a_rest.py).
 # **Time:** 40 minutes.
@@ -21,14 +16,13 @@ if hasattr(sys.stdout, "reconfigure"):
 
 # %%
 import numpy as np
+import pandas as pd
 
 import optuav
 
 mission = optuav.load("paper")
 program = optuav.formulate(mission, optuav.P4("b1", order="rest-first"), perspective="battery")
-compiled = program.compile()
-best = compiled.solve()
-print(program)
+program
 
 # %% [markdown]
 # ## Two lines
@@ -47,60 +41,83 @@ print(program)
 # of time left, solve the two equations by hand.
 
 # %%
-given = program.parts[0].model.row(0)
-if "flight_charge_As" not in given:
-    raise SystemExit("This page counts charge, as the perspective battery does.")
-battery_As = given["packs"] * given["capacity_As"]
-usable_As = (1.0 - given["min_soc"]) * battery_As - given["flight_charge_As"]
-left_s = given["deadline_s"] - given["flight_time_s"]
-lines = np.array([[given["hover_current_A"], -given["rest_current_A"]], [1.0, 1.0]])
+numbers = program.parts[0].model.row(0)
+battery_As = numbers["packs"] * numbers["capacity_As"]
+usable_As = (1.0 - numbers["min_soc"]) * battery_As - numbers["flight_charge_As"]
+left_s = numbers["deadline_s"] - numbers["flight_time_s"]
+lines = np.array([[numbers["hover_current_A"], -numbers["rest_current_A"]], [1.0, 1.0]])
 corner = np.linalg.solve(lines, [usable_As, left_s])
-print(f"the lines meet at Δ = {corner[0]:.4f} s, T' = {corner[1]:.4f} s")
-print("the engine says", {name: round(value, 4) for name, value in best.point(0).items()})
+corner
+
+# %% [markdown]
+# The engine finds the same point:
 
 # %%
-optuav.plots.plane(program.parts[0].model, given, [program.solve()])
+compiled = program.compile()
+best = compiled.solve()
+best.point(0)
+
+# %%
+optuav.plots.plane(program.parts[0].model, numbers, [program.solve()])
 
 # %% [markdown]
 # ## The proof
 #
 # Multiply the charge line by $y_1$ and the deadline by $y_2$, so that the sum reads Δ ≤ a number.
-# No feasible point can exceed it, and the corner attains it: that is linear programming duality,
-# which [the next lesson](08_duality_and_kkt.py) takes further.
+# No feasible point can exceed the number, and the corner attains it. That is linear programming
+# duality, the subject of [the next lesson](08_duality_and_kkt.py).
 #
 # **Before you run:** which $y_1$ and $y_2$ make $T'$ vanish from the sum, and leave one $\Delta$?
 
 # %%
-y1, y2 = np.linalg.solve(lines.T, [1.0, 0.0])
+y1, y2 = np.linalg.solve(lines.T, [1.0, 0.0]).tolist()
 bound_s = y1 * usable_As + y2 * left_s
-print(f"{y1:.6f} × charge + {y2:.6f} × deadline:  Δ ≤ {bound_s:.4f} s")
+{"y1": y1, "y2": y2, "bound [s]": bound_s}
+
+# %% [markdown]
+# The engine states the charge as a share of the battery, so its multiplier is $y_1 B$:
+
+# %%
 weights = best.multipliers_at(0)
-print({label: round(weight, 4) for label, weight in weights.items()})
-print(f"(P4.a) is charge over B, so its multiplier is y1·B = {y1 * battery_As:.4f}")
+weights, y1 * battery_As
 
 # %% [markdown]
 # ## Shadow prices
 #
-# A shadow price is what one more unit of a number brings, in seconds of hover: per second of
-# deadline, per ampere of charge current. Its sign is that of the change: more hover current costs
-# hover. To test a price, change the number a little and solve again, on both sides. Packs are
-# whole: take one more and one less, as the price is the same as long as the same two lines meet.
+# A shadow price is the hover, in seconds, that one more unit of a number gives: per second of
+# deadline, per ampere of charge current. Its sign is the sign of the change: more hover current
+# costs hover. To test a price, change the number a little and solve again, on both sides. Packs are
+# whole: take one more and one less. The price is the same as long as the same two lines meet.
 #
 # **Before you run:** a second of hover costs 8.8 s of rest. How much hover does one second more of
-# deadline bring, and how much do ten minutes more bring?
+# deadline give, and how much do ten minutes more give?
 
 # %%
 prices = best.shadow_prices()
-for name, price in prices.items():
-    step = 1.0 if name == "packs" else 1e-4 * given[name] or 1e-4  # Of a zero, no share
-    least = 1.0 if name == "packs" else 0.0
-    ends = max(given[name] - step, least), given[name] + step
-    down, up = (compiled.solve(**{name: end}).objective[0] for end in ends)
-    measured = (up - down) / (ends[1] - ends[0])
-    print(f"{name:<17} {price.more:12.6f} s per unit, measured {measured:12.6f}")
 
+
+def measured(name):
+    """Return the change of the hover per unit of a number, by solving again on both sides."""
+    step = 1.0 if name == "packs" else 1e-4 * numbers[name] or 1e-4  # Zero has no share
+    least = 1.0 if name == "packs" else 0.0
+    ends = max(numbers[name] - step, least), numbers[name] + step
+    down, up = (compiled.solve(**{name: end}).objective[0] for end in ends)
+    return (up - down) / (ends[1] - ends[0])
+
+
+pd.DataFrame(
+    {
+        "price [s per unit]": {name: price.more for name, price in prices.items()},
+        "measured": {name: measured(name) for name in prices},
+    }
+).round(6)
+
+# %% [markdown]
+# Of ten minutes more, so many seconds are hover; the drone rests for the others.
+
+# %%
 hover_s = 600.0 * prices["deadline_s"].more
-print(f"of ten minutes more, {hover_s:.2f} s are hover, {600.0 - hover_s:.2f} s rest")
+hover_s, 600.0 - hover_s
 
 # %% [markdown]
 # ## A kink
@@ -108,27 +125,27 @@ print(f"of ten minutes more, {hover_s:.2f} s are hover, {600.0 - hover_s:.2f} s 
 # Shorten the deadline until no time is left for a rest. There three lines meet: charge, deadline,
 # and $T' \ge 0$.
 #
-# **Before you run:** there, what does a second less of deadline cost? Is that what a second more
-# brings?
+# **Before you run:** how much hover does a second less of deadline cost there? Does a second more
+# give as much?
 
 # %%
-kink_s = given["flight_time_s"] + usable_As / given["hover_current_A"]
-if kink_s <= given["flight_time_s"]:
-    raise SystemExit("The flights take all charge, and there is no kink.")
+kink_s = numbers["flight_time_s"] + usable_As / numbers["hover_current_A"]
 tight = compiled.solve(deadline_s=kink_s)
 price = tight.shadow_prices()["deadline_s"]
 hovers = [compiled.solve(deadline_s=kink_s + step).objective[0] for step in (-1.0, 0.0, 1.0)]
-print(f"at {kink_s:.2f} s: a second less {price.less:.4f}, a second more {price.more:.4f}")
-print("measured:", *np.diff(hovers).round(4))
+pd.DataFrame(
+    {"price": [price.less, price.more], "measured": np.diff(hovers)},
+    index=["a second less", "a second more"],
+).round(4)
 
 # %% [markdown]
-# A second less costs a whole second of hover; a second more brings only a tenth of one, because
-# most of it is needed to rest. Such a price has two sides, and no single multiplier. In the longest
-# hover over the deadline it is a corner:
+# A second less costs a whole second of hover. A second more gives only a tenth of one, because the
+# drone needs most of it to rest. Such a price has two sides, and no single multiplier. The longest
+# hover over the deadline has a corner there:
 
 # %%
 deadlines_s = np.sort([*np.linspace(300.0, 1800.0, 151), kink_s])
-longest_s = [compiled.solve(deadline_s=each).objective[0] for each in deadlines_s]
+longest_s = [compiled.solve(deadline_s=deadline_s).objective[0] for deadline_s in deadlines_s]
 optuav.plots.curves(
     [optuav.plots.Line("longest hover with a rest on b1", deadlines_s, longest_s)],
     title="What time is worth",

@@ -1,14 +1,10 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # Duality and KKT
 #
 # An answer without a proof is a claim. For linear problems the proof is short: a few numbers that
-# combine the constraints into "no hover is longer". Finding the best such numbers is again a linear
-# problem, the *dual*. Here you write it down, solve it, and read from it what everything is worth.
+# combine the constraints into "no hover is longer". The search for the best such numbers is again a
+# linear problem, the *dual*. Here you write it down, solve it, and read from it the worth of every
+# number of the mission.
 #
 # **Before this lesson:** [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py).
 # **Time:** 45 minutes.
@@ -18,10 +14,11 @@ if hasattr(sys.stdout, "reconfigure"):
 # - write the dual of (P3) and (P4) by hand, and say what its unknowns and constraints mean;
 # - prove an answer by weak duality, and say why strong duality makes the proof exact;
 # - check complementary slackness and the other KKT conditions;
-# - turn multipliers into seconds of hover for one more unit of anything.
+# - turn multipliers into seconds of hover for one more unit of any number.
 
 # %%
 import numpy as np
+import pandas as pd
 
 import optuav
 from optuav.engines import closed_form
@@ -29,22 +26,18 @@ from optuav.modelling import Model
 
 mission = optuav.load("paper")
 program = optuav.formulate(mission, optuav.P4("b1", order="rest-first"), perspective="battery")
-if not program.parts:
-    raise SystemExit("Nothing can be flown: " + "; ".join(program.reasons))
-given = program.parts[0].model.row(0)
-if "flight_charge_As" not in given:
-    raise SystemExit("This page counts charge, as the perspective battery does.")
-battery_As = given["packs"] * given["capacity_As"]
-Q = (1.0 - given["min_soc"]) * battery_As - given["flight_charge_As"]
-T = given["deadline_s"] - given["flight_time_s"]
-I_hv, I_rest = given["hover_current_A"], given["rest_current_A"]
-print(f"Q = {Q:.1f} A s may be drawn, T = {T:.2f} s are left")
-print(f"hovering draws {I_hv:.3f} A, resting charges {I_rest:.3f} A")
+numbers = program.parts[0].model.row(0)
+battery_As = numbers["packs"] * numbers["capacity_As"]
+Q = (1.0 - numbers["min_soc"]) * battery_As - numbers["flight_charge_As"]
+T = numbers["deadline_s"] - numbers["flight_time_s"]
+I_hv, I_rest = numbers["hover_current_A"], numbers["rest_current_A"]
+{"Q [A s]": Q, "T [s]": T, "I_hv [A]": I_hv, "I_rest [A]": I_rest}
 
 # %% [markdown]
 # ## The primal
 #
-# (P4) in its plainest form, with a name y for each constraint:
+# (P4) in its plainest form: the plan may draw the charge Q and has the time T. Each constraint gets
+# a weight y.
 #
 # $$
 # \begin{aligned}
@@ -54,7 +47,11 @@ print(f"hovering draws {I_hv:.3f} A, resting charges {I_rest:.3f} A")
 # & \Delta \ge 0,\quad T' \ge 0
 # \end{aligned}
 # $$
-#
+
+# %%
+optuav.plots.plane(program.parts[0].model, numbers, [program.solve()])
+
+# %% [markdown]
 # ## Weak duality: any weights bound
 #
 # Multiply the charge by $y_1 \ge 0$ and the deadline by $y_2 \ge 0$ and add:
@@ -68,12 +65,18 @@ print(f"hovering draws {I_hv:.3f} A, resting charges {I_rest:.3f} A")
 # does it say in words? Which of the other two pairs below is allowed?
 
 # %%
-for y1, y2 in ((0.0, 1.0), (0.005, 0.6), (0.02, 0.1)):
-    allowed = y1 * I_hv + y2 >= 1.0 and y2 - y1 * I_rest >= 0.0
-    verdict = f"no hover exceeds {y1 * Q + y2 * T:.1f} s" if allowed else "not allowed"
-    print(f"y1 = {y1:.3f}, y2 = {y2:.1f}: {verdict}")
+pairs = pd.DataFrame({"y1": [0.0, 0.005, 0.02], "y2": [1.0, 0.6, 0.1]})
+pairs["bracket of Δ"] = pairs.y1 * I_hv + pairs.y2
+pairs["bracket of T'"] = pairs.y2 - pairs.y1 * I_rest
+pairs["allowed"] = (pairs["bracket of Δ"] >= 1.0) & (pairs["bracket of T'"] >= 0.0)
+pairs["bound [s]"] = (pairs.y1 * Q + pairs.y2 * T).where(pairs.allowed)
+pairs.round(3)
 
 # %% [markdown]
+# The first pair says: no hover is longer than the time that is left. The second pair combines both
+# constraints and gives a smaller bound. The third pair is not allowed: its second bracket is
+# negative, so a long rest would make the left side smaller than Δ.
+#
 # ## The dual
 #
 # The best bound is the smallest. Its search is a linear problem in the weights: one constraint for
@@ -96,43 +99,64 @@ dual = Model("Smallest bound on the hover")
 y1 = dual.variable("charge_price", "y1", unit="1/A")
 y2 = dual.variable("time_price", "y2", unit="1")
 dual.minimise(Q * y1 + T * y2)
-dual.subject_to("a second of hover is worth a second", I_hv * y1 + y2 >= 1.0, unit="1")
+dual.subject_to("a second of hover costs at least a second", I_hv * y1 + y2 >= 1.0, unit="1")
 dual.subject_to("a second of rest yields no profit", y2 - I_rest * y1 >= 0.0, unit="1")
+dual
+
+# %% [markdown]
+# In words: y1 and y2 are prices of charge and of time.
+#
+# - A second of hover uses $I_\mathrm{hv}$ of charge and one second of time. Together they must cost
+#   at least the one second of hover that they make. Otherwise a buyer could turn cheap charge and
+#   time into hover, and the bound would be too low.
+# - A second of rest uses one second of time and yields $I_\mathrm{rest}$ of charge. The charge must
+#   not be worth more than the time. Otherwise resting alone would make a profit.
+#
+# The dual looks for the lowest prices at which nobody can make a profit.
+
+# %%
 weights = closed_form.solve(dual, programmes=1)
 price_charge, price_time = weights.point(0).values()
 best = program.compile().solve()
 hover_s, rest_s = best.point(0).values()
-print(dual)
-print(f"primal: Δ = {hover_s:.6f} s with T' = {rest_s:.4f} s")
-print(f"dual:   {weights.objective[0]:.6f} s with y1 = {price_charge:.6f}, y2 = {price_time:.6f}")
+{"primal [s]": hover_s, "dual [s]": float(weights.objective[0]), **weights.point(0)}
 
 # %% [markdown]
 # The two values are equal: that is *strong duality*. The weights of the best bound prove that the
 # plan is optimal, and anybody can check them by one addition, without trusting the solver.
 #
-# In the plane of the weights, every point above both lines is a proof of some bound. The best one
-# is where the lines meet. On the third line, all weights give that bound, and below it less.
+# In the plane of the weights, each constraint forbids the shaded side of its line, as in the plane
+# of the times. Every point that no shade covers proves a bound. On the dotted lines all weights
+# give the same bound, and it falls towards the lower left. The best point is the last that the
+# falling line touches: the corner.
 
 # %%
 along = np.linspace(0.0, 0.02, 201)
+hover_line, rest_line = 1.0 - I_hv * along, I_rest * along
+levels_s = (hover_s, 900.0, T)
 ax = optuav.plots.curves(
     [
-        optuav.plots.Line("hover worth a second", along, np.maximum(1.0 - I_hv * along, 0.0)),
-        optuav.plots.Line("no profit from rest", along, I_rest * along),
-        optuav.plots.Line("the best bound", along, (hover_s - Q * along) / T),
+        optuav.plots.Line("hover costs a second", along, hover_line),
+        optuav.plots.Line("no profit from rest", along, rest_line),
     ],
-    title="The dual: allowed weights lie above the first two lines",
+    title="The dual: weights that prove a bound",
     x_label="price of charge y1 [s per A s]",
     y_label="price of time y2 [s per s]",
 )
-ax.plot(price_charge, price_time, "k*", markersize=12)
-ax.set_ylim(0.0, 1.05)
+ax.fill_between(along, -0.05, hover_line, color="#0072B2", alpha=0.15, linewidth=0.0)
+ax.fill_between(along, -0.05, rest_line, color="#E69F00", alpha=0.15, linewidth=0.0)
+for level_s in levels_s:
+    ax.plot(along, (level_s - Q * along) / T, "k:", linewidth=0.9)
+    ax.annotate(f"{level_s:.0f} s", (0.0002, level_s / T), va="bottom", fontsize=8)
+ax.plot(price_charge, price_time, "*", color="#F0E442", markeredgecolor="k", markersize=13)
+ax.set_ylim(0.0, 1.1)
+ax.set_xlim(0.0, 0.019)
 ax
 
 # %% [markdown]
 # ## Above and below
 #
-# Any feasible plan bounds from below, any allowed weights from above.
+# Any feasible plan bounds the optimum from below, any allowed weights bound it from above.
 #
 # **Before you run:** of a thousand random plans and a thousand random proofs, can a plan ever be
 # better than a proof allows?
@@ -145,9 +169,6 @@ plans_s = shares * np.minimum((Q + I_rest * rests_s) / I_hv, T - rests_s)
 charges = random.uniform(0.0, 1.5 / I_hv, 1000)
 times = np.maximum(1.0 - I_hv * charges, I_rest * charges) * random.uniform(1.0, 1.2, 1000)
 bounds_s = Q * charges + T * times
-print(
-    f"best plan {plans_s.max():.1f} s, optimum {hover_s:.1f} s, best bound {bounds_s.min():.1f} s"
-)
 rank = np.arange(1000)
 optuav.plots.curves(
     [
@@ -161,80 +182,88 @@ optuav.plots.curves(
 )
 
 # %% [markdown]
+# It cannot: all plans stay below the optimum, and all bounds above it.
+#
 # ## Complementary slackness
 #
 # Add up what the bound gives away: $y_1$ times the slack of the charge, $y_2$ times the slack of
 # the deadline, $\Delta$ and $T'$ times the slacks of the dual constraints. At the optimum the sum
-# is zero, and no term is negative, so *each* term is zero: a constraint with slack has no price,
-# and a price says that its constraint binds.
+# is zero, and no term is negative, so *each* term is zero. A constraint with slack has no price,
+# and a constraint with a price binds.
 #
 # **Before you run:** on the direct route (P3) charge runs out long before the deadline. What are
 # its two prices?
 
 # %%
 direct = optuav.formulate(mission, "P3", perspective="battery")
-numbers = direct.parts[0].model.row(0)
 alone = direct.compile().solve()
-for name, answer, checked in (
-    ("P4", best, program.check(best.point(0))),
-    ("P3", alone, direct.check(alone.point(0))),
-):
-    multipliers = answer.multipliers_at(0)
-    for row in checked:
-        price = multipliers.get(row.label, 0.0)
-        product = price * row.slack
-        print(f"{name} {row.label:22} slack {row.slack:10.4f}, price {price:9.4f}, ", end="")
-        print(f"product {product:z.6f}")
+rows = [
+    (problem, row.label, round(row.slack, 9) + 0.0, answer.multipliers_at(0).get(row.label, 0.0))
+    for problem, answer, asked in (("P4", best, program), ("P3", alone, direct))
+    for row in asked.check(answer.point(0))
+]
+slackness = pd.DataFrame(rows, columns=["problem", "constraint", "slack", "price"])
+slackness["product"] = slackness.slack * slackness.price
+slackness.round(4)
 
 # %% [markdown]
-# The engine writes the charge as a share of the battery, so its price is y1 times B. The bounds of
-# a time are constraints too: they have a price where the time is at its bound.
+# On the direct route the deadline has slack and the price 0, and charge has the whole price. The
+# engine writes the charge as a share of the battery, so its price is y1 times B. The bounds of a
+# time are constraints too: they have a price if the time is at its bound.
 #
 # ## The KKT conditions
 #
-# For smooth problems the same conditions bear the names of Karush, Kuhn and Tucker: the point is
-# feasible; no multiplier is negative; products are zero; and the slope of the objective is a sum of
-# the slopes of the binding constraints, weighted by the multipliers:
+# For smooth problems the same conditions bear the names of Karush, Kuhn and Tucker. The point is
+# feasible, no multiplier is negative, and all products are zero. The slope of the objective is a
+# sum of the slopes of the binding constraints, weighted by the multipliers:
 # $(1, 0) = y_1\,(I_\mathrm{hv}, -I_\mathrm{rest}) + y_2\,(1, 1)$.
 #
-# **Before you run:** what would it mean if the slope of the objective could not be written in this
-# way?
+# **Before you run:** what would it mean if no weights gave the slope of the objective?
 
 # %%
 slopes = np.array([[I_hv, -I_rest], [1.0, 1.0]])
-print("weighted slopes:", (np.array([price_charge, price_time]) @ slopes).round(9) + 0.0)
+np.array([price_charge, price_time]) @ slopes
 
 # %% [markdown]
-# If it could not, some direction would lengthen the hover without violating a binding constraint.
-# In a linear problem these conditions prove the optimum; in a nonconvex one a bad point may satisfy
-# them too, as [Convexity and a bad local optimum](10_convexity_and_a_bad_local_optimum.py) shows.
+# Then some direction would lengthen the hover without violating a binding constraint. In a linear
+# problem these conditions prove the optimum. In a nonconvex one a bad point may satisfy them too,
+# as [Convexity and a bad local optimum](10_convexity_and_a_bad_local_optimum.py) shows.
 #
-# ## What everything is worth
+# ## The worth of every number
 #
 # Change a number by a little: the binding constraints still bind, and the hover changes by the
 # weighted change of the constraints. So each shadow price is a multiplier times a derivative.
 #
 # **Before you run:** a pack holds one ampere-second more. Two packs, 5 % of which must be kept: by
-# how much does Q grow, and what is that worth?
+# how much does Q grow, and how much hover is that worth?
 
 # %%
 by_hand = {
     "deadline_s": price_time,
     "flight_charge_As": -price_charge,
-    "capacity_As": price_charge * (1.0 - given["min_soc"]) * given["packs"],
+    "capacity_As": price_charge * (1.0 - numbers["min_soc"]) * numbers["packs"],
     "min_soc": -price_charge * battery_As,
     "hover_current_A": -price_charge * hover_s,
     "rest_current_A": price_charge * rest_s,
 }
-prices = best.shadow_prices()
-compiled = program.compile()
-print("s of hover per unit       by hand   shadow price       measured")
-for name, worth in by_hand.items():
-    step = 1e-4 * given[name] or 1e-4  # Of a zero, no share
-    ends = max(given[name] - step, 0.0), given[name] + step  # No number below zero
+prices, compiled = best.shadow_prices(), program.compile()
+
+
+def measured(name):
+    """Return the change of the hover per unit of a number, by solving again on both sides."""
+    step = 1e-4 * numbers[name] or 1e-4  # Zero has no share
+    ends = max(numbers[name] - step, 0.0), numbers[name] + step  # No number is below zero
     less, more = (compiled.solve(**{name: end}).objective[0] for end in ends)
-    measured = (more - less) / (ends[1] - ends[0])
-    print(f"{name:18}{worth:15.6f}{prices[name].more:15.6f}{measured:15.6f}")
+    return (more - less) / (ends[1] - ends[0])
+
+
+pd.DataFrame(
+    {
+        "by hand": by_hand,
+        "shadow price": {name: prices[name].more for name in by_hand},
+        "measured": {name: measured(name) for name in by_hand},
+    }
+).round(6)
 
 # %% [markdown]
 # ## Where the proof is not unique
@@ -246,13 +275,18 @@ for name, worth in by_hand.items():
 
 # %%
 T_kink = Q / I_hv
-ends = {"no rest pays": (0.0, 1.0), "rest breaks even": (price_charge, price_time)}
-for words, (charge, time) in ends.items():
-    print(
-        f"{words:17} y1 = {charge:.6f}, y2 = {time:.6f}: bound {Q * charge + T_kink * time:.4f} s"
-    )
-kink = compiled.solve(deadline_s=T_kink + given["flight_time_s"]).shadow_prices()["deadline_s"]
-print(f"a second less costs {kink.less:.6f} s, a second more brings {kink.more:.6f} s")
+ends = pd.DataFrame(
+    {"y1": [0.0, price_charge], "y2": [1.0, price_time]}, index=["no rest pays", "rest breaks even"]
+)
+ends["bound [s]"] = Q * ends.y1 + T_kink * ends.y2
+ends.round(6)
+
+# %% [markdown]
+# Both ends give the same bound. They are the prices of a second less and of a second more:
+
+# %%
+kink = compiled.solve(deadline_s=T_kink + numbers["flight_time_s"]).shadow_prices()["deadline_s"]
+kink.less, kink.more
 
 # %% [markdown]
 # ## Exercises

@@ -1,13 +1,8 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # Grid or continuous?
 #
 # The paper cuts time into slots and tries every pair of them. Continuous times need no search at
-# all. How far apart can the two answers be, and what does the grid cost?
+# all. How far apart can the two answers be, and how much work does the grid take?
 #
 # **Before this lesson:** [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py).
 # **Time:** 35 minutes.
@@ -22,14 +17,16 @@ if hasattr(sys.stdout, "reconfigure"):
 # %%
 import math
 
+import pandas as pd
+
 import optuav
 
+pd.set_option("display.max_colwidth", None)  # Proofs in full
 mission = optuav.load("paper")
 problem = optuav.P4("b1", order="rest-first")
 best = optuav.solve(mission, problem, perspective="battery")
 left_s = mission.limits.deadline_s - best.flight_time_s
-print(f"continuous: hover {best.hover_time_s:.4f} s, rest {best.rest_time_s:.4f} s")
-print(f"time left beside the flight: {left_s:.4f} s")
+{"hover [s]": best.hover_time_s, "rest [s]": best.rest_time_s, "left beside flight [s]": left_s}
 
 # %% [markdown]
 # ## Slots of many lengths
@@ -40,46 +37,51 @@ print(f"time left beside the flight: {left_s:.4f} s")
 # How much hover do slots of a minute lose at most?
 
 # %%
-SLOTS_S = (0.5, 1.0, 5.0, 10.0, 60.0)
-print("slot       cells    hover     gap  gap/slot")
-for slot_s in SLOTS_S:
-    plan = optuav.solve(mission, problem, perspective="battery", slot_s=slot_s)
-    slots = math.floor(left_s / slot_s)
-    gap_s = best.hover_time_s - plan.hover_time_s
-    print(
-        f"{slot_s:4.1f} s {slots * (slots - 1) // 2:9} {plan.hover_time_s:7.1f} s {gap_s:5.2f} s"
-        f" {gap_s / slot_s:8.2f}"
-    )
+SLOTS_S = [0.5, 1.0, 5.0, 10.0, 60.0]
+by_slot = pd.DataFrame({"slot [s]": SLOTS_S})
+by_slot["cells"] = [math.comb(math.floor(left_s / slot_s), 2) for slot_s in SLOTS_S]
+by_slot["hover [s]"] = [
+    optuav.solve(mission, problem, perspective="battery", slot_s=slot_s).hover_time_s
+    for slot_s in SLOTS_S
+]
+by_slot["lost [s]"] = best.hover_time_s - by_slot["hover [s]"]
+by_slot["lost [slots]"] = by_slot["lost [s]"] / by_slot["slot [s]"]
+by_slot.round(2)
 
 # %% [markdown]
 # ## Why less than one slot
 #
 # Let h slots fill the time that is left, without remainder. Round the best Δ down to whole slots,
 # and rest in all the other slots. The rest is no shorter than before, since h minus a smaller
-# number is larger; hovering less and resting more leaves more charge; and it is a cell of the grid.
-# So the grid's best is at least the best Δ rounded down.
+# number is larger. Hovering less and resting more leaves more charge. So this plan is a cell of the
+# grid, and the grid's best is at least the best Δ rounded down.
 #
-# The argument fails where resting discharges, and where part of a slot is left over at the end.
-# That part is lost for resting; if rounding shortens Δ by little, a whole slot more has to be given
-# up. With that slot the rest is longer than before in any case, so less than two slots are lost.
+# The argument fails if resting discharges, or if part of a slot is left over at the end. That part
+# is lost for resting. If rounding shortens Δ by only a little, the plan has to give up a whole slot
+# more. With that slot the rest is longer than before in any case, so it loses less than two slots.
 #
 # **Before you run:** of the deadlines below, which can lose more than one slot?
 
 # %%
 SLOT_S = 50.0
-lost = {}
-for slots in (28.0, 28.3, 28.6, 28.9, 29.0):
-    deadline_s = best.flight_time_s + slots * SLOT_S
-    changed = mission.replace({"limits.deadline_s": deadline_s})
+
+
+def lost(slots):
+    """Return the hover that slots lose [slots], with time for so many beside the flight."""
+    changed = mission.replace({"limits.deadline_s": best.flight_time_s + slots * SLOT_S})
     exact, cut = (
         optuav.solve(changed, problem, perspective="battery", slot_s=slot_s)
         for slot_s in (None, SLOT_S)
     )
-    lost[slots] = (exact.hover_time_s - cut.hover_time_s) / SLOT_S
-    print(f"time for {slots:.1f} slots: {lost[slots]:.3f} slots of hover lost")
+    return (exact.hover_time_s - cut.hover_time_s) / SLOT_S
+
+
+by_deadline = {slots: lost(slots) for slots in (28.0, 28.3, 28.6, 28.9, 29.0)}
+pd.Series(by_deadline, name="lost [slots]").rename_axis("time for slots").to_frame().round(3)
 
 # %% [markdown]
-# The plane shows it for slots of 100 s: the best dot lies below the corner of the two lines.
+# The plane shows the reason for slots of 100 s: the best dot lies below the corner of the two
+# lines.
 
 # %%
 program = optuav.formulate(mission, problem, perspective="battery")
@@ -91,32 +93,36 @@ optuav.plots.plane(part.model, part.model.row(0), [best, cut], slot_s=100.0)
 # ## The paper's 740.65 s
 #
 # Table II of the paper has a hover of 740.65 s, in slots of a second. Without a rest, a hover that
-# the deadline cuts short keeps its last, begun slot, if the battery can afford all of it. So Δ is
-# no whole number there, and slots lose nothing.
+# the deadline cuts short keeps its last, begun slot, if the battery can afford all of it. So Δ need
+# not be a whole number, and slots lose nothing.
+#
+# **Before you run:** how long is the hover in continuous times?
 
 # %%
 table2 = optuav.load("paper-table2").replace({"limits.deadline_s": 800})
 by_slots, exact = (
     optuav.solve(table2, "P3", slot_s=slot_s, perspective="battery") for slot_s in (1.0, None)
 )
-print(f"slots {by_slots.hover_time_s:.2f} s, continuous {exact.hover_time_s:.2f} s")
+by_slots.hover_time_s, exact.hover_time_s
 
 # %% [markdown]
 # ## Branch and bound instead of all cells
 #
-# Counting slots means whole numbers. `cvxpy` passes the problem to a mixed-integer solver: it first
-# solves the problem with continuous times, its *relaxation*, whose optimum is a bound, and then
-# searches only where a cell could still be better. It finds the same Δ without visiting every cell;
-# [Discrete, relaxed, continuous](12_discrete_relaxed_continuous.py) follows it on its way.
+# Counting slots means whole numbers. `cvxpy` passes the problem to a mixed-integer solver. That
+# solver first solves the problem with continuous times, its *relaxation*, whose optimum is a bound.
+# Then it searches only where a cell could still be better. It finds the same Δ without visiting
+# every cell; [Discrete, relaxed, continuous](12_discrete_relaxed_continuous.py) shows the steps.
 
 # %%
-for slot_s in (10.0, 60.0):
-    cells, tree = (
-        optuav.solve(mission, problem, perspective="battery", slot_s=slot_s, engine=engine)
-        for engine in ("grid", "cvxpy")
-    )
-    for plan in (cells, tree):
-        print(f"slots of {slot_s:g} s: {plan.hover_time_s:g} s of hover, {plan.proof}")
+plans = [
+    optuav.solve(mission, problem, perspective="battery", slot_s=slot_s, engine=engine)
+    for slot_s in (10.0, 60.0)
+    for engine in ("grid", "cvxpy")
+]
+pd.DataFrame(
+    [(plan.slot_s, plan.engine, plan.hover_time_s, plan.proof) for plan in plans],
+    columns=["slot [s]", "engine", "hover [s]", "proof"],
+)
 
 # %% [markdown]
 # ## Exercises

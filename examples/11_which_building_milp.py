@@ -1,15 +1,10 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # Which building? One mixed-integer programme
 #
 # Algorithm 2 solves (P3) and every (P4) one by one and takes the best. One programme can do the
 # same: it has a binary λ for each route, exactly one of them 1, and the solver chooses. There are
-# two ways to write that. Both are correct, but one gives the solver a bound that is hardly of use.
-# To begin with, only the buildings b1 and b9 are there.
+# two ways to write that choice. Both are correct, but one gives the solver a bound that is hardly
+# of use. The lesson begins with only the buildings b1 and b9.
 #
 # **Before this lesson:** [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py).
 # **Time:** 40 minutes.
@@ -22,26 +17,32 @@ if hasattr(sys.stdout, "reconfigure"):
 # - name the inequality from which it follows that one stop is enough.
 
 # %%
+import pandas as pd
+
 import optuav
 from optuav.modelling.classify import traits
 
 mission = optuav.load("paper")
 few = mission.replace({f"buildings.b{k}": None for k in (2, 3, 4, 5, 6, 7, 8, 10)})
-alone_s = {"direct": optuav.solve(few, "P3", perspective="battery").hover_time_s}
-for building in ("b1", "b9"):
-    plan = optuav.solve(few, optuav.P4(building, order="rest-first"), perspective="battery")
-    alone_s[building] = plan.hover_time_s
-print({name: f"{hover_s:.3f} s" for name, hover_s in alone_s.items()})
+optuav.plots.mission_map(few)
+
+# %% [markdown]
+# One by one, as Algorithm 2 does it:
 
 # %%
-optuav.plots.mission_map(few)
+problems = {"direct": "P3"} | {name: optuav.P4(name, order="rest-first") for name in ("b1", "b9")}
+alone_s = {
+    route: optuav.solve(few, problem, perspective="battery").hover_time_s
+    for route, problem in problems.items()
+}
+alone_s
 
 # %% [markdown]
 # ## Big M
 #
-# All routes share Δ and T'. Every constraint gets a term $M (1 - \lambda)$ that switches it off
-# where its route is not chosen. $M$ must be large enough, and should be no larger: here each
-# follows from the deadline, and is printed. (In a model of your own,
+# All routes share Δ and T'. Every constraint gets a term $M (1 - \lambda)$ that switches it off if
+# its route is not chosen. $M$ must be large enough, and should be no larger: here each follows from
+# the deadline, and is shown with the programme. (In a model of your own,
 # `model.variable("by_way", "λ", unit="1", binary=True)` declares a binary unknown.)
 #
 # **Before you run:** three routes, so three copies of each constraint. How many constraints does
@@ -49,27 +50,22 @@ optuav.plots.mission_map(few)
 
 # %%
 big = optuav.route_choice(few, perspective="battery", form="big-M", order="rest-first")
-print(big.model)
-print(" → ".join(big.plan.route), "by", big.plan.proof)
+big.model
+
+# %%
+big.plan.route, big.plan.proof
 
 # %% [markdown]
-# At the answer the λ of b1 is 1: its two constraints end the hover, and the big M switches off
-# those of the other two routes.
+# At the answer the λ of b1 is 1: its two constraints end the hover, and the big M switches off the
+# constraints of the other two routes.
 #
 # ## The relaxation
 #
 # A solver starts from the programme with $0 \le \lambda \le 1$, the *relaxation*. Its optimum
-# bounds every choice. But with a third of each route, the constraints of all are relaxed.
-# [Discrete, relaxed, continuous](12_discrete_relaxed_continuous.py) follows the solver from there.
+# bounds every choice. But with a third of each route, the constraints of all routes are relaxed.
+# [Discrete, relaxed, continuous](12_discrete_relaxed_continuous.py) follows a solver from there.
 #
 # **Before you run:** no route hovers longer than 720 s. Guess the bound.
-
-# %%
-shares = {name: round(share, 3) for name, share in big.shares.items()}
-print(f"bound {big.relaxation_s:.3f} s with", shares)
-
-# %% [markdown]
-# The bound is far away, the λ mean nothing, and the solver has to try the routes.
 
 # %%
 optuav.plots.bars(
@@ -79,7 +75,12 @@ optuav.plots.bars(
     level=optuav.plots.Mark(big.relaxation_s, "bound with a big M"),
 )
 
+# %%
+big.relaxation_s, big.shares
+
 # %% [markdown]
+# The bound is far away, the λ mean nothing, and the solver has to try the routes.
+#
 # ## Convex hull
 #
 # Now every route has a Δ and a T' of its own, and its constraints are multiplied by its λ instead:
@@ -90,9 +91,16 @@ optuav.plots.bars(
 
 # %%
 hull = optuav.route_choice(few, perspective="battery", form="hull", order="rest-first")
-print(hull.model)
-for choice in (big, hull):
-    print(f"{choice.form}: {traits(choice.model)}, and a bound of {choice.relaxation_s:.3f} s")
+hull.model
+
+# %%
+pd.DataFrame(
+    [
+        (choice.form, str(traits(choice.model)), choice.relaxation_s, choice.plan.hover_time_s)
+        for choice in (big, hull)
+    ],
+    columns=["form", "programme", "bound [s]", "hover [s]"],
+).round(3)
 
 # %% [markdown]
 # There are more unknowns, but the relaxation is as good as the best route: half of one route and
@@ -100,8 +108,8 @@ for choice in (big, hull):
 #
 # ## All routes
 #
-# `route_choice` chooses among every building and both orders. It must find what Algorithm 2 finds,
-# ties included; the gap between bound and answer proves that nothing is better.
+# `route_choice` chooses among every building and both orders. It must find the same plan as
+# Algorithm 2, ties included. The gap between bound and answer proves that nothing is better.
 
 # %%
 best = optuav.solve(mission, perspective="battery")
@@ -109,21 +117,31 @@ choices = {
     form: optuav.route_choice(mission, perspective="battery", form=form)
     for form in ("hull", "big-M")
 }
-for choice in choices.values():
-    print(choice)
-    print("as one by one:", choice.plan.route == best.route, end="\n\n")
+pd.DataFrame(
+    {
+        form: (choice.relaxation_s, abs(choice.gap_s), choice.plan.route == best.route)
+        for form, choice in choices.items()
+    },
+    index=["bound [s]", "gap of the relaxation [s]", "same plan as one by one"],
+)
 
 # %% [markdown]
 # ## Why one stop
 #
 # A second rest pays only if a detour is shorter than the leg that it replaces. Legs of the flight
-# model obey the triangle inequality; measured ones may not. Edit one, and the note changes.
+# model obey the triangle inequality, and a note of the choice says so:
+
+# %%
+choices["hull"].notes
+
+# %% [markdown]
+# Measured legs may not obey it. Edit one, and the note changes.
 
 # %%
 graph = optuav.graph(mission)
 graph.edges["origin", "b1"].update(duration_s=1.0, charge_As=10.0, energy_J=100.0)
 edited = optuav.route_choice(mission, perspective="battery", graph=graph)
-print(edited.notes[-1])
+edited.notes
 
 # %% [markdown]
 # ## Exercises

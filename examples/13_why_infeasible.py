@@ -1,14 +1,9 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # Why infeasible?
 #
 # "Infeasible" alone is a correct answer of little help. Which constraints conflict, how can I check
-# that they do, and what should I change? (Change the numbers of the mission as you like: where
-# nothing conflicts, there is no certificate, and the page says so.)
+# that they do, and what should I change? (Change the numbers of the mission as you like. If nothing
+# conflicts, there is no certificate, and the tables below are empty.)
 #
 # **Before this lesson:** [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py),
 # [Duality and KKT](08_duality_and_kkt.py).
@@ -24,6 +19,7 @@ if hasattr(sys.stdout, "reconfigure"):
 from fractions import Fraction
 
 import numpy as np
+import pandas as pd
 
 import optuav
 
@@ -32,43 +28,56 @@ mission = optuav.load("paper-table2").replace(
 )
 problem = optuav.P4("b1", order="rest-first")
 plan = optuav.solve(mission, problem, perspective="battery")
-print(plan.summary())
+plan
+
+# %% [markdown]
+# A plan that does not exist has no times; asking for one raises an error with the reason:
+
+# %%
 try:
-    print(plan.hover_time_s)
+    answer = plan.hover_time_s
 except optuav.NoPlanError as error:
-    print("NoPlanError:", error)
+    answer = error
+answer
 
 # %% [markdown]
 # ## No single constraint is the reason
 #
-# Without a rest there is too little charge. With enough rest the deadline is missed. Each
-# constraint can be satisfied, but not both together, and trying points can never prove that.
+# Without a rest there is too little charge. With enough rest the drone misses the deadline. A plan
+# can satisfy each constraint, but not both together, and trying points can never prove that.
 #
 # **Before you run:** at which of the four rests below is the charge enough?
 
 # %%
 program = optuav.formulate(mission, problem, perspective="battery")
-for rest_s in (0.0, 60.0, 120.0, 180.0):
-    rows = program.check({"hover_time_s": 0.0, "rest_time_s": rest_s})
-    broken = [f"{row.label} by {-row.slack:.3f}" for row in rows if not row.satisfied]
-    print(f"T' = {rest_s:5.1f} s violates {' and '.join(broken) or 'nothing'}")
+rests_s = np.array([0.0, 60.0, 120.0, 180.0])
+rows = program.check({"hover_time_s": 0.0, "rest_time_s": rests_s})
+slacks = pd.DataFrame(
+    {row.label: np.broadcast_to(row.slack, rests_s.shape) for row in rows},
+    index=pd.Index(rests_s, name="rest [s]"),
+)
+slacks.round(3)
 
 # %% [markdown]
-# Each constraint leaves a longest hover for every rest. Where the one is above zero at last, the
-# other is below it already:
+# A negative slack is a violation. Only the last rest gives enough charge, and there the deadline is
+# missed.
+#
+# Each constraint leaves a longest hover for every rest. When the longest hover of the charge is
+# above zero at last, the longest hover of the deadline is below zero already:
 
 # %%
 rests_s = np.linspace(120.0, 150.0, 61)
-slacks = [
-    {
-        row.label: row.slack
-        for row in program.check({"hover_time_s": hover_s + 0 * rests_s, "rest_time_s": rests_s})
-    }
-    for hover_s in (0.0, 1.0)
-]
+
+
+def slack(label, hover_s):
+    """Return the slack of a constraint over the rests."""
+    rows = program.check({"hover_time_s": hover_s + 0.0 * rests_s, "rest_time_s": rests_s})
+    return next(row.slack for row in rows if row.label == label)
+
+
 lines = [optuav.plots.Line("least hover", rests_s, 0.0 * rests_s)]
 for label in ("P4.a state of charge", "P4.b deadline"):
-    without, one_second = (each[label] for each in slacks)  # linear: each second costs as much
+    without, one_second = slack(label, 0.0), slack(label, 1.0)  # linear: seconds cost alike
     lines.append(optuav.plots.Line(label, rests_s, without / (without - one_second)))
 optuav.plots.curves(
     lines,
@@ -86,10 +95,7 @@ optuav.plots.curves(
 
 # %%
 explanation = optuav.explain(program)
-print(explanation)
-certificates = [each for conflict in explanation.conflicts for each in conflict.certificates]
-if not certificates:
-    print("No constraints conflict, so that there is nothing to add up.")
+explanation
 
 # %% [markdown]
 # Check it. The rows read Σ coefficient · unknown ≤ limit, with exact fractions, so that there is no
@@ -99,52 +105,67 @@ if not certificates:
 # at all can satisfy it?
 
 # %%
+certificates = [each for conflict in explanation.conflicts for each in conflict.certificates]
+rows = [row for certificate in certificates for row in certificate.rows]
+total = {
+    symbol: sum((row.multiplier * row.coefficients.get(symbol, 0) for row in rows), Fraction(0))
+    for symbol in ("Δ", "T'")
+}
+limit = sum((row.multiplier * row.limit for row in rows), Fraction(0))
+total, float(limit), [certificate.holds() for certificate in certificates]
+
+# %% [markdown]
+# The sum reads 0 ≤ a negative number, which is false at every point.
+#
+# The rows are those of the statement: at any point, the limit less the left side is the slack that
+# `check` finds.
+
+# %%
 point = {"Δ": Fraction(10), "T'": Fraction(20)}
 stated = {
     row.label: row.slack for row in program.check({"hover_time_s": 10.0, "rest_time_s": 20.0})
 }
-for certificate in certificates:
-    total = {"Δ": Fraction(0), "T'": Fraction(0)}
-    limit = Fraction(0)
-    for row in certificate.rows:
-        limit += row.multiplier * row.limit
-        for symbol, coefficient in row.coefficients.items():
-            total[symbol] += row.multiplier * coefficient
-    left = " + ".join(f"{value}·{symbol}" for symbol, value in total.items())
-    print(f"the sum: {left} ≤ {limit}, which is {float(limit):.6g}")
-    print("the certificate holds:", certificate.holds())
-
-    # The rows are those of the statement: at any point, limit less left side is the slack.
-    for row in certificate.rows:
-        if row.label in stated:
-            slack = row.limit - sum(a * point[symbol] for symbol, a in row.coefficients.items())
-            print(f"{row.label}: slack {float(slack):.6f}, stated {stated[row.label]:.6f}")
+pd.DataFrame(
+    [
+        (
+            row.label,
+            float(row.limit - sum(a * point[symbol] for symbol, a in row.coefficients.items())),
+            stated[row.label],
+        )
+        for row in rows
+        if row.label in stated
+    ],
+    columns=["constraint", "slack by the certificate", "slack by the check"],
+).round(6)
 
 # %% [markdown]
 # ## Repairs
 #
-# Each repair changes one number of the mission as little as possible, and was verified by solving
-# again. Which of them is cheap, a solver cannot know: a larger battery, or some seconds more time?
+# Each repair changes one number of the mission as little as possible, and optuav verified it by
+# solving again. A solver cannot know which repair is cheap: a larger battery, or some seconds more
+# time?
 #
 # **Before you run:** the repair is the smallest on a grid of a certain resolution. What should
 # happen one step below it?
 
 # %%
-for repair in explanation.repairs:
-    if repair.key == "limits.deadline_s":
-        for value in (repair.value, repair.value - repair.resolution):
-            changed = mission.replace({repair.key: value})
-            repaired = optuav.solve(changed, problem, perspective="battery")
-            print(f"{repair.key} = {value:g}: {repaired.status.value}")
+repairs = [repair for repair in explanation.repairs if repair.key == "limits.deadline_s"]
+ends_s = [value for repair in repairs for value in (repair.value, repair.value - repair.resolution)]
+solved = [
+    optuav.solve(mission.replace({"limits.deadline_s": end_s}), problem, perspective="battery")
+    for end_s in ends_s
+]
+pd.DataFrame({"deadline [s]": ends_s, "status": [plan.status.value for plan in solved]})
 
 # %% [markdown]
 # ## Physics first
 #
-# If the UAV cannot fly at all, no programme is declared; there are still a reason and repairs.
+# If the drone cannot fly at all, optuav declares no programme. There are still a reason and
+# repairs.
 
 # %%
 heavy = optuav.explain(optuav.load("paper").replace({"body.mass_kg": 5}))
-print(heavy)
+heavy
 
 # %% [markdown]
 # ## Exercises

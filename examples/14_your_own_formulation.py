@@ -1,14 +1,10 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # Your own formulation
 #
 # The paper asks for the longest hover. An operator may have other questions: how short can the rest
-# be for the 700 s of hover that I need? Which battery should I buy? Each question is one class, and
-# all that works on the problems of the paper works on it: printing, checking, engines, prices.
+# be for the 700 s of hover that I need? Which battery should I buy? You state each question as one
+# class, and everything that works on the problems of the paper then works on it: printing,
+# checking, engines, prices.
 #
 # **Before this lesson:** [Declare a problem](05_declare_a_problem.py),
 # [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py).
@@ -24,6 +20,7 @@ if hasattr(sys.stdout, "reconfigure"):
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 import optuav
 from optuav.engines.registry import takers
@@ -32,14 +29,16 @@ from optuav.modelling.classify import traits
 
 mission = optuav.load("paper")
 WANTED_S = 700.0
+pd.options.display.max_colwidth = None
 
 # %% [markdown]
 # ## Least rest for a wanted hover time
 #
 # In `declare`, `given` holds the mission's quantities as symbols, such as `given.min_soc`.
-# `hover_and_rest` declares Δ and T', which is 0.0 on the direct route; `soc_end` is the state of
-# charge at the end in the perspective asked for, and `keep_wells` keeps the battery from running
-# dry. The class's own options are its fields; wrapped in a `Parameter`, one can be changed later.
+# `hover_and_rest` declares Δ and T', which is 0.0 on the direct route. `soc_end` is the state of
+# charge at the end, in the perspective that you ask for. `keep_wells` keeps the battery from
+# running dry. The class's own options are its fields. If you wrap an option in a `Parameter`, you
+# can change it later.
 
 
 # %%
@@ -61,27 +60,42 @@ class LeastRest(optuav.Formulation):
 
 at_b1 = LeastRest(WANTED_S, building="b1", order="rest-first")
 program = optuav.formulate(mission, at_b1, perspective="battery")
-if not program.parts:
-    raise SystemExit("Nothing can be flown: " + "; ".join(program.reasons))
-print(program)
+program
 
 # %% [markdown]
-# **Before you run:** (P1) hovers 719.5 s with 392 s of rest on b1. Is 392 s needed for 700 s too?
-# 20 s of hover less are worth 8.8 times as much rest on the side of the charge.
+# **Before you run:** (P1) hovers 719.5 s with 392 s of rest on b1. How much rest do 700 s need?
+# Counting charge only, each second less of hover saves 8.8 s of rest.
 
 # %%
-found = traits(program.parts[0].model)
-print(f"{found}; taken by {', '.join(takers(found, slots=False))}")
-for engine in takers(found, slots=False):
-    slot_s = 10.0 if engine == "grid" else None
-    plan = optuav.solve(mission, at_b1, perspective="battery", engine=engine, slot_s=slot_s)
-    print(f"{engine:<12}{plan.rest_time_s:10.4f} s  {plan.proof}")
+engines = takers(traits(program.parts[0].model), slots=False)
+plans = {
+    engine: optuav.solve(
+        mission,
+        at_b1,
+        perspective="battery",
+        engine=engine,
+        slot_s=10.0 if engine == "grid" else None,
+    )
+    for engine in engines
+}
+pd.DataFrame(
+    [(engine, plan.rest_time_s, plan.proof) for engine, plan in plans.items()],
+    columns=["engine", "rest [s]", "proof"],
+)
+
+# %% [markdown]
+# The problem is linear, so every engine takes it. `grid` tries slots of 10 s and finds none better
+# than its slots.
+#
+# Now let optuav choose the route as well, and check a second less of rest:
 
 # %%
 best = optuav.solve(mission, LeastRest(WANTED_S), perspective="battery")
-print("over all routes:", " → ".join(best.route), f"rests {best.rest_time_s:.4f} s")
+best
+
+# %%
 rows = program.check({"hover_time_s": WANTED_S, "rest_time_s": best.rest_time_s - 1.0})
-print("a second less would violate:", *(row.label for row in rows if not row.satisfied))
+rows
 
 # %% [markdown]
 # ## Turned around
@@ -92,39 +106,43 @@ print("a second less would violate:", *(row.label for row in rows if not row.sat
 
 # %%
 tight = mission.replace({"limits.deadline_s": best.mission_time_s})
-longest_s = optuav.solve(tight, perspective="battery").hover_time_s
-print(f"(P1) with a deadline of {best.mission_time_s:.1f} s hovers {longest_s:.4f} s")
+longest = optuav.solve(tight, perspective="battery")
+longest.hover_time_s, longest.rest_time_s, best.rest_time_s
 
 # %% [markdown]
+# The two questions are one: the longest hover within a deadline, and the shortest mission for a
+# hover, meet in the same plan. (It cannot be flown, because a count of charge does not see the
+# wells; `perspective="available"` asks the same questions of the wells.)
+#
 # ## What a second of hover costs
 #
 # Prices are in seconds of rest now.
 #
-# **Before you run:** the direct route hovers 688.8 s without a rest, and 719.5 s are the most. What
-# does a second more cost at 680 s, at 700 s, and at 720 s?
+# **Before you run:** the direct route hovers 688.8 s without a rest, and no route hovers longer
+# than 719.5 s. What does one more second cost at 680 s, at 700 s, and at 720 s?
 
 # %%
 compiled = optuav.formulate(mission, LeastRest(WANTED_S), perspective="battery").compile()
-for wanted_s in (680.0, 690.0, 700.0, 710.0, 720.0):
-    answer = compiled.solve(wanted_hover_s=wanted_s)
-    if answer.status.has_answer:
-        price = answer.shadow_prices()["wanted_hover_s"].more
-        rest_s = answer.point(0).get("rest_time_s", 0.0)
-        print(f"{wanted_s:.0f} s: rest {rest_s:7.3f} s, a second more costs {price:.3f} s")
-    else:
-        print(f"{wanted_s:.0f} s: {answer.status.value}")
-
-# %% [markdown]
-# Up to 688.8 s the direct route is enough; beyond, a second of hover costs the rest in which the
-# laser returns its charge; from 719.5 s on, time is too short. The step is the flight to the roof,
-# which has to be paid for first.
+wishes_s = [680.0, 690.0, 700.0, 710.0, 720.0]
+answers = [compiled.solve(wanted_hover_s=wish_s) for wish_s in wishes_s]
+prices = [
+    answer.shadow_prices()["wanted_hover_s"].more if answer.status.has_answer else None
+    for answer in answers
+]
+pd.DataFrame(
+    {
+        "wanted hover [s]": wishes_s,
+        "status": [answer.status.value for answer in answers],
+        "least rest [s]": [answer.objective[0] for answer in answers],
+        "rest for one more second [s]": prices,
+    }
+)
 
 # %%
-wishes_s = np.arange(670.0, 719.0, 0.5)
-answers = [compiled.solve(wanted_hover_s=each) for each in wishes_s]
-rests_s = [each.objective[0] for each in answers]
+fine_s = np.arange(670.0, 719.0, 0.5)
+rests_s = [compiled.solve(wanted_hover_s=wish_s).objective[0] for wish_s in fine_s]
 optuav.plots.curves(
-    [optuav.plots.Line("least rest", wishes_s, rests_s)],
+    [optuav.plots.Line("least rest", fine_s, rests_s)],
     title="What a wanted hover costs",
     x_label="wanted hover [s]",
     y_label="least rest T' [s]",
@@ -132,6 +150,10 @@ optuav.plots.curves(
 )
 
 # %% [markdown]
+# Up to 688.8 s the direct route is enough. Beyond that, a second of hover costs the rest in which
+# the laser returns its charge. From 719.5 s on, time is too short. The curve jumps at 688.8 s: the
+# rest has to pay for the detour to the roof first.
+#
 # ## Smallest battery for a wanted hover time
 #
 # Now the capacity of a pack is unknown. The state of charge divides by it, which is not linear; the
@@ -156,10 +178,15 @@ class SmallestBattery(optuav.Formulation):
 
 
 smallest = optuav.formulate(mission, SmallestBattery(), perspective="battery").compile().solve()
-print(smallest.engine, {name: round(value, 1) for name, value in smallest.point(0).items()})
+smallest.point(0)
+
+# %% [markdown]
+# Check by turning the question around once more: with that pack, how long does (P1) hover?
+
+# %%
 lighter = mission.replace({"battery.capacity_As": smallest.point(0)["pack_As"]})
-longest_s = optuav.solve(lighter, perspective="battery").hover_time_s
-print(f"with that pack (P1) hovers {longest_s:.6f} s")
+again = optuav.solve(lighter, perspective="battery")
+again.hover_time_s
 
 # %% [markdown]
 # ## Exercises

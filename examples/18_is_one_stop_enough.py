@@ -1,13 +1,8 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # Is one stop enough?
 #
-# The paper rests once, hovers in one piece, and says that more stops never pay. If only the total
-# charge counts, that is a theorem. If the battery must not run dry, it is wrong.
+# The paper rests once, hovers in one piece, and says that more stops never pay. Is that so? It
+# depends on what must not run out.
 #
 # **Before this lesson:** [When the battery runs dry](04_when_the_battery_runs_dry.py),
 # [Which building?](11_which_building_milp.py).
@@ -15,15 +10,16 @@ if hasattr(sys.stdout, "reconfigure"):
 #
 # **Learning intentions.** After this page you can
 #
-# - say why one rest is enough in the perspectives of the paper, and what the proof needs;
+# - say when one rest is enough, and what the proof needs;
 # - find the best plan with several rests or several hovers, and read its proof;
-# - explain from the two wells why a second rest brings hover time.
+# - explain from the two wells what a rest before the hover does, and what one after it does.
 
 # %%
 import itertools
 
+import pandas as pd
+
 import optuav
-from optuav.physics.kibam import Wells
 
 mission = optuav.load("paper")
 
@@ -31,25 +27,37 @@ mission = optuav.load("paper")
 # ## By total charge, one is enough
 #
 # The charge at the end is linear in the times. So all rest can be moved to the building that
-# charges best, and the other stops left out. The flight is then no longer, by the triangle
+# charges best, and the other stops can be left out. The flight is then no longer, by the triangle
 # inequality.
 #
-# **Before you run:** up to three rests and two hovers are allowed below. Will they be used?
+# **Before you run:** up to three rests and two hovers are allowed below. Will the plan use them?
 
 # %%
-for perspective in ("battery", "energy", "adjusted"):
-    one = optuav.solve(mission, perspective=perspective)
-    more = optuav.solve(mission, optuav.P1(stops=3, hovers=2), perspective=perspective)
-    print(f"{perspective:<10}{one.hover_time_s:8.3f} s, with more stops {more.hover_time_s:8.3f} s")
-    print("  the same plan:", more.phases == one.phases)
-print(more.notes[-1])
+perspectives = ("battery", "energy", "adjusted")
+one = {name: optuav.solve(mission, perspective=name) for name in perspectives}
+more = {
+    name: optuav.solve(mission, optuav.P1(stops=3, hovers=2), perspective=name)
+    for name in perspectives
+}
+pd.DataFrame(
+    [
+        (
+            name,
+            one[name].hover_time_s,
+            more[name].hover_time_s,
+            one[name].phases == more[name].phases,
+        )
+        for name in perspectives
+    ],
+    columns=["perspective", "one stop [s]", "more stops [s]", "same plan"],
+)
 
 # %% [markdown]
 # ## Legs that break the triangle inequality
 #
-# Suppose that measured legs make b1 → b9 → hover faster than the leg b1 → hover: one is an edge
-# from roof to roof, added to the graph. Then all sequences of stops are compared, each by a linear
-# programme.
+# Suppose that somebody measured the legs, and that b1 → b9 → hover is faster than b1 → hover. One
+# of these legs goes from roof to roof, so it is an edge that you add to the graph. optuav then
+# compares all sequences of stops, each by a linear programme.
 #
 # **Before you run:** does the drone rest on one of the two roofs, or on both?
 
@@ -61,17 +69,22 @@ measured = [
     optuav.solve(mission, optuav.P1(stops=most), perspective="battery", graph=legs)
     for most in (1, 2)
 ]
-for plan in measured:
-    print(f"{plan.hover_time_s:8.3f} s by {' → '.join(plan.route)}")
+measured[1].to_frame()[["kind", "start_place", "end_place", "duration_s"]]
+
+# %%
+measured[1].hover_time_s - measured[0].hover_time_s
 
 # %% [markdown]
-# ## By the available well, it is not
+# The plan passes by one of the two roofs, and rests on the other. Passing by gains 20 s of hover
+# here, since the leg that it avoids is the slow one. All rest still stands on one roof.
 #
-# Under `available` the well that feeds the rotors may never run dry. Rests before and after the
-# hover have different effects: the first replaces what the flight out took, the second
-# refills the well for the flight home. One rest can do only one of the two.
+# ## By the available well
 #
-# **Before you run:** one rest brings 20 s over the direct flight. How much does a second one bring?
+# Under `available` the well that feeds the rotors may never run dry. So it matters *when* charge
+# arrives: a rest before the hover replaces what the flight out took, and a rest after it refills
+# the well for the flight home.
+#
+# **Before you run:** one rest gains 20 s over the direct flight. How much does a second rest gain?
 # And a hover in two pieces?
 
 # %%
@@ -81,9 +94,14 @@ plans = {
     )
     for stops, hovers in itertools.product((0, 1, 2), (1, 2))
 }
-for (stops, hovers), plan in plans.items():
-    stays = ", ".join(f"{stop.kind} {stop.at} {stop.duration_s:.2f} s" for stop in plan.stops)
-    print(f"rests {stops}, hovers {hovers}: {plan.hover_time_s:8.3f} s  ({stays})")
+pd.DataFrame(
+    [(*key, plan.hover_time_s, " → ".join(plan.route)) for key, plan in plans.items()],
+    columns=["rests allowed", "hovers allowed", "hover [s]", "route"],
+)
+
+# %% [markdown]
+# A second rest lengthens the hover by 8 s more, so one stop is *not* enough. One rest can replace
+# what the flight out took, or it can refill the well for the way home. It cannot do both.
 
 # %%
 optuav.plots.wells([plans[1, 1], plans[2, 1], plans[1, 2]])
@@ -98,16 +116,22 @@ optuav.plots.wells([plans[1, 1], plans[2, 1], plans[1, 2]])
 
 # %%
 best = plans[2, 1]
-print(best.proof)
-for phase in best.phases:
-    wells = Wells(phase.available_As[0], phase.bound_As[0])
-    print(f"{phase.kind:<7}{phase.end_place:<12} y1 {wells.available_As:9.1f} A s")
+best
+
+# %%
 pairs = [pair for pair in itertools.pairwise(best.phases) if pair[1].kind == "rest"]
-for arrival, rest in pairs[-1:]:  # the last rest, if there is one
-    charged_As = rest.current_A * rest.duration_s
-    flowed_As = rest.available_As[0] - arrival.available_As[0] - charged_As
-    print(f"on {rest.end_place} {charged_As:.0f} A s from the laser, ", end="")
-    print(f"{flowed_As:.0f} A s from the bound well")
+gained = pd.DataFrame(
+    [
+        (
+            rest.end_place,
+            rest.current_A * rest.duration_s,
+            rest.available_As[0] - arrival.available_As[0] - rest.current_A * rest.duration_s,
+        )
+        for arrival, rest in pairs
+    ],
+    columns=["rest on", "from the laser [A s]", "from the bound well [A s]"],
+)
+gained.round(1)
 
 # %% [markdown]
 # ## With more time, hover twice
@@ -118,14 +142,15 @@ for arrival, rest in pairs[-1:]:  # the last rest, if there is one
 # %%
 longer = mission.replace({"limits.deadline_s": 2400.0})
 split = optuav.solve(longer, optuav.P1(hovers=2), perspective="available")
-print(split.summary())
+optuav.plots.wells([split])
 
 # %%
-optuav.plots.wells([split])
+split
 
 # %% [markdown]
 # The best plan hovers until the well is nearly empty, rests for most of the time, and hovers again.
-# A rest before the first hover can only replace what the flight out took: 20 s of hover.
+# A rest before the first hover can replace only what the flight out took, which is worth 20 s of
+# hover.
 
 # %% [markdown]
 # ## Exercises

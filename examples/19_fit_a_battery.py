@@ -1,15 +1,10 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # Fit a battery
 #
 # The kinetic model of a battery has three numbers: its capacity, the share ω of it that is
 # available, and the rate k_F at which bound charge follows. No data sheet states the last two. They
 # determine how long the battery lasts: a large load gets less charge out of it, and in a pause some
-# becomes available again.
+# charge becomes available again.
 #
 # **Before this lesson:** [Two wells](03_two_wells.py).
 # **Time:** 35 minutes.
@@ -25,36 +20,35 @@ if hasattr(sys.stdout, "reconfigure"):
 import tempfile
 from pathlib import Path
 
+import pandas as pd
+
 import optuav
 from optuav.physics.packs import lifetime
 
-folder = Path(globals().get("__file__", "")).parent / "data"  # a notebook has no __file__
-fit = optuav.fit_kibam([folder / "lifetimes.csv"])
-(lifetimes,) = fit.panels
-for name, observed_s, fitted_s in zip(
-    lifetimes.names, lifetimes.observed, lifetimes.fitted, strict=True
-):
-    print(f"{name:8}{observed_s:9.1f} s{fitted_s:9.1f} s{fitted_s - observed_s:+8.2f} s")
+folder = Path(globals().get("__file__", "")).parent / "data"  # A notebook has no __file__
+pd.read_csv(folder / "lifetimes.csv", comment="#")
+
+# %% [markdown]
+# Each row is one step of a load, and the steps of a load repeat: their current, how long they last,
+# and when the battery was empty.
 
 # %%
+fit = optuav.fit_kibam([folder / "lifetimes.csv"])
 optuav.plots.fit(fit)
 
 # %% [markdown]
 # ## How certain?
 #
-# An interval that is meant to hold the truth 95 times in 100, by the profile likelihood: all values
-# with which some battery fits nearly as well as the best. Here the truth is known: 660 A s, ω =
-# 0.166, k' = 0.122/min.
+# optuav states an interval that is meant to hold the truth 95 times in 100, by the profile
+# likelihood: all values with which some battery fits nearly as well as the best. Here the truth is
+# known, because a model battery made the data: 660 A s, ω = 0.166, k' = 0.122/min.
 #
 # **Before you run:** which of the three will be known best, and which worst?
 
 # %%
 truth = (660.0, 0.166, 0.122 / 60 * 0.166 * (1 - 0.166))  # k_F = k' ω (1 − ω)
-for value, true in zip(fit.values, truth, strict=True):
-    print(
-        f"{value.key:28}{value.value:12.5g}  {value.interval.low:.5g} … {value.interval.high:.5g}"
-        f"  truth {true:.5g}"
-    )
+known = fit.to_frame().assign(truth=truth)
+known[["key", "value", "low", "high", "truth"]]
 
 # %% [markdown]
 # ## Many numbers, little information
@@ -63,50 +57,62 @@ for value, true in zip(fit.values, truth, strict=True):
 # can be found from them?
 
 # %%
-rows = [f"run {n},0.5,{271.8 + 0.4 * (-1) ** n}" for n in range(10)]
+rows = [(f"run {n}", 0.5, 271.8 + 0.4 * (-1) ** n) for n in range(10)]
 with tempfile.TemporaryDirectory() as place:
     file = Path(place) / "one_size.csv"
-    file.write_text("\n".join(["load,current_A,lifetime_s", *rows]), "utf-8")
+    pd.DataFrame(rows, columns=["load", "current_A", "lifetime_s"]).to_csv(file, index=False)
     blind = optuav.fit_kibam([file])
-for warning in blind.warnings:
-    print("-", warning)
-print("determined:", sum(value.determined for value in blind.values), "of", len(blind.values))
+blind
 
 # %% [markdown]
 # Ten discharges at one current make only the mean more certain: a large battery that gives a small
 # share of its charge lasts as long as a small one that gives a large share. The fit says so, and
-# states no value.
+# counts no value as determined.
 #
 # **Before you run:** here are two such batteries. Which load would tell them apart?
 
 # %%
 small = {"capacity_As": 660.0, "available_fraction": truth[1], "flow_rate_per_s": truth[2]}
 large = {"capacity_As": 1000.0, "available_fraction": 0.094, "flow_rate_per_s": truth[2]}
-steady, pulsed = [(0.5, 1e6)], [(0.5, 60.0), (0.0, 120.0)]
-for load in (steady, pulsed):
-    print([f"{lifetime(load, **each):.0f} s" for each in (small, large)])
+loads = {"steady": [(0.5, 1e6)], "with pauses": [(0.5, 60.0), (0.0, 120.0)]}
+life_s = pd.DataFrame(
+    {
+        name: [lifetime(load, **battery) for battery in (small, large)]
+        for name, load in loads.items()
+    },
+    index=["small", "large"],
+)
+life_s
 
 # %% [markdown]
-# They last equally long under the steady load, and differ under one with pauses: that is the
-# measurement to make next.
+# They last equally long under the steady load, and differ under the load with pauses. So the next
+# measurement should have pauses.
 #
 # ## Into the mission
 #
 # The fit writes a mission file that states the three keys, with intervals and origin as comments.
 # `optuav calibrate kibam data/lifetimes.csv --save cell.toml` does the same, beside this page.
-#
+
+# %%
+print(fit.to_toml())
+
+# %% [markdown]
 # **Before you run:** with these wells, and the capacity as it was, does the plan of the perspective
 # `battery` hover longer? Does it fall earlier?
 
 # %%
-print(fit.to_toml())
-mission = optuav.load("paper").replace(
-    {key: value for key, value in fit.changes.items() if key != "battery.capacity_As"}
+wells = {key: value for key, value in fit.changes.items() if key != "battery.capacity_As"}
+mission = optuav.load("paper").replace(wells)
+plans = [optuav.solve(site, "P3", perspective="battery") for site in ("paper", mission)]
+pd.DataFrame(
+    [(plan.hover_time_s, plan.runs_dry_s) for plan in plans],
+    columns=["hover [s]", "runs dry at [s]"],
+    index=["wells of paper", "fitted wells"],
 )
-plans = [optuav.solve(each, "P3", perspective="battery") for each in ("paper", mission)]
-for plan in plans:
-    dry = "never runs dry" if plan.runs_dry_s is None else f"runs dry at {plan.runs_dry_s:.0f} s"
-    print(f"hover {plan.hover_time_s:.2f} s, {dry}")
+
+# %% [markdown]
+# The perspective `battery` promises the same hover, because it knows of no wells. With the fitted
+# wells the drone falls much earlier: they make only a sixth of the charge available at once.
 
 # %% [markdown]
 # ## Exercises

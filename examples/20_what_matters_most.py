@@ -1,8 +1,3 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # What matters most?
 #
@@ -22,10 +17,12 @@ if hasattr(sys.stdout, "reconfigure"):
 # - give a plan the margin that it needs.
 
 # %%
+import pandas as pd
+
 import optuav
 
 mission = optuav.load("matrice350")
-stated = {
+ranges = {
     "battery": {"capacity_As": {"low": 19000, "likely": 21000, "high": 21168}},
     "flight": {"hover_current_A": {"low": 21.65, "likely": 24.65, "high": 25.69}},
     "laser": {
@@ -33,39 +30,43 @@ stated = {
         "receiver_slope": {"low": 0.15, "likely": 0.2, "high": 0.25},
     },
 }
-found = optuav.sensitivity(mission, stated)
-longest_s = found.facts["hover_time_s"]
-print(found)
+result = optuav.sensitivity(mission, ranges)
+result.plot()["tornado.png"]
+
+# %% [markdown]
+# Each bar shows the longest hover at the two ends of one key's range, the other keys as they are.
+# `optuav.explore(mission)` has a slider for most keys. The table has the rates of the first keys as
+# well:
 
 # %%
-found.plot()
+by_key = result.to_frame().set_index("key")
+by_key[["now", "low", "high", "hover_low_s", "hover_high_s", "local_elasticity", "swing_s"]].head(8)
 
 # %% [markdown]
 # ## An elasticity by hand
 #
-# The shadow price of the capacity of a pack is in seconds of hover per ampere-second. Times the
-# capacity over the hover time, it is percent per percent.
+# The shadow price of the capacity of a pack is in seconds of hover per ampere-second. Multiplied by
+# the capacity and divided by the hover time, it becomes percent per percent.
 #
-# **Before you run:** one percent more capacity: one percent more hover, less, or more?
+# **Before you run:** does one percent more capacity give one percent more hover, less, or more?
 
 # %%
-prices = optuav.formulate(mission).shadow_prices()
-by_key = {row["key"]: row for row in found.rows}
-price = prices["capacity_As"].more
-exact = by_key["battery.capacity_As"]["local_elasticity"]
+price = optuav.formulate(mission).shadow_prices()["capacity_As"].more
+longest_s = result.facts["hover_time_s"]
 by_hand = price * mission.battery.capacity_As / longest_s
-print(f"{price:.5f} s per As, {by_hand:.4f} % by %; the table has {exact:.4f}")
+exact = by_key.loc["battery.capacity_As", "local_elasticity"]
+by_hand, float(exact)
 
 # %% [markdown]
 # Keys that are factors of one product have the same elasticity: the power that the laser draws, the
-# share that becomes light, and the share of that which becomes electricity. Ranges may differ.
+# share that becomes light, and the share of that which becomes electricity. Their ranges may
+# differ.
 #
 # **Before you run:** so which of the three is worth measuring better?
 
 # %%
-factors = [by_key[f"laser.{name}"] for name in ("power_W", "emitter_slope", "receiver_slope")]
-for each in factors:
-    print(f"{each['key']:24}{each['local_elasticity']:8.4f}, swing {each['swing_s']:6.1f} s")
+factors = by_key.loc[["laser.power_W", "laser.emitter_slope", "laser.receiver_slope"]]
+factors[["low", "high", "local_elasticity", "swing_s"]]
 
 # %% [markdown]
 # ## What the tornado hides
@@ -76,31 +77,32 @@ for each in factors:
 # **Before you run:** is it safe to assume any other share, then?
 
 # %%
-share = by_key["battery.available_fraction"]
-print(f"ω = {share['now']}: rate {share['local_elasticity']:.3f}; ", end="")
-print(f"ω = {share['low']}: {share['hover_low_s']:.1f} s")
-wells = by_key["battery.flow_rate_per_s"]
-slow = mission.replace({"battery.flow_rate_per_s": 1e-5, "battery.available_fraction": 0.8})
-plan = optuav.solve(slow, perspective="battery")
-print(f"effect of k_F: {wells['swing_s']:.3f} s; with slow wells:", *plan.warnings)
+wells = by_key.loc[["battery.available_fraction", "battery.flow_rate_per_s"]]
+wells[["now", "low", "high", "hover_low_s", "hover_high_s", "local_elasticity"]]
 
 # %% [markdown]
-# With a tenth less, the wells end the hover. And a key without effect in its whole range may have
-# one outside it, such as the flow between the wells: a slow flow decides whether a plan that counts
-# charge alone can be flown.
-#
+# No: with a tenth less, the wells end the hover. And a key without effect in its whole range, such
+# as the flow between the wells, may have an effect outside it. A slow flow decides whether a plan
+# that counts charge only can be flown:
+
+# %%
+slow = mission.replace({"battery.flow_rate_per_s": 1e-5, "battery.available_fraction": 0.8})
+optuav.solve(slow, perspective="battery").warnings
+
+# %% [markdown]
 # ## Everything at once
 #
-# Now all numbers are drawn at once, each from its range.
+# Now optuav draws all numbers at once, each from its range.
 #
 # **Before you run:** the best plan uses all the charge that it may. In what share of the samples
 # can it be flown?
 
 # %%
-chances = found.facts["chances"]
-for share, hover_s in chances.quantiles_s.items():
-    print(f"{share:4.0%} of the samples hover less than {hover_s:7.1f} s")
-print(f"the mission itself {longest_s:.1f} s; that plan can be flown in {chances.flyable:.1%}")
+chances = result.facts["chances"]
+chances.flyable
+
+# %%
+result.plot()["hover.png"]
 
 # %% [markdown]
 # Asymmetric ranges move the median away from the hover of the mission itself, and a plan without a
@@ -108,21 +110,20 @@ print(f"the mission itself {longest_s:.1f} s; that plan can be flown in {chances
 #
 # ## A margin
 #
-# Plan to keep more charge than the 20 % that are required. (2000 samples are enough here, so that
-# the first share differs a little from the one above.)
+# Plan to keep more charge than the 20 % that are required. (2000 samples are enough here, so the
+# first share differs a little from the share above.)
 #
 # **Before you run:** how much charge would you plan to keep, so that nine flights of ten succeed,
 # and how much hover does it cost?
 
 # %%
-flyable = []
+rows = []
 for reserve in (0.2, 0.25, 0.3, 0.35):
     plan = optuav.solve(mission.replace({"limits.min_soc": reserve}))
-    held = optuav.sensitivity(mission, stated, plan=plan, samples=2000).facts["chances"].flyable
-    flyable.append(held)
-    print(f"planned to keep {reserve:.0%}: hover {plan.hover_time_s:7.1f} s, flown in {held:.1%}")
-again = optuav.sensitivity(mission, stated, plan=plan, samples=2000).facts["chances"]
-print("the same seed, the same samples:", again.flyable == flyable[-1])
+    sampled = optuav.sensitivity(mission, ranges, plan=plan, samples=2000).facts["chances"]
+    rows.append((reserve, plan.hover_time_s, sampled.flyable))
+margins = pd.DataFrame(rows, columns=["charge to keep", "hover [s]", "share that can be flown"])
+margins
 
 # %% [markdown]
 # ## Exercises

@@ -1,8 +1,3 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # One leg, six stages
 #
@@ -22,6 +17,7 @@ if hasattr(sys.stdout, "reconfigure"):
 import math
 
 import numpy as np
+import pandas as pd
 
 import optuav
 from optuav.mission.flights.rotors import Rotors
@@ -29,8 +25,6 @@ from optuav.network import vehicle
 from optuav.physics import rotor, six_stages
 
 mission = optuav.load("paper")
-if mission.rotor is None:
-    raise SystemExit("This mission states no rotor: take one that does, as `paper`.")
 motor, airframe = Rotors(mission).motor, Rotors(mission).airframe
 way_m = np.subtract(vehicle.hover_point_m(mission), mission.route.origin_m)
 leg = six_stages.leg(airframe, motor, tuple(way_m))
@@ -41,25 +35,24 @@ leg = six_stages.leg(airframe, motor, tuple(way_m))
 # Four rotors run at full speed while the UAV moves. While it turns, one runs at full speed, two at
 # $1/\sqrt{2}$ of it, and one stands still. That draws less current.
 #
-# **Before you run:** the leg is 2.7 km long and takes 38 s. How much of that does the drone turn,
-# and how fast does it fly at most?
+# **Before you run:** the leg is 2.7 km long and takes 38 s. For how much of that time does the
+# drone turn, and how fast does it fly at most?
 
 # %%
-print(f"{'stage':<12}{'s':>8}{'A':>9}{'A s':>9}")
-for name, duration_s, current_A in zip(
-    leg.loads.stages, leg.loads.durations_s, leg.loads.currents_A, strict=True
-):
-    print(f"{name:<12}{duration_s:8.3f}{current_A:9.3f}{duration_s * current_A:9.1f}")
-print(f"{'in all':<12}{leg.loads.duration_s:8.3f}{'':9}{leg.loads.charge_As:9.1f}")
-print(f"distance {leg.distance_m:.1f} m, peak speed {leg.peak_speed_m_s:.2f} m/s")
-print(f"{sum(leg.turn_times_s):.4f} s of turning")
+stages = pd.DataFrame(
+    {"duration [s]": leg.loads.durations_s, "current [A]": leg.loads.currents_A},
+    index=leg.loads.stages,
+)
+stages["charge [A s]"] = stages["duration [s]"] * stages["current [A]"]
+stages
 
 # %%
 optuav.plots.leg(mission, "origin", "hover")
 
 # %% [markdown]
-# No small quadrotor flies at 155 m/s: the model has no drag. Where that matters, state
-# `flight.max_speed_m_s` with `flight.model = "regimes"`.
+# Turning takes 3 s of the 38 s. No small quadrotor flies at 155 m/s: the model has no drag. Where
+# that matters, state `flight.max_speed_m_s` with `flight.model = "regimes"`, or a model with drag,
+# as in [How fast to fly?](29_how_fast_to_fly.py).
 #
 # ## The balance of forces
 #
@@ -73,18 +66,38 @@ optuav.plots.leg(mission, "origin", "hover")
 thrust_N = rotor.full_thrust(motor)
 gravity_N = np.array(airframe.external_force_N((0.0, 0.0, 0.0)))
 along = way_m / leg.distance_m
-for name, attitude, acceleration in (
-    ("accelerate", leg.accelerate, leg.acceleration_m_s2 * along),
-    ("brake", leg.brake, -leg.braking_m_s2 * along),
-):
+
+
+def direction(attitude):
+    """Unit vector of the thrust, by pitch and roll."""
     ψ_p, ψ_r = attitude.pitch_rad, attitude.roll_rad
-    f = np.array([math.sin(ψ_p) * math.cos(ψ_r), math.sin(ψ_r), math.cos(ψ_p) * math.cos(ψ_r)])
-    tilt = math.degrees(math.acos(f[2]))
-    print(
-        f"{name}: pitch {math.degrees(ψ_p):.2f}°, roll {math.degrees(ψ_r):.2f}°: {tilt:.2f}° in all"
-    )
-    print("  thrust and weight", *((thrust_N * f + gravity_N).round(6) + 0.0), "N")
-    print("  mass × acceleration", *((airframe.mass_kg * acceleration).round(6) + 0.0), "N")
+    return np.array([math.sin(ψ_p) * math.cos(ψ_r), math.sin(ψ_r), math.cos(ψ_p) * math.cos(ψ_r)])
+
+
+thrusts_N = {
+    "accelerate": thrust_N * direction(leg.accelerate),
+    "brake": thrust_N * direction(leg.brake),
+}
+accelerations_m_s2 = {
+    "accelerate": leg.acceleration_m_s2 * along,
+    "brake": -leg.braking_m_s2 * along,
+}
+tilts_deg = {name: math.degrees(math.acos(F[2] / thrust_N)) for name, F in thrusts_N.items()}
+pd.Series(tilts_deg, name="tilt of the thrust [°]").to_frame()
+
+# %% [markdown]
+# Both sides of the balance, in newtons along east, north and up:
+
+# %%
+sides_N = {
+    (name, side): force_N.round(6) + 0.0
+    for name in thrusts_N
+    for side, force_N in {
+        "thrust and weight": thrusts_N[name] + gravity_N,
+        "mass × acceleration": airframe.mass_kg * accelerations_m_s2[name],
+    }.items()
+}
+pd.DataFrame(sides_N, index=["east", "north", "up"]).T
 
 # %% [markdown]
 # ## Wind
@@ -94,12 +107,14 @@ for name, attitude, acceleration in (
 # **Before you run:** which takes longer, a leg against a wind of 6 N or one with it?
 
 # %%
-winds_N = np.linspace(-9.0, 9.0, 7)
-windy = six_stages.leg(airframe, motor, tuple(way_m), tuple(winds_N * each for each in along))
-for wind_N, duration_s, charge_As in zip(
-    winds_N, windy.loads.duration_s, windy.loads.charge_As, strict=True
-):
-    print(f"wind {wind_N:+5.1f} N along the path: {duration_s:7.3f} s, {charge_As:8.1f} A s")
+winds_N = np.linspace(-9.0, 9.0, 181)
+windy = six_stages.leg(airframe, motor, tuple(way_m), tuple(winds_N * share for share in along))
+optuav.plots.curves(
+    [optuav.plots.Line("origin → hover", winds_N, windy.loads.duration_s)],
+    title="Time of the leg by the wind along it",
+    x_label="force of the wind along the path [N]",
+    y_label="time of the leg [s]",
+)
 
 # %% [markdown]
 # The wind helps in one half of the leg and hinders in the other, so head wind and tail wind of the
@@ -107,14 +122,13 @@ for wind_N, duration_s, charge_As in zip(
 #
 # The thrust has to balance weight and wind. Above the largest wind no leg is possible: every time
 # is NaN, and `impossible` says why.
+#
+# **Before you run:** full thrust is 17.2 N and the weight 12.7 N. What is the largest level wind?
 
 # %%
 limit_N = rotor.largest_wind(motor, airframe.weight_N, tuple(along))
 storm_N = tuple(1.001 * limit_N * along)
-print(
-    f"largest level wind {limit_N:.4f} N; above it,",
-    six_stages.impossible(airframe, motor, storm_N),
-)
+float(limit_N), six_stages.impossible(airframe, motor, storm_N)
 
 # %% [markdown]
 # ## Exercises

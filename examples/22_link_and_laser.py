@@ -1,13 +1,8 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # Link and laser
 #
 # Two beams decide where a drone is of use. The radio link to the device must not fail too often,
-# which keeps the hover point near; the laser must reach the drone through air, which decides how
+# which keeps the hover point near. The laser must reach the drone through air, which decides how
 # much charge comes back. Both have a formula of one line.
 #
 # **Before this lesson:** [A first mission](01_first_mission.py).
@@ -22,6 +17,7 @@ if hasattr(sys.stdout, "reconfigure"):
 
 # %%
 import numpy as np
+import pandas as pd
 
 import optuav
 from optuav.mission.beams.fits import Fits
@@ -31,34 +27,35 @@ from optuav.physics import laser, link
 Line, Mark = optuav.plots.Line, optuav.plots.Mark
 mission = optuav.load("paper")
 channel = vehicle.channel(mission)
-print(channel)
+pd.Series(channel._asdict(), name="channel").to_frame()
 
 # %% [markdown]
 # ## Outage
 #
 # A direct wave and many reflected ones add up at the receiver, and their sum fluctuates. $K$ is the
-# power of the direct wave over that of all others, a ratio and not in dB. If the ratio of signal to
-# noise falls below a threshold $\gamma_\mathrm{th}$, nothing is understood: an *outage*. Its
-# probability grows with the distance $d$, because the mean power falls with $d^\beta$.
+# power of the direct wave divided by the power of all others, a ratio and not in dB. If the ratio
+# of signal to noise falls below a threshold $\gamma_\mathrm{th}$, nothing is understood: an
+# *outage*. Its probability grows with the distance $d$, because the mean power falls with
+# $d^\beta$.
 #
 # **Before you run:** at 500 m the outage probability is about 1 %. At twice the distance the signal
 # is four times weaker. Is the probability 2 %, 4 %, or something else?
 
 # %%
-for distance_m in (250.0, 500.0, 1000.0, 2000.0):
-    print(f"{distance_m:6.0f} m: outage {link.outage_probability(channel, distance_m):.3%}")
+far_m = np.array([250.0, 500.0, 1000.0, 2000.0])
+outages = link.outage_probability(channel, far_m)
+pd.Series(100.0 * outages, index=far_m, name="outage by distance in m [%]").round(3).to_frame()
 
 # %% [markdown]
-# The direct wave makes the difference: as long as it is strong enough alone, only rare fluctuations
-# break the link; once it is too weak, the link fails nearly always. With $K = 0$ there is no direct
-# wave (Rayleigh fading), and the probability rises slowly from the start.
+# At twice the distance the link fails nearly always. As long as the direct wave is strong enough by
+# itself, only rare fluctuations break the link; once it is too weak, nothing helps.
+#
+# **Before you run:** with $K = 0$ there is no direct wave (Rayleigh fading). Is the link then
+# better or worse at 250 m? And at 1500 m?
 
 # %%
 FACTORS = (0.0, 5.0, 20.0)
-if min(FACTORS) < 0.0:
-    raise SystemExit("K is a ratio of two powers: take numbers that are not negative.")
 distances_m = np.linspace(10.0, 1500.0, 300)
-outage_limit = mission.limits.outage_probability
 lines = [
     Line(
         f"K = {factor:g}",
@@ -90,12 +87,24 @@ draws, K = 200_000, channel.rice_factor
 scattered = (random.normal(size=draws) + 1j * random.normal(size=draws)) / np.sqrt(2.0)
 amplitude = np.sqrt(K / (K + 1.0)) + scattered / np.sqrt(K + 1.0)
 threshold = 10.0 ** (channel.snr_threshold_dB / 10.0)
-for distance_m in (450.0, 500.0, 550.0, 600.0):
-    path_loss = distance_m**channel.path_loss_exponent
-    mean_snr = channel.transmit_power_W / channel.noise_power_W / path_loss
-    simulated = np.mean(mean_snr * np.abs(amplitude) ** 2 < threshold)
-    formula = link.outage_probability(channel, distance_m)
-    print(f"{distance_m:.0f} m: simulated {simulated:.3%}, by the formula {formula:.3%}")
+
+
+def simulated(distance_m):
+    """Share of the draws that are too weak at a distance."""
+    mean_snr = channel.transmit_power_W / channel.noise_power_W
+    mean_snr /= distance_m**channel.path_loss_exponent
+    return np.mean(mean_snr * np.abs(amplitude) ** 2 < threshold)
+
+
+near_m = np.array([450.0, 500.0, 550.0, 600.0])
+both = pd.DataFrame(
+    {
+        "simulated [%]": [100.0 * simulated(distance_m) for distance_m in near_m],
+        "by the formula [%]": 100.0 * link.outage_probability(channel, near_m),
+    },
+    index=near_m,
+)
+both.round(3)
 
 # %% [markdown]
 # A share $p$ of $n$ draws has a standard error of $\sqrt{p (1 - p) / n}$: a tenth of 1 % takes some
@@ -107,23 +116,22 @@ for distance_m in (450.0, 500.0, 550.0, 600.0):
 # coverage radius $d_\mathrm{max}$, and the drone has to hover inside a ball of that radius around
 # the device. At the lowest altitude that is a disc, and the hover point $w_U$ is its point on the
 # shortest way.
-#
-# **Before you run:** if $\varepsilon$ were 10 %, would $d_\mathrm{max}$ be ten times as large?
 
 # %%
 radius_m = vehicle.coverage_radius_m(mission)
 hover_m = np.array(vehicle.hover_point_m(mission))
-if np.isnan(hover_m).any():
-    raise SystemExit("The ball ends below the lowest altitude: take more power, or more outage.")
-apart_m = float(np.linalg.norm(hover_m - mission.link.device_m))
-at_m = ", ".join(f"{each:g}" for each in hover_m)
-print(f"d_max = {radius_m:.4f} m; the hover point ({at_m}) is {apart_m:.4f} m away")
-limits = np.array([0.001, 0.01, 0.1, 0.5])
-for limit, reach_m in zip(limits, link.coverage_radius(channel, limits), strict=True):
-    print(f"ε = {limit:.1%}: {reach_m:.1f} m")
+float(radius_m), hover_m.tolist()
 
 # %%
 optuav.plots.mission_map(mission)
+
+# %% [markdown]
+# **Before you run:** if $\varepsilon$ were 10 %, would $d_\mathrm{max}$ be ten times as large?
+
+# %%
+limits = np.array([0.001, 0.01, 0.1, 0.5])
+radii_m = link.coverage_radius(channel, limits)
+pd.Series(radii_m, index=100.0 * limits, name="radius by allowed outage in % [m]").to_frame()
 
 # %% [markdown]
 # ## Light through air
@@ -137,23 +145,17 @@ optuav.plots.mission_map(mission)
 
 # %%
 weather = {"clear": 10.0, "haze": 3.0, "fog": 0.4}
-if min(weather.values()) <= 0.0:
-    raise SystemExit("A visibility is a distance above zero: through nothing, no law is needed.")
 wavelength_nm = mission.laser.wavelength_nm
-for name, visibility_km in weather.items():
-    alpha = laser.attenuation(wavelength_nm, visibility_km)
-    percent = 100.0 * laser.transmission(alpha, 2500.0)
-    print(f"{name:6} α = {alpha:7.4f} per km, after two and a half kilometres {percent:.3g} %")
+alphas = {name: laser.attenuation(wavelength_nm, km) for name, km in weather.items()}
+air = pd.DataFrame({"visibility [km]": weather, "attenuation [1/km]": alphas})
+air["left after 2500 m [%]"] = 100.0 * laser.transmission(air["attenuation [1/km]"], 2500.0)
+air.round(4)
 
 # %%
 distances_m = np.linspace(0.0, 3000.0, 301)
 lines = [
-    Line(
-        f"{name}, visibility {visibility_km:g} km",
-        distances_m,
-        100.0 * laser.transmission(laser.attenuation(wavelength_nm, visibility_km), distances_m),
-    )
-    for name, visibility_km in weather.items()
+    Line(name, distances_m, 100.0 * laser.transmission(alpha, distances_m))
+    for name, alpha in alphas.items()
 ]
 optuav.plots.curves(
     lines,
@@ -166,7 +168,7 @@ optuav.plots.curves(
 # %% [markdown]
 # ## Received power
 #
-# A source turns electric power into light and a receiver turns light into power, both along
+# A source turns electric power into light, and a receiver turns light into power, both along
 # straight lines: $P_0 = a_1 a_2 \nu P_s + a_2 b_1 \nu + b_2$. It is never below 0, and never above
 # what the battery may be charged with, $I_\mathrm{ch} e_\mathrm{nom}$: a stronger source is turned
 # down.
@@ -180,21 +182,9 @@ conversion = Fits(mission).conversion
 cap_W = mission.battery.charge_current_A * mission.battery.nominal_voltage_V
 source_W = mission.laser.power_W
 received_W = {
-    name: laser.received_power(
-        conversion, source_W, laser.attenuation(wavelength_nm, visibility_km), distances_m, np.inf
-    )
-    for name, visibility_km in weather.items()
+    name: laser.received_power(conversion, source_W, alpha, distances_m, np.inf)
+    for name, alpha in alphas.items()
 }
-print(f"beside the laser {received_W['clear'][0]:.1f} W of {source_W:g} W; cap {cap_W:.0f} W")
-light_W = max(conversion.emitter_slope * source_W + conversion.emitter_offset_W, 1e-9)
-needed = (cap_W - conversion.receiver_offset_W) / conversion.receiver_slope / light_W
-reach_m = {
-    name: -1000.0 * float(np.log(needed)) / laser.attenuation(wavelength_nm, visibility_km)
-    for name, visibility_km in weather.items()
-}
-for name, far_m in reach_m.items():
-    reached = f"up to {far_m:.0f} m" if far_m > 0.0 else "nowhere"
-    print(f"{name:6} the cap is reached {reached}")
 lines = [Line(name, distances_m, power_W) for name, power_W in received_W.items()]
 lines.append(Line("cap of the battery", distances_m, np.full(len(distances_m), cap_W)))
 optuav.plots.curves(
@@ -205,6 +195,12 @@ optuav.plots.curves(
     y_from_zero=True,
     marks=[Mark(float(np.linalg.norm(hover_m - mission.laser.position_m)), "hover point")],
 )
+
+# %%
+light_W = conversion.emitter_slope * source_W + conversion.emitter_offset_W
+needed = (cap_W - conversion.receiver_offset_W) / conversion.receiver_slope
+reach_m = {name: 1000.0 * np.log(light_W / needed) / alpha for name, alpha in alphas.items()}
+pd.Series(reach_m, name="the cap ends at [m]").round(1).to_frame()
 
 # %% [markdown]
 # ## What it means for a mission
@@ -217,22 +213,23 @@ optuav.plots.curves(
 
 # %%
 visible_km = np.concatenate([np.linspace(0.3, 3.0, 28), np.linspace(3.25, 12.0, 36)])
-longest = {}
-for perspective in ("available", "battery"):
-    found = optuav.batch_arrays(
+longest = {
+    perspective: optuav.batch_arrays(
         "paper", {"laser.visibility_km": visible_km}, perspective=perspective
-    )
-    longest[perspective] = found["hover_time_s"].ravel()
-    worst_s, best_s = longest[perspective][[0, -1]]
-    felt_km = visible_km[longest[perspective] < best_s - 1e-6].max(initial=0.0)
-    print(f"{perspective:10} {worst_s:.1f} s in fog, {best_s:.1f} s in clear air", end=", ")
-    print(f"shorter up to {felt_km:g} km")
+    )["hover_time_s"].ravel()
+    for perspective in ("available", "battery")
+}
 optuav.plots.curves(
     [Line(name, visible_km, hover_s) for name, hover_s in longest.items()],
     title="The longest hover, by the weather",
     x_label="visibility [km]",
     y_label="longest hover Δ [s]",
 )
+
+# %% [markdown]
+# With a visibility below 5.5 km, the best roof no longer gets the current that the battery takes,
+# and the hover shortens. The plan never loses all of its hover: without any light the drone still
+# has the charge that it took off with.
 
 # %% [markdown]
 # ## Exercises

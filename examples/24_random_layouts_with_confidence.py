@@ -1,8 +1,3 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # Random towns, and how sure their mean is
 #
@@ -16,11 +11,12 @@ if hasattr(sys.stdout, "reconfigure"):
 #
 # - draw random towns, and solve a mission in all of them at once;
 # - state a mean with its confidence interval, and say what it is a mean of;
-# - tell from paired differences what a longer deadline brings, with fewer towns;
-# - say why one cannot see from a mean that a town has no plan.
+# - use paired differences to measure an effect with fewer towns;
+# - say what a mean hides if some towns have no plan.
 
 # %%
 import numpy as np
+import pandas as pd
 
 import optuav
 
@@ -34,21 +30,26 @@ import optuav
 towns = optuav.layouts("paper", 60, "uniform", buildings=4, seed=1)
 SHORT_S, LONG_S = 800, 1200
 deadlines_s = [SHORT_S, LONG_S]
-found = optuav.batch_arrays(towns, {"limits.deadline_s": deadlines_s})
-flown = np.isfinite(found["hover_time_s"]).all(axis=1)
-hover_s = found["hover_time_s"][flown]
-print(f"{flown.sum()} of {len(towns)} towns have a plan")
-if flown.sum() < 2:
-    raise SystemExit("A spread needs two towns with a plan: take more towns, or more time.")
-first = int(flown.argmax())
-alone = optuav.solve(towns[first].replace({"limits.deadline_s": LONG_S}))
-print(f"the first one: {hover_s[0, 1]:.4f} s, alone {alone.hover_time_s:.4f} s")
+arrays = optuav.batch_arrays(towns, {"limits.deadline_s": deadlines_s})
+flown = np.isfinite(arrays["hover_time_s"]).all(axis=1)
+hover_s = arrays["hover_time_s"][flown]
+{"towns": len(towns), "with a plan": int(flown.sum())}
 
 # %% [markdown]
-# The first of those with a plan:
+# If buildings stand in the way of every route, the hover time is not 0 but missing, and the reason
+# says why. All means below are over the other towns: state both numbers.
 
 # %%
-optuav.plots.mission_map(alone)
+reasons = arrays["reason_words"][arrays["reason"][~flown].max(axis=1)]
+pd.Series(reasons).value_counts().to_frame()
+
+# %% [markdown]
+# The first town with a plan:
+
+# %%
+first = int(flown.argmax())
+single = optuav.solve(towns[first].replace({"limits.deadline_s": LONG_S}))
+optuav.plots.mission_map(single)
 
 # %% [markdown]
 # ## The mean, and how sure it is
@@ -65,12 +66,12 @@ def interval(values: np.ndarray) -> tuple[float, float]:
     return float(values.mean()), 1.96 * float(values.std(ddof=1)) / np.sqrt(len(values))
 
 
-means = [interval(column) for column in hover_s.T]
-for deadline_s, (mean_s, wide_s) in zip(deadlines_s, means, strict=True):
-    print(f"deadline {deadline_s} s: hover {mean_s:.1f} ± {wide_s:.1f} s")
-
-# %% [markdown]
-# The longer deadline, after more and more towns:
+means = pd.DataFrame(
+    [interval(column) for column in hover_s.T],
+    columns=["mean hover [s]", "± [s]"],
+    index=pd.Index(deadlines_s, name="deadline [s]"),
+)
+means
 
 # %%
 counts = np.arange(min(5, len(hover_s)), len(hover_s) + 1)
@@ -81,8 +82,12 @@ lines = [
     optuav.plots.Line("mean", counts, mean_s),
     optuav.plots.Line("lower end", counts, mean_s - wide_s),
 ]
-words = {"x_label": "towns with a plan", "y_label": "longest hover Δ [s]"}
-optuav.plots.curves(lines, title="Mean hover and its 95 % interval", **words)
+optuav.plots.curves(
+    lines,
+    title="Mean hover with the longer deadline, and its 95 % interval",
+    x_label="towns with a plan",
+    y_label="longest hover Δ [s]",
+)
 
 # %% [markdown]
 # Half of the interval takes four times the towns.
@@ -94,14 +99,20 @@ optuav.plots.curves(lines, title="Mean hover and its 95 % interval", **words)
 # **Before you run:** is the mean of the differences known better than the two means, or worse?
 
 # %%
-more_s, sure_s = interval(hover_s[:, 1] - hover_s[:, 0])
-apart_s = float(np.hypot(means[0][1], means[1][1]))
-print(f"the longer deadline brings {more_s:.1f} ± {sure_s:.1f} s")
-print(f"from towns of their own for each deadline it would be ± {apart_s:.1f} s")
+gain_s = hover_s[:, 1] - hover_s[:, 0]
+apart_s = float(np.hypot(*means["± [s]"]))
+gains = pd.DataFrame(
+    {
+        "same towns": interval(gain_s),
+        "different towns for each deadline": (gain_s.mean(), apart_s),
+    },
+    index=["mean gain [s]", "± [s]"],
+)
+gains.T
 
 # %% [markdown]
-# The difference varies less than the hover time itself, so that its mean is known better than the
-# two intervals suggest.
+# The difference varies less than the hover time itself, so its mean is known better than the two
+# intervals suggest.
 #
 # The reason is a rule about variances. Two values that are high or low together have a correlation
 # $\rho$ near 1, and the variance of their difference is
@@ -109,25 +120,18 @@ print(f"from towns of their own for each deadline it would be ± {apart_s:.1f} s
 # their variances add up.
 
 # %%
-first_s, second_s = hover_s.std(axis=0, ddof=1)
-together = float(np.mean(np.prod(hover_s - hover_s.mean(axis=0), axis=1)))
-together *= len(hover_s) / (len(hover_s) - 1)  # The covariance ρ σ1 σ2
-scatter_s = float(np.sqrt(max(first_s**2 + second_s**2 - 2.0 * together, 0.0)))
-print(f"hover times scatter by {first_s:.1f} s and {second_s:.1f} s, ", end="")
-print(f"with a correlation of {together / (first_s * second_s):.2f}")
-print(f"differences scatter by {scatter_s:.2f} s by the rule, ", end="")
-print(f"by {(hover_s[:, 1] - hover_s[:, 0]).std(ddof=1):.2f} s when counted")
-
-# %% [markdown]
-# ## Towns without a plan
-#
-# In some towns a building stands in the way of every route. Their hover time is not 0 but missing,
-# and the reason says why. The mean above is one over the other towns: state both numbers.
-
-# %%
-reasons = found["reason_words"][found["reason"][~flown].max(axis=1)]
-for reason in np.unique(reasons):
-    print(f"{(reasons == reason).sum() / len(towns):.1%} of the towns have none: {reason}")
+scatter_s, correlation = hover_s.std(axis=0, ddof=1), np.corrcoef(hover_s.T)[0, 1]
+by_rule_s = np.sqrt(scatter_s @ scatter_s - 2.0 * correlation * scatter_s.prod())
+pd.Series(
+    {
+        "scatter with the short deadline [s]": scatter_s[0],
+        "scatter with the long deadline [s]": scatter_s[1],
+        "correlation": correlation,
+        "scatter of the difference, by the rule [s]": by_rule_s,
+        "scatter of the difference, counted [s]": gain_s.std(ddof=1),
+    },
+    name="all towns with a plan",
+).to_frame()
 
 # %% [markdown]
 # ## Exercises

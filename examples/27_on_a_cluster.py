@@ -1,14 +1,10 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # On a cluster
 #
-# A study of days on one computer is one of an hour on a hundred. Dask hands its parts to workers,
-# which may join, leave and fail while it runs. Here the cluster is a scheduler and two workers on
-# this computer, each a process of its own, as they would be on computers of their own.
+# A study of days on one computer is a study of an hour on a hundred. Dask hands its parts to
+# workers, which may join, leave and fail while it runs. Here the cluster is a scheduler and two
+# workers on this computer, each a process of its own, as they would be on computers of their own.
+# Dask comes with `python -m pip install "optuav[cluster]"`.
 #
 # **Before this lesson:** [A sweep over ten parameters](23_sweep_ten_parameters.py).
 # **Time:** 30 minutes.
@@ -16,7 +12,7 @@ if hasattr(sys.stdout, "reconfigure"):
 # **Learning intentions.** After this page you can
 #
 # - start a scheduler and workers, and have them compute a study;
-# - say what a worker has to have, and what it need not have;
+# - say what a worker needs, and what it does not need;
 # - say what is lost when a worker fails, and when the scheduler does;
 # - check that a cluster computes what one process computes.
 
@@ -72,26 +68,23 @@ def stop() -> None:
 # %% [markdown]
 # ## A scheduler and two workers
 #
-# The scheduler writes its address into a file. On a network the workers are told the address, as
-# in `dask worker tcp://10.0.0.1:8786`.
+# The scheduler writes its address into a file. On a network you tell the workers the address, as in
+# `dask worker tcp://10.0.0.1:8786`.
 
 # %%
 scheduler = dask("scheduler", "--host", "127.0.0.1", "--port", "0")
 workers = [dask("worker", "--no-nanny", "--nthreads", "1") for _ in range(2)]
-until_s = time.monotonic() + 60.0
-while not (address_file.exists() and address_file.stat().st_size):
-    if scheduler.poll() is not None or time.monotonic() > until_s:
-        raise SystemExit("The scheduler did not start: is optuav[cluster] installed?")
+while scheduler.poll() is None and not (address_file.exists() and address_file.stat().st_size):
     time.sleep(0.05)
 address = json.loads(address_file.read_text())["address"]
-print("a scheduler with", len(workers), "workers, by", address.partition(":")[0])
+address.partition(":")[0], len(workers)
 
 # %% [markdown]
 # ## A worker fails
 #
-# After the third part one worker is killed, if another one is left. Parts come back as bytes, and
-# the process that asked writes them: workers need no common file system, only the same versions of
-# the packages.
+# After the third part one worker is killed, if another worker is left. Parts come back as bytes,
+# and the process that asked writes them: workers need no common file system, only the same versions
+# of the packages.
 #
 # **Before you run:** what is lost with the worker?
 
@@ -113,10 +106,10 @@ except BaseException:  # Interrupted as well: no process stays behind
     stop()
     raise
 killed = sum(worker.poll() is not None for worker in workers)
-print(f"{shared.parts} parts; workers killed: {killed} of {len(workers)}")
+{"parts": shared.parts, "workers": len(workers), "killed": killed}
 
 # %% [markdown]
-# What the worker had not finished, the other one has computed.
+# Nothing but time: the other worker has computed what the first had not finished.
 #
 # ## The same bytes
 #
@@ -128,25 +121,27 @@ print(f"{shared.parts} parts; workers killed: {killed} of {len(workers)}")
 # %%
 alone = optuav.sweep(study("alone"))
 files = [
-    {path.name: path.read_bytes() for path in each.directory.iterdir()} for each in (shared, alone)
+    {path.name: path.read_bytes() for path in run.directory.iterdir()} for run in (shared, alone)
 ]
-print(f"{len(files[0])} files, alike: {files[0] == files[1]}")
+{"files": len(files[0]), "alike": files[0] == files[1]}
 
 # %% [markdown]
+# Each part depends only on its number, not on who computed it or when.
+#
 # ## The scheduler fails
 #
-# Without it there is one error, within seconds, and what is finished stays. Nothing is left to do
-# in this study, so that the same call needs no scheduler any more.
+# Without the scheduler there is one error, within seconds, and what is finished stays. This study
+# is finished, so the same call no longer needs a scheduler.
 
 # %%
 stop()
 again = optuav.sweep(study("shared"), scheduler=address)
-print(f"{again.kept} of {again.parts} parts were there")
-found = optuav.open_sweep(again.directory)
-folder.cleanup()
-longest = found.hover_time_s.max(["limits.deadline_s", "battery.capacity_As"])
-for perspective in found.perspective.values:
-    print(f"{perspective:10} {longest.sel(perspective=perspective).item():.1f} s at most")
+{"parts": again.parts, "kept": again.kept}
 
 # %%
-optuav.plots.swept(found)
+results = optuav.open_sweep(again.directory).load()
+folder.cleanup()
+results
+
+# %%
+optuav.plots.swept(results)

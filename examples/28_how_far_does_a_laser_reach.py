@@ -1,8 +1,3 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # How far does a laser reach?
 #
@@ -22,12 +17,13 @@ if hasattr(sys.stdout, "reconfigure"):
 
 # %%
 import numpy as np
+import pandas as pd
 
 import optuav
 
 Line, Mark = optuav.plots.Line, optuav.plots.Mark
 mission = optuav.load("relay-today")
-mission.laser
+mission.to_frame().set_index("key").filter(like="laser", axis=0)
 
 # %% [markdown]
 # ## From the plug to the battery
@@ -78,8 +74,8 @@ changed, worlds = mission.replace(calm), {}
 for name, keys in effects.items():
     worlds[name] = changed = changed.replace(keys)
 budgets = {name: optuav.link_budget(world, "hover") for name, world in worlds.items()}
-reach_km = {name: each.reach_m(NEEDED_W) / 1000.0 for name, each in budgets.items()}
-reach_km
+reach_km = {name: budget.reach_m(NEEDED_W) / 1000.0 for name, budget in budgets.items()}
+pd.Series(reach_km, name="reach [km]").round(1).to_frame()
 
 # %%
 eastwards_m = np.array([1.0, 0.0, 0.0])
@@ -106,9 +102,9 @@ optuav.plots.curves(
 )
 
 # %% [markdown]
-# Diffraction is no problem for a telescope of 0.3 m. Jitter leaves a sixth of the reach, turbulence
-# less than half of the rest, and clear air halves that again. No optics can bring back light that
-# the air has absorbed.
+# Diffraction is no problem for a telescope of 0.3 m. Jitter leaves a sixth of the reach. Turbulence
+# leaves less than half of that sixth, and clear air halves the reach again. No optics can bring
+# back light that the air has absorbed.
 #
 # ## A bigger telescope
 #
@@ -121,8 +117,8 @@ apertures_m = np.array([0.02, 0.03, 0.04, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.4, 
 
 def reaches_km(world: optuav.Mission) -> list[float]:
     """Reach of the needed power [km] with each telescope."""
-    telescopes = [world.replace({"laser.aperture_m": each}) for each in apertures_m.tolist()]
-    return [optuav.link_budget(each, "hover").reach_m(NEEDED_W) / 1000.0 for each in telescopes]
+    telescopes = [world.replace({"laser.aperture_m": metres}) for metres in apertures_m.tolist()]
+    return [optuav.link_budget(site, "hover").reach_m(NEEDED_W) / 1000.0 for site in telescopes]
 
 
 by_aperture = {name: reaches_km(world) for name, world in list(worlds.items())[1:]}
@@ -165,7 +161,7 @@ strong_budget = optuav.link_budget(strong, "hover")
 strong_budget.limit
 
 # %% [markdown]
-# A stronger laser then buys distance and no charge: the battery gets its limit up to a farther
+# A stronger laser then buys distance, but no charge: the battery gets its limit up to a farther
 # point. Whether the receiver is worth its weight is a question for the page *A relay with parts of
 # today* of the documentation.
 #
@@ -174,8 +170,8 @@ strong_budget.limit
 # The exposure limit for an eye is 50 W/m² at 1070 nm, and 1000 W/m² at 1550 nm, where the eye
 # absorbs the light before the retina.
 #
-# **Before you run:** from which distance on may somebody look into the beam: 1 km, 10 km, or more?
-# Is a wide telescope or a narrow one safer?
+# **Before you run:** how far away must somebody be to look into the beam safely: 1 km, 10 km, or
+# more? Is a wide telescope or a narrow one safer?
 
 # %%
 hazards_km = {
@@ -187,14 +183,16 @@ hazards_km = {
     for wavelength_nm in (1070.0, 1550.0)
     for aperture_m in (0.05, 0.3)
 }
-hazards_km
+pd.Series(hazards_km, name="dangerous up to [km]").round(1).unstack().rename_axis(
+    index="wavelength [nm]", columns="aperture [m]"
+)
 
 # %% [markdown]
-# The danger reaches five times as far as the use, or farther: a receiver needs hundreds of watts,
-# an eye far less. A limit twenty times as high shortens the distance by less than half, and 1550 nm
+# The danger reaches three to eight times as far as the use: a receiver needs hundreds of watts, an
+# eye far less. A limit twenty times as high shortens the distance by less than half, and 1550 nm
 # also passes the air better. A narrow telescope spreads the beam sooner, which shortens the
 # distance too, but near the laser its beam is stronger: the same light leaves through a smaller
-# area. These figures are no safety assessment.
+# area. These figures are not a safety assessment.
 
 # %% [markdown]
 # ## Exercises

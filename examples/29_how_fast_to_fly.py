@@ -1,13 +1,8 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # How fast to fly?
 #
-# A fast flight saves time, but a slow one does not save charge. Two speeds have names, best
-# endurance and best range, and the right speed depends on what is scarce: time or charge.
+# A fast flight saves time. Does a slow flight save charge? Two speeds have names, best endurance
+# and best range. This lesson finds out when to fly at which speed.
 #
 # **Before this lesson:** [(P4): the plane and shadow prices](07_p4_plane_and_shadow_prices.py),
 # [One leg, six stages](21_one_leg.py).
@@ -15,13 +10,14 @@ if hasattr(sys.stdout, "reconfigure"):
 #
 # **Learning intentions.** After this page you can
 #
-# - say why a model without drag flies faster than any drone;
+# - say what drag does to a flight at full power;
 # - read a curve of power over speed, and find best endurance and best range in it;
 # - choose a speed by what binds, the deadline or the charge;
-# - say what a second of flight costs.
+# - say what a second of flight is worth.
 
 # %%
 import numpy as np
+import pandas as pd
 
 import optuav
 
@@ -34,7 +30,7 @@ optuav.plots.leg(ideal, "origin", "hover")
 #
 # The paper accelerates for half of the way and brakes for the other half. On 2.7 km the drone gets
 # to 154.9 m/s, or 558 km/h: nothing holds it back, since the model has no drag. `paper-drag` is the
-# same mission with a drag area of 0.03 m², that of a quadrotor of this size.
+# same mission with a drag area of 0.03 m², which suits a quadrotor of this size.
 #
 # **Before you run:** drag grows with the square of the speed. How fast is the same drone now? What
 # happens to its hover of 578 s, if the leg takes longer at nearly the same current?
@@ -53,11 +49,11 @@ plans["paper-drag"]
 # %%
 lost_s = plans["paper"].hover_time_s - plans["paper-drag"].hover_time_s
 flown_s = plans["paper-drag"].flight_time_s - plans["paper"].flight_time_s
-{"hover lost [s]": lost_s, "flight longer by [s]": flown_s}
+pd.Series({"hover lost": lost_s, "flight longer by": flown_s}, name="[s]").round(2).to_frame()
 
 # %% [markdown]
-# The drone needs three times as long for its way, and loses more hover than that: it flies at full
-# power, only to push air aside. That cannot be a good way to fly.
+# The drone needs three times as long for its way, and loses more hover than the flight takes
+# longer: it flies at full power, only to push air aside. That cannot be a good way to fly.
 #
 # ## Power over speed
 #
@@ -110,13 +106,13 @@ optuav.plots.curves(
 far = relay.replace({"link.device_m": [600, 4450, 0], "route.hover_m": [600, 4450, 80]})
 LONG_S, SHORT_S = 7200.0, 1500.0
 cruise_m_s = np.linspace(10.0, 23.0, 53)
-found = optuav.batch_arrays(
+arrays = optuav.batch_arrays(
     far,
     {"limits.deadline_s": [LONG_S, SHORT_S], "flight.cruise_speed_m_s": cruise_m_s},
     "P3",
     perspective="battery",
 )
-hover_s = found["hover_time_s"].reshape(2, -1)
+hover_s = arrays["hover_time_s"].reshape(2, -1)
 best_m_s = cruise_m_s[np.nanargmax(hover_s, axis=1)]
 optuav.plots.curves(
     [
@@ -133,7 +129,7 @@ optuav.plots.curves(
 )
 
 # %% [markdown]
-# With time to spare, the best speed is that of least charge per metre: near best range, and a
+# With time to spare, the best speed is the speed of least charge per metre: near best range, and a
 # little below it, because the drone also has to reach that speed. With a deadline, flying faster
 # pays until charge ends the hover as well. There the curve has a kink, and both limits bind.
 #
@@ -142,7 +138,7 @@ optuav.plots.curves(
 #
 # ## What a second is worth
 #
-# The price of the deadline says what one more second of time brings.
+# The price of the deadline says what one more second of time is worth, in seconds of hover.
 #
 # **Before you run:** at best range, what is a second worth with two hours, and what with 25
 # minutes? Which of the two would buy a faster flight?
@@ -154,7 +150,10 @@ prices = {
     ).shadow_prices()["deadline_s"]
     for deadline_s in (LONG_S, SHORT_S)
 }
-prices
+pd.Series(
+    {deadline_s: price.more for deadline_s, price in prices.items()},
+    name="hover for one more second, by the deadline in s",
+).to_frame()
 
 # %% [markdown]
 # If the deadline binds, a second that the flight saves is a second of hover. If charge binds, it is
@@ -178,7 +177,7 @@ by_rule = {
     ]
     for rule in rules
 }
-by_rule
+pd.DataFrame(by_rule, index=["deadline of two hours", "deadline of 25 minutes"]).T
 
 # %% [markdown]
 # Take best range if charge is scarce, and the largest speed if time is. The right rule gains
@@ -190,11 +189,13 @@ by_rule
 
 # %%
 windy = optuav.power_curve(relay.replace({"wind.velocity_m_s": [10, 0, 0]}))
-{"calm [W]": curve.hover_power_W, "windy [W]": windy.hover_power_W}
+pd.Series(
+    {"calm": curve.hover_power_W, "windy": windy.hover_power_W}, name="power to hover [W]"
+).to_frame()
 
 # %% [markdown]
-# To the rotors, hovering in wind is flying: less power than in calm air. The wind takes its due on
-# the legs, where there and back no longer cost the same.
+# To the rotors, hovering in wind is flying, which takes less power than hovering in calm air. The
+# wind costs charge on the legs: there and back no longer take the same.
 
 # %% [markdown]
 # ## Exercises

@@ -1,14 +1,8 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # Over the houses
 #
-# A leg is a straight line, and a town is not empty. A leg that meets a house is refused, or it is
-# bent over or around that house. This lesson shows what a bend costs, and that its length is not
-# the reason.
+# A leg is a straight line, and a town is not empty. optuav refuses a leg that meets a house, or
+# bends it over or around that house. This lesson measures what a bend costs, and finds out why.
 #
 # **Before this lesson:** [One leg, six stages](21_one_leg.py).
 # **Time:** 30 minutes.
@@ -17,13 +11,14 @@ if hasattr(sys.stdout, "reconfigure"):
 #
 # - say what a plan does with a leg that a building blocks, under each of four rules;
 # - find the apex of a way over a building by hand;
-# - say why a way that is hardly longer costs much more time;
+# - say what a bent way costs, and what makes it expensive;
 # - estimate how often it happens in random towns, and check a way of somebody else.
 
 # %%
 import dataclasses
 
 import numpy as np
+import pandas as pd
 
 import optuav
 from optuav.network import vehicle
@@ -57,7 +52,8 @@ start_m, end_m = np.array(open_air.route.origin_m), np.array(vehicle.hover_point
 bent_m = np.linalg.norm(apex_m - start_m) + np.linalg.norm(end_m - apex_m)
 extra_m = float(bent_m - np.linalg.norm(end_m - start_m))
 lost_s = through.hover_time_s - plan.hover_time_s
-{"apex at [m]": float(apex_m[2]), "longer by [m]": extra_m, "hover lost [s]": lost_s}
+costs = {"apex at [m]": apex_m[2], "longer by [m]": extra_m, "hover lost [s]": lost_s}
+pd.Series(costs, name="over the wall").round(2).to_frame()
 
 # %% [markdown]
 # The way is longer by less than one percent, and the hover is shorter by twenty seconds. The drone
@@ -84,14 +80,17 @@ around = {
     )
     for ceiling_m in (None, 150.0)
 }
-{ceiling_m: each.phases[0].waypoints_m for ceiling_m, each in around.items()}
+pd.DataFrame(
+    [(ceiling_m, way.phases[0].waypoints_m, way.hover_time_s) for ceiling_m, way in around.items()],
+    columns=["ceiling [m]", "waypoints of the first leg [m]", "hover [s]"],
+)
 
 # %%
 optuav.plots.mission_map(around[150.0])
 
 # %% [markdown]
-# Over the wall is the cheaper way. Around it costs only a third of a second more, as this way has
-# one stop as well. So the first question is how many stops a way has, and only then how long it is.
+# Over the wall is the cheaper way. The way around it costs only a third of a second more, because
+# it has one stop as well. So ask first how many stops a way has, and only then how long it is.
 #
 # ## How often does it happen?
 #
@@ -111,7 +110,7 @@ hover_s = {
 }
 closed = np.isnan(hover_s["refuse"])
 bend_s = (hover_s["ignore"] - hover_s["over"])[closed]
-{"towns": len(towns), "closed": int(closed.sum()), "mean loss [s]": float(bend_s.mean())}
+{"towns": len(towns), "closed": int(closed.sum()), "mean loss [s]": round(float(bend_s.mean()), 1)}
 
 # %%
 optuav.plots.curves(
@@ -123,9 +122,9 @@ optuav.plots.curves(
 )
 
 # %% [markdown]
-# Over the houses, every town has a plan again. Two of them lose twice as much as most, as houses
-# block both of their legs. A stop in the middle of a leg costs 20 s, where the drone is fastest;
-# near an end of the leg it costs less.
+# Over the houses, every town has a plan again. Two towns lose twice as much as most, because houses
+# block both of their legs. A stop in the middle of a leg, where the drone is fastest, costs 20 s; a
+# stop near an end of the leg costs less.
 #
 # ## Trust no apex
 #
@@ -138,12 +137,13 @@ lower_m = tuple((apex_m - [0.0, 0.0, 4.0]).tolist())
 changed = (dataclasses.replace(out, waypoints_m=(lower_m,)), *rest)
 lowered = plan.model_copy(update={"phases": changed, "flyable": None})
 report = optuav.audit(lowered)
-{event.words: event.value for event in report.violations if event.kind == "clearance"}
+events = report.to_frame()
+events[events["kind"] == "clearance"]
 
 # %% [markdown]
-# Less than 2 m are left of the 5 m: the way passes the edges of the roof lower than its middle. The
-# audit computes the clearance again, with code of its own, from the waypoints that the plan states.
-# It also contradicts the times and charges of that plan, which belong to the higher way.
+# Less than 2 m are left of the 5 m: the way is lower at the edges of the roof than in its middle.
+# The audit computes the clearance again, with code of its own, from the waypoints that the plan
+# states. It also contradicts the times and charges of that plan, which belong to the higher way.
 
 # %% [markdown]
 # ## Exercises

@@ -1,14 +1,9 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # The endless cycle
 #
 # One hover ends when the battery is empty. A service does not end: the drone flies to the device,
 # hovers, flies back, rests, and begins again. What share of the day does it cover, and what would
-# change that?
+# raise that share?
 #
 # **Before this lesson:** [Two wells](03_two_wells.py),
 # [When the battery runs dry](04_when_the_battery_runs_dry.py).
@@ -16,13 +11,14 @@ if hasattr(sys.stdout, "reconfigure"):
 #
 # **Learning intentions.** After this page you can
 #
-# - compute the share of the time in which one drone hovers, from currents alone;
-# - say why the longest cycle is the best one;
-# - say why a cycle has one pair of wells to begin with, and why it may not be the full pair;
+# - compute the share of the time that one drone hovers, from currents only;
+# - say how long the drone should stay on each visit, and why;
+# - say how full the two wells are at each take-off, and why;
 # - tell whether better flights or a better charger help more.
 
 # %%
 import numpy as np
+import pandas as pd
 
 import optuav
 
@@ -43,7 +39,7 @@ plan
 # $I_r$.
 #
 # **Before you run:** hovering draws 87.9 A here, and resting returns 10 A. Even if flights were
-# free, which share of the day could the drone cover? And with flights, is it better to take turns
+# free, what share of the day could the drone cover? And with flights, is it better to take turns
 # quickly, or to stay until the battery is nearly empty?
 
 # %%
@@ -61,7 +57,9 @@ optuav.plots.curves(
 )
 
 # %%
-{"free flights": best.limit_share, "this cycle": best.share, "bound": best.bound}
+pd.Series(
+    {"free flights": best.limit_share, "this cycle": best.share, "bound": best.bound}, name="share"
+).round(4).to_frame()
 
 # %% [markdown]
 # A hover of a hundred seconds already covers more than half of what is possible, but the curve
@@ -70,8 +68,8 @@ optuav.plots.curves(
 #
 # ## Where a cycle begins
 #
-# **Before you run:** the drone of a single plan takes off with both wells full. Will the drone of
-# the endless cycle take off with both wells full? Which of them is not?
+# **Before you run:** the drone of a single plan takes off with both wells full. Does the drone of
+# the endless cycle? If not, which well is not full?
 
 # %%
 best
@@ -96,8 +94,8 @@ optuav.coverage(mission, perspective="battery").program()
 # %% [markdown]
 # ## What helps?
 #
-# **Before you run:** order these by what they bring: flights that cost nothing, a charger of twice
-# the current, the exchange of an empty pack within two minutes.
+# **Before you run:** order these by how much they raise the share: flights that cost nothing, a
+# charger of twice the current, the exchange of an empty pack within two minutes.
 
 # %%
 faster = mission.replace({"battery.charge_current_A": 20.0})
@@ -107,15 +105,15 @@ shares = {
     "charger of 20 A": optuav.coverage(faster).share,
     "pack exchanged in 120 s": optuav.coverage(mission, swap_s=120).share,
 }
-shares
+pd.Series(shares, name="share of the day").round(4).to_frame()
 
 # %%
-{"charger of 20 A, building": optuav.coverage(faster).building, "before": best.building}
+{"charger of 20 A": optuav.coverage(faster).building, "as it is": best.building}
 
 # %% [markdown]
-# The charger decides. Still, twice its current does not give twice the share: on no roof does the
-# laser supply 20 A, and the best roof is now another, nearer to the laser and farther from the
-# device. The exchange of packs beats all light, and needs somebody on the roof.
+# The charger decides. Still, twice its current does not give twice the share: the laser supplies 20
+# A on no roof, and the best roof is now another one, nearer to the laser and farther from the
+# device. Exchanging packs beats all light, but needs somebody on the roof.
 
 # %% [markdown]
 # ## Exercises

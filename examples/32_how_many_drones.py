@@ -1,8 +1,3 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # How many drones?
 #
@@ -23,6 +18,7 @@ if hasattr(sys.stdout, "reconfigure"):
 import math
 
 import numpy as np
+import pandas as pd
 
 import optuav
 
@@ -48,8 +44,8 @@ fleet
 fleet.plot()["fleet.png"]
 
 # %% [markdown]
-# Who rests occupies a place. The judge flies all of them for four days, from full packs, and looks
-# for a dry well, a gap, or a place taken twice:
+# A drone that rests occupies a place. The judge flies the whole fleet for four days, from full
+# packs, and looks for a dry well, a gap, or a place taken twice:
 
 # %%
 fleet.replay(days=4)
@@ -57,8 +53,8 @@ fleet.replay(days=4)
 # %% [markdown]
 # ## More devices
 #
-# Now the lasers charge on the roofs alone, and all hovers are dark. A published rule gives $m$
-# devices $m(\lceil R \rceil + 1)$ drones, with $R = (T + r)/h$: a ring for each.
+# Now the lasers charge only on the roofs, and all hovers are dark. A published rule gives $m$
+# devices $m(\lceil R \rceil + 1)$ drones, with $R = (T + r)/h$: a ring for each device.
 #
 # **Before you run:** $R$ is 4.1 here. How many drones does the rule ask for with ten devices at
 # equal distance, and how many are enough?
@@ -95,11 +91,11 @@ optuav.plots.curves(
 
 # %%
 pads = {drones: relay.watts(drones=drones) for drones in (3, 4, 5, 6)}
-pads
+pd.DataFrame(pads.values(), index=pd.Index(pads, name="drones"))
 
 # %% [markdown]
-# The watts grow faster and faster: the last drone saved is the dearest. With three drones the
-# current exceeds what the pack's maker allows. Stronger pads would not help; another pack would.
+# Each drone that you save needs more extra watts than the one before. With three drones the current
+# exceeds what the pack's maker allows. Stronger pads would not help; another pack would.
 #
 # ## Four hours
 #
@@ -108,14 +104,17 @@ pads
 
 # %%
 events = {hours: relay.event(hours) for hours in (1, 2, 4, 8, 24)}
-{hours: (event.drones, event.least_drones) for hours, event in events.items()}
+pd.DataFrame(
+    [(hours, event.drones, event.least_drones) for hours, event in events.items()],
+    columns=["hours", "drones", "least by charge"],
+)
 
 # %%
 events[2].plot()["event.png"]
 
 # %% [markdown]
-# For a short event, full packs stand in for drones. The second number counts charge alone: where
-# both are equal, fewer drones in turns do not suffice even by charge.
+# For a short event, full packs replace drones. The last column counts only charge: if both numbers
+# are equal, fewer drones that take turns do not suffice even by charge.
 
 # %% [markdown]
 # ## Exercises

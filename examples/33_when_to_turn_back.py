@@ -1,15 +1,10 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # When to turn back
 #
 # The plan says when to leave the hover point. In the air nobody knows whether the drone draws what
-# the file says. Autopilots return by a clock, by the charge, or by both averaged. This lesson finds
-# a rule that never lets the available well run dry on the way home, and measures what each thing
-# that the drone knows is worth, in ten thousand flights.
+# the file says. Autopilots return by a clock, by the charge, or by an average of both. This lesson
+# finds a rule that never lets the available well run dry on the way home. Ten thousand simulated
+# flights then measure what each thing that the drone knows is worth.
 #
 # **Before this lesson:** [Two wells](03_two_wells.py),
 # [When the battery runs dry](04_when_the_battery_runs_dry.py).
@@ -18,18 +13,19 @@ if hasattr(sys.stdout, "reconfigure"):
 # **Learning intentions.** After this page you can
 #
 # - state the rule "leave when $a y_1 + b y_2 < g$", and compute its three numbers;
-# - say why the charge alone is not enough, and how little is missing;
-# - say what measuring brings over a clock, by a simulation with stated seeds.
+# - compare a rule by the charge with a rule by the two wells;
+# - say what measuring gains over a clock, by a simulation with stated seeds.
 
 # %%
 import numpy as np
+import pandas as pd
 
 import optuav
 from optuav.physics.kibam import Battery, Stage, start, tilted_after
 
 mission = optuav.load("paper")
-times = optuav.return_by(mission)
-times
+plan = optuav.solve(mission, "P3")
+plan
 
 # %% [markdown]
 # ## The rule
@@ -41,19 +37,21 @@ times
 #
 # As long as that is positive, the drone can still come home.
 #
-# **Before you run:** the way home takes 38 s. Compared with $y_1$, how much will $b y_2$ count?
+# **Before you run:** the way home takes 38 s. Compared with $a y_1$, how much will $b y_2$ count?
+# The plan leaves after 577.5 s. How much longer could it stay if only the total charge counted?
 
 # %%
-row = times.rows[0]
-{name: row[name] for name in ("place", "a", "b", "g_As", "latest_s")}
+times = optuav.return_by(mission)
+row = times.rows[0]  # Straight home
+times
 
 # %%
 times.plot()["return.png"]
 
 # %% [markdown]
 # Within 38 s hardly anything flows between the wells: $a$ is nearly one and $b$ nearly zero. Leave
-# when the available well holds about what the flight draws. The charge alone is misleading, though:
-# by it there would be almost two minutes more.
+# when the available well holds about what the flight draws. The total charge is misleading, though:
+# by `soc_s`, there would be almost two minutes more.
 #
 # ## Ten thousand flights
 #
@@ -63,14 +61,13 @@ times.plot()["return.png"]
 # - **the clock** leaves after the longest time that is safe for every such number;
 # - **charge** leaves when the charge falls below one threshold that is safe for every number;
 # - **wells** leaves by the rule above, with the $g$ of the largest number;
-# - **drain known** has worked out the number from what the flight took so far.
+# - **drain known** has worked out the number from the charge that the flight took so far.
 #
 # **Before you run:** order them, and guess by how many seconds each beats the one before.
 
 # %%
 SPREAD, FLIGHTS, SEED = 0.15, 10_000, 0
-direct = optuav.solve(mission, "P3")
-out, hover, home = direct.phases
+out, hover, home = plan.phases
 battery = Battery(
     mission.battery.packs * mission.battery.capacity_As,
     mission.battery.available_fraction,
@@ -82,7 +79,7 @@ drawn_A = LIT_A - hover.current_A
 
 def flown(phase, drain):
     """Stages of a flight whose currents are multiplied by the drain."""
-    return [Stage(drain * each.current_A, each.duration_s) for each in phase.stages]
+    return [Stage(drain * stage.current_A, stage.duration_s) for stage in phase.stages]
 
 
 def arrived(drain):
@@ -121,14 +118,14 @@ hover_s = {
     "wells": latest_s(lambda hover_s: left_As(drain, hover_s, 1.0 + SPREAD) >= 0.0),
     "drain known": known_s,
 }
-means_s = {name: float(each.mean()) for name, each in hover_s.items()}
-means_s
+means_s = {name: float(times_s.mean()) for name, times_s in hover_s.items()}
+pd.Series(means_s, name="mean hover [s]").round(1).to_frame()
 
 # %%
 optuav.plots.curves(
     [
-        optuav.plots.Line(name, np.sort(drain), each[drain.argsort()])
-        for name, each in hover_s.items()
+        optuav.plots.Line(name, np.sort(drain), times_s[drain.argsort()])
+        for name, times_s in hover_s.items()
     ],
     title="When each drone leaves",
     x_label="drain, relative to what the mission states",
@@ -136,12 +133,15 @@ optuav.plots.curves(
 )
 
 # %% [markdown]
-# The clock has to fear the worst in every flight. Whoever measures anything at all beats it by far,
-# and that is most of the gain. Wells in place of the charge add hardly two seconds here, and the
-# drain itself some seven more. Does each of them come home in every flight?
+# The clock has to fear the worst in every flight. Any measurement beats it by far, and that is most
+# of the gain. Wells in place of the charge add hardly two seconds here, and knowing the drain adds
+# some seven more.
+#
+# **Before you run:** does each of the four drones come home in every flight?
 
 # %%
-{name: float(left_As(drain, each).min()) for name, each in hover_s.items()}
+least_As = {name: float(left_As(drain, times_s).min()) for name, times_s in hover_s.items()}
+pd.Series(least_As, name="least charge at landing [A s]").round(3).to_frame()
 
 # %% [markdown]
 # ## Solve again
@@ -150,24 +150,25 @@ optuav.plots.curves(
 # drain multiplies the currents of its flight table. One plan has to hold for all of them; or the
 # drone measures, and solves again.
 #
-# **Before you run:** the plan for everything within 10 % hovers for 28.6 minutes. What would
-# solving again bring on average?
+# **Before you run:** the plan for everything within 10 % hovers for 28.6 minutes. How much longer
+# would the drone hover on average if it solved again?
 
 # %%
 relay = optuav.load("matrice350")
 kept = optuav.robust(relay, {"drain": {"percent": 10}})
 tables = ("flight.flight_current_A", "flight.hover_current_A", "flight.rest_current_A")
 factors = np.random.default_rng(SEED).uniform(0.9, 1.1, FLIGHTS)
-stated = {key: getattr(relay.flight, key.partition(".")[2]) for key in tables}
-columns = {key: factors * value for key, value in stated.items() if value}
+flight_table = {key: getattr(relay.flight, key.partition(".")[2]) for key in tables}
+columns = {key: factors * value for key, value in flight_table.items() if value}
 again = optuav.batch_arrays(relay, columns, paired=True)["hover_time_s"].ravel()
-{"one plan [s]": kept.hover_s, "solved again, mean [s]": float(again.mean())}
+pd.Series(
+    {"one plan": kept.hover_s, "solved again, mean": again.mean()}, name="hover [s]"
+).to_frame()
 
 # %% [markdown]
-# This is as if the drain were known at the start, so it is the most that measuring and solving
-# again can bring together. They pay most where the rest can still be changed. It needs no theory
-# of its own: state the wells and the place of the moment in `[start]` and `route.origin_m`, and
-# call `solve`.
+# This simulation knows the drain from the start, so it shows the most that measuring and solving
+# again can gain together. They gain most while the rest can still be changed. No new theory is
+# needed: state the present wells and place in `[start]` and `route.origin_m`, and call `solve`.
 
 # %% [markdown]
 # ## Exercises

@@ -1,14 +1,9 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # The price of being sure
 #
-# The best plan uses every second and every coulomb. So the least thing that is worse than the file
-# says brings it down. This lesson finds plans that hold while numbers are off, and what each of
-# these numbers costs.
+# The best plan uses every second and every coulomb. So it fails if a single number is a little
+# worse than the file says. This lesson finds plans that hold while numbers are off, and what each
+# of these numbers costs.
 #
 # **Before this lesson:** [When the battery runs dry](04_when_the_battery_runs_dry.py),
 # [What matters most?](20_what_matters_most.py).
@@ -16,12 +11,14 @@ if hasattr(sys.stdout, "reconfigure"):
 #
 # **Learning intentions.** After this page you can
 #
-# - say how often the best plan falls, and why a margin of charge may not help;
+# - say how often the best plan falls, and whether a margin of charge helps;
 # - say which corner of a box is the worst for a dry battery, and which for an overfull one;
-# - compare the price of certainty with that of 95 %;
+# - compare the price of certainty with the price of 95 %;
 # - choose how many samples prove a chance.
 
 # %%
+import pandas as pd
+
 import optuav
 
 mission = optuav.load("paper")
@@ -47,10 +44,8 @@ def flyable(plan):
 
 careful = optuav.solve(mission.replace({"limits.min_soc": 0.2}))
 shares = {"best": flyable(plan), "reserve of 20 %": flyable(careful)}
-shares
-
-# %%
-{"best": plan.hover_time_s, "reserve of 20 %": careful.hover_time_s}
+hovers_s = {"best": plan.hover_time_s, "reserve of 20 %": careful.hover_time_s}
+pd.DataFrame({"share that can be flown": shares, "hover [s]": hovers_s})
 
 # %% [markdown]
 # About every second flight falls, and the reserve changes nothing at all. It limits the charge at
@@ -70,16 +65,20 @@ sure = optuav.robust(mission, box)
 sure
 
 # %%
-{"robust": flyable(sure.plan)}
+flyable(sure.plan)
 
 # %% [markdown]
-# The capacity costs most. The laser costs nothing, whatever it gives: the charging current is
-# capped, and the laser has light to spare. So the rows say what is worth measuring before a flight.
+# The robust plan can be flown in every sample. The capacity costs most. The laser costs nothing,
+# whatever it gives: the charging current is capped, and the laser has light to spare. So the rows
+# say what is worth measuring before a flight.
 #
-# ## What one corner alone would say
+# ## Only one corner
 #
-# Resting first, the battery can also become too full. `drain` multiplies every current that is
-# drawn, and `charge` the charging current.
+# If the drone rests first, the battery can also become too full. `drain` multiplies every current
+# that is drawn, and `charge` the charging current.
+#
+# **Before you run:** the battery is emptiest with the largest drain and the smallest charge. Is a
+# plan that holds in this corner safe in the whole box?
 
 # %%
 first = optuav.P4("b1", order="rest-first")
@@ -89,14 +88,17 @@ worst = optuav.robust(
     {"drain": {"low": 1.0999, "high": 1.1}, "charge": {"low": 0.8, "high": 0.8001}},
     first,
 )
-{"whole box": both.hover_s, "emptiest corner alone": worst.hover_s}
+pd.Series(
+    {"whole box": both.hover_s, "emptiest corner": worst.hover_s}, name="hover [s]"
+).to_frame()
 
 # %%
 optuav.audit(worst.plan)
 
 # %% [markdown]
-# The plan of the emptiest corner rests until the battery is full there, and hovers longer. As the
-# mission states its numbers, the same rest overfills the battery. Robust plans need both corners.
+# The plan of the emptiest corner rests until the battery is full in that corner, and hovers longer.
+# With the numbers that the mission states, the same rest overfills the battery. Robust plans need
+# both corners.
 #
 # ## Ninety-five percent
 #
@@ -113,10 +115,10 @@ often
 
 # %%
 chances = (0.5, 0.75, 0.9, 0.95, 0.99)
-prices = [optuav.robust(mission, doubt, chance=each).price_s for each in chances]
+prices = [optuav.robust(mission, doubt, chance=chance).price_s for chance in chances]
 optuav.plots.curves(
     [
-        optuav.plots.Line("with a chance", [100 * each for each in chances], prices),
+        optuav.plots.Line("with a chance", [100 * chance for chance in chances], prices),
         optuav.plots.Line("the whole box", [50.0, 100.0], [certain.price_s] * 2),
     ],
     title="The price of being sure",
@@ -126,8 +128,8 @@ optuav.plots.curves(
 )
 
 # %% [markdown]
-# Half of the box costs next to nothing, and each further percent costs more. The last corners are
-# the dearest.
+# A plan for half of the box costs next to nothing, and each further percent costs more. The last
+# corners are the dearest.
 #
 # ## How many samples?
 #

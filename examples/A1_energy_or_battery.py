@@ -1,8 +1,3 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # Energy or battery?
 #
@@ -17,44 +12,46 @@ if hasattr(sys.stdout, "reconfigure"):
 #
 # - say how the perspectives `battery`, `energy` and `adjusted` differ;
 # - reproduce Table II, and find the cells in which it contradicts itself;
-# - explain why counting energy at the nominal voltage is too careful.
+# - explain how counting energy at the nominal voltage misjudges a battery.
 
 # %%
+import numpy as np
+import pandas as pd
+
 import optuav
 
 mission = optuav.load("paper-table2")
-if mission.flight.model != "regimes":
-    raise SystemExit("This mission states rotors and no loads: take one that states its loads.")
 PERSPECTIVES = ("battery", "energy", "adjusted")
 
 # %% [markdown]
 # ## Table II: the direct path in slots of a second
 #
-# Δ is the hover time, T the whole mission; the state of charge at the end is given in all three
-# perspectives, whichever of them the plan had to obey. At least 5 % must be left.
+# Δ is the hover time, T the whole mission. The last three columns give the state of charge at the
+# end in all three perspectives, whichever of them the plan had to obey. At least 5 % must be left.
 #
 # **Before you run:** a joule is not a coulomb: which perspective allows the shortest hover? And can
 # the state of charge be negative in another one?
 
 # %%
-plans = {}
 SHORT_S, LONG_S = 800, 1200
-print("deadline  obeyed         Δ        T        battery    energy  adjusted")
-for deadline_s in (SHORT_S, LONG_S):
-    for perspective in PERSPECTIVES:
-        plan = optuav.solve(
-            mission.replace({"limits.deadline_s": deadline_s}),
-            "P3",
-            perspective=perspective,
-            slot_s=1.0,
-        )
-        if not plan:
-            raise SystemExit(f"With a deadline of {deadline_s} s there is no plan: take more time.")
-        plans[deadline_s, perspective] = plan
-        print(
-            f"{deadline_s:6} s  {perspective:<9}{plan.hover_time_s:8.2f} {plan.mission_time_s:8.2f}"
-            "     " + "".join(f"{100 * share:8.2f} %" for share in plan.soc.values())
-        )
+plans = {
+    (deadline_s, perspective): optuav.solve(
+        mission.replace({"limits.deadline_s": deadline_s}),
+        "P3",
+        perspective=perspective,
+        slot_s=1.0,
+    )
+    for deadline_s in (SHORT_S, LONG_S)
+    for perspective in PERSPECTIVES
+}
+table = pd.DataFrame(
+    {
+        key: {"Δ [s]": plan.hover_time_s, "T [s]": plan.mission_time_s}
+        | {f"{name} [%]": 100.0 * share for name, share in plan.soc.items()}
+        for key, plan in plans.items()
+    }
+).T.rename_axis(index=["deadline [s]", "obeyed"])
+table.round(2)
 
 # %%
 optuav.plots.bars(
@@ -67,63 +64,83 @@ optuav.plots.bars(
 )
 
 # %% [markdown]
-# Hatched plans cannot be flown: the available well runs dry, which none of the three looks at.
+# Hatched plans cannot be flown: the available well runs dry, and none of the three perspectives
+# looks at it.
 #
 # The column Δ agrees with the paper, and so do `battery` and `energy` of Δ = 697 and Δ = 950, to
-# the digits it prints. Four of its cells contradict its other rows, and no model can match them:
-# `energy` of the first and third row, −12.79 %, where the rows 697 and 950 lead to −0.27 %, and
-# `adjusted` of Δ = 950 and Δ = 697, 11.71 % and 33.17 % in one row and 5.09 % and 28.30 % in
-# another. Its 24.27 % in the first row belongs to Δ = 741; 740.65 gives 24.30 %.
+# the digits that the paper prints. Four of its cells contradict its other rows, and no model can
+# match them:
 #
-# Along the direct path, all perspectives fall on straight lines in Δ:
+# - `energy` of the first and third row is −12.79 %, but the rows 697 and 950 lead to −0.27 %;
+# - `adjusted` of Δ = 950 and Δ = 697 is 11.71 % and 33.17 % in one row, and 5.09 % and 28.30 % in
+#   another.
+#
+# The 24.27 % in its first row belongs to Δ = 741; 740.65 gives 24.30 %.
+#
+# Along the direct path, all perspectives fall on straight lines in Δ. So two rows predict a third:
 
 # %%
 long, short, first = plans[LONG_S, "battery"], plans[LONG_S, "energy"], plans[SHORT_S, "battery"]
-if long.hover_time_s > short.hover_time_s:
-    slope = (long.soc["energy"] - short.soc["energy"]) / (long.hover_time_s - short.hover_time_s)
-    by_line = short.soc["energy"] + slope * (first.hover_time_s - short.hover_time_s)
-    print(f"energy at Δ = {first.hover_time_s:.2f} s, by a line through two rows: {by_line:.2%}")
-else:
-    print("The deadline ends both hovers at the same time: one point makes no line.")
+hovers_s, left = zip(
+    *((plan.hover_time_s, plan.soc["energy"]) for plan in (short, long)), strict=True
+)
+by_line = np.interp(first.hover_time_s, hovers_s, left)
+pd.Series({"by the line": by_line, "by the plan": first.soc["energy"]}, name="energy").to_frame()
 
 # %% [markdown]
-# ## Why the energy perspective is too careful
+# ## Volts
 #
-# It compares $E_0 = B e_\mathrm{nom}$ with joules that were drawn at a higher voltage: a coulomb of
-# hovering counts as more than one, by the ratio of the hover voltage to the nominal one.
+# The energy perspective compares $E_0 = B e_\mathrm{nom}$ with the joules that were drawn.
 #
-# **Before you run:** the nominal voltage is 11.1 V and the hover takes 14.3 V. How much charge is
-# left when all energy is counted as used?
+# **Before you run:** the nominal voltage is 11.1 V, and the hover draws its current at 14.3 V. Is a
+# plan that counts joules too careful, or too bold? How much charge is left when all energy is
+# counted as used?
 
 # %%
-given, loads = mission.battery, mission.flight
-hover_V = loads.hover_power_W / loads.hover_current_A
-flight_V = loads.flight_power_W / loads.flight_current_A
-print(f"hover {hover_V:.3f} V, flight {flight_V:.2f} V, nominal {given.nominal_voltage_V} V")
-print(f"overcounted: hover {hover_V / given.nominal_voltage_V:.3f} times, ", end="")
-print(f"flight {flight_V / given.nominal_voltage_V:.3f} times")
-unused = short.soc["battery"] - mission.limits.min_soc
-print(f"the energy plan lands with {unused:.1%} of the charge to spare,")
-print(f"and hovers {long.hover_time_s - short.hover_time_s:.0f} s less")
+loads, nominal_V = mission.flight, mission.battery.nominal_voltage_V
+voltages = pd.DataFrame(
+    {
+        "voltage [V]": {
+            "hover": loads.hover_power_W / loads.hover_current_A,
+            "flight": loads.flight_power_W / loads.flight_current_A,
+            "charge": loads.charge_power_W / loads.charge_current_A,
+        }
+    }
+)
+voltages["over nominal"] = voltages["voltage [V]"] / nominal_V
+voltages
+
+# %% [markdown]
+# A coulomb of hovering counts as 1.29 coulombs, so counting energy at the nominal voltage is too
+# careful. The energy plan lands with this share of the charge to spare, and hovers that many
+# seconds less:
+
+# %%
+short.soc["battery"] - mission.limits.min_soc, long.hover_time_s - short.hover_time_s
 
 # %% [markdown]
 # ## The correction
 #
 # `adjusted` measures flight and hover against $E_1$ and $E_2$, the energies that the battery holds
 # at the voltages of flight and of hover. With exact voltages it equals the battery perspective. The
-# paper's $E_1$ uses a rounded 15.4 V. If the mission leaves out $E_1$ and $E_2$, they are derived
-# from the loads, and the only difference left is that the laser charges slightly above the nominal
+# paper's $E_1$ uses a rounded 15.4 V. If the mission leaves out $E_1$ and $E_2$, optuav derives
+# them from the loads. The only difference left is that the laser charges slightly above the nominal
 # voltage.
 #
 # **Before you run:** with derived energies, by how many seconds do the two answers differ?
 
 # %%
 exact = mission.replace({"battery.flight_energy_J": None, "battery.hover_energy_J": None})
-same = [optuav.solve(exact, perspective=name).hover_time_s for name in ("battery", "adjusted")]
-stated = [optuav.solve(mission, perspective=name).hover_time_s for name in ("battery", "adjusted")]
-print(f"the paper's energies: battery {stated[0]:.3f} s, adjusted {stated[1]:.3f} s")
-print(f"derived energies: battery {same[0]:.3f} s, adjusted {same[1]:.3f} s")
-print(f"charging voltage {loads.charge_power_W / loads.charge_current_A:.4f} V")
+answers = pd.DataFrame(
+    {
+        energies: [
+            optuav.solve(site, perspective=name).hover_time_s for name in ("battery", "adjusted")
+        ]
+        for energies, site in {"the paper's [s]": mission, "derived [s]": exact}.items()
+    },
+    index=["battery", "adjusted"],
+)
+answers
 
 # %% [markdown]
 # ## Exercises

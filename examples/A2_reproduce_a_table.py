@@ -1,8 +1,3 @@
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
 # %% [markdown]
 # # Reproduce a table
 #
@@ -24,23 +19,24 @@ import math
 from fractions import Fraction
 
 import numpy as np
+import pandas as pd
 
 import optuav
-from optuav.paper.ledger import Verdict
 from optuav.paper.table2 import CONSISTENT, admitted, loads_exist
 
 paper, recovered = optuav.load("paper"), optuav.load("paper-table2")
-found = optuav.ledger("table2")
-stated = [cell.statement.stated for cell in found.entries]  # Δ, T, η1, η2 and η3 of each row
+ledger = optuav.ledger("table2")
+cells = [cell.statement.stated for cell in ledger.entries]  # Δ, T, η1, η2 and η3 of each row
 perspectives = ("battery", "energy", "adjusted")
 rows = [(deadline_s, name) for deadline_s in (800, 1200) for name in perspectives]
-printed = {row: stated[5 * number : 5 * number + 5] for number, row in enumerate(rows)}
+printed = {row: cells[5 * number : 5 * number + 5] for number, row in enumerate(rows)}
 energy, battery = printed[1200, "energy"], printed[1200, "battery"]
+pd.DataFrame(printed, index=["Δ [s]", "T [s]", "η1 [%]", "η2 [%]", "η3 [%]"]).T
 
 # %% [markdown]
 # ## The printed parameters do not give it
 #
-# The same path, deadline and slots as in the paper.
+# optuav solves the same path, with the deadline and the slots of the paper.
 #
 # **Before you run:** the paper prints its parameters and its results. By how much may the two
 # differ?
@@ -48,9 +44,14 @@ energy, battery = printed[1200, "energy"], printed[1200, "battery"]
 # %%
 plan = optuav.solve(paper, "P3", slot_s=1.0, perspective="battery")
 flights_s = {Fraction(mission) - Fraction(hover) for hover, mission, *_ in printed.values()}
-(flight_s,) = map(float, flights_s)  # one flight time in all six rows
-print(f"hover {plan.hover_time_s:.0f} s, printed {battery[0]} s")
-print(f"flight {plan.flight_time_s:.2f} s, by the table {flight_s:.2f} s")
+(flight_s,) = map(float, flights_s)  # One flight time in all six rows
+pd.DataFrame(
+    {
+        "by the parameters [s]": [plan.hover_time_s, plan.flight_time_s],
+        "by the table [s]": [float(battery[0]), flight_s],
+    },
+    index=["hover", "flight"],
+)
 
 # %% [markdown]
 # ## Loads from two rows
@@ -77,11 +78,18 @@ def line(number, whole):
 
 current_A, flight_As = line(1, capacity_As)
 power_W, flight_J = line(2, nominal_J)
-print(f"net hover current {current_A:.2f} A, flight {flight_As / flight_s:.1f} A")
-print(f"net hover power {power_W:.1f} W, flight {flight_J / flight_s:.0f} W")
-ours = recovered.flight
-print(f"paper-table2: {ours.hover_current_A - ours.charge_current_A:.2f} A net in hover", end=", ")
-print(f"{ours.hover_power_W - ours.charge_power_W:.1f} W")
+loads = recovered.flight
+pd.DataFrame(
+    {
+        "hover, net": [current_A, power_W],
+        "flight": [flight_As / flight_s, flight_J / flight_s],
+        "hover of paper-table2, net": [
+            loads.hover_current_A - loads.charge_current_A,
+            loads.hover_power_W - loads.charge_power_W,
+        ],
+    },
+    index=["current [A]", "power [W]"],
+)
 
 # %% [markdown]
 # ## What follows from them
@@ -91,14 +99,19 @@ print(f"{ours.hover_power_W - ours.charge_power_W:.1f} W")
 # all three lie between or beside the two rows.
 
 # %%
-for (deadline_s, perspective), row in printed.items():
-    asked = recovered.replace({"limits.deadline_s": deadline_s})
-    plan = optuav.solve(asked, "P3", perspective=perspective, slot_s=1.0)
-    print(f"{deadline_s} s, {perspective:9} Δ = {plan.hover_time_s:.2f} s, printed {row[0]} s")
+hovers_s = {
+    row: optuav.solve(
+        recovered.replace({"limits.deadline_s": row[0]}), "P3", perspective=row[1], slot_s=1.0
+    ).hover_time_s
+    for row in rows
+}
+pd.DataFrame({"Δ [s]": hovers_s, "printed [s]": {row: printed[row][0] for row in rows}}).round(2)
+
+# %%
 first = printed[800, "battery"]
 whole_s = math.ceil(float(first[0]))
 left = 100.0 * (1.0 - (flight_As + current_A * whole_s) / capacity_As)
-print(f"left after {whole_s} s: {left:.2f} %, printed {first[2]} %")
+pd.Series({"η1 after whole slots [%]": left, "printed [%]": first[2]}).to_frame("first row")
 
 # %% [markdown]
 # ## What cannot be
@@ -112,20 +125,25 @@ print(f"left after {whole_s} s: {left:.2f} %, printed {first[2]} %")
 
 # %%
 low, high = admitted(2, 740.65)
-print(f"η2 at {first[0]} s: {low:.2f} to {high:.2f} %, printed {first[3]} %")
-for cell in ((2, 740.65, "-12.79"), (3, 950.0, "11.71"), (3, 697.0, "33.17")):
-    column, hover_s, value = cell
-    verdict = "possible" if loads_exist((*CONSISTENT, cell)) else "no loads give it"
-    print(f"η{column} = {value} % after {hover_s} s: {verdict}")
+pd.Series(
+    {"least": low, "largest": high, "printed": first[3]}, name="η2 at 740.65 s [%]"
+).to_frame()
+
+# %%
+doubtful = [(2, 740.65, "-12.79"), (3, 950.0, "11.71"), (3, 697.0, "33.17")]
+pd.DataFrame(
+    [(*cell, loads_exist((*CONSISTENT, cell))) for cell in doubtful],
+    columns=["column η", "after [s]", "printed [%]", "some loads give it"],
+)
 
 # %% [markdown]
 # As a picture: the line through two rows, and all printed cells of η2 as dots.
 
 # %%
-hovers_s = np.array([650.0, 1000.0])
-left_percent = 100.0 * (1.0 - (flight_J + power_W * hovers_s) / nominal_J)
+ends_s = np.array([650.0, 1000.0])
+left_percent = 100.0 * (1.0 - (flight_J + power_W * ends_s) / nominal_J)
 ax = optuav.plots.curves(
-    [optuav.plots.Line("η2 by the loads", hovers_s, left_percent)],
+    [optuav.plots.Line("η2 by the loads", ends_s, left_percent)],
     title="The energy left, as printed and as it must be",
     x_label="hover time Δ [s]",
     y_label="η2 at the end [%]",
@@ -138,19 +156,16 @@ ax
 # %% [markdown]
 # ## What a match is worth
 #
-# The ledger has the numbers of the paper. For Table II it says what was used in the fit, what
-# follows from it, and what contradicts the rest. η3 is nearly η1 by construction, since $E_1$ and
-# $E_2$ are the capacity at the voltages of the same loads, so its cells test little. The charges of
-# the first and the third row are those after 741 s, as above: η2 is −0.31 % there.
+# The ledger has the numbers of the paper. For Table II it says what the fit used, what follows from
+# it, and what contradicts the rest. η3 is nearly η1 by construction, since $E_1$ and $E_2$ are the
+# capacity at the voltages of the same loads, so its cells test little. The charges of the first and
+# the third row are those after 741 s, as above: η2 is −0.31 % there.
 #
 # **Before you run:** Table II has 30 cells. How many of them are a test of the loads, and not a
 # part of the fit?
 
 # %%
-print(found.summary)
-verdicts = [cell.verdict for cell in found.table2]
-for verdict in Verdict:
-    print(f"{verdict.value}: {verdicts.count(verdict)}")
+ledger
 
 # %% [markdown]
 # ## Exercises

@@ -12,15 +12,8 @@ from optuav.cli.output import say
 from optuav.errors import Fault, InputError, collected, refuse
 
 LESSONS = Path(optuav.__file__).parent / "lessons"
-"""The notebooks, and a folder of data."""
+"""The notebooks, and folders of data and of helpers that they import."""
 
-CONSOLE = """\
-import sys
-
-if hasattr(sys.stdout, "reconfigure"):
-    sys.stdout.reconfigure(errors="replace")  # a console without Greek letters shows ? instead
-
-"""
 SHOWN = re.compile(r"^(task|grade)$", re.MULTILINE)  # In notebooks; a script has to print it
 
 
@@ -33,10 +26,12 @@ def lessons(directory: Path, scripts: bool = False) -> None:
         with collected(faults):
             must_be_new(path)
     refuse(faults)
-    folders = directory, *directory.parents, directory / "data"
+    inner = directory / "data", directory / "helpers"
+    folders = directory, *directory.parents, *inner
     made, new = ([path for path in some if not path.exists()] for some in (folders, files))
     make_directory(directory)
-    make_directory(directory / "data")
+    for folder in inner:
+        make_directory(folder)
     try:
         write_files(files)
     except InputError:
@@ -60,8 +55,8 @@ def _files(directory: Path, *, scripts: bool) -> dict[Path, bytes]:
         text = path.read_text("utf-8")
         name = path.with_suffix(".py").name if scripts else path.name
         found[directory / name] = (_script(json.loads(text)) if scripts else text).encode()
-    for path in sorted(LESSONS.glob("data/*")):
-        found[directory / "data" / path.name] = path.read_bytes()
+    for path in sorted([*LESSONS.glob("data/*.*"), *LESSONS.glob("helpers/*.py")]):
+        found[directory / path.relative_to(LESSONS)] = path.read_bytes()
     return found
 
 
@@ -77,4 +72,4 @@ def _script(notebook: dict[str, Any]) -> str:
         else:
             source = SHOWN.sub(r"print(\1)", source)
             parts.append(f"# %%\n{source}")
-    return CONSOLE + "\n\n".join(parts) + "\n"
+    return "\n\n".join(parts) + "\n"

@@ -77,7 +77,11 @@ def verdict(plan: Plan) -> str:
 
 
 def _notes(plan: Plan) -> list[Element]:
-    return [pairs(found)] if (found := remarks(plan)) else []
+    """Warnings, and the notes folded: some tell what a reader may want to find out first."""
+    warnings = [each for each in remarks(plan) if each[0] != "Note"]
+    notes = [each for each in remarks(plan) if each[0] == "Note"]
+    folds = [folded(f"Notes ({len(notes)})", pairs(notes))] if notes else []
+    return [*([pairs(warnings)] if warnings else []), *folds]
 
 
 def levels(plan: Plan) -> Levels:

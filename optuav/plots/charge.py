@@ -206,7 +206,8 @@ def _draw_packs(ax: Axes, plan: Plan) -> None:
     given, trace = plan.mission.battery, replay(plan).trace
     for phase in plan.phases:
         ax.axvspan(phase.start_s, phase.end_s, color=PHASES[phase.kind], alpha=0.13, linewidth=0.0)
-    full = Battery(given.capacity_As, given.available_fraction, given.flow_rate_per_s).full
+    share_As = given.packs * given.capacity_As / trace.available_As.shape[1]  # Of each line
+    full = Battery(share_As, given.available_fraction, given.flow_rate_per_s).full
     columns = (trace.available_As, full.available_As, 1.4), (trace.bound_As, full.bound_As, 0.5)
     for levels_As, full_As, width in columns:
         for number, percent in enumerate((100.0 * levels_As / full_As).T):

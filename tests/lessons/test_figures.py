@@ -63,37 +63,38 @@ def test_01_first_mission(ran: Any) -> None:
     assert ran.promised.route == ("origin", "b1", "hover", "destination")
     assert near(ran.promised.hover_time_s, 719.5399, 4)
     assert near(ran.promised.rest_time_s, 392.1438, 4)
-    assert near(100.0 * ran.ends["battery"].available_As[0] / ran.capacity_As, -13, 0)
+    assert near(100.0 * ran.promised.phases[-1].available_As[0] / ran.capacity_As, -13, 0)
     assert math.isclose(ran.drawn_As, 0.95 * 72_000.0)
     assert {"hover", "rest"} < ran.current_A.keys()
     assert near(ran.price, 87.91 / 10.0, 3)
-    assert ran.sooner["battery"].rest_time_s == 0.0
-    assert near(ran.sooner["battery"].hover_time_s, 688.848, 3)
-    later = ran.sooner["available"]
-    assert 0.0 < later.rest_time_s < ran.plan.rest_time_s
-    assert later.route[2] != ran.plan.route[2]
+    sooner = {row["perspective"]: row for row in ran.sooner.rows}
+    assert sooner["battery"]["rest_time_s"] == 0.0
+    assert near(sooner["battery"]["hover_time_s"], 688.848, 3)
+    later = sooner["available"]
+    assert 0.0 < later["rest_time_s"] < ran.plan.rest_time_s
+    assert later["route"][2] != ran.plan.route[2]
+    assert ran.again == ran.plan
 
 
 @slow
 def test_02_your_own_drone(ran: Any) -> None:
     assert math.isclose(ran.mission.flight.hover_current_A, ran.loaded_A, rel_tol=1e-4)
     assert math.isclose(ran.sheet.load_factor, ran.loaded_A / ran.bare_A)
-    assert ran.same == ["route", "link", "wind", "buildings"]
+    assert ran.same == ["route", "link", "wind", "buildings"]  # Not from the datasheet
     assert ran.mission.battery.available_fraction == ran.shipped.battery.available_fraction
     assert ran.hover_s(0.25, 5000) > ran.without_s > ran.hover_s(0.25, 0.0)
     assert math.isclose(ran.hover_s(ran.low_kg, 5000), ran.without_s, rel_tol=1e-4)
-    assert math.isclose(ran.hours[0.99] / ran.hours[0.9], 10, rel_tol=1e-3)
-    assert ran.plan.binding == ("P3.b hover time",)
-    assert math.isclose(ran.plan.mission_time_s, 1e6)
+    assert math.isclose(ran.by_share[0.99] / ran.by_share[0.9], 10, rel_tol=1e-3)
+    assert 276.0 < ran.by_share[1.01] < 1e6 / 3600.0
 
 
 @slow
 def test_03_two_wells(ran: Any) -> None:
     """Lifetimes of Jongerden and Haverkort's test loads, and ten minutes of hovering."""
-    shares = list(ran.delivered.values())
+    shares = list(ran.delivered)
     assert shares == sorted(shares, reverse=True)
     assert math.isclose(ran.cell.rate_per_s * 60.0, 0.122)
-    assert math.isclose(ran.left.available_As, 0.0, abs_tol=1e-9)
+    assert np.allclose(ran.left.available_As, 0.0, atol=1e-9)
     assert ran.rested.available_As > 0.0
     assert math.isclose(ran.rested.total_As, ran.empty.total_As)
     expected_min = {
@@ -110,20 +111,22 @@ def test_03_two_wells(ran: Any) -> None:
     for name, found_min in ran.lifetimes_min.items():
         assert np.allclose(found_min, expected_min[name], rtol=0.0, atol=0.0051)
         assert found_min[1] > 2 * found_min[0]
-    assert near(ran.wells.available_As, 5696.064, 3)
-    assert near(ran.wells.bound_As, 13_557.936, 3)
+    assert near(ran.hovered.available_As, 5696.064, 3)
+    assert near(ran.hovered.bound_As, 13_557.936, 3)
 
 
 @slow
 def test_04_when_the_battery_runs_dry(ran: Any) -> None:
     assert near(ran.promised["P3"].hover_time_s, 688.85, 2)
     assert near(ran.promised["P1"].hover_time_s, 719.54, 2)
-    assert near(ran.dry_s, 660.26, 2)
-    assert near(ran.bound_As, 13_366, 0)
+    dry_s, trace = ran.falls.first_s("empty"), ran.falls.trace
+    assert near(dry_s, 660.26, 2)
+    assert near(np.interp(dry_s, trace.time_s, trace.bound_As[:, 0]), 13_366, 0)
     assert ran.hover_A > 20.0 * ran.most_A
-    assert set(ran.faults) == {"full", "empty"}
-    assert near(ran.faults["empty"].time_s, 1095.5, 2)
-    assert ran.verdicts == {"battery": [False, False], "available": [True, True]}
+    faults = {each.kind: each for each in optuav.replay(ran.promised["P1"]).violations}
+    assert set(faults) == {"full", "empty"}
+    assert near(faults["empty"].time_s, 1095.5, 2)
+    assert ran.verdicts["passes the audit"].tolist() == [False, False, True, True]
     assert near(ran.flown["P3"].hover_time_s, 577.52, 2)
     assert near(ran.flown["P1"].hover_time_s, 597.27, 2)
     assert ran.flown["P1"].route == ("origin", "hover", "b10", "destination")
@@ -155,11 +158,12 @@ def test_06_hover_without_a_rest(ran: Any) -> None:
     assert ran.refusal.endswith("bracket, casadi, grid")
     assert ran.fourth.status == "locally_optimal"
     assert math.isclose(ran.fourth.hover_time_s, ran.by_hand_s, abs_tol=1e-6)
-    assert math.isclose(ran.hover_s, ran.by_hand_s, abs_tol=1e-6)
-    assert ran.rows.satisfied
-    assert not ran.too_long.satisfied
+    assert np.allclose(list(ran.by_rate_s.values()), ran.by_hand_s, rtol=0.0, atol=1e-6)
+    assert ran.program.check({"hover_time_s": ran.fourth.hover_time_s}).satisfied
+    too_long, *others = ran.rows
+    assert (too_long.satisfied, all(each.satisfied for each in others)) == (False, True)
     a_millisecond = 1e-3 * ran.numbers["hover_current_A"] / ran.battery_As
-    assert math.isclose(ran.too_long.slack, -a_millisecond, rel_tol=1e-4)
+    assert math.isclose(too_long.slack, -a_millisecond, rel_tol=1e-4)
 
 
 @slow
@@ -185,14 +189,17 @@ def test_07_p4_plane_and_shadow_prices(ran: Any) -> None:
 @slow
 def test_09_grid_or_continuous(ran: Any) -> None:
     assert math.isclose(ran.best.hover_time_s + ran.best.rest_time_s, ran.left_s)
-    assert (ran.plan.engine, ran.plan.hover_time_s) == ("cvxpy", 660.0)
-    assert 0.0 <= ran.gap_s < 2.0 * ran.SLOTS_S[-1]
-    assert all(0.0 <= lost < 1.0 for slots, lost in ran.lost.items() if slots == round(slots))
-    assert all(0.0 <= lost < 2.0 for lost in ran.lost.values())
-    assert max(ran.lost.values()) > 1.0
+    found = {(plan.engine, plan.slot_s): plan.hover_time_s for plan in ran.plans}
+    assert found["cvxpy", 60.0] == found["grid", 60.0] == 660.0
+    assert found["cvxpy", 10.0] == found["grid", 10.0] <= ran.best.hover_time_s
+    assert ran.by_slot["cells"].tolist()[-1] == 18 * 17 / 2
+    assert all(0.0 <= lost < 2.0 for lost in ran.by_slot["lost [slots]"])
+    lost = ran.by_deadline
+    assert all(0.0 <= lost[slots] < 1.0 for slots in lost if slots == round(slots))
+    assert all(0.0 <= each < 2.0 for each in lost.values())
+    assert max(lost.values()) > 1.0
     assert round(ran.by_slots.hover_time_s, 2) == 740.65
-    assert ran.tree.hover_time_s == ran.cells.hover_time_s <= ran.best.hover_time_s
-    assert ran.tree.rest_time_s == ran.cells.rest_time_s
+    assert len({(plan.slot_s, plan.rest_time_s) for plan in ran.plans}) == 2
 
 
 @slow
@@ -216,13 +223,15 @@ def test_11_which_building_milp(ran: Any) -> None:
 @slow
 def test_13_why_infeasible(ran: Any) -> None:
     assert (bool(ran.plan), ran.plan.status.value) == (False, "infeasible")
-    assert ran.broken == ["P4.b deadline by 47.645"]
+    assert round(ran.slacks["P4.b deadline"].iloc[-1], 3) == -47.645
+    assert (ran.slacks["P4.a state of charge"] >= 0.0).tolist() == [False, False, False, True]
     expected = ("P4.a state of charge", "P4.b deadline", "bounds of Δ")
-    assert ran.certificate.labels == expected
-    assert all(row.multiplier >= 0 for row in ran.certificate.rows)
+    (certificate,) = ran.certificates
+    assert certificate.labels == expected
+    assert all(row.multiplier >= 0 for row in certificate.rows)
     assert (ran.total, ran.limit < 0) == ({"Δ": 0, "T'": 0}, True)
-    assert ran.certificate.holds()
-    named = {row.label: row for row in ran.certificate.rows}
+    assert certificate.holds()
+    named = {row.label: row for row in certificate.rows}
     assert set(named) & set(ran.stated) >= {"P4.a state of charge", "P4.b deadline"}
     for label in set(named) & set(ran.stated):
         row = named[label]
@@ -231,7 +240,7 @@ def test_13_why_infeasible(ran: Any) -> None:
     (extension,) = (each for each in ran.explanation.repairs if each.key == "limits.deadline_s")
     at = ran.mission.replace({extension.key: extension.value})
     assert optuav.solve(at, ran.problem, perspective="battery")
-    assert not ran.repaired  # One step below it
+    assert [bool(plan) for plan in ran.solved] == [True, False]  # One step below it
     assert ran.heavy.conflicts == ()
     lighter = next(each for each in ran.heavy.repairs if each.key == "body.mass_kg")
     assert lighter.value < 17.2158 / 9.8  # Full thrust over gravity
@@ -239,36 +248,43 @@ def test_13_why_infeasible(ran: Any) -> None:
 
 @slow
 def test_14_your_own_formulation(ran: Any) -> None:
-    assert math.isclose(ran.plan.hover_time_s, 700.0)
+    assert "closed-form" in ran.plans
+    assert "casadi" in ran.plans
+    for engine, plan in ran.plans.items():
+        assert math.isclose(plan.hover_time_s, 700.0)
+        worst_s = ran.best.rest_time_s + (10.0 if engine == "grid" else 1e-5)
+        assert ran.best.rest_time_s - 1e-5 <= plan.rest_time_s <= worst_s
+    assert math.isclose(ran.longest.hover_time_s, 700.0, abs_tol=1e-6)
     assert ran.best.route == ("origin", "b1", "hover", "destination")
     assert [row.label for row in ran.rows if not row.satisfied] == ["state of charge"]
     dear = ran.compiled.solve(wanted_hover_s=700.0).shadow_prices()["wanted_hover_s"].more
     assert math.isclose(dear, 87.91038 / 10.0, rel_tol=1e-6)
     free = ran.compiled.solve(wanted_hover_s=680.0).shadow_prices()["wanted_hover_s"].more
     assert math.isclose(free, 0.0, abs_tol=1e-9)
-    assert ran.answer.status == "infeasible"
+    assert [answer.status.value for answer in ran.answers] == ["optimal"] * 4 + ["infeasible"]
     assert ran.smallest.engine == "cvxpy"
     assert ran.lighter.battery.capacity_As < 36_000.0
-    assert math.isclose(ran.longest_s, 700.0, abs_tol=1e-6)
+    assert math.isclose(ran.again.hover_time_s, 700.0, abs_tol=1e-6)
 
 
 @slow
 def test_15_bracket_or_solver(ran: Any) -> None:
-    proved_s, local_s, cells_s = (plan.hover_time_s for plan in ran.plans)
+    proved_s, local_s, cells_s = (plan.hover_time_s for plan in ran.plans.values())
     assert math.isclose(proved_s, local_s, abs_tol=1e-6)
     assert 0.0 <= proved_s - cells_s < 2.0
     assert near(ran.longest, 678.3, 1)
     hovers_s = (0.0, 300.0, 350.0, 650.0)
-    assert [ran.flyable(ran.island, each) for each in hovers_s] == [False, False, True, True]
-    assert not ran.flyable(ran.island, ran.longest + 1.0)
+    by_hover = ran.on_island["flyable"]
+    assert by_hover[list(hovers_s)].tolist() == [False, False, True, True]
+    assert not ran.flight(ran.island, ran.longest + 1.0).flyable
     assert near(ran.most, 176.5, 1)
     hovers_s = (20.0, 40.0, 160.0, 180.0)
-    assert [ran.flyable(ran.full, each) for each in hovers_s] == [False, True, True, False]
+    assert ran.charging["flyable"][list(hovers_s)].tolist() == [False, True, True, False]
     assert near(ran.best.hover_time_s, 106.0, 1)
     assert list(ran.by_rest.values()) == [106, 77, 48, None]
-    assert ran.found.proved.all()
-    assert near(ran.found.hover_time_s[-1], 688.85, 2)
-    assert near(np.interp(0.8, ran.shares, ran.found.hover_time_s), 577.52, 2)
+    assert ran.batch.proved.all()
+    assert near(ran.batch.hover_time_s[-1], 688.85, 2)
+    assert near(np.interp(0.8, ran.shares, ran.batch.hover_time_s), 577.52, 2)
 
 
 @soak
@@ -277,12 +293,14 @@ def test_16_two_packs(ran: Any) -> None:
     assert life_s["sequential"] < life_s["round-robin"] <= life_s["pooled"]
     alone_s = ran.lifetime(ran.load, **ran.cell)
     assert life_s["sequential"] < 2 * alone_s + 120.0
-    full = ran.alone.full
-    by_formula_s = ran.time_to_empty(ran.alone, full, -3.0)
+    full = ran.single.full
+    by_formula_s = ran.time_to_empty(ran.single, full, -3.0)
     assert math.isclose(ran.lifetime([(3.0, 1.0)], **ran.cell), by_formula_s)
     assert ran.lifetime([(1.0, 60.0), (-1.0, 60.0)], **ran.cell, horizon_s=86_400.0) == math.inf
-    assert ran.lasts_s < math.inf
-    assert abs(ran.turns_s - ran.pooled_s) < 1.0
+    assert ran.lasts_s[0.5] < ran.lasts_s[1.0] == math.inf
+    slow, _, quick = ran.turns_s.values()
+    assert slow < quick < ran.pooled_s
+    assert abs(quick - ran.pooled_s) < 1.0
     hover_s = {name: plan.hover_time_s for name, plan in ran.direct.items()}
     assert hover_s["sequential"] < hover_s["round-robin"] < hover_s["alternating"]
     assert "not proved" in ran.direct["sequential"].proof
@@ -299,35 +317,41 @@ def test_17_audit_somebody_elses_plan(ran: Any) -> None:
     assert ran.at_dry["battery"] > 0.1
     assert ran.at_dry["energy"] < 0.0
     assert near(ran.short_s, 605.45, 2)
+    assert ran.as_saved.flyable
+    (lie,) = ran.forged.violations
+    assert "phases[1].stages[0].current_A" in lie.words
 
 
 @slow
 def test_18_is_one_stop_enough(ran: Any) -> None:
-    assert ran.more.phases == ran.one.phases
+    for name, plan in ran.one.items():
+        assert ran.more[name].phases == plan.phases
     assert near(ran.measured[1].hover_time_s - ran.measured[0].hover_time_s, 20.5, 1)
     assert ran.measured[1].route[1:3] == ("b1", "b9")
     expected_s = {(0, 1): 577.524, (1, 1): 597.270, (2, 1): 605.456, (1, 2): 598.976}
     assert all(near(ran.plans[key].hover_time_s, each, 3) for key, each in expected_s.items())
-    assert abs(ran.arrival.available_As[0]) < 1.0
-    assert 0.0 < ran.flowed_As < ran.charged_As
-    assert ran.wells.total_As / 72_000.0 > 0.17
+    arrival, rest = ran.pairs[-1]
+    assert abs(arrival.available_As[0]) < 1.0
+    charged_As, flowed_As = ran.gained.iloc[-1, 1:]
+    assert math.isclose(charged_As, 10.0 * rest.duration_s)
+    assert 0.0 < flowed_As < charged_As
+    assert math.isclose(charged_As + flowed_As, rest.available_As[0], abs_tol=1.0)
+    last = ran.best.phases[-1]
+    assert last.available_As[0] + last.bound_As[0] > 0.17 * 72_000.0
     assert near(ran.split.hover_time_s, 742.834, 3)
     assert optuav.audit(ran.split).flyable
 
 
 @slow
 def test_19_fit_a_battery(ran: Any) -> None:
-    assert np.allclose(ran.lifetimes.fitted, ran.lifetimes.observed, rtol=2e-3)
+    (lifetimes,) = ran.fit.panels
+    assert np.allclose(lifetimes.fitted, lifetimes.observed, rtol=2e-3)
     for value, true in zip(ran.fit.values, ran.truth, strict=True):
         assert value.interval.low < true < value.interval.high
     assert not any(value.determined for value in ran.blind.values)
     assert ran.blind.changes == {}
-    life_s = [
-        [ran.lifetime(load, **each) for each in (ran.small, ran.large)]
-        for load in (ran.steady, ran.pulsed)
-    ]
-    assert math.isclose(*life_s[0], rel_tol=0.03)
-    assert life_s[1][1] > 1.05 * life_s[1][0]
+    assert math.isclose(*ran.life_s["steady"], rel_tol=0.03)
+    assert ran.life_s["with pauses"]["large"] > 1.05 * ran.life_s["with pauses"]["small"]
     assert ran.plans[0].hover_time_s == ran.plans[1].hover_time_s  # Coulombs know of no wells
     assert ran.plans[1].runs_dry_s < ran.plans[0].runs_dry_s
 
@@ -335,13 +359,13 @@ def test_19_fit_a_battery(ran: Any) -> None:
 @soak
 def test_20_what_matters_most(ran: Any) -> None:
     assert math.isclose(ran.by_hand, ran.exact, rel_tol=1e-6)
-    rates = [each["local_elasticity"] for each in ran.factors]
-    assert np.allclose(rates, rates[0], rtol=1e-6)
-    assert ran.factors[2]["swing_s"] > ran.factors[0]["swing_s"]
-    of_share = ran.by_key["battery.available_fraction"]
+    rates, swings_s = ran.factors["local_elasticity"], ran.factors["swing_s"]
+    assert np.allclose(rates, rates.iloc[0], rtol=1e-6)
+    assert swings_s.idxmax() == "laser.receiver_slope"
+    of_share, of_flow = (row for _, row in ran.wells.iterrows())
     assert abs(of_share["local_elasticity"]) < 1e-9
     assert of_share["hover_low_s"] < ran.longest_s - 50.0
-    assert math.isclose(ran.wells["swing_s"], 0.0, abs_tol=1e-6)
+    assert math.isclose(of_flow["swing_s"], 0.0, abs_tol=1e-6)
     dry = optuav.solve(ran.slow, perspective="battery")
     assert dry.runs_dry_s is not None
     assert optuav.solve(ran.slow).hover_time_s < dry.hover_time_s
@@ -349,9 +373,10 @@ def test_20_what_matters_most(ran: Any) -> None:
     below = np.mean(ran.chances.hover_times_s < ran.chances.quantiles_s[0.25])
     assert math.isclose(below, 0.25, abs_tol=1e-3)
     assert 0.4 < ran.chances.flyable <= min(ran.chances.kept.values())
-    assert ran.flyable == sorted(ran.flyable)
-    assert ran.flyable[-1] > ran.flyable[0] + 0.2
-    assert ran.again.flyable == ran.flyable[-1]
+    flyable = ran.margins["share that can be flown"].tolist()
+    assert flyable == sorted(flyable)
+    assert flyable[1] < 0.9 < flyable[2]
+    assert flyable[-1] > flyable[0] + 0.2
 
 
 @slow
@@ -361,12 +386,14 @@ def test_21_one_leg(ran: Any) -> None:
     assert near(ran.leg.loads.charge_As, 3921.555, 3)
     assert near(ran.leg.loads.energy_J, 63_533, 0)
     assert near(ran.leg.peak_speed_m_s, 154.89, 2)
-    balance_N = ran.thrust_N * ran.f + ran.gravity_N
-    assert np.allclose(balance_N, ran.airframe.mass_kg * ran.acceleration, atol=1e-12)
-    assert math.isclose(ran.thrust_N * ran.f[2], ran.airframe.weight_N)
+    assert near(ran.stages["charge [A s]"].sum(), 3921.555, 3)
+    for name, thrust_N in ran.thrusts_N.items():
+        needed_N = ran.airframe.mass_kg * ran.accelerations_m_s2[name]
+        assert np.allclose(thrust_N + ran.gravity_N, needed_N, atol=1e-12)
+        assert math.isclose(thrust_N[2], 9.8 * ran.airframe.mass_kg)
     windy_s = ran.windy.loads.duration_s
     assert np.allclose(windy_s, windy_s[::-1])
-    assert (np.diff(windy_s[3:]) > 0).all()
+    assert (np.diff(windy_s[90:]) > 0).all()
     assert near(ran.limit_N, 11.5791, 4)
 
 
@@ -374,25 +401,28 @@ def test_21_one_leg(ran: Any) -> None:
 def test_23_sweep_ten_parameters(ran: Any) -> None:
     assert (ran.done.kept, ran.done.directory.name) == (0, ran.file.stem)
     assert (ran.again.kept, ran.same) == (ran.again.parts - 2, True)
-    assert len(ran.keys) == len(ran.most) == 10
-    assert ran.most[0] == "battery.capacity_As"
-    assert 0.5 < sum(ran.share.values()) < 1.1
-    assert ran.most[-1] in ran.silent
+    assert len(ran.keys) == len(ran.share) == 10
+    assert ran.share.index[0] == "battery.capacity_As"
+    assert 0.5 < ran.share.sum() < 1.1
+    assert ran.share.index[-1] in ran.silent
+    assert "limits.min_soc" in ran.silent
     assert abs(ran.hover_s.mean() - ran.half.mean()) < 0.1 * ran.hover_s.std()
 
 
 @slow
 def test_24_random_layouts_with_confidence(ran: Any) -> None:
-    assert ran.found["hover_time_s"].shape == (60, 2)
-    assert math.isclose(ran.alone.hover_time_s, ran.found["hover_time_s"][0, 1], rel_tol=1e-12)
-    half = ran.interval(ran.hover_s[:30, 1])
-    assert half[1] > ran.means[1][1]
-    assert abs(half[0] - ran.means[1][0]) < half[1] + ran.means[1][1]
-    assert ran.more_s >= 0.0
-    assert ran.sure_s < ran.apart_s
+    assert ran.arrays["hover_time_s"].shape == (60, 2)
+    assert math.isclose(ran.single.hover_time_s, ran.hover_s[0, 1], rel_tol=1e-12)
+    (_, (mean_s, wide_s)), half = ran.means.values, ran.interval(ran.hover_s[:30, 1])
+    assert half[1] > wide_s
+    assert abs(half[0] - mean_s) < half[1] + wide_s
+    gain_s, sure_s = ran.gains["same towns"]
+    assert gain_s >= 0.0
+    assert sure_s < 0.5 * ran.apart_s
+    assert math.isclose(ran.by_rule_s, ran.gain_s.std(ddof=1))
     assert 0 < (~ran.flown).sum() < 60
-    assert (ran.found["reason"][ran.flown] == 0).all()
-    assert ran.found["proved"].all()
+    assert (ran.arrays["reason"][ran.flown] == 0).all()
+    assert ran.arrays["proved"].all()
 
 
 @slow
@@ -402,9 +432,12 @@ def test_25_a_real_town(ran: Any) -> None:
     assert ran.city.point_m(*ran.square, 0) == (0, 0, 0)
     assert ran.plan.flyable
     assert ran.plan.hover_time_s > 0
-    assert ran.seen == sorted(ran.seen)
-    assert ran.seen[-1] > ran.seen[0]
-    assert np.ptp(ran.guesses_s) < 0.01 * ran.plan.hover_time_s
+    assert ran.refused.faults[0].allowed.startswith("316 of 482 buildings")
+    seen = ran.by_height["roofs in sight"].tolist()
+    assert seen == sorted(seen)
+    assert seen[-1] > seen[0]
+    assert ran.by_height["last stop"][1:].nunique() == 1
+    assert np.ptp([*ran.guesses_s.values()]) < 0.01 * ran.plan.hover_time_s
 
 
 @slow
@@ -414,15 +447,17 @@ def test_26_where_to_put_the_laser(ran: Any) -> None:
     assert math.isclose(ran.one.value, ran.means_s.max())
     assert (len(ran.trios), math.isclose(ran.three.value, ran.best_s)) == (120, True)
     assert ran.three.selection.greedy_value <= ran.three.value
-    assert ran.found.objective == "covered"
     enough = [(ran.hover_s[:, trio].max(axis=1) >= 616.0).sum() for trio in ran.trios]
-    assert (ran.served_s >= 616.0).sum() == max(enough) == 4
+    assert (ran.served_s["covered"] >= 616.0).sum() == max(enough) == 4
+    worst_s = {name: hover_s.min() for name, hover_s in ran.served_s.items()}
+    assert max(worst_s, key=worst_s.__getitem__) == "worst"
     assert ran.three.value <= min(ran.bounds_s) < 1.005 * ran.three.value
     assert min(ran.bounds_s) < ran.bounds_s[1] < ran.bounds_s[0]
     assert ran.four.greedy_value < ran.four.value - 1.0
     assert not {*ran.four.greedy_sites[:2]} & {*ran.four.sites}
     assert ran.moved.value > ran.moved.selection.value
-    assert ran.steps_s.max() > 1.0 > 1000.0 * np.median(ran.steps_s)
+    steps_s = np.abs(np.diff(ran.along_s))
+    assert steps_s.max() > 1.0 > 1000.0 * np.median(steps_s)
 
 
 @soak
@@ -434,7 +469,8 @@ def test_27_on_a_cluster(ran: Any) -> None:
     assert ran.files[0] == ran.files[1]
     assert len(ran.files[0]) == ran.alone.parts + 1
     assert ran.again.kept == ran.again.parts
-    by = {each: ran.longest.sel(perspective=each) for each in ("available", "battery")}
+    longest = ran.results.hover_time_s.max(["limits.deadline_s", "battery.capacity_As"])
+    by = {each: longest.sel(perspective=each) for each in ("available", "battery")}
     assert by["available"] < by["battery"]
 
 
@@ -623,29 +659,33 @@ def test_A1_energy_or_battery(ran: Any) -> None:
     adjusted = [ran.plans[800, "energy"], ran.plans[800, "battery"], ran.long]
     assert [round(100 * plan.soc["adjusted"], 1) for plan in adjusted] == [28.3, 24.3, 5.1]
     assert near(100.0 * ran.by_line, -0.27, 2)
-    assert near(ran.hover_V, 14.330, 3)
-    assert near(ran.flight_V, 15.41, 2)
+    assert near(ran.voltages.loc["hover", "voltage [V]"], 14.330, 3)
+    assert near(ran.voltages.loc["flight", "voltage [V]"], 15.41, 2)
+    assert near(ran.voltages.loc["hover", "over nominal"], 1.29, 2)
     assert ran.short.soc["battery"] > ran.mission.limits.min_soc
-    assert near(ran.stated[0], 955.28, 2)
-    assert abs(ran.same[1] - ran.same[0]) < 0.01 < abs(ran.stated[1] - ran.stated[0])
+    assert near(ran.answers.loc["battery", "the paper's [s]"], 955.28, 2)
+    papers_s, derived_s = (abs(float(ran.answers[name].diff().iloc[1])) for name in ran.answers)
+    assert derived_s < 0.01 < papers_s
 
 
 @slow
 def test_A2_reproduce_a_table(ran: Any) -> None:
     assert near(ran.flight_s, 59.35, 2)
-    ours = ran.ours
+    ours = ran.loads
     assert math.isclose(ran.current_A, ours.hover_current_A - ours.charge_current_A, rel_tol=1e-3)
     assert math.isclose(ran.power_W, ours.hover_power_W - ours.charge_power_W, rel_tol=1e-3)
-    assert near(ran.plan.hover_time_s, 950.0, 2)
+    assert [round(hover_s, 2) for hover_s in ran.hovers_s.values()] == [
+        float(row[0]) for row in ran.printed.values()
+    ]
     assert near(ran.left, 24.27, 2)
     assert ran.high < 0.0
     assert ran.loads_exist(ran.CONSISTENT)
     assert not ran.loads_exist((*ran.CONSISTENT, (2, 740.65, "-12.79")))
     assert not ran.loads_exist((*ran.CONSISTENT, (3, 950.0, "11.71")))
     assert not ran.loads_exist((*ran.CONSISTENT, (3, 697.0, "33.17")))
-    assert len(ran.verdicts) - ran.verdicts.count(ran.Verdict.CONTRADICTS) == 26
-    assert ran.verdicts.count(ran.Verdict.FITTED) == 14
-    assert ran.verdicts.count(ran.Verdict.WITHIN) == 2
+    verdicts = [cell.verdict.name for cell in ran.ledger.table2]
+    assert len(verdicts) - verdicts.count("CONTRADICTS") == 26
+    assert (verdicts.count("FITTED"), verdicts.count("WITHIN")) == (14, 2)
 
 
 @slow
@@ -660,6 +700,7 @@ def test_08_duality_and_kkt(ran: Any) -> None:
     assert np.allclose(weights @ ran.slopes, [1.0, 0.0], atol=1e-9)
     for name, worth in ran.by_hand.items():
         assert math.isclose(worth, ran.prices[name].more, rel_tol=1e-6)
+        assert math.isclose(worth, ran.measured(name), rel_tol=1e-3)
     assert math.isclose(72_000.0 / 87.91038, ran.battery_As / ran.I_hv, rel_tol=1e-6)
     charge, _ = ran.alone.multipliers_at(0).values()
     assert near(charge, 819.016, 3)
@@ -668,19 +709,22 @@ def test_08_duality_and_kkt(ran: Any) -> None:
 
 @slow
 def test_12_discrete_relaxed_continuous(ran: Any) -> None:
-    """Times are the machine's; counts, bounds and answers are not."""
-    assert near(ran.best_s, 719.5399, 3)
-    assert ran.nodes > ran.routes == 21
-    bounds_s, plans_s, taken_s = np.transpose(ran.history)
-    assert (np.diff(taken_s) >= 0.0).all()
-    assert near(bounds_s[0], 1124.208, 3)
-    assert (np.diff(bounds_s) <= 1e-6).all()
-    assert (np.diff(plans_s) >= 0.0).all()
-    assert math.isclose(bounds_s[-1], plans_s[-1], rel_tol=1e-9)
+    """Times are the machine's; counts, bounds and answers are not: here by trying all cells."""
+    tree, h = ran.minutes, np.arange(1, 19)
+    charge_As = 87.91038 * 60.0 * h[:, None] - 10.0 * 60.0 * h
+    cells = (charge_As <= 0.95 * 72_000.0 - 9066.41545624) & (h[:, None] + h <= 1111.684 / 60.0)
+    assert tree.best[-1] == tree.bounds[-1] == 60.0 * h[cells.any(axis=1)].max() == 660.0
+    assert [round(bound, 1) for bound in tree.bounds] == [719.5, 715.9, 691.7, 660.0]
+    assert len(tree.nodes) == 7
+    assert [np.isfinite(best) for best in tree.best] == [False, False, True, True]
+    fates = [node.fate(3) for node in tree.nodes]
+    assert sorted(fates) == ["best", *["branched"] * 3, "dropped", *["infeasible"] * 2]
+    assert ran.sevens.best[-1] == 714.0
+    assert len(ran.sevens.nodes) < 100
     assert ran.search(2, 1.0) == 719.0
     assert ran.search(1, 1.0) == math.floor((0.95 * 72_000.0 - 9066.41545624) / 87.91038)
     assert ran.search(3, 20.0) <= ran.search(3, 10.0) < ran.exact.hover_time_s
-    assert near(ran.choice.relaxation_s, 719.540, 3)
+    assert near(ran.choices[1].relaxation_s, 719.540, 3)
 
 
 @slow
@@ -691,7 +735,7 @@ def test_10_convexity_and_a_bad_local_optimum(ran: Any) -> None:
     best = ran.plans["bracket"]
     assert near(best.hover_time_s, 1052.276, 2)
     assert best.proof.startswith("bracketed")
-    assert ran.says == "Solve_Succeeded"
+    assert ran.report == "Solve_Succeeded"
     assert near(ran.stopped_s, 66.278, 2)
     assert near(ran.ends_s[0], ran.stopped_s, 3)
     assert ran.multipliers[0] < 0.0 > ran.at[0]
@@ -710,7 +754,7 @@ def test_10_convexity_and_a_bad_local_optimum(ran: Any) -> None:
 def test_22_link_and_laser(ran: Any) -> None:
     assert near(ran.radius_m, 501.4836, 4)
     assert np.allclose(ran.hover_m, [1000.0, 2501.0152, 50.0], atol=5e-5)
-    assert math.isclose(ran.simulated, ran.formula, rel_tol=0.05)
+    assert np.allclose(*ran.both.T.values, rtol=0.1)  # Standard error: 4 % at 450 m
     clear = ran.laser.attenuation(1550.0, 10.0)
     assert near(clear, 0.1019, 4)
     assert math.isclose(math.exp(-clear * 2.5), 0.775, abs_tol=5e-4)

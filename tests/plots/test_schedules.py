@@ -58,6 +58,13 @@ def test_levels_at_the_ends_of_the_phases(plans: list[optuav.Plan], drawn: Seque
             assert points[at, 1] == pytest.approx(level, abs=1e-6)
 
 
+def test_pooled_packs_begin_full(drawn: Sequence[Axes]) -> None:
+    """Their line is a share of both packs, and stays within the panel."""
+    points = thick(drawn[0], BLUE)
+    assert points[0, 1] == pytest.approx(100.0, abs=1e-9)
+    assert points[:, 1].max() <= drawn[0].get_ylim()[1]
+
+
 def test_a_panel_a_plan_and_a_line_a_pack(drawn: Sequence[Axes]) -> None:
     assert [ax.get_title(loc="left").partition(":")[0] for ax in drawn] == ["pooled", "sequential"]
     assert thick(drawn[1], PINK).size

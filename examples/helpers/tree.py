@@ -1,0 +1,147 @@
+"""Branch and bound over whole numbers, and its tree drawn step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import linprog
+
+import optuav
+from optuav.looks import LOOKS, PHASES
+
+WHOLE = 1e-6  # Largest distance from a whole number that counts as rounding
+LOOK = {
+    "open": ("white", PHASES["flight"]),
+    "branched": ("#D9D9D9", "#565D66"),
+    "best": ("#CDEBDD", LOOKS["flies"].light),
+    "dropped": ("white", "#868D96"),
+    "infeasible": ("white", LOOKS["dry"].light),
+}
+"""Fill and edge of a node by what became of it."""
+
+
+@dataclass
+class Node:
+    """A relaxation: what its branch demands, and its optimum."""
+
+    branch: str
+    parent: int | None
+    least: np.ndarray
+    most: np.ndarray
+    bound: float  # −∞ if no point is feasible
+    point: np.ndarray | None
+    born: int  # Step in which the node is made
+    fates: dict[int, str] = field(default_factory=dict)  # By the step in which they come true
+
+    def fate(self, step: int) -> str:
+        """Return what the node is after a step."""
+        return next((self.fates[k] for k in sorted(self.fates, reverse=True) if k <= step), "open")
+
+
+@dataclass
+class Tree:
+    """All nodes, and after each step the bound of the open ones and the best plan."""
+
+    nodes: list[Node]
+    bounds: list[float]
+    best: list[float]
+
+
+def branch_and_bound(
+    gain: Sequence[float],
+    rows: np.ndarray,
+    limits: np.ndarray,
+    least: Sequence[float],
+    most: Sequence[float],
+    names: Sequence[str],
+) -> Tree:
+    """Maximise `gain` · x over whole x with rows · x ≤ limits and least ≤ x ≤ most.
+
+    Each step takes the open node of the largest bound and splits it at the unknown that is
+    farthest from a whole number.
+    """
+    tree, best = Tree([], [], []), -np.inf
+
+    def add(branch: str, parent: int | None, low: np.ndarray, high: np.ndarray, step: int) -> None:
+        nonlocal best
+        ranges = np.stack([low, high], axis=1)
+        answer = linprog(-np.asarray(gain), rows, limits, bounds=ranges)
+        bound = -answer.fun if answer.success else -np.inf
+        node = Node(branch, parent, low, high, bound, answer.x if answer.success else None, step)
+        if node.point is None:
+            node.fates[step] = "infeasible"
+        elif np.abs(node.point - node.point.round()).max() < WHOLE:
+            node.fates[step] = "best" if bound > best else "dropped"
+            best = max(best, bound)
+        tree.nodes.append(node)
+
+    add("relaxation", None, np.asarray(least, float), np.asarray(most, float), step := 0)
+    while True:
+        waiting = [node for node in tree.nodes if node.fate(step) == "open"]
+        for node in waiting:
+            if node.bound <= best + WHOLE:
+                node.fates[step] = "dropped"
+        waiting = [node for node in waiting if node.fate(step) == "open"]
+        tree.bounds.append(max([best, *(node.bound for node in waiting)]))
+        tree.best.append(best)
+        if not waiting:
+            return tree
+        step += 1
+        node = max(waiting, key=lambda each: each.bound)
+        node.fates[step], number = "branched", tree.nodes.index(node)
+        at = int(np.abs(node.point - node.point.round()).argmax())
+        below = np.floor(node.point[at])
+        low, high = node.least.copy(), node.most.copy()
+        high[at], low[at] = below, below + 1.0
+        add(f"{names[at]} ≤ {below:g}", number, node.least, high, step)
+        add(f"{names[at]} ≥ {below + 1.0:g}", number, low, node.most, step)
+
+
+def places(nodes: Sequence[Node]) -> list[tuple[float, int]]:
+    """Return the place of each node: leaves side by side, parents above the middle of theirs."""
+    children = [
+        [k for k, node in enumerate(nodes) if node.parent == at] for at in range(len(nodes))
+    ]
+    found, leaves = dict[int, tuple[float, int]](), iter(range(len(nodes)))
+
+    def place(at: int, depth: int) -> float:
+        xs = [place(child, depth + 1) for child in children[at]]
+        found[at] = (sum(xs) / len(xs) if xs else float(next(leaves)), depth)
+        return found[at][0]
+
+    place(0, 0)
+    return [found[at] for at in range(len(nodes))]
+
+
+def draw(tree: Tree, unit: str = "s") -> object:
+    """Draw the tree after each step, one panel per step."""
+    at, steps = places(tree.nodes), len(tree.bounds)
+    deepest, widest = max(y for _, y in at), max(x for x, _ in at)
+    with optuav.plots.style.applied():
+        figure = optuav.plots.style.page(2.1 * -(-steps // 2))
+        panels = figure.subplots(-(-steps // 2), 2, squeeze=False).ravel()
+        for step, ax in enumerate(panels):
+            ax.set(xlim=(-0.6, widest + 0.6), ylim=(-deepest - 0.45, 0.5))
+            ax.set_axis_off()
+            if step >= steps:
+                continue
+            best = (
+                f"best plan {tree.best[step]:.0f} {unit}" if tree.best[step] > 0 else "no plan yet"
+            )
+            ax.set_title(f"step {step}: bound {tree.bounds[step]:.1f} {unit}, {best}")
+            for node, (x, y) in zip(tree.nodes, at, strict=True):
+                if node.born > step:
+                    continue
+                if node.parent is not None:
+                    x_0, y_0 = at[node.parent]
+                    ax.plot([x_0, x], [-y_0, -y], color="#565D66", linewidth=0.8, zorder=1)
+                fill, edge = LOOK[node.fate(step)]
+                words = f"{node.bound:.1f} {unit}" if node.point is not None else "no point"
+                fate = {"best": "\nplan", "dropped": "\ndropped"}.get(node.fate(step), "")
+                box = {"boxstyle": "round,pad=0.35", "facecolor": fill, "edgecolor": edge}
+                box["linestyle"] = "--" if node.fate(step) in ("dropped", "infeasible") else "-"
+                text = f"{node.branch}\n{words}{fate}"
+                ax.text(x, -y, text, ha="center", va="center", fontsize=7.5, bbox=box, zorder=2)
+    return optuav.plots.style.Panels(panels)

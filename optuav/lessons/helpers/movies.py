@@ -1,0 +1,50 @@
+"""Moving pictures that a notebook shows."""
+
+from __future__ import annotations
+
+import io
+from base64 import b64encode
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from PIL import Image
+
+import optuav
+
+FRAME_MS = 100
+
+
+@dataclass(frozen=True)
+class Movie:
+    """A GIF, and words for readers who do not see it."""
+
+    gif: bytes
+    words: str
+
+    def _repr_html_(self) -> str:
+        data = b64encode(self.gif).decode("ascii")
+        width, _ = Image.open(io.BytesIO(self.gif)).size
+        look = f"display: block; width: 100%; max-width: {width}px"
+        return f'<img alt="{escape(self.words)}" style="{look}" src="data:image/gif;base64,{data}">'
+
+
+def flight(plan: optuav.Plan) -> Movie:
+    """Return a plan in motion: the map, and the wells as they are emptied."""
+    with TemporaryDirectory() as directory:
+        file = optuav.plots.save_animation(plan, Path(directory) / "flight.gif")
+        return Movie(file.read_bytes(), f"The plan by {' → '.join(plan.route)} in motion")
+
+
+def movie(frames: Sequence[Image.Image], words: str, kept: Sequence[str] = ()) -> Movie:
+    """Return frames as a movie that repeats, in the colours of the first and those to be kept."""
+    sheet = frames[0].copy()
+    for number, colour in enumerate(kept):
+        sheet.paste(colour, (0, 20 * number, sheet.width, 20 * number + 20))
+    palette = sheet.quantize(128)
+    first, *others = (each.quantize(palette=palette, dither=Image.Dither.NONE) for each in frames)
+    file = io.BytesIO()
+    first.save(file, "GIF", save_all=True, append_images=others, duration=FRAME_MS, loop=0)
+    return Movie(file.getvalue(), words)
