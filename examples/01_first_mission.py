@@ -158,8 +158,13 @@ print(task)
 # %%
 answer_1 = ...
 ### BEGIN SOLUTION
-# Charge would last longer than the deadline allows, so time ends the hover.
-answer_1 = task["limits.deadline_s"] - 75.79
+# Halve the interval between a hover that can be flown and one that cannot.
+low_s, high_s = 0.0, 1000.0
+while high_s - low_s > 1.0:
+    hover_s = 0.5 * (low_s + high_s)
+    itinerary = optuav.Itinerary(task.mission, [optuav.judge.Stop("hover", "hover", hover_s)])
+    low_s, high_s = (hover_s, high_s) if optuav.audit(itinerary).flyable else (low_s, hover_s)
+answer_1 = [("hover", "hover", low_s)]
 ### END SOLUTION
 
 # %%
@@ -173,27 +178,15 @@ print(task)
 # %%
 answer_2 = ...
 ### BEGIN SOLUTION
-# What is kept back in addition, over the current.
-answer_2 = (task["limits.min_soc"] - 0.05) * 2 * 36_000 / 87.91
+# The replay says when the available well is empty, and its trace what is in the other one then.
+import numpy as np
+
+falling = optuav.replay(optuav.solve(task.mission, "P3", perspective="battery"))
+bound_As = np.interp(falling.first_s("empty"), falling.trace.time_s, falling.trace.bound_As[:, 0])
+letter = next(key for key, reason in task.reasons.items() if "available well is empty" in reason)
+answer_2 = letter, bound_As
 ### END SOLUTION
 
 # %%
 grade = exercises.check("01.2", answer_2, student)
-print(grade)
-
-# %%
-task = exercises.task("01.3", student)
-print(task)
-
-# %%
-answer_3 = ...
-### BEGIN SOLUTION
-# 95 % of both packs less 7843 A s of flight, at 87.91 A, against the time that is left.
-lasts_s = (0.95 * 2 * task["battery.capacity_As"] - 7843) / 87.91
-left_s = 1200 - 75.79
-answer_3 = "charge" if lasts_s < left_s else "deadline", abs(lasts_s - left_s)
-### END SOLUTION
-
-# %%
-grade = exercises.check("01.3", answer_3, student)
 print(grade)

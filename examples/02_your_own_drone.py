@@ -166,38 +166,12 @@ print(task)
 # %%
 answer_1 = ...
 ### BEGIN SOLUTION
-answer_1 = 2 * task["capacity_mAh"] / 1000 / (task["hover_min"] / 60)
+stated_A = task.mission.flight.hover_current_A
+hungry = task.mission.replace({"flight.hover_current_A": stated_A * (1 + task["more"])})
+long_s, short_s = (optuav.solve(each, "P3").hover_time_s for each in (task.mission, hungry))
+answer_1 = 100 * (1 - short_s / long_s)
 ### END SOLUTION
 
 # %%
 grade = exercises.check("02.1", answer_1, student)
-print(grade)
-
-# %%
-task = exercises.task("02.2", student)
-print(task)
-
-# %%
-answer_2 = ...
-### BEGIN SOLUTION
-answer_2 = 20 * (1 + task["payload_kg"] / task["mass_kg"]) ** 1.5
-### END SOLUTION
-
-# %%
-grade = exercises.check("02.2", answer_2, student)
-print(grade)
-
-# %%
-task = exercises.task("02.3", student)
-print(task)
-
-# %%
-answer_3 = ...
-### BEGIN SOLUTION
-# The charge that is left for the hover is the same; the time is divided by the factor.
-answer_3 = 100 * (1 - 1 / (1 + task["more"]))
-### END SOLUTION
-
-# %%
-grade = exercises.check("02.3", answer_3, student)
 print(grade)

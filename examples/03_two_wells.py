@@ -211,7 +211,18 @@ print(task)
 # %%
 answer_1 = ...
 ### BEGIN SOLUTION
-answer_1 = task["available_fraction"] * task["capacity_As"] / task["current_A"]
+# Halve the interval of currents: the smaller the current, the larger the share.
+from optuav.physics.kibam import Battery, time_to_empty
+
+battery = Battery(task["capacity_As"], task["share"], 2e-4)
+low_A, high_A = 0.1, 500.0
+while high_A - low_A > 1e-6:
+    current_A = 0.5 * (low_A + high_A)
+    lasts_s = time_to_empty(battery, battery.full, -current_A)
+    is_more = lasts_s * current_A / task["capacity_As"] > task["out"]
+    low_A, high_A = (current_A, high_A) if is_more else (low_A, current_A)
+letter = next(key for key, reason in task.reasons.items() if "limited rate" in reason)
+answer_1 = letter, low_A
 ### END SOLUTION
 
 # %%
@@ -225,25 +236,25 @@ print(task)
 # %%
 answer_2 = ...
 ### BEGIN SOLUTION
-# Wells at the same height hold charge in proportion to their widths.
-answer_2 = 0.8 * (task["available_As"] + task["bound_As"])
+# An empty available well makes the flow largest. So empty it nearly at once, and then draw what
+# flows in: try some times of the first stage, and find the largest current that can follow.
+from optuav.physics.kibam import Stage, step
+
+battery = Battery(task["capacity_As"], task["share"], 2e-4)
+most_A, time_s = task["most_A"], task["time_s"]
+dry_s, best_As = float(time_to_empty(battery, battery.full, -most_A)), 0.0
+for first_s in (0.9 * dry_s, 0.93 * dry_s, 0.96 * dry_s, 0.98 * dry_s):
+    wells = step(battery, battery.full, Stage(-most_A, first_s))
+    low_A, high_A = 0.0, 50.0
+    while high_A - low_A > 1e-6:
+        then_A = 0.5 * (low_A + high_A)
+        lasts = time_to_empty(battery, wells, -then_A) > time_s - first_s
+        low_A, high_A = (then_A, high_A) if lasts else (low_A, then_A)
+    if (drawn_As := most_A * first_s + low_A * (time_s - first_s)) > best_As:
+        best_As = drawn_As
+        answer_2 = {"first_A": most_A, "first_s": first_s, "then_A": low_A}
 ### END SOLUTION
 
 # %%
 grade = exercises.check("03.2", answer_2, student)
-print(grade)
-
-# %%
-task = exercises.task("03.3", student)
-print(task)
-
-# %%
-answer_3 = ...
-### BEGIN SOLUTION
-# A full well stands at B; the other at the share that is left of it.
-answer_3 = 4.5e-5 * task["capacity_As"] * (1 - task["left"])
-### END SOLUTION
-
-# %%
-grade = exercises.check("03.3", answer_3, student)
 print(grade)

@@ -223,6 +223,7 @@ class Early(optuav.Formulation):
         hover, rest = given.hover_and_rest(model)
         model.maximise(hover)
         model.subject_to("state of charge", given.soc_end(hover, rest) >= given.min_soc)
+        given.keep_wells(model, "battery", hover, rest)
         early = hover + rest <= given.time_left - self.margin_s
         model.subject_to("back early", early, unit="s")
 

@@ -170,7 +170,11 @@ print(task)
 # %%
 answer_1 = ...
 ### BEGIN SOLUTION
-answer_1 = task["rest_A"] / (task["hover_A"] + task["rest_A"])
+# y1 (I_hv, −I_rest) + y2 (1, 1) = (1, 0): from the second, y2 = I_rest y1.
+from fractions import Fraction
+
+charge = Fraction(1, task["hover_A"] + task["rest_A"])
+answer_1 = {"charge": charge, "deadline": task["rest_A"] * charge}
 ### END SOLUTION
 
 # %%
@@ -184,27 +188,13 @@ print(task)
 # %%
 answer_2 = ...
 ### BEGIN SOLUTION
-# y1 (I_hv, −I_rest) + y2 (1, 1) = (1, 0): from the second, y2 = I_rest y1.
-from fractions import Fraction
-
+# With y1 = 0 the deadline alone bounds Δ, and the bound of T' takes the rest out.
 charge = Fraction(1, task["hover_A"] + task["rest_A"])
-answer_2 = {"charge": charge, "deadline": task["rest_A"] * charge}
+least = {"charge": charge, "deadline": task["rest_A"] * charge}
+letter = next(key for key, reason in task.reasons.items() if "earn its own charge" in reason)
+answer_2 = letter, [least, {"deadline": 1, "bounds of T'": 1}]
 ### END SOLUTION
 
 # %%
 grade = exercises.check("07.2", answer_2, student)
-print(grade)
-
-# %%
-task = exercises.task("07.3", student)
-print(task)
-
-# %%
-answer_3 = ...
-### BEGIN SOLUTION
-answer_3 = task["usable_As"] / task["hover_A"] + 100
-### END SOLUTION
-
-# %%
-grade = exercises.check("07.3", answer_3, student)
 print(grade)

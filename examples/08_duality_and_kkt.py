@@ -345,18 +345,3 @@ else:
 # %%
 grade = exercises.check("08.2", answer_2, student)
 print(grade)
-
-# %%
-task = exercises.task("08.3", student)
-print(task)
-
-# %%
-answer_3 = ...
-### BEGIN SOLUTION
-# The plan draws Δ ampere-seconds more, each of which has the price of charge.
-answer_3 = -task["price"] * task["hover_s"]
-### END SOLUTION
-
-# %%
-grade = exercises.check("08.3", answer_3, student)
-print(grade)

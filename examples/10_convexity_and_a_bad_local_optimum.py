@@ -302,11 +302,20 @@ print(task)
 # %%
 answer_1 = ...
 ### BEGIN SOLUTION
-# The check is that of the statement; the region is in two parts where the rest is long.
+# Both hovers as far from the middle: look for a short one whose partner can be flown too.
 p4 = optuav.formulate(task.mission, optuav.P4("b9", order="hover-first"))
-middle_s = (task["short_s"] + task["long_s"]) / 2
-rows = p4.check({"hover_time_s": middle_s, "rest_time_s": task["rest_s"]})
-answer_1 = "yes" if rows.satisfied else "no", middle_s
+
+
+def can_be_flown(hover_s):
+    """Whether a hover satisfies all constraints before the rest of the task."""
+    return p4.check({"hover_time_s": hover_s, "rest_time_s": task["rest_s"]}).satisfied
+
+
+for short_s in range(30):
+    long_s = 2 * task["middle_s"] - short_s
+    if can_be_flown(short_s) and can_be_flown(long_s):
+        letter = next(key for key, reason in task.reasons.items() if "flows over first" in reason)
+        answer_1 = letter, {"short_s": short_s, "long_s": long_s}
 ### END SOLUTION
 
 # %%
@@ -329,21 +338,4 @@ while p4.check({"hover_time_s": answer_2 + 0.5, "rest_time_s": task["rest_s"]}).
 
 # %%
 grade = exercises.check("10.2", answer_2, student)
-print(grade)
-
-# %%
-task = exercises.task("10.3", student)
-print(task)
-
-# %%
-answer_3 = ...
-### BEGIN SOLUTION
-# Where the set is convex and the objective linear, they are; the wells are not linear.
-p4 = optuav.P4(task["building"], order="hover-first")
-longest = optuav.solve(task.mission, p4, perspective=task["perspective"])
-answer_3 = "no" if task["perspective"] == "available" else "yes", longest.hover_time_s
-### END SOLUTION
-
-# %%
-grade = exercises.check("10.3", answer_3, student)
 print(grade)

@@ -159,8 +159,16 @@ print(task)
 # %%
 answer_1 = ...
 ### BEGIN SOLUTION
-# The left side is largest where all the time is hover.
-answer_1 = task["hover_A"] * task["left_s"] - task["usable_As"]
+# The rows meet where first + M (1 − λ) = second + M λ; adding them gives twice Δ.
+from fractions import Fraction
+
+first_s, second_s, M = task["first_s"], task["second_s"], task["M"]
+best = {
+    "hover_time_s": Fraction(first_s + second_s + M, 2),
+    "by_way": Fraction(first_s + M - second_s, 2 * M),
+}
+letter = next(key for key, reason in task.reasons.items() if "both rows at once" in reason)
+answer_1 = letter, best
 ### END SOLUTION
 
 # %%
@@ -174,8 +182,17 @@ print(task)
 # %%
 answer_2 = ...
 ### BEGIN SOLUTION
-# The rows meet where first + M (1 − λ) = second + M λ; adding them gives twice Δ.
-answer_2 = (task["first_s"] + task["second_s"] + task["M"]) / 2
+from optuav.modelling import Model
+
+answer_2 = Model("longest hover, direct or by way of a building")
+hover = answer_2.variable("hover_time_s", "Δ", unit="s")
+rest = answer_2.variable("rest_time_s", "T'", unit="s")
+by_way = answer_2.variable("by_way", "λ", unit="1", binary=True)
+answer_2.maximise(hover)
+drawn_As = task["hover_A"] * hover - task["rest_A"] * rest
+answer_2.subject_to("charge", drawn_As <= task["usable_As"] + 1000 * (1 - by_way), unit="A s")
+answer_2.subject_to("deadline", hover + rest <= task["left_s"] + 20 * (1 - by_way), unit="s")
+answer_2.subject_to("rest only by way", rest <= 2000 * by_way, unit="s")
 ### END SOLUTION
 
 # %%
@@ -189,35 +206,11 @@ print(task)
 # %%
 answer_3 = ...
 ### BEGIN SOLUTION
-from optuav.modelling import Model
-
-answer_3 = Model("longest hover, direct or by way of a building")
-hover = answer_3.variable("hover_time_s", "Δ", unit="s")
-rest = answer_3.variable("rest_time_s", "T'", unit="s")
-by_way = answer_3.variable("by_way", "λ", unit="1", binary=True)
-answer_3.maximise(hover)
-drawn_As = task["hover_A"] * hover - task["rest_A"] * rest
-answer_3.subject_to("charge", drawn_As <= task["usable_As"] + 1000 * (1 - by_way), unit="A s")
-answer_3.subject_to("deadline", hover + rest <= task["left_s"] + 20 * (1 - by_way), unit="s")
-answer_3.subject_to("rest only by way", rest <= 2000 * by_way, unit="s")
+# One by one, as Algorithm 2 does it, and audited by the grader.
+plans = [optuav.solve(task.mission, optuav.P4(roof)) for roof in task.mission.buildings.names]
+answer_3 = max(plans, key=lambda plan: plan.hover_time_s)
 ### END SOLUTION
 
 # %%
 grade = exercises.check("11.3", answer_3, student)
-print(grade)
-
-# %%
-task = exercises.task("11.4", student)
-print(task)
-
-# %%
-answer_4 = ...
-### BEGIN SOLUTION
-# One by one, as Algorithm 2 does it, and audited by the grader.
-plans = [optuav.solve(task.mission, optuav.P4(roof)) for roof in task.mission.buildings.names]
-answer_4 = max(plans, key=lambda plan: plan.hover_time_s)
-### END SOLUTION
-
-# %%
-grade = exercises.check("11.4", answer_4, student)
 print(grade)

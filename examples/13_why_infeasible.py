@@ -194,18 +194,3 @@ answer_1 = {
 # %%
 grade = exercises.check("13.1", answer_1, student)
 print(grade)
-
-# %%
-task = exercises.task("13.2", student)
-print(task)
-
-# %%
-answer_2 = ...
-### BEGIN SOLUTION
-missing_As = task["flight_As"] - task["usable_As"]
-answer_2 = task["flight_s"] + missing_As / task["rest_A"]
-### END SOLUTION
-
-# %%
-grade = exercises.check("13.2", answer_2, student)
-print(grade)

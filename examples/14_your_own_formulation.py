@@ -218,6 +218,7 @@ class Enough(optuav.Formulation):
         model.minimise(rest)
         model.subject_to("wanted hover", hover >= self.wanted_s, unit="s")
         model.subject_to("state of charge", given.soc_end(hover, rest) >= given.min_soc)
+        given.keep_wells(model, "wells", hover, rest)
         given.keep_deadline(model, "deadline", hover, rest)
 
 
@@ -226,18 +227,4 @@ answer_1 = Enough(task["wanted_s"])
 
 # %%
 grade = exercises.check("14.1", answer_1, student)
-print(grade)
-
-# %%
-task = exercises.task("14.2", student)
-print(task)
-
-# %%
-answer_2 = ...
-### BEGIN SOLUTION
-answer_2 = task["hover_A"] / task["rest_A"]
-### END SOLUTION
-
-# %%
-grade = exercises.check("14.2", answer_2, student)
 print(grade)

@@ -188,10 +188,16 @@ print(task)
 # %%
 answer_1 = ...
 ### BEGIN SOLUTION
-import math
+# Too short below, flyable above: halve the interval between them.
+from optuav.judge import Stop
 
-# n halvings leave high / 2^n.
-answer_1 = math.ceil(math.log2(task["high_s"] / task["within_s"]))
+fails_s, flies_s = 0.0, 500.0
+while flies_s - fails_s > 0.5:
+    middle_s = 0.5 * (fails_s + flies_s)
+    flown = optuav.audit(optuav.Itinerary(task.mission, [Stop("hover", "hover", middle_s)]))
+    fails_s, flies_s = (fails_s, middle_s) if flown.flyable else (middle_s, flies_s)
+letter = next(key for key, reason in task.reasons.items() if "nearly empties" in reason)
+answer_1 = letter, {"flies_s": flies_s, "fails_s": fails_s}
 ### END SOLUTION
 
 # %%
@@ -205,41 +211,17 @@ print(task)
 # %%
 answer_2 = ...
 ### BEGIN SOLUTION
-from optuav.judge import Stop
-
-# Too short below, flyable above: halve the interval between them.
-low_s, high_s = 0.0, 500.0
-while high_s - low_s > 0.1:
-    middle_s = 0.5 * (low_s + high_s)
-    flown = optuav.audit(optuav.Itinerary(task.mission, [Stop("hover", "hover", middle_s)]))
-    low_s, high_s = (low_s, middle_s) if flown.flyable else (middle_s, high_s)
-answer_2 = high_s
-### END SOLUTION
-
-# %%
-grade = exercises.check("15.2", answer_2, student)
-print(grade)
-
-# %%
-task = exercises.task("15.3", student)
-print(task)
-
-# %%
-answer_3 = ...
-### BEGIN SOLUTION
 # Charging fills the well during the hover, so the longest way to it leaves most room: by way of a
 # roof that is passed by. The full well ends the hover.
-from optuav.judge import Stop
-
 low_s, high_s = 0.0, 400.0  # the first can be flown, the second not
 while high_s - low_s > 0.2:
     hover_s = 0.5 * (low_s + high_s)
     stops = Stop("b2", "rest", 0.0), Stop("hover", "hover", hover_s)
     flown = optuav.audit(optuav.Itinerary(task.mission, stops)).flyable
     low_s, high_s = (hover_s, high_s) if flown else (low_s, hover_s)
-answer_3 = [("b2", "rest", 0.0), ("hover", "hover", low_s)]
+answer_2 = [("b2", "rest", 0.0), ("hover", "hover", low_s)]
 ### END SOLUTION
 
 # %%
-grade = exercises.check("15.3", answer_3, student)
+grade = exercises.check("15.2", answer_2, student)
 print(grade)

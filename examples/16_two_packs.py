@@ -161,45 +161,23 @@ print(task)
 # %%
 answer_1 = ...
 ### BEGIN SOLUTION
-answer_1 = task["current_A"] / task["packs"]
+# The gain shrinks as the current grows: halve an interval of currents.
+from optuav.physics.packs import lifetime
+
+cell = {"capacity_As": task["capacity_As"], "available_fraction": 0.625, "flow_rate_per_s": 4.5e-5}
+low_A, high_A = 2.0, 20.0
+while high_A - low_A > 1e-4:
+    current_A = 0.5 * (low_A + high_A)
+    pooled_s, in_turn_s = (
+        lifetime([(current_A, 1e6)], packs=2, schedule=schedule, **cell)
+        for schedule in ("pooled", "sequential")
+    )
+    is_more = pooled_s - in_turn_s > task["gain_s"]
+    low_A, high_A = (current_A, high_A) if is_more else (low_A, current_A)
+letter = next(key for key, reason in task.reasons.items() if "half of the current" in reason)
+answer_1 = letter, low_A
 ### END SOLUTION
 
 # %%
 grade = exercises.check("16.1", answer_1, student)
-print(grade)
-
-# %%
-task = exercises.task("16.2", student)
-print(task)
-
-# %%
-answer_2 = ...
-### BEGIN SOLUTION
-from optuav.physics.packs import lifetime
-
-cell = {"capacity_As": 7200.0, "available_fraction": 0.625, "flow_rate_per_s": 4.5e-5}
-both_s = [
-    lifetime([(task["current_A"], 1.0)], packs=2, schedule=schedule, **cell)
-    for schedule in ("pooled", "sequential")
-]
-answer_2 = both_s[0] - both_s[1]
-### END SOLUTION
-
-# %%
-grade = exercises.check("16.2", answer_2, student)
-print(grade)
-
-# %%
-task = exercises.task("16.3", student)
-print(task)
-
-# %%
-answer_3 = ...
-### BEGIN SOLUTION
-# One pack always flies, and the other one is always charged.
-answer_3 = 60 * (task["draw_A"] - task["charge_A"])
-### END SOLUTION
-
-# %%
-grade = exercises.check("16.3", answer_3, student)
 print(grade)

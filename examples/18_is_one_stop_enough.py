@@ -168,34 +168,6 @@ print(task)
 # %%
 answer_1 = ...
 ### BEGIN SOLUTION
-answer_1 = task["direct_s"] - (task["first_s"] + task["second_s"])
-### END SOLUTION
-
-# %%
-grade = exercises.check("18.1", answer_1, student)
-print(grade)
-
-# %%
-task = exercises.task("18.2", student)
-print(task)
-
-# %%
-answer_2 = ...
-### BEGIN SOLUTION
-answer_2 = task["rise_As"] - 10 * task["rest_s"]
-### END SOLUTION
-
-# %%
-grade = exercises.check("18.2", answer_2, student)
-print(grade)
-
-# %%
-task = exercises.task("18.3", student)
-print(task)
-
-# %%
-answer_3 = ...
-### BEGIN SOLUTION
 # The rest before the hover fills the well, the one after it is for the flight home. For some
 # lengths of the first rest, halve the interval between hovers that can be flown and that cannot.
 from optuav.judge import Stop
@@ -210,15 +182,16 @@ for first_s in range(240, 361, 20):
             Stop("hover", "hover", hover_s),
             Stop("b10", "rest", 270.0),
         )
-        itinerary = optuav.Itinerary(task.mission, stops)
-        if optuav.audit(itinerary).flyable:
+        if optuav.audit(optuav.Itinerary(task.mission, stops)).flyable:
             low_s = hover_s
             if hover_s > best_s:
-                best_s, answer_3 = hover_s, itinerary
+                best_s, best = hover_s, stops
         else:
             high_s = hover_s
+letter = next(key for key, reason in task.reasons.items() if "for the way home" in reason)
+answer_1 = letter, optuav.Itinerary(task.mission, best)
 ### END SOLUTION
 
 # %%
-grade = exercises.check("18.3", answer_3, student)
+grade = exercises.check("18.1", answer_1, student)
 print(grade)

@@ -130,39 +130,27 @@ print(task)
 # %%
 answer_1 = ...
 ### BEGIN SOLUTION
-# A small current gets all of the charge, a large one the available part alone.
-answer_1 = task["fast_As"] / task["slow_As"]
+# Half as much capacity again; the smaller its available share, the shorter its life.
+from optuav.physics.packs import lifetime
+
+
+def lasts_s(capacity_As, share):
+    """Lifetime under the current of the task [s]."""
+    cell = {"capacity_As": capacity_As, "available_fraction": share, "flow_rate_per_s": 2.8e-4}
+    return lifetime([(task["current_A"], 1e6)], **cell)
+
+
+measured_s = lasts_s(task["capacity_As"], task["share"])
+low, high = 0.001, task["share"]
+while high - low > 1e-6:
+    share = 0.5 * (low + high)
+    is_short = lasts_s(1.5 * task["capacity_As"], share) < measured_s
+    low, high = (share, high) if is_short else (low, share)
+other = {"capacity_As": 1.5 * task["capacity_As"], "available_fraction": high}
+letter = next(key for key, reason in task.reasons.items() if "one combination" in reason)
+answer_1 = letter, other
 ### END SOLUTION
 
 # %%
 grade = exercises.check("19.1", answer_1, student)
-print(grade)
-
-# %%
-task = exercises.task("19.2", student)
-print(task)
-
-# %%
-answer_2 = ...
-### BEGIN SOLUTION
-answer_2 = task["share"] * (1 - task["share"]) * task["per_min"] / 60
-### END SOLUTION
-
-# %%
-grade = exercises.check("19.2", answer_2, student)
-print(grade)
-
-# %%
-task = exercises.task("19.3", student)
-print(task)
-
-# %%
-answer_3 = ...
-### BEGIN SOLUTION
-# Half of the capacity times twice the share is as much as before.
-answer_3 = task["lifetime_s"]
-### END SOLUTION
-
-# %%
-grade = exercises.check("19.3", answer_3, student)
 print(grade)

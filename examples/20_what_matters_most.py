@@ -141,43 +141,11 @@ print(task)
 # %%
 answer_1 = ...
 ### BEGIN SOLUTION
-answer_1 = task["price"] * task["value"] / task["hover_s"]
+heavy = task.mission.replace({"body.mass_kg": task["body.mass_kg"] * (1 + task["more"])})
+light_s, heavy_s = (optuav.solve(each).hover_time_s for each in (task.mission, heavy))
+answer_1 = 100 * (1 - heavy_s / light_s)
 ### END SOLUTION
 
 # %%
 grade = exercises.check("20.1", answer_1, student)
-print(grade)
-
-# %%
-task = exercises.task("20.2", student)
-print(task)
-
-# %%
-answer_2 = ...
-### BEGIN SOLUTION
-import math
-
-# 1.96 √(p (1 − p) / n) is to be the half of the interval.
-p = task["share"]
-answer_2 = math.ceil(p * (1 - p) * (1.96 / task["within"]) ** 2)
-### END SOLUTION
-
-# %%
-grade = exercises.check("20.2", answer_2, student)
-print(grade)
-
-# %%
-task = exercises.task("20.3", student)
-print(task)
-
-# %%
-answer_3 = ...
-### BEGIN SOLUTION
-program = optuav.formulate(task.mission, optuav.P4("b1", order="rest-first"), perspective="battery")
-price = program.shadow_prices()["deadline_s"].more
-answer_3 = price * task["limits.deadline_s"] / program.solve().hover_time_s
-### END SOLUTION
-
-# %%
-grade = exercises.check("20.3", answer_3, student)
 print(grade)

@@ -247,41 +247,26 @@ print(task)
 # %%
 answer_1 = ...
 ### BEGIN SOLUTION
-# P_u / d² stays the same.
-answer_1 = 501.4836 * (task["link.transmit_power_W"] / 5) ** 0.5
+# Solve for the share of the light at which the cap is just reached, and then for the visibility.
+import numpy as np
+
+from optuav.mission.beams.fits import Fits
+from optuav.network import vehicle
+from optuav.physics import laser
+
+hazy, conversion = task.mission, Fits(task.mission).conversion
+far_m = np.linalg.norm(np.subtract(vehicle.hover_point_m(hazy), hazy.laser.position_m))
+cap_W = hazy.battery.charge_current_A * hazy.battery.nominal_voltage_V
+low_km, high_km = 0.1, 50.0
+while high_km - low_km > 1e-6:
+    visible_km = 0.5 * (low_km + high_km)
+    alpha = laser.attenuation(hazy.laser.wavelength_nm, visible_km)
+    power_W = laser.received_power(conversion, hazy.laser.power_W, alpha, far_m, np.inf)
+    low_km, high_km = (visible_km, high_km) if power_W < cap_W else (low_km, visible_km)
+letter = next(key for key, reason in task.reasons.items() if "cap hides" in reason)
+answer_1 = letter, high_km
 ### END SOLUTION
 
 # %%
 grade = exercises.check("22.1", answer_1, student)
-print(grade)
-
-# %%
-task = exercises.task("22.2", student)
-print(task)
-
-# %%
-answer_2 = ...
-### BEGIN SOLUTION
-import math
-
-answer_2 = 100 * math.exp(-task["alpha"] * task["distance_m"] / 1000)
-### END SOLUTION
-
-# %%
-grade = exercises.check("22.2", answer_2, student)
-print(grade)
-
-# %%
-task = exercises.task("22.3", student)
-print(task)
-
-# %%
-answer_3 = ...
-### BEGIN SOLUTION
-light_W = 0.34 * task["laser.power_W"] - 1.1
-answer_3 = min(0.5434 * 0.876 * light_W - 0.2761, 111)
-### END SOLUTION
-
-# %%
-grade = exercises.check("22.3", answer_3, student)
 print(grade)

@@ -161,26 +161,30 @@ print(task)
 # %%
 answer_1 = ...
 ### BEGIN SOLUTION
-half_m = task["length_m"] / 2
-rise_m = task["roof_m"] + 5 - 50
-answer_1 = 50 + rise_m * half_m / (half_m - task["depth_m"] / 2)
+import numpy as np
+
+from optuav.mission.flights.rotors import Rotors
+from optuav.network import vehicle
+from optuav.physics import six_stages
+
+airframe, motor = Rotors(task.mission).airframe, Rotors(task.mission).motor
+way_m = np.subtract(vehicle.hover_point_m(task.mission), task.mission.route.origin_m)
+
+
+def duration_s(share):
+    """Time of a share of the leg, from rest to rest [s]."""
+    return float(six_stages.leg(airframe, motor, tuple(share * way_m)).loads.duration_s)
+
+
+low, high = 1e-4, 0.5
+while high - low > 1e-7:
+    share = 0.5 * (low + high)
+    is_less = duration_s(share) + duration_s(1 - share) - duration_s(1) < task["more_s"]
+    low, high = (share, high) if is_less else (low, share)
+letter = next(key for key, reason in task.reasons.items() if "from rest to rest" in reason)
+answer_1 = letter, low * float(np.linalg.norm(way_m))
 ### END SOLUTION
 
 # %%
 grade = exercises.check("30.1", answer_1, student)
-print(grade)
-
-# %%
-task = exercises.task("30.2", student)
-print(task)
-
-# %%
-answer_2 = ...
-### BEGIN SOLUTION
-half = (task["distance_m"] / 2 / task["rate"]) ** 0.5
-answer_2 = 2 * 2 * half - 2 * (task["distance_m"] / task["rate"]) ** 0.5
-### END SOLUTION
-
-# %%
-grade = exercises.check("30.2", answer_2, student)
 print(grade)

@@ -132,29 +132,11 @@ print(task)
 # %%
 answer_1 = ...
 ### BEGIN SOLUTION
-longest_s = (task["usable_As"] - task["flight_As"]) / task["hover_A"]
-pause_s = task["drones"] * longest_s - longest_s - task["flight_s"]
-answer_1 = task["usable_As"] / pause_s
+pads = optuav.coverage(task.mission).watts(drones=task["drones"])
+letter = next(key for key, reason in task.reasons.items() if "ever less time" in reason)
+answer_1 = letter, pads.power_W
 ### END SOLUTION
 
 # %%
 grade = exercises.check("32.1", answer_1, student)
-print(grade)
-
-# %%
-task = exercises.task("32.2", student)
-print(task)
-
-# %%
-answer_2 = ...
-### BEGIN SOLUTION
-import math
-
-away_s = task["flight_s"] + task["rest_s"]
-apart = task["devices"] * (math.ceil(away_s / task["hover_s"]) + 1)
-answer_2 = apart - task["devices"] - math.ceil(task["devices"] * away_s / task["hover_s"])
-### END SOLUTION
-
-# %%
-grade = exercises.check("32.2", answer_2, student)
 print(grade)

@@ -186,27 +186,21 @@ print(task)
 # %%
 answer_1 = ...
 ### BEGIN SOLUTION
+# Halve the interval between a well that is enough and one that is not.
 from optuav.physics import kibam
 
-pair = kibam.Battery(36_000.0, task["available_fraction"], task["flow_rate_per_s"])
-leg = kibam.Stage(-task["flight_A"], task["flight_s"])
-answer_1 = -kibam.tilted_after(pair, kibam.Tilted(0.0, 0.0), leg).wells(pair).available_As
+pack = kibam.Battery(72_000, task["available_fraction"], task["flow_rate_per_s"])
+way = kibam.Stage(-task["flight_A"], task["flight_s"])
+dry_As, home_As = 0.0, float(task["total_As"])
+while home_As - dry_As > 10.0:
+    middle_As = 0.5 * (dry_As + home_As)
+    landed = kibam.step(pack, kibam.Wells(middle_As, task["total_As"] - middle_As), way)
+    is_dry = landed.available_As < 0
+    dry_As, home_As = (middle_As, home_As) if is_dry else (dry_As, middle_As)
+letter = next(key for key, reason in task.reasons.items() if "Only the available well" in reason)
+answer_1 = letter, {"home_As": home_As, "dry_As": dry_As}
 ### END SOLUTION
 
 # %%
 grade = exercises.check("33.1", answer_1, student)
-print(grade)
-
-# %%
-task = exercises.task("33.2", student)
-print(task)
-
-# %%
-answer_2 = ...
-### BEGIN SOLUTION
-answer_2 = optuav.return_by(task.mission).rows[0]["latest_s"]
-### END SOLUTION
-
-# %%
-grade = exercises.check("33.2", answer_2, student)
 print(grade)

@@ -35,8 +35,8 @@ print(paper.summary(), plan.summary(), optuav.ledger().summary, optuav.ledger().
 siting = optuav.place_laser([paper, paper], [[1000, 0, 50], [0, 0, 50]], lasers=2)
 print(siting, siting.summary(), sep="\\n")
 print(optuav.compare(paper, by="perspective"), optuav.ledger("table1"), sep="\\n")
-task = exercises.task("05.1")
-print(task, exercises.check("05.1", task.model), exercises.check("01.1", 1.0), sep="\\n")
+task = exercises.task("07.1")
+print(task, exercises.check("07.1", {}), exercises.check("02.1", 1.0), sep="\\n")
 try:
     paper.replace({"limits.deadline_s": "≤ Δ"})
 except optuav.InputError as error:

@@ -1,6 +1,7 @@
 """What students call: the numbers of all exercises, a task, and its grade."""
 
 import linecache
+import re
 import traceback
 import unicodedata
 from collections.abc import Mapping
@@ -15,18 +16,11 @@ from optuav.errors import MOST_SHOWN, Fault, InputError, OptuavError
 from optuav.exercises.exercise import OPEN, Exercise, Grade, Task
 from optuav.mission.messages import nearest, shown
 
-PARTS = (
-    "first_flights",
-    "optimisation",
-    "own_problems",
-    "dry_or_full",
-    "measurements",
-    "many_missions",
-    "of_today",
-    "through_the_day",
-)
-"""Files of exercises, one a part of the course, in its order."""
+PARTS = ("battery", "optimisation", "physics", "through_the_day")
+"""Files of exercises."""
 
+RENUMBERED = {"10": "12", "11": "10", "12": "11"}
+"""Lessons that have another number now."""
 
 PLAIN = ("builtins", "numpy", "fractions", "decimal")
 """Modules of answers that run no code of their own: another error is one of the grader."""
@@ -37,7 +31,8 @@ def _exercises() -> Mapping[str, Exercise]:
     """Every exercise by number."""
     parts = (vars(import_module(f"optuav.exercises.{part}")) for part in PARTS)
     every = (each for part in parts for each in part.values())
-    return {each.number: each for each in every if isinstance(each, Exercise)}
+    found = {each.number: each for each in every if isinstance(each, Exercise)}
+    return dict(sorted(found.items()))
 
 
 def numbers(lesson: str = "") -> tuple[str, ...]:
@@ -86,20 +81,36 @@ def task(number: str, student: str = "") -> Task:
     --------
     >>> from optuav import exercises
     >>> found = exercises.task("01.1", student="ada")
-    >>> found.mission.limits.deadline_s == found["limits.deadline_s"]
+    >>> found.mission.battery.capacity_As == found["battery.capacity_As"]
     True
     """
     known, faults = _exercises(), list[Fault]()
     if not isinstance(number, str) or number not in known:
-        stated = number if isinstance(number, str) else shown(number)
-        meant = f"0{stated}" if f"0{stated}" in known else stated
-        words = f"no exercise has this number{nearest(meant, known)}; there are {', '.join(known)}"
-        faults.append(Fault("number", shown(number), words))
+        faults.append(Fault("number", shown(number), _unknown(number, known)))
     if not isinstance(student, str):
         faults.append(Fault("student", shown(student), "a text, as student='123456'"))
     if faults:
         raise InputError(faults)
     return known[number].task(unicodedata.normalize("NFC", student.strip()))
+
+
+def _unknown(number: object, known: Mapping[str, Exercise]) -> str:
+    """Return what to say of a number that no exercise has: what there is in its lesson now."""
+    stated = number if isinstance(number, str) else shown(number)
+    stated = f"0{stated}" if re.fullmatch(r"[0-9]\.[0-9]+", stated) else stated
+    if stated in known or not re.fullmatch(r"([0-3][0-9]|A[12])\.[0-9]+", stated):
+        return f"no exercise has this number{nearest(stated, known)}; there are {', '.join(known)}"
+    lesson = stated.partition(".")[0]
+    places = [f"in lesson {lesson} there is now {_listed(lesson, known)}"]
+    if lesson in RENUMBERED:
+        now = RENUMBERED[lesson]
+        places.append(f"the lesson that was {lesson} is {now} now, with {_listed(now, known)}")
+    return f"no exercise has this number any more; {'; '.join(places)}"
+
+
+def _listed(lesson: str, known: Mapping[str, Exercise]) -> str:
+    found = [f"{number} ({known[number].kind})" for number in numbers(lesson)]
+    return ", ".join(found) or "no exercise"
 
 
 def check(number: str, answer: object, student: str = "") -> Grade:
@@ -110,11 +121,12 @@ def check(number: str, answer: object, student: str = "") -> Grade:
     number
         Number of the exercise, as ``"01.2"``.
     answer
-        What the task asks for. To predict: a number, or a pair of a word and a number. To declare:
-        a `Formulation`, its class if it has no fields of its own, or a `Model`. To prove: the
-        multiplier of each constraint by label, as fractions or other numbers; a float is read as
-        the nearest fraction whose denominator is at most a million. To design: an `Itinerary`, a
-        `Plan`, or stops as ``("b1", "rest", 100.0)``. An ellipsis ``...`` stands for no answer yet.
+        What the task asks for. To predict: a number. To declare: a `Formulation`, its class if it
+        has no fields of its own, or a `Model`. To prove: multipliers by label of the constraint, as
+        fractions or other numbers; a float is read as the nearest fraction whose denominator is at
+        most a million. To design: what the task names, such as an `Itinerary`, a `Plan`, or stops
+        such as ``("b1", "rest", 100.0)``. To explain why: the letter of a reason and a witness, as
+        a pair. An ellipsis ``...`` stands for no answer yet.
     student
         The text for which the task was made.
 

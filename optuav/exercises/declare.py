@@ -1,9 +1,9 @@
 """Declare: a problem with the feasible set and the optimum of another that is stated otherwise."""
 
 import copy
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import MISSING, fields, replace
-from functools import partial
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from optuav.arrays import Booleans, Floats
 from optuav.engines.registry import preferred
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError
-from optuav.exercises.exercise import Draws, Exercise, Grade, Task
+from optuav.exercises.exercise import Exercise, Grade, Kind, Task
 from optuav.mission.messages import shown
 from optuav.modelling import Check, Checks, Model, check
 from optuav.modelling.classify import traits
@@ -27,27 +27,23 @@ AMBIGUOUS = 1e-6  # Slack below which a point is left out, relative to max(1, |r
 SAME = 1e-5  # How far two optima may differ, relative to max(1, |optimum|)
 
 
-def declare(
-    number: str,
-    text: str,
-    *,
-    mission: str = "paper",
-    draws: Draws | None = None,
-    fixed: Mapping[str, object] | None = None,
-) -> Callable[[Callable[[Task], Program | Model]], Exercise]:
-    """An exercise whose answer is equivalent to a model, or to a program of one route."""
+@dataclass(frozen=True)
+class Declare(Exercise):
+    """An exercise whose answer is equivalent to a model, or to a program of one route.
 
-    def declared(function: Callable[[Task], Program | Model]) -> Exercise:
-        grade = partial(_grade, function)
-        return Exercise(number, "declare", text, grade, mission, draws or {}, fixed or {})
+    The decorated function returns the model or the program.
+    """
 
-    return declared
+    kind: ClassVar[Kind] = "declare"
+
+    @np.errstate(all="ignore")  # Points around a feasible set may leave a function's domain
+    def grade(self, task: Task, answer: object) -> Grade:
+        """Return the grade of a formulation or a model."""
+        return _grade(self.function(task), task, answer)
 
 
-@np.errstate(all="ignore")  # Points around a feasible set may be outside of a function's domain
-def _grade(function: Callable[[Task], Program | Model], task: Task, answer: object) -> Grade:
+def _grade(asked: Program | Model, task: Task, answer: object) -> Grade:
     """The grade of a formulation or a model."""
-    asked = function(task)
     wanted = asked if isinstance(asked, Model) else _of_one_route(asked.parts[0])
     names = {each.name for each in wanted.variables}
     unknowns = f"a problem with the unknowns {', '.join(sorted(names))}"

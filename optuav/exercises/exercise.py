@@ -1,36 +1,28 @@
-"""What an exercise is made of: numbers drawn for each student, its task, and grades of answers."""
+"""The parts of an exercise: numbers drawn for each student, its task, and grades of answers."""
 
-import math
-import operator
 import re
 import textwrap
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from decimal import Decimal
-from fractions import Fraction
-from functools import reduce
 from hashlib import sha256
-from typing import Any, Literal, TypeAlias
-
-import numpy as np
+from typing import Any, ClassVar, Literal, Self, TypeAlias
 
 from optuav.errors import Fault, InputError, printable, printed
 from optuav.mission import Mission, load
 from optuav.mission.messages import nearest
 from optuav.modelling import Model
-from optuav.modelling.expression import Operand
 
-Kind: TypeAlias = Literal["predict", "declare", "prove", "design"]
-Draws: TypeAlias = Mapping[str, Sequence[float | str]]
-"""What a student's numbers are chosen from, by key of the mission or by name."""
+Kind: TypeAlias = Literal["predict", "declare", "design", "prove", "explain-why"]
+Draws: TypeAlias = Mapping[str, Any]
+"""Of each number, by key of the mission or name: its choices, or a function of those before."""
 
 CORRECT, WRONG, OPEN = "correct", "not correct", "no answer yet"
-LARGEST = 300  # Power of ten from which on a decimal is none to compute with
-NUMBER = re.compile(r"\{([\w.]+)(?::([^}]*))?\}")
+LETTERS = "abcdef"
+NUMBER = re.compile(r"\{([a-zA-Z][\w.]*)(?::([^}]*))?\}")
 
 
 def decimals(first: float, last: float, step: float) -> tuple[float, ...]:
-    """Numbers from the first to the last in equal steps, each the float of its short decimal."""
+    """Return numbers from first to last in equal steps, each the float of its short decimal."""
     return tuple(round(first + k * step, 9) for k in range(round((last - first) / step) + 1))
 
 
@@ -41,22 +33,24 @@ class Task:
     Parameters
     ----------
     number, kind
-        Number of the exercise, and what is to be done: predict, declare, prove or design.
+        Number of the exercise, and its kind: predict, declare, design, prove or explain-why.
     text
-        What is asked, with the numbers.
+        Question, with the numbers; the reasons to choose from are lines of their own.
     numbers
-        What was drawn for the student, by key of the mission or by name; ``task["name"]`` too.
+        Numbers drawn for the student, by key of the mission or by name; also ``task["name"]``.
     mission
-        The mission in question, with the numbers in it.
+        Mission of the exercise, with the numbers in it.
     model
-        The model whose optimum or conflict is to be proved; None in other exercises.
+        Model to prove something about, or None.
+    reasons
+        Reasons to choose from, by letter.
 
     Examples
     --------
     >>> from optuav import exercises
-    >>> task = exercises.task("02.1", student="ada")
-    >>> task.kind, task["capacity_mAh"]
-    ('predict', 6000)
+    >>> task = exercises.task("05.1", student="ada")
+    >>> task.kind, task["hover_A"]
+    ('declare', 80)
     """
 
     number: str
@@ -65,6 +59,7 @@ class Task:
     numbers: Mapping[str, float | str]
     mission: Mission
     model: Model | None = None
+    reasons: Mapping[str, str] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Any:
         if name not in self.numbers:
@@ -74,7 +69,9 @@ class Task:
 
     @printed
     def __str__(self) -> str:
-        lines = [f"Exercise {self.number} ({self.kind})", *textwrap.wrap(self.text, 80)]
+        lines = [f"Exercise {self.number} ({self.kind})"]
+        for paragraph in self.text.split("\n"):
+            lines += textwrap.wrap(paragraph, 80, subsequent_indent="    " * (paragraph[:1] == "("))
         return "\n".join([*lines, "", str(self.model)] if self.model else lines)
 
     def __repr__(self) -> str:
@@ -84,16 +81,17 @@ class Task:
         from optuav import markup
         from optuav.modelling.mathml import html
 
-        heading = markup.element("strong", f"Exercise {self.number} ({self.kind})")
-        model = html(self.model) if self.model else []
-        words = self.text.split("`")  # Every second piece stood between two of them
-        said = (markup.element("code", w) if k % 2 else w for k, w in enumerate(words))
-        return markup.shown(markup.element("p", heading), markup.element("p", *said), *model)
+        shown = [markup.element("p", markup.element("strong", f"Exercise {self.number}"))]
+        for paragraph in self.text.split("\n"):
+            words = paragraph.split("`")  # Every second piece stood between two of them
+            pieces = (markup.element("code", w) if k % 2 else w for k, w in enumerate(words))
+            shown.append(markup.element("p", *pieces))
+        return markup.shown(*shown, *(html(self.model) if self.model else []))
 
 
 @dataclass(frozen=True)
 class Grade:
-    """What a grader says of an answer; true where it is correct.
+    """Verdict on an answer; true if the answer is correct.
 
     Parameters
     ----------
@@ -102,21 +100,18 @@ class Grade:
     verdict
         ``"correct"``, ``"not correct"`` or ``"no answer yet"``.
     words
-        What is off, or how good the answer is.
+        The first mistake, or how good the answer is.
     hint
         What to think about next; never the answer.
     score
-        From 0 to 1; of an itinerary its hover time as a share of the best.
+        From 0 to 1; for an itinerary its hover time as a share of the best.
 
     Examples
     --------
     >>> from optuav import exercises
     >>> grade = exercises.check("02.1", 10.0, student="ada")
-    >>> bool(grade), grade.words
-    (False, 'a common mistake')
-    >>> print(grade)
-    exercise 02.1: not correct; a common mistake
-    Hint: both packs are emptied
+    >>> bool(grade), grade.verdict
+    (False, 'not correct')
     """
 
     number: str
@@ -133,7 +128,7 @@ class Grade:
         head = f"exercise {self.number}: {self.verdict}"
         lines = [f"{head}; {self.words}" if self.words else head]
         lines += [f"Hint: {self.hint}"] if self.hint else []
-        return "\n".join(textwrap.fill(each, 80, subsequent_indent="  ") for each in lines)
+        return "\n".join(textwrap.fill(line, 80, subsequent_indent="  ") for line in lines)
 
     def __repr__(self) -> str:
         return f"<Grade {self.number}: {self.verdict}>"
@@ -141,97 +136,77 @@ class Grade:
     def _repr_html_(self) -> str:
         from optuav import markup
 
-        said = "; ".join(filter(None, (f"Exercise {self.number}: {self.verdict}", self.words)))
-        content = [markup.paragraph(said, good=None if self.verdict == OPEN else bool(self))]
+        verdict = "; ".join(filter(None, (f"Exercise {self.number}: {self.verdict}", self.words)))
+        content = [markup.paragraph(verdict, good=None if self.verdict == OPEN else bool(self))]
         content += [markup.paragraph(f"Hint: {self.hint}")] if self.hint else []
         return markup.shown(*content)
 
     @classmethod
-    def correct(cls, task: Task, words: str = "", score: float = 1.0) -> "Grade":
-        """The grade of a correct answer."""
+    def correct(cls, task: Task, words: str = "", score: float = 1.0) -> Self:
+        """Return the grade of a correct answer."""
         return cls(task.number, CORRECT, words, score=score)
 
     @classmethod
-    def wrong(cls, task: Task, words: str, hint: str = "", score: float = 0.0) -> "Grade":
-        """The grade of an answer that is not correct."""
+    def wrong(cls, task: Task, words: str, hint: str = "", score: float = 0.0) -> Self:
+        """Return the grade of an answer that is not correct."""
         return cls(task.number, WRONG, printable(words), printable(hint), score)
 
 
 @dataclass(frozen=True)
 class Exercise:
-    """An exercise as a part of the course declares it."""
+    """An exercise as the bank declares it: a decorator of the function that knows the answer."""
 
     number: str
-    kind: Kind
-    text: str  # With names of numbers in braces, as {limits.deadline_s} or {limits.min_soc:.0%}
-    grade: Callable[[Task, object], Grade]
-    mission: str = "paper"
+    text: (
+        str  # With names of numbers in braces, such as {limits.deadline_s} or {limits.min_soc:.0%}
+    )
     draws: Draws = field(default_factory=dict)
+    mission: str = "paper"
     fixed: Mapping[str, object] = field(default_factory=dict)  # Other keys of the mission
-    model: Callable[[Task], Model] | None = None
+    reasons: Mapping[str, str] = field(default_factory=dict)  # With hints; the right one has none
+    function: Callable[..., Any] = print  # In place of the one that is decorated
+    kind: ClassVar[Kind]
+    answer: ClassVar[str] = ""  # How an answer is written
+
+    def __call__(self, function: Callable[..., Any]) -> Self:
+        """Return the exercise with its function, as a decorator."""
+        return replace(self, function=function)
+
+    def grade(self, task: Task, answer: object) -> Grade:
+        """Return the grade of an answer."""
+        raise NotImplementedError
+
+    def model_of(self, task: Task) -> Model | None:
+        """Return the model that the task shows."""
+        return None
 
     def task(self, student: str) -> Task:
-        """The task of a student: each number is chosen by a hash, and so the same anywhere."""
-        numbers = {name: self._drawn(name, student) for name in self.draws}
-        stated = {name: each for name, each in numbers.items() if "." in name}
-        mission = load(self.mission).replace({**self.fixed, **stated})
-        text = NUMBER.sub(lambda found: _written(numbers[found[1]], found[2]), self.text)
-        task = Task(self.number, self.kind, text, numbers, mission)
-        return replace(task, model=self.model(task)) if self.model else task
+        """Return a student's task: a hash chooses each number, so it is the same anywhere."""
+        numbers = dict[str, Any]()
+        for name, choices in self.draws.items():
+            if callable(choices):
+                numbers[name] = choices(numbers)
+            else:
+                numbers[name] = choices[self._hash(name, student) % len(choices)]
+        keys = {name: value for name, value in numbers.items() if "." in name}
+        mission = load(self.mission).replace({**self.fixed, **keys})
+        ordered = sorted(self.reasons, key=lambda reason: self._hash(reason, student))
+        reasons = dict(zip(LETTERS, ordered, strict=False))
+        lines = [self.text, *(f"({letter}) {reason}" for letter, reason in reasons.items())]
+        lines += [f"Answer: {self.answer}"] if self.answer else []
+        text = filled("\n".join(lines), numbers)
+        task = Task(self.number, self.kind, text, numbers, mission, None, reasons)
+        return replace(task, model=self.model_of(task))
 
-    def _drawn(self, name: str, student: str) -> float | str:
-        choices = self.draws[name]
-        drawn = "\n".join((self.number, name, student))
-        digest = sha256(drawn.encode("utf-8", "surrogatepass")).digest()
-        return choices[int.from_bytes(digest[:8], "big") % len(choices)]
+    def _hash(self, name: str, student: str) -> int:
+        text = "\n".join((self.number, name, student))
+        return int.from_bytes(sha256(text.encode("utf-8", "surrogatepass")).digest()[:8], "big")
 
 
-def programme(
-    title: str,
-    goal: Mapping[str, tuple[str, str, float]],
-    rows: Mapping[str, tuple[Mapping[str, float], float]],
-    *,
-    sense: Literal["maximise", "minimise"] = "maximise",
-    binary: Collection[str] = (),
-) -> Model:
-    """A linear model from its numbers.
-
-    The goal has symbol, unit and coefficient of each unknown; the rows have coefficients and limit,
-    and are ≤ where the goal is maximised, else ≥.
-    """
-    model = Model(title)
-    unknowns = {
-        name: model.variable(name, symbol, unit=unit, binary=name in binary)
-        for name, (symbol, unit, _) in goal.items()
-    }
-
-    def total(coefficients: Mapping[str, float]) -> Operand:
-        terms = [(c, unknowns[name]) for name, c in coefficients.items() if c]
-        return reduce(operator.add, (x if c == 1.0 else c * x for c, x in terms))
-
-    (model.maximise if sense == "maximise" else model.minimise)(
-        total({name: each[2] for name, each in goal.items()})
-    )
-    for label, (coefficients, limit) in rows.items():
-        side = total(coefficients)
-        model.subject_to(label, side <= limit if sense == "maximise" else side >= limit)
-    return model
+def filled(text: str, numbers: Mapping[str, Any]) -> str:
+    """Return a text with numbers in place of their names in braces."""
+    return NUMBER.sub(lambda name: _written(numbers[name[1]], name[2]), text)
 
 
 def _written(value: float | str, form: str | None) -> str:
-    """A number in a text."""
     return value if isinstance(value, str) else format(value, form or ".10g").replace("%", " %")
-
-
-def plain(value: object) -> object:
-    """A number in the types of `numbers`, where it is an array of one number or a decimal."""
-    if isinstance(value, np.ndarray) and value.ndim == 0:
-        return value.item()
-    if isinstance(value, Decimal) and value.is_finite() and abs(value.adjusted()) < LARGEST:
-        return Fraction(value)
-    return value
-
-
-def is_close(value: float, other: float, within: float) -> bool:
-    """Whether two figures agree within an amount, with room for the last digits."""
-    return math.isfinite(other) and abs(value - other) <= within * (1.0 + 1e-9)

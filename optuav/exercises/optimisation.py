@@ -1,232 +1,183 @@
-"""Exercises of the second part: declarations, duality, slots and routes as programmes."""
+"""Exercises of lessons 05 to 14 and A2: declarations, duality, convexity, whole numbers, proofs."""
 
-import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
 import optuav
+from formulations.formulation import Given
 from optuav.arrays import Booleans, Floats
-from optuav.engines import closed_form
-from optuav.exercises.declare import declare
-from optuav.exercises.design import design
-from optuav.exercises.exercise import Task, decimals, programme
-from optuav.exercises.predict import Predictions, predict
-from optuav.exercises.prove import prove
+from optuav.exercises.answers import ITINERARY, Form, figure, figures, fractions
+from optuav.exercises.declare import Declare
+from optuav.exercises.exercise import Draws, Task, decimals
+from optuav.exercises.linear import linear
+from optuav.exercises.predict import Predict, Predictions
+from optuav.exercises.prove import (
+    added,
+    feasibility,
+    objective,
+    optimality,
+    prove,
+    text_of,
+    two_proofs,
+)
+from optuav.exercises.witness import Condition, Conditions, Witness, flown, within
+from optuav.judge import Itinerary
 from optuav.modelling import Model
-from optuav.modelling.classify import traits
-from optuav.options import Perspective
 from optuav.solving import Program
 
-TIMES = {"hover_time_s": ("Δ", "s", 1.0), "rest_time_s": ("T'", "s", 0.0)}
-PERSPECTIVES: tuple[Perspective, ...] = ("battery", "energy", "available")
-CURRENTS = {"hover_A": range(60, 121, 2), "rest_A": range(4, 13)}
+CURRENTS = {"hover_A": range(60, 121), "rest_A": range(4, 13)}
 NUMBERS = {**CURRENTS, "usable_As": range(50_000, 60_001, 500), "left_s": range(1050, 1201, 10)}
-"""Of (P4) in whole numbers; charge and deadline bind at most of them."""
+"""Numbers of (P4); charge and deadline bind at most of them."""
 
 
-def _with_rest(task: Task, **more: tuple[dict[str, float], float]) -> Model:
-    """The longest hover with a rest, in whole numbers, with more rows."""
-    drawn = {"hover_time_s": task["hover_A"], "rest_time_s": -task["rest_A"]}
-    time = {"hover_time_s": 1.0, "rest_time_s": 1.0}
-    rows = {"charge": (drawn, task["usable_As"]), "deadline": (time, task["left_s"])}
-    return programme("longest hover with a rest", TIMES, rows | more)
+P4 = (
+    "longest hover with a rest",
+    "max Δ",
+    "charge: {hover_A} Δ − {rest_A} T' ≤ {usable_As}",
+    "deadline: Δ + T' ≤ {left_s}",
+)
 
 
-@declare(
+@Declare(
     "05.1",
     "Declare a Model with the unknowns hover_time_s and rest_time_s: the longest hover, where "
     "hovering draws {hover_A} A and resting returns {rest_A} A, at most {usable_As} A s may be "
     "drawn in all, and both together last {left_s} s at most.",
-    draws={**CURRENTS, "usable_As": range(40_000, 59_001, 1000), "left_s": range(1000, 1401, 50)},
+    {**CURRENTS, "usable_As": range(40_000, 59_001, 1000), "left_s": range(1000, 1401, 50)},
 )
 def _longest_hover(task: Task) -> Model:
-    return _with_rest(task)
+    return linear(task, P4)
 
 
-@declare(
+@Declare(
     "05.2",
-    "Declare a formulation: as P4, but the UAV is to be back {margin_s} s before the deadline. It "
-    "is compared with P4 on {building}, hover first, in the perspective battery.",
-    draws={"margin_s": range(20, 201, 5), "building": tuple(f"b{k}" for k in range(1, 11))},
+    "Declare a formulation: as P4, with wells that must not run dry or be charged past full, but "
+    "the UAV is to be back {margin_s} s before the deadline. It is compared with P4 on "
+    "{building}, hover first, in the perspective available.",
+    {"margin_s": range(20, 201, 5), "building": tuple(f"b{k}" for k in range(1, 11))},
 )
 def _early(task: Task) -> Program:
     deadline_s = task.mission.limits.deadline_s - task["margin_s"]
     sooner = task.mission.replace({"limits.deadline_s": deadline_s})
-    problem = optuav.P4(task["building"], order="hover-first")
-    return optuav.formulate(sooner, problem, perspective="battery")
+    return optuav.formulate(sooner, optuav.P4(task["building"], order="hover-first"))
 
 
-@predict(
+_one_unknown = prove(
     "06.1",
-    "One pack of `paper` holds {battery.capacity_As} A s. How long [s] is the hover of P3 in the "
-    "perspective battery, if flights draw 7843.1 A s in all, hovering draws 87.91 A and 5 % of the "
-    "charge are kept?",
-    unit="s",
-    within=0.5,
-    draws={"battery.capacity_As": range(30_000, 50_001, 100)},
+    "Prove the optimum by the multiplier of each constraint, unrounded. Which of the limits binds?",
+    {
+        "hover_A": range(60, 121),
+        "usable_As": range(50_000, 60_001, 500),
+        "hover_W": range(800, 1501, 7),
+        "energy_J": range(600_000, 800_001, 5000),
+    },
+    (
+        "longest hover without a rest",
+        "max Δ",
+        "charge: {hover_A} Δ ≤ {usable_As}",
+        "energy: {hover_W} Δ ≤ {energy_J}",
+        "deadline: Δ ≤ 1100",
+    ),
 )
-def _by_hand(task: Task) -> Predictions:
-    hover_s, by_energy_s, flown_s = (
-        optuav.solve(task.mission, "P3", perspective=each).hover_time_s for each in PERSPECTIVES
-    )
-    yield hover_s, "usable charge is 95 % of both packs less what the flights draw"
-    yield by_energy_s, "that is the answer of the perspective energy"
-    yield flown_s, "that is the answer of the perspective available, in which the wells count"
-    yield hover_s + 7843.1 / 87.91, "the flights draw their share first"
-    yield hover_s + 3600.0 * task["battery.capacity_As"] / 36_000.0 / 87.91, "5 % stay in the packs"
 
-
-@predict(
-    "06.2",
-    "In slots of {slot_s} s, how long [s] is the hover of P3 (1200 s, perspective battery, "
-    "min_soc {limits.min_soc:.1%})? In continuous times it is the usable charge over 87.91 A; "
-    "flights draw 7843.1 A s of 72 000 A s.",
-    unit="s",
-    within=0.01,
-    draws={"slot_s": range(7, 61), "limits.min_soc": decimals(0.05, 0.2, 0.005)},
-)
-def _in_slots(task: Task) -> Predictions:
-    slot_s = task["slot_s"]
-    plan = optuav.solve(task.mission, "P3", perspective="battery", slot_s=slot_s)
-    hover_s = plan.hover_time_s
-    yield hover_s, "only whole slots count, and the charge of a slot that is begun is needed too"
-    yield hover_s + slot_s, "rounded up, the charge does not last"
-
-
-@prove(
-    "06.3",
-    "Prove the optimum: give the multiplier of each constraint, as a dict by label, and unrounded.",
-    draws={"hover_A": range(60, 121), "usable_As": range(50_000, 60_001, 500)},
-)
-def _one_unknown(task: Task) -> Model:
-    rows = {
-        "charge": ({"hover_time_s": task["hover_A"]}, task["usable_As"]),
-        "deadline": ({"hover_time_s": 1.0}, 1100.0),
-    }
-    return programme("longest hover without a rest", {"hover_time_s": TIMES["hover_time_s"]}, rows)
-
-
-@predict(
+_two_lines = prove(
     "07.1",
-    "Charge and deadline bind. Hovering draws {hover_A} A, resting returns {rest_A} A. How many "
-    "seconds of hover does one more second of deadline bring? Answer with three decimals or more.",
-    within=0.0005,
-    draws=CURRENTS,
+    "Prove the optimum of this P4 by the multiplier of each constraint, unrounded. Those of "
+    "bounds may be left out where they are 0.",
+    NUMBERS,
+    P4,
 )
-def _price_of_time(task: Task) -> Predictions:
-    hover_A, rest_A = task["hover_A"], task["rest_A"]
-    yield (
-        rest_A / (hover_A + rest_A),
-        "of the second, part is hover and part is rest that pays for it",
-    )
-    yield rest_A / hover_A, "the rest that pays for the hover takes time of the same second"
-    yield hover_A / (hover_A + rest_A), "that is the part of the second that is rest"
 
 
-@prove(
+@Witness(
     "07.2",
-    "Prove the optimum of this P4: give the multiplier of each constraint, as a dict by label, and "
-    "unrounded. Multipliers of bounds may be left out where they are 0.",
-    draws=NUMBERS,
+    "Here the best plan just stops resting: the price of the deadline has a kink. Why? The "
+    "witness is two proofs of the same optimum: multipliers by label with the least possible "
+    "price of the deadline, and with the largest.",
+    {
+        **CURRENTS,
+        "left_s": range(500, 801),
+        "usable_As": lambda drawn: drawn["hover_A"] * drawn["left_s"],
+    },
+    reasons={
+        "A second less is lost to the hover; a second more also has to earn its own charge.": "",
+        "The longest hover jumps there.": "solve with a little less and a little more time",
+        "The laser charges with another current from there on.": "resting returns the same current",
+    },
+    form=two_proofs(*P4),
+    programme=P4,
 )
-def _two_lines(task: Task) -> Model:
-    return _with_rest(task)
+def _kink(task: Task, proofs: list[dict[str, Fraction]]) -> Conditions:
+    for proof in proofs:
+        yield from optimality(linear(task, P4), proof)
+    prices = [proof.get("deadline", Fraction(0)) for proof in proofs]
+    ends = [Fraction(task["rest_A"], task["hover_A"] + task["rest_A"]), Fraction(1)]
+    hint = "at an end, a multiplier of another constraint is 0: which may be?"
+    words = f"both prove the optimum, with the prices {' and '.join(map(text_of, prices))}"
+    yield Condition(prices == ends, words, hint, None, True)
 
 
-@predict(
-    "07.3",
-    "The price of the deadline has a kink where the best plan stops resting. Usable charge is "
-    "{usable_As} A s, hovering draws {hover_A} A, and flights take 100 s. At which deadline [s]?",
-    unit="s",
-    within=1.0,
-    draws={**CURRENTS, "usable_As": range(50_000, 60_001, 500)},
-)
-def _kink(task: Task) -> Predictions:
-    hover_s = task["usable_As"] / task["hover_A"]
-    yield hover_s + 100.0, "up to there all time is hover; then the charge is used up"
-    yield hover_s, "the deadline is that of the whole mission"
+SHORT_REST = {**NUMBERS, "most_s": range(100, 301, 10)}
 
 
-@declare(
+@Declare(
     "08.1",
     "Declare the dual of this linear programme as a Model with the unknowns charge_price, "
     "time_price and rest_price, one for each row: maximise Δ subject to {hover_A} Δ − {rest_A} T' "
     "≤ {usable_As}, Δ + T' ≤ {left_s} and T' ≤ {most_s}, with Δ ≥ 0 and T' ≥ 0.",
-    draws={**NUMBERS, "most_s": range(100, 301, 10)},
+    SHORT_REST,
 )
 def _dual(task: Task) -> Model:
-    rows = {
-        "charge_price": ((task["hover_A"], -task["rest_A"]), task["usable_As"]),
-        "time_price": ((1.0, 1.0), task["left_s"]),
-        "rest_price": ((0.0, 1.0), task["most_s"]),
-    }
-    goal = {name: (name, "1", float(limit)) for name, (_, limit) in rows.items()}
-    columns = {
-        label: ({name: coefficients[k] for name, (coefficients, _) in rows.items()}, least)
-        for k, (label, least) in enumerate((("column of Δ", 1.0), ("column of T'", 0.0)))
-    }
-    return programme("dual", goal, columns, sense="minimise")
+    return linear(
+        task,
+        (
+            "dual",
+            "min {usable_As} y1 + {left_s} y2 + {most_s} y3",
+            "column of Δ: {hover_A} y1 + y2 ≥ 1",
+            "column of T': y2 + y3 − {rest_A} y1 ≥ 0",
+        ),
+    )
 
 
-@prove(
+_short_rest = prove(
     "08.2",
-    "Give a point and multipliers that satisfy all KKT conditions of this programme: a dict of "
-    "hover_time_s, rest_time_s and the multipliers, each by its label.",
+    "Satisfy all KKT conditions of this programme: give hover_time_s, rest_time_s and the "
+    "multiplier of each constraint by its label, all in one dict.",
+    SHORT_REST,
+    (*P4, "longest rest: T' ≤ {most_s}"),
     with_point=True,
-    draws={**NUMBERS, "most_s": range(100, 301, 10)},
 )
-def _short_rest(task: Task) -> Model:
-    return _with_rest(task, **{"longest rest": ({"rest_time_s": 1.0}, task["most_s"])})
 
 
-@predict(
-    "08.3",
-    "The best plan hovers {hover_s} s and rests {rest_s} s. Charge has the price {price} s of "
-    "hover per A s. At which rate [s per ampere] does the longest hover change with the hover "
-    "current, at the margin?",
-    unit="s/A",
-    within=0.01,
-    draws={
-        "hover_s": range(500, 801),
-        "rest_s": range(200, 500),
-        "price": decimals(0.005, 0.015, 0.001),
-    },
-)
-def _price_of_current(task: Task) -> Predictions:
-    price, rate_s_per_A = task["price"], -task["price"] * task["hover_s"]
-    hint = "how much more charge does the same plan draw per ampere, and what is that worth?"
-    yield rate_s_per_A, hint
-    yield -rate_s_per_A, "does more current lengthen the hover?"
-    yield rate_s_per_A / (1.0 + price), "so much for a whole ampere; at the margin steps are small"
-    yield -task["price"] * (task["hover_s"] + task["rest_s"]), "the rest draws no more than before"
-
-
-@predict(
+@Witness(
     "09.1",
-    "The flight leaves {left_s} s of the deadline. How many pairs of a hover and a rest, both of "
-    "at least one whole slot of {slot_s} s, does the grid visit?",
-    draws={"left_s": range(300, 1101, 7), "slot_s": (2.0, 5.0, 10.0, 20.0)},
+    "One pack of `paper` holds {battery.capacity_As} A s. Slots of {coarse_s} s cut the direct "
+    "hover short: optuav.solve(task.mission, 'P3', slot_s={coarse_s}). Finer slots may do worse. "
+    "Why? The witness is the length [s] of a finer slot, at least half as long, with which the "
+    "hover is shorter and loses at least 97 % of one slot.",
+    {"battery.capacity_As": range(30_000, 42_001, 100), "coarse_s": range(30, 61)},
+    reasons={
+        "Whole coarse slots are whole fine ones only if the one length divides the other.": "",
+        "More cells are visited, and the search misses some.": "Algorithm 1 tries every cell",
+        "Rounding errors of many slots add up.": "less than a slot is lost, however many there are",
+    },
+    form=figure("s", 15.0, 60.0),
 )
-def _cells(task: Task) -> Predictions:
-    slots = math.floor(task["left_s"] / task["slot_s"])
-    yield slots * (slots - 1) // 2, "count the pairs for a hover of 1 slot, of 2 slots, and so on"
-    yield slots * slots, "hover and rest together must fit into the time that is left"
-    yield slots * (slots + 1) // 2, "a rest takes at least one slot as well"
-
-
-@predict(
-    "09.2",
-    "Whole slots of {slot_s} s fill the time that is left, and the longest hover in continuous "
-    "times is {best_s} s. How long [s] is the hover that the grid finds at least?",
-    unit="s",
-    within=0.01,
-    draws={"slot_s": range(7, 61), "best_s": decimals(600.5, 760.5, 1.0)},
-)
-def _rounded_down(task: Task) -> Predictions:
-    slots = math.floor(task["best_s"] / task["slot_s"])
-    yield slots * task["slot_s"], "round the best hover down, and rest in all other slots"
-    yield (slots + 1) * task["slot_s"], "a longer hover than the best one is not feasible"
-    yield task["best_s"] - task["slot_s"], "less than one slot is lost, and a hover is whole slots"
+def _finer(task: Task, fine_s: float) -> Conditions:
+    coarse_s, hint = float(task["coarse_s"]), "when is nearly a whole slot left over?"
+    allowed = coarse_s / 2.0 <= fine_s < coarse_s
+    yield Condition(allowed, f"{fine_s:g} s is too long or too short", "see the task")
+    best, coarse, fine = (
+        optuav.solve(task.mission, "P3", slot_s=slot_s).hover_time_s
+        for slot_s in (None, coarse_s, fine_s)
+    )
+    words = f"{fine_s:g} s hover {fine:g} s, not less than the {coarse:g} s of {coarse_s:g} s"
+    yield Condition(fine < coarse, words, hint)
+    lost = (best - fine) / fine_s
+    yield Condition(lost >= 0.97, f"{100.0 * lost:.2f} % of a slot are lost", hint, None, True)
 
 
 STRONG_LASER = {
@@ -239,40 +190,44 @@ def _feasible(task: Task, hovers_s: Floats) -> Booleans:
     """Whether hovers before a rest on b9 can be flown, with the strong laser."""
     program = optuav.formulate(task.mission, optuav.P4("b9", order="hover-first"))
     rows = program.check({"hover_time_s": hovers_s, "rest_time_s": task["rest_s"]})
-    every = [np.broadcast_to(row.satisfied, hovers_s.shape) for row in rows]
-    return np.asarray(np.all(every, axis=0))
+    satisfied = [np.broadcast_to(row.satisfied, hovers_s.shape) for row in rows]
+    return np.asarray(np.all(satisfied, axis=0))
 
 
-@predict(
+@Witness(
     "10.1",
-    "On the mission with the strong laser, task.mission, hovers of {short_s} s and of {long_s} s "
-    "before a rest of {rest_s} s on b9 can both be flown. Can the hover halfway between "
-    "them, before the same rest, and how long [s] is it? Answer with a pair, as ('yes', 10.0).",
-    unit="s",
-    within=0.1,
-    among=("yes", "no"),
-    draws={
-        "short_s": range(5, 21),
-        "long_s": range(1000, 1041, 2),
-        "rest_s": (*decimals(40.0, 48.0, 1.0), *decimals(53.0, 55.0, 0.25)),
-    },
+    "On the mission with the strong laser, task.mission, the feasible set of P4 on b9, hover "
+    "first, is not convex. Why? The witness is two hovers that can both be flown before a rest of "
+    "{rest_s} s, while the hover halfway, of {middle_s} s, cannot.",
+    {"rest_s": decimals(53.0, 55.0, 0.25), "middle_s": decimals(505.0, 525.0, 0.25)},
     fixed=STRONG_LASER,
+    reasons={
+        "Bound charge flows over first, so after middling hovers the rest finds a fuller well.": "",
+        "The deadline cuts a piece out of the middle.": "it is linear: it cuts off one side only",
+        "The charge at the end is not linear in the times.": "the total charge is",
+    },
+    form=figures(short_s=("s", 0.0, 1200.0), long_s=("s", 0.0, 1200.0)),
 )
-def _halfway(task: Task) -> Predictions:
-    middle_s = 0.5 * (task["short_s"] + task["long_s"])
-    answer = "yes" if _feasible(task, np.array([middle_s]))[0] else "no"
-    yield answer, "how full is the available well after each of the hovers, and after the rest?"
-    yield middle_s, "as far from the one as from the other"
+def _not_convex(task: Task, point: Mapping[str, float]) -> Conditions:
+    short_s, long_s = point["short_s"], point["long_s"]
+    middle_s, hint = 0.5 * (short_s + long_s), "as far from the one as from the other"
+    yield within("the hover halfway", middle_s, task["middle_s"], 0.01, "s", hint)
+    short, long, middle = _feasible(task, np.array([short_s, long_s, middle_s])).tolist()
+    hint = "program.check says which constraint fails"
+    yield Condition(short, f"the hover of {short_s:g} s cannot be flown", hint)
+    yield Condition(long, f"the hover of {long_s:g} s cannot be flown", hint)
+    yield Condition(not middle, "the hover halfway can be flown too", "look further apart")
 
 
-@predict(
+@Predict(
     "10.2",
-    "On the same mission the rest on b9 lasts {rest_s} s, and only the hover before it is free. A "
-    "walk uphill starts at a hover of 5 s. At which hover [s] does it stop?",
+    "On the mission with the strong laser, task.mission, the rest on b9 lasts {rest_s} s, and "
+    "only the hover before it is free. A walk uphill starts at a hover of 5 s. At which hover [s] "
+    "does it stop?",
+    {"rest_s": decimals(52.0, 55.0, 0.01)},
+    fixed=STRONG_LASER,
     unit="s",
     within=1.0,
-    draws={"rest_s": decimals(52.0, 55.0, 0.01)},
-    fixed=STRONG_LASER,
 )
 def _stuck(task: Task) -> Predictions:
     hovers_s = np.linspace(5.0, 1100.0, 10_951)
@@ -282,162 +237,203 @@ def _stuck(task: Task) -> Predictions:
     yield float(ends_s[-1]), "no way that leads up all the time goes there from 5 s"
 
 
-@predict(
-    "10.3",
-    "One pack of `paper` holds {battery.capacity_As} A s. The KKT conditions hold at a plan of P4 "
-    "on {building} in the perspective {perspective}, which hovers first. Is that alone a proof "
-    "that the plan is optimal, and how many seconds does the best such plan hover? Answer with a "
-    "pair, as ('yes', 10.0).",
-    unit="s",
-    within=0.5,
-    among=("yes", "no"),
-    draws={
-        "building": tuple(f"b{k}" for k in range(1, 11)),
-        "perspective": ("battery", "energy", "adjusted", "available"),
-        "battery.capacity_As": range(30_000, 42_001, 100),
-    },
+RELAXED = (
+    "a route with λ = 1 or λ = 0, relaxed",
+    "max Δ",
+    "first route: Δ + {M} λ ≤ {first_s} + {M}",
+    "second route: Δ − {M} λ ≤ {second_s}",
+    "choice: λ ≤ 1",
 )
-def _is_a_proof(task: Task) -> Predictions:
-    problem = optuav.P4(task["building"], order="hover-first")
-    program = optuav.formulate(task.mission, problem, perspective=task["perspective"])
-    answer = "yes" if traits(program.parts[0].model).linear else "no"
-    yield answer, "is the feasible set convex in this perspective?"
-    plan = optuav.solve(task.mission, problem, perspective=task["perspective"])
-    yield plan.hover_time_s, "solve P4 on this building in this perspective"
 
 
-@predict(
+def _point(task: Task, answer: object) -> dict[str, Fraction]:
+    return fractions(answer, names := ["hover_time_s", "by_way"], names)
+
+
+@Witness(
     "11.1",
-    "The charge row of a route reads {hover_A} Δ − {rest_A} T' ≤ {usable_As} + M (1 − λ), and the "
-    "deadline leaves {left_s} s. What is the smallest M [A s] that switches the row off where λ = "
-    "0, whatever times from 0 to the time left are chosen?",
-    unit="A s",
-    within=1.0,
-    draws=NUMBERS,
-)
-def _big_m(task: Task) -> Predictions:
-    most_As = task["hover_A"] * task["left_s"]
-    yield most_As - task["usable_As"], "at which times is the left side largest, and by how much?"
-    yield most_As, "the right side has charge without M as well"
-    hint = "no rest makes the left side larger"
-    yield most_As + task["rest_A"] * task["left_s"] - task["usable_As"], hint
-
-
-@predict(
-    "11.2",
-    "One of two routes is chosen: maximise Δ subject to Δ ≤ {first_s} + {M} (1 − λ) and Δ ≤ "
-    "{second_s} + {M} λ, λ binary. What is the optimum [s] of the relaxation, 0 ≤ λ ≤ 1?",
-    unit="s",
-    within=0.5,
-    draws={
-        "first_s": range(600, 701, 4),
-        "second_s": range(702, 803, 4),
-        "M": range(200, 1001, 20),
+    "With λ = 1 the first route bounds the hover by {first_s} s, and with λ = 0 the second one by "
+    "{second_s} s; M = {M}. The relaxation promises more than both. Why? The witness is a best "
+    "point of the relaxation, in whole numbers and Fractions; by_way is λ.",
+    {
+        "first_s": range(600, 701, 3),
+        "second_s": range(702, 803, 3),
+        "M": range(200, 1001, 10),
     },
+    reasons={
+        "A fraction of λ relaxes both rows at once, each by its part of M.": "",
+        "Half of each route hovers longer than either.": "that mixture is no better than one",
+        "M is too small to switch a row off.": "put λ = 0 and λ = 1 into both rows",
+    },
+    form=Form("{'hover_time_s': 700, 'by_way': Fraction(1, 3)}", _point),
+    programme=RELAXED,
 )
-def _relaxation(task: Task) -> Predictions:
-    goal = {"hover_time_s": ("Δ", "s", 1.0), "first": ("λ", "1", 0.0)}
-    rows = {
-        "first": ({"hover_time_s": 1.0, "first": task["M"]}, task["first_s"] + task["M"]),
-        "second": ({"hover_time_s": 1.0, "first": -task["M"]}, task["second_s"]),
-        "choice": ({"first": 1.0}, 1.0),
-    }
-    relaxed = closed_form.solve(programme("relaxation", goal, rows), 1)
-    yield float(relaxed.objective[0]), "both rows bound Δ; for which λ is the nearer one farthest?"
-    yield task["second_s"], "that is the optimum with a binary λ, and the bound of the convex hull"
-    yield task["second_s"] + task["M"], "with λ = 1 the first row is not switched off"
+def _relaxation(task: Task, point: dict[str, Fraction]) -> Conditions:
+    yield feasibility(linear(task, RELAXED), point)[1]
+    best_s = Fraction(task["first_s"] + task["second_s"] + task["M"], 2)  # The mean of both rows
+    hint = "both rows bound Δ; for which λ is the nearer one farthest?"
+    words = f"the point is feasible, with a hover of {text_of(point['hover_time_s'])} s"
+    yield Condition(point["hover_time_s"] == best_s, words, hint, None, True)
 
 
-@declare(
-    "11.3",
+@Declare(
+    "11.2",
     "Declare a Model with the unknowns hover_time_s, rest_time_s and by_way (binary): the longest "
     "hover, where by_way = 1 is a route with a rest and by_way = 0 the direct one. On both, "
-    "{hover_A} Δ − {rest_A} T' ≤ Q and Δ + T' ≤ T. By way, Q = {usable_As} A s and T = {left_s} s; "
-    "direct, Q is 1000 A s more and T is 20 s more, but T' = 0.",
-    draws=NUMBERS,
+    "{hover_A} Δ − {rest_A} T' ≤ Q and Δ + T' ≤ T. By way, Q = {usable_As} A s and T = {left_s} "
+    "s; direct, Q is 1000 A s more and T is 20 s more, but T' = 0.",
+    NUMBERS,
 )
 def _choice(task: Task) -> Model:
-    drawn = {"hover_time_s": task["hover_A"], "rest_time_s": -task["rest_A"]}
-    time, left_s = {"hover_time_s": 1.0, "rest_time_s": 1.0}, task["left_s"]
-    rows = {
-        "charge": ({**drawn, "by_way": 1000.0}, task["usable_As"] + 1000.0),
-        "deadline": ({**time, "by_way": 20.0}, left_s + 20.0),
-        "no rest on the direct route": ({"rest_time_s": 1.0, "by_way": -left_s}, 0.0),
-    }
-    goal = {**TIMES, "by_way": ("λ", "1", 0.0)}
-    return programme("direct, or by way of a building", goal, rows, binary=["by_way"])
+    lines = (
+        "direct, or by way of a building",
+        "max Δ",
+        "charge: {hover_A} Δ − {rest_A} T' + 1000 λ ≤ {usable_As} + 1000",
+        "deadline: Δ + T' + 20 λ ≤ {left_s} + 20",
+        "no rest on the direct route: T' − {left_s} λ ≤ 0",
+    )
+    return linear(task, lines, binary="λ")
 
 
-@design(
-    "11.4",
-    "The roofs b9 and b10 are closed, and one pack holds {battery.capacity_As} A s. Which building "
-    "is best now, before or after the hover? Design an itinerary that can be flown and hovers at "
-    "least 99.5 % of the best with one rest.",
-    least=0.995,
-    rests=1,
-    draws={"battery.capacity_As": range(30_000, 42_001, 200)},
+@Witness(
+    "11.3",
+    "The roofs b9 and b10 are closed, and one pack holds {battery.capacity_As} A s. Which "
+    "building is best now, before or after the hover? Design an itinerary that can be flown and "
+    "hovers at least 99.5 % of the best with one rest.",
+    {"battery.capacity_As": range(30_000, 42_001, 40)},
     fixed={"buildings.b9": None, "buildings.b10": None},
+    form=ITINERARY,
 )
-def _closed_roofs(task: Task) -> float:
-    return optuav.solve(task.mission).hover_time_s
+def _closed_roofs(task: Task, plan: Itinerary) -> Conditions:
+    yield from flown(plan, optuav.solve(task.mission).hover_time_s, 0.995)
 
 
-@predict(
+SLOTS: Draws = {
+    "near_As": range(80, 111),
+    "most": range(8, 16),
+    "far_As": range(60, 100),
+    "whole": range(3, 9),
+    "over_As": range(5, 21),
+    "near": range(40, 71),
+    "far": lambda drawn: int(
+        0.9 * drawn["near"] * (drawn["far_As"] - drawn["over_As"]) / drawn["near_As"]
+    ),
+    "next": lambda drawn: drawn["whole"] + 1,
+    "charge_As": lambda drawn: (
+        drawn["near_As"] * drawn["most"] + drawn["far_As"] * drawn["whole"] + drawn["over_As"]
+    ),
+    "value": lambda drawn: drawn["near"] * drawn["most"] + drawn["far"] * drawn["whole"],
+}
+"""Slots at two devices: all near ones and the whole far ones are best, with some charge over."""
+
+
+VALUE = (
+    "most valuable slots, relaxed",
+    "max {near} n + {far} f",
+    "charge: {near_As} n + {far_As} f ≤ {charge_As}",
+    "near slots: n ≤ {most}",
+)
+BRANCHES = ("branch: f ≤ {whole}", "branch: −f ≤ −{next}")
+
+
+@Witness(
     "12.1",
-    "The flight leaves {left_s} s for two rests and {hovers}, each of at least one whole slot of "
-    "{slot_s} s. How many cells does a grid have?",
-    draws={
-        "left_s": range(200, 601, 7),
-        "hovers": ("one hover", "two hovers"),
-        "slot_s": (5, 10, 20),
-    },
+    "n and f are whole numbers of slots at a near and at a far device, and some slots have the "
+    "value {value}. Prove by one branching that none have more: multipliers by label in the "
+    "branch with the row f ≤ {whole}, and in the one with −f ≤ −{next}. The label of these rows "
+    "is 'branch'.",
+    SLOTS,
+    form=two_proofs(*VALUE, BRANCHES[0]),
+    programme=VALUE,
 )
-def _many_cells(task: Task) -> Predictions:
-    slots = task["left_s"] // task["slot_s"]
-    times = 4 if task["hovers"] == "two hovers" else 3
-    yield math.comb(slots, times), "choose the slots at which one time ends and the next begins"
-    yield slots**times, "all the times together must fit into the time that is left"
-    yield math.comb(slots, 2), "that is the number for one hover and one rest"
+def _branches(task: Task, proofs: list[dict[str, Fraction]]) -> Conditions:
+    for name, row, multipliers in zip(("first", "second"), BRANCHES, proofs, strict=True):
+        model = linear(task, (*VALUE, row))
+        proof, condition = added(model, multipliers, objective(model))
+        yield condition._replace(words=f"{name} branch: {condition.words}")
+        words = f"{name} branch: no slots have a value above {text_of(proof.limit)}"
+        hint = f"the bound must not exceed {task['value']}"
+        yield Condition(proof.limit <= task["value"], words, hint)
 
 
-@predict(
-    "12.2",
-    "A branch and bound has found a plan of {plan_s} s. The nodes that wait have the bounds {a_s}, "
-    "{b_s} and {c_s} s. By how many seconds can the best plan be longer, at most?",
-    unit="s",
-    within=0.5,
-    draws={
-        "plan_s": range(600, 681, 3),
-        "a_s": range(700, 801, 3),
-        "b_s": range(690, 801, 7),
-        "c_s": range(620, 691, 3),
-    },
+_conflict = prove(
+    "13.1",
+    "Prove that no times satisfy all constraints: give a multiplier of each that is needed, so "
+    "that the sum is false. The bounds of a time are constraints as well, with the labels 'bounds "
+    "of Δ' and \"bounds of T'\". Whole numbers and Fractions are exact.",
+    {**CURRENTS, "short_As": range(1500, 2501, 50), "left_s": range(50, 121, 5)},
+    (
+        "a hover for which there is neither charge nor time",
+        "max Δ",
+        "charge: {hover_A} Δ − {rest_A} T' ≤ −{short_As}",
+        "deadline: Δ + T' ≤ {left_s}",
+    ),
+    conflict=True,
 )
-def _gap(task: Task) -> Predictions:
-    bounds_s, plan_s = [task["a_s"], task["b_s"], task["c_s"]], task["plan_s"]
-    yield max(bounds_s) - plan_s, "the best plan may be in any of the nodes"
-    yield min(bounds_s) - plan_s, "the best plan need not be in the node of the least bound"
-    yield max(bounds_s), "the plan is known already; how much is open?"
 
 
-@predict(
-    "12.3",
-    "A node is found to hold a plan of {plan_s} s. Waiting nodes have the bounds {a_s}, {b_s}, "
-    "{c_s}, {d_s}, {e_s} and {f_s} s. All that can be dropped are dropped. What is the smallest "
-    "bound [s] of those that still wait?",
-    unit="s",
-    within=0.1,
-    draws={
-        "plan_s": range(650, 711),
-        **{f"{x}_s": range(600, 801) for x in "abcde"},
-        "f_s": range(711, 801),
-    },
+@dataclass(frozen=True)
+class _AtLeast(optuav.Formulation):
+    """Least rest for a hover of at least so long."""
+
+    hover_s: float
+
+    def declare(self, model: Model, given: Given) -> None:
+        hover, pause = given.hover_and_rest(model)
+        model.minimise(pause)
+        model.subject_to("hover for long enough", hover >= self.hover_s)
+        model.subject_to("charge", given.soc_end(hover, pause) >= given.min_soc)
+        given.keep_wells(model, "wells", hover, pause)
+        given.keep_deadline(model, "in time", hover, pause)
+
+
+@Declare(
+    "14.1",
+    "Declare a formulation: the least rest with which the UAV hovers for at least {wanted_s} s, "
+    "keeps the charge that it has to keep and its wells within their limits, and is back in time. "
+    "It is compared on b10, hover first, in the perspective available.",
+    {"wanted_s": decimals(480.0, 590.0, 0.5)},
 )
-def _dropped(task: Task) -> Predictions:
-    bounds_s = [task[f"{x}_s"] for x in "abcdef"]
-    least_s = min(each for each in bounds_s if each > task["plan_s"])
-    yield least_s, "a bound says that no plan of the node is longer: where may a longer one be?"
-    if (first_s := min(bounds_s)) < least_s:
-        yield first_s, "no plan of this node is longer than the one that is found"
-    if (last_s := max(bounds_s)) > least_s:
-        yield last_s, "that is the largest bound"
+def _wanted(task: Task) -> Program:
+    asked = _AtLeast(task["wanted_s"], building="b10", order="hover-first")
+    return optuav.formulate(task.mission, asked)
+
+
+PRINTED: Draws = {
+    **{"first_s": range(600, 701), "second_s": range(720, 821), "third_s": range(900, 1001)},
+    **{"first": decimals(26.0, 31.0, 0.01), "third": decimals(4.0, 8.0, 0.01)},
+    "off": (*decimals(-1.5, -0.3, 0.01), *decimals(0.3, 1.5, 0.01)),
+    "second": lambda drawn: round(
+        drawn["off"]
+        + np.interp(
+            drawn["second_s"],
+            [drawn["first_s"], drawn["third_s"]],
+            [drawn["first"], drawn["third"]],
+        ),
+        2,
+    ),
+}
+"""Three cells of one path, of which the second is off the line through the others."""
+
+
+_cells = prove(
+    "A2.1",
+    "A table prints the charge that is left after hovers of {first_s} s, {second_s} s and "
+    "{third_s} s on one path: {first:.2f} %, {second:.2f} % and {third:.2f} %, rounded to two "
+    "decimals. Prove that no flight (q %) and no current (r % per second) give all three: "
+    "multipliers with which the sum is false.",
+    PRINTED,
+    (
+        "a flight and a current that give the table",
+        "max q",
+        *(
+            f"{name}, at {words}: {sign}q {sign} {{{name}_s}} r ≤ {sign}{whole} {other} {{{name}}}"
+            for name in ("first", "second", "third")
+            for words, sign, other, whole in (
+                ("most", "+", "−", 100.005),
+                ("least", "−", "+", 99.995),
+            )
+        ),
+    ),
+    conflict=True,
+)

@@ -1,131 +1,158 @@
 """Prove: multipliers of an optimum or of a conflict, verified in exact rational arithmetic."""
 
-import math
-import numbers
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
 
 from optuav.diagnosis.infeasibility import Certificate, Row, bound, inequalities
 from optuav.engines import closed_form
 from optuav.engines.linear_form import linear_form
-from optuav.errors import Fault, refuse
-from optuav.exercises.exercise import Draws, Exercise, Grade, Task, plain
+from optuav.errors import Fault, InputError
+from optuav.exercises.answers import Form, fractions
+from optuav.exercises.exercise import Draws, Task
+from optuav.exercises.linear import linear
+from optuav.exercises.witness import Condition, Conditions, Witness
 from optuav.mission.messages import shown
 from optuav.modelling import Model
 
-ROUNDED = 0.01  # What rounded multipliers may miss of a coefficient
-MOST_PARTS = 10**6  # Largest denominator of the fraction that a float is read as
-OPTIMUM, CONFLICT = "optimum", "conflict"
+MISSED = 0.01  # What rounded multipliers may miss of a coefficient
+EXACT = "whole numbers and Fractions are exact, rounded numbers are not"
+
+
+MULTIPLIERS = "{'charge': Fraction(1, 98), ...}"
 
 
 def prove(
     number: str,
     text: str,
+    draws: Draws,
+    programme: Sequence[str],
     *,
-    what: str = OPTIMUM,
+    conflict: bool = False,
     with_point: bool = False,
-    mission: str = "paper",
-    draws: Draws | None = None,
-) -> Callable[[Callable[[Task], Model]], Exercise]:
-    """An exercise on a linear model to be maximised, with numbers whose fractions are short.
+) -> Witness:
+    """Declare an exercise on a linear programme that is to be maximised.
 
     Its answer is the multiplier of each constraint by label; with a point the values of the
     unknowns by name as well.
     """
 
-    def declared(function: Callable[[Task], Model]) -> Exercise:
-        grade = partial(_grade, what, with_point)
-        return Exercise(number, "prove", text, grade, mission, draws or {}, model=function)
+    def read(task: Task, answer: object) -> dict[str, Fraction]:
+        model = linear(task, programme)
+        names = [variable.name for variable in model.variables] if with_point else []
+        return fractions(answer, [*labels(model), *names], names)
 
-    return declared
+    def test(task: Task, numbers: Mapping[str, Fraction]) -> Conditions:
+        model = linear(task, programme)
+        if conflict:
+            return contradiction(model, numbers)
+        return optimality(model, numbers, numbers if with_point else None)
+
+    return Witness(number, text, draws, form=Form(MULTIPLIERS, read), programme=programme)(test)
 
 
-def _grade(what: str, with_point: bool, task: Task, answer: object) -> Grade:
-    """The grade of multipliers: the first condition of a proof that fails."""
-    model = task.model
-    assert model is not None
-    rows = inequalities(model, model.row(0))
-    unknowns = {each.name: each.symbol for each in model.variables} if with_point else {}
-    found = _fractions(answer, [row.label for row in rows], list(unknowns))
-    weighted = tuple(replace(row, multiplier=found.get(row.label, Fraction(0))) for row in rows)
-    if negative := [row.label for row in weighted if row.multiplier < 0]:
-        words = f"sign: the multiplier of {negative[0]!r} is negative"
-        return Grade.wrong(task, words, "times a negative number, ≤ turns into ≥")
-    goal = {} if what == CONFLICT else _objective(model)
-    proof = Certificate(weighted, goal)
-    for symbol in (each.symbol for each in model.variables):
+def two_proofs(*programme: str) -> Form:
+    """Form of two dicts of multipliers by label."""
+
+    def read(task: Task, answer: object) -> list[dict[str, Fraction]]:
+        names = labels(linear(task, programme))
+        if not isinstance(answer, list | tuple) or len(answer) != 2:
+            words = f"two dicts of numbers by name: {', '.join(names)}"
+            raise InputError([Fault("answer", shown(answer), words)])
+        return [fractions(numbers_by_name, names) for numbers_by_name in answer]
+
+    return Form(f"[{MULTIPLIERS}, {MULTIPLIERS}]", read)
+
+
+def labels(model: Model) -> list[str]:
+    """Return the labels of all inequalities of a model, its bounds included."""
+    return [row.label for row in inequalities(model, model.row(0))]
+
+
+def added(
+    model: Model, multipliers: Mapping[str, Fraction], goal: Mapping[str, Fraction]
+) -> tuple[Certificate, Condition]:
+    """Add the constraints up, and check signs and coefficients of the sum."""
+    rows = tuple(
+        replace(row, multiplier=multipliers.get(row.label, Fraction(0)))
+        for row in inequalities(model, model.row(0))
+    )
+    proof = Certificate(rows, dict(goal))
+    for row in rows:
+        if row.multiplier < 0:
+            words = f"sign: the multiplier of {row.label!r} is negative"
+            return proof, Condition(False, words, "times a negative number, ≤ turns into ≥")
+    for symbol in (variable.symbol for variable in model.variables):
         reached, wanted = (each.get(symbol, Fraction(0)) for each in (proof.coefficients, goal))
         if reached != wanted:
-            words = f"stationarity: the rows add up to {_text(reached)} · {symbol}"
+            words = f"stationarity: the rows add up to {text_of(reached)} · {symbol}"
             needed = "the objective has" if goal else "a contradiction needs"
-            hint = f"{needed} {_text(wanted)} · {symbol}"
-            if abs(reached - wanted) < ROUNDED:
-                hint += "; whole numbers and Fractions are exact, rounded numbers are not"
-            return Grade.wrong(task, words, hint)
-    if what == CONFLICT:
-        if proof.limit >= 0:
-            hint = "0 ≤ a number is false only if the number is negative"
-            return Grade.wrong(task, "the sum is true, and so proves no conflict", hint)
-        return Grade.correct(task, "the sum is false, evaluated exactly")
-    point = {symbol: found.get(name, Fraction(0)) for name, symbol in unknowns.items()}
-    if point and (fault := _slackness(task, weighted, point)) is not None:
-        return fault
+            hint = f"{needed} {text_of(wanted)} · {symbol}"
+            hint += f"; {EXACT}" if abs(reached - wanted) < MISSED else ""
+            return proof, Condition(False, words, hint)
+    return proof, Condition(True, f"the bound is {text_of(proof.limit)}")
+
+
+def contradiction(model: Model, multipliers: Mapping[str, Fraction]) -> Conditions:
+    """Yield whether multipliers add the constraints up to a false sentence."""
+    proof, test = added(model, multipliers, {})
+    yield test
+    hint = "0 ≤ a number is false only if the number is negative"
+    yield Condition(proof.limit < 0, "the sum is true, and so proves no conflict", hint)
+    yield Condition(True, "the sum is false, evaluated exactly")
+
+
+def optimality(
+    model: Model, multipliers: Mapping[str, Fraction], point: Mapping[str, Fraction] | None = None
+) -> Conditions:
+    """Yield whether multipliers prove the optimum, alone or with the values of a point."""
+    proof, test = added(model, multipliers, objective(model))
+    yield test
+    if point is not None:
+        yield from _slackness(model, proof.rows, point)
     best = closed_form.solve(model, 1)
     optimum = bound(model, model.row(0), best.binding_labels(0))
     assert optimum is not None
-    if proof.limit != optimum.limit:
-        hint = "a constraint with slack at the optimum has the multiplier 0"
-        return Grade.wrong(task, "gap: the bound is valid, but above the optimum", hint)
-    return Grade.correct(task, "every condition holds exactly")
+    hint = "a constraint with slack at the optimum has the multiplier 0"
+    yield Condition(
+        proof.limit == optimum.limit, "gap: the bound is valid, but above the optimum", hint
+    )
+    yield Condition(True, "every condition holds exactly")
 
 
-def _slackness(task: Task, rows: tuple[Row, ...], point: Mapping[str, Fraction]) -> Grade | None:
-    """What is wrong with a point beside multipliers."""
-    slack = {r.label: r.limit - sum(a * point[s] for s, a in r.coefficients.items()) for r in rows}
-    if broken := [label for label, each in slack.items() if each < 0]:
-        words = f"feasibility: the point violates {broken[0]!r}"
-        return Grade.wrong(task, words, "a point needs every constraint, with exact numbers")
-    if loose := [row.label for row in rows if row.multiplier * slack[row.label]]:
-        words = f"complementary slackness: {loose[0]!r} has slack and a multiplier"
-        return Grade.wrong(task, words, "of slack and multiplier one is 0, with exact numbers")
-    return None
+def feasibility(
+    model: Model, point: Mapping[str, Fraction]
+) -> tuple[dict[str, Fraction], Condition]:
+    """Return the slack of each constraint at a point, and whether none is negative."""
+    at = {variable.symbol: point[variable.name] for variable in model.variables}
+    slack = {
+        row.label: row.limit - sum(a * at[symbol] for symbol, a in row.coefficients.items())
+        for row in inequalities(model, model.row(0))
+    }
+    broken = [label for label, left in slack.items() if left < 0]
+    words = f"feasibility: the point violates {broken[0]!r}" if broken else "the point is feasible"
+    return slack, Condition(not broken, words, "a point needs every constraint, with exact numbers")
 
 
-def _objective(model: Model) -> Mapping[str, Fraction]:
-    """The coefficients of the objective, which is maximised."""
+def _slackness(model: Model, rows: tuple[Row, ...], point: Mapping[str, Fraction]) -> Conditions:
+    """Yield a point beside multipliers."""
+    slack, test = feasibility(model, point)
+    yield test
+    for row in rows:
+        words = f"complementary slackness: {row.label!r} has slack and a multiplier"
+        hint = "of slack and multiplier one is 0, with exact numbers"
+        yield Condition(not row.multiplier * slack[row.label], words, hint)
+
+
+def objective(model: Model) -> dict[str, Fraction]:
+    """Return the coefficients of the objective, which is maximised."""
     goal = linear_form(model, model.row(0)).directions[0, :, 0].tolist()
-    symbols = (each.symbol for each in model.variables)
+    symbols = (variable.symbol for variable in model.variables)
     return {symbol: Fraction(x) for symbol, x in zip(symbols, goal, strict=True) if x}
 
 
-def _fractions(answer: object, labels: list[str], unknowns: list[str]) -> dict[str, Fraction]:
-    """The numbers of an answer as fractions; `InputError` with all that are none."""
-    names = [*labels, *unknowns]
-    faults, found = list[Fault](), dict[str, Fraction]()
-    if not isinstance(answer, Mapping):
-        refuse([Fault("answer", shown(answer), f"numbers by name: {', '.join(names)}")])
-    assert isinstance(answer, Mapping)
-    for name, stated in answer.items():
-        value = plain(stated)
-        if name not in names:
-            key = name if isinstance(name, str) else shown(name)
-            faults.append(Fault(key, shown(value), f"the names are {', '.join(names)}"))
-        elif isinstance(value, bool) or not isinstance(value, numbers.Real):
-            faults.append(Fault(name, shown(value), "a number, as Fraction(1, 98)"))
-        elif isinstance(value, numbers.Rational):
-            found[name] = Fraction(int(value.numerator), int(value.denominator))
-        elif not math.isfinite(value):
-            faults.append(Fault(name, shown(value), "a finite number"))
-        else:
-            found[name] = Fraction(float(value)).limit_denominator(MOST_PARTS)
-    if missing := [name for name in unknowns if name not in answer]:
-        faults += [Fault(name, "", "is missing") for name in missing]
-    refuse(faults)
-    return found
-
-
-def _text(value: Fraction) -> str:
-    text = str(value) if value.denominator < 10**4 else f"{float(value):.6g}"
-    return text.replace("-", "−")
+def text_of(value: Fraction) -> str:
+    """Return a fraction as words show it, short where it has many digits."""
+    if max(abs(value.numerator), value.denominator) < 10**9:
+        return str(value).replace("-", "−")
+    return f"{float(value):.6g}".replace("-", "−") if abs(value) < 10**300 else "a huge number"

@@ -1,177 +1,125 @@
-"""Exercises on service through the day: cycles, fleets, the way back, and plans that hold."""
+"""Exercises of lessons 31 to 34: cycles, fleets, the way back, and plans that hold."""
 
-import math
+import itertools
+from collections.abc import Mapping
 
 import optuav
-from optuav.exercises.design import design
+from optuav.exercises.answers import ITINERARY, figure, figures
 from optuav.exercises.exercise import Task, decimals
-from optuav.exercises.predict import Predictions, predict
-from optuav.physics.kibam import Battery, Stage, Tilted, tilted_after
+from optuav.exercises.witness import Condition, Conditions, Witness, flown, within
+from optuav.judge import Itinerary, audit
+from optuav.physics.kibam import Battery, Stage, Tilted, Wells, step, tilted_after
 
 
-@predict(
+@Witness(
     "31.1",
-    "From full, {usable_As} A s may be drawn. The flights of a cycle take {flight_s} s and "
-    "{flight_As} A s, hovering draws {hover_A} A, and resting returns {rest_A} A. Counted by "
-    "charge alone, what share of the time [%] does the best endless cycle hover?",
-    unit="%",
-    within=0.005,
-    draws={
-        "usable_As": range(30_000, 70_001, 500),
-        "flight_s": range(30, 121, 5),
-        "flight_As": range(2000, 6001, 100),
-        "hover_A": range(15, 91),
-        "rest_A": range(4, 15),
+    "One pack holds {battery.capacity_As} A s. In each cycle the drone hovers {hover_s} s and "
+    "rests as long as the charge takes to come back; `optuav.coverage(task.mission).visit` has "
+    "its legs and currents. It departs with a full available well, and never with a full bound "
+    "one. Why? The witness is the charge [A s] in the bound well with which every cycle begins: "
+    "after one cycle it must be the same within 10 A s.",
+    {"battery.capacity_As": range(32_000, 40_001, 100), "hover_s": range(100, 461, 5)},
+    reasons={
+        "Charge gets there through the available well only, slower the nearer the levels are.": "",
+        "The laser charges the bound well last.": "it charges the available well, all the time",
+        "The flight home empties it again.": "how much leaves the bound well in half a minute?",
     },
+    form=figure("A s", 0.0, 1e5),
 )
-def _share(task: Task) -> Predictions:
-    usable_As, rest_s = task["usable_As"], task["usable_As"] / task["rest_A"]
-    hover_s = (usable_As - task["flight_As"]) / task["hover_A"]
-    hint = "the longest hover is the best, and the rest returns all that was drawn"
-    yield 100.0 * hover_s / (hover_s + task["flight_s"] + rest_s), hint
-    short_s = rest_s - task["flight_As"] / task["rest_A"]
-    whole_s = hover_s + task["flight_s"] + short_s
-    yield 100.0 * hover_s / whole_s, "the flights draw charge too, and the rest returns it"
-    free = 100.0 * task["rest_A"] / (task["rest_A"] + task["hover_A"])
-    yield free, "that is the limit for flights that cost neither time nor charge"
+def _endless(task: Task, bound_As: float) -> Conditions:
+    visit, hover_s = optuav.coverage(task.mission).visit, float(task["hover_s"])
+    assert visit is not None
+    begin = Tilted.of(visit.battery, Wells(visit.battery.full.available_As, bound_As))
+    rest = Stage(visit.rest_A, visit.rest_s(hover_s))
+    end = tilted_after(visit.battery, begin, *visit.stages(hover_s), rest).wells(visit.battery)
+    hint = "begin the next cycle with what this one ends with, and fill the available well"
+    yield within("after a cycle the bound well", float(end.bound_As), bound_As, 10.0, "A s", hint)
 
 
-@design(
-    "31.2",
-    "The deadline is {limits.deadline_s} s and the batteries charge with "
-    "{battery.charge_current_A} A. Design an itinerary that hovers, rests once on a roof and "
-    "hovers again, and hovers in all at least 98.5 % of the best with one rest.",
-    least=0.985,
-    rests=1,
-    draws={
-        "limits.deadline_s": range(3000, 6001, 50),
-        "battery.charge_current_A": decimals(8.0, 12.0, 0.25),
-    },
-)
-def _twice(task: Task) -> float:
-    return optuav.solve(task.mission, optuav.P1(stops=1, hovers=2)).hover_time_s
-
-
-@predict(
+@Witness(
     "32.1",
-    "{drones} drones cover all the time. From full, {usable_As} A s may be drawn; the flights of "
-    "a cycle take {flight_s} s and {flight_As} A s, and hovering draws {hover_A} A. Counted by "
-    "charge alone, which current [A] must each place to rest return at least?",
-    unit="A",
-    within=0.005,
-    draws={
-        "drones": range(3, 7),
-        "usable_As": range(25_000, 45_001, 250),
-        "flight_s": range(40, 121, 5),
-        "flight_As": range(1000, 2501, 50),
-        "hover_A": decimals(14.0, 20.0, 0.25),
+    "The packs of `matrice350` hold {battery.capacity_As} A s each. With fewer drones for endless "
+    "coverage, every pad must be stronger, and the last drone saved costs most. Why? The witness "
+    "is the power [W] of each pad with {drones} drones, within 0.5 %.",
+    {"battery.capacity_As": range(80_000, 120_001, 500), "drones": (3, 4, 5, 6)},
+    "matrice350",
+    reasons={
+        "The same charge has to come back in what the other hovers leave: ever less time.": "",
+        "Fewer drones have to hover longer in all.": "the hovers cover all the time either way",
+        "A stronger pad wastes more of its power.": "its current is proportional to its power here",
     },
+    form=figure("W", 1.0, 1e5),
 )
-def _pad(task: Task) -> Predictions:
-    hover_s = (task["usable_As"] - task["flight_As"]) / task["hover_A"]
-    away_s = (task["drones"] - 1) * hover_s
-    hint = "while the others hover in turn, one flies and rests: how long may it rest?"
-    yield task["usable_As"] / (away_s - task["flight_s"]), hint
-    yield task["usable_As"] / away_s, "flying there and back takes its part of that time"
-    less_As = task["usable_As"] - task["flight_As"]
-    yield less_As / (away_s - task["flight_s"]), "the flights draw charge too"
+def _pads(task: Task, power_W: float) -> Conditions:
+    need_W = optuav.coverage(task.mission).watts(drones=task["drones"]).power_W
+    hint = "coverage(task.mission).watts(drones=...) solves it; how long may each drone rest?"
+    words = f"{power_W:g} W are {'too much' if power_W > need_W else 'too little'}"
+    yield Condition(abs(power_W - need_W) <= 0.005 * need_W, words, hint)
 
 
-@predict(
-    "32.2",
-    "{devices} devices at equal distance are covered all the time. A cycle hovers for {hover_s} s, "
-    "flies for {flight_s} s and rests for {rest_s} s. How many drones fewer does a shared fleet "
-    "need than a ring of drones for each device?",
-    draws={
-        "devices": range(20, 121),
-        "hover_s": range(800, 1801, 10),
-        "flight_s": range(40, 121, 5),
-        "rest_s": range(1500, 6001, 20),
-    },
-)
-def _shared(task: Task) -> Predictions:
-    away = (task["flight_s"] + task["rest_s"]) / task["hover_s"]
-    saved = task["devices"] * math.ceil(away) - math.ceil(task["devices"] * away)
-    yield saved, "a ring rounds up for each device, and a shared fleet rounds up once"
-    flown = task["rest_s"] / task["hover_s"]
-    wrong = task["devices"] * math.ceil(flown) - math.ceil(task["devices"] * flown)
-    yield wrong, "a drone on the way serves nobody either"
-
-
-@predict(
+@Witness(
     "33.1",
-    "A flight home takes {flight_s} s with {flight_A} A. The battery has the available fraction "
-    "{available_fraction} and the flow rate {flow_rate_per_s} per second. What is g [A s] of the "
-    "rule on board, which leaves when a y1 + b y2 < g?",
-    unit="A s",
-    within=0.5,
-    draws={
+    "The way home takes {flight_s} s with {flight_A} A. The battery has 72 000 A s, the available "
+    "fraction {available_fraction} and the flow rate {flow_rate_per_s} per second, and {total_As} "
+    "A s of charge are left. That alone does not say whether the drone comes home. Why? The "
+    "witness is two charges of the available well [A s] up to 20 A s apart, with the rest of it "
+    "in the other well.",
+    {
         "flight_s": range(60, 301, 5),
-        "flight_A": range(40, 121),
-        "available_fraction": decimals(0.2, 0.8, 0.05),
-        "flow_rate_per_s": decimals(0.0002, 0.002, 0.0001),
+        "flight_A": range(60, 121),
+        "available_fraction": decimals(0.3, 0.7, 0.05),
+        "flow_rate_per_s": decimals(0.0002, 0.0006, 0.0001),
+        "total_As": lambda drawn: round(1.3 * drawn["flight_s"] * drawn["flight_A"]) + 5000,
     },
-)
-def _threshold(task: Task) -> Predictions:
-    battery = Battery(36_000.0, task["available_fraction"], task["flow_rate_per_s"])
-    way = Stage(-task["flight_A"], task["flight_s"])
-    gained = tilted_after(battery, Tilted(0.0, 0.0), way).wells(battery).available_As
-    hint = "begin with empty wells, and see what the flight leaves in the available one"
-    yield -float(gained), hint
-    yield task["flight_A"] * task["flight_s"], "some of that flows in from the bound well meanwhile"
-
-
-@predict(
-    "33.2",
-    "The drone begins with {start.soc} of its charge, in level wells. At the latest how many "
-    "seconds [s] after its arrival must it leave the hover point for the destination?",
-    unit="s",
-    within=0.05,
-    draws={"start.soc": decimals(0.4, 0.99, 0.005)},
-)
-def _late(task: Task) -> Predictions:
-    row = optuav.return_by(task.mission).rows[0]
-    yield row["latest_s"], "optuav.return_by takes the mission of the task"
-    yield row["soc_s"], "the available well is empty before that"
-
-
-@predict(
-    "34.1",
-    "From full, {usable_As} A s may be drawn. Flights draw {flight_As} A s, hovering draws "
-    "{hover_A} A and receives {laser_A} A from the laser. All that is drawn may be {percent} % "
-    "more or less. Counted by charge alone, for how long [s] may a direct flight hover at every "
-    "drain in that range?",
-    unit="s",
-    within=0.05,
-    draws={
-        "usable_As": range(50_000, 70_001, 500),
-        "flight_As": range(4000, 8001, 100),
-        "hover_A": range(60, 101),
-        "laser_A": range(5, 16),
-        "percent": range(3, 16),
+    reasons={
+        "Only the available well feeds the rotors, and bound charge hardly follows.": "",
+        "The drain of the way home is uncertain.": "here it is stated exactly",
+        "The charge at the landing would be below 5 %.": "the well runs dry before that counts",
     },
+    form=figures(home_As=("A s", 0.0, 72_000.0), dry_As=("A s", 0.0, 72_000.0)),
 )
-def _surely(task: Task) -> Predictions:
-    most, usable_As, drawn_A = 1.0 + task["percent"] / 100.0, task["usable_As"], task["hover_A"]
-    spare_As = usable_As - most * task["flight_As"]
-    yield spare_As / (most * drawn_A - task["laser_A"]), "what is the worst that may be drawn?"
-    yield (
-        spare_As / (most * (drawn_A - task["laser_A"])),
-        "what the laser gives does not grow with what is drawn",
+def _way_home(task: Task, charges: Mapping[str, float]) -> Conditions:
+    home_As, dry_As, total_As = charges["home_As"], charges["dry_As"], float(task["total_As"])
+    yield Condition(
+        home_As <= total_As, "that is more than all charge", f"{total_As:g} A s are left"
     )
-    yield (usable_As - task["flight_As"]) / (drawn_A - task["laser_A"]), "that is without doubt"
+    words = f"they are {home_As - dry_As:g} A s apart"
+    yield Condition(0.0 < home_As - dry_As <= 20.0, words, "home needs more, by 20 A s at most")
+    battery = Battery(72_000.0, task["available_fraction"], task["flow_rate_per_s"])
+    way = Stage(-float(task["flight_A"]), float(task["flight_s"]))
+    home, dry = (
+        float(step(battery, Wells(value_As, total_As - value_As), way).available_As)
+        for value_As in (home_As, dry_As)
+    )
+    hint = "what is left at the landing is linear in both wells: a y1 + b y2 − g"
+    yield Condition(home >= 0.0, f"{home_As:g} A s run dry on the way", hint)
+    yield Condition(dry < 0.0, f"{dry_As:g} A s are enough as well", hint)
 
 
-@predict(
-    "34.2",
-    "None of n samples of the box breaks the plan. How large must n be at least, so that a risk of "
-    "{risk} or more is excluded with a confidence of {confidence}?",
-    draws={
-        "risk": decimals(0.002, 0.05, 0.0005),
-        "confidence": (0.9, 0.95, 0.975, 0.98, 0.99, 0.995, 0.999),
-    },
+@Witness(
+    "34.1",
+    "The packs may hold {capacity_As} % more or less than stated, and the UAV may weigh {mass_kg} "
+    "% more or less. Design a plan that hovers first and then rests on b10, can be flown in every "
+    "case, and hovers at least 99 % of the best such plan. Which corners of the box need an "
+    "audit?",
+    {"capacity_As": decimals(2.0, 8.0, 0.1), "mass_kg": decimals(1.0, 3.0, 0.1)},
+    form=ITINERARY,
 )
-def _samples(task: Task) -> Predictions:
-    exact = math.log1p(-task["confidence"]) / math.log1p(-task["risk"])
-    yield math.ceil(exact), "how probable are n samples without a failure, if the risk is so large?"
-    yield math.floor(exact), "one more is needed"
+def _robust(task: Task, plan: Itinerary) -> Conditions:
+    same = [stop.at for stop in plan.stops] == ["hover", "b10"]
+    yield Condition(same, "it has other stops", "hover, then rest on b10")
+    stated = {
+        "battery.capacity_As": 36_000.0,
+        "body.mass_kg": task.mission.to_dict()["body"]["mass_kg"],
+    }
+    box = {key: {"percent": task[key.split(".")[1]]} for key in stated}
+    for signs in itertools.product((-0.01, 0.01), repeat=2):
+        corner = {
+            key: value * (1.0 + sign * box[key]["percent"])
+            for sign, (key, value) in zip(signs, stated.items(), strict=True)
+        }
+        judged = audit(Itinerary(task.mission.replace(corner), plan.stops))
+        at = " and ".join(f"{key} = {value:.6g}" for key, value in corner.items())
+        yield Condition(bool(judged), f"it cannot be flown with {at}", "audit it there")
+    best = optuav.robust(task.mission, box, optuav.P4("b10", order="hover-first"))
+    yield from flown(plan, best.hover_s, 0.99)

@@ -135,8 +135,11 @@ def test_has_a_test_of_its_figures(lesson: Path) -> None:
     assert f"\ndef test_{lesson.stem}(" in tests
 
 
-def test_has_two_to_four_exercises(lesson: Path) -> None:
-    assert 2 <= len(exercises.numbers(lesson.name[:2])) <= 4
+def test_has_few_exercises(lesson: Path) -> None:
+    """Lessons on tools alone have none."""
+    number = lesson.name[:2]
+    allowed = {0} if number in {"23", "25", "27"} else {1, 2, 3}
+    assert len(exercises.numbers(number)) in allowed
 
 
 def texts(node: ast.AST) -> Iterator[str]:
