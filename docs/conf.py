@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import sys
 from hashlib import sha256
+from html import unescape
 from os.path import relpath
 from pathlib import Path
 from typing import Any
 
+from docutils import nodes
 from pygments.lexers.special import TextLexer
+from sphinx.util.logging import getLogger
 
 import optuav
 from optuav.modelling.writer import Latex, parts_of
@@ -44,11 +48,23 @@ BAR = r"\|"
 LINK = re.compile(r"\]\(([^)#:\s]+)(?=[#)])")
 NAME = re.compile(r'(?:<span class="pre">|<h1>)[^<]+')
 BREAK = re.compile(r"((?<=\w)[./](?=[^\W\d])|(?<=[\w)])[_(](?=\w{3}))")
+BARE = ("teaching-slides", "teaching-sheet", "teaching-homework")
+"""Pages to project or to print, without menus."""
+DRAWN = re.compile(r"\bplots\.(\w+)\(")
+IMAGE = re.compile(r"<img [^>]*>")
+PICTURE = re.compile(r'(<p>|<div class="cell_output[^>]*>\s*)(<img [^>]*src="([^"]+)"[^>]*>)')
+LOADED = re.compile(r'<(?:img|script|iframe|link)\b[^>]*(?:src|href)="((?:https?:)?//[^"]*)')
+MARK = re.compile(r"<(script|style|svg|math)\b.*?</\1>|<[^>]*>", re.DOTALL)
 NUMBER = re.compile(
     r"<(pre|script|style|svg)\b.*?</\1>|\\[(\[].*?\\[)\]]|"
     r"(?<=\d)\s(?:%|\d{3}|A\ss|[kmn]?m(?:/s)?|[mµ]?s|min|h|[kmMG]?[WAVNJgBh]|[km][WA]h|dB)(?!\w)",
     re.DOTALL,
 )
+
+
+LOGGER = getLogger(__name__)
+texts: dict[str, str] = {}
+"""Text of each page that is written."""
 
 
 def code() -> str:
@@ -103,12 +119,12 @@ html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_copy_source = False
 html_sidebars = {each: [] for each in ("paper", "coming-from", "faq", "gallery")}
-html_show_search_summary = False  # A browser does not fetch other files of a page opened as a file
+html_search_scorer = str(DOCS / "search.js")
 html_context = {"default_mode": "auto"}
 html_theme_options = {
     "logo": {"text": "optuav"},
     "navbar_end": ["theme-switcher"],
-    "header_links_before_dropdown": 6,
+    "header_links_before_dropdown": 7,
     "show_prev_next": True,
     "footer_start": ["copyright"],
     "footer_end": [],
@@ -177,6 +193,51 @@ def with_formulas(found: re.Match[str]) -> str:
     return "".join(f"{'|'.join(line)}\n" for line in (head, *lines))
 
 
+def describe(app: Any, tree: nodes.document, page: str) -> None:
+    """Give the pictures of lessons words for readers who do not see them.
+
+    They are the first line of the function that draws, and the paragraph above its cell.
+    """
+    for image in tree.findall(nodes.image):
+        cell = image.parent
+        while cell is not None and "cell" not in cell.get("classes", []):
+            cell = cell.parent
+        if cell is None:
+            continue
+        source = next(cell.findall(nodes.literal_block)).astext()
+        drawn = [getattr(optuav.plots, name).__doc__ for name in DRAWN.findall(source)]
+        words = [drawn[-1].partition("\n")[0]] if drawn else []
+        above = cell.parent[: cell.parent.index(cell)][-1:]
+        words += [each.astext() for each in above if isinstance(each, nodes.paragraph)]
+        told = " ".join(each for each in words if not each.startswith("Before you run"))
+        title = next(cell.parent.findall(nodes.title)).astext()
+        image["alt"] = re.sub(r"\s+", " ", told) or f"Picture of the section {title}"
+
+
+def complete_page(
+    app: Any, page: str, template: str, context: dict[str, Any], tree: Any
+) -> str | None:
+    """Link pictures to their files, keep the text for excerpts, and name the template."""
+    if "body" not in context:
+        return None
+    body = PICTURE.sub(r'\1<a class="picture" href="\3">\2</a>', context["body"])
+    context["body"] = body
+    for image in IMAGE.findall(body):
+        if not re.search(r'alt="(?!\S*\.(?:png|svg)")[^"]+"', image):
+            LOGGER.warning("a picture of %s has no words: %s", page, image)
+    for address in LOADED.findall(body):
+        LOGGER.warning("%s loads something from another host: %s", page, address)
+    texts[page] = re.sub(r"\s+", " ", unescape(MARK.sub(" ", body))).strip()
+    return "bare.html" if page in BARE else None
+
+
+def store_texts(app: Any, failed: Exception | None) -> None:
+    """Write the texts of all pages for the search, which a page opened as a file cannot fetch."""
+    if failed is None and app.builder.name == "html":
+        written = f"const texts = {json.dumps(texts, ensure_ascii=False)};\n"
+        (Path(app.outdir) / "_static" / "texts.js").write_text(written, "utf-8")
+
+
 def break_names(app: Any, page: str, template: str, context: dict[str, Any], tree: Any) -> None:
     """Let names break before words after a dot, a bracket or an underscore; units stay whole."""
     if "body" in context:
@@ -217,7 +278,10 @@ def setup(app: Any) -> None:
     copy_pages()
     app.add_lexer("csv", TextLexer)
     app.connect("source-read", as_page)
+    app.connect("doctree-resolved", describe)
+    app.connect("html-page-context", complete_page)
     app.connect("html-page-context", break_names)
     app.connect("autodoc-skip-member", skipped)
     app.connect("build-finished", store_explorer)
     app.connect("build-finished", store_redirects)
+    app.connect("build-finished", store_texts)
