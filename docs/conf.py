@@ -14,7 +14,6 @@ from typing import Any
 
 from docutils import nodes
 from pygments.lexers.special import TextLexer
-from sphinx.util.logging import getLogger
 
 import optuav
 from optuav.modelling.writer import Latex, parts_of
@@ -50,10 +49,9 @@ NAME = re.compile(r'(?:<span class="pre">|<h1>)[^<]+')
 BREAK = re.compile(r"((?<=\w)[./](?=[^\W\d])|(?<=[\w)])[_(](?=\w{3}))")
 BARE = ("teaching-slides", "teaching-sheet", "teaching-homework")
 """Pages to project or to print, without menus."""
-DRAWN = re.compile(r"\bplots\.(\w+)\(")
-IMAGE = re.compile(r"<img [^>]*>")
+DRAWN = re.compile(r"\bplots\.([a-z]\w*)\(")
 PICTURE = re.compile(r'(<p>|<div class="cell_output[^>]*>\s*)(<img [^>]*src="([^"]+)"[^>]*>)')
-LOADED = re.compile(r'<(?:img|script|iframe|link)\b[^>]*(?:src|href)="((?:https?:)?//[^"]*)')
+INLINE = re.compile(r'<a class="headerlink".*?</a>|</?(?:a|code|em|span|strong|wbr)\b[^>]*>')
 MARK = re.compile(r"<(script|style|svg|math)\b.*?</\1>|<[^>]*>", re.DOTALL)
 NUMBER = re.compile(
     r"<(pre|script|style|svg)\b.*?</\1>|\\[(\[].*?\\[)\]]|"
@@ -62,7 +60,6 @@ NUMBER = re.compile(
 )
 
 
-LOGGER = getLogger(__name__)
 texts: dict[str, str] = {}
 """Text of each page that is written."""
 
@@ -206,12 +203,13 @@ def describe(app: Any, tree: nodes.document, page: str) -> None:
             continue
         source = next(cell.findall(nodes.literal_block)).astext()
         drawn = [getattr(optuav.plots, name).__doc__ for name in DRAWN.findall(source)]
-        words = [drawn[-1].partition("\n")[0]] if drawn else []
+        words = [drawn[-1].partition("\n")[0].removeprefix("Draw ")] if drawn else []
         above = cell.parent[: cell.parent.index(cell)][-1:]
         words += [each.astext() for each in above if isinstance(each, nodes.paragraph)]
         told = " ".join(each for each in words if not each.startswith("Before you run"))
         title = next(cell.parent.findall(nodes.title)).astext()
-        image["alt"] = re.sub(r"\s+", " ", told) or f"Picture of the section {title}"
+        words = re.sub(r"\s+", " ", told) or f"Picture of the section {title}"
+        image["alt"] = words[0].upper() + words[1:]
 
 
 def complete_page(
@@ -220,14 +218,9 @@ def complete_page(
     """Link pictures to their files, keep the text for excerpts, and name the template."""
     if "body" not in context:
         return None
-    body = PICTURE.sub(r'\1<a class="picture" href="\3">\2</a>', context["body"])
-    context["body"] = body
-    for image in IMAGE.findall(body):
-        if not re.search(r'alt="(?!\S*\.(?:png|svg)")[^"]+"', image):
-            LOGGER.warning("a picture of %s has no words: %s", page, image)
-    for address in LOADED.findall(body):
-        LOGGER.warning("%s loads something from another host: %s", page, address)
-    texts[page] = re.sub(r"\s+", " ", unescape(MARK.sub(" ", body))).strip()
+    context["body"] = PICTURE.sub(r'\1<a class="picture" href="\3">\2</a>', context["body"])
+    words = MARK.sub(" ", INLINE.sub("", context["body"]))
+    texts[page] = re.sub(r"\s+", " ", unescape(words)).strip()
     return "bare.html" if page in BARE else None
 
 
