@@ -50,7 +50,7 @@ BREAK = re.compile(r"((?<=\w)[./](?=[^\W\d])|(?<=[\w)])[_(](?=\w{3}))")
 BARE = ("teaching-slides", "teaching-sheet", "teaching-homework")
 """Pages to project or to print, without menus."""
 DRAWN = re.compile(r"\bplots\.([a-z]\w*)\(")
-PICTURE = re.compile(r'(<p>|<div class="cell_output[^>]*>\s*)(<img [^>]*src="([^"]+)"[^>]*>)')
+PICTURE = re.compile(r'(?<=<p>)<img [^>]*src="([^"]+)"[^>]*>')
 INLINE = re.compile(r'<a class="headerlink".*?</a>|</?(?:a|code|em|span|strong|wbr)\b[^>]*>')
 MARK = re.compile(r"<(script|style|svg|math)\b.*?</\1>|<[^>]*>", re.DOTALL)
 NUMBER = re.compile(
@@ -218,7 +218,7 @@ def complete_page(
     """Link pictures to their files, keep the text for excerpts, and name the template."""
     if "body" not in context:
         return None
-    context["body"] = PICTURE.sub(r'\1<a class="picture" href="\3">\2</a>', context["body"])
+    context["body"] = PICTURE.sub(r'<a href="\1">\g<0></a>', context["body"])
     words = MARK.sub(" ", INLINE.sub("", context["body"]))
     texts[page] = re.sub(r"\s+", " ", unescape(words)).strip()
     return "bare.html" if page in BARE else None
