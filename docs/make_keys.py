@@ -20,6 +20,7 @@ from make_lessons import SOURCES, cells
 
 from optuav import Itinerary, exercises
 
+sys.path.append(str(SOURCES))  # For the helpers of lessons
 STUDENT = re.compile(r'^student = ""$', re.MULTILINE)
 
 
