@@ -21,6 +21,7 @@ from optuav.modelling.writer import Latex, parts_of
 DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS))
 from make_explorer import page as explorer  # noqa: E402
+from make_fall import page as fall  # noqa: E402
 from make_lessons import for_notebooks  # noqa: E402
 
 ROOT = DOCS.parent
@@ -155,6 +156,8 @@ def copy_pages() -> None:
         for path in (DOCS / folder).rglob("*"):
             if path.is_file() and path not in ORIGINALS:
                 path.unlink()
+    (DOCS / "_build").mkdir(exist_ok=True)
+    (DOCS / "_build" / "fall.html").write_text(fall(), "utf-8")
     names = (DOCS / "api.md").read_text("utf-8").split()
     for path in (DOCS / "api").glob("*.rst"):
         if path.stem not in names:

@@ -1,4 +1,4 @@
-"""Make the moving picture of the home page: ``python docs/make_fall.py``.
+"""Make the moving picture of the home page: ``python docs/make_fall.py FILE``.
 
 The paper's optimum of the mission ``paper`` is replayed, and drawn as an SVG that CSS moves: the
 drone on its way, both wells, and a line of time. Readers who ask for less motion see its end.
@@ -6,6 +6,7 @@ drone on its way, both wells, and a line of time. Readers who ask for less motio
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -16,7 +17,6 @@ import optuav
 from optuav.judge import Replay
 from optuav.looks import colour
 
-PAGE = Path(__file__).parent / "_static" / "fall.html"
 PLAYED_S = 11.0
 """How long the picture moves."""
 FALLS, LANDS = 88.0, 95.0
@@ -30,7 +30,6 @@ WELLS_LEFT, WELLS_WIDTH, FULL, PIPE = 368.0, 110.0, 130.0, 16.0
 TIME_LEFT, TIME_RIGHT, TIME_TOP = 14.0, 506.0, 272.0
 """Frame of the line of time [px]."""
 PICTURE = """\
-<!-- Written by docs/make_fall.py -->
 <figure class="fall">
 <style>{style}</style>
 <svg viewBox="0 52 520 256" role="img" aria-labelledby="fall-title">
@@ -254,4 +253,4 @@ def _style(frames: dict[str, list[tuple[float, str]]], lit: dict[str, tuple[floa
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), "utf-8")
+    Path(sys.argv[1]).write_text(page(), "utf-8")
