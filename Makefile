@@ -40,6 +40,7 @@ doctest: $(VENV)/dev.stamp
 # Lessons run when they or the packages have changed.
 docs: $(VENV)/docs.stamp
 	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going --write-all -d docs/_build/doctrees docs $(SITE)
+	BUILT_SITE="$(abspath $(SITE))" $(PYTEST) -q tests/test_site.py
 	@$(MAKE) --no-print-directory docs-open
 
 docs-open:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import sys
 from hashlib import sha256
+from html import unescape
 from os.path import relpath
 from pathlib import Path
 from typing import Any
 
+from docutils import nodes
 from pygments.lexers.special import TextLexer
 
 import optuav
@@ -18,6 +21,7 @@ from optuav.modelling.writer import Latex, parts_of
 DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS))
 from make_explorer import page as explorer  # noqa: E402
+from make_fall import page as fall  # noqa: E402
 from make_lessons import for_notebooks  # noqa: E402
 
 ROOT = DOCS.parent
@@ -45,11 +49,21 @@ BAR = r"\|"
 LINK = re.compile(r"\]\(([^)#:\s]+)(?=[#)])")
 NAME = re.compile(r'(?:<span class="pre">|<h1>)[^<]+')
 BREAK = re.compile(r"((?<=\w)[./](?=[^\W\d])|(?<=[\w)])[_(](?=\w{3}))")
+BARE = ("teaching-slides", "teaching-sheet", "teaching-homework")
+"""Pages to project or to print, without menus."""
+DRAWN = re.compile(r"\bplots\.([a-z]\w*)\(")
+PICTURE = re.compile(r'(?<=<p>)<img [^>]*src="([^"]+)"[^>]*>')
+INLINE = re.compile(r'<a class="headerlink".*?</a>|</?(?:a|code|em|span|strong|wbr)\b[^>]*>')
+MARK = re.compile(r"<(script|style|svg|math)\b.*?</\1>|<[^>]*>", re.DOTALL)
 NUMBER = re.compile(
     r"<(pre|script|style|svg)\b.*?</\1>|\\[(\[].*?\\[)\]]|"
     r"(?<=\d)\s(?:%|\d{3}|A\ss|[kmn]?m(?:/s)?|[mµ]?s|min|h|[kmMG]?[WAVNJgBh]|[km][WA]h|dB)(?!\w)",
     re.DOTALL,
 )
+
+
+texts: dict[str, str] = {}
+"""Text of each page that is written."""
 
 
 def code() -> str:
@@ -104,12 +118,12 @@ html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_copy_source = False
 html_sidebars = {each: [] for each in ("paper", "coming-from", "faq", "gallery")}
-html_show_search_summary = False  # A browser does not fetch other files of a page opened as a file
+html_search_scorer = str(DOCS / "search.js")
 html_context = {"default_mode": "auto"}
 html_theme_options = {
     "logo": {"text": "optuav"},
     "navbar_end": ["theme-switcher"],
-    "header_links_before_dropdown": 6,
+    "header_links_before_dropdown": 7,
     "show_prev_next": True,
     "footer_start": ["copyright"],
     "footer_end": [],
@@ -143,6 +157,8 @@ def copy_pages() -> None:
         for path in (DOCS / folder).rglob("*"):
             if path.is_file() and path not in ORIGINALS:
                 path.unlink()
+    (DOCS / "_build").mkdir(exist_ok=True)
+    (DOCS / "_build" / "fall.html").write_text(fall(), "utf-8")
     names = (DOCS / "api.md").read_text("utf-8").split()
     for path in (DOCS / "api").glob("*.rst"):
         if path.stem not in names:
@@ -176,6 +192,47 @@ def with_formulas(found: re.Match[str]) -> str:
             shown = ", ".join(f"${Latex().symbol(each)}$" for each in symbols)
             line[column] = f" {shown.replace('|', BAR)} "
     return "".join(f"{'|'.join(line)}\n" for line in (head, *lines))
+
+
+def describe(app: Any, tree: nodes.document, page: str) -> None:
+    """Give the pictures of lessons words for readers who do not see them.
+
+    They are the first line of the function that draws, and the paragraph above its cell.
+    """
+    for image in tree.findall(nodes.image):
+        cell = image.parent
+        while cell is not None and "cell" not in cell.get("classes", []):
+            cell = cell.parent
+        if cell is None:
+            continue
+        source = next(cell.findall(nodes.literal_block)).astext()
+        drawn = [getattr(optuav.plots, name).__doc__ for name in DRAWN.findall(source)]
+        words = [drawn[-1].partition("\n")[0].removeprefix("Draw ")] if drawn else []
+        above = cell.parent[: cell.parent.index(cell)][-1:]
+        words += [each.astext() for each in above if isinstance(each, nodes.paragraph)]
+        told = " ".join(each for each in words if not each.startswith("Before you run"))
+        title = next(cell.parent.findall(nodes.title)).astext()
+        words = re.sub(r"\s+", " ", told) or f"Picture of the section {title}"
+        image["alt"] = words[0].upper() + words[1:]
+
+
+def complete_page(
+    app: Any, page: str, template: str, context: dict[str, Any], tree: Any
+) -> str | None:
+    """Link pictures to their files, keep the text for excerpts, and name the template."""
+    if "body" not in context:
+        return None
+    context["body"] = PICTURE.sub(r'<a href="\1">\g<0></a>', context["body"])
+    words = MARK.sub(" ", INLINE.sub("", context["body"]))
+    texts[page] = re.sub(r"\s+", " ", unescape(words)).strip()
+    return "bare.html" if page in BARE else None
+
+
+def store_texts(app: Any, failed: Exception | None) -> None:
+    """Write the texts of all pages for the search, which a page opened as a file cannot fetch."""
+    if failed is None and app.builder.name == "html":
+        written = f"const texts = {json.dumps(texts, ensure_ascii=False)};\n"
+        (Path(app.outdir) / "_static" / "texts.js").write_text(written, "utf-8")
 
 
 def break_names(app: Any, page: str, template: str, context: dict[str, Any], tree: Any) -> None:
@@ -218,7 +275,10 @@ def setup(app: Any) -> None:
     copy_pages()
     app.add_lexer("csv", TextLexer)
     app.connect("source-read", as_page)
+    app.connect("doctree-resolved", describe)
+    app.connect("html-page-context", complete_page)
     app.connect("html-page-context", break_names)
     app.connect("autodoc-skip-member", skipped)
     app.connect("build-finished", store_explorer)
     app.connect("build-finished", store_redirects)
+    app.connect("build-finished", store_texts)

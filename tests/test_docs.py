@@ -394,3 +394,131 @@ def test_pictures_are_those_that_the_script_draws(
     }
     assert drawn == kept.keys() == shown
     assert max(kept.values()) < 250_000
+
+
+# The home page and the kit for teachers
+
+
+@pytest.fixture(scope="module")
+def falling() -> str:
+    """The moving picture of the home page."""
+    text = script("make_fall").page()
+    assert isinstance(text, str)
+    return text
+
+
+def test_the_moving_picture_stands_still_if_asked(falling: str) -> None:
+    """Animations are in the block of readers who do not mind motion; outside is the last state."""
+    still, _, moving = falling.partition("@media (prefers-reduced-motion: no-preference)")
+    assert "animation" not in still
+    assert "animation" in moving
+    assert re.search(r"\.fall \.available \{transform: scaleY\(0\.000\)\}", still)
+
+
+def test_numbers_of_the_moving_picture(falling: str) -> None:
+    """When it falls and what is left, by other means: Euler's steps of 0.01 s."""
+    plan = optuav.solve("paper", perspective="battery")
+    available_As, bound_As, time_s = 57_600.0, 14_400.0, 0.0
+    for phase in plan.phases:
+        for _ in range(round(phase.duration_s / 0.01)):
+            flow_A = 4.5e-5 * (bound_As / 0.2 - available_As / 0.8)
+            available_As += (phase.current_A + flow_A) * 0.01
+            bound_As -= flow_A * 0.01
+            time_s += 0.01
+            if available_As <= 0.0:
+                break
+        else:
+            continue
+        break
+    assert f"falls at {time_s:.0f} s" in falling
+    (left,) = re.findall(r"([\d\u202f]+) A s left", falling)
+    assert math.isclose(float(left.replace("\u202f", "")), bound_As, abs_tol=3.0)
+
+
+SPOILERS = re.compile(
+    r"perspective|battery\b.*promises|719|1095|falls?\b|\bfell\b|\bdry\b|cannot be flown|flyable|"
+    r"wells?\b|optimum",
+    re.IGNORECASE,
+)
+
+
+def test_homework_gives_nothing_away(capsys: pytest.CaptureFixture[str]) -> None:
+    """Neither its page nor what its commands and lines print; it asks for the right figure."""
+    page = (DOCS / "teaching-homework.md").read_text("utf-8")
+    assert not SPOILERS.search(page)
+    assert LINK.findall(page) == []
+    blocks = re.findall(r"^   ```\n(.*?)^   ```$", page, re.M | re.S)
+    lines = [line.strip() for block in blocks for line in block.splitlines()]
+    for command in (line for line in lines if line.startswith("optuav ")):
+        with pytest.raises(SystemExit) as ended:
+            importlib.import_module("optuav.cli").main(command.split()[1:])
+        assert not ended.value.code
+    (python,) = (block for block in blocks if "import optuav" in block)
+    exec(compile("\n".join(line.strip() for line in python.splitlines()), "homework", "exec"), {})
+    printed = capsys.readouterr().out
+    assert printed.endswith("597.27 s\n")
+    assert "buildings" in printed
+    assert not SPOILERS.search(printed.replace("available_fraction", ""))
+
+
+def test_the_plan_of_teachers_names_slides_that_there_are() -> None:
+    """Slides and predictions are counted from the decks, and each version continues the last."""
+    slides = (DOCS / "teaching-slides.md").read_text("utf-8")
+    titles = re.findall(r"^##? (.*)$", slides, re.M)
+    (versions,) = (
+        rows for rows in tables(DOCS / "teaching.md") if any("90 minutes" in row for row in rows)
+    )
+    last = {row[""]: [int(row[each].split()[-1]) for each in row if each] for row in versions[1:3]}
+    assert last["slides"][-1] == len(titles)
+    assert titles[last["slides"][0] - 1] == "Three sentences"
+    questions = [
+        int(number)
+        for number in re.findall(
+            r"\d+", " ".join(re.findall(r"^## Questions? (.*)$", slides, re.M))
+        )
+    ]
+    assert questions == [*range(1, last["predictions"][-1] + 1)]
+    sheet = table(DOCS / "teaching-sheet.md", "question")
+    assert [row[""] for row in sheet] == [str(each) for each in questions]
+    answers = re.findall(r"^\*\*(\d)\. ", (DOCS / "teaching.md").read_text("utf-8"), re.M)
+    assert [*map(int, answers)] == questions
+
+
+@pytest.mark.parametrize(
+    ("perspective", "deadline_s", "capacity_As", "words"),
+    [
+        ("battery", 1200, 36_000, "719.54 s promised; ✕ falls at 1095 s"),
+        ("battery", 600, 36_000, "524.21 s, ✓ flies"),
+        ("available", 1200, 36_000, "597.27 s, rest 254 s at b10"),
+        ("available", 2000, 36_000, "Nothing: 597.27 s"),
+        ("available", 1200, 48_000, "824.60 s, 38 % more"),
+        ("battery", 1000, 36_000, "At 1000 s the plan rests for 213 s"),
+    ],
+)
+def test_the_script_for_the_explorer_says_what_it_shows(
+    perspective: Perspective, deadline_s: float, capacity_As: float, words: str
+) -> None:
+    """The figures of each step, at stops for which the page on the site has answers."""
+    stops = script("make_explorer").STOPS
+    assert deadline_s in stops["limits.deadline_s"]
+    assert capacity_As in stops["battery.capacity_As"]
+    assert words in (DOCS / "teaching-explorer.md").read_text("utf-8")
+    changes = {"limits.deadline_s": deadline_s, "battery.capacity_As": capacity_As}
+    plan = optuav.solve(optuav.load("paper").replace(changes), perspective=perspective)
+    told = {f"{plan.hover_time_s:.2f}", f"{plan.rest_time_s:.0f}"}
+    told |= {f"{plan.runs_dry_s:.0f}"} if plan.runs_dry_s is not None else {"flies", "rest", "more"}
+    assert told & {*re.findall(r"[\w.]+", words)}
+    assert ("✓" in words) <= bool(plan.flyable)
+    assert ("✕" in words) <= (plan.flyable is False)
+
+
+@pytest.mark.slow
+def test_keys_of_the_page_are_those_of_the_command() -> None:
+    """For both students; the grader confirms what the worked solutions answer."""
+    module = script("make_keys")
+    page = (DOCS / "teaching.md").read_text("utf-8")
+    shown = re.findall(
+        r"^(\w+) +(\d\d\.\d) +(.*)$", page.partition("make_keys.py students.txt")[2], re.M
+    )
+    made = module.keys(["ada", "grace"], ["01"])
+    assert [(who, number, module.shown(answer)) for who, number, answer in made] == shown[:6]

@@ -132,17 +132,26 @@ class Figures(dict[str, Figure]):
 
 
 def gallery(figures: Iterable[tuple[str, Figure]]) -> str:
-    """Figures as HTML, with their names for those who do not see them."""
+    """Return figures as HTML, with their titles or names for readers who do not see them."""
     encoded = (
-        (name, b64encode(written(each, format="png")).decode("ascii")) for name, each in figures
+        ("; ".join(dict.fromkeys(_words(each))) or name, b64encode(written(each, format="png")))
+        for name, each in figures
     )
     look = f"display: block; width: 100%; max-width: {PIXELS_PER_INCH * WIDTH_IN:g}px"
     return markup.shown(
         *(
-            markup.element("img", alt=name, src=f"data:image/png;base64,{data}", style=look)
-            for name, data in encoded
+            markup.element(
+                "img", alt=words, src=f"data:image/png;base64,{data.decode()}", style=look
+            )
+            for words, data in encoded
         )
     )
+
+
+def _words(figure: Figure) -> Iterator[str]:
+    """Yield the titles of a figure, and what it shows upwards."""
+    for axes in figure.axes:
+        yield from filter(None, (axes.get_title(loc="left").strip(), axes.get_ylabel()))
 
 
 def page(height_in: float, width_in: float = WIDTH_IN) -> Page:

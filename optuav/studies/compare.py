@@ -43,9 +43,9 @@ ALONE = {
 }
 """Arguments that go with one comparison only."""
 UNITS = {
-    **{"status": "", "hover_time_s": "s", "rest_time_s": "s", "mission_time_s": "s"},
+    **{"flyable": "", "status": "", "hover_time_s": "s", "rest_time_s": "s", "mission_time_s": "s"},
     **{f"soc_{name}": "-" for name in PAPER},
-    **{"route": "", "flyable": "", "runs_dry_s": "s", "overfull_s": "s", "proof": ""},
+    **{"route": "", "runs_dry_s": "s", "overfull_s": "s", "proof": ""},
 }
 FOUND = ("hover_time_s", "rest_time_s", "mission_time_s", "runs_dry_s", "overfull_s")
 GROUNDED = {
@@ -236,8 +236,8 @@ def _tables(found: Results) -> Iterator[str]:
     subject = "schedule of the packs" if by_schedule else " and ".join(found.facts["by"])
     yield f"{found.mission.name}: longest hover by {subject}, {counted_in(found.facts['slot_s'])}\n"
     brings = ["brings [s]"] if by_schedule else []
-    words = ["schedule"] if by_schedule else list(AXES)
-    table = [[*words, "Δ [s]", *brings, "T' [s]", "T [s]", "η1 [%]", "by way of", "flies"]]
+    words = [*(["schedule"] if by_schedule else AXES), "flies"]
+    table = [[*words, "Δ [s]", *brings, "T' [s]", "T [s]", "η1 [%]", "by way of"]]
     grounded, proofs = set[str](), dict[str, dict[str, None]]()
     for row in found.rows:
         label, soc = _label(row), row["soc_battery"]
@@ -245,17 +245,17 @@ def _tables(found: Results) -> Iterator[str]:
         line = (
             label[0] if label[0] not in proofs else "",
             *label[1:],
+            flies,
             fixed(row["hover_time_s"]),
             *(fixed(row["brings_s"], otherwise="–", sign="+") for _ in brings),
             *(fixed(row[name]) for name in ("rest_time_s", "mission_time_s")),
             fixed(None if soc is None else 100.0 * soc, otherwise="–"),
             ", ".join(row["route"][1:-1]) or "–",
-            flies,
         )
         table.append([*line])
         grounded.add(flies.split()[0])
         proofs.setdefault(label[0], {})[row["proof"]] = None
-    yield from (*tabulated(table, len(words), 2), "")
+    yield from (*tabulated(table, len(words), 1), "")
     if meanings := [f"{word}: {GROUNDED[word]}" for word in GROUNDED if word in grounded]:
         yield from (*meanings, "")
     for proof in dict.fromkeys(map("; ".join, proofs.values())):

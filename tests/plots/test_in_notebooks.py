@@ -154,12 +154,15 @@ def test_several_panels_are_drawn_into_a_given_figure(name: str, within: bool) -
 
 
 def test_pictures_by_name_show_themselves() -> None:
-    """Of a sweep and of a comparison, each with its name for those who do not see it."""
-    for found, name in (
-        (plots.swept(batched()), "hover.png"),
-        (optuav.compare("paper", by="trajectory").plot(), "choices.png"),
+    """Of a sweep and of a comparison, each with words for readers who do not see it."""
+    for found, words in (
+        (plots.swept(batched()), "paper; longest hover Δ [s]"),
+        (
+            optuav.compare("paper", by="trajectory").plot(),
+            "paper: longest hover by trajectory and perspective; hover time Δ [s]",
+        ),
     ):
         page = found._repr_html_()
         assert page.count("<img ") == 1
-        assert f'alt="{name}"' in page
+        assert f'alt="{words}"' in page
         assert "data:image/png;base64,iVBORw0KGgo" in page

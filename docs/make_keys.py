@@ -1,0 +1,79 @@
+"""Print the answers of students' exercises: ``python docs/make_keys.py students.txt 01 04``.
+
+The file has a student per line, by the text that the student gives as ``student``; then come
+numbers of lessons. Answers are those of the worked solutions, which stand in ``examples/*.py`` and
+in no wheel. They are computed with each student's numbers, and the grader confirms them.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import redirect_stdout
+from io import StringIO
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+from make_lessons import SOURCES, cells
+
+from optuav import Itinerary, exercises
+
+sys.path.append(str(SOURCES))  # For the helpers of lessons
+STUDENT = re.compile(r'^student = ""$', re.MULTILINE)
+
+
+def keys(students: Sequence[str], lessons: Sequence[str]) -> Iterator[tuple[str, str, object]]:
+    """Yield student, number and answer, exercise by exercise for each student."""
+    for lesson in lessons:
+        (path,) = SOURCES.glob(f"{lesson}_*.py")
+        code = [each.source for each in cells(path.read_text("utf-8")) if each.kind == "code"]
+        first = next(at for at, source in enumerate(code) if STUDENT.search(source))
+        names: dict[str, Any] = {"__name__": path.stem, "__file__": str(path)}
+        _run(path, code[:first], names)
+        for student in students:
+            own = [STUDENT.sub(f"student = {student!r}", source) for source in code[first:]]
+            for number, answer in _run(path, own, {**names}):
+                yield student, number, answer
+
+
+def _run(path: Path, code: Sequence[str], names: dict[str, Any]) -> list[tuple[str, object]]:
+    """Run cells of a lesson without a word, and return the answers that they have checked."""
+    answers = list[tuple[str, object]]()
+    check = exercises.check
+
+    def checked(number: str, answer: object, student: str = "") -> exercises.Grade:
+        grade = check(number, answer, student)
+        assert grade, f"the worked solution fails for {student!r}: {grade}"
+        answers.append((number, answer))
+        return grade
+
+    with redirect_stdout(StringIO()), patch.object(exercises, "check", checked):
+        for source in code:
+            exec(compile(source, str(path), "exec"), names)
+    return answers
+
+
+def shown(answer: object) -> str:
+    """Return an answer in a line: numbers of four decimals at most, and objects by name."""
+    if isinstance(answer, bool | str):
+        return str(answer)
+    if isinstance(answer, int | float):
+        return f"{answer:.4f}".rstrip("0").rstrip(".")
+    if isinstance(answer, Itinerary):
+        return "; ".join(f"{each.kind} {each.duration_s:g} s at {each.at}" for each in answer.stops)
+    if isinstance(answer, tuple | list):
+        return ", ".join(map(shown, answer))
+    if isinstance(answer, dict):
+        return "; ".join(f"{name}: {value}" for name, value in answer.items())
+    if isinstance(answer, type):
+        return f"class {answer.__name__}"
+    return repr(answer)
+
+
+if __name__ == "__main__":
+    file, *lessons = sys.argv[1:]
+    students = [line.strip() for line in Path(file).read_text("utf-8").splitlines() if line.strip()]
+    for student, number, answer in keys(students, lessons):
+        print(f"{student:16} {number:6} {shown(answer)}")

@@ -1,0 +1,181 @@
+"""The built site: what its pages load, say and show. ``make docs`` runs this on what it built."""
+
+from __future__ import annotations
+
+import os
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.explorer import conftest as explorer
+
+BUILT = os.environ.get("BUILT_SITE")
+pytestmark = pytest.mark.skipif(not BUILT, reason="make docs runs this on the site it has built")
+SITE = Path(BUILT or ".")
+browser = explorer.browser
+LESSON = "lessons/01_first_mission.html"
+
+
+class Elements(HTMLParser):
+    """Start tags of a page with their attributes."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.found = list[tuple[str, dict[str, str | None]]]()
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.found.append((tag, dict(attrs)))
+
+
+@pytest.fixture(scope="module")
+def pages() -> dict[str, list[tuple[str, dict[str, str | None]]]]:
+    """Elements of each page by its place in the site."""
+    return {
+        path.relative_to(SITE).as_posix(): Elements(path.read_text("utf-8")).found
+        for path in SITE.rglob("*.html")
+    }
+
+
+def test_every_picture_has_words(pages: Any) -> None:
+    """A name of a file is none."""
+    images = [
+        (page, about.get("src"), about.get("alt"))
+        for page, elements in pages.items()
+        for tag, about in elements
+        if tag == "img"
+    ]
+    assert len(images) > 50
+    silent = [each for each in images if not each[2] or " " not in each[2].strip()]
+    assert silent == []
+
+
+def test_no_page_loads_anything_from_another_host(pages: Any) -> None:
+    loading = {"img": "src", "script": "src", "iframe": "src", "link": "href", "source": "srcset"}
+    loaded = [
+        (page, about[loading[tag]])
+        for page, elements in pages.items()
+        for tag, about in elements
+        if about.get(loading.get(tag, ""))
+    ]
+    assert len(loaded) > 500
+    assert [each for each in loaded if re.match(r"(\w+:)?//", each[1])] == []
+    styles = [path.read_text("utf-8") for path in SITE.rglob("*.css")]
+    assert [
+        each for each in styles if re.search(r"(@import|url\()\s*[\"']?(https?:)?//", each)
+    ] == []
+
+
+def test_the_kit_of_teachers_is_off_the_way_of_students(pages: Any) -> None:
+    """No lesson, and neither the list of lessons nor the homework, leads into it."""
+    kit = {page for page in pages if page.startswith("teaching")}
+    assert len(kit) == 5
+    students = [page for page in pages if page.startswith("lessons")] + ["teaching-homework.html"]
+    for page in students:
+        text = (SITE / page).read_text("utf-8")
+        article = text.partition("<article")[2].partition("</main>")[0] or text
+        assert not re.search(r'href="[^"#]*teaching', article), page
+    assert 'href="teaching.html"' in (SITE / "index.html").read_text("utf-8")
+
+
+class Opened:
+    """Pages in a browser that notes what they ask for and which errors they print."""
+
+    def __init__(self, browser: Any) -> None:
+        self.browser = browser
+        self.asked, self.errors = list[str](), list[str]()
+
+    def page(self, place: str, width: int = 1400, theme: str = "light", height: int = 900) -> Any:
+        context = self.browser.new_context(
+            viewport={"width": width, "height": height},
+            color_scheme=theme,
+            reduced_motion="reduce",
+        )
+        page = context.new_page()
+        page.on("request", lambda request: self.asked.append(request.url))
+        page.on("pageerror", lambda error: self.errors.append(str(error)))
+        page.goto(f"{SITE.as_uri()}/{place}")
+        return page
+
+
+@pytest.fixture
+def opened(browser: Any) -> Any:
+    found = Opened(browser)
+    yield found
+    assert [each for each in found.asked if not re.match("file:|data:|blob:", each)] == []
+    assert found.errors == []
+
+
+@pytest.mark.parametrize(
+    ("words", "first"),
+    [
+        ("load mission", "api/optuav.load.html"),
+        ("solve", "api/optuav.solve.html"),
+        ("replay plan", "api/optuav.replay.html"),
+    ],
+)
+def test_a_name_is_found_first_and_with_an_excerpt(opened: Any, words: str, first: str) -> None:
+    """From a file, where a browser fetches no other page."""
+    page = opened.page(f"search.html?q={words.replace(' ', '+')}")
+    result = page.locator("#search-results li").first
+    result.locator(".context").wait_for()
+    assert result.locator("a").first.get_attribute("href").partition("#")[0].endswith(first)
+    assert words.partition(" ")[0] in result.locator(".context").inner_text()
+
+
+def test_code_has_14_px_beside_text_of_16_px(opened: Any) -> None:
+    page = opened.page(LESSON)
+    sizes = "every => getComputedStyle(document.querySelector(every)).fontSize"
+    assert page.evaluate(sizes, ".bd-article p") == "16px"
+    assert page.evaluate(sizes, ".bd-article pre") == "14px"
+    assert page.evaluate(sizes, ".bd-article p code") == "14px"
+
+
+@pytest.mark.parametrize("place", ["index.html", LESSON, "gallery.html", "teaching.html"])
+def test_on_a_phone_neither_a_page_nor_a_picture_is_cut(opened: Any, place: str) -> None:
+    page = opened.page(place, 400, height=800)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 400
+    right = page.evaluate(
+        "[...document.querySelectorAll('.bd-article img, .fall svg')]"
+        ".map(each => each.getBoundingClientRect().right)"
+    )
+    assert max(right, default=0) <= 400
+
+
+@pytest.mark.parametrize(("width", "height"), [(1400, 900), (400, 800)])
+def test_the_first_screen_says_why_and_how(opened: Any, width: int, height: int) -> None:
+    """The plan that falls, the line that installs, and a page to try it."""
+    page = opened.page("index.html", width, height=height)
+    for each in (".fall svg", ".bd-article pre", ".bd-article a[href='try.html']"):
+        assert page.locator(each).first.bounding_box()["y"] < height - 60, each
+
+
+def test_a_wide_table_shows_that_it_scrolls(opened: Any) -> None:
+    """Shadows stay at the edges, and covers move with the table."""
+    page = opened.page("teaching.html", 400)
+    shown = page.evaluate(
+        "[...document.querySelectorAll('.bd-article table')]"
+        ".filter(each => each.scrollWidth > each.clientWidth)"
+        ".map(each => getComputedStyle(each).backgroundAttachment)"
+    )
+    assert shown
+    assert set(shown) == {"local, local, scroll, scroll"}
+
+
+def test_pictures_are_turned_in_the_dark(opened: Any) -> None:
+    page = opened.page("gallery.html", theme="dark")
+    assert "invert" in page.evaluate("getComputedStyle(document.querySelector('p img')).filter")
+
+
+def test_slides_are_turned_by_keys(opened: Any) -> None:
+    page = opened.page("teaching-slides.html")
+    for _ in range(3):
+        page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowLeft")
+    page.wait_for_function(
+        "Math.abs([...document.querySelectorAll('section section')][1]"
+        ".getBoundingClientRect().top) < 2"
+    )
