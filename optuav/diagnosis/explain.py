@@ -56,7 +56,8 @@ class Robust(Protocol):
         """Hover that each uncertain number costs [s], by name; the largest first."""
 
 
-Subject: TypeAlias = Program | Plan | Robust | Mission | str | Path
+Asked: TypeAlias = Program | Plan | Mission | str | Path
+Subject: TypeAlias = Asked | Robust
 STOPS = (
     "several stops have no single programme, they are searched for: explain the mission for the "
     "constraints, prices and repairs of one rest and one hover"
@@ -174,7 +175,7 @@ def saved_plan(path: str | Path) -> Plan:
     return plan
 
 
-def question_of(subject: Subject, graph: Graph | None = None, **options: Any) -> MissionQuestion:
+def question_of(subject: Asked, graph: Graph | None = None, **options: Any) -> MissionQuestion:
     """The question behind a program, a plan, or a mission with options of `optuav.formulate`.
 
     None stands for a default. `InputError` if anything but a mission has options, or a plan does
@@ -258,7 +259,7 @@ def _explained(
             explained = _explained(question.about(replace(problem, speed="mission")))
             return replace(explained, plan=plan, notes=(NO_SPEEDS, *explained.notes))
         held = program.held(plan)
-        found = _optimum(held, plan, held.answers())
+        found = _optimum(held, plan, held.answers(), brief)
         return replace(found, notes=(program.price_in_words(plan), AT_SPEEDS, *found.notes))
     if program.parts and program.question.slot_s is None:
         solutions = program.answers()
