@@ -90,12 +90,10 @@ def test_as_good_as_all_speeds_and_better_than_named_ones(mission: Mission) -> N
     """The same as grids ever closer around the best, and never worse than a rule."""
     plan = free(mission, perspective="battery")
     truth = max(refined(mission, w, balanced_s, 15 if w[0] is None else 7) for w in ways(mission))
-    assert not plan or plan.hover_time_s >= truth - 1e-6
-    assert (
-        plan.hover_time_s <= truth + 0.02
-        if math.isfinite(truth)
-        else not (plan and plan.hover_time_s > 1.0)
-    )
+    hover_s = plan.hover_time_s if plan else -math.inf
+    assert hover_s >= truth - 1e-6
+    # A grid may miss the few speeds of a mission that is hardly possible.
+    assert hover_s <= (truth + 0.02 if math.isfinite(truth) else 1.0)
     for rule in RULES:
         named = optuav.solve(mission.replace({"flight.speed": rule}), perspective="battery")
         assert not named or hover_s >= named.hover_time_s - 1e-6
