@@ -55,7 +55,7 @@ class Robust(Protocol):
         """Hover that each uncertain number costs [s], by name; the largest first."""
 
 
-Subject: TypeAlias = Program | Plan | Robust | Mission | str | Path
+Subject: TypeAlias = Program | Plan | Mission | str | Path
 STOPS = (
     "several stops have no single programme, they are searched for: explain the mission for the "
     "constraints, prices and repairs of one rest and one hover"
@@ -75,7 +75,7 @@ SEARCH_S = 60.0  # Time limit of a search for more stops where none is stated [s
 
 
 def explain(
-    subject: Subject,
+    subject: Subject | Robust,
     /,
     problem: Formulation | ProblemName | None = None,
     *,
