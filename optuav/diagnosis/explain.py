@@ -79,7 +79,7 @@ SEARCH_S = 60.0  # Time limit of a search for more stops where none is stated [s
 
 
 def explain(
-    subject: Subject,
+    subject: Subject | Robust,
     /,
     problem: Formulation | ProblemName | None = None,
     *,
