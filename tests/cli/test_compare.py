@@ -179,7 +179,7 @@ def test_plans_by_trajectory_where_there_are_none() -> None:
         (("--engines", "cvxpy"), "engines = 'cvxpy': some of bracket, casadi, grid in the persp"),
         (
             ("--by", "problem"),
-            "by = 'problem': some of perspective, trajectory; or method or schedule alone",
+            "by = 'problem': some of perspective, trajectory; or method, schedule or speed alone",
         ),
         (("--by", "schedule,trajectory"), "by = 'schedule': some of perspective, trajectory; or"),
         (("--by", "trajectory,trajectory"), "each once"),

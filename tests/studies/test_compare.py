@@ -111,7 +111,7 @@ def test_one_choice_alone_keeps_the_other(
 @pytest.mark.parametrize(
     ("by", "perspective", "words"),
     [
-        (("problem",), "battery", "some of perspective, trajectory; or method or schedule alone"),
+        (("problem",), "battery", "or method, schedule or speed alone"),
         ((), "battery", "at least one of"),
         (("trajectory", "trajectory"), "battery", "each once"),
         (("trajectory",), "wells", "one of battery, energy, adjusted, available"),
