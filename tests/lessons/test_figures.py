@@ -532,6 +532,11 @@ def test_29_how_fast_to_fly(ran: Any) -> None:
     assert ran.curve.best_endurance_m_s + 3.0 < slow_m_s <= ran.curve.best_range_m_s
     assert slow_m_s > ran.curve.best_range_m_s - 1.0
     assert slow_m_s < fast_m_s < 23.0
+    # A grid of one speed for both legs comes near, and never above.
+    for plan, on_grid_s in zip(ran.free, np.nanmax(ran.hover_s, axis=1), strict=True):
+        assert on_grid_s - 1e-6 <= plan.hover_time_s <= on_grid_s + 2.0
+    gain_s = [plan.hover_time_s for plan in ran.free] - np.max([*ran.by_rule.values()], axis=0)
+    assert np.all(np.abs(gain_s - [0.39, 19.65]) < 0.01)
     worth = {name: (price.less, price.more) for name, price in ran.prices.items()}
     assert np.allclose(worth[ran.LONG_S], 0.0)
     assert np.allclose(worth[ran.SHORT_S], 1.0)
