@@ -36,7 +36,7 @@ class Given(Quantities):
             raise AttributeError(f"given has no {name!r}: the mission does not state {key}")
         if name not in others:
             own = [each for each in dir(type(self)) if not each.startswith("_")]
-            hint = nearest(name, [*others, *own, *(each.name for each in QUANTITIES)])
+            hint = nearest(name, [*others, *own, *(quantity.name for quantity in QUANTITIES)])
             if name.startswith("rest_") and not self.rests:
                 hint = " on a route without a rest: ask for it under 'if given.rests:'."
             words = "Numbers of the mission have the name of their table and key, as laser_power_W"
@@ -52,7 +52,7 @@ class Given(Quantities):
 
         A number that the mission does not state is the name of its key.
         """
-        same = {each.metadata["key"]: getattr(self, each.name) for each in QUANTITIES}
+        same = {quantity.metadata["key"]: getattr(self, quantity.name) for quantity in QUANTITIES}
         for name, (value, unit, key) in () if self._others else self.numbers().items():
             stem, _, axis = name.partition("[")
             single = f"{stem}_{'xyz'[int(axis[0])]}" if axis else stem
@@ -67,12 +67,14 @@ class Given(Quantities):
     @classmethod
     def of(cls, quantities: Quantities, perspective: Perspective) -> Self:
         """Symbols for the numbers of some itineraries; without a rest, its figures are 0."""
-        names = (each.name for each in fields(Quantities) if each.init)
+        names = (quantity.name for quantity in fields(Quantities) if quantity.init)
         symbols = {name: getattr(quantities, name) for name in names}
         symbols |= {
-            each.name: Parameter(each.name, value=symbols[each.name], **each.metadata)
-            for each in QUANTITIES
-            if symbols[each.name] is not None
+            quantity.name: Parameter(
+                quantity.name, value=symbols[quantity.name], **quantity.metadata
+            )
+            for quantity in QUANTITIES
+            if symbols[quantity.name] is not None
         }
         symbols |= {} if quantities.rests else dict.fromkeys(STAYS["rest"], 0.0)
         steps = [*quantities.steps]
@@ -206,7 +208,7 @@ class Formulation(ABC):
         if type(self).__module__.partition(".")[0] != __package__:
             # A problem of a user may look at numbers, so that it is declared each time.
             return _declared(self, Given.of(quantities, perspective)), {}
-        values = {each.name: getattr(quantities, each.name) for each in QUANTITIES}
+        values = {quantity.name: getattr(quantities, quantity.name) for quantity in QUANTITIES}
         stated = tuple(name for name, value in values.items() if value is not None)
         steps = tuple(step if isinstance(step, str) else FLOWN for step in quantities.steps)
         for n, step in enumerate(quantities.steps, start=1):
@@ -249,14 +251,14 @@ def _declared(formulation: Formulation, given: Given) -> Model:
         raise InputError(f"{name}: no unknown was declared; model.variable does")
     if not model.has_objective:
         raise InputError(f"{name}: no objective was stated; model.maximise or model.minimise does")
-    dry = any(each.kind == "dry" for each in model.constraints)
+    dry = any(constraint.kind == "dry" for constraint in model.constraints)
     if given.perspective == AVAILABLE and not dry:
         raise InputError(
             f"{name} does not say when the battery must not run dry: call "
             "given.keep_wells(model, label, hover, rest) in declare, or take another perspective"
         )
     goals, names = (model.objective, *model.preferences), [f"{stay}_time_s" for stay in STAYS]
-    stays = [each for each in model.variables if each.name in names]
-    if open_ := [each for each in stays if all(each is not goal for goal in goals)]:
+    stays = [variable for variable in model.variables if variable.name in names]
+    if open_ := [stay for stay in stays if all(stay is not goal for goal in goals)]:
         model.prefer_small(reduce(operator.add, open_))
     return model

@@ -94,11 +94,11 @@ def route_choice(
             cut = Parameter(f"cut_s[{number}]", Indexed("c", number), "s", route.cut_s)
             hovered = hovered - cut * choice
     model.maximise(hovered)
-    flight = _total([each.given.flight_time_s * each.choice for each in options])
+    flight = _total([option.given.flight_time_s * option.choice for option in options])
     model.prefer_small(model.let("mission time", flight + hovered + rest, symbol="T", unit="s"))
-    place = _total([float(each.number) * each.choice for each in options])
+    place = _total([float(option.number) * option.choice for option in options])
     model.prefer_small(model.let("place in order", place, symbol="n", words="number of the route"))
-    model.subject_to("P1 one route", _total([each.choice for each in options]) == 1.0)
+    model.subject_to("P1 one route", _total([option.choice for option in options]) == 1.0)
     (_hull if form == "hull" else _big_m)(model, options)
     state_limits(model, options[0].given, "P1")
     return model
@@ -112,22 +112,24 @@ def _total(terms: Sequence[Operand]) -> Operand:
 def _symbols(routes: Sequence[Route], perspective: Perspective) -> Iterator[Given]:
     """The quantities of every route as parameters, one for all where it has the same value."""
     found: list[dict[str, Operand]] = [{} for _ in routes]
-    for each in QUANTITIES:
+    for quantity in QUANTITIES:
         values = [
             None
-            if (each.name in STAYS["rest"] and not given.rests)
-            or (value := getattr(given, each.name)) is None
+            if (quantity.name in STAYS["rest"] and not given.rests)
+            or (value := getattr(given, quantity.name)) is None
             else float(np.squeeze(value))
             for given in (route.given for route in routes)
         ]
         stated = [value for value in values if value is not None]
-        shared = Parameter(each.name, value=stated[0], **each.metadata) if stated else None
+        shared = Parameter(quantity.name, value=stated[0], **quantity.metadata) if stated else None
         alike = np.array_equal(stated, stated[:1] * len(stated), equal_nan=True)
         for number, (symbols, value) in enumerate(zip(found, values, strict=True), start=1):
-            symbols[each.name] = shared
+            symbols[quantity.name] = shared
             if shared is not None and not alike:
-                name, symbol = f"{each.name}[{number}]", Indexed(shared.symbol, number)
-                symbols[each.name] = replace(shared, name=name, symbol=symbol, value=value or 0.0)
+                name, symbol = f"{quantity.name}[{number}]", Indexed(shared.symbol, number)
+                symbols[quantity.name] = replace(
+                    shared, name=name, symbol=symbol, value=value or 0.0
+                )
     for symbols, route in zip(found, routes, strict=True):
         rests = route.given.rests
         own = symbols if rests else symbols | dict.fromkeys(STAYS["rest"], 0.0)

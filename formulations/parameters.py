@@ -109,4 +109,4 @@ class Quantities:
         return self.deadline_s - self.flight_time_s
 
 
-QUANTITIES = tuple(each for each in fields(Quantities) if each.metadata)
+QUANTITIES = tuple(quantity for quantity in fields(Quantities) if quantity.metadata)

@@ -71,7 +71,7 @@ def spelled(text: str, stream: TextIO | None = None) -> str:
         return PLAIN.get(letter) or bare or (greek if name[0] == "GREEK" else "?")
 
     lacks = {x for x in {*text} if not x.isascii() and not x.encode(encoding, "ignore")}
-    return text.translate({ord(each): plain(each) for each in lacks})
+    return text.translate({ord(lack): plain(lack) for lack in lacks})
 
 
 def printed(write: Callable[[Any], str]) -> Callable[[Any], str]:

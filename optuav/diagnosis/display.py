@@ -69,7 +69,7 @@ def _no_plan(explained: Explanation) -> Iterator[Element]:
     if any(each.certificates for each in explained.conflicts):
         yield paragraph("rounded here; to_dict gives exact fractions")
     if explained.repairs:
-        rows = table(("feasible if", ""), [each.row for each in explained.repairs])
+        rows = table(("feasible if", ""), [repair.row for repair in explained.repairs])
         yield folded(f"Repairs ({len(explained.repairs)})", rows, is_open=True)
 
 

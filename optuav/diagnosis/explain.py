@@ -347,7 +347,7 @@ def _optimum(
         notes.append(f"solving again gives {hover_s:.6f} s of hover, not the plan's")
     if len(tied) > 1:
         routes = [program.network.route_names(program.parts[k].routes[e])[1:-1] for k, e in tied]
-        ways = ", ".join(" → ".join(each) for each in routes[:4])
+        ways = ", ".join(" → ".join(route) for route in routes[:4])
         notes.append(f"{len(tied)} routes tie ({ways}): a price is that of the best on either side")
     return Explanation(
         plan,
@@ -363,7 +363,7 @@ def _optimum(
 def _objective(model: Model) -> str:
     """What is sought, with its unit if all of it has the same."""
     goal = model.objective
-    units = {each.unit for each in leaves(goal)}
+    units = {leaf.unit for leaf in leaves(goal)}
     unit = f"{units.pop()} " if len(units) == 1 and units != {"1"} else ""
     names = {"hover_time_s": "hover", "rest_time_s": "rest"}
     known = names.get(goal.name) if isinstance(goal, Variable) else None
@@ -373,7 +373,9 @@ def _objective(model: Model) -> str:
 def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -> Iterator[Side]:
     """The constraints with unknowns or own parameters; others compare figures of the mission."""
     way = program.network.route_names(int(part.routes[entry]))
-    labels = words(program.network, part, entry, [each.label for each in relations(part.model)])
+    labels = words(
+        program.network, part, entry, [relation.label for relation in relations(part.model)]
+    )
     for label, row in zip(labels, evaluated(part.model, values), strict=True):
         constraint, slack, right = row.constraint, float(row.slack), float(row.right)
         own = any(map(is_own, parameters_in(constraint)))

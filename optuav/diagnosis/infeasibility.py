@@ -185,7 +185,7 @@ def certificates(
     unknowns take at least their first slot, but not only whole ones.
     """
     rows = inequalities(linear_part(model), parameters, slot_s)
-    symbols = [each.symbol for each in model.variables]
+    symbols = [variable.symbol for variable in model.variables]
     while True:
         columns = [_column(row, symbols, ROUNDING) for row in rows]
         weights = combination(columns, [ZERO] * len(symbols) + [Fraction(-1)])
@@ -208,7 +208,7 @@ def bound(model: Model, parameters: Values, binding: Collection[str]) -> Certifi
     """
     if not traits(model).linear:
         return None
-    symbols = [each.symbol for each in model.variables]
+    symbols = [variable.symbol for variable in model.variables]
     goal = [Fraction(float(x)) for x in linear_form(model, parameters).directions[0, :, 0]]
     rows = [row for row in inequalities(model, parameters) if row.label in binding]
     weights = combination([_column(row, symbols)[:-1] for row in rows], goal)
@@ -221,30 +221,30 @@ def bound(model: Model, parameters: Values, binding: Collection[str]) -> Certifi
 def linear_part(model: Model) -> Model:
     """The model with its linear constraints alone, and no objective."""
     linear = list[Constraint]()
-    for each in model.constraints:
+    for constraint in model.constraints:
         with suppress(NotAffineError):
-            excess(each.relation, {})
-            linear.append(each)
+            excess(constraint.relation, {})
+            linear.append(constraint)
     return subset(model, linear)
 
 
 def parameters_in(constraint: Constraint) -> tuple[Parameter, ...]:
     """The parameters in a constraint."""
-    return tuple(each for each in leaves(*constraint.relation.sides) if isinstance(each, Parameter))
+    return tuple(leaf for leaf in leaves(*constraint.relation.sides) if isinstance(leaf, Parameter))
 
 
 def is_own(parameter: Parameter) -> bool:
     """Whether a formulation of one's own brings a parameter, which no quantity of a mission is."""
-    ours = parameter.key or any(parameter.name == each.name for each in QUANTITIES)
+    ours = parameter.key or any(parameter.name == quantity.name for quantity in QUANTITIES)
     return parameter.varies and not ours
 
 
 def inequalities(model: Model, parameters: Values, slot_s: float | None = None) -> list[Row]:
     """The rows of a linear programme that limit something; an infinite limit does not."""
     form = linear_form(model, parameters)
-    symbols = [each.symbol for each in model.variables]
+    symbols = [variable.symbol for variable in model.variables]
     # An equality gives two rows of the linear form.
-    stated = [each for each in relations(model) for _ in each.relation.signs]
+    stated = [relation for relation in relations(model) for _ in relation.relation.signs]
     found = []
     for constraint, normal, limit in zip(
         stated, form.normals[..., 0].tolist(), form.limits[:, 0].tolist(), strict=True
@@ -255,10 +255,13 @@ def inequalities(model: Model, parameters: Values, slot_s: float | None = None) 
             named = parameters_in(constraint)
             names, keys = tuple(each.name for each in named), tuple(e.key for e in named if e.key)
             found.append(Row(constraint.label, names, keys, factors, Fraction(limit)))
-    for each in model.variables:
-        if slot_s is not None and each.first_slot > 0:
-            label, least_s = f"first slot of {each.symbol}", Fraction(each.first_slot * slot_s)
-            found.append(Row(label, (), (), {each.symbol: Fraction(-1)}, -least_s))
+    for variable in model.variables:
+        if slot_s is not None and variable.first_slot > 0:
+            label, least_s = (
+                f"first slot of {variable.symbol}",
+                Fraction(variable.first_slot * slot_s),
+            )
+            found.append(Row(label, (), (), {variable.symbol: Fraction(-1)}, -least_s))
     return found
 
 
@@ -386,12 +389,12 @@ def _irreducible(model: Model, parameters: Values) -> tuple[Constraint, ...]:
     constraint has a form that phases of constant current do not have.
     """
     linear = linear_part(model).constraints
-    kept = [*(each for each in model.constraints if each not in linear), *linear]
+    kept = [*(constraint for constraint in model.constraints if constraint not in linear), *linear]
     for each in kept[::-1]:
         fewer = [other for other in kept if other is not each]
         if fewer and bracket.some_point(subset(model, fewer, FAR_S), 1, parameters)[1][0]:
             kept = fewer
-    return tuple(each for each in model.constraints if each in kept)
+    return tuple(constraint for constraint in model.constraints if constraint in kept)
 
 
 def _clash(program: Program, part: Part, entry: int, meeting: Sequence[Constraint]) -> Clash:
@@ -399,7 +402,7 @@ def _clash(program: Program, part: Part, entry: int, meeting: Sequence[Constrain
     network, model, row = program.network, part.model, part.model.row(entry)
     labels = tuple(words(network, part, entry, [each.label for each in meeting]))
     known = moments(network, part, entry)
-    sides = evaluated(meeting, {**row, **{each.name: 0.0 for each in model.variables}})
+    sides = evaluated(meeting, {**row, **{variable.name: 0.0 for variable in model.variables}})
     broken = []
     for label, side in zip(labels, sides, strict=True):
         moment, kind = known.get(side.label), BROKEN.get(side.constraint.kind)

@@ -130,11 +130,15 @@ def prices(
 def _moving(model: Model) -> list[Parameter]:
     """The parameters in the objective, in bounds, in constraints with unknowns, and one's own."""
     trees = [model.objective, *model.preferences]
-    trees += [bound for each in model.variables for bound in (each.lower, each.upper)]
-    sides = [each.relation.sides for each in model.constraints]
+    trees += [bound for variable in model.variables for bound in (variable.lower, variable.upper)]
+    sides = [constraint.relation.sides for constraint in model.constraints]
     trees += [side for both in sides if has_unknowns(*both) for side in both]
     names = {leaf.name for leaf in leaves(*trees)}
-    return [each for each in model.parameters.values() if each.name in names or is_own(each)]
+    return [
+        parameter
+        for parameter in model.parameters.values()
+        if parameter.name in names or is_own(parameter)
+    ]
 
 
 def _step(parameter: Parameter, key: Key | None, value: float) -> float:
@@ -182,7 +186,7 @@ def _effects(
         found = AGAIN[solution.engine](part.model, math.prod(shape), columns)
         table = (part.model.towards * found.objective).reshape(shape)
         best = np.fmax(best, np.fmax.reduce(table, axis=1, initial=-np.inf))
-        unclear = [each in (Status.FEASIBLE, Status.UNKNOWN) for each in found.statuses]
+        unclear = [status in (Status.FEASIBLE, Status.UNKNOWN) for status in found.statuses]
         is_open |= np.reshape(unclear, shape).any(axis=1)
     before = float(solutions[chosen[0]].objective[chosen[1]])
     change = program.parts[chosen[0]].model.towards * best - before

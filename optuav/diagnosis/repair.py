@@ -375,16 +375,18 @@ def _continuous(question: Question, model: Model, count: int) -> Booleans:
         statuses = answer(model, count, question).statuses
     except SolverError:
         return np.zeros(count, bool)
-    return np.array([each.has_answer or each is Status.UNBOUNDED for each in statuses])
+    return np.array([status.has_answer or status is Status.UNBOUNDED for status in statuses])
 
 
 def _meetable(model: Model, slot_s: float) -> Booleans:
     """Whether whole slots can add up to what sums of unknowns have to equal, by programme."""
     possible = np.array(True)
-    for relation in (each.relation for each in model.constraints if each.relation.sense == "=="):
+    for relation in (
+        constraint.relation for constraint in model.constraints if constraint.relation.sense == "=="
+    ):
         with suppress(NotAffineError):
             form, _ = excess(relation, {})
-            if all(np.all(each == 1.0) for each in form.coefficients.values()):
+            if all(np.all(coefficient == 1.0) for coefficient in form.coefficients.values()):
                 nearest_s = slot_s * np.round(form.constant / slot_s)
                 possible = possible & holding("==", nearest_s, form.constant)
     return possible

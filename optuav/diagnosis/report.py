@@ -187,7 +187,7 @@ def _no_plan(explained: Explanation) -> Iterator[list[str]]:
     if any(conflict.certificates for conflict in explained.conflicts):
         yield wrapped("Exact", EXACT)
     if repairs:
-        rows = _columns(each.row for each in repairs[:MOST_REPAIRS])
+        rows = _columns(repair.row for repair in repairs[:MOST_REPAIRS])
         lines = [f"{'  or' * (line[LABEL] != ' '):<{LABEL}}{line[LABEL:]}" for line in rows]
         lines = _labelled("Feasible if", lines)
         if (more := len(repairs) - MOST_REPAIRS) > 0:
@@ -247,16 +247,16 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
     if said := binding(explained):
         head += wrapped("What binds", said)
     yield head
-    wells = [each for each in sides if each.kind in LABELS]
-    others = [each for each in sides if each.kind not in LABELS]
-    figures = ((_limit(each), each.figures) for each in others if each.binds)
+    wells = [side for side in sides if side.kind in LABELS]
+    others = [side for side in sides if side.kind not in LABELS]
+    figures = ((_limit(other), other.figures) for other in others if other.binds)
     names = (
-        [_limit(each) for each in wells if each.binds] if sides else [*map(in_words, plan.binding)]
+        [_limit(well) for well in wells if well.binds] if sides else [*map(in_words, plan.binding)]
     )
     yield _labelled("Binding", _columns(figures) + _columns((name,) for name in names))
-    loose = [each for each in others if not each.binds]
+    loose = [other for other in others if not other.binds]
     rows = [(with_unit(e.slack, e.unit), f"{_limit(e)}: {e.figures}") for e in loose]
-    free = [each for each in wells if not each.binds]
+    free = [well for well in wells if not well.binds]
     rows += [(_share(each), _limit(each)) for each in free if not each.in_flight]
     if flown := [each for each in free if each.in_flight]:  # the least stands for all
         least = min(flown, key=lambda each: each.slack)
@@ -271,31 +271,31 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
 
 def _prices(explained: Explanation) -> Iterator[list[str]]:
     """The prices, what has no effect, and beyond which value nothing is feasible."""
-    worth = [each for each in explained.prices if each.matters and not each.at_edge]
+    worth = [price for price in explained.prices if price.matters and not price.at_edge]
     if worth:
         rows, sentences = [], []
-        for each in worth:
-            rates = signed(each.more)
-            if each.has_kink:
-                rates = f"{signed(each.less)} below, {rates} above"
-            figure = f"{each.symbol} = {with_unit(each.value, each.unit)}"
-            rows.append((name(each), figure, rates))
-            if each.solved_again:
-                sentences += wrapped("", sentence(explained, each))
-        rated = "" if all(each.solved_again for each in worth) else ", for small changes"
+        for price in worth:
+            rates = signed(price.more)
+            if price.has_kink:
+                rates = f"{signed(price.less)} below, {rates} above"
+            figure = f"{price.symbol} = {with_unit(price.value, price.unit)}"
+            rows.append((name(price), figure, rates))
+            if price.solved_again:
+                sentences += wrapped("", sentence(explained, price))
+        rated = "" if all(price.solved_again for price in worth) else ", for small changes"
         head = f"{explained.objective} per unit of a parameter, the others held{rated}:"
         yield [*wrapped("Prices", head), *_columns(rows)]
         yield _labelled("One more", sentences)
-    free = ", ".join(name(each) for each in explained.prices if not each.matters)
+    free = ", ".join(name(price) for price in explained.prices if not price.matters)
     if free and explained.more_stops_open:
         yield wrapped("Undecided", f"{free}: {UNDECIDED}")
     elif free:
         yield wrapped("No effect", free)
     edges = [
-        f"{word} {name(each)}"
-        for each in explained.prices
-        if each.at_edge
-        for word, rate in (("more", each.more), ("less", each.less))
+        f"{word} {name(price)}"
+        for price in explained.prices
+        if price.at_edge
+        for word, rate in (("more", price.more), ("less", price.less))
         if math.isinf(rate)
     ]
     if edges:

@@ -116,7 +116,7 @@ def header(program: Program, explained: Explanation) -> dict[str, object]:
         "hover_s": plan.hover_time_s if plan else None,
         "rest_s": plan.rest_time_s if plan else None,
         "time_s": plan.mission_time_s if plan else None,
-        "stops": [(each.kind, each.at) for each in stops],
+        "stops": [(stop.kind, stop.at) for stop in stops],
         "binds": binding(explained),
         "route": route(plan),
         "worth": worth(explained),
@@ -129,7 +129,7 @@ def _broken(program: Program, plan: Plan) -> list[str]:
         return []
     part, entry = entry_of(program, plan)
     model = part.model
-    still = dict.fromkeys((each.name for each in model.variables), 0.0)
+    still = dict.fromkeys((variable.name for variable in model.variables), 0.0)
     rows = evaluated(model, {**model.row(entry), **still})
     return [row.constraint.kind for row in rows if not row.satisfied]
 
@@ -178,17 +178,21 @@ def curve(constraint: Constraint, way: Sequence[str], mission: Mission) -> Curve
 
 def binding(explained: Explanation) -> str:
     """What binds and what does not; empty where that is not known."""
-    kinds = {each.kind: False for each in explained.constraints if each.kind in NOUNS}
+    kinds = {
+        constraint.kind: False for constraint in explained.constraints if constraint.kind in NOUNS
+    }
     kinds |= {
-        each.kind: True for each in explained.constraints if each.binds and each.kind in kinds
+        constraint.kind: True
+        for constraint in explained.constraints
+        if constraint.binds and constraint.kind in kinds
     }
     if not kinds:
         return ""
     binds = [*dict.fromkeys(NOUNS[kind] for kind in NOUNS if kinds.get(kind))]
     binds += dict.fromkeys(  # Of a problem of one's own
-        each.label
-        for each in explained.constraints
-        if each.binds and each.kind not in NOUNS and each.kind != "bounds"
+        constraint.label
+        for constraint in explained.constraints
+        if constraint.binds and constraint.kind not in NOUNS and constraint.kind != "bounds"
     )
     loose = [NOUNS[kind] for kind in ("deadline", "state of charge") if kinds.get(kind) is False]
     if not binds:
@@ -196,7 +200,7 @@ def binding(explained: Explanation) -> str:
         words = words if len(loose) == 2 else f"{loose[0]} does not bind" if loose else ""
         return f"{words[0].upper()}{words[1:]}." if words else ""
     if len(binds) > 1:
-        words = " and ".join(each.removeprefix("the ") for each in binds) + " bind"
+        words = " and ".join(bind.removeprefix("the ") for bind in binds) + " bind"
     else:
         words = f"{binds[0]} binds" + f", {loose[0]} does not" * bool(loose)
     return f"{words[0].upper()}{words[1:]}."
@@ -210,7 +214,9 @@ def binding_moments(explained: Explanation) -> str:
 
 def worth(explained: Explanation) -> str:
     """What a pack and a second more are worth, as steps that were solved again."""
-    known = {each.key: each.gain for each in explained.prices if each.matters and each.solved_again}
+    known = {
+        price.key: price.gain for price in explained.prices if price.matters and price.solved_again
+    }
     gains = {
         what: known[key] for key, what in WORTH.items() if SEEN_S <= known.get(key, 0.0) < math.inf
     }

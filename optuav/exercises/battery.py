@@ -271,5 +271,5 @@ def _repaired(task: Task, plan: Itinerary) -> Conditions:
 )
 def _two_rests(task: Task, plan: Itinerary) -> Conditions:
     problems = (optuav.P1(stops=1), optuav.P1(stops=2))
-    one_s, two_s = (optuav.solve(task.mission, each).hover_time_s for each in problems)
+    one_s, two_s = (optuav.solve(task.mission, problem).hover_time_s for problem in problems)
     return flown(plan, two_s, max(0.99, one_s / two_s), rests=2)

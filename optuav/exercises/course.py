@@ -53,7 +53,9 @@ def numbers(lesson: str = "") -> tuple[str, ...]:
     >>> exercises.numbers("01")[0]
     '01.1'
     """
-    return tuple(each for each in _exercises() if each.startswith(f"{lesson}." if lesson else ""))
+    return tuple(
+        number for number in _exercises() if number.startswith(f"{lesson}." if lesson else "")
+    )
 
 
 def task(number: str, student: str = "") -> Task:

@@ -45,16 +45,16 @@ class Declare(Exercise):
 def _grade(asked: Program | Model, task: Task, answer: object) -> Grade:
     """The grade of a formulation or a model."""
     wanted = asked if isinstance(asked, Model) else _of_one_route(asked.parts[0])
-    names = {each.name for each in wanted.variables}
+    names = {variable.name for variable in wanted.variables}
     unknowns = f"a problem with the unknowns {', '.join(sorted(names))}"
     model = _model_of(answer, asked, unknowns, task)
-    if (stated := {each.name for each in model.variables}) != names:
+    if (stated := {variable.name for variable in model.variables}) != names:
         found = ", ".join(sorted(stated)) or "one without any"
         raise InputError([Fault("answer", found, unknowns)])
-    binary = {each.name: each.binary for each in model.variables}
-    for each in wanted.variables:
-        if each.binary != binary[each.name]:
-            words = f"{each.name} is {'not ' if each.binary else ''}binary in your problem"
+    binary = {variable.name: variable.binary for variable in model.variables}
+    for variable in wanted.variables:
+        if variable.binary != binary[variable.name]:
+            words = f"{variable.name} is {'not ' if variable.binary else ''}binary in your problem"
             return Grade.wrong(task, words, "which values may it take: two, or all between them?")
     if not model.has_objective:
         words = "your problem has no objective"
@@ -108,8 +108,8 @@ def _model_of(answer: object, asked: Program | Model, unknowns: str, task: Task)
 def _needs(kind: type[Formulation]) -> bool:
     """Whether a class has a field that must be stated."""
     return any(
-        each.init and each.default is MISSING and each.default_factory is MISSING
-        for each in fields(kind)
+        field.init and field.default is MISSING and field.default_factory is MISSING
+        for field in fields(kind)
     )
 
 
@@ -128,7 +128,7 @@ def _extent(model: Model, name: str) -> tuple[float, ...]:
     for sense in ("minimise", "maximise"):
         one = copy.copy(model)
         one.preferences, one.has_objective = [], False
-        getattr(one, sense)(next(each for each in model.variables if each.name == name))
+        getattr(one, sense)(next(variable for variable in model.variables if variable.name == name))
         if (solution := _solved(one)).status.has_answer:
             found.append(round(float(solution.point(0)[name]), 9) + 0.0)  # Without −0
     return tuple(found)
@@ -149,13 +149,13 @@ def _points(model: Model, answer: Model, best: Mapping[str, float]) -> dict[str,
     """
     typical = float(np.mean([abs(x) for x in best.values() if x] or [1.0]))
     axes = list[Floats]()
-    for each in model.variables:
-        if each.binary:
+    for variable in model.variables:
+        if variable.binary:
             axes.append(np.arange(2.0))
             continue
-        value, extent = best[each.name], _extent(model, each.name)
+        value, extent = best[variable.name], _extent(model, variable.name)
         ends = extent if len(extent) == 2 else (*extent, value + (abs(value) or typical))
-        axes.append(_axis({*ends, value, *_extent(answer, each.name)}, typical))
+        axes.append(_axis({*ends, value, *_extent(answer, variable.name)}, typical))
     grid = np.stack(np.meshgrid(*axes, indexing="ij"))
 
     found = [grid.reshape(len(grid), -1)]
@@ -171,7 +171,7 @@ def _at_limits(model: Model, grid: Floats, names: Sequence[str]) -> list[Floats]
         return _all(check(model, dict(zip(names, points, strict=True))), points[0].shape)
 
     inside, found = holds(grid), list[Floats]()
-    binary = {each.name: each.binary for each in model.variables}
+    binary = {variable.name: variable.binary for variable in model.variables}
     for number, name in enumerate(names):
         if binary[name]:
             continue

@@ -57,7 +57,7 @@ def answered(base: Mission, stated: object) -> tuple[Data, Plan | None]:
     try:
         return _answers(base, State.of(stated))
     except InputError as error:
-        faults = [{"key": each.key, "words": str(each)} for each in error.faults]
+        faults = [{"key": fault.key, "words": str(fault)} for fault in error.faults]
     except SolverError as error:
         faults = [{"key": "", "words": str(error)}]
     return {"number": number, "faults": faults}, None
@@ -78,11 +78,11 @@ def _answers(base: Mission, state: State) -> tuple[Data, Plan]:
     plan = program.solve()
     explained = explain_plan(program, plan) if plan or state.repairs else Explanation(plan)
     still = dict(idle(explained, program.network))
-    notes = [("Note", each) for each in explained.notes if each not in plan.notes]
+    notes = [("Note", note) for note in explained.notes if note not in plan.notes]
     found: Data = {
         "number": state.number,
         "name": mission.name,
-        "controls": [_control(each, mission, still) for each in controls(base)],
+        "controls": [_control(control, mission, still) for control in controls(base)],
         "options": {**OPTIONS, "building": mission.buildings.names},
         "presets": presets(base),
         "verdict": header(program, explained),
@@ -149,7 +149,7 @@ def _map(mission: Mission, plan: Plan) -> Data:
         "rim": _listed(device_m[:2] + radius_m * RIM) if math.isfinite(radius_m) else None,
         "laser": None if laser is None else [*laser.position_m],
         "route": _listed(_points_m(shown, plan)) if plan else None,
-        "stops": [asdict(each) for each in plan.stops] if plan else [],
+        "stops": [asdict(stop) for stop in plan.stops] if plan else [],
     }
 
 
@@ -214,11 +214,11 @@ def _plane(program: Program, plan: Plan, axes: Sequence[float]) -> Data:
         "samples": SAMPLES,
         "constraints": [
             {
-                **curve(each.constraint, way, mission)._asdict(),
-                "forbids": each.forbids,
-                "excess": each.whole,
+                **curve(cut.constraint, way, mission)._asdict(),
+                "forbids": cut.forbids,
+                "excess": cut.whole,
             }
-            for each in shown.cuts
+            for cut in shown.cuts
         ],
         "grid": {
             "slot_s": mission.limits.slot_s,
@@ -245,18 +245,18 @@ def _reasons(explained: Explanation) -> Data:
         ],
         "prices": [
             {
-                "key": name(each),
-                "value": f"{each.symbol} = {with_unit(each.value, each.unit)}",
-                "less": signed(each.less),
-                "more": signed(each.more),
-                "words": sentence(explained, each) if each.solved_again else "",
+                "key": name(price),
+                "value": f"{price.symbol} = {with_unit(price.value, price.unit)}",
+                "less": signed(price.less),
+                "more": signed(price.more),
+                "words": sentence(explained, price) if price.solved_again else "",
             }
-            for each in explained.prices
-            if each.matters
+            for price in explained.prices
+            if price.matters
         ],
         "objective": explained.objective,
         "reasons": explained.plan.reasons,
-        "repairs": [each.row for each in explained.repairs],
+        "repairs": [repair.row for repair in explained.repairs],
     }
 
 

@@ -21,7 +21,7 @@ def presets(mission: Mission) -> list[dict[str, Any]]:
     if plan and plan.runs_dry_s is not None:
         found.append(("A plan that falls", "Fall", BATTERY))
     if plan and plan.rest_time_s:
-        first, *_ = stops = [each for each in plan.stops if each.duration_s]
+        first, *_ = stops = [stop for stop in plan.stops if stop.duration_s]
         rest = {"building": next(e.at for e in stops if e.kind == "rest")}
         price = {each.key: each for each in explain(plan).prices}.get("limits.deadline_s")
         if price and price.matters and price.less < 1.0:

@@ -94,7 +94,7 @@ class State:
 
     def mission(self, base: Mission) -> Mission:
         """A mission with the changes; footprints move with their roofs."""
-        allowed, values, faults = {each.key for each in controls(base)}, dict[str, Any](), []
+        allowed, values, faults = {control.key for control in controls(base)}, dict[str, Any](), []
         allowed |= {each for each in DRAGGED if base.laser or each != "laser.position_m"}
         for key, value in self.changes.items():
             roof = ROOF.fullmatch(key)

@@ -75,7 +75,7 @@ class Audit(Judged):
         -------
         Columns as the attributes of `Event`.
         """
-        return frame(map(asdict, self.events), [each.name for each in fields(Event)])
+        return frame(map(asdict, self.events), [field.name for field in fields(Event)])
 
     def to_dict(self) -> dict[str, object]:
         """The audit as plain data: strings, numbers, truth values, lists, dicts and None."""

@@ -173,7 +173,7 @@ def _not_asked(found: Replay, stops: Sequence[Stop], answer: Answer) -> Iterator
     for verb, count in (("rests", len(rests)), ("hovers", len(hovers))):
         if count > most[verb]:
             yield f"it {verb} {count} times, at most {most[verb]} are asked for"
-    if all(each.at != "hover" for each in stops):
+    if all(stop.at != "hover" for stop in stops):
         yield "it never comes to the hover point"
     if strange := {*hovers} - {"hover"}:
         yield f"it hovers at {', '.join(sorted(map(str, strange)))}, not at the hover point"

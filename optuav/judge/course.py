@@ -44,7 +44,7 @@ class Stretch(NamedTuple):
         if not self.held:
             stages = [kibam.Stage(current_A, passed_s) for current_A in self.currents_A]
             return [kibam.step(pack, *each) for each in zip(self.before, stages, strict=True)]
-        after = [held(pack, each, passed_s) for each in self.before]
+        after = [held(pack, wells, passed_s) for wells in self.before]
         return [Wells(np.full_like(passed_s, each[0]), each[1]) for each in after]
 
 
@@ -80,7 +80,7 @@ def pooled(mission: Mission, phases: Sequence[Phase]) -> Course:
         ends.append((wells,))
     # y1 leaves its bounds within a stretch only if it is outside at the end, so the ends decide
     # whether it does, and the first stretch that ends outside is searched for the moment.
-    ends_As = np.array([*(each.before[0].available_As for each in stretches[1:]), wells[0]])
+    ends_As = np.array([*(stretch.before[0].available_As for stretch in stretches[1:]), wells[0]])
     full_As, slack_As = float(pool.full.available_As), TOLERANCE * float(pool.capacity_As)
     dry, over = "the available well runs dry", "charging drives the available well past full"
     events = list[Event]()
@@ -189,9 +189,9 @@ def soc(
 
 def trace(mission: Mission, flown: Sequence[Phase], course: Course) -> Trace:
     """The table over time of phases and packs; some phase takes time."""
-    lasting = [each for each in course.stretches if each.duration_s > 0.0]
+    lasting = [stretch for stretch in course.stretches if stretch.duration_s > 0.0]
     pieces = [_piece(mission, flown[each.phase], course.pack, each) for each in lasting]
-    columns = {name: np.concatenate([each[name] for each in pieces]) for name in pieces[0]}
+    columns = {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
     levels_As = columns["available_As"] + columns["bound_As"]
     share = levels_As.mean(axis=1) / course.pack.capacity_As
     return Trace(**columns, soc=soc(mission, flown, columns["time_s"], share))
@@ -206,9 +206,9 @@ def _piece(mission: Mission, phase: Phase, pack: Battery, stretch: Stretch) -> d
     last_s = np.nextafter(begun_s + stage.duration_s, 0.0)
     since_s = np.clip(begun_s + (stretch.start_s - stage.start_s) + passed_s, begun_s, last_s)
     wells = stretch.wells(pack, passed_s)
-    currents_A = [np.full(POINTS, each) for each in stretch.currents_A]
+    currents_A = [np.full(POINTS, current_A) for current_A in stretch.currents_A]
     if stretch.held:
-        currents_A = [np.asarray(holding_current(pack, each)) for each in wells]
+        currents_A = [np.asarray(holding_current(pack, well)) for well in wells]
     available_As, bound_As = (np.stack(level, axis=1) for level in zip(*wells, strict=True))
     drawn_A, drawn_W = stage.drawn
     same = {

@@ -18,7 +18,8 @@ def html(judged: Judged, replayed: Replay | None, verdict: str) -> str:
     found = [paragraph(verdict, good=judged.flyable)]
     for heading, events in judged.by_kind.items():
         rows = [
-            (f"{each.time_s:.2f}\N{NO-BREAK SPACE}s", each.words + each.figures) for each in events
+            (f"{event.time_s:.2f}\N{NO-BREAK SPACE}s", event.words + event.figures)
+            for event in events
         ]
         if rows:
             is_open = heading != "To know"
@@ -33,6 +34,6 @@ def _wells(replayed: Replay) -> Element:
     """The wells over the trace."""
     trace, stays = replayed.trace, replayed.phases
     levels = Levels(trace.time_s, trace.available_As.sum(axis=1), trace.bound_As.sum(axis=1))
-    phases = ((each.kind, each.start_s, each.end_s - each.start_s) for each in stays)
+    phases = ((stay.kind, stay.start_s, stay.end_s - stay.start_s) for stay in stays)
     capacity_As = float(vehicle.pool(replayed.mission).capacity_As)
     return picture(levels, phases, capacity_As, replayed.first_s("empty"))

@@ -69,12 +69,12 @@ def _itinerary(document: Document, folder: Path, source: str) -> Itinerary:
         except InputError as error:
             # That there is no such file is a fault of the key, what is wrong in it its own.
             faults += (
-                replace(each, key=f"mission.{each.key}", source=source)
+                replace(fault, key=f"mission.{fault.key}", source=source)
                 if isinstance(name, dict)
-                else each
-                if each.key
-                else Fault("mission", shown(name), each.allowed, source)
-                for each in error.faults
+                else fault
+                if fault.key
+                else Fault("mission", shown(name), fault.allowed, source)
+                for fault in error.faults
             )
     else:
         breaches.append(Breach(("mission",), KEYS["mission"]))
@@ -85,4 +85,4 @@ def _itinerary(document: Document, folder: Path, source: str) -> Itinerary:
     faults = [*StatedMission(document, {(): source}).faults(breaches), *faults]
     if faults or mission is None:
         raise InputError(faults)
-    return Itinerary(mission, tuple(Stop(**each) for each in stops))
+    return Itinerary(mission, tuple(Stop(**stop) for stop in stops))

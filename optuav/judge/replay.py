@@ -66,9 +66,11 @@ class Judged:
     def by_kind(self) -> dict[str, list[Event]]:
         """The events under the headings of a page."""
         return {
-            "Violated": [each for each in self.violations if each.kind != MISMATCH],
-            "Contradicted": [each for each in self.violations if each.kind == MISMATCH],
-            "To know": [each for each in self.events if not each.violation],
+            "Violated": [violation for violation in self.violations if violation.kind != MISMATCH],
+            "Contradicted": [
+                violation for violation in self.violations if violation.kind == MISMATCH
+            ],
+            "To know": [event for event in self.events if not event.violation],
         }
 
 

@@ -74,7 +74,7 @@ class CheckedSolutions:
     missing: tuple[str, ...]
 
     def __bool__(self) -> bool:
-        return not any(each.wrong for each in self.solutions)
+        return not any(solution.wrong for solution in self.solutions)
 
     __str__ = printed(lambda self: "\n".join(_lines(self)))
 
@@ -85,8 +85,8 @@ class CheckedSolutions:
         from optuav import markup
 
         heads = ("mission", "problem", "perspective", "hover_s", "best_known_s", "bound_s")
-        rows = [[each.to_dict()[head] for head in heads] for each in self.solutions]
-        verdicts = [[each.verdict, "; ".join(each.wrong)] for each in self.solutions]
+        rows = [[solution.to_dict()[head] for head in heads] for solution in self.solutions]
+        verdicts = [[solution.verdict, "; ".join(solution.wrong)] for solution in self.solutions]
         lines = [[*row, *verdict] for row, verdict in zip(rows, verdicts, strict=True)]
         wrong = [number for number, each in enumerate(self.solutions) if each.wrong]
         return markup.shown(
@@ -97,12 +97,12 @@ class CheckedSolutions:
     @property
     def verdict(self) -> str:
         """How many hold."""
-        hold = sum(not each.wrong for each in self.solutions)
+        hold = sum(not solution.wrong for solution in self.solutions)
         return f"{hold} of {len(self.solutions)} solutions hold"
 
     def to_dict(self) -> dict[str, Any]:
         """The verdict as plain data: strings, numbers, truth values, lists, dicts and None."""
-        rows = [each.to_dict() for each in self.solutions]
+        rows = [solution.to_dict() for solution in self.solutions]
         return {
             "source": self.source,
             "all_hold": bool(self),
@@ -112,16 +112,16 @@ class CheckedSolutions:
 
     def to_frame(self) -> DataFrame:
         """One row a solution; needs pandas."""
-        rows = [each.to_dict() for each in self.solutions]
+        rows = [solution.to_dict() for solution in self.solutions]
         return frame(rows, [*rows[0]] if rows else [*ENTRY])
 
 
 def _lines(found: CheckedSolutions) -> Iterator[str]:
     yield f"{found.verdict}: {found.source}"
-    for each in found.solutions:
-        row = each.to_dict()
+    for solution in found.solutions:
+        row = solution.to_dict()
         yield ""
-        yield f"{row['mission']}, {row['problem']}, {row['perspective']}: {each.verdict}"
+        yield f"{row['mission']}, {row['problem']}, {row['perspective']}: {solution.verdict}"
         times = (
             f"{words} {row[name]:.3f} s"
             for words, name in (
@@ -134,7 +134,7 @@ def _lines(found: CheckedSolutions) -> Iterator[str]:
         )
         if words := ", ".join(times):
             yield from wrapped("", words, "  ", 2)
-        for words in each.wrong:
+        for words in solution.wrong:
             yield from wrapped("", printable(words), "  - ", 4)
     if found.missing:
         more = len(found.missing) - MOST_NAMED

@@ -137,10 +137,12 @@ class Move(NamedTuple):
 def moves(subject: Plan | Itinerary) -> Iterator[Move]:
     """The moves of a plan or an itinerary, in order."""
     if isinstance(subject, Plan):
-        for each in subject.phases:
-            stated = each if each.edited else None
-            ends = each.start_place, each.end_place
-            yield Move(each.kind, *ends, each.duration_s, stated, each.waypoints_m, each.speeds_m_s)
+        for phase in subject.phases:
+            stated = phase if phase.edited else None
+            ends = phase.start_place, phase.end_place
+            yield Move(
+                phase.kind, *ends, phase.duration_s, stated, phase.waypoints_m, phase.speeds_m_s
+            )
         return
     here: str | Point = "origin"
     for stop in subject.stops:
@@ -266,10 +268,10 @@ def phases(
         rows = list[tuple[str, float, Flow, Flow]]()
         if stated is not None:  # what a stay draws is computed all the same
             length_m, peak_m_s = stated.distance_m, stated.peak_speed_m_s
-            for each in stated.stages:
-                drawn = loads.get(move.kind, Flow(-each.current_A, -each.power_W))
-                received = each.current_A + drawn.current_A, each.power_W + drawn.power_W
-                rows.append((move.kind, each.duration_s, drawn, Flow(*received)))
+            for stage in stated.stages:
+                drawn = loads.get(move.kind, Flow(-stage.current_A, -stage.power_W))
+                received = stage.current_A + drawn.current_A, stage.power_W + drawn.power_W
+                rows.append((move.kind, stage.duration_s, drawn, Flow(*received)))
         elif move.kind != "flight":
             rows.append((move.kind, move.duration_s, loads[move.kind], end.received))
         else:
@@ -279,7 +281,7 @@ def phases(
                 peak_m_s = max(peak_m_s, float(flown.peak_speed_m_s))
                 flows = map(Flow, flown.currents_A, flown.powers_W)
                 named = zip(flown.stages, flown.durations_s, flows, strict=True)
-                rows += [(*each, NOTHING) for each in named]
+                rows += [(*constraint, NOTHING) for constraint in named]
             crosses = blocker
         stages, begun_s = list[Stage](), start_s
         for name, duration_s, drawn, received in rows:

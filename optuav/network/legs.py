@@ -89,10 +89,10 @@ def build_legs(
     for part in (slice(k, k + AT_ONCE) for k in range(0, max(count, 1), AT_ONCE)):
         start_m, end_m = (at_m.take(each[part], axis=0) for each in (start, end))
         loads.append(loads_along(flight.leg, start_m, end_m, waypoints_m[part]))
-    distance_m, peak_m_s = _table([(each.distance_m, each.peak_speed_m_s) for each in loads], count)
-    durations_s = _table([each.durations_s for each in loads], count)
-    currents_A = _table([each.currents_A for each in loads], count)
-    powers_W = _table([each.powers_W for each in loads], count)
+    distance_m, peak_m_s = _table([(load.distance_m, load.peak_speed_m_s) for load in loads], count)
+    durations_s = _table([load.durations_s for load in loads], count)
+    currents_A = _table([load.currents_A for load in loads], count)
+    powers_W = _table([load.powers_W for load in loads], count)
     flyable = np.isfinite(durations_s).all(axis=0) & (crosses == CLEAR)
     edited, stages = np.zeros(count, bool), loads[0].stages
     drawn = durations_s, currents_A, powers_W
@@ -102,7 +102,7 @@ def build_legs(
 
 def segment_ways(places: Places, legs: Legs) -> Floats:
     """The ways of the segments of legs (axis, segment, leg) [m]; NaN beyond a leg's own."""
-    start_m, end_m = (places.position_m[each].T[None] for each in (legs.start, legs.end))
+    start_m, end_m = (places.position_m[end].T[None] for end in (legs.start, legs.end))
     absent = np.isnan(legs.waypoints_m)
     stops_m = np.concatenate([start_m, np.where(absent, end_m, legs.waypoints_m), end_m])
     ways_m = np.diff(stops_m, axis=0)
@@ -116,7 +116,7 @@ def legs_at(mission: Mission, places: Places, legs: Legs, speeds_m_s: Floats) ->
     assert isinstance(flight, CruisingModel)
     # As in `loads_along`, which asks for one segment after the other, missing ones are the first
     own_m_s = iter(np.where(np.isnan(speeds_m_s), speeds_m_s[:1], speeds_m_s))
-    start_m, end_m = (places.position_m[each] for each in (legs.start, legs.end))
+    start_m, end_m = (places.position_m[end] for end in (legs.start, legs.end))
     waypoints_m = np.moveaxis(legs.waypoints_m, -1, 0)
     loads = loads_along(
         lambda way_m: flight.leg_at(way_m, next(own_m_s)), start_m, end_m, waypoints_m
@@ -147,7 +147,7 @@ def _blockers(places: Places, obstacles: Prisms, lines: Integers, roofs: Integer
 
 def _table(parts: Sequence[Sequence[Quantity]], count: int) -> Floats:
     """Figures (figure, leg) from those of parts; without memory where they suit all legs."""
-    if not any(np.ndim(each) for each in parts[0]):
+    if not any(np.ndim(part) for part in parts[0]):
         return np.broadcast_to(np.array(parts[0], dtype=float)[:, None], (len(parts[0]), count))
     return np.concatenate([np.stack(np.broadcast_arrays(*part)) for part in parts], axis=1)
 

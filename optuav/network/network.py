@@ -77,7 +77,7 @@ def network_by(mission: Mission, places: Places, buildings: Integers) -> Network
     start, end = np.concatenate([[(ORIGIN, HOVER), (HOVER, DESTINATION)], by_roof]).T
     legs = build_legs(mission, places, prisms(mission.buildings), start, end)
     routes = build_routes(legs, buildings)
-    for array in (each for table in (places, legs, routes) for each in vars(table).values()):
+    for array in (var for table in (places, legs, routes) for var in vars(table).values()):
         if isinstance(array, np.ndarray):
             array.setflags(write=False)  # All who ask for an equal mission share it
     return Network(mission, places, legs, routes)

@@ -51,7 +51,7 @@ class Places:
 
     def take(self, numbers: Integers) -> "Places":
         """Return some of the places by number: the ends, and then others, rising."""
-        own = {each.name: getattr(self, each.name) for each in fields(self)[1:-1]}
+        own = {field.name: getattr(self, field.name) for field in fields(self)[1:-1]}
         names = tuple(self.names[number] for number in numbers)
         roofs = self.roofs[numbers[FIRST_BUILDING:] - FIRST_BUILDING]
         return Places(names, **{name: each[numbers] for name, each in own.items()}, roofs=roofs)
@@ -152,7 +152,7 @@ def own_roofs(towns: Sequence[Buildings], position_m: Floats, roofs: Integers) -
 def _joined(*tables: Floats) -> Floats:
     """Places in tables (variant or 1, place, 3) in one."""
     rows = max(map(len, tables))
-    every = [np.broadcast_to(each, (rows, *each.shape[1:])) for each in tables]
+    every = [np.broadcast_to(table, (rows, *table.shape[1:])) for table in tables]
     return np.concatenate(every, axis=1)
 
 

@@ -33,7 +33,7 @@ class Routes:
     def take(self, which: Sequence[int] | Integers) -> "Routes":
         """The routes with the given numbers, in that order."""
         chosen = np.asarray(which, dtype=np.intp)
-        return Routes(**{each.name: getattr(self, each.name)[chosen] for each in fields(self)})
+        return Routes(**{field.name: getattr(self, field.name)[chosen] for field in fields(self)})
 
     def order(self, index: int) -> Order | None:
         """Order of rest and hover on a route; None for the direct one."""

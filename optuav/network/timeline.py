@@ -116,12 +116,12 @@ class Phase:
     @property
     def charge_As(self) -> float:
         """Net charge into the battery [A s]."""
-        return sum(each.current_A * each.duration_s for each in self.stages)
+        return sum(stage.current_A * stage.duration_s for stage in self.stages)
 
     @property
     def energy_J(self) -> float:
         """Net energy into the battery [J]."""
-        return sum(each.power_W * each.duration_s for each in self.stages)
+        return sum(stage.power_W * stage.duration_s for stage in self.stages)
 
     @property
     def current_A(self) -> float:
@@ -136,7 +136,7 @@ class Phase:
     @property
     def net(self) -> list[Stage]:
         """Its stages as the battery model takes them."""
-        return [Stage(each.current_A, each.duration_s) for each in self.stages]
+        return [Stage(stage.current_A, stage.duration_s) for stage in self.stages]
 
 
 def stay_net(network: Network, place: Quantity) -> Flow:
@@ -181,7 +181,7 @@ def phases_along(network: Network, legs: Sequence[int], stays_s: Sequence[Quanti
         ends = names[start], names[end], 0.0
         bent = (), (), tuple(map(tuple, waypoints_m.tolist()))
         speeds_m_s = () if table.speeds_m_s is None else table.speeds_m_s[:, leg]
-        speeds = tuple(float(each) for each in speeds_m_s[: 1 + len(waypoints_m)])
+        speeds = tuple(float(speed_m_s) for speed_m_s in speeds_m_s[: 1 + len(waypoints_m)])
         found.append(Phase("flight", *ends, stages, way_m, peak_m_s, edited, *bent, speeds))
         if end == HOVER or end >= FIRST_BUILDING:
             kind: Kind = "hover" if end == HOVER else "rest"

@@ -64,7 +64,7 @@ class Variants:
             for name in (each for each in KEPT if each in vars(self)):
                 tables = getattr(self, name)
                 rows = [tables] if isinstance(tables, np.ndarray) else _flat(tables)
-                if all(np.ndim(each) < 2 or len(each) == 1 for each in rows):
+                if all(np.ndim(row) < 2 or len(row) == 1 for row in rows):
                     vars(found)[name] = tables
         return found
 
@@ -109,7 +109,7 @@ class Variants:
         """Places (variant or 1, place, 3) [m]; NaN for a hover point out of reach."""
         roofs_m = self.network.places.position_m[FIRST_BUILDING:]
         if self.towns:
-            every_m = np.stack([each.roof_m[self.network.places.roofs] for each in self.towns])
+            every_m = np.stack([town.roof_m[self.network.places.roofs] for town in self.towns])
             roofs_m = every_m.repeat(self.count // len(self.towns), axis=0)
         return position_table(self.mission, roofs_m, self.coverage_radius_m)
 
@@ -137,7 +137,7 @@ class Variants:
     def flight(self) -> list[Floats]:
         """Flight time [s], charge [A s] and energy [J] of routes, each (variant or 1, route)."""
         of_legs = self.loads.duration_s, self.loads.charge_As, self.loads.energy_J
-        return [totals(np.atleast_2d(each), self.network.routes.legs) for each in of_legs]
+        return [totals(np.atleast_2d(leg), self.network.routes.legs) for leg in of_legs]
 
     @cached_property
     def hover_load(self) -> Flow:
@@ -153,7 +153,7 @@ class Variants:
     @cached_property
     def shifts(self) -> list[Shift]:
         """What the stages of the legs do to the charge of all packs, each (variant or 1, leg)."""
-        return [shift(vehicle.pool(self.mission), each) for each in self.stages]
+        return [shift(vehicle.pool(self.mission), stage) for stage in self.stages]
 
     @cached_property
     def falls_in_flight(self) -> Booleans:
@@ -165,7 +165,7 @@ class Variants:
     def loads(self) -> Loads:
         """What the legs draw in their stages, each (variant or 1, leg) or a number."""
         legs = self.network.legs
-        start_m, end_m = (self.position_m[:, each] for each in (legs.start, legs.end))
+        start_m, end_m = (self.position_m[:, end] for end in (legs.start, legs.end))
         waypoints_m = np.empty((1, len(legs.start), 0, 3))
         if self.ways is not None:
             waypoints_m = self.ways.of_legs(self._lines[1], legs.start > legs.end)
@@ -203,7 +203,7 @@ def stacked(*networks: Network) -> Variants:
 
     All their missions state `route.hover_m`, or none does. The last variants are kept.
     """
-    first, missions = networks[0], [each.mission for each in networks]
+    first, missions = networks[0], [network.mission for network in networks]
     columns = dict[str, Floats]()
     for key in numeric_keys() if len(missions) > 1 else ():
         values = [now_of(mission, key) for mission in missions]
@@ -212,17 +212,17 @@ def stacked(*networks: Network) -> Variants:
 
     def rows(table: str, name: str) -> Floats:
         """Arrays of all networks, one row each."""
-        return np.stack([getattr(getattr(each, table), name) for each in networks])
+        return np.stack([getattr(getattr(network, table), name) for network in networks])
 
     def stages(name: str) -> Floats:
         """Tables (stage, network, leg); legs of fewer segments have zeros."""
-        tables = [getattr(each.legs, name) for each in networks]
+        tables = [getattr(network.legs, name) for network in networks]
         most = max(map(len, tables))
-        short = [most - len(each) for each in tables]
+        short = [most - len(table) for table in tables]
         parts = zip(tables, short, strict=True)
         return np.stack([np.pad(x, ((0, k), (0, 0))) if k else x for x, k in parts], axis=1)
 
-    bent = [each.flight.obstacle_rule in BENT for each in missions]
+    bent = [mission.flight.obstacle_rule in BENT for mission in missions]
     received = rows("places", "charge_current_A"), rows("places", "received_power_W")
     variants = Variants(first, columns)
     vars(variants).update(
@@ -239,5 +239,5 @@ def stacked(*networks: Network) -> Variants:
 
 def _flat(tables: Iterable[Any]) -> Iterator[Quantity]:
     """Tables, also those in tuples, one by one."""
-    for each in tables:
-        yield from _flat(each) if isinstance(each, tuple | list) else (each,)
+    for table in tables:
+        yield from _flat(table) if isinstance(table, tuple | list) else (table,)

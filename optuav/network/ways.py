@@ -65,7 +65,7 @@ def loads_along(
         segment = leg(_vector(np.where(gone[..., None], moves_m[0], move_m)))
         peak_m_s = np.where(gone, 0.0, segment.peak_speed_m_s)
         peak_s = whole.duration_s + segment.peak_s
-        durations_s = (np.where(gone, 0.0, each) for each in segment.durations_s)
+        durations_s = (np.where(gone, 0.0, duration_s) for duration_s in segment.durations_s)
         whole = whole._replace(
             stages=whole.stages + first.stages,
             durations_s=(*whole.durations_s, *durations_s),

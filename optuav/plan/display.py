@@ -55,8 +55,8 @@ def html(plan: Plan) -> str:
         for phase, (kind, *numbers) in zip(plan.phases, figures(plan), strict=True)
         for place in [phase.kind == "flight"]
     ]
-    stays = ((each.kind, each.start_s, each.duration_s) for each in plan.phases)
-    legend = f"{LEGEND} {EDITED}" if any(each.edited for each in plan.phases) else LEGEND
+    stays = ((phase.kind, phase.start_s, phase.duration_s) for phase in plan.phases)
+    legend = f"{LEGEND} {EDITED}" if any(phase.edited for phase in plan.phases) else LEGEND
     return shown(
         paragraph(verdict(plan), good=plan.flyable is not False),
         picture(levels(plan), stays, vehicle.pool(plan.mission).capacity_As, plan.runs_dry_s),
@@ -78,8 +78,8 @@ def verdict(plan: Plan) -> str:
 
 def _notes(plan: Plan) -> list[Element]:
     """Warnings, and the notes folded: some tell what a reader may want to find out first."""
-    warnings = [each for each in remarks(plan) if each[0] != "Note"]
-    notes = [each for each in remarks(plan) if each[0] == "Note"]
+    warnings = [remark for remark in remarks(plan) if remark[0] != "Note"]
+    notes = [remark for remark in remarks(plan) if remark[0] == "Note"]
     folds = [folded(f"Notes ({len(notes)})", pairs(notes))] if notes else []
     return [*([pairs(warnings)] if warnings else []), *folds]
 

@@ -230,20 +230,20 @@ class Plan(Record):
     @property
     def waypoints_m(self) -> Waypoints:
         """Points (x, y, z) [m] by which each leg goes, in order; none of a straight one."""
-        return tuple(each.waypoints_m for each in self._existing() if each.kind == "flight")
+        return tuple(phase.waypoints_m for phase in self._existing() if phase.kind == "flight")
 
     @property
     def speeds_m_s(self) -> tuple[tuple[float, ...], ...]:
         """Speeds of each leg between its waypoints [m/s], in order; none where not sought."""
-        return tuple(each.speeds_m_s for each in self._existing() if each.kind == "flight")
+        return tuple(phase.speeds_m_s for phase in self._existing() if phase.kind == "flight")
 
     @property
     def stops(self) -> tuple[Stop, ...]:
         """Hovers and rests in order; a stop with T' = 0 is passed by."""
         return tuple(
-            Stop(each.end_place, each.kind, each.duration_s, each.start_s)
-            for each in self._existing()
-            if each.kind != "flight"
+            Stop(phase.end_place, phase.kind, phase.duration_s, phase.start_s)
+            for phase in self._existing()
+            if phase.kind != "flight"
         )
 
     @property
@@ -421,9 +421,9 @@ class Plan(Record):
         InputError
             If pandas is not installed.
         """
-        table = {name: [getattr(each, name) for each in self.phases] for name in COLUMNS}
+        table = {name: [getattr(phase, name) for phase in self.phases] for name in COLUMNS}
         for name in ("available_As", "bound_As"):
-            level_As = [sum(getattr(each, name)) for each in self.phases]
+            level_As = [sum(getattr(phase, name)) for phase in self.phases]
             table[name] = without_rounding(level_As, self.mission.battery.capacity_As).tolist()
         rows = frame(table)
         rows.attrs |= {name: getattr(self, name) for name in OBJECTIVE}
@@ -529,8 +529,8 @@ def parse_plan(text: str, source: str, folder: Path) -> tuple[Plan, dict[str, An
             fields["mission"] = Mission.from_dict(data["mission"])
         except InputError as error:
             fields["mission"] = None
-            for each in error.faults:
-                faults.append(replace(each, key=f"mission.{each.key}".rstrip("."), source=source))
+            for fault in error.faults:
+                faults.append(replace(fault, key=f"mission.{fault.key}".rstrip("."), source=source))
     if TABLE in data and isinstance(mission := fields.get("mission"), Mission):
         from optuav.plan.used import with_table
 
@@ -538,8 +538,8 @@ def parse_plan(text: str, source: str, folder: Path) -> tuple[Plan, dict[str, An
             table = with_table(mission.buildings, data[TABLE], folder)
             fields["mission"] = mission.replace({"buildings": table})
         except InputError as error:
-            for each in error.faults:
-                known = each if each.key else Fault(TABLE, "", str(each))
+            for fault in error.faults:
+                known = fault if fault.key else Fault(TABLE, "", str(fault))
                 faults.append(replace(known, source=source))
     try:
         plan = Plan.model_validate(fields)

@@ -94,7 +94,7 @@ def sampled(
     along = ([*values_s[-1:], *(p[1 - k] for p in marked)] for k, values_s in enumerate(counted))
     round_s = [rounded_up(float(max(each, default=0.0)) or given.deadline_s) for each in along]
     ends_s = [(-BELOW * each, float(each)) for each in highest_s or round_s]
-    y, x = (np.linspace(*each, SAMPLES) for each in ends_s)
+    y, x = (np.linspace(*end_s, SAMPLES) for end_s in ends_s)
     grid_s, one_of = thinned(counted, POINTS)
     found = [*cuts(model, parameters, x, y, marked)]
     return Sampled(ends_s, round_s, found, grid_s, one_of, feasible(model, parameters, *grid_s))
@@ -156,7 +156,7 @@ def feasible(
 ) -> Booleans:
     """Whether points of the grid satisfy all constraints (Δ, T')."""
     x, y = np.meshgrid(across_s, upward_s)
-    points = dict(zip((each.name for each in model.variables), (y, x), strict=False))
+    points = dict(zip((variable.name for variable in model.variables), (y, x), strict=False))
     with np.errstate(**BEYOND_NUMBERS):
         rows = evaluated(model, {**parameters, **points})
     return np.asarray(np.all([np.broadcast_to(row.satisfied, x.shape) for row in rows], axis=0))
@@ -200,7 +200,9 @@ def _binding(
     model: Model, parameters: Mapping[str, object], point: tuple[float, float]
 ) -> Iterator[str]:
     """The labels of the constraints that hold with equality at a point (T', Δ)."""
-    values = dict(zip((each.name for each in model.variables), reversed(point), strict=False))
+    values = dict(
+        zip((variable.name for variable in model.variables), reversed(point), strict=False)
+    )
     with np.errstate(**BEYOND_NUMBERS):
         rows = evaluated(model, {**parameters, **values})
     for row in rows:
@@ -215,7 +217,7 @@ def _excesses(
 
     What is short by no more than the tolerance of a check holds.
     """
-    names = [each.name for each in model.variables]
+    names = [variable.name for variable in model.variables]
     point = dict(zip(names, (y[:, None], x), strict=False))
     with np.errstate(**BEYOND_NUMBERS):
         rows = evaluated(model, {**parameters, **point})

@@ -89,7 +89,7 @@ def remarks(plan: Plan) -> list[Line]:
     warnings = plan.warnings if plan else ()
     if plan.mission.buildings.source:
         warnings += tuple(filter(None, [unknown_buildings(plan.mission)]))
-    return [("Warning", each) for each in warnings] + [("Note", each) for each in plan.notes]
+    return [("Warning", warning) for warning in warnings] + [("Note", note) for note in plan.notes]
 
 
 def unknown_buildings(mission: Mission) -> str:
@@ -135,14 +135,14 @@ def times(plan: Plan) -> list[tuple[str, float, str]]:
     rows: list[tuple[str, float, str]] = []
     for kind, time_s in (("hover", plan.hover_time_s), ("rest", plan.rest_time_s)):
         stops = [phase for phase in plan.phases if phase.kind == kind]
-        lasting = [each for each in stops if each.duration_s]
+        lasting = [stop for stop in stops if stop.duration_s]
         served = [f"{each.duration_s:.2f} s at {each.end_place}" for each in lasting]
         if len(served) < 2:
             served = [
-                f"at {each.end_place}, from {each.start_s:.2f} s"
-                if each.duration_s
-                else f"passes by {each.end_place}"
-                for each in stops
+                f"at {stop.end_place}, from {stop.start_s:.2f} s"
+                if stop.duration_s
+                else f"passes by {stop.end_place}"
+                for stop in stops
             ]
         if stops or kind == "hover":
             rows.append((kind.capitalize(), time_s, ", ".join(served)))
@@ -199,7 +199,7 @@ def tabulated(
     first = max(1, sum(end <= room / 2 for end in accumulate(widths[:words])))
     parts = [[*range(first)]]
     for number in range(first, len(widths)):
-        if sum(widths[each] for each in (*parts[-1], number)) > room and len(parts[-1]) > first:
+        if sum(widths[part] for part in (*parts[-1], number)) > room and len(parts[-1]) > first:
             parts.append([*range(first)])
         parts[-1].append(number)
     return [

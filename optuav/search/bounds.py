@@ -95,9 +95,9 @@ def passable(
     time_left_s = terrain.deadline_s - legs.duration_s.sum(axis=0)
     low_s, high_s, alive = _in_time(boxes, time_left_s, hover_s)
     boxes = replace(boxes, low_s=low_s, high_s=high_s).take(alive)
-    legs, hover_s = Flown(*(each[:, alive] for each in legs)), hover_s[alive]
+    legs, hover_s = Flown(*(leg[:, alive] for leg in legs)), hover_s[alive]
     alive, overfull = _enveloped(terrain, boxes, legs)
-    legs = Flown(*(each[:, alive] for each in legs))
+    legs = Flown(*(leg[:, alive] for leg in legs))
     return boxes.take(alive), legs, hover_s[alive], overfull[:, alive]
 
 

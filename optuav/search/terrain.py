@@ -122,8 +122,8 @@ class Boxes:
 
     def take(self, which: Booleans | Integers | slice) -> "Boxes":
         """Some of the boxes."""
-        columns = (getattr(self, each.name) for each in fields(self)[1:])
-        return Boxes(self.pattern, *(each[..., which] for each in columns))
+        columns = (getattr(self, field.name) for field in fields(self)[1:])
+        return Boxes(self.pattern, *(column[..., which] for column in columns))
 
     def halves(self) -> "Boxes":
         """Every box cut in two where it is widest, of the stays that something pulls."""

@@ -36,27 +36,27 @@ class Box(NamedTuple):
     def numbers(self) -> dict[str, tuple[float, float]]:
         """Ends of everything that is uncertain, by name."""
         stated = {name: ends for name, ends in self.factors.items() if ends[0] < ends[1]}
-        return stated | {each.key.name: (each.low, each.high) for each in self.spreads}
+        return stated | {spread.key.name: (spread.low, spread.high) for spread in self.spreads}
 
     @property
     def holds_now(self) -> bool:
         """Whether the numbers of the mission itself lie in the box."""
         return all(low <= 1.0 <= high for low, high in self.factors.values()) and all(
-            each.low <= each.key.now <= each.high for each in self.spreads
+            spread.low <= spread.key.now <= spread.high for spread in self.spreads
         )
 
     def shrunk(self, share: float) -> Box:
         """The box shrunk about its middle to a share of its reach."""
         keys = tuple(
-            replace(each, low=low, high=high)
-            for each in self.spreads
-            for low, high in [_about_middle(each.low, each.high, share)]
+            replace(spread, low=low, high=high)
+            for spread in self.spreads
+            for low, high in [_about_middle(spread.low, spread.high, share)]
         )
         return Box(keys, {k: _about_middle(*ends, share) for k, ends in self.factors.items()})
 
     def without(self, name: str) -> Box:
         """The box with one number at its nominal value."""
-        kept = tuple(each for each in self.spreads if each.key.name != name)
+        kept = tuple(spread for spread in self.spreads if spread.key.name != name)
         return Box(kept, {k: (1.0, 1.0) if k == name else e for k, e in self.factors.items()})
 
 
@@ -92,7 +92,7 @@ def box_of(mission: Mission, stated: Mapping[str, object] | str | Path) -> Box:
 def _factor(form: object) -> tuple[float, float] | None:
     """Both ends of a factor; None if they are stated otherwise."""
     numbers = form if isinstance(form, dict) else {}
-    if not all(Number("-", gt=0.0, le=1e6).accepts(each) for each in numbers.values()):
+    if not all(Number("-", gt=0.0, le=1e6).accepts(number) for number in numbers.values()):
         return None
     if numbers.keys() == {"percent"} and numbers["percent"] < 100.0:
         return 1.0 - numbers["percent"] / 100.0, 1.0 + numbers["percent"] / 100.0
@@ -103,7 +103,7 @@ def _factor(form: object) -> tuple[float, float] | None:
 
 def corners_of(mission: Mission, keys: Sequence[Spread]) -> Columns:
     """Columns of all corners of the keys, and of the values between where they matter."""
-    values = [np.linspace(each.low, each.high, LEVELS.get(each.key.name, 2)) for each in keys]
+    values = [np.linspace(key.low, key.high, LEVELS.get(key.key.name, 2)) for key in keys]
     if (count := math.prod(map(len, values))) > MOST:
         words = f"at most {MOST} corners: 7 keys, of which ω and k_F count for more than two each"
         raise InputError([Fault("uncertainty", f"{count} corners", words)])

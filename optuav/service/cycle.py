@@ -452,7 +452,7 @@ def _best(visits: list[Visit]) -> tuple[Visit, float]:
 def _planned(mission: Mission, visit: Visit, facts: Any) -> Plan:
     """One cycle as a plan of the mission that begins and ends on the building."""
     roof_m = mission.buildings.roof_m[mission.buildings.names.index(visit.building)].tolist()
-    hover_m = [float(each) for each in vehicle.hover_point_m(mission)]
+    hover_m = [float(coordinate) for coordinate in vehicle.hover_point_m(mission)]
     wells = visit.wells(facts["hover_s"])
     own = mission.replace(
         {
@@ -471,7 +471,7 @@ def _planned(mission: Mission, visit: Visit, facts: Any) -> Plan:
         number = int(np.flatnonzero((routes.building == building) & ~routes.rest_first)[0])
     times_s = facts["hover_s"], facts["rest_s"] if rests else 0.0
     net_A = {"hover": -visit.hover_A, "rest": visit.rest_A}
-    phases = [_stated(own, each, net_A) for each in route_phases(network, number, *times_s)]
+    phases = [_stated(own, phase, net_A) for phase in route_phases(network, number, *times_s)]
     flown = simulated(own, phases)
     received_W = flown[1].power_W + float(vehicle.hover_load(own).power_W)
     given = replace(
@@ -481,7 +481,7 @@ def _planned(mission: Mission, visit: Visit, facts: Any) -> Plan:
         rest_current_A=visit.rest_A,
         rest_received_W=flown[3].power_W if rests else 0.0,
     )
-    stated = any(each.edited for each in flown)
+    stated = any(phase.edited for phase in flown)
     return Plan(
         mission=own,
         problem="Cycle",
@@ -558,7 +558,7 @@ def _draw(found: Results) -> Pictures:
         begun_s += swap_s
         moments_s, wells = [*moments_s, begun_s], [*wells, visit.wells(found.hover_s)]
     lines = [
-        Line(f"{name} well", moments_s, [100.0 * each[k] / full[k] for each in wells])
+        Line(f"{name} well", moments_s, [100.0 * well[k] / full[k] for well in wells])
         for k, name in enumerate(("available", "bound"))
     ]
     name = printable(found.mission.name)

@@ -174,7 +174,7 @@ def robust(
     if question.problem.name not in PROBLEMS_TAKEN or several:
         words = f"one of {', '.join(PROBLEMS_TAKEN)}, with one rest, one hover and a hover point"
         raise InputError([Fault("problem", question.problem.name, words)])
-    hover_m = [float(each) for each in vehicle.hover_point_m(whole)]
+    hover_m = [float(coordinate) for coordinate in vehicle.hover_point_m(whole)]
     nominal = solve(whole, question.problem, perspective=perspective)
     if not all(map(math.isfinite, hover_m)) or not nominal:
         raise NoPlanError(f"no plan even without doubt: {'; '.join(nominal.reasons)}")
@@ -228,8 +228,8 @@ def _scaled(
     able = np.broadcast_to(variants.able[:, route], (count,))
     reached = np.asarray(table.hover_distance_m <= table.coverage_radius_m * (1.0 + KEPT))
     steps = tuple(
-        each if isinstance(each, str) else Stage(drain * each.current_A, each.duration_s)
-        for each in table.steps
+        step if isinstance(step, str) else Stage(drain * step.current_A, step.duration_s)
+        for step in table.steps
     )
     received_A = hover_A - table.hover_current_A
     scaled = replace(
@@ -312,7 +312,9 @@ def _answers(
     plain = box
     for name in LEVELS:
         plain = plain.without(name)
-    corners, fewer = (corners_of(network.mission, each.spreads) for each in (box, plain))
+    corners, fewer = (
+        corners_of(network.mission, corner_box.spreads) for corner_box in (box, plain)
+    )
     bounds = [_on_route(question, network, route, plain, fewer) for route in routes]
     if plain.numbers == box.numbers:
         return bounds

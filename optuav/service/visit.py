@@ -41,12 +41,12 @@ class Visit:
     @cached_property
     def flight_s(self) -> float:
         """T, of the legs there and back [s]."""
-        return float(sum(each.duration_s for each in (*self.out, *self.back)))
+        return float(sum(stage.duration_s for stage in (*self.out, *self.back)))
 
     @cached_property
     def flight_As(self) -> float:
         """Q, drawn on both legs [A s]."""
-        return -float(sum(each.duration_s * each.current_A for each in (*self.out, *self.back)))
+        return -float(sum(stage.duration_s * stage.current_A for stage in (*self.out, *self.back)))
 
     @property
     def spare_As(self) -> float:

@@ -141,7 +141,7 @@ def _alike(worth: Floats, chosen: list[int], objective: Objective) -> Iterator[i
     value = value_of(best_of(worth, chosen), objective)
     others = np.delete(worth, chosen, axis=1)
     for site in chosen:
-        rest = best_of(worth, [each for each in chosen if each != site])
+        rest = best_of(worth, [chosen_site for chosen_site in chosen if chosen_site != site])
         reached = value_of(np.maximum(others, rest[:, None]), objective)
         yield int((np.abs(reached - value) <= SAME * value).sum())
 

@@ -76,7 +76,7 @@ def numbers(variants: Variants, which: Integers, variant: Integers | None) -> di
 
 def mapped(table: Quantities, take: Callable[[Any], Any], **changes: Any) -> Quantities:
     """The quantities with other values or tables in place of their own; some changed."""
-    named = {each.name: getattr(table, each.name) for each in QUANTITIES}
+    named = {quantity.name: getattr(table, quantity.name) for quantity in QUANTITIES}
     taken: dict[str, Any] = {
         name: None if values is None else take(values) for name, values in named.items()
     }
@@ -140,7 +140,7 @@ def _steps(
         if hover_open and HOVER in ends:
             yield TO_HOVER if ends[1] == HOVER else FROM_HOVER
         elif shifts:
-            yield [Shift(*(table_entries(t, variant, legs) for t in each)) for each in shifts]
+            yield [Shift(*(table_entries(t, variant, legs) for t in shift)) for shift in shifts]
         else:
             none = np.zeros(len(legs))
             for stage in variants.stages:

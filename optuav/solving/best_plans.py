@@ -153,7 +153,7 @@ def best_plans(variants: Variants, question: Question) -> Best:
     if own.tapers:
         soc["battery"] = np.empty(len(variant))
         for some, steps in _in_steps(variants, variant, route):
-            soc["battery"][some] = tapered(steps, *(each[some] for each in times_s))
+            soc["battery"][some] = tapered(steps, *(time_s[some] for time_s in times_s))
         counted = soc["battery"] if perspective == AVAILABLE else counted
     kept = np.ones(len(variant), bool)
     if longest_hover:
@@ -340,7 +340,7 @@ def _well_bound(variants: Variants, most_s: Floats) -> Floats:
     first, second, third = routes.legs.T
     rest_first = (routes.building >= 0) & routes.rest_first
     gained, tilted = tilted_after(pool, Tilted(0.0, 0.0), *variants.shifts)
-    whole = gained, math.prod(each.remaining for each in variants.shifts), tilted
+    whole = gained, math.prod(shift.remaining for shift in variants.shifts), tilted
     before, after = (
         Shift(*(each.T[legs] for each in whole))
         for legs in np.where(rest_first, (second, third), (first, second))

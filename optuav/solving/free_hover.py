@@ -184,15 +184,15 @@ def _declared(network: Network, which: Integers, rests: bool, perspective: Persp
         at_w["hover_current_A"] = known.hover_current_A - lit.current_A
         at_w["hover_received_W"] = lit.power_W
     named: dict[str, Quantity] = {
-        each.name: model.let(
-            each.name,
-            at_w[each.name],
-            symbol=each.metadata["symbol"],
-            unit=each.metadata["unit"],
-            words=DESCRIPTIONS.get(each.name, ""),
+        quantity.name: model.let(
+            quantity.name,
+            at_w[quantity.name],
+            symbol=quantity.metadata["symbol"],
+            unit=quantity.metadata["unit"],
+            words=DESCRIPTIONS.get(quantity.name, ""),
         )
-        for each in QUANTITIES
-        if each.name in at_w
+        for quantity in QUANTITIES
+        if quantity.name in at_w
     }
     P1().declare(model, replace(given, **named, steps=list(chain.from_iterable(steps))))
     return model

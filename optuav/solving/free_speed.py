@@ -187,17 +187,17 @@ def _declared(question: Question, speeds: LegSpeeds, which: Integers, rests: boo
             stages.append(_segment(model, speeds, len(stages) + 1, segment, legs))
             steps.append(stages[-1])
         steps += [stay] if stay else []
-    charge_As = sum(-each.current_A * each.duration_s for each in stages)
+    charge_As = sum(-stage.current_A * stage.duration_s for stage in stages)
     flown: dict[str, Quantity] = {
-        "flight_time_s": sum(each.duration_s for each in stages),
+        "flight_time_s": sum(stage.duration_s for stage in stages),
         "flight_charge_As": charge_As,
         "flight_energy_J": given.nominal_voltage_V * charge_As,
         "flight_voltage_V": given.nominal_voltage_V,
     }
-    for each in QUANTITIES:
-        if each.name in flown:
-            words = {name: each.metadata[name] for name in ("symbol", "unit")}
-            flown[each.name] = model.let(each.name, flown[each.name], **words)
+    for quantity in QUANTITIES:
+        if quantity.name in flown:
+            words = {name: quantity.metadata[name] for name in ("symbol", "unit")}
+            flown[quantity.name] = model.let(quantity.name, flown[quantity.name], **words)
     problem.declare(model, replace(given, **flown, steps=steps))
     return model
 

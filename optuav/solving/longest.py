@@ -172,8 +172,8 @@ def longest_hovers(
     flown = [step for step in on_the_way if isinstance(step, Stage)]
     figures |= {
         "packs": 1.0,
-        "flight_time_s": sum((each.duration_s for each in flown), 0.0),
-        "flight_charge_As": -sum((each.current_A * each.duration_s for each in flown), 0.0),
+        "flight_time_s": sum((stage.duration_s for stage in flown), 0.0),
+        "flight_charge_As": -sum((stage.current_A * stage.duration_s for stage in flown), 0.0),
     }
     figures = {q.name: None if q.default is None else np.nan for q in QUANTITIES} | figures
     given = Quantities(**figures, rests="rest" in stays, steps=tuple(on_the_way))

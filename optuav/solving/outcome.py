@@ -103,17 +103,20 @@ def plan_for(
     """What was asked and what was found as a plan, with notes on its phases."""
     mission, notes, packs = network.mission, [*found.pop("notes", ())], network.mission.battery
     if flown and given:
-        if any(each.edited for each in flown if each.kind == "flight"):
+        if any(phase.edited for phase in flown if phase.kind == "flight"):
             notes.append("some legs have figures from the graph, not from the flight model")
-        if any(each.edited for each in flown if each.kind != "flight"):
+        if any(phase.edited for phase in flown if phase.kind != "flight"):
             notes.append(
                 "some places have sight or power of the laser from the graph, not from the mission"
             )
-        peak_m_s, has_drag = max(each.peak_speed_m_s for each in flown), flight_of(mission).has_drag
+        peak_m_s, has_drag = (
+            max(phase.peak_speed_m_s for phase in flown),
+            flight_of(mission).has_drag,
+        )
         if too_fast := speed_warning(peak_m_s, has_drag=has_drag):
             notes.append(too_fast)
         cap = charging_cap(mission, network.places)
-        if cap and any(each.end_place in cap.places for each in flown):
+        if cap and any(phase.end_place in cap.places for phase in flown):
             notes.append(cap.words)
         if beam := spreading_beam(mission):
             notes += filter(None, (beam.limit_warning(), beam.eye_warning))
@@ -124,12 +127,12 @@ def plan_for(
             left_As = sum(flown[-1].available_As) + sum(flown[-1].bound_As)
             soc["battery"] = left_As / capacity_As
             begin_As = float(vehicle.start(mission).total_As)
-            refused_As = begin_As + sum(each.charge_As for each in flown) - left_As
+            refused_As = begin_As + sum(phase.charge_As for phase in flown) - left_As
             if refused_As > ROUNDING * capacity_As and not packs.takes_turns:
                 refused = f"the {refused_As:.6g} A s that the full battery refused are lost"
                 only = "only the state of charge battery counts that"
                 notes.append(f"charging tapered: {refused}; {only}")
-        hover_s = sum(each.duration_s for each in flown if each.kind == "hover")
+        hover_s = sum(phase.duration_s for phase in flown if phase.kind == "hover")
         found = {"objective": hover_s, "objective_unit": "s", **found, "phases": flown, "soc": soc}
     return Plan(
         mission=mission,
@@ -188,7 +191,11 @@ def plan_of(
 
 def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
     """By label of a constraint that has one, the moment at which it holds on a route, by places."""
-    steps = {each.label: each.step for each in part.declared.constraints if each.step is not None}
+    steps = {
+        constraint.label: constraint.step
+        for constraint in part.declared.constraints
+        if constraint.step is not None
+    }
     if not steps:
         return {}
     table, names, ends = network.legs, network.places.names, list[str]()
@@ -209,8 +216,8 @@ def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
 def words(network: Network, part: Part, entry: int, labels: Sequence[str]) -> list[str]:
     """Labels of constraints with their moments by the places of the route."""
     known = moments(network, part, entry)
-    names = {each.label: each.name for each in part.declared.constraints}
-    return [f"{names[each]} {known[each]}" if each in known else each for each in labels]
+    names = {constraint.label: constraint.name for constraint in part.declared.constraints}
+    return [f"{names[label]} {known[label]}" if label in known else label for label in labels]
 
 
 def plan_without(
@@ -237,7 +244,7 @@ def proof_of_none(parts: Sequence[Part]) -> str:
     """How it is known that no times are feasible, whatever an engine found; empty if it is not."""
     from optuav.engines.bracket import PROOF_OF_NONE
 
-    none = (none_proved(each.model, len(each.routes)).all() for each in parts)
+    none = (none_proved(part.model, len(part.routes)).all() for part in parts)
     return PROOF_OF_NONE if all(none) else ""
 
 
@@ -276,14 +283,16 @@ def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> t
     if question.slot_s is not None and any(s.has_answer for found in without for s in found):
         slots = f"no whole slots of {written_out(question.slot_s)} s satisfy all constraints"
         reasons = [f"{slots} together; without slots there are times that do"]
-        for each in model.constraints:
-            right = each.relation.right
-            if each.relation.sense == "==" and not has_unknowns(right):
-                exact = f"exactly {evaluate(right, parameters):.6g} {each.unit}"
-                reasons.append(f"{each.label}: {exact} are asked for")
+        for constraint in model.constraints:
+            right = constraint.relation.right
+            if constraint.relation.sense == "==" and not has_unknowns(right):
+                exact = f"exactly {evaluate(right, parameters):.6g} {constraint.unit}"
+                reasons.append(f"{constraint.label}: {exact} are asked for")
         return tuple(reasons)
-    least = {each.name: evaluate(each.lower, parameters) for each in model.variables}
-    times = ", ".join(f"{each.symbol} = {least[each.name]:g}" for each in model.variables)
+    least = {variable.name: evaluate(variable.lower, parameters) for variable in model.variables}
+    times = ", ".join(
+        f"{variable.symbol} = {least[variable.name]:g}" for variable in model.variables
+    )
     broken = [row for row in evaluated(model, {**parameters, **least}) if not row.satisfied]
     labels = words(network, part, entry, [row.label for row in broken])
     way = " → ".join(network.route_names(int(part.routes[entry])))

@@ -49,7 +49,7 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
     refuse(not_with(words, asked, ("engine", question.engine_name, (AUTO, "grid"))))
     step_s, clock = slot_s or STEP_S, _Clock(question.time_limit_s)
     entries = ((part, entry) for part in parts for entry in range(len(part.routes)))
-    routes = [_Route(network, *each, slot_s, clock) for each in entries]
+    routes = [_Route(network, *entry, slot_s, clock) for entry in entries]
     routes.sort(key=lambda each: (each.number, each.part.rests))
     question, proof = replace(question, engine=ENGINE), IN_SLOTS if slot_s else CONTINUOUS
     found: list[tuple[float, Floats, _Route]] = []
@@ -106,7 +106,9 @@ def _proof_of_none(parts: Sequence[Part]) -> str:
     pooled = []
     for part in parts:
         model = copy(part.model)
-        model.constraints = [each for each in model.constraints if each.kind != "past full"]
+        model.constraints = [
+            constraint for constraint in model.constraints if constraint.kind != "past full"
+        ]
         pooled.append(Part(model, part.routes))
     proof = proof_of_none(pooled)
     return f"{proof}, even if the packs were pooled" if proof else ""
@@ -137,8 +139,8 @@ class _Route:
         self.step_s, self.slots = slot_s or STEP_S, slot_s is not None
         self.number = number = int(part.routes[entry])
         phases = route_phases(network, number, 0.0, 0.0)
-        self.hover = [each.kind for each in phases].index("hover")
-        self.net_A = {each.kind: float(each.stages[0].current_A) for each in phases}
+        self.hover = [phase.kind for phase in phases].index("hover")
+        self.net_A = {phase.kind: float(phase.stages[0].current_A) for phase in phases}
         self.flight_time_s = float(network.routes.flight_time_s[number])
         self.left_s = mission.limits.deadline_s - self.flight_time_s
         if slot_s:  # The limits of pooled packs bound what packs in turns deliver.
@@ -252,8 +254,8 @@ class _Route:
         can bring meanwhile. A pack leaves the service with none.
         """
         taken = most = np.zeros_like(rests_s)
-        for each in route_phases(self.network, self.number, 0.0, rests_s)[self.hover + 1 :]:
-            for load in pack_loads(self.network.mission, each):
+        for phase in route_phases(self.network, self.number, 0.0, rests_s)[self.hover + 1 :]:
+            for load in pack_loads(self.network.mission, phase):
                 taken = taken + (load.draw_A - load.charge_A - self.flow_A) * load.duration_s
                 most = np.maximum(most, taken)
         return most - self.rounding_As
@@ -266,7 +268,7 @@ class _Route:
 
     def _carry(self, packs: Packs, hovers_s: Floats, rests_s: Floats, which: slice) -> None:
         """Let packs carry some phases, with one hover and one rest [s] a course."""
-        for each in route_phases(self.network, self.number, hovers_s, rests_s)[which]:
-            for _ in packs.stretches(pack_loads(self.network.mission, each)):
+        for phase in route_phases(self.network, self.number, hovers_s, rests_s)[which]:
+            for _ in packs.stretches(pack_loads(self.network.mission, phase)):
                 if self.clock.is_late():
                     return

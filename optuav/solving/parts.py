@@ -49,7 +49,7 @@ class Part:
     @property
     def rests(self) -> bool:
         """Whether the declaration has a rest time."""
-        return any(each.name == "rest_time_s" for each in self.declared.variables)
+        return any(variable.name == "rest_time_s" for variable in self.declared.variables)
 
 
 def allowed(variants: Variants, problem: Formulation, possible: Booleans | None = None) -> Booleans:

@@ -270,11 +270,11 @@ class Program:
         if not isinstance(point, Mapping):
             words = "values by name, as {'hover_time_s': plan.hover_time_s}"
             raise InputError([Fault("point", repr(point), words)])
-        unknowns = [{each.name for each in part.model.variables} for part in self.parts]
+        unknowns = [{variable.name for variable in part.model.variables} for part in self.parts]
         stated = set[str]().union(*unknowns) & point.keys()
         matching = [p for p, own in zip(self.parts, unknowns, strict=True) if own == stated]
         if not matching:
-            known = " or ".join(dict.fromkeys(", ".join(sorted(each)) for each in unknowns))
+            known = " or ".join(dict.fromkeys(", ".join(sorted(unknown)) for unknown in unknowns))
             raise InputError(f"a point of this program has values for {known or 'no unknown'}")
         given = stated.union(*(part.model.given for part in matching))
         if strange := [name for name in point if name not in given]:
@@ -293,7 +293,7 @@ class Program:
             # The hover point says something where one of them rests first and another does not.
             mixed = len(set(self.network.routes.rest_first[part.routes])) > 1
             stops = ([place for place in way if mixed or place != "hover"] for way in ways)
-            names = tuple(" → ".join(each) or "direct" for each in stops)
+            names = tuple(" → ".join(stop) or "direct" for stop in stops)
             for row in check(model, values):
                 by_route = np.shape(row.satisfied) == (count,)
                 rows.append(replace(row, points=points, names=names) if by_route else row)
@@ -350,7 +350,9 @@ class Program:
             parts = [part.only(open_[part.routes]) for part in self.parts]
             program = replace(self, parts=tuple(part for part in parts if len(part.routes)))
             solutions = program.answers()
-            least_s = max(np.fmax.reduce(each.objective, initial=-np.inf) for each in solutions)
+            least_s = max(
+                np.fmax.reduce(solution.objective, initial=-np.inf) for solution in solutions
+            )
             least_s -= SLACK_S
         return program, solutions
 
@@ -371,7 +373,7 @@ class Program:
         chosen = self.best(solutions)
         if chosen is None:
             if Status.UNKNOWN in statuses:
-                said = dict.fromkeys(each for s in solutions for each in s.words if each)
+                said = dict.fromkeys(word for s in solutions for word in s.words if word)
                 words = "".join(f": {each}" for each in said)
                 if not (proof := outcome.proof_of_none(self.parts)):
                     nothing = "neither a plan nor proof that there is none"
@@ -463,7 +465,7 @@ class Program:
 def _slots_in_words(model: Model, slot_s: float) -> str:
     """What slots ask of the unknowns, which the model does not state."""
     found, cut = [f"in whole slots of {written_out(slot_s)} s"], cut_short(model)
-    for time in (each for each in model.variables if not each.binary):
+    for time in (variable for variable in model.variables if not variable.binary):
         if time.first_slot > 0:
             found.append(f"{time.symbol} ≥ {written_out(time.first_slot * slot_s)} s")
         if time.name in cut:

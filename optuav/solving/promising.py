@@ -71,7 +71,9 @@ def narrowed(mission: Mission, question: Question) -> Program | None:
     if not to_hover:
         bounds_s[:, 1::2] = -np.inf
     while size <= MOST:
-        best = [np.argpartition(-each, min(size, len(each) - 1))[:size] for each in bounds_s]
+        best = [
+            np.argpartition(-bound_s, min(size, len(bound_s) - 1))[:size] for bound_s in bounds_s
+        ]
         chosen = np.unique(np.concatenate(best) // 2)
         program = _over(mission, question, places, chosen)
         scores = [
@@ -168,7 +170,7 @@ def _open(variants: Variants, hover_s: Floats) -> Booleans:
     leg = gentlest(pool, loads.charge_As, loads.least_current_A)
     hover = Stage(-table.hover_current_A, hover_s[:, None] - SLACK_S)
     to_hover, from_hover = (
-        [Shift(*(part[:, [number]] for part in each)) for each in variants.shifts]
+        [Shift(*(part[:, [number]] for part in shift)) for shift in variants.shifts]
         for number in (0, 1)
     )
     falls = falls_throughout(pool, hover.current_A)

@@ -237,7 +237,7 @@ def not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Ite
     """Options that do not go with another; a choice of None alone stands for no value."""
     for option, value, choices in stated:
         if value not in choices:
-            known = [str(each) for each in choices if each is not None]
+            known = [str(choice) for choice in choices if choice is not None]
             start = "must be one of " if len(known) > 1 else "must be "
             yield Fault(option, repr(value), f"{start}{', '.join(known) or 'left out'} {words}")
 

@@ -175,8 +175,8 @@ def route_choice(
     if question.slot_s is not None:
         # No time is longer than the deadline: up to it whole slots are counted.
         most = last_slot(network.mission.limits.deadline_s, question.slot_s, begun=True) + 1
-        for each in model.variables:
-            each.upper = 1.0 if each.binary else question.slot_s * most
+        for variable in model.variables:
+            variable.upper = 1.0 if variable.binary else question.slot_s * most
     solution = answer(model, 1, question)
     if solution.status is Status.INFEASIBLE:
         why = shortfalls(question, network, program.parts)
@@ -200,7 +200,7 @@ def route_choice(
     plan = plan_of(question, network, part, times, 0).model_copy(update={"proof": proof})
     tight = f"the LP relaxation in the form {form} bounds the hover time by {relaxation_s:.3f} s"
     point, gap_s = relaxation.point(0), relaxation_s - hover_s
-    shares = {each.name: point[f"choice[{k}]"] for k, each in enumerate(routes, start=1)}
+    shares = {variable.name: point[f"choice[{k}]"] for k, variable in enumerate(routes, start=1)}
     return RouteChoice(plan, form, (tight, enough), model, relaxation_s, gap_s, shares)
 
 
@@ -231,7 +231,8 @@ def _in_slots(route: Route, model: Model, slot_s: float) -> Iterator[Route]:
     # express: Δ is then at the end of that slot, and the cut off the objective.
     own = own_bounds(model, model.row(0))
     first = {
-        each.name: max(own[each.name][0], each.first_slot * slot_s) for each in model.variables
+        variable.name: max(own[variable.name][0], variable.first_slot * slot_s)
+        for variable in model.variables
     }
     least_s, bound_s = first["hover_time_s"], own["hover_time_s"][1]
     route = replace(route, least_rest_s=first.get("rest_time_s", 0.0))

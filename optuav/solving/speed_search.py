@@ -86,11 +86,11 @@ class SpeedSearch:
         try:
             self.tried = starts = self.starts()
             best_s = dict[int, float]()
-            for each in starts:
-                best_s[each.branch] = max(each.value, best_s.get(each.branch, 0.0))
+            for start in starts:
+                best_s[start.branch] = max(start.value, best_s.get(start.branch, 0.0))
             able = sorted(best_s, key=best_s.__getitem__, reverse=True)[:MOST_ROUTES]
             able = [k for k in able if best_s[k] >= self.best.value - PROMISING_S]
-            starts = [each for each in starts if each.branch in able]
+            starts = [start for start in starts if start.branch in able]
             if starts:
                 maximise(starts, self._tried, LENGTHS, _inside)
         except TimeoutError:

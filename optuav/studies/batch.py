@@ -251,7 +251,7 @@ def solved_batch(
     else:
         labels["perspective"] = asked
     if several == "mission":
-        labels |= {"mission": range(len(wholes)), "mission_name": [each.name for each in wholes]}
+        labels |= {"mission": range(len(wholes)), "mission_name": [whole.name for whole in wholes]}
     else:
         facts["mission"] = wholes[0].name
     shape = {"perspective": len(asked)} if "perspective" in labels else {}
@@ -390,7 +390,7 @@ def words_of(buildings: list[str]) -> dict[str, list[str]]:
     return {
         "building": buildings,
         "order": [*ORDERS],
-        "status": [each.value for each in STATUSES],
+        "status": [status.value for status in STATUSES],
         "reason": [*REASONS.values()],
     }
 

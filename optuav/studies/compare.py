@@ -227,7 +227,7 @@ def _faults(
     able = COMPARED[counted]
     others = (each for each in given["engines"] or () if each not in able)
     words = f"some of {', '.join(able)} in the perspective {counted}"
-    yield from (Fault("engines", repr(each), words) for each in others)
+    yield from (Fault("engines", repr(other), words) for other in others)
 
 
 def _tables(found: Results) -> Iterator[str]:

@@ -69,8 +69,8 @@ def compare_methods(
         some, reasons[name] = next(answers)
         rows = some + rows
     remarks: dict[bool | None, list[str]] = {True: [], False: [], None: []}
-    for each in rows:
-        remarks[each["agrees"]].append(f"{_name(each)}, {each['method']}: {each['words']}")
+    for row in rows:
+        remarks[row["agrees"]].append(f"{_name(row)}, {row['method']}: {row['words']}")
     facts = {
         "perspective": perspective,
         "agrees": not remarks[False],
@@ -142,7 +142,7 @@ def _optimum(
     if chosen is None:
         return None, {}
     (number, entry), model = chosen, program.parts[chosen[0]].model
-    slots_s = {each["slot_s"] for each in methods if each["slot_s"] is not None}
+    slots_s = {method["slot_s"] for method in methods if method["slot_s"] is not None}
     bounds = {slot_s: bound(model, model.row(entry), slot_s) for slot_s in slots_s}
     return solutions[number].point(entry)["hover_time_s"], bounds
 
@@ -276,10 +276,10 @@ def _gaps(found: Results) -> Iterator[str]:
     # Of several methods in the same slots the first
     cells = {(_name(row), row["slot_s"]): row for row in reversed(found.rows)}
     yield "Δ in continuous times; below each length of slot, how much of it is lost [s]"
-    table = [["problem", "Δ [s]", *(f"{each:g} s" for each in slots_s), "agree"]]
+    table = [["problem", "Δ [s]", *(f"{slot_s:g} s" for slot_s in slots_s), "agree"]]
     for problem in found.facts["reasons"]:
         verdicts = {row["agrees"] for row in found.rows if _name(row) == problem}
-        gaps = (_gap(cells[problem, each]) for each in slots_s)
+        gaps = (_gap(cells[problem, slot_s]) for slot_s in slots_s)
         best_s = cells[problem, None]["hover_time_s"]
         agree = "NO" if False in verdicts else "?" if None in verdicts else "yes"
         table.append([problem, fixed(best_s, 3), *gaps, agree])

@@ -230,7 +230,7 @@ def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tupl
         if middle is not None:
             with collected(faults):
                 mission = mission.replace({name: middle})
-    refuse(replace(each, source=source) for each in faults)
+    refuse(replace(fault, source=source) for fault in faults)
     known = stated_keys(mission)
     for name, form in forms:
         with collected(faults):
@@ -238,7 +238,7 @@ def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tupl
     names = Counter(each.name for spread in found for each in (spread.key, *spread.along))
     words = "varies once, by itself or along another"
     faults += [Fault(name, "", words) for name in sorted(names) if names[name] > 1]
-    refuse(replace(each, source=source) for each in faults)
+    refuse(replace(fault, source=source) for fault in faults)
     return tuple(found)
 
 

@@ -137,7 +137,7 @@ class Scenarios:
         for name in ("available_As", "bound_As"):
             level_As, key = now_of(mission, f"start.{name}"), f"start.{name}"
             if level_As is not None and key not in found:
-                sizes = [each for each in OF_WELLS if each in found]
+                sizes = [well for well in OF_WELLS if well in found]
                 same = np.logical_and.reduce([found[e] == now_of(mission, e) for e in sizes])
                 if not np.all(same):
                     found[key] = np.where(same, level_As, np.nan)
@@ -203,7 +203,7 @@ def values_of(ranges: object, faults: list[Fault], *, paired: bool) -> dict[str,
             continue
         values[key], fault = _column(key, stated, known[key])
         faults += [fault] if fault else []
-    lengths = {len(each) for each in values.values()}
+    lengths = {len(value) for value in values.values()}
     if paired and len(lengths) > 1:
         words = ", ".join(f"{len(each)} of {key}" for key, each in values.items())
         faults.append(Fault("paired", words, "one length for all keys"))
@@ -221,7 +221,7 @@ def _column(key: str, stated: object, allowed: Number) -> tuple[Floats, Fault | 
         return np.zeros(1), Fault(key, shown(stated), words)
     column = column.astype(float)
     ends = column[[column.argmin(), column.argmax()]].tolist()
-    broken = [each for each in ends if not allowed.accepts(each)]
+    broken = [end for end in ends if not allowed.accepts(end)]
     if allowed.whole and not broken:
         broken = column[column % 1 != 0].tolist()
     return column, Fault(key, f"{broken[0]:g}", words) if broken else None

@@ -128,7 +128,7 @@ def sensitivity(
     stated = None if uncertainty is None else spreads(studied, uncertainty)
     studied = completed(studied, stated or ())
     varied = {each.key.name: each for each in (*unstated(studied), *(stated or ()))}
-    taken = {other.name for each in stated or () for other in each.along}
+    taken = {other.name for spread in stated or () for other in spread.along}
     alone = [each for name, each in varied.items() if name not in taken]
     uncertain = stated
     if uncertain is None:
@@ -175,7 +175,9 @@ def effects(
         share = key.now / hover_time_s if hover_time_s and key.now else math.nan
         slope = (high_s - low_s) / (spread.high - spread.low)
         figures = (low_s, high_s, slope * share, *(rate * share for rate in rates))
-        low, high, mean, less, more = (each if np.isfinite(each) else None for each in figures)
+        low, high, mean, less, more = (
+            figure if np.isfinite(figure) else None for figure in figures
+        )
         at_end = not inside[2:].all()
         has_kink = (less is None) != (more is None) and not at_end
         if less is not None and more is not None:

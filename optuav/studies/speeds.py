@@ -81,7 +81,7 @@ def _show(found: Results) -> Iterator[str]:
     yield f"{found.mission.name}: longest hover by speed of the legs, {perspective}\n"
     table = [["speed", "Δ [s]", "brings [s]", "legs [m/s]", "answer"]]
     for row in found.rows:
-        speeds = ", ".join(f"{each:.2f}" for each in row["speeds_m_s"]) or "–"
+        speeds = ", ".join(f"{speed_m_s:.2f}" for speed_m_s in row["speeds_m_s"]) or "–"
         brings = fixed(row["brings_s"], 3, otherwise="–", sign="+")
         table.append([row["method"], fixed(row["hover_time_s"], 3), brings, speeds, row["status"]])
     yield from tabulated(table, 1, 2)

@@ -62,7 +62,7 @@ class SweepPlan:
     @property
     def perspectives(self) -> list[Perspective]:
         """The perspectives of every scenario."""
-        return [each.perspective for each in self.questions]
+        return [question.perspective for question in self.questions]
 
     @property
     def parts(self) -> int:
@@ -91,7 +91,7 @@ def read_plan(study: Path | Mapping[str, object]) -> SweepPlan:
         plan = _plan(stated, path, faults)
     stated_in = dict.fromkeys(("count", "seed"), "samples")
     stated_in |= {key: name for name in TABLES for key, _ in dotted(getattr(stated, name))}
-    refuse(_placed(each, stated_in, source) for each in dict.fromkeys(faults))
+    refuse(_placed(fault, stated_in, source) for fault in dict.fromkeys(faults))
     return plan
 
 

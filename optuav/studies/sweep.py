@@ -502,7 +502,7 @@ def _summary(stored: Parts, asked: Sequence[str]) -> tuple[Document, Document]:
         name: {} if np.isnan(low_s) else {"shortest": float(low_s), "longest": float(high_s)}
         for name, low_s, high_s in zip(asked, shortest_s, longest_s, strict=True)
     }
-    pairs = [zip(words[1:], each[1:], strict=True) for each in counts.tolist()]  # The first: none
+    pairs = [zip(words[1:], count[1:], strict=True) for count in counts.tolist()]  # The first: none
     why = {name: {w: n for w, n in each if n} for name, each in zip(asked, pairs, strict=True)}
     return ends, why
 

@@ -58,7 +58,7 @@ class FixedPlan:
             for each in (plan.mission, mission)
         )
         if scene == other:
-            point_m = [float(each) for each in vehicle.hover_point_m(plan.mission)]
+            point_m = [float(coordinate) for coordinate in vehicle.hover_point_m(plan.mission)]
             network = build_network(mission.replace({"route.hover_m": point_m}))
             for number in range(len(network.routes)):
                 if network.route_names(number) == plan.route:
@@ -141,7 +141,7 @@ def chances(
     return Chances(
         samples=samples,
         seed=draws.seed,
-        uncertain=tuple(k.name for each in draws.spreads for k in (each.key, *each.along)),
+        uncertain=tuple(k.name for spread in draws.spreads for k in (spread.key, *spread.along)),
         stated=stated,
         mean_s=float(np.mean(hover_s)),
         quantiles_s=dict(zip(QUANTILES, quantiles_s, strict=True)),
