@@ -43,7 +43,7 @@ def best_pair(tables: tuple[Floats, Floats]) -> tuple[float, float] | None:
 
 
 class Choice(NamedTuple):
-    """What Algorithm 2 returns."""
+    """Result of Algorithm 2."""
 
     hover_time_s: float
     # None for the direct flight.

@@ -1,4 +1,4 @@
-"""What a formulation is, and what it is given: quantities of an itinerary as symbols."""
+"""The Formulation base class, and the itinerary quantities it receives as symbols."""
 
 import math
 import operator

@@ -137,7 +137,7 @@ def _symbols(routes: Sequence[Route], perspective: Perspective) -> Iterator[Give
 
 
 def _rows(option: _Option) -> Iterator[_Row]:
-    """What the times of a route have to satisfy, apart from being at least 0."""
+    """Return the constraints on the times of a route, apart from being at least 0."""
     route, given = option.route, option.given
     least_s, most_s = route.hover_s
     yield _Row("P1.b state of charge", given.soc_end, ">=", given.min_soc, "1", "state of charge")

@@ -179,7 +179,7 @@ def _tapered_well(
 
 
 LABELS = {"dry": "not dry", "past full": "not past full"}
-"""What the limits of the available well are called, by kind."""
+"""Names of the limits of the available well, by kind."""
 
 
 class StepEnd(NamedTuple):
@@ -192,7 +192,7 @@ class StepEnd(NamedTuple):
 
     @property
     def parts(self) -> tuple[object, ...]:
-        """What it is called, see `PartedLabel`."""
+        """Label, see `PartedLabel`."""
         if self.stay:
             return "after", "the", self.stay
         return "after", "stage", self.stage, "of flight", self.flight

@@ -14,7 +14,7 @@ with open(os.path.join(os.path.dirname(__file__), "__init__.pyi"), encoding="utf
         name: module
         for module, name in re.findall(r"^from (\S+) import (\w+)", _stub.read(), re.MULTILINE)
     }
-"""Where each public name is defined."""
+"""Module that defines each public name."""
 
 _FOUND = find_spec("formulations")
 _FOLDERS = (_FOUND and _FOUND.submodule_search_locations) or ()

@@ -22,7 +22,7 @@ PLAIN = {
     **{"⁻": "-", "′": "'", "°": " deg", "µ": "u", "λ": "lambda", "Λ": "Lambda", "ϱ": "rho"},
     **{"≤": "<=", "≥": ">=", "≠": "!=", "≈": "~", "∈": "in", "±": "+/-", "∂": "d", "∧": "and"},
 }
-"""What stands for signs where an encoding lacks them."""
+"""Replacements for signs that an encoding lacks."""
 EXTRAS = {
     **{"matplotlib": "plot", "pandas": "frame", "xarray": "batch", "pyarrow": "sweep"},
     **{"distributed": "cluster", "anywidget": "notebook"},

@@ -51,7 +51,7 @@ LOOKS: Mapping[str, Look] = {
     "faint": Look("#ECEEF1", "#272B31"),
     "field": Look("#F4F5F7", "#25292F"),
 }
-"""What each colour and line means, by name of its role."""
+"""Meaning of each colour and line, by name of its role."""
 
 LIMITS = ("charge", "deadline", "dry", "overfull", "bounds")
 """Roles of the limits of a plan."""

@@ -1,4 +1,4 @@
-"""What is known of a programme: one list for engines, plans and those who judge them."""
+"""The status of a programme: one list for engines, plans and their judges."""
 
 from enum import StrEnum
 
@@ -6,7 +6,7 @@ SAME_S = 1e-6  # Times that differ by no more than this are equal, for ties and 
 
 
 class Status(StrEnum):
-    """What is known of a programme as it was stated; one list for all engines."""
+    """Status of a programme as stated; one list for all engines."""
 
     OPTIMAL = "optimal"
     LOCALLY_OPTIMAL = "locally_optimal"

@@ -74,7 +74,7 @@ def _no_plan(explained: Explanation) -> Iterator[Element]:
 
 
 def _conflict(conflict: Conflict) -> Iterator[Element]:
-    """What cannot hold together on a route."""
+    """Return the constraints that cannot hold together on a route."""
     where = f"On {' → '.join(conflict.route)}"
     where += f" and {conflict.routes - 1} other routes" if conflict.routes > 1 else ""
     if not conflict.proofs:

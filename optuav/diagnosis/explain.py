@@ -288,7 +288,7 @@ def _explained(
 
 
 def _with_more_stops(question: MissionQuestion) -> Explanation:
-    """What more stops bring over one rest and one hover."""
+    """Explain how much more stops gain over one rest and one hover."""
     stated = question.stated
     one = question.about(replace(stated.p1, stops=1, hovers=1))
     counts = ((stated.p1.stops, "rest"), (stated.p1.hovers, "hover"))
@@ -361,7 +361,7 @@ def _optimum(
 
 
 def _objective(model: Model) -> str:
-    """What is sought, with its unit if all of it has the same."""
+    """Name the objective, with its unit if all its terms have the same."""
     goal = model.objective
     units = {leaf.unit for leaf in leaves(goal)}
     unit = f"{units.pop()} " if len(units) == 1 and units != {"1"} else ""

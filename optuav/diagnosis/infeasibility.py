@@ -41,13 +41,13 @@ from optuav.solving.parts import Part
 
 ZERO = Fraction(0)
 ROUNDING = Fraction(1, 10**11)
-"""By how much rounding may violate a limit, relative to max(1, |limit|), without a conflict."""
+"""Violation by rounding that is no conflict, relative to max(1, |limit|)."""
 MOST_ROUTES = 100
 """Routes of a declaration whose conflicts are examined: those with the shortest flights."""
 DUST = 1e-9  # Share of its scale below which a number is printed as 0
 FAR_S = 1e4  # How far times are followed where no constraint bounds them [s]
 BROKEN = {"dry": "dry", "past full": "past full"}
-"""What the available well is where a limit of it does not hold, by the limit's kind."""
+"""State of the available well where a limit of it does not hold, by the limit's kind."""
 
 Coefficients = Mapping[str, Fraction]  # By symbol of the unknown, exact, without zeros
 
@@ -136,7 +136,7 @@ class Certificate:
     __str__ = printed(lambda self: "\n".join("  ".join(filter(None, x)) for x in self.table))
 
     def to_dict(self) -> dict[str, object]:
-        """As plain data; every number exact, as ``"numerator/denominator"``, and rounded."""
+        """Return plain data; every number exact, as ``"numerator/denominator"``, and rounded."""
         total = {"coefficients": self.coefficients, "limit": self.limit}
         stated = {"labels": self.labels, "keys": self.keys, "rows": self.rows, "sum": total}
         return {"holds": self.holds(), **plain(stated)}
@@ -333,7 +333,7 @@ class Conflict:
         return (*self.certificates, self.clash) if self.clash else self.certificates
 
     def to_dict(self) -> dict[str, object]:
-        """As plain data."""
+        """Return plain data."""
         proofs = {"conflicts": plain(self.certificates), "clash": plain(self.clash)}
         return {"route": list(self.route), "routes": self.routes, **proofs}
 

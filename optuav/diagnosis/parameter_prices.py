@@ -31,7 +31,7 @@ Step = tuple[Parameter, float]  # A parameter and by how much it changes
 
 @dataclass(frozen=True)
 class Price:
-    """What a parameter of the winning programme is worth, the other parameters held.
+    """Price of a parameter of the winning programme, with the other parameters held fixed.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def _moving(model: Model) -> list[Parameter]:
 
 
 def _step(parameter: Parameter, key: Key | None, value: float) -> float:
-    """What "one more" is: a percent of a ratio, a unit, or the first digit of what is far less.
+    """Return the size of "one more": a percent of a ratio, a unit, or a first digit if far less.
 
     A tenth of that, and so on, where the key could not be so large.
     """

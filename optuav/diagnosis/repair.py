@@ -39,7 +39,7 @@ TABLES = ("limits", "battery", "body", "rotor", "laser", "link", "flight")
 PLANNED = ["limits.deadline_s", "limits.min_soc", "battery.packs", "battery.capacity_As"]
 PLANNED += ["battery.charge_", "laser.power_W", "route.", "flight.obstacles", "limits."]
 PLANNED += ["link.transmit_power_W", "link.snr_threshold_dB", "link.noise_power_W", "body.mass_kg"]
-"""What a planner can change, the easiest first; repairs of other loads and physics come after."""
+"""Keys that a planner can change, the easiest first; other loads and physics come after."""
 MOST = 1e3  # Largest change that is tried, as a factor
 WRITTEN = ".15g"  # Every digit of a rounded value: a shorter one may not repair
 NEAR = 0.1
@@ -138,7 +138,7 @@ class Repair:
         return str(self), f"now {now}"
 
     def to_dict(self) -> dict[str, object]:
-        """As plain data."""
+        """Return plain data."""
         now = list(self.now) if isinstance(self.now, tuple) else self.now
         return {**vars(self), "now": now, "relative_size": self.size}
 
@@ -209,7 +209,7 @@ Search: TypeAlias = Generator[list[float], list[bool], Repair | None]
 
 
 def _repaired(question: MissionQuestion, trials: Sequence[Trial]) -> list[bool]:
-    """Which values make the question feasible; one that is refused does not."""
+    """Return which values make the question feasible; a refused one does not."""
     repaired, cases, mission = [False] * len(trials), {}, question.mission
     for place, (key, value) in enumerate(trials):
         with suppress(ValueError, SolverError):  # as a formulation of one's own may raise it
@@ -228,7 +228,7 @@ def _repaired(question: MissionQuestion, trials: Sequence[Trial]) -> list[bool]:
 def searched(
     ways: Sequence[Direction], judge: Callable[[Sequence[Trial]], list[bool]]
 ) -> dict[Direction, Repair]:
-    """What the searches in some directions find; in every round all their values are judged."""
+    """Run searches in some directions together; every round judges all their values at once."""
     searches: dict[Direction, Search] = {way: search(*way) for way in ways}
     values = {way: next(each) for way, each in searches.items()}
     known, found = dict[Trial, bool](), dict[Direction, Repair]()
@@ -349,7 +349,7 @@ def feasible(cases: Sequence[Case]) -> list[bool]:
 
 
 def _feasible(question: Question, *networks: Network) -> Booleans:
-    """Which missions with the same buildings have a route with feasible times."""
+    """Return which missions with the same buildings have a route with feasible times."""
     variants, slot_s = stacked(*networks), question.slot_s
     able = allowed(variants, question.problem, impossible(variants) == 0)
     answers = np.zeros(len(networks), bool)
@@ -365,7 +365,7 @@ def _feasible(question: Question, *networks: Network) -> Booleans:
 
 
 def _continuous(question: Question, model: Model, count: int) -> Booleans:
-    """Which routes have feasible times, whole slots or not; evaluated outside the engine."""
+    """Return which routes have feasible times, whole slots or not; evaluated outside the engine."""
     if len(model.variables) <= MOST_UNKNOWNS and not traits(model).integer:
         with suppress(NotExponentialError, InputError):
             rows = evaluated(model, bracket.some_point(model, count)[0])

@@ -51,7 +51,7 @@ class Side:
 
 @dataclass(frozen=True)
 class Explanation:
-    """What `optuav.explain` returns; print it. True where there is a plan.
+    """Explanation of an answer by `optuav.explain`; print it. True where there is a plan.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ class Explanation:
         return frame(map(asdict, self.prices) if self else (r.to_dict() for r in self.repairs))
 
     def to_dict(self) -> dict[str, object]:
-        """As plain data: strings, numbers, lists, dicts and None."""
+        """Return plain data: strings, numbers, lists, dicts and None."""
         plan = self.plan
         names = ["problem", "trajectory", "building", "order", "perspective", "slot_s", "proof"]
         names += ["hover_time_s", "rest_time_s", "route"] if plan else ["reasons"]
@@ -235,12 +235,12 @@ def _limit(side: Side) -> str:
 
 
 def _share(side: Side) -> str:
-    """What a limit of a well has to spare, as a share of the capacity."""
+    """Return the slack of a well's limit as a share of the capacity."""
     return f"{number_text(side.slack)} of capacity"
 
 
 def _optimum(explained: Explanation) -> Iterator[list[str]]:
-    """What binds, what there is to spare, the proof and the prices, one block of lines each."""
+    """Return binding limits, slack, proof and prices, one block of lines each."""
     plan, sides = explained.plan, explained.constraints
     stays = [f"{stop.kind} {stop.duration_s:.2f} s at {stop.at}" for stop in plan.stops]
     head = wrapped("Optimum", ", ".join(stays))

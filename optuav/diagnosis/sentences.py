@@ -26,7 +26,7 @@ NOUNS = {
     "deadline": "the deadline",
     **dict.fromkeys(LABELS, "the available well"),
 }
-"""What binds, by the kind of the constraint."""
+"""Nouns for binding limits, by the kind of the constraint."""
 KEYS = {
     "limits.deadline_s": "the deadline",
     "limits.min_altitude_m": "the lowest altitude",
@@ -177,7 +177,7 @@ def curve(constraint: Constraint, way: Sequence[str], mission: Mission) -> Curve
 
 
 def binding(explained: Explanation) -> str:
-    """What binds and what does not; empty where that is not known."""
+    """Say which limits bind and which do not; empty where that is not known."""
     kinds = {
         constraint.kind: False for constraint in explained.constraints if constraint.kind in NOUNS
     }
@@ -213,7 +213,7 @@ def binding_moments(explained: Explanation) -> str:
 
 
 def worth(explained: Explanation) -> str:
-    """What a pack and a second more are worth, as steps that were solved again."""
+    """Say what one more pack and one more second are worth, as steps that were solved again."""
     known = {
         price.key: price.gain for price in explained.prices if price.matters and price.solved_again
     }

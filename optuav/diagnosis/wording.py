@@ -34,7 +34,7 @@ LABELLED = (
     (r"^bounds of Δ$", "hover time ≥ 0"),
     (r"^bounds of T'$", "rest time ≥ 0"),
 )
-"""What replaces parts of the paper's labels."""
+"""Words in place of parts of the paper's labels."""
 UNDECIDED = (
     "with one rest and one hover in one piece the hover time stays the same; with more stops it "
     "may change"

@@ -1,4 +1,4 @@
-"""What students call: the numbers of all exercises, a task, and its grade."""
+"""Functions for students: the numbers of all exercises, a task, and its grade."""
 
 import linecache
 import re
@@ -203,7 +203,7 @@ def _misfit(error: BaseException) -> str:
 
 
 def _stopped(error: BaseException, answer: object) -> str:
-    """What stopped the code of a formulation: the error, and the line if it is the student's."""
+    """Say what stopped the code of a formulation: the error, and the line of the student's code."""
     named, module = type(error).__name__, _kind(answer).__module__
     walked = traceback.walk_tb(error.__traceback__)
     own = [each for each in walked if each[0].f_globals.get("__name__") == module]

@@ -14,7 +14,7 @@ from optuav.modelling import Model
 
 Kind: TypeAlias = Literal["predict", "declare", "design", "prove", "explain-why"]
 Draws: TypeAlias = Mapping[str, Any]
-"""Of each number, by key of the mission or name: its choices, or a function of those before."""
+"""Choices of each number, by mission key or name, or a function of the numbers before."""
 
 CORRECT, WRONG, OPEN = "correct", "not correct", "no answer yet"
 LETTERS = "abcdef"

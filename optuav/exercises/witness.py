@@ -51,7 +51,7 @@ class Witness(Exercise):
 
     @property
     def answer(self) -> str:  # type: ignore[override]
-        """How an answer is written."""
+        """Form in which an answer is written."""
         example = self.form.example
         if self.reasons:
             return f"the letter of the reason and a witness, such as ('a', {example})"

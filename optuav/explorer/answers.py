@@ -1,4 +1,4 @@
-"""What the explorer shows, as plain data: the page draws it and computes nothing."""
+"""Answers of the explorer as plain data: the page draws them and computes nothing."""
 
 import json
 import math
@@ -46,12 +46,12 @@ Data: TypeAlias = dict[str, Any]
 
 
 def answers(base: Mission, stated: object) -> Data:
-    """What a page shows of a mission in a state: plain JSON; or ``faults``, in words."""
+    """Return what a page shows of a mission in a state: plain JSON; or ``faults``, in words."""
     return answered(base, stated)[0]
 
 
 def answered(base: Mission, stated: object) -> tuple[Data, Plan | None]:
-    """As `answers`, with the plan that is shown; None where there are faults."""
+    """Return `answers` and the plan that is shown; None where there are faults."""
     number = stated.get("number") if isinstance(stated, Mapping) else None
     number = number if isinstance(number, int) else None  # JSON can ask for 1e999, and not answer
     try:

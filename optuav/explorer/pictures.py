@@ -125,7 +125,7 @@ def _day(program: Program, plan: Plan, building: str | None) -> Data:
 
 
 def _turns(fleet: Fleet, end_h: float) -> Iterator[list[Data]]:
-    """What each drone of a ring does until a time [h]: legs, hovers, rests and waits."""
+    """Return legs, hovers, rests and waits of each drone of a ring until a time [h]."""
     for row in fleet.rows:
         leg_s, at_h, phases = row["flight_s"] / 2.0, row["offset_s"] / HOUR_S, list[Data]()
         lasting = [("flight", leg_s), ("hover", row["hover_s"]), ("flight", leg_s)]
@@ -138,7 +138,7 @@ def _turns(fleet: Fleet, end_h: float) -> Iterator[list[Data]]:
 
 
 def _pads(program: Program, most_W: float) -> Iterator[Data]:
-    """How many drones leave no gap, by the power of their pads [W]; without those too weak."""
+    """Return how many drones leave no gap, by the power of their pads [W]; weak pads left out."""
     mission, perspective = program.network.mission, program.question.perspective
     for power_W in np.linspace(0.0, most_W, PADS + 1)[1:].tolist():
         try:
@@ -153,4 +153,4 @@ PICTURES: Mapping[str, Callable[[Program, Plan, str | None], Data]] = {
     "speed": _speed,
     "day": _day,
 }
-"""What computes each picture."""
+"""Function that computes each picture."""

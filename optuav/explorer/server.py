@@ -36,7 +36,7 @@ HEADERS = {
 
 
 class File(NamedTuple):
-    """What is sent: its kind and its content."""
+    """Content to send, with its kind."""
 
     kind: str
     content: bytes
@@ -80,7 +80,7 @@ class Server(ThreadingHTTPServer):
 
     @property
     def address(self) -> str:
-        """Where the page is."""
+        """Address of the page."""
         return f"http://{HERE}:{self.server_port}/{self.token}/"
 
 

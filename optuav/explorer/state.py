@@ -1,4 +1,4 @@
-"""What the explorer is asked: changes of a mission, a problem, and the controls that state them."""
+"""State of the explorer: changes of a mission, a problem, and the controls that set them."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence

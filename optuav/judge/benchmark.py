@@ -80,7 +80,7 @@ def answers() -> dict[Asked, Answer]:
 
 @dataclass(frozen=True)
 class CheckedSolution:
-    """What the simulation says of a solution.
+    """Verdict of the simulation on a solution.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def _compared(answer: Answer, more_s: float, slack_s: float) -> str:
 
 
 def _broken_limits(found: Replay, perspective: str) -> Iterator[str]:
-    """Which limits of a perspective are broken."""
+    """Yield the broken limits of a perspective."""
     for event in found.violations:
         if event.kind not in IGNORED[perspective]:
             yield f"at {event.time_s:.2f} s {event.words}{event.figures}"
@@ -165,7 +165,7 @@ def _broken_limits(found: Replay, perspective: str) -> Iterator[str]:
 
 
 def _not_asked(found: Replay, stops: Sequence[Stop], answer: Answer) -> Iterator[str]:
-    """What is not as the problem asks."""
+    """Yield what differs from the problem."""
     name, options = benchmark.parsed(answer.problem)
     rests, hovers = ([x.at for x in stops if x.kind == kind] for kind in ("rest", "hover"))
     most = {"rests": 0 if name == "P3" else options.get("stops", 1)}
@@ -189,7 +189,7 @@ def _not_asked(found: Replay, stops: Sequence[Stop], answer: Answer) -> Iterator
 
 
 def _slack_s(found: Replay) -> float:
-    """What the tolerances of the simulation are worth in hover time [s].
+    """Return what the tolerances of the simulation are worth in hover time [s].
 
     A share of the deadline, and a share of the capacity at the current drawn while hovering; the
     available well is emptied faster than all of the battery, by up to 1/ω.

@@ -99,7 +99,7 @@ def pooled(mission: Mission, phases: Sequence[Phase]) -> Course:
 
 
 def _filled_s(pool: Battery, wells: Wells, current_A: float) -> float:
-    """How long charging goes on at constant current, until y1 is full but for rounding [s]."""
+    """Return how long charging at constant current lasts, until y1 is full but for rounding [s]."""
     room_As = float(pool.full.available_As - wells.available_As)
     full = room_As <= FULL * float(pool.capacity_As)
     if full and holding_current(pool, wells) <= current_A:

@@ -22,7 +22,7 @@ KEYS = {
     "mission": "the name of a shipped mission, a path relative to this file, or a whole mission",
     "stops": f"tables [[stops]], each {STOP}; at most {MOST_STOPS}, or stops = []",
 }
-"""What the file of an itinerary states beside its schema."""
+"""Keys of an itinerary's file beside its schema."""
 
 
 def read(

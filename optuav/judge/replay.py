@@ -43,7 +43,7 @@ IN_SLOTS = ("P1", "P2", "P2-tight", "P3", "P4")
 
 
 class Judged:
-    """What has events, because of some of which a plan cannot be flown."""
+    """Base class for results with events, some of which make a plan not flyable."""
 
     events: tuple[Event, ...]
 
@@ -300,7 +300,7 @@ def _too_fast(mission: Mission, phase: Phase) -> Iterator[Event]:
 
 
 def _bent(mission: Mission, phase: Phase) -> Iterator[Event]:
-    """What breaks a limit on a bent leg."""
+    """Yield the broken limits of a bent leg."""
     keys, way = mission.flight, f"{phase.start.name} → {phase.end.name}"
     highest_m = max(z for _, _, z in phase.waypoints_m)
     if keys.max_altitude_m is not None and highest_m > keys.max_altitude_m * (1.0 + TOLERANCE):
@@ -319,7 +319,7 @@ def _bent(mission: Mission, phase: Phase) -> Iterator[Event]:
 
 
 def _stay(mission: Mission, phase: Phase) -> Iterator[Event]:
-    """What breaks a limit at the place of a stay, and whether the laser is out of sight there."""
+    """Yield the broken limits at the place of a stay, and whether the laser is out of sight."""
     place, start_s, limits = phase.end, phase.start_s, mission.limits
     z, low, high = place.position_m[2], limits.min_altitude_m, limits.max_altitude_m
     if phase.kind == "hover":
@@ -374,7 +374,7 @@ def _figures(
 
 
 def _mismatches(plan: Plan, figures: Iterator[Figure], broken: bool) -> list[Event]:
-    """Where figures, whole slots or the verdict of a plan contradict its simulation."""
+    """Yield where figures, whole slots or the verdict of a plan contradict its simulation."""
     found = list[Event]()
     for time_s, name, stated, simulated, scale, unit in figures:
         if not same(stated, simulated, abs_tol=TOLERANCE * scale):

@@ -27,7 +27,7 @@ KEYS = {
     "solutions": "a list of at least one object with mission, hover_s and stops, "
     "each for another question",
 }
-"""What a file states beside its schema."""
+"""Keys of a file beside its schema."""
 ENTRY = {
     "mission": "a mission of the set",
     "problem": "a problem that the set asks of this mission",
@@ -35,9 +35,9 @@ ENTRY = {
     "hover_s": f"{DURATION.words}; null where there is no plan",
     "stops": f"a list of at most {MOST_STOPS}, each {STOP}; null or none where there is no plan",
 }
-"""What a solution states."""
+"""Keys of a solution."""
 USUAL = {"problem": "P1", "perspective": "available", "stops": ()}
-"""What may be left out."""
+"""Keys that may be left out."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class CheckedSolutions:
 
     @property
     def verdict(self) -> str:
-        """How many hold."""
+        """Number of solutions that hold."""
         hold = sum(not solution.wrong for solution in self.solutions)
         return f"{hold} of {len(self.solutions)} solutions hold"
 
@@ -231,7 +231,7 @@ def _breaches(document: Document, missions: dict[str, Mission]) -> Iterator[Brea
 
 
 def _breaches_of(entry: Document, missions: dict[str, Mission]) -> Iterator[Breach]:
-    """What is wrong with one solution."""
+    """Yield the faults of one solution."""
     stated = {**USUAL, **entry}
     for key in entry:
         if key not in ENTRY:

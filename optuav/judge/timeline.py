@@ -97,7 +97,7 @@ STOP = f"a table (in Python a Stop) with {', '.join(ALLOWED)}"
 
 
 def stop_breaches(stops: Sequence[object], mission: Mission | None) -> Iterator[Breach]:
-    """What is wrong with stops as they are stated; places are judged if the mission is known."""
+    """Yield the faults of stated stops; places are judged if the mission is known."""
     known = (*ENDS, *mission.buildings.names) if mission else ()
     for number, stop in enumerate(stops):
         if not isinstance(stop, dict):
@@ -322,7 +322,7 @@ def _ways(
 
 
 def _rank(place: Place) -> int:
-    """Where a place comes in a mission."""
+    """Return the number of a place in a mission."""
     return place.building + len(ENDS) if place.name not in ENDS else ENDS.index(place.name)
 
 

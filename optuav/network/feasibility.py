@@ -1,4 +1,4 @@
-"""What follows from a mission before any battery is simulated: figures and warnings."""
+"""Figures and warnings that follow from a mission before any battery is simulated."""
 
 import math
 from collections.abc import Iterator
@@ -81,7 +81,7 @@ def impossibilities(network: Network, *, one_stop: bool = True) -> tuple[str, ..
 
 
 def blocked_legs(network: Network, route: int) -> list[str]:
-    """Which legs of a route cannot be flown, and why."""
+    """Yield the legs of a route that cannot be flown, and why."""
     legs, names = network.legs, network.places.names
     reasons = []
     for leg in network.routes.legs[route]:
@@ -95,7 +95,7 @@ def blocked_legs(network: Network, route: int) -> list[str]:
 
 
 def _remedy(mission: Mission) -> str:
-    """What frees a leg that a building blocks."""
+    """Say what frees a leg that a building blocks."""
     keys = mission.flight
     if keys.obstacle_rule == "refuse":
         return 'flight.obstacles = "over" flies over it, "ignore" through it'
@@ -156,7 +156,7 @@ class Figure(NamedTuple):
 
 
 class BuildingFigures(NamedTuple):
-    """What follows for a building."""
+    """Derived figures of a building."""
 
     # As the mission states them.
     name: str
@@ -170,7 +170,7 @@ class BuildingFigures(NamedTuple):
 
 
 class LinkFigures(NamedTuple):
-    """What a beam that spreads brings to a place in its sight; powers are 0 without sight."""
+    """Figures of a spreading beam at a place; powers are 0 out of its sight."""
 
     name: str
     laser_sight: bool

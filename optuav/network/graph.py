@@ -133,7 +133,7 @@ def validate_graph(view: Graph) -> tuple[Fault, ...]:
 
 
 def _faults(view: Graph) -> Iterator[Fault]:
-    """What is wrong with a directed graph, node by node and edge by edge."""
+    """Yield the faults of a directed graph, node by node and edge by edge."""
     for end in (ENDS[ORIGIN], ENDS[DESTINATION]):
         if end not in view:
             yield Fault(_node(end), "", "is missing", SOURCE)

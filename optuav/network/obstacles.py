@@ -146,7 +146,7 @@ def _followed(obstacles: Prisms, lines: Lines) -> Integers:
 def _met(
     obstacles: Prisms, lines: Lines, line: Integers, footprint: Integers
 ) -> tuple[Integers, Integers]:
-    """Those pairs of a line and a footprint in which the footprint blocks the line."""
+    """Return the pairs of a line and a footprint in which the footprint blocks the line."""
     low_m, way_m, exempt = lines
     start_m, along_m = (_columns(each, line) for each in (low_m, way_m))
     box_m = [_columns(each, footprint) for each in (obstacles.low_m, obstacles.high_m)]

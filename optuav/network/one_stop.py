@@ -63,7 +63,7 @@ def all_legs(network: Network, graph: Graph | None = None) -> Legs:
 
 
 def find_shortcuts(network: Network) -> tuple[Shortcut, ...]:
-    """Where plans with more than one rest and one hover could pay in the linear perspectives.
+    """Return where plans with more than one rest and one hover could pay, linear perspectives.
 
     Of every leg that a plan with one rest and one hover may fly: the best way by a third place that
     takes less, one a figure. Legs lead between any two places; a missing one counts once.

@@ -163,14 +163,14 @@ def as_points(*places_m: Vector) -> Floats:
 
 
 class ChargingCap(NamedTuple):
-    """What keeps a stronger laser from charging faster."""
+    """Limit that keeps a stronger laser from charging faster."""
 
     places: tuple[str, ...]  # Names of the places where it does
     words: str  # What it is, as a sentence
 
 
 class LaserReach(NamedTuple):
-    """What the laser can give at the places in its sight, without those stated in a graph."""
+    """Return what the laser can give at places in its sight, without those stated in a graph."""
 
     most_A: float  # Largest charging current, were nothing capped; 0 where it sees no place
     capped_W: float  # Source power from which on all of them get the capped current
@@ -192,14 +192,14 @@ def laser_reach(mission: Mission, places: Places) -> LaserReach:
 
 
 def _lit(places: Places) -> Booleans:
-    """Which places the laser sees, where a UAV may stay."""
+    """Return which places the laser sees, where a UAV may stay."""
     lit = places.laser_sight & ~places.edited
     lit[[ORIGIN, DESTINATION]] = False
     return np.asarray(lit)
 
 
 def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
-    """Which key caps the charging current, and where; None if none does, or nothing may charge.
+    """Return the key that caps the charging current, and where; None without a cap or charging.
 
     Of the places where a UAV stays, without those whose power was stated in a graph.
     """

@@ -15,7 +15,7 @@ from optuav.arrays import Booleans, Floats, Integers, ragged
 from optuav.mission.buildings import Buildings
 
 MARGIN_M = 1e-6
-"""How far walls and roofs are moved inwards [m], so that to graze a building is not to cross it."""
+"""Distance by which walls and roofs move inwards [m]: grazing a building is not crossing it."""
 
 
 class Cells(NamedTuple):

@@ -75,7 +75,7 @@ def usable_routes(
     flight_time_s: Floats,
     away_m: Floats,
 ) -> Booleans:
-    """Which flyable routes a trajectory may use in every variant (variant or 1, route).
+    """Return which flyable routes a trajectory may use in every variant (variant or 1, route).
 
     Without a stop (``"direct"``), by the building nearest the device (``"traj1"``), the shortest in
     time by a building, or several that tie (``"traj2"``), or any (``"optimal"``); in one order, or

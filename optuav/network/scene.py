@@ -1,4 +1,4 @@
-"""Where a mission takes place: what a map of it shows, and how far it reaches."""
+"""The scene of a mission: the content of its map, and its extent."""
 
 from __future__ import annotations
 

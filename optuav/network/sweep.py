@@ -28,7 +28,7 @@ NONE = -1  # In place of the number of a footprint
 
 
 class View(NamedTuple):
-    """How footprints look from a place, by number; bearings are counted all round."""
+    """Footprints as seen from a place, by number; bearings are counted all round."""
 
     near_m: Floats  # Distance on the map, no more than it is; 0 around the place [m]
     by_distance: Integers  # Numbers from the nearest to the farthest
@@ -47,7 +47,7 @@ class Lines(NamedTuple):
 
 
 def view(obstacles: Prisms, place_m: Floats) -> View:
-    """How the footprints look from a place [m]."""
+    """Return the footprints as seen from a place [m]."""
     at_m, wall_m, count = place_m[:2, None], 2.0 * MARGIN_M, len(obstacles.sizes)
     out_m = np.maximum(obstacles.low_m - wall_m - at_m, at_m - obstacles.high_m - wall_m)
     near_m = np.hypot(*np.maximum(out_m, 0.0))
@@ -88,7 +88,7 @@ def lines_from(place_m: Floats, ends_m: Floats, bearings: int) -> Lines:
 def survey(
     seen: View, ways: Lines, obstacles: Prisms, exempt: Integers
 ) -> tuple[Booleans, Integers]:
-    """Which straight lines from a place are clear for certain, and what likely blocks each.
+    """Return which straight lines from a place are certainly clear, and what likely blocks each.
 
     The `exempt` buildings (line, k) do not block them. The second array has numbers of footprints,
     `NONE` where there is none. Lines that are not clear may still be, and what likely blocks them

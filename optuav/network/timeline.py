@@ -233,7 +233,7 @@ def steps(mission: Mission, phases: Iterable[Phase], pieces: int = 1) -> Iterato
 
 
 class PackCourse(NamedTuple):
-    """What phases do to the packs."""
+    """Yield the loads of phases on the packs."""
 
     # For every phase, the stretches in which no pack changes its part.
     stretches: list[list[Stretch]]
@@ -255,7 +255,7 @@ def starting_packs(mission: Mission) -> Packs:
 
 
 def pack_loads(mission: Mission, phase: Phase) -> list[JobStage]:
-    """What is drawn and what is charged in the stages of a phase (`optuav.physics.packs`).
+    """Return the loads and gains in the stages of a phase (`optuav.physics.packs`).
 
     One pack carries the whole load; in a hover or a rest the laser charges another one.
     """

@@ -152,7 +152,7 @@ class Variants:
 
     @cached_property
     def shifts(self) -> list[Shift]:
-        """What the stages of the legs do to the charge of all packs, each (variant or 1, leg)."""
+        """Effect of the stages of the legs on the charge of all packs, each (variant or 1, leg)."""
         return [shift(vehicle.pool(self.mission), stage) for stage in self.stages]
 
     @cached_property
@@ -163,7 +163,7 @@ class Variants:
 
     @cached_property
     def loads(self) -> Loads:
-        """What the legs draw in their stages, each (variant or 1, leg) or a number."""
+        """Draw of the legs in their stages, each (variant or 1, leg) or a number."""
         legs = self.network.legs
         start_m, end_m = (self.position_m[:, end] for end in (legs.start, legs.end))
         waypoints_m = np.empty((1, len(legs.start), 0, 3))

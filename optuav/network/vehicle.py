@@ -1,4 +1,4 @@
-"""What a mission says of the UAV, its radio and its laser, in the terms of the physics."""
+"""The UAV, radio and laser of a mission, in the terms of the physics."""
 
 import numpy as np
 
@@ -43,7 +43,7 @@ def start(mission: Mission) -> kibam.Tilted:
 
 
 def starts_beyond(mission: Mission) -> Booleans:
-    """Where the wells at the start are beyond their sizes by more than rounding."""
+    """Return where the wells at the start exceed their sizes by more than rounding."""
     found, stated = np.zeros((), bool), mission.start
     if stated is not None and stated.available_As is not None:
         battery = pool(mission)
@@ -65,7 +65,7 @@ def coverage_radius_m(mission: Mission) -> Quantity:
 
 
 def hover_point_m(mission: Mission, radius_m: Quantity | None = None) -> Vector:
-    """Where the mission hovers [m]: `route.hover_m`, or w_U; NaN where nothing is in reach."""
+    """Return the hover point [m]: `route.hover_m`, or w_U; NaN where nothing is in reach."""
     route = mission.route
     if route.hover_m is not None:
         return route.hover_m

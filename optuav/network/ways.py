@@ -213,7 +213,7 @@ class Fences(NamedTuple):
         return apex_m, np.where(closed, corners.building[row, excess_m.argmax(axis=1)], CLEAR)
 
     def _corners(self, start_m: Floats, end_m: Floats, exempt: Integers, ahead: Floats) -> Corners:
-        """Where lines enter and leave walls; `ahead` (line, 2) are their directions."""
+        """Return where lines enter and leave walls; `ahead` (line, 2) are their directions."""
         import shapely
 
         lines = np.asarray(shapely.linestrings(np.stack([start_m[:, :2], end_m[:, :2]], axis=1)))

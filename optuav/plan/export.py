@@ -26,7 +26,7 @@ WRITERS: dict[str, Callable[[Course], str]] = {
     ".plan": waypoints.plan,
     ".waypoints": waypoints.waypoints,
 }
-"""What writes a course, by the suffix of the file."""
+"""Writer of a course, by the suffix of the file."""
 DIGITS = 9  # Of degrees, 0.1 mm
 NO_EARTH = "is missing; an export needs the mission's place on Earth: crs, or [earth]"
 

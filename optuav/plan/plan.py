@@ -431,7 +431,7 @@ class Plan(Record):
 
 
 def _wrong_speeds(phase: Phase, flight: FlightModel) -> Iterator[str]:
-    """What is wrong with speeds that a phase states."""
+    """Yield the faults of the speeds that a phase states."""
     if phase.kind != "flight":
         yield f": a {phase.kind} has no speeds_m_s"
     elif not isinstance(flight, CruisingModel):
@@ -551,7 +551,7 @@ def parse_plan(text: str, source: str, folder: Path) -> tuple[Plan, dict[str, An
 
 
 def _record_faults(error: ValidationError, source: str) -> Iterator[Fault]:
-    """What is wrong with a plan's data, by dotted key; of a list with wrong entries only these."""
+    """Return the faults of a plan's data by dotted key; of a list only its wrong entries."""
     details = error.errors(include_url=False)
     above = {detail["loc"][:depth] for detail in details for depth in range(1, len(detail["loc"]))}
     for detail in details:

@@ -18,7 +18,7 @@ from optuav.modelling.check import evaluated
 from optuav.plan.display import rounded_up
 
 REACHED = {"dry": "dry", "past full": "full"}
-"""What the available well is where one of its limits binds, by the kind of the constraint."""
+"""State of the available well where a limit of it binds, by the kind of the constraint."""
 ROLES = {
     "state of charge": "charge",
     "deadline": "deadline",
@@ -40,7 +40,7 @@ BEYOND_NUMBERS: Mapping[str, Any] = {"over": "ignore", "invalid": "ignore"}
 
 
 def kind_of(constraint: Constraint) -> str:
-    """What a constraint limits; a time that the deadline bounds above is at least 0 without it."""
+    """Name what a constraint limits; a time that the deadline bounds above is at least 0."""
     lower = constraint.kind == "deadline" and constraint.relation.sense == ">="
     return "bounds" if lower else constraint.kind
 

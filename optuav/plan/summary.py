@@ -93,7 +93,7 @@ def remarks(plan: Plan) -> list[Line]:
 
 
 def unknown_buildings(mission: Mission) -> str:
-    """That the table of a mission is not here, as a sentence; empty where nothing is missing."""
+    """Say that the table of a mission is not here; empty where nothing is missing."""
     source, lacking = mission.buildings.source, mission.buildings.lacking
     if source is None or not lacking:
         return ""
@@ -102,7 +102,7 @@ def unknown_buildings(mission: Mission) -> str:
 
 
 def counted_in(slot_s: float | None) -> str:
-    """How times are counted: in slots of a length [s], or continuously."""
+    """Say how times are counted: in slots of a length [s], or continuously."""
     return "continuous times" if slot_s is None else f"slots of {written_out(slot_s)} s"
 
 
@@ -161,7 +161,7 @@ def times(plan: Plan) -> list[tuple[str, float, str]]:
 
 
 def outcome(plan: Plan) -> list[Line]:
-    """Where a plan leads, what charge it leaves, and what keeps it from being better."""
+    """Rows on where a plan leads, what charge it leaves, and what keeps it from being better."""
     levels = ", ".join(
         f"{name} {_number(100 * level, 2)} %" for name, level in (plan.soc or {}).items()
     )
@@ -210,7 +210,7 @@ def tabulated(
 
 
 def figures(plan: Plan) -> list[tuple[str, ...]]:
-    """Of every phase its kind, and what the `HEADINGS` after its place say."""
+    """Rows of the phases: the kind, and the figures that the `HEADINGS` after its place name."""
     full = vehicle.pool(plan.mission).full
     return [
         (

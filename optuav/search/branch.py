@@ -34,7 +34,7 @@ Progress = Callable[[float, int, int], None]
 
 @dataclass(frozen=True)
 class SearchResult:
-    """What a search found."""
+    """Result of a search."""
 
     stops: "Stops | None"
     bound_s: float  # No plan hovers longer [s]; −inf where it is proved that there is no plan

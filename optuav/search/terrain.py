@@ -21,7 +21,7 @@ ROUNDING = 1e-11  # Share of the capacity by which a limit must be missed before
 
 
 class Flown(NamedTuple):
-    """What legs take and do to the wells: arrays (leg, box), or (stage, start, end) from take-off.
+    """Time of legs and their effect on the wells: (leg, box), or (stage, start, end) from take-off.
 
     Duration of the leg [s], Q [A s], e^(−k'T) [-] and Z [A s].
     """
@@ -51,7 +51,7 @@ class Terrain:
 
     @property
     def longest_stay_s(self) -> float:
-        """What the deadline leaves of the shortest way by the hover point [s]; −inf if none."""
+        """Time that the deadline leaves beyond the shortest way by the hover point [s], or −inf."""
         there_s, back_s = self.duration_s[ORIGIN].copy(), self.duration_s[:, DESTINATION].copy()
         before = None
         while before != (before := (there_s.tobytes(), back_s.tobytes())):

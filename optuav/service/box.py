@@ -115,7 +115,7 @@ def corners_of(mission: Mission, keys: Sequence[Spread]) -> Columns:
 
 
 def count_of(columns: Columns) -> int:
-    """How many corners or samples some columns hold."""
+    """Count the corners or samples in some columns."""
     return len(next(iter(columns.values())))
 
 

@@ -181,7 +181,7 @@ def upwards(count: float) -> int:
 
 
 class PadPower(NamedTuple):
-    """What every drone's pad must deliver for a fleet with dark hovers.
+    """Power that every drone's pad must deliver for a fleet with dark hovers.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How many drones, beams, pads, bays and packs a share of the time needs, by technology."""
+"""Sizes of a fleet for a share of the time: drones, beams, pads, bays and packs, by technology."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Where to put lasers: the best of some candidates for many missions, with a bound."""
+"""Placing lasers: the best of some candidates for many missions, with a bound."""

@@ -32,12 +32,12 @@ BETTER = 1e-5  # Relative; a bound that is lower by less is no better
 
 
 def total(worth: Floats, weights: Floats, chosen: Sequence[int]) -> float:
-    """What all demands get from the sites chosen."""
+    """Return what all demands get from the chosen sites."""
     return float(weights @ best_of(worth, chosen))
 
 
 def best_of(worth: Floats, chosen: Sequence[int]) -> Floats:
-    """What each demand gets from the best of the sites chosen; 0 from none."""
+    """Return what each demand gets from the best of the chosen sites; 0 from none."""
     return np.asarray(worth[:, list(chosen)].max(axis=1, initial=0.0), dtype=float)
 
 
@@ -97,7 +97,7 @@ def interchange(worth: Floats, weights: Floats, chosen: Sequence[int]) -> tuple[
 
 
 def undominated(worth: Floats) -> Booleans:
-    """Which sites no other is as good as for every demand; of equal ones the first is kept."""
+    """Return the sites that no other site equals for every demand; the first of equal ones."""
     kept, found = np.empty(0, dtype=np.intp), np.zeros(worth.shape[1], bool)
     for site in np.argsort(-worth.sum(axis=0), kind="stable").tolist():
         own = worth[:, site]

@@ -1,4 +1,4 @@
-"""Where to put one laser or several, for one mission or many."""
+"""Placing one laser or several, for one mission or many."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class Siting:
 
     @property
     def gap(self) -> float:
-        """By how much the best selection may exceed that found, relative to it."""
+        """Relative excess that the best selection may have over this one."""
         return self.selection.gap
 
     @property
@@ -335,7 +335,7 @@ def _points(candidates: npt.ArrayLike, faults: list[Fault]) -> Floats:
 def _faults(
     lasers: Any, objective: Any, at_least_s: Any, perspective: Any, gap: Any, time_limit_s: Any
 ) -> Iterator[Fault]:
-    """What is wrong with options, or contradicts another."""
+    """Yield the faults of options, alone and together."""
     yield from misfits(("lasers", lasers, COUNT))
     if objective not in OBJECTIVES:
         yield unknown("objective", objective, OBJECTIVES)

@@ -71,7 +71,7 @@ class Selection:
 
     @property
     def gap(self) -> float:
-        """By how much the bound exceeds the value, relative to the value."""
+        """Excess of the bound over the value, relative to the value."""
         more = self.bound - self.value
         return 0.0 if more <= CLOSE * self.value else more / self.value if self.value else np.inf
 

@@ -408,7 +408,7 @@ def _answered(variants: Variants, question: Question, able: Booleans) -> Candida
 
 
 def _refuted(model: Model, point: Values, answered: Booleans) -> Booleans:
-    """Which answers violate a constraint when they are evaluated again, outside the engine."""
+    """Return which answers violate a constraint when evaluated again outside the engine."""
     with np.errstate(invalid="ignore", over="ignore"):  # where there is no answer
         held = [np.broadcast_to(r.satisfied, answered.shape) for r in evaluated(model, point)]
     return np.asarray(answered & ~np.logical_and.reduce(held, initial=True))

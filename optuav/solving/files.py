@@ -14,7 +14,7 @@ WRITERS = {
     **dict.fromkeys(export.FILES, export.to_file),
     **dict.fromkeys(pyomo_engine.FILES, pyomo_engine.to_file),
 }
-"""What writes a format, by its suffix."""
+"""Writer of a format, by its suffix."""
 
 
 ENDINGS = tuple(f".{form}" for form in WRITERS)

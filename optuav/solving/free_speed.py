@@ -138,7 +138,7 @@ class FreeSpeedProgram(Program):
         return declared_program(self.stated, self.route_of(plan).at(_speeds_m_s(plan)))
 
     def price_in_words(self, plan: Plan) -> str:
-        """What a second of flight costs at the speeds of a plan."""
+        """Say what a second of flight costs at the speeds of a plan."""
         own, speeds_m_s = self.route_of(plan), _speeds_m_s(plan)
         moves = speeds_m_s > 0.0
         way_m, speed = vector(np.array(own.way_m)[:, moves]), speeds_m_s[moves]

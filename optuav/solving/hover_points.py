@@ -46,7 +46,7 @@ LENGTHS_M = Lengths(first=20.0, rough=1.0, last=1e-7)
 
 
 class Region:
-    """Where a UAV may hover: a ball around the device, cut by the altitude band."""
+    """Region where a UAV may hover: a ball around the device, cut by the altitude band."""
 
     def __init__(self, mission: Mission) -> None:
         limits, device_m = mission.limits, np.array(mission.link.device_m)
@@ -81,7 +81,7 @@ class Region:
         return self.kept(place_m + r[:, None] * way_m)
 
     def kept(self, points_m: Floats) -> Floats:
-        """Those of some points (point, 3) [m] that are in the region, but for rounding."""
+        """Return the points (point, 3) [m] that are in the region, but for rounding."""
         known_m = points_m[np.isfinite(points_m).all(axis=1)]
         inside_m = self.inside(known_m)
         found: Floats = inside_m[np.abs(inside_m - known_m).max(axis=1, initial=0.0) < 1e-7]

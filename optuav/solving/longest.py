@@ -63,7 +63,7 @@ class Hovers(NamedTuple):
 
     @property
     def proved(self) -> Booleans:
-        """Where the hover is the longest to within 1e-6 s, or proved impossible."""
+        """Routes whose hover is the longest to within 1e-6 s, or proved impossible."""
         close = self.beyond_s - self.hover_time_s <= SAME_S
         return np.asarray(close | np.isneginf(self.beyond_s))
 
@@ -222,7 +222,7 @@ def longest(
 
 
 def _needed(given: Quantities, limit: WellLimit) -> Booleans:
-    """Where a limit of the available well excludes what no other does, which halves the time."""
+    """Return where a limit of the available well excludes points that no other limit excludes."""
     # A well that only drains does not pass full, and one that only charges does not run dry; where
     # it falls all along the next step, the limit at its end is tighter.
     stays_A = {"hover": -given.hover_current_A, "rest": given.rest_current_A}

@@ -100,7 +100,7 @@ def plan_for(
     times_s: tuple[float, float] = (0.0, 0.0),
     **found: Any,
 ) -> Plan:
-    """What was asked and what was found as a plan, with notes on its phases."""
+    """Return question and answer as a plan, with notes on its phases."""
     mission, notes, packs = network.mission, [*found.pop("notes", ())], network.mission.battery
     if flown and given:
         if any(phase.edited for phase in flown if phase.kind == "flight"):
@@ -241,7 +241,7 @@ def none_proved(model: Model, count: int, values: Values | None = None) -> Boole
 
 
 def proof_of_none(parts: Sequence[Part]) -> str:
-    """How it is known that no times are feasible, whatever an engine found; empty if it is not."""
+    """Return the proof that no times are feasible, whatever an engine found; empty without one."""
     from optuav.engines.bracket import PROOF_OF_NONE
 
     none = (none_proved(part.model, len(part.routes)).all() for part in parts)

@@ -99,7 +99,7 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
 
 
 def _proof_of_none(parts: Sequence[Part]) -> str:
-    """How it is known that no times are feasible; empty if it is not.
+    """Return the proof that no times are feasible; empty without one.
 
     The wells of pooled packs that may be past full hold no less than those of packs in turns.
     """

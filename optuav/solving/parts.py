@@ -53,7 +53,7 @@ class Part:
 
 
 def allowed(variants: Variants, problem: Formulation, possible: Booleans | None = None) -> Booleans:
-    """Which flyable routes a problem may take in every variant (variant or 1, route).
+    """Return which flyable routes a problem may take in every variant (variant or 1, route).
 
     No route in variants that are not `possible` (variant,).
     """

@@ -162,7 +162,7 @@ class Program:
         return "\n\n".join("\n".join([*(mark + h for h in heads), w]) for heads, w in pairs)
 
     def _heads(self) -> Iterator[list[str]]:
-        """What stands above each model: of several its routes, and what slots ask."""
+        """Heading of each model: its routes, if there are several models, and the rule of slots."""
         for place, part in enumerate(self.parts, start=1):
             heads, slot_s = list[str](), self.question.slot_s
             if len(self.parts) > 1:
@@ -172,7 +172,7 @@ class Program:
             yield heads
 
     def _routes_in_words(self, part: Part) -> str:
-        """Which routes a model is for, in words."""
+        """Name the routes of a model in words."""
         orders = {self.network.routes.order(route) for route in part.routes}
         order = orders.pop() if len(orders) == 1 else "with a rest"
         words = order.replace("-", " ") if order and part.rests else "without a rest"
@@ -428,7 +428,7 @@ class Program:
         return [(int(numbers[k]), int(entries[k])) for k in dict.fromkeys((winner, *near))]
 
     def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> ShadowPrices:
-        """What one more unit of every named parameter brings; empty where there is no answer.
+        """Return the price of every named parameter per unit; empty where there is no answer.
 
         Figures of routes change on all alike. Where routes tie, a change for the better may take
         any, and one for the worse has to affect them all. A side beyond the range of a key is NaN.
@@ -463,7 +463,7 @@ class Program:
 
 
 def _slots_in_words(model: Model, slot_s: float) -> str:
-    """What slots ask of the unknowns, which the model does not state."""
+    """Say what slots require of the unknowns, which the model does not state."""
     found, cut = [f"in whole slots of {written_out(slot_s)} s"], cut_short(model)
     for time in (variable for variable in model.variables if not variable.binary):
         if time.first_slot > 0:
@@ -548,7 +548,7 @@ class CompiledProgram:
         return solution if len(solution.statuses) == 1 else solution.only(entry)
 
     def _objection(self, name: str, value: Any) -> str:
-        """What is wrong with a value of a parameter; empty if nothing is."""
+        """Return the fault of a parameter's value; empty if there is none."""
         if name not in self._parameters:
             hint, known = nearest(name, self._parameters), ", ".join(self._parameters)
             return f"is no parameter of the program{hint}; there are {known}"

@@ -1,4 +1,4 @@
-"""What is asked of a mission, checked and completed, and the engine that answers it."""
+"""The question about a mission, checked and completed, and the engine that answers it."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields, replace

@@ -37,7 +37,7 @@ from optuav.solving.solve import formulate
 from optuav.status import Status
 
 AGREES_S = 1e-5
-"""By how much the optimum of the chosen route may differ from that of all routes [s]."""
+"""Tolerance between the optimum of the chosen route and that of all routes [s]."""
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ AXES: Mapping[str, tuple[str, ...]] = {
     "perspective": tuple(COMPARED),
     "trajectory": ("direct", "traj1", "traj2", "optimal"),
 }
-"""What plans are compared by, and its values in the order of the table."""
+"""Options by which plans are compared, and their values in the order of the table."""
 ALONE = {
     **dict.fromkeys(("engines", "time_limit_s", "times", "workers"), "method"),
     "periods_s": "schedule",

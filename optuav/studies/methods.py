@@ -24,7 +24,7 @@ from optuav.studies.processes import run_tasks
 from optuav.studies.results import NONE, Pictures, Results, Row, fixed
 
 ACCURACY_S = {**dict.fromkeys(("closed-form", "bracket", "cvxpy", "grid"), 1e-5), "casadi": 1e-4}
-"""By how much an engine may miss an answer [s], up to `LONG_S` and in proportion beyond."""
+"""Tolerance of an engine's answer [s], up to `LONG_S` and in proportion beyond."""
 LONG_S = 1000.0
 HOVER, REST = "hover_time_s", "rest_time_s"
 UNITS = {
@@ -36,7 +36,7 @@ UNITS = {
 Progress = Callable[[int, int, str], None]
 """Called before every answer: how many are done, how many there are, and what comes now."""
 Bound = tuple[int | None, str]
-"""How many slots Δ in slots may lose to continuous times, None for no bound; and why."""
+"""Number of slots that Δ in slots may lose to continuous times, None for no bound; and why."""
 Bounds = dict[float, Bound]  # By length of slots [s]
 
 

@@ -20,7 +20,7 @@ WORKERS = Number("-", ge=1, le=1000, whole=True)
 def run_tasks(
     function: Callable[..., Result], tasks: Sequence[tuple[Any, ...]], workers: int
 ) -> Iterator[Result]:
-    """What a module-level function returns for the arguments of each task, in their order.
+    """Yield what a module-level function returns for the arguments of each task, in their order.
 
     The calls are made in this process, or by several that import the function on their own.
     """

@@ -51,7 +51,7 @@ class StudyFile(BaseModel, extra="forbid", strict=True, allow_inf_nan=False):
 
 @dataclass(frozen=True)
 class SweepPlan:
-    """What a study file asks for: its scenarios in parts, and what is asked of each."""
+    """Content of a study file: its scenarios in parts, and the questions about each."""
 
     scenarios: Scenarios
     questions: list[Question]  # One a perspective

@@ -61,11 +61,11 @@ LARGEST_HEAD, LARGEST_LINE = 1_000_000, 4_000
 PACKAGES = ("optuav", "numpy", "scipy", "pyarrow")
 """On whose versions the bytes of a part depend."""
 STAMP, HASH = b"optuav", 64
-"""Where the metadata of a part say which part of which sweep it is, before so many digits."""
+"""Key in the metadata of a part that names part and sweep, before so many digits."""
 
 
 class Swept(NamedTuple):
-    """What a sweep has done, and where.
+    """Result of a sweep, and its place.
 
     Parameters
     ----------
@@ -398,7 +398,7 @@ def _damaged(path: Path, words: str = NOT_OURS) -> Iterator[None]:
 
 
 def _manifest(plan: SweepPlan) -> Document:
-    """What is kept beside the parts of a study."""
+    """Return the manifest kept beside the parts of a study."""
     scenarios = plan.scenarios
     stated = {
         "rows": scenarios.sizes.get(ROW),
@@ -411,7 +411,7 @@ def _manifest(plan: SweepPlan) -> Document:
 
 
 def _hash(manifest: Document) -> str:
-    """What tells a study with its scenarios from every other."""
+    """Return the data that tell a study with its scenarios from every other."""
     stated = [manifest[name] for name in ("rows", "grid", "study")]
     return hashlib.sha256(json.dumps(stated).encode()).hexdigest()
 
@@ -440,7 +440,7 @@ class SweptStudy(StudyFile):
 
 
 class Manifest(BaseModel, extra="forbid", strict=True, allow_inf_nan=False):
-    """What stands beside the parts of a sweep."""
+    """Read the manifest beside the parts of a sweep."""
 
     kind: Literal["optuav sweep"]
     format: Literal[1]

@@ -1,4 +1,4 @@
-"""What follows for the hover time from all that is uncertain, and for a plan that is held fixed."""
+"""The hover time under all that is uncertain, and that of a plan that is held fixed."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ CONDITIONS = {
     "past full": "never past full",
     "deadline": "deadline",
 }
-"""What a fixed plan has to keep beside legs and altitude, by the kind of constraint of (P1)."""
+"""Limits of a fixed plan beside legs and altitude, by the kind of constraint of (P1)."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class FixedPlan:
 
 @dataclass(frozen=True)
 class Chances:
-    """What follows from everything that is uncertain, over all samples."""
+    """Results over all samples of everything that is uncertain."""
 
     samples: int
     seed: int
