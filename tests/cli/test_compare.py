@@ -151,7 +151,7 @@ def test_plans_by_perspective_and_trajectory(folder: Path) -> None:
     assert found.out.rstrip() == str(
         optuav.compare("table2.toml", by=("perspective", "trajectory"), slots_s=1.0)
     )
-    assert "energy direct 697.00" in words(found.out)
+    assert "energy direct yes 697.00" in words(found.out)
     data = json.loads(run("compare", "small.toml", "--by", "trajectory", "--json").out)
     assert [row["trajectory"] for row in data["rows"]] == ["direct", "traj1", "traj2", "optimal"]
     run("compare", "small.toml", "--by", "perspective", "--save", "by.csv")

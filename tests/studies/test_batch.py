@@ -499,7 +499,7 @@ def test_a_dataset_says_what_it_is_of(tmp_path: Path) -> None:
     for mission in ("paper", PAPER, tmp_path / "own.toml"):
         found = optuav.batch(mission, ranges, problem)
         assert found.attrs["mission"] == "paper"
-        assert found.attrs["problem"] == "P4(building='b3', order='rest-first')"
+        assert found.attrs["problem"] == "P4(building='b3', order='rest-first', speed='mission')"
     both = optuav.batch(["paper", "paper-table2"], ranges, paired=True)
     assert both.mission_name.values.tolist() == ["paper", "paper-table2"]
     assert both.mission.dims == both.mission_name.dims == ("scenario",)
