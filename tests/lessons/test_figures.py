@@ -630,7 +630,7 @@ def test_33_when_to_turn_back(ran: Any) -> None:
     assert ran.again.mean() > ran.kept.hover_s + 60.0
 
 
-@slow
+@soak
 def test_34_the_price_of_being_sure(ran: Any) -> None:
     """Prices in order, figures that independent code found, and the count of samples by hand."""
     best, careful = ran.shares.values()

@@ -102,7 +102,7 @@ def test_cycles_and_fleets(
 
 
 @pytest.mark.campaign
-@few(12)
+@few(3)
 @given(
     missions(), st.sampled_from([{}, {"pad_power_W": 400.0}, {"swap_s": 90.0}]), st.floats(0.1, 3.0)
 )

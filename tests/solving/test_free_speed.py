@@ -63,7 +63,7 @@ def free(mission: Mission, problem: Any = ANY, **options: Any) -> optuav.Plan:
     return plan
 
 
-@few(200)
+@few(50)
 @given(winged())
 def test_no_speed_of_a_grid_is_better(mission: Mission) -> None:
     """(P1) under `battery` is proved optimal, and no speeds of any route hover longer."""
