@@ -22,6 +22,7 @@ import pandas as pd
 
 import optuav
 from optuav.engines import closed_form
+from optuav.looks import LOOKS
 from optuav.modelling import Model
 
 mission = optuav.load("paper")
@@ -143,12 +144,14 @@ ax = optuav.plots.curves(
     x_label="price of charge y1 [s per A s]",
     y_label="price of time y2 [s per s]",
 )
-ax.fill_between(along, -0.05, hover_line, color="#0072B2", alpha=0.15, linewidth=0.0)
-ax.fill_between(along, -0.05, rest_line, color="#E69F00", alpha=0.15, linewidth=0.0)
+ax.fill_between(along, -0.05, hover_line, color=LOOKS["flight"].light, alpha=0.15, linewidth=0.0)
+ax.fill_between(along, -0.05, rest_line, color=LOOKS["rest"].light, alpha=0.15, linewidth=0.0)
 for level_s in levels_s:
     ax.plot(along, (level_s - Q * along) / T, "k:", linewidth=0.9)
     ax.annotate(f"{level_s:.0f} s", (0.0002, level_s / T), va="bottom", fontsize=8)
-ax.plot(price_charge, price_time, "*", color="#F0E442", markeredgecolor="k", markersize=13)
+ax.plot(
+    price_charge, price_time, "*", color=LOOKS["optimum"].light, markeredgecolor="k", markersize=13
+)
 ax.set_ylim(0.0, 1.1)
 ax.set_xlim(0.0, 0.019)
 ax

@@ -9,14 +9,14 @@ import numpy as np
 from scipy.optimize import linprog
 
 import optuav
-from optuav.looks import LOOKS, PHASES
+from optuav.looks import LOOKS, PHASES, SERIES
 
 WHOLE = 1e-6  # Largest distance from a whole number that counts as rounding
 LOOK = {
     "open": ("white", PHASES["flight"]),
-    "branched": ("#D9D9D9", "#565D66"),
+    "branched": (SERIES[3], LOOKS["muted"].light),
     "best": ("#CDEBDD", LOOKS["flies"].light),
-    "dropped": ("white", "#868D96"),
+    "dropped": ("white", LOOKS["bounds"].light),
     "infeasible": ("white", LOOKS["dry"].light),
 }
 """Fill and edge of a node by what became of it."""
@@ -136,7 +136,9 @@ def draw(tree: Tree, unit: str = "s") -> object:
                     continue
                 if node.parent is not None:
                     x_0, y_0 = at[node.parent]
-                    ax.plot([x_0, x], [-y_0, -y], color="#565D66", linewidth=0.8, zorder=1)
+                    ax.plot(
+                        [x_0, x], [-y_0, -y], color=LOOKS["muted"].light, linewidth=0.8, zorder=1
+                    )
                 fill, edge = LOOK[node.fate(step)]
                 words = f"{node.bound:.1f} {unit}" if node.point is not None else "no point"
                 fate = {"best": "\nplan", "dropped": "\ndropped"}.get(node.fate(step), "")

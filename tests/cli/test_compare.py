@@ -155,7 +155,9 @@ def test_plans_by_perspective_and_trajectory(folder: Path) -> None:
     data = json.loads(run("compare", "small.toml", "--by", "trajectory", "--json").out)
     assert [row["trajectory"] for row in data["rows"]] == ["direct", "traj1", "traj2", "optimal"]
     run("compare", "small.toml", "--by", "perspective", "--save", "by.csv")
-    assert (folder / "by.csv").read_text("utf-8").startswith("perspective,trajectory,status")
+    assert (
+        (folder / "by.csv").read_text("utf-8").startswith("perspective,trajectory,flyable,status")
+    )
 
 
 def test_plans_by_trajectory_where_there_are_none() -> None:

@@ -214,7 +214,7 @@ def of_the_lesson() -> Any:
     (stated,) = (
         each.value
         for each in lesson.body
-        if isinstance(each, ast.Assign) and ast.unparse(each.targets[0]) == "stated"
+        if isinstance(each, ast.Assign) and ast.unparse(each.targets[0]) == "ranges"
     )
     return ast.literal_eval(stated)
 
