@@ -22,7 +22,6 @@ from optuav.solving.assemble import figures
 from optuav.solving.balance import Balance, balance, longest_by_balance, shortest_by_balance
 
 ROUNDS, PARTS = 13, 16  # A price is known to one part in 16¹³
-PROOF = "dual bound met: one price of a second on all legs, on which charge is convex in time"
 
 
 class LegSpeeds:
