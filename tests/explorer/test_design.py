@@ -272,6 +272,8 @@ def test_pinned_columns_share_rows_and_axes(open_page: Open) -> None:
             one, other = boxes(page, f"figure.{each}")
             assert (one["top"], one["height"]) == (other["top"], other["height"])
             assert one["width"] == pytest.approx(other["width"], abs=1)
+            drawn, beside = boxes(page, f"figure.{each} svg[role=img]")
+            assert (drawn["top"], drawn["height"]) == (beside["top"], beside["height"])
         found = domains(page)
         for each in PICTURES:
             assert found[f"plan nowpanel {each}"] == found[f"plan pinnedpanel {each}"]

@@ -145,8 +145,10 @@ def tab(page: Any, name: str) -> None:
 
 
 def test_tabs_open_pictures_and_links_keep_them(open_page: Any) -> None:
-    """Words keep apart, and reset shows the plane again."""
+    """Words keep apart, ten sliders fit beside them, and reset shows the plane again."""
     page = open_page()
+    controls = "document.querySelector('.controls')"
+    assert page.evaluate(f"{controls}.scrollHeight <= {controls}.clientHeight")
     plane = page.locator("figure.plane")
     for name, words in (
         ("Beam", ("on the receiver", "370.3 W")),

@@ -228,11 +228,12 @@ function nameEmpty({plot, x, y, size, u, narrow, end, rows}, {empty_s, deadline_
 
 function nameSpare({plot, x, y, size, u, narrow, end, last}, {spare_s, full_As, deadline_s}) {
   const choices = [`${spare_s.toFixed(0)} s before the deadline`, `${spare_s.toFixed(0)} s to spare`];
-  const room = x(end) - x(last) - 16 * u;
+  const margin = (narrow ? 4 : 10) * u;
+  const room = x(end) - x(last) - 1.5 * margin;
   const words = choices.slice(narrow ? 1 : 0).find((choice) => wide(choice, size) < room);
   const low = y(0) - y(full_As) < 6 * size; // Too low for words beside those on the charge
   if (spare_s <= 0.5 || !words || low) return;
-  const left = x(Math.min(end, deadline_s)) - 10 * u;
+  const left = x(Math.min(end, deadline_s)) - margin;
   write(plot, {x: left, y: y(0.62 * full_As), words, anchor: "end", size, fill: "muted"});
 }
 
