@@ -206,10 +206,16 @@ def fragment(**states: object) -> str:
 def test_a_link_with_a_refused_state_opens_the_mission_itself(
     open_page: Open, stated: object, words: str
 ) -> None:
-    """With the reason, and with controls that work: no dead page."""
+    """With the reason."""
     page = open_page(fragment=fragment(state=stated))
     told(page, "The mission is shown as it is", words)
     says(page, "597.27 s of hover")
+
+
+@pytest.mark.parametrize("stated", [{"building": "zzz"}, {"changes": None}])
+def test_after_a_link_with_a_refused_state_controls_work(open_page: Open, stated: object) -> None:
+    """No dead page."""
+    page = open_page(fragment=fragment(state=stated))
     page.locator("input[data-key='limits.deadline_s|null'][type=text]").fill("900")
     says(page, "591.57 s of hover")
     playwright.expect(page.locator(".faults li")).to_have_count(0)

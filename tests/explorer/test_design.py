@@ -112,11 +112,11 @@ def fragment(state: Any, pinned: Any = None) -> str:
     return f"#{quote(json.dumps({'state': state, 'pinned': pinned}))}"
 
 
-def opened(open_page: Open, name: str, state: Any = None, scheme: str = "light") -> Any:
+def opened(open_page: Open, name: str, state: Any = None) -> Any:
     """The page at one of the sizes of the design, once it rests."""
     width, height, query, pinned = SIZES[name]
     place = query + fragment(FALLS if state is None else state, pinned)
-    page = open_page(width, scheme, place, height)
+    page = open_page(width, "light", place, height)
     rests(page)
     return page
 
@@ -125,6 +125,14 @@ def rests(page: Any) -> None:
     """Wait until nothing is asked, and the page has had time to draw."""
     playwright.expect(page.locator(".optuav-explorer.busy")).to_have_count(0)
     page.evaluate("() => new Promise((done) => requestAnimationFrame(() => setTimeout(done, 60)))")
+
+
+def resized(page: Any, name: str) -> tuple[int, int]:
+    """Width and height of one of the sizes, once an open page has it and rests."""
+    width, height, *_ = SIZES[name]
+    page.set_viewport_size({"width": width, "height": height})
+    rests(page)
+    return width, height
 
 
 def boxes(page: Any, selector: str) -> list[dict[str, float]]:
@@ -153,21 +161,22 @@ def luminance(colour: str) -> float:
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
-@pytest.mark.parametrize("name", ["desktop", "large"])
 @pytest.mark.parametrize("state", SCREENS.values(), ids=SCREENS)
-def test_all_is_on_one_screen(open_page: Open, name: str, state: Any) -> None:
+def test_all_is_on_one_screen(open_page: Open, state: Any) -> None:
     """Three pictures and what binds, above the fold; the page does not scroll, nor do controls."""
-    page = opened(open_page, name, state)
-    width, height, *_ = SIZES[name]
-    seen = [box for each in (*PICTURES, "foot") for box in boxes(page, f".{each}")]
-    assert len(seen) == 4
-    for box in seen:
-        assert 0 <= box["left"] < box["right"] <= width
-        assert 0 <= box["top"] < box["bottom"] <= height
-    assert all(box["height"] > 200 for box in seen[:3])
-    for measured in ("document.documentElement", "document.querySelector('.controls')"):
-        assert page.evaluate(f"{measured}.scrollHeight <= {measured}.clientHeight"), measured
-    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    page = opened(open_page, "desktop", state)
+    for name in ("desktop", "large"):
+        width, height = resized(page, name)
+        seen = [box for each in (*PICTURES, "foot") for box in boxes(page, f".{each}")]
+        assert len(seen) == 4, name
+        for box in seen:
+            assert 0 <= box["left"] < box["right"] <= width, name
+            assert 0 <= box["top"] < box["bottom"] <= height, name
+        assert all(box["height"] > 200 for box in seen[:3]), name
+        for measured in ("document.documentElement", "document.querySelector('.controls')"):
+            fits = page.evaluate(f"{measured}.scrollHeight <= {measured}.clientHeight")
+            assert fits, (name, measured)
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), name
 
 
 @pytest.mark.parametrize("name", SIZES)
@@ -187,35 +196,33 @@ def test_no_words_overlap_or_are_cut(open_page: Open, name: str) -> None:
             assert page.evaluate(CROWDED) == []
 
 
-@pytest.mark.parametrize("name", ["small lecture", "old lecture"])
-def test_nothing_lies_on_another_thing_in_the_bar_of_a_lecture(open_page: Open, name: str) -> None:
+def test_nothing_lies_on_another_thing_in_the_bar_of_a_lecture(open_page: Open) -> None:
     """In small windows the bar breaks into lines, and stays on the screen."""
-    page = opened(open_page, name)
-    width, height, *_ = SIZES[name]
-    bar = boxes(page, ".presets button, .chosen > *")
-    assert len(bar) == 7
-    for number, one in enumerate(bar):
-        assert 0 <= one["left"] < one["right"] <= width
-        assert 0 <= one["top"] < one["bottom"] <= height
-        for other in bar[number + 1 :]:
-            across = min(one["right"], other["right"]) - max(one["left"], other["left"])
-            down = min(one["bottom"], other["bottom"]) - max(one["top"], other["top"])
-            assert min(across, down) <= 1
+    page = opened(open_page, "small lecture")
+    for name in ("small lecture", "old lecture"):
+        width, height = resized(page, name)
+        bar = boxes(page, ".presets button, .chosen > *")
+        assert len(bar) == 7, name
+        for number, one in enumerate(bar):
+            assert 0 <= one["left"] < one["right"] <= width, name
+            assert 0 <= one["top"] < one["bottom"] <= height, name
+            for other in bar[number + 1 :]:
+                across = min(one["right"], other["right"]) - max(one["left"], other["left"])
+                down = min(one["bottom"], other["bottom"]) - max(one["top"], other["top"])
+                assert min(across, down) <= 1, name
 
 
-@pytest.mark.parametrize(("width", "height"), [(1280, 720), (1400, 900), (1920, 1080)])
-def test_words_of_all_presets_are_whole_in_a_lecture(
-    open_page: Open, width: int, height: int
-) -> None:
+def test_words_of_all_presets_are_whole_in_a_lecture(open_page: Open) -> None:
     """In the pictures, their captions and the header, and nothing points to what is hidden."""
-    page = open_page(width, "light", "?lecture", height)
+    page = open_page(1920, "light", "?lecture", 1080)
     for key in "12345":
         page.keyboard.press(key)
         chosen = page.locator(f".presets [data-digit='{key}']")
         playwright.expect(chosen).to_have_attribute("aria-pressed", "true")
-        rests(page)
-        assert page.evaluate(CROWDED) == [], key
-        assert page.evaluate(CUT) == [], key
+        for name in ("small lecture", "lecture"):
+            resized(page, name)
+            assert page.evaluate(CROWDED) == [], (key, name)
+            assert page.evaluate(CUT) == [], (key, name)
         assert "Details" not in page.locator("header .why").text_content()
     page.keyboard.press("4")
     playwright.expect(page.locator("header .why")).to_have_text(
@@ -232,27 +239,24 @@ def test_a_phone_has_no_lecture(open_page: Open) -> None:
     assert page.locator(".controls").is_visible()
 
 
-@pytest.mark.parametrize(
-    ("width", "height", "query"), [(400, 800, ""), (820, 640, ""), (1920, 1080, "?lecture")]
-)
-def test_a_mission_whose_places_lie_at_the_edge(
-    browser: Any, width: int, height: int, query: str
-) -> None:
+def test_a_mission_whose_places_lie_at_the_edge(browser: Any) -> None:
     """Words are whole where the destination lies at the right; keys of presets do not shift."""
     with Server(optuav.load("matrice350")) as server:
         threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
-        page = browser.new_page(viewport={"width": width, "height": height})
-        page.goto(server.address + query)
-        page.locator("figure svg[role=img]").first.wait_for()
-        rests(page)
-        assert page.evaluate(CROWDED) == []
-        names = page.locator("figure.map text").all_text_contents()
-        assert not [each for each in names if each.startswith("-")]  # A minus sign is no hyphen
-        assert page.evaluate(APART) > 1
-        if query:
-            names = page.locator(".presets button").all_text_contents()
-            assert "4 Small battery" in names
-            assert not any("Fall" in each for each in names)
+        page = browser.new_page()
+        for name in ("phone", "site", "lecture"):
+            width, height, query, _ = SIZES[name]
+            page.set_viewport_size({"width": width, "height": height})
+            page.goto(server.address + query)
+            page.locator("figure svg[role=img]").first.wait_for()
+            rests(page)
+            assert page.evaluate(CROWDED) == [], name
+            words = page.locator("figure.map text").all_text_contents()
+            assert not [each for each in words if each.startswith("-")]  # A minus sign is no hyphen
+            assert page.evaluate(APART) > 1, name
+        presets = page.locator(".presets button").all_text_contents()
+        assert "4 Small battery" in presets
+        assert not any("Fall" in each for each in presets)
         page.close()
         server.shutdown()
 
@@ -288,10 +292,9 @@ def test_no_axis_moves_on_a_drag(open_page: Open) -> None:
         page.mouse.move(x, y)
         page.mouse.down()
         before = domains(page)
-        for step in (-60, 40):
-            page.mouse.move(x + step, y)
-            rests(page)
-            assert same(domains(page), before), number
+        page.mouse.move(x + (-60, 40)[number % 2], y)
+        rests(page)
+        assert same(domains(page), before), number
         page.mouse.up()
         page.get_by_role("button", name="Reset").click()
         rests(page)
@@ -485,20 +488,22 @@ def test_on_a_phone_the_picture_stays_beside_the_sheet(open_page: Open) -> None:
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_all_words_are_read_on_their_ground(open_page: Open, scheme: str) -> None:
+def test_all_words_are_read_on_their_ground(open_page: Open) -> None:
     """By computation: 4.5 to 1 in both themes, in pictures too; on fills the table is tested."""
-    page = opened(open_page, "pinned", scheme=scheme)
+    page = opened(open_page, "pinned")
     page.get_by_role("button", name="Details").click()
-    ground = luminance(
-        page.evaluate("getComputedStyle(document.body.parentElement).backgroundColor")
-    )
-    assert (ground > 0.5) == (scheme == "light")
-    for each in page.evaluate(WORDS):
-        if each["onFill"]:
-            continue
-        low, high = sorted(luminance(each[name]) + 0.05 for name in ("colour", "ground"))
-        assert high / low >= 4.5, each
+    for scheme in ("light", "dark"):
+        page.emulate_media(color_scheme=scheme)
+        rests(page)
+        ground = luminance(
+            page.evaluate("getComputedStyle(document.body.parentElement).backgroundColor")
+        )
+        assert (ground > 0.5) == (scheme == "light")
+        for each in page.evaluate(WORDS):
+            if each["onFill"]:
+                continue
+            low, high = sorted(luminance(each[name]) + 0.05 for name in ("colour", "ground"))
+            assert high / low >= 4.5, (scheme, each)
 
 
 def test_pictures_take_their_colours_from_the_table(open_page: Open) -> None:
