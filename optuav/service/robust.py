@@ -22,14 +22,14 @@ from optuav.mission.messages import misfits, shown, unknown
 from optuav.mission.schema import Number
 from optuav.modelling import Model
 from optuav.network import vehicle
-from optuav.network.feasibility import impossibilities
-from optuav.network.network import Network, build_network
+from optuav.network.network import Network
 from optuav.network.variants import stacked
 from optuav.options import Perspective, ProblemName
 from optuav.physics.kibam import Stage
 from optuav.plan import Plan
 from optuav.plan.summary import tabulated
 from optuav.service.box import Box, Corners, Points, box_of, corners_of, samples_of
+from optuav.service.checks import flyable_network
 from optuav.solving import solve
 from optuav.solving.assemble import entries, quantities, table_entries
 from optuav.solving.balance import TIMES
@@ -179,9 +179,7 @@ def robust(
     nominal = solve(whole, question.problem, perspective=perspective)
     if not all(map(math.isfinite, hover_m)) or not nominal:
         raise NoPlanError(f"no plan even without doubt: {'; '.join(nominal.reasons)}")
-    network = build_network(whole.replace({"route.hover_m": hover_m}))
-    if reasons := impossibilities(network, one_stop=False):
-        raise NoPlanError("; ".join(reasons))
+    network = flyable_network(whole.replace({"route.hover_m": hover_m}))
     count, search, share = int(samples), _Search(question, network), 1.0
     routes = np.flatnonzero(allowed(stacked(network), question.problem)[0])
     if chance is None:
@@ -193,11 +191,11 @@ def robust(
     if times is None:
         where = "in the whole box" if chance is None else f"with a chance of {chance:g}"
         raise NoPlanError(f"no plan was found that holds {where}: state smaller ranges")
+    kept = search.kept(times, samples_of(network, box, 0, count, int(seed)))
     box = box.shrunk(share) if share < 1.0 else box
     route, hover_s, rest_s, how = times
     plan = route_plan(question, network, route, (hover_s, rest_s), **how)
     plan = replayed(plan, must_fly=box.holds_now)
-    kept = search.kept(times, samples_of(network, box, 0, count, int(seed)))
     facts = {
         **{"hover_s": hover_s, "rest_s": rest_s, "route": tuple(plan.route)},
         "nominal_hover_s": nominal.hover_time_s,

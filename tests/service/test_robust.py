@@ -108,6 +108,7 @@ def test_a_chance_by_hand() -> None:
     box = {"drain": {"percent": 20}}
     found = optuav.robust("paper", box, "P3", perspective="battery", chance=0.95)
     assert found.reach_share == pytest.approx(0.9, abs=0.02)
+    assert found.flyable == pytest.approx((1.0 + found.reach_share) / 2.0, abs=0.01)
     nominal = optuav.solve("paper", "P3", perspective="battery")
     hover = next(phase for phase in nominal.phases if phase.kind == "hover")
     Q = -sum(phase.charge_As for phase in nominal.phases if phase.kind == "flight")
