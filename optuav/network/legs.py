@@ -14,6 +14,7 @@ from optuav.network.places import Places, own_roofs
 from optuav.network.prisms import Prisms
 from optuav.network.ways import build_ways, loads_along
 from optuav.physics.flight import Loads
+from optuav.physics.kibam import Stage
 from optuav.physics.quantity import Quantity
 
 NO_LEG = -1
@@ -52,6 +53,13 @@ class Legs:
     def take(self, numbers: Integers) -> "Legs":
         """Some of the legs, by number."""
         return replace(self, **{k: each[..., numbers] for k, each in self.arrays.items()})
+
+    def stages_of(self, leg: int) -> tuple[Stage, ...]:
+        """Stages of a leg, with the current into the battery [A], as numbers."""
+        pairs = zip(
+            self.currents_A[:, leg].tolist(), self.durations_s[:, leg].tolist(), strict=True
+        )
+        return tuple(Stage(-current_A, duration_s) for current_A, duration_s in pairs)
 
     @property
     def duration_s(self) -> Floats:

@@ -9,6 +9,7 @@ from optuav.physics.quantity import Quantity
 DOUBLINGS = 200
 """Doublings after which a function that is still above 0 is taken to stay there."""
 HALVINGS = 60
+MOST = 100  # Halvings after which neighbouring floats are reached
 
 
 def last(falling: Callable[[Quantity], Quantity], scale: Quantity) -> Quantity:
@@ -30,3 +31,20 @@ def last(falling: Callable[[Quantity], Quantity], scale: Quantity) -> Quantity:
         beyond = falling(middle) >= 0.0
         low, high = np.where(beyond, middle, low), np.where(beyond, high, middle)
     return np.where(void, np.nan, np.where(endless, np.inf, low))[()]
+
+
+def largest(holds: Callable[[float], bool], high: float) -> tuple[float, float] | None:
+    """Return the largest number from 0 to `high` that holds, and one beyond; None without any.
+
+    If a number holds, all smaller ones do. Both are `high` if that holds.
+    """
+    if holds(high):
+        return high, high
+    if not holds(low := 0.0):
+        return None
+    for _ in range(MOST):
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low, high

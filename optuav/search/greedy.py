@@ -10,6 +10,7 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.physics.kibam import Battery, Stage, Tilted, start, tilted_after, time_to_full
+from optuav.physics.roots import largest
 from optuav.search.branch import Stops
 from optuav.search.terrain import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN, Terrain
 
@@ -200,11 +201,5 @@ def _longest_s(
     def holds(hover_s: float) -> bool:
         return _lowest_As(battery, charge, (Stage(-drawn_A, hover_s), *way)) >= 0.0
 
-    if high_s < 0.0 or not holds(low_s := 0.0):
-        return -math.inf
-    if holds(high_s):
-        return float(high_s)
-    for _ in range(HALVINGS):
-        middle_s = 0.5 * (low_s + high_s)
-        low_s, high_s = (middle_s, high_s) if holds(middle_s) else (low_s, middle_s)
-    return float(low_s)
+    longest = largest(holds, float(high_s)) if high_s >= 0.0 else None
+    return -math.inf if longest is None else longest[0]

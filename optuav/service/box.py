@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -17,7 +17,9 @@ from optuav.mission import Mission
 from optuav.mission.files import read_toml
 from optuav.mission.messages import of_kind, path_of, shown
 from optuav.mission.schema import Number
-from optuav.network.variants import Columns
+from optuav.network.network import Network
+from optuav.network.variants import Variants
+from optuav.physics.quantity import Quantity
 from optuav.studies.samples import Draws, Spread, independent, spreads
 
 FACTORS = ("drain", "charge")
@@ -101,32 +103,61 @@ def _factor(form: object) -> tuple[float, float] | None:
     return None
 
 
-def corners_of(mission: Mission, keys: Sequence[Spread]) -> Columns:
-    """Columns of all corners of the keys, and of the values between where they matter."""
+class Points(NamedTuple):
+    """Points of a box: variants of the mission by its keys, and both factors at each."""
+
+    variants: Variants
+    drain: Quantity
+    charge: Quantity
+
+
+class Corners(NamedTuple):
+    """All corners of the keys, with the factors that leave least and most in the battery.
+
+    Levels of ω and k_F come one after the other at the same corner of the other keys.
+    """
+
+    emptiest: Points
+    fullest: Points
+    levels: int  # Pairs of values of ω and k_F among the corners
+
+    @property
+    def size(self) -> int:
+        """Number of corners of the keys."""
+        return self.emptiest.variants.count
+
+
+def corners_of(network: Network, box: Box) -> Corners:
+    """The corners of a box, or a refusal if there are too many."""
+    keys = sorted(box.spreads, key=lambda spread: spread.key.name in LEVELS)
     values = [np.linspace(key.low, key.high, LEVELS.get(key.key.name, 2)) for key in keys]
     if (count := math.prod(map(len, values))) > MOST:
         words = f"at most {MOST} corners: 7 keys, of which ω and k_F count for more than two each"
         raise InputError([Fault("uncertainty", f"{count} corners", words)])
     points = np.array([*itertools.product(*values)])
-    columns = {"limits.deadline_s": np.array([mission.limits.deadline_s])} if not keys else {}
+    columns = {} if keys else _as_stated(network.mission, 1)
     for number, spread in enumerate(keys):
         columns |= spread.columns(points[:, number])
-    return columns
+    variants = Variants(network, columns)
+    (drain_low, drain_high), (charge_low, charge_high) = (box.factors[name] for name in FACTORS)
+    return Corners(
+        Points(variants, drain_high, charge_low),
+        Points(variants, drain_low, charge_high),
+        math.prod(LEVELS.get(key.key.name, 1) for key in keys),
+    )
 
 
-def count_of(columns: Columns) -> int:
-    """Count the corners or samples in some columns."""
-    return len(next(iter(columns.values())))
-
-
-def samples_of(
-    mission: Mission, box: Box, first: int, count: int, seed: int
-) -> tuple[Columns, Floats, Floats]:
+def samples_of(network: Network, box: Box, first: int, count: int, seed: int) -> Points:
     """Samples of the keys and of both factors, from a number on."""
-    columns: dict[str, Floats] = {"limits.deadline_s": np.full(count, mission.limits.deadline_s)}
+    mission, columns = network.mission, _as_stated(network.mission, count)
     if box.spreads:
         columns = Draws(mission, box.spreads, count, seed, independent).values(first, count)
     shares = independent(FACTORS, seed, first, count)
     low, high = np.transpose([box.factors[name] for name in FACTORS])
     drain, charge = (low + shares * (high - low)).T
-    return columns, drain, charge
+    return Points(Variants(network, columns), drain, charge)
+
+
+def _as_stated(mission: Mission, count: int) -> dict[str, Floats]:
+    """Columns of equal variants: one key with its value in the mission."""
+    return {"limits.deadline_s": np.full(count, mission.limits.deadline_s)}

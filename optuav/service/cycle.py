@@ -14,24 +14,26 @@ import numpy as np
 from formulations.soc import PAPER
 from formulations.soc import PERSPECTIVES as PERSPECTIVES_OF
 from optuav.errors import Fault, InputError, NoPlanError, printable, refuse
+from optuav.judge.replay import replay
 from optuav.mission import Mission, load
 from optuav.mission.flight_model import flight_of
 from optuav.mission.messages import shown, unknown
 from optuav.mission.schema import Number
 from optuav.network import vehicle
-from optuav.network.feasibility import impossibilities
 from optuav.network.network import Network, build_network
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.timeline import Phase, PhaseStage, route_phases, simulated
 from optuav.options import Perspective
 from optuav.physics.flight import Flow
-from optuav.physics.kibam import Stage, Wells, tilted_after
+from optuav.physics.kibam import tilted_after
 from optuav.plan import Plan
 from optuav.plan.summary import tabulated
+from optuav.service.checks import flyable_network, schedule_faults
 from optuav.service.declared import compared, program_of
 from optuav.service.event import Event, event_of
 from optuav.service.fleet import Fleet, PadPower, fleet_of, pad_power
 from optuav.service.horizon import Horizon, horizon_of
+from optuav.service.levels import Level, draw_levels
 from optuav.service.visit import Visit
 from optuav.solving.assemble import quantities
 from optuav.solving.program import Program
@@ -42,7 +44,6 @@ PERSPECTIVES = ("available", "battery")
 DURATION = Number("s", gt=0, le=1e7)
 POWER = Number("W", gt=0, le=1e9)
 UNITS = {"kind": "", "duration_s": "s", "available_As": "A s", "bound_As": "A s"}
-POINTS = 40  # Moments of a stage in a picture
 CLOSE = 1e-9  # Distance of share and bound below which the cycle is proved best
 PROOFS = {
     "battery": "closed form: no cycle of any hovers, rests and buildings covers more",
@@ -51,6 +52,12 @@ PROOFS = {
 SWAPPED = "longest visit from full wells; every exchange fills them"
 DARK = "the laser does not serve the hover, or a pad by cable serves the rest"
 ENDLESS = "the laser gives more than hovering draws"
+FACTS = (
+    *("share", "bound", "limit_share", "building", "hover_s", "rest_s", "flight_s", "period_s"),
+    *("soc_at_departure", "soc_at_landing", "status", "proof"),
+)
+NEVER_LANDS = 1.0, 1.0, 1.0, None, math.inf, 0.0, 0.0, math.inf, 1.0, 1.0, "optimal", ENDLESS
+"""The facts of a hover that never ends."""
 
 
 @dataclass(frozen=True)
@@ -318,66 +325,36 @@ def coverage(
     if swap_s is not None and pad_power_W is not None:
         faults.append(Fault("pad_power_W", shown(pad_power_W), "either swap_s or pad_power_W"))
     whole = load(mission)
-    if whole.battery.takes_turns:
-        words = '"pooled": a cycle counts all packs as one battery'
-        faults.append(Fault("battery.schedule", shown(whole.battery.schedule), words))
-    refuse(faults)
-    network = build_network(whole)
-    if reasons := impossibilities(network, one_stop=False):
-        raise NoPlanError("; ".join(reasons))
+    refuse([*faults, *schedule_faults(whole)])
+    network = flyable_network(whole)
     lit = lit_hover and swap_s is None and pad_power_W is None
     flows = _Flows(network, lit, pad_power_W)
     charged_by = "pad" if pad_power_W is not None else "laser" if swap_s is None else "exchange"
-    chosen = {"charged_by": charged_by, "lit_hover": lit, "perspective": perspective}
+    options = {"charged_by": charged_by, "lit_hover": lit, "perspective": perspective}
     if flows.hover_A <= 0.0:
-        facts: dict[str, Any] = dict.fromkeys(("share", "bound", "limit_share"), 1.0)
-        facts |= {
-            "building": None,
-            "hover_s": math.inf,
-            "rest_s": 0.0,
-            "flight_s": 0.0,
-            "period_s": math.inf,
-        }
-        facts |= {"soc_at_departure": 1.0, "soc_at_landing": 1.0, "status": "optimal"}
-        facts |= {"proof": ENDLESS, **chosen}
+        facts = dict(zip(FACTS, NEVER_LANDS, strict=True)) | options
         return Coverage("optuav coverage", whole, facts, UNITS, (), _show, _draw)
-    visits = [*_visits(network, flows, perspective, swap_s)]
-    best, bound = _best(visits)
+    best, bound = _best([*_visits(network, flows, perspective, swap_s)])
     hover_s = best.longest_s
     assert hover_s is not None
-    share = best.share(hover_s)
-    most_A = math.inf if swap_s is not None else float(flows.rest_A.max())
-    wells = best.wells(hover_s)
-    B = float(best.battery.capacity_As)
-    exact = bound - share <= CLOSE
-    facts = {
-        "share": share,
-        "bound": bound,
-        "limit_share": 1.0 / (1.0 + flows.hover_A / most_A),
-        "building": best.building,
-        "hover_s": hover_s,
-        "rest_s": best.rest_s(hover_s),
-        "flight_s": best.flight_s,
-        "period_s": best.period_s(hover_s),
-        "soc_at_departure": wells.total_As / B,
-        "soc_at_landing": (wells.total_As - best.hover_A * hover_s - best.flight_As) / B,
-        "status": (Status.OPTIMAL if exact else Status.FEASIBLE).value,
-        "proof": SWAPPED if swap_s is not None else PROOFS[perspective],
-        **chosen,
-    }
     rows, charge = list[dict[str, Any]](), best.periodic(hover_s)
-    kinds = ["flight"] * len(best.out) + ["hover"] + ["flight"] * len(best.back)
-    stages = [*best.stages(hover_s)]
-    if swap_s is None:
-        kinds, stages = [*kinds, "rest"], [*stages, Stage(best.rest_A, facts["rest_s"])]
-    for kind, stage, end in zip(kinds, stages, best.carried(charge, *stages), strict=True):
-        before_s = rows.pop()["duration_s"] if rows and rows[-1]["kind"] == kind else 0.0
-        levels = map(float, end.wells(best.battery))
-        row = kind, before_s + stage.duration_s, *levels
+    for kind, stages in best.phases(hover_s):
+        charge = tilted_after(best.battery, charge, *stages)
+        lasts_s = sum(stage.duration_s for stage in stages)
+        row = kind, lasts_s, *map(float, charge.wells(best.battery))
         rows.append(dict(zip(UNITS, row, strict=True)))
     if swap_s is not None:
-        full = map(float, best.battery.full)
-        rows.append(dict(zip(UNITS, ("swap", swap_s, *full), strict=True)))
+        row = "swap", swap_s, *map(float, best.battery.full)
+        rows.append(dict(zip(UNITS, row, strict=True)))
+    share, most_A = best.share(hover_s), math.inf if swap_s is not None else flows.rest_A.max()
+    charges_As = best.wells(hover_s).total_As, rows[2]["available_As"] + rows[2]["bound_As"]
+    socs = (float(charge_As / best.battery.capacity_As) for charge_As in charges_As)
+    times_s = hover_s, best.rest_s(hover_s), best.flight_s, best.period_s(hover_s)
+    status = Status.OPTIMAL if bound - share <= CLOSE else Status.FEASIBLE
+    proof = SWAPPED if swap_s is not None else PROOFS[perspective]
+    limit_share = float(1.0 / (1.0 + flows.hover_A / most_A))
+    values = share, bound, limit_share, best.building, *times_s, *socs, status.value, proof
+    facts = dict(zip(FACTS, values, strict=True)) | options
     return Coverage("optuav coverage", whole, facts, UNITS, tuple(rows), _show, _draw, visit=best)
 
 
@@ -413,15 +390,7 @@ def _visits(
         raise InputError([Fault(key, value, f"{words} (pad_power_W) or an exchange (swap_s)")])
     least_As = mission.limits.min_soc * float(pool.capacity_As)
     for k in np.flatnonzero(charges).tolist():
-        out, back = (
-            tuple(
-                Stage(-float(current_A), float(duration_s))
-                for current_A, duration_s in zip(
-                    legs.currents_A[:, leg], legs.durations_s[:, leg], strict=True
-                )
-            )
-            for leg in (number[k] + 1, number[k] + 2)
-        )
+        out, back = (legs.stages_of(number[k] + leg) for leg in (1, 2))
         currents_A = flows.hover_A, float(flows.rest_A[k])
         name = mission.buildings.names[k]
         yield Visit(name, pool, out, back, *currents_A, least_As, perspective, swap_s)
@@ -535,40 +504,12 @@ def _show(found: Results) -> Iterator[str]:
 
 
 def _draw(found: Results) -> Pictures:
-    """Both wells over two periods, as shares of full ones."""
-    from optuav.plots import Line, curves
-
+    """Both wells over two periods."""
     assert isinstance(found, Coverage)
-    if (visit := found.visit) is None:
+    if found.visit is None:
         return
-    stages = [*visit.stages(found.hover_s)]
-    if visit.swap_s is None:
-        stages.append(Stage(visit.rest_A, found.rest_s))
-    full, swap_s = visit.battery.full, visit.swap_s or 0.0
-    moments_s, wells, begun_s = [0.0], [visit.wells(found.hover_s)], 0.0
-    for _ in range(2):
-        charge = visit.periodic(found.hover_s)
-        for stage in stages:
-            passed_s = np.linspace(0.0, stage.duration_s, POINTS)[1:]
-            ends = tilted_after(visit.battery, charge, Stage(stage.current_A, passed_s))
-            moments_s += (begun_s + passed_s).tolist()
-            wells += [Wells(*each) for each in zip(*ends.wells(visit.battery), strict=True)]
-            (charge,) = visit.carried(charge, stage)
-            begun_s += stage.duration_s
-        begun_s += swap_s
-        moments_s, wells = [*moments_s, begun_s], [*wells, visit.wells(found.hover_s)]
-    lines = [
-        Line(f"{name} well", moments_s, [100.0 * well[k] / full[k] for well in wells])
-        for k, name in enumerate(("available", "bound"))
-    ]
-    name = printable(found.mission.name)
-    yield (
-        "cycle.png",
-        curves(
-            lines,
-            title=f"Two periods of the endless cycle: {name}, {found.share:.2%} covered",
-            x_label="time $t$ [s]",
-            y_label="charge of a full well [%]",
-            y_from_zero=True,
-        ),
-    )
+    simulated_once = replay(found.plan)
+    flights = [(simulated_once, 0.0), (simulated_once, found.period_s)]
+    levels = [Level("available well", "available", flights), Level("bound well", "bound", flights)]
+    title = f"Two periods of the endless cycle, {found.share:.2%} covered"
+    yield "cycle.png", draw_levels(found, title, levels)

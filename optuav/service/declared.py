@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from formulations.cycle import Cycle
-from optuav.errors import Fault, InputError, NoPlanError, printable
-from optuav.mission.messages import shown
+from optuav.errors import printable
 from optuav.plan.summary import tabulated
+from optuav.service.checks import need_laser
 from optuav.solving import formulate
 from optuav.solving.program import Program
 from optuav.studies.results import Pictures, Results, fixed
@@ -21,19 +21,9 @@ METHODS = {"available": "bisection", "battery": "closed form"}
 METHODS_TAKEN = ("cvxpy", "casadi")
 
 
-def needs_laser(coverage: Coverage) -> None:
-    """Refuse a cycle that something else than the laser charges, or a dark hover, or no cycle."""
-    if coverage.building is None:
-        raise NoPlanError(f"there is no cycle to declare: {coverage.proof}")
-    if coverage.charged_by != "laser" or not coverage.lit_hover:
-        words = "must be left out: the mission's laser serves hover and rest here"
-        name = {"pad": "pad_power_W", "exchange": "swap_s"}.get(coverage.charged_by, "lit_hover")
-        raise InputError([Fault(name, shown(coverage.charged_by), words)])
-
-
 def program_of(coverage: Coverage) -> Program:
     """The cycle on its building as a program over the mission of its plan."""
-    needs_laser(coverage)
+    need_laser(coverage)
     # A cycle never drives the available well past full, so that a taper changes nothing.
     mission = coverage.plan.mission.replace({"battery.charging": "constant"})
     return formulate(mission, Cycle(coverage.building), perspective=coverage.perspective)
@@ -41,8 +31,8 @@ def program_of(coverage: Coverage) -> Program:
 
 def compared(coverage: Coverage) -> Results:
     """The cycle by `coverage` and by every engine that takes its declaration."""
-    program, own = program_of(coverage), METHODS[coverage.perspective]
-    answers = {own: (coverage.hover_s, coverage.rest_s, coverage.status)}
+    program, method = program_of(coverage), METHODS[coverage.perspective]
+    answers = {method: (coverage.hover_s, coverage.rest_s, coverage.status)}
     for engine in METHODS_TAKEN:
         if engine in program.engines:
             plan = formulate(

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,11 +15,11 @@ from optuav.errors import MOST_SHOWN, Fault, NoPlanError, printable, refuse
 from optuav.judge.fleets import FleetReplay, replay_fleet
 from optuav.mission.messages import misfits, shown
 from optuav.mission.schema import Number
-from optuav.network.vehicle import pool
-from optuav.physics.kibam import Stage
+from optuav.physics.kibam import Stage, Wells, step, tapered
 from optuav.plan import Plan
 from optuav.plan.summary import tabulated
 from optuav.service.fleet import repeated
+from optuav.service.levels import Level, draw_levels
 from optuav.service.visit import Visit
 from optuav.studies.results import Pictures, Results, ResultsWithFacts
 
@@ -48,13 +49,15 @@ class Event(ResultsWithFacts):
         Longest hover of the roster [s].
     """
 
-    # Of every drone, or with exchanges of every hover
-    plans: tuple[Plan, ...] = field(kw_only=True, repr=False)
+    plans: tuple[Plan, ...] = field(kw_only=True, repr=False)  # Of drones; of hovers with exchanges
     offsets_s: tuple[float, ...] = field(kw_only=True, repr=False)
 
     def replay(self) -> FleetReplay:
-        """Simulate every drone by the judge alone."""
-        return _replayed(self.plans, self.offsets_s, self.facts["hours"])
+        """Simulate every drone by the judge alone; each has a place of its own."""
+        flight_s = self.plans[0].phases[0].duration_s
+        until_s, places = flight_s + 3600.0 * self.facts["hours"], len(self.plans)
+        limits: dict[str, Any] = {"wanted": 1, "allowed_gap_s": 1e-6, "place_s": 0.0}
+        return replay_fleet(self.plans, self.offsets_s, until_s=until_s, places=places, **limits)
 
 
 def event_of(coverage: Coverage, visit: Visit, hours: float, drones: int | None) -> Event:
@@ -68,46 +71,89 @@ def event_of(coverage: Coverage, visit: Visit, hours: float, drones: int | None)
     while _hovers(visit, least, until_s, visit.balanced_s) is None:
         least += 1
         if least > MOST:
-            raise NoPlanError(f"not even {MOST} drones cover {hours:g} h by charge")
+            raise NoPlanError(f"even {MOST} drones cannot cover {hours:g} h by charge")
     if drones is not None and drones < least:
-        words = f"{drones} drones do not cover {hours:g} h: by charge at least {least} are needed"
+        words = f"{drones} drones cannot cover {hours:g} h: charge requires at least {least}"
         raise NoPlanError(words)
     for count in range(least, MOST + 1) if drones is None else [drones]:
         for share in SHORTER:
             hovers_s = _hovers(visit, count, until_s, share * visit.most_s)
             if hovers_s is None:
                 continue
-            found = _event(coverage, visit, hours, count, least, hovers_s)
-            lowest_As = min(phase.available_As[0] for plan in found.plans for phase in plan.phases)
-            dry = lowest_As < -ROUNDING * float(visit.battery.capacity_As)
-            if not dry and found.replay().flyable:
-                return found
-    words = (
-        f"{count} drones cover {hours:g} h by charge, but no roster that was tried keeps the wells"
-    )
-    raise NoPlanError(words if drones is None else f"{words}: allow one more")
+            roster = Roster(visit, hovers_s, min(count, len(hovers_s)))
+            if roster.lowest_As < -ROUNDING * float(visit.battery.capacity_As):
+                continue
+            event = _event(coverage, hours, least, roster)
+            if event.replay().flyable:
+                return event
+    words = f"charge allows {count} drones for {hours:g} h, but every roster that optuav tried"
+    words += " empties an available well"
+    raise NoPlanError(words if drones is None else f"{words}: allow one more drone")
+
+
+@dataclass(frozen=True, eq=False)
+class Roster:
+    """Hovers of some drones in ring order [s]."""
+
+    visit: Visit
+    hovers_s: Floats
+    drones: int
+
+    @cached_property
+    def starts_s(self) -> Floats:
+        """Start of every hover [s]."""
+        return np.concatenate([[0.0], np.cumsum(self.hovers_s)[:-1]])
+
+    @cached_property
+    def rests_s(self) -> Floats:
+        """Rest after every hover [s]; 0 after the last one of a drone."""
+        rests_s, drones = np.zeros(len(self.hovers_s)), self.drones
+        away_s = self.starts_s[drones:] - (self.starts_s + self.hovers_s)[:-drones]
+        rests_s[:-drones] = away_s - self.visit.flight_s
+        return rests_s
+
+    @property
+    def courses(self) -> int:
+        """Number of courses from full wells: with exchanges every hover is one, else a drone."""
+        return self.drones if self.visit.swap_s is None else len(self.hovers_s)
+
+    @property
+    def lowest_As(self) -> float:
+        """Least y1 of all drones [A s], simulated turn by turn for all of them at once."""
+        visit, lowest_As = self.visit, math.inf
+        wells = Wells(*(np.full(self.courses, float(well)) for well in visit.battery.full))
+        for first in range(0, len(self.hovers_s), self.courses):
+            turn = slice(first, first + self.courses)
+            hovers_s = self.hovers_s[turn]
+            wells = Wells(*(well[: len(hovers_s)] for well in wells))
+            for stage in (*visit.out, Stage(-visit.hover_A, hovers_s), *visit.back):
+                wells = step(visit.battery, wells, stage)
+                lowest_As = min(lowest_As, float(np.min(wells.available_As)))
+            rests = Stage(np.full(len(hovers_s), visit.rest_A), self.rests_s[turn])
+            wells = tapered(visit.battery, wells, rests)
+        return lowest_As
 
 
 def _hovers(visit: Visit, drones: int, until_s: float, longest_s: float) -> Floats | None:
-    """Hovers in ring order that cover a time by charge alone [s]; None where none do.
+    """Hovers in ring order that cover a time by charge alone [s]; None without any.
 
-    Of these, those whose lowest landing keeps most charge, by a linear programme. Rosters with more
-    than two hovers per drone beyond the fewest possible are not looked for: each costs two legs.
+    A linear programme finds the hovers that keep most charge at the lowest landing. It tries at
+    most two hovers per drone beyond the fewest possible: each costs two legs.
     """
     fewest = math.ceil(until_s / longest_s - 1e-9)
     scarce, small = visit, ROUNDING * float(visit.battery.capacity_As)
-    if visit.swap_s is not None:  # Time on the ground is then scarce and not charge: 1 A s for 1 s
+    if visit.swap_s is not None:  # Time on the ground is scarce, not charge: 1 A s for 1 s
         away = (Stage(0.0, visit.flight_s + visit.swap_s),)
         whole_As = float(visit.battery.capacity_As)
         scarce = replace(visit, out=away, back=(), hover_A=0.0, rest_A=1.0, least_As=whole_As)
     for count in range(fewest, fewest + MORE * drones + 1):
         runs = (count, math.ceil(RUN * count))
-        # Most programmes without an answer are told by sums of their rows, which take no time.
+        # Sums of rows refuse most programmes without an answer, and take no time.
         if max(_overdrawn_As(scarce, drones, until_s, longest_s, count, w) for w in runs) > small:
             continue
-        found = _programme(visit, drones, until_s, longest_s, count)
-        if found is not None:
-            return found
+        hovers_s = _programme(visit, drones, until_s, longest_s, count)
+        if hovers_s is not None:
+            return hovers_s
         if drones == 1:
             break
     return None
@@ -138,14 +184,14 @@ def _overdrawn_As(
 def _programme(
     visit: Visit, drones: int, until_s: float, longest_s: float, count: int
 ) -> Floats | None:
-    """The hovers for a number of them: unknowns are hovers, charges at departure, and a margin."""
+    """Hovers of a given number [s]; the unknowns are hovers, charges at departure, and a margin."""
     from scipy import sparse
     from scipy.optimize import linprog
 
     if drones == 1 and count > 1:
         return None
-    size_As, each = float(visit.battery.capacity_As), sparse.eye(count)
-    blocks: list[list[Any]] = [[visit.hover_A * each, -each, np.ones((count, 1))]]
+    size_As, one = float(visit.battery.capacity_As), sparse.eye(count)
+    blocks: list[list[Any]] = [[visit.hover_A * one, -one, np.ones((count, 1))]]
     limits = [np.full(count, -visit.flight_As - visit.least_As)]
     if (again := count - drones) > 0:
         before, after = sparse.eye(again, count), sparse.eye(again, count, k=drones)
@@ -157,64 +203,41 @@ def _programme(
             charge = visit.hover_A * before - visit.rest_A * between
             blocks.append([charge, after - before, None])
             limits.append(np.full(again, -visit.flight_As - visit.rest_A * visit.flight_s))
-    every = np.repeat([[1.0, 0.0]], [count, count + 1], axis=1)
+    total = np.repeat([[1.0, 0.0]], [count, count + 1], axis=1)
     bounds = [(0.0, longest_s)] * count + [(0.0, size_As)] * (count + 1)
     objective = np.append(np.zeros(2 * count), -1.0)
     rows: Any = sparse.bmat(blocks, format="csc")
-    found = linprog(
-        objective, rows, np.concatenate(limits), every, [until_s], bounds, method="highs"
+    answer = linprog(
+        objective, rows, np.concatenate(limits), total, [until_s], bounds, method="highs"
     )
-    return None if found.x is None else np.asarray(found.x)[:count]
+    return None if answer.x is None else np.asarray(answer.x)[:count]
 
 
-def _event(
-    coverage: Coverage, visit: Visit, hours: float, drones: int, least: int, hovers_s: Floats
-) -> Event:
-    """The roster with some hovers in ring order."""
-    starts_s = np.concatenate([[0.0], np.cumsum(hovers_s)[:-1]])
-    drones = min(drones, len(hovers_s))
-    rests_s = np.zeros(len(hovers_s))
-    away_s = starts_s[drones:] - (starts_s + hovers_s)[:-drones]
-    rests_s[:-drones] = away_s - visit.flight_s
-    stays_s = [*zip(hovers_s.tolist(), rests_s.tolist(), strict=True)]
-    # With exchanges every hover is a course of its own, from full wells.
-    courses = len(stays_s) if visit.swap_s is not None else drones
-    plans = [repeated(coverage.plan, stays_s[number::courses]) for number in range(courses)]
+def _event(coverage: Coverage, hours: float, least: int, roster: Roster) -> Event:
+    """The roster as a table, with the plan of every course."""
+    figures = np.stack([roster.starts_s, roster.hovers_s, roster.rests_s], axis=1).tolist()
     rows = tuple(
-        dict(zip(UNITS, (number % drones + 1, *figures), strict=True))
-        for number, figures in enumerate(
-            zip(starts_s.tolist(), hovers_s.tolist(), rests_s.tolist(), strict=True)
-        )
+        dict(zip(UNITS, (number % roster.drones + 1, *times), strict=True))
+        for number, times in enumerate(figures)
     )
+    courses = roster.courses
     facts: dict[str, Any] = {
-        **{"hours": hours, "drones": drones, "least_drones": least},
-        **{"longest_hover_s": float(hovers_s.max()), "building": coverage.building},
+        **{"hours": hours, "drones": roster.drones, "least_drones": least},
+        "longest_hover_s": float(roster.hovers_s.max()),
+        "building": coverage.building,
     }
+    stays_s = [(hover_s, rest_s) for _, hover_s, rest_s in figures]
     return Event(
         *("optuav event", coverage.mission, facts, UNITS, rows, _show, _draw),
-        plans=tuple(plans),
-        offsets_s=tuple(starts_s[:courses].tolist()),
-    )
-
-
-def _replayed(plans: Sequence[Plan], offsets_s: Sequence[float], hours: float) -> FleetReplay:
-    """The judge's simulation of a roster; every drone has a place of its own."""
-    out_s = plans[0].phases[0].duration_s
-    return replay_fleet(
-        plans,
-        offsets_s,
-        wanted=1,
-        allowed_gap_s=1e-6,
-        until_s=out_s + 3600.0 * hours,
-        places=len(plans),
-        place_s=0.0,
+        plans=tuple(repeated(coverage.plan, stays_s[number::courses]) for number in range(courses)),
+        offsets_s=tuple(roster.starts_s[:courses].tolist()),
     )
 
 
 def _show(event: Results) -> Iterator[str]:
     facts = event.facts
     yield f"{facts['hours']:g} h without a gap: {printable(event.mission.name)}"
-    yield f"Drones      {facts['drones']}; by charge alone at least {facts['least_drones']}"
+    yield f"Drones      {facts['drones']}; charge alone requires at least {facts['least_drones']}"
     yield f"Hovers      {len(event.rows)}, up to {facts['longest_hover_s']:.2f} s\n"
     lines = [
         [str(row["drone"]), *(f"{row[name]:.2f}" for name in [*UNITS][1:])] for row in event.rows
@@ -226,24 +249,11 @@ def _show(event: Results) -> Iterator[str]:
 
 def _draw(event: Results) -> Pictures:
     """Available wells of all drones over the event."""
-    from optuav.plots import Line, curves
-
     assert isinstance(event, Event)
-    full_As, drones = float(pool(event.mission).full.available_As), event.facts["drones"]
-    courses, lines = [*zip(event.replay().courses, event.offsets_s, strict=True)], list[Line]()
-    for drone in range(drones):
-        hours, level = list[float](), list[float]()
-        for course, offset_s in courses[drone::drones]:
-            hours += ((course.trace.time_s + offset_s) / 3600.0).tolist()
-            level += (100.0 * course.trace.available_As[:, 0] / full_As).tolist()
-        lines.append(Line(f"drone {drone + 1}", hours, level))
-    yield (
-        "event.png",
-        curves(
-            lines,
-            title=f"{event.facts['hours']:g} h without a gap: {printable(event.mission.name)}",
-            x_label="time $t$ [h]",
-            y_label="available well [%]",
-            y_from_zero=True,
-        ),
-    )
+    drones, courses = event.facts["drones"], event.replay().courses
+    flights = [*zip(courses, event.offsets_s, strict=True)]
+    levels = [
+        Level(f"drone {drone + 1}", "available", flights[drone::drones]) for drone in range(drones)
+    ]
+    title = f"{event.facts['hours']:g} h without a gap, available wells"
+    yield "event.png", draw_levels(event, title, levels)

@@ -7,15 +7,16 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from optuav.errors import MOST_SHOWN, Fault, InputError, NoPlanError, printable
+from optuav.errors import MOST_SHOWN, Fault, InputError, NoPlanError, printable, refuse
 from optuav.judge.fleets import FleetReplay, replay_fleet
 from optuav.mission.flight_model import flight_of
-from optuav.mission.messages import shown
+from optuav.mission.messages import misfits, shown
 from optuav.mission.schema import Number
 from optuav.network.timeline import Phase, simulated
+from optuav.physics.roots import largest
 from optuav.plan import Plan
 from optuav.plan.summary import tabulated
-from optuav.service.visit import Visit, largest
+from optuav.service.visit import Visit
 from optuav.studies.results import Pictures, Results, ResultsWithFacts
 
 SHARE = Number("-", gt=0, le=1000)
@@ -26,6 +27,7 @@ UNITS |= {"wait_s": "s"}
 TIMES = [*UNITS][1:]
 DAY_S = 86_400.0
 ROUNDING = 1e-9  # Relative, by which a count may be above a whole number
+MOST_A = 1e9  # Current of a pad beyond which none is strong enough [A]
 
 
 @dataclass(frozen=True)
@@ -65,32 +67,25 @@ class Fleet(ResultsWithFacts):
         Raises
         ------
         InputError
-            If the days are no such number.
+            If the days are out of range.
         """
-        checked("days", days, Number("d", gt=0, le=30))
+        refuse(misfits(("days", days, Number("d", gt=0, le=30))))
         facts, visit, until_s = self.facts, self.visit, days * DAY_S
         turn_s = facts["starts_every_s"] * facts["drones"]
-        swaps = visit.swap_s is not None
         ground_s = turn_s - facts["hover_s"] - visit.flight_s
-        count = 1 if swaps else math.ceil(until_s / turn_s) + 1
-        plan = repeated(self.plan, [(facts["hover_s"], ground_s)] * count)
-        own_s = visit.swap_s if visit.swap_s is not None else ground_s
-        every = self.facts["offsets_s"]
-        hovers = [(offset_s, plan) for offset_s in every]
-        if swaps:  # Every exchange fills the wells: all visits are the first one
-            hovers += [
-                (offset_s + turn_s * number, plan)
-                for number in range(1, math.ceil(until_s / turn_s) + 1)
-                for offset_s in every
-            ]
+        turns = math.ceil(until_s / turn_s) + 1
+        # An exchange fills the wells, so that every visit is a course of its own.
+        visits, courses = (turns, 1) if visit.swap_s is None else (1, turns)
+        plan = repeated(self.plan, [(facts["hover_s"], ground_s)] * visits)
+        starts_s = [s + turn_s * turn for turn in range(courses) for s in facts["offsets_s"]]
         return replay_fleet(
-            [each for _, each in hovers],
-            [offset_s for offset_s, _ in hovers],
+            [plan] * len(starts_s),
+            starts_s,
             wanted=max(1, math.floor(facts["asked_share"] + ROUNDING)),
             allowed_gap_s=facts["longest_gap_s"],
             until_s=until_s,
             places=facts["places"],
-            place_s=own_s,
+            place_s=ground_s if visit.swap_s is None else visit.swap_s,
         )
 
 
@@ -104,17 +99,15 @@ def repeated(cycle: Plan, stays_s: Sequence[tuple[float, float]]) -> Plan:
     )
     out, hover, back, *rest = cycle.phases
     building, phases = str(cycle.building), list[Phase]()
-    for number, (hover_s, rest_s) in enumerate(stays_s):
-        last = number == len(stays_s) - 1
-        phases.append(replace(out, start_place=building) if number else out)
-        phases.append(lasting(hover, hover_s))
-        if last:
-            phases.append(replace(back, end_place="destination"))
-        else:
-            phases += [back, lasting(rest[0], rest_s)]
-    levels = simulated(mission, phases)
+    for hover_s, rest_s in stays_s:
+        phases.append(replace(out, start_place=building) if phases else out)
+        phases += [lasting(hover, hover_s), back, *(lasting(stay, rest_s) for stay in rest[:1])]
+    if rest:
+        phases.pop()
+    phases[-1] = replace(back, end_place="destination")
+    flown = simulated(mission, phases)
     return cycle.model_copy(
-        update={"mission": mission, "phases": levels, "soc": {}, "flyable": None}
+        update={"mission": mission, "phases": flown, "soc": {}, "flyable": None}
     )
 
 
@@ -130,16 +123,14 @@ def fleet_of(cycle: Results, visit: Visit, plan: Plan, share: float, overlap_s: 
     By Little's law: mean numbers in the air and on the ground are the rate of starts times the
     durations, and a ring attains the next whole numbers.
     """
-    checked("share", share, SHARE)
-    checked("overlap_s", overlap_s, OVERLAP)
+    refuse(misfits(("share", share, SHARE), ("overlap_s", overlap_s, OVERLAP)))
     hover_s, rest_s = cycle.facts["hover_s"], cycle.facts["rest_s"]
     if overlap_s >= hover_s:
-        words = f"a number, 0 <= x < {hover_s:.6g} [s], the hover of a cycle"
+        words = f"must be less than the hover of a cycle, {hover_s:.6g} s"
         raise InputError([Fault("overlap_s", shown(overlap_s), words)])
     every_s = (hover_s - overlap_s) / share
     drones = upwards(cycle.facts["period_s"] / every_s)
-    wait_s = drones * every_s - cycle.facts["period_s"]
-    wait_s = max(wait_s, 0.0)
+    wait_s = max(drones * every_s - cycle.facts["period_s"], 0.0)
     place_s = rest_s if visit.swap_s is not None else rest_s + wait_s
     places = upwards(place_s / every_s)
     beams = 0
@@ -160,23 +151,17 @@ def fleet_of(cycle: Results, visit: Visit, plan: Plan, share: float, overlap_s: 
         "rest_s": rest_s,
         "building": visit.building,
     }
-    row = (visit.flight_s, hover_s, rest_s, wait_s)
+    times_s = (visit.flight_s, hover_s, rest_s, wait_s)
     rows = [
-        dict(zip(UNITS, (number, offset_s, *row), strict=True))
+        dict(zip(UNITS, (number, offset_s, *times_s), strict=True))
         for number, offset_s in enumerate(offsets, start=1)
     ]
     kind, mission = "optuav fleet", cycle.mission
     return Fleet(kind, mission, facts, UNITS, tuple(rows), _show, _draw, plan=plan, visit=visit)
 
 
-def checked(name: str, value: object, allowed: Number) -> None:
-    """Refuse a value that is no such number."""
-    if not allowed.accepts(value):
-        raise InputError([Fault(name, shown(value), allowed.words)])
-
-
 def upwards(count: float) -> int:
-    """The next whole number, but for rounding; at least 1."""
+    """Return the next whole number, but for rounding; at least 1."""
     return max(1, math.ceil(count * (1.0 - ROUNDING)))
 
 
@@ -213,36 +198,34 @@ class PadPower(NamedTuple):
 
 def pad_power(cycle: Results, visit: Visit, dark_A: float, drones: int, share: float) -> PadPower:
     """The least power of pads with which so many drones cover a share, see `Coverage.watts`."""
-    checked("drones", drones, COUNT)
-    checked("share", share, SHARE)
+    refuse(misfits(("drones", drones, COUNT), ("share", share, SHARE)))
     mission = cycle.mission
     resting_A = float(flight_of(mission).rest().current_A)
 
-    def needs(rest_A: float) -> float:
-        """Drones that a current into the battery takes, as a number with a fraction."""
-        if rest_A <= 0.0:
-            return math.inf
-        trial = replace(visit, hover_A=dark_A, rest_A=rest_A, swap_s=None)
-        hover_s = trial.longest_s
-        return share / trial.share(hover_s) if hover_s else math.inf
+    def charged(rest_A: float) -> Visit:
+        """Return the visit with a dark hover and a current into the resting battery [A]."""
+        return replace(visit, hover_A=dark_A, rest_A=rest_A, swap_s=None)
 
-    high = 1.0
-    while needs(high) > drones:
-        high *= 2.0
-        if high > 1e9:
+    def too_weak(rest_A: float) -> bool:
+        """Return whether a current needs more drones."""
+        hover_s = charged(rest_A).longest_s if rest_A > 0.0 else None
+        return not hover_s or share / charged(rest_A).share(hover_s) > drones
+
+    high_A = 1.0
+    while too_weak(high_A):
+        high_A *= 2.0
+        if high_A > MOST_A:
             words = f"no pad is strong enough for {drones} drones: the legs take too long"
             raise NoPlanError(words)
-    found = largest(lambda rest_A: needs(rest_A) > drones, high)
-    rest_A = found[1] if found else high
-    trial = replace(visit, hover_A=dark_A, rest_A=rest_A, swap_s=None)
-    assert trial.longest_s is not None
+    weak = largest(too_weak, high_A)
+    rest_A = high_A if weak is None else weak[1]
+    hover_s = charged(rest_A).longest_s
+    assert hover_s is not None
     current_A = rest_A + resting_A
     capacity_Ah = float(visit.battery.capacity_As) / 3600.0
     volts = mission.battery.nominal_voltage_V
     accepted = current_A <= mission.battery.charge_current_A
-    return PadPower(
-        current_A * volts, current_A, trial.longest_s, current_A / capacity_Ah, accepted
-    )
+    return PadPower(current_A * volts, current_A, hover_s, current_A / capacity_Ah, accepted)
 
 
 def _show(fleet: Results) -> Iterator[str]:
@@ -252,8 +235,7 @@ def _show(fleet: Results) -> Iterator[str]:
     yield f"Places      {facts['places']} on {printable(facts['building'])}, {facts['beams']} beams"
     yield f"Gap         {facts['longest_gap_s']:.2f} s at most"
     yield ""
-    figures = ((str(row["drone"]), [f"{row[name]:.2f}" for name in TIMES]) for row in fleet.rows)
-    lines = [[name, *cells] for name, cells in figures]
+    lines = [[str(row["drone"]), *(f"{row[name]:.2f}" for name in TIMES)] for row in fleet.rows]
     heads = [name.replace("_s", " [s]") for name in UNITS]
     yield from tabulated([heads, *lines[:MOST_SHOWN]])
     if len(lines) > MOST_SHOWN:

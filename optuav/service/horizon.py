@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from optuav.errors import InputError, NoPlanError, printable, refuse
+from optuav.errors import Fault, InputError, NoPlanError, printable, refuse
 from optuav.judge import Itinerary, Stop, replay
-from optuav.mission.messages import misfits
+from optuav.mission.messages import misfits, shown
 from optuav.mission.schema import Number
 from optuav.network.network import build_network
 from optuav.network.one_stop import all_legs
@@ -18,7 +18,8 @@ from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.plan.summary import tabulated
 from optuav.search.greedy import greedy, hover_bound_s
 from optuav.search.terrain import Terrain
-from optuav.service.declared import needs_laser
+from optuav.service.checks import need_laser
+from optuav.service.levels import Level, draw_levels
 from optuav.solving.several_stops import terrain
 from optuav.studies.results import Pictures, Results, ResultsWithFacts
 
@@ -49,9 +50,10 @@ class Horizon(ResultsWithFacts):
 def horizon_of(coverage: Coverage, hours: float) -> Horizon:
     """The day of greedy visits on the building of a cycle."""
     refuse(misfits(("hours", hours, HOURS)))
-    needs_laser(coverage)
+    need_laser(coverage)
     if coverage.perspective != "available":
-        raise InputError('a day is planned through the wells: perspective="available"')
+        words = "must be 'available' here: a day is planned through the wells"
+        raise InputError([Fault("perspective", shown(coverage.perspective), words)])
     mission = coverage.mission.replace({"limits.deadline_s": 3600.0 * hours, "start": None})
     network = build_network(mission)
     network = replace(network, legs=all_legs(network))
@@ -100,28 +102,8 @@ def _show(day: Results) -> Iterator[str]:
 
 
 def _draw(day: Results) -> Pictures:
-    """The state of both wells over the day."""
-    from optuav.plots import Line, curves
-
+    """Both wells over the day."""
     assert isinstance(day, Horizon)
-    trace, battery = replay(day.itinerary).trace, day.mission.battery
-    capacity_As = battery.packs * battery.capacity_As
-    sizes_As = (
-        battery.available_fraction * capacity_As,
-        (1.0 - battery.available_fraction) * capacity_As,
-    )
-    levels = trace.available_As[:, 0], trace.bound_As[:, 0]
-    lines = [
-        Line(f"{name} well", (trace.time_s / 3600.0).tolist(), (100.0 * level / size_As).tolist())
-        for name, level, size_As in zip(("available", "bound"), levels, sizes_As, strict=True)
-    ]
-    yield (
-        "horizon.png",
-        curves(
-            lines,
-            title=f"One drone for {day.facts['hours']:g} h: {printable(day.mission.name)}",
-            x_label="time $t$ [h]",
-            y_label="charge of a full well [%]",
-            y_from_zero=True,
-        ),
-    )
+    flights = [(replay(day.itinerary), 0.0)]
+    levels = [Level("available well", "available", flights), Level("bound well", "bound", flights)]
+    yield "horizon.png", draw_levels(day, f"One drone for {day.facts['hours']:g} h", levels)

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from optuav.errors import Fault, InputError, NoPlanError, printable
+from optuav.errors import NoPlanError, printable, refuse
 from optuav.mission import Mission, load
-from optuav.mission.messages import shown
 from optuav.network import vehicle
-from optuav.network.feasibility import impossibilities
-from optuav.network.network import build_network
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells, levelling, tilted_after
 from optuav.plan.summary import tabulated
+from optuav.service.checks import flyable_network, schedule_faults
 from optuav.studies.results import Pictures, Results, ResultsWithFacts, fixed
 
 UNITS = {
@@ -86,12 +84,8 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
        IEEE Internet of Things Journal, 2021.
     """
     whole = load(mission)
-    if whole.battery.takes_turns:
-        words = '"pooled": all packs count as one battery'
-        raise InputError([Fault("battery.schedule", shown(whole.battery.schedule), words)])
-    network, battery = build_network(whole), vehicle.pool(whole)
-    if reasons := impossibilities(network, one_stop=False):
-        raise NoPlanError("; ".join(reasons))
+    refuse(schedule_faults(whole))
+    network, battery = flyable_network(whole), vehicle.pool(whole)
     legs, places = network.legs, network.places
     (arriving,) = np.flatnonzero((legs.start == ORIGIN) & (legs.end == HOVER)).tolist()
     landing = legs.flyable & (legs.start == HOVER)
@@ -100,13 +94,9 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
         words = "to the hover point" if not legs.flyable[arriving] else "back from the hover point"
         raise NoPlanError(f"no leg {words} can be flown: optuav explain names what is in the way")
 
-    def stages(leg: int) -> list[Stage]:
-        pairs = zip(legs.currents_A[:, leg], legs.durations_s[:, leg], strict=True)
-        return [Stage(-float(current_A), float(duration_s)) for current_A, duration_s in pairs]
-
     charge, least_As = vehicle.start(whole), whole.limits.min_soc * float(battery.capacity_As)
     lowest_As = math.inf
-    for stage in stages(arriving):
+    for stage in legs.stages_of(arriving):
         charge = tilted_after(battery, charge, stage)
         lowest_As = min(lowest_As, float(charge.wells(battery).available_As))
     if lowest_As < -MOST * float(battery.capacity_As):
@@ -115,7 +105,7 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
     hover_A = float(vehicle.hover_load(whole).current_A) - received_A
     rows = list[dict[str, Any]]()
     for leg in sorted(np.flatnonzero(landing).tolist(), key=lambda leg: int(legs.end[leg])):
-        way = stages(leg)
+        way = legs.stages_of(leg)
         dry, low = (
             _by_well(battery, charge, hover_A, way),
             _by_charge(charge, hover_A, way, least_As),
@@ -141,7 +131,7 @@ def _before(moment_s: float, other_s: float | None) -> bool:
     return other_s is not None and moment_s < other_s
 
 
-def _by_charge(charge: Tilted, hover_A: float, way: list[Stage], least_As: float) -> Rule:
+def _by_charge(charge: Tilted, hover_A: float, way: Sequence[Stage], least_As: float) -> Rule:
     """The rule that keeps the charge at the landing."""
     g_As = least_As - sum(stage.current_A * stage.duration_s for stage in way)
     spare_As = float(charge.total_As) - g_As
@@ -150,7 +140,7 @@ def _by_charge(charge: Tilted, hover_A: float, way: list[Stage], least_As: float
     return Rule(spare_As / hover_A if hover_A > 0.0 else math.inf, 1.0, 1.0, g_As)
 
 
-def _by_well(battery: Battery, charge: Tilted, hover_A: float, way: list[Stage]) -> Rule:
+def _by_well(battery: Battery, charge: Tilted, hover_A: float, way: Sequence[Stage]) -> Rule:
     """The rule that keeps y1 ≥ 0 while hovering and at the end of every stage of the way."""
     share, rate_per_s = float(battery.available_fraction), float(battery.rate_per_s)
     total_As, tilt_As = map(float, charge)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,7 +13,8 @@ import numpy as np
 from formulations.formulation import Formulation, Given
 from formulations.parameters import Quantities
 from formulations.soc import AVAILABLE, PERSPECTIVES, levels, well_limits
-from optuav.arrays import Booleans, Floats
+from optuav.arrays import Booleans, Integers
+from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, NoPlanError, collected, printable, refuse
 from optuav.mission import Mission, load
 from optuav.mission.flight_model import flight_of
@@ -21,19 +22,19 @@ from optuav.mission.messages import misfits, shown, unknown
 from optuav.mission.schema import Number
 from optuav.modelling import Model
 from optuav.network import vehicle
-from optuav.network.feasibility import impossibilities
-from optuav.network.network import Network, build_network
-from optuav.network.variants import Columns, Variants, stacked
+from optuav.network.network import Network
+from optuav.network.variants import stacked
 from optuav.options import Perspective, ProblemName
 from optuav.physics.kibam import Stage
 from optuav.plan import Plan
 from optuav.plan.summary import tabulated
-from optuav.service.box import FACTORS, LEVELS, Box, box_of, corners_of, count_of, samples_of
+from optuav.service.box import Box, Corners, Points, box_of, corners_of, samples_of
+from optuav.service.checks import flyable_network
 from optuav.solving import solve
-from optuav.solving.assemble import entries, quantities
+from optuav.solving.assemble import entries, quantities, table_entries
 from optuav.solving.balance import TIMES
 from optuav.solving.outcome import best, replayed, route_plan
-from optuav.solving.parts import allowed
+from optuav.solving.parts import allowed, groups
 from optuav.solving.question import Question, answer, checked_question
 from optuav.status import SAME_S
 from optuav.studies.results import Pictures, Results, ResultsWithFacts
@@ -47,13 +48,13 @@ PROBLEMS_TAKEN = ("P1", "P3", "P4")
 UNITS = {"number": "", "low": "", "high": "", "gain_s": "s"}
 
 
-class Found(NamedTuple):
+class RobustTimes(NamedTuple):
     """A robust plan: its route, its times [s], and how they are known."""
 
     route: int
     hover_s: float
     rest_s: float
-    said: dict[str, Any]
+    how: dict[str, Any]  # Engine, status and proof
 
 
 @dataclass(frozen=True)
@@ -178,68 +179,39 @@ def robust(
     nominal = solve(whole, question.problem, perspective=perspective)
     if not all(map(math.isfinite, hover_m)) or not nominal:
         raise NoPlanError(f"no plan even without doubt: {'; '.join(nominal.reasons)}")
-    network = build_network(whole.replace({"route.hover_m": hover_m}))
-    if reasons := impossibilities(network, one_stop=False):
-        raise NoPlanError("; ".join(reasons))
-    checked = samples_of(network.mission, box, 0, int(samples), int(seed))
-    share, found = 1.0, None
+    network = flyable_network(whole.replace({"route.hover_m": hover_m}))
+    count, search, share = int(samples), _Search(question, network), 1.0
+    routes = np.flatnonzero(allowed(stacked(network), question.problem)[0])
     if chance is None:
-        found = _best(question, network, box)
+        times = search.best(routes, box)
     else:
-        trials = samples_of(network.mission, box, int(samples), int(samples), int(seed))
-        most = _most_failures(int(samples), chance, confidence)
-        share, found = _by_chance(question, network, box, trials, most)
-    if found is None:
+        trials = samples_of(network, box, count, count, int(seed))
+        most = _most_failures(count, chance, confidence)
+        share, times = search.by_chance(routes, box, trials, most)
+    if times is None:
         where = "in the whole box" if chance is None else f"with a chance of {chance:g}"
         raise NoPlanError(f"no plan was found that holds {where}: state smaller ranges")
+    kept = search.kept(times, samples_of(network, box, 0, count, int(seed)))
     box = box.shrunk(share) if share < 1.0 else box
-    route, hover_s, rest_s, said = found
-    plan = route_plan(question, network, route, (hover_s, rest_s), **said)
+    route, hover_s, rest_s, how = times
+    plan = route_plan(question, network, route, (hover_s, rest_s), **how)
     plan = replayed(plan, must_fly=box.holds_now)
-    kept = _kept(question, network, found, *checked)
-    corners = corners_of(network.mission, box.spreads)
     facts = {
         **{"hover_s": hover_s, "rest_s": rest_s, "route": tuple(plan.route)},
         "nominal_hover_s": nominal.hover_time_s,
         "price_s": nominal.hover_time_s - hover_s,
-        **{"corners": count_of(corners), "samples": int(samples), "flyable": float(kept.mean())},
+        **{"corners": corners_of(network, box).size, "samples": count},
+        "flyable": float(kept.mean()),
         **{"chance": chance, "reach_share": share, "confidence": confidence},
-        "risk_bound": _risk_bound(int(samples), int(np.count_nonzero(~kept)), confidence),
+        "risk_bound": _risk_bound(count, int(np.count_nonzero(~kept)), confidence),
     }
     rows = list[dict[str, Any]]()
     for name, ends in box.numbers.items():
-        less = box.without(name)
-        again = _on_route(question, network, route, less, corners_of(network.mission, less.spreads))
-        gain_s = 0.0 if again is None else again.hover_s - hover_s
+        certain = search.best(np.array([route]), box.without(name))
+        gain_s = 0.0 if certain is None else certain.hover_s - hover_s
         rows.append(dict(zip(UNITS, (name, *ends, gain_s), strict=True)))
     rows.sort(key=lambda row: -row["gain_s"])
     return RobustPlan("optuav robust", whole, facts, UNITS, tuple(rows), _show, _draw, plan=plan)
-
-
-def _scaled(
-    network: Network, route: int, columns: Columns, drain: Any, charge: Any
-) -> tuple[Quantities, Booleans]:
-    """Figures of a route by variant, currents multiplied; and where its legs and link hold."""
-    variants, count = Variants(network, columns), count_of(columns)
-    every, rests = np.arange(count), bool(network.routes.building[route] >= 0)
-    table = quantities(variants, np.full(count, route), every, rests=rests)
-    hover_A = np.broadcast_to(variants.hover_load.current_A, (count, 1))[:, 0]
-    rest_A = np.broadcast_to(flight_of(variants.mission).rest().current_A, (count, 1))[:, 0]
-    able = np.broadcast_to(variants.able[:, route], (count,))
-    reached = np.asarray(table.hover_distance_m <= table.coverage_radius_m * (1.0 + KEPT))
-    steps = tuple(
-        step if isinstance(step, str) else Stage(drain * step.current_A, step.duration_s)
-        for step in table.steps
-    )
-    received_A = hover_A - table.hover_current_A
-    scaled = replace(
-        table,
-        steps=steps,
-        flight_charge_As=drain * table.flight_charge_As,
-        hover_current_A=drain * hover_A - charge * received_A,
-        rest_current_A=charge * (table.rest_current_A + rest_A) - drain * rest_A,
-    )
-    return scaled, able & reached
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -268,96 +240,163 @@ class _Robust(Formulation):
                         model.subject_to(label, limit.relation, kind=kind)
 
 
-def _on_route(
-    question: Question, network: Network, route: int, box: Box, corners: Columns
-) -> Found | None:
-    """The longest robust hover on a route; None for none."""
-    (drain_low, drain_high), (charge_low, charge_high) = (box.factors[name] for name in FACTORS)
-    emptiest, able = _scaled(network, route, corners, drain_high, charge_low)
-    fullest, _ = _scaled(network, route, corners, drain_low, charge_high)
-    if not able.all():
-        return None
-    every = range(count_of(corners))
-    problem = _Robust(
-        emptiest=tuple(entries(emptiest, each) for each in every),
-        fullest=tuple(entries(fullest, each) for each in every),
-    )
-    rests = bool(network.routes.building[route] >= 0)
-    given = quantities(network, np.array([route]), rests=rests)
-    solution = answer(problem.model(given, question.perspective), 1, question)
-    if not solution.statuses[0].has_answer:
-        return None
-    solution.verify(0)
-    point = solution.point(0)
-    hover_s, rest_s = (max(0.0, point.get(name, 0.0)) for name in TIMES)
-    said = {"engine": solution.engine, "status": solution.statuses[0]}
-    return Found(route, hover_s, rest_s, {**said, "proof": f"corners of the box: {solution.proof}"})
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """The search for the longest hover that keeps all limits in a box, over routes of a network."""
 
+    question: Question
+    network: Network
 
-def _best(question: Question, network: Network, box: Box) -> Found | None:
-    """The longest robust hover over all routes; None for none."""
-    routes = np.flatnonzero(allowed(stacked(network), question.problem)[0]).tolist()
-    answers = _answers(question, network, routes, box)
-    hovers_s = [math.nan if each is None else each.hover_s for each in answers]
-    rests_s = np.array([0.0 if each is None else each.rest_s for each in answers])
-    totals_s = np.array(hovers_s) + rests_s + network.routes.flight_time_s[routes]
-    winner = best(hovers_s, totals_s, network.routes.building[routes] >= 0)
-    return None if winner is None else answers[winner]
+    def best(self, routes: Integers, box: Box) -> RobustTimes | None:
+        """The robust plan with the longest hover over some routes; None for none."""
+        plans, longest_s, corners = list[RobustTimes](), 0.0, corners_of(self.network, box)
+        ordered = groups(self.network.routes, routes, ordered=True)
+        relaxed = [pair for group, _ in ordered for pair in self._relaxed(routes[group], corners)]
+        for bound_s, candidate in sorted(relaxed, key=lambda pair: -pair[0]):
+            if bound_s < longest_s - SAME_S:
+                break
+            robust = all(self.kept(candidate, points).all() for points in corners[:2])
+            plan = candidate if robust else self._at_all_corners(candidate.route, corners)
+            if plan is not None:
+                plans.append(plan)
+                longest_s = max(longest_s, plan.hover_s)
+        plans.sort(key=lambda plan: plan.route)
+        of_plans = self.network.routes.take([plan.route for plan in plans])
+        hovers_s = np.array([plan.hover_s for plan in plans])
+        totals_s = hovers_s + [plan.rest_s for plan in plans] + of_plans.flight_time_s
+        winner = best(hovers_s, totals_s, of_plans.building >= 0)
+        return None if winner is None else plans[winner]
 
+    def _relaxed(self, routes: Integers, corners: Corners) -> Iterator[tuple[float, RobustTimes]]:
+        """By route in the same order: a hover that no robust plan exceeds [s], and its plan.
 
-def _answers(
-    question: Question, network: Network, routes: Sequence[int], box: Box
-) -> list[Found | None]:
-    """Robust hovers by route; None for none, and for routes that cannot be the best."""
-    plain = box
-    for name in LEVELS:
-        plain = plain.without(name)
-    corners, fewer = (
-        corners_of(network.mission, corner_box.spreads) for corner_box in (box, plain)
-    )
-    bounds = [_on_route(question, network, route, plain, fewer) for route in routes]
-    if plain.numbers == box.numbers:
-        return bounds
-    # Fewer corners bound the hover, and their rates let a quicker engine answer.
-    answers: list[Found | None] = [None] * len(routes)
-    longest_s = -math.inf
-    for number in sorted(range(len(routes)), key=lambda k: -_hover_s(bounds[k])):
-        if _hover_s(bounds[number]) < longest_s - SAME_S:
-            break
-        answers[number] = _on_route(question, network, routes[number], box, corners)
-        longest_s = max(longest_s, _hover_s(answers[number]))
-    return answers
+        Each pair of levels of ω and k_F is a programme of its own, which bounds the hover. The plan
+        of the lowest bound is robust if it keeps the limits at the other levels too, which is the
+        rule. Routes without a plan are left out.
+        """
+        model, able = self._problem(routes, corners, corners.levels * len(routes))
+        solution = answer(model, able.size, self.question)
+        bounds_s = solution.objective if solution.beyond is None else solution.beyond
+        bounds_s = np.where(able & (bounds_s >= 0.0), bounds_s, -np.inf)
+        worst = bounds_s.reshape(corners.levels, len(routes)).argmin(axis=0)
+        for number, (level, route) in enumerate(zip(worst.tolist(), routes.tolist(), strict=True)):
+            programme = level * len(routes) + number
+            if bounds_s[programme] >= 0.0:
+                yield float(bounds_s[programme]), _times(route, solution, programme)
 
+    def _at_all_corners(self, route: int, corners: Corners) -> RobustTimes | None:
+        """The longest robust hover on a route from a programme with all corners; None for none."""
+        model, able = self._problem(np.array([route]), corners, 1)
+        solution = answer(model, 1, self.question)
+        if not able.all() or not solution.status.has_answer:
+            return None
+        solution.verify()
+        return _times(route, solution)
 
-def _hover_s(found: Found | None) -> float:
-    return -math.inf if found is None else found.hover_s
+    def _problem(
+        self, routes: Integers, corners: Corners, programmes: int
+    ) -> tuple[Model, Booleans]:
+        """The robust problem of routes in the same order, and which programmes can be flown.
 
-
-def _by_chance(
-    question: Question,
-    network: Network,
-    box: Box,
-    drawn: tuple[Columns, Floats, Floats],
-    most_failures: int,
-) -> tuple[float, Found | None]:
-    """The smallest share of the reach with a plan that few enough samples fail, and the plan."""
-    chosen: tuple[float, Found | None] = (1.0, None)
-    low, high, share = 0.0, 1.0, 1.0
-    for _ in range(HALVINGS + 1):
-        found = _best(question, network, box.shrunk(share))
-        few = found is not None and (
-            np.count_nonzero(~_kept(question, network, found, *drawn)) <= most_failures
+        A programme per route, for as many levels as there are programmes; the other corners are
+        constraints.
+        """
+        emptiest, fullest = (self.figures(points, routes) for points in corners[:2])
+        size = corners.size * len(routes)
+        # Numbers rather than arrays of one entry: engines for one programme take no others.
+        numbers = range(size) if programmes == 1 else range(0, size, programmes)
+        which = [k if programmes == 1 else slice(k, k + programmes) for k in numbers]
+        problem = _Robust(
+            emptiest=tuple(entries(emptiest[0], corner) for corner in which),
+            fullest=tuple(entries(fullest[0], corner) for corner in which),
         )
-        if few:
-            chosen = share, found
-        if few or found is None:
-            high = share
-        else:
-            low = share
-        if low == high:  # Samples of a deviation reach past its box
-            break
-        share = 0.5 * (low + high)
-    return chosen
+        rests = bool(self.network.routes.building[routes[0]] >= 0)
+        shared = np.tile(routes, programmes // len(routes))
+        given = quantities(self.network, shared, rests=rests, steps=False)
+        able = np.asarray(np.reshape(emptiest[1], (-1, programmes)).all(axis=0))
+        return problem.model(given, self.question.perspective), able
+
+    def figures(self, points: Points, routes: Integers) -> tuple[Quantities, Booleans]:
+        """Figures with currents multiplied, all routes at a point after each other.
+
+        The second array says where the legs can be flown and the link holds. All routes are direct,
+        or all go by way of a building.
+        """
+        (variants, drain, charge), all_routes = points, self.network.routes
+        which, point = (
+            np.tile(routes, variants.count),
+            np.arange(variants.count).repeat(len(routes)),
+        )
+        rests = bool(all_routes.building[routes[0]] >= 0)
+        table = quantities(variants, which, point, rests=rests)
+        resting = flight_of(variants.mission).rest()
+        hover_A, rest_A = (
+            table_entries(flow.current_A, point, np.zeros_like(which))
+            for flow in (variants.hover_load, resting)
+        )
+        able = np.broadcast_to(variants.able, (variants.count, len(all_routes)))[point, which]
+        reached = np.asarray(table.hover_distance_m <= table.coverage_radius_m * (1.0 + KEPT))
+        steps = tuple(
+            step if isinstance(step, str) else Stage(drain * step.current_A, step.duration_s)
+            for step in table.steps
+        )
+        received_A = hover_A - table.hover_current_A
+        scaled = replace(
+            table,
+            steps=steps,
+            flight_charge_As=drain * table.flight_charge_As,
+            hover_current_A=drain * hover_A - charge * received_A,
+            rest_current_A=charge * (table.rest_current_A + rest_A) - drain * rest_A,
+        )
+        return scaled, able & reached
+
+    def by_chance(
+        self, routes: Integers, box: Box, trials: Points, most_failures: int
+    ) -> tuple[float, RobustTimes | None]:
+        """The smallest share of the reach whose plan fails few enough trials, and the plan."""
+        chosen: tuple[float, RobustTimes | None] = (1.0, None)
+        low, high, share = 0.0, 1.0, 1.0
+        for _ in range(HALVINGS + 1):
+            plan = self.best(routes, box.shrunk(share))
+            enough = plan is not None and (
+                np.count_nonzero(~self.kept(plan, trials)) <= most_failures
+            )
+            if enough:
+                chosen = share, plan
+            if enough or plan is None:
+                high = share
+            else:
+                low = share
+            if low == high:  # Samples of a deviation reach past its box
+                break
+            share = 0.5 * (low + high)
+        return chosen
+
+    def kept(self, plan: RobustTimes, points: Points) -> Booleans:
+        """At which points the plan keeps every limit."""
+        times_s = plan.hover_s, plan.rest_s
+        given, kept = self.figures(points, np.array([plan.route]))
+        left = PERSPECTIVES[self.question.perspective](given, *times_s)
+        kept = kept & np.asarray(left >= given.min_soc - KEPT)
+        kept &= np.asarray(sum(times_s) <= given.time_left + KEPT * given.deadline_s)
+        if self.question.perspective == AVAILABLE:
+            for step, wells in zip(given.steps, levels(given, *times_s), strict=True):
+                share = wells.available_As / given.battery_As
+                kept &= np.asarray(share >= -KEPT)
+                if isinstance(step, str):
+                    kept &= np.asarray(share <= given.available_fraction + KEPT)
+        return np.asarray(kept, dtype=bool)
+
+
+def _times(route: int, solution: Solution, programme: int = 0) -> RobustTimes:
+    """The times of an answer on a route; NaN where there is none."""
+    hover_s, rest_s = (
+        float(np.maximum(0.0, solution.values[name][programme])) if name in solution.values else 0.0
+        for name in TIMES
+    )
+    proof = f"corners of the box: {solution.proof}"
+    how = {"engine": solution.engine, "status": solution.statuses[programme], "proof": proof}
+    return RobustTimes(route, hover_s, rest_s, how)
 
 
 def _most_failures(samples: int, chance: float, confidence: float) -> int:
@@ -375,29 +414,6 @@ def _risk_bound(samples: int, failures: int, confidence: float) -> float:
     if failures == samples:
         return 1.0
     return float(special.betaincinv(failures + 1, samples - failures, confidence))
-
-
-def _kept(
-    question: Question,
-    network: Network,
-    found: Found,
-    columns: Columns,
-    drain: Floats,
-    charge: Floats,
-) -> Booleans:
-    """In which samples the plan keeps every limit."""
-    times_s = found.hover_s, found.rest_s
-    own, kept = _scaled(network, found.route, columns, drain, charge)
-    left = PERSPECTIVES[question.perspective](own, *times_s)
-    kept = kept & np.asarray(left >= own.min_soc - KEPT)
-    kept &= np.asarray(sum(times_s) <= own.time_left + KEPT * own.deadline_s)
-    if question.perspective == AVAILABLE:
-        for step, wells in zip(own.steps, levels(own, *times_s), strict=True):
-            share = wells.available_As / own.battery_As
-            kept &= np.asarray(share >= -KEPT)
-            if isinstance(step, str):
-                kept &= np.asarray(share <= own.available_fraction + KEPT)
-    return np.asarray(kept, dtype=bool)
 
 
 def _show(found: Results) -> Iterator[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,8 +17,7 @@ from optuav.physics.kibam import (
     start,
     tilted_after,
 )
-
-HALVINGS = 100  # Most halvings of a bisection, which ends where floats do
+from optuav.physics.roots import largest
 
 
 @dataclass(frozen=True)
@@ -59,7 +58,7 @@ class Visit:
         return (self.spare_As - self.flight_As) / self.hover_A
 
     def rest_s(self, hover_s: float) -> float:
-        """Rest after a hover: what gives the charge back, or the exchange of the pack [s]."""
+        """Duration of the rest that gives the charge of a visit back, or of the exchange [s]."""
         drawn_As = self.hover_A * hover_s + self.flight_As
         return drawn_As / self.rest_A if self.swap_s is None else self.swap_s
 
@@ -74,6 +73,14 @@ class Visit:
     def stages(self, hover_s: float) -> tuple[Stage, ...]:
         """Leg out, hover and leg back."""
         return (*self.out, Stage(-self.hover_A, hover_s), *self.back)
+
+    def phases(self, hover_s: float) -> Iterator[tuple[str, tuple[Stage, ...]]]:
+        """Kind and stages of leg, hover, leg, and rest; an exchange of the pack has no stages."""
+        yield "flight", self.out
+        yield "hover", (Stage(-self.hover_A, hover_s),)
+        yield "flight", self.back
+        if self.swap_s is None:
+            yield "rest", (Stage(self.rest_A, self.rest_s(hover_s)),)
 
     def carried(self, charge: Tilted, *stages: Stage) -> Iterator[Tilted]:
         """Charge after each of some stages."""
@@ -98,9 +105,9 @@ class Visit:
             return None
         if self.perspective == "battery":
             return most_s, most_s
-        found = largest(lambda hover_s: self.lasts(start(self.battery), hover_s), most_s)
+        longest = largest(lambda hover_s: self.lasts(start(self.battery), hover_s), most_s)
         falls = falls_throughout(self.battery, -self.hover_A)
-        return found if found is None or falls else (found[0], most_s)
+        return longest if longest is None or falls else (longest[0], most_s)
 
     def periodic(self, hover_s: float) -> Tilted:
         """Charge at departure of the cycle with this hover, as full as the wells allow [A s].
@@ -113,7 +120,7 @@ class Visit:
         apart = self.swap_s is not None or self.battery.flow_rate_per_s == 0.0
         if apart or self.perspective == "battery":
             return full
-        stages = *self.stages(hover_s), Stage(self.rest_A, self.rest_s(hover_s))
+        stages = [stage for _, phase in self.phases(hover_s) for stage in phase]
         *_, response = self.carried(Tilted(0.0, 0.0), *stages)
         _, integral_s = levelling(self.battery, self.period_s(hover_s))
         tilt_As = response.tilt_As / (integral_s * self.battery.rate_per_s)
@@ -129,8 +136,8 @@ class Visit:
         """
         if self.from_full_s is None:
             return None
-        found = largest(lambda hover_s: self.lasts(self.periodic(hover_s), hover_s), self.most_s)
-        return None if found is None else found[0]
+        longest = largest(lambda hover_s: self.lasts(self.periodic(hover_s), hover_s), self.most_s)
+        return None if longest is None else longest[0]
 
     @property
     def most_s(self) -> float:
@@ -141,20 +148,3 @@ class Visit:
     def wells(self, hover_s: float) -> Wells:
         """Both wells at departure of the cycle [A s]."""
         return Wells(*map(float, self.periodic(hover_s).wells(self.battery)))
-
-
-def largest(holds: Callable[[float], bool], high: float) -> tuple[float, float] | None:
-    """Largest number from 0 to `high` for which something holds, and one beyond; None without any.
-
-    If it holds for a number, it holds for all smaller ones.
-    """
-    if holds(high):
-        return high, high
-    if not holds(low := 0.0):
-        return None
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
-            break
-        low, high = (middle, high) if holds(middle) else (low, middle)
-    return low, high

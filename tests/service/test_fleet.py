@@ -128,7 +128,10 @@ def test_the_picture_and_the_table_of_a_fleet() -> None:
         ({"share": 0}, "share = 0: a number, 0 < x <= 1000"),
         ({"share": "all"}, "share = 'all'"),
         ({"overlap_s": -1}, "overlap_s = -1"),
-        ({"overlap_s": 1e6}, "overlap_s = 1000000.0: a number, 0 <= x < 1797.05 [s], the hover"),
+        (
+            {"overlap_s": 1e6},
+            "overlap_s = 1000000.0: must be less than the hover of a cycle, 1797.05 s",
+        ),
     ],
 )
 def test_bad_fleets_are_refused(asked: Any, words: str) -> None:

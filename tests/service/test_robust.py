@@ -108,6 +108,7 @@ def test_a_chance_by_hand() -> None:
     box = {"drain": {"percent": 20}}
     found = optuav.robust("paper", box, "P3", perspective="battery", chance=0.95)
     assert found.reach_share == pytest.approx(0.9, abs=0.02)
+    assert found.flyable == pytest.approx((1.0 + found.reach_share) / 2.0, abs=0.01)
     nominal = optuav.solve("paper", "P3", perspective="battery")
     hover = next(phase for phase in nominal.phases if phase.kind == "hover")
     Q = -sum(phase.charge_As for phase in nominal.phases if phase.kind == "flight")
@@ -116,14 +117,19 @@ def test_a_chance_by_hand() -> None:
     assert found.hover_s == pytest.approx(expected_s, rel=1e-9)
 
 
-def test_the_confidence_is_kept_over_seeds() -> None:
-    """The true risk, (1 − θ)/2, exceeds 10 % in fewer than 1 of 10 of forty choices of seeds."""
+@pytest.mark.parametrize(
+    ("seeds", "most"),
+    # With a share of 10 % more come once in 60 times.
+    [pytest.param(8, 3, id="few"), pytest.param(40, 8, id="many", marks=pytest.mark.soak)],
+)
+def test_the_confidence_is_kept_over_seeds(seeds: int, most: int) -> None:
+    """The true risk, (1 − θ)/2, exceeds 10 % for about 1 of 10 seeds at most."""
     box, over = {"drain": {"percent": 20}}, 0
-    for seed in range(40):
+    for seed in range(seeds):
         options: Any = {"chance": 0.9, "confidence": 0.9, "samples": 60, "seed": seed}
         found = optuav.robust("paper", box, "P3", perspective="battery", **options)
         over += (1.0 - found.reach_share) / 2.0 > 0.1
-    assert over <= 8  # With a share of 10 % more than 8 come once in 60 times
+    assert over <= most
 
 
 def test_the_risk_bound_is_that_of_clopper_and_pearson() -> None:
