@@ -28,11 +28,11 @@ run: $(VENV)/run.stamp
 test: lint test-only
 
 test-only: $(VENV)/dev.stamp
-	$(PYTEST) -n 2 --dist worksteal
+	$(PYTEST) -n 2 --dist worksteal $(TESTS)
 
 # The explorer in a headless Chromium, which is not installed here.
 test-browser: $(VENV)/dev.stamp
-	$(PYTEST) -q tests/explorer/test_browser.py
+	$(PYTEST) -q -m page tests/explorer tests/test_notebook.py
 
 doctest: $(VENV)/dev.stamp
 	$(PYTEST) -q tests/test_examples_of_public_names.py

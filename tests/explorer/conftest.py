@@ -20,6 +20,13 @@ EVIL = "<img src=x onerror=\"document.title='run'\">"
 Open = Callable[..., Any]
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests that open the page in a browser."""
+    for item in items:
+        if "browser" in getattr(item, "fixturenames", ()):
+            item.add_marker(pytest.mark.page)
+
+
 @pytest.fixture(scope="module", autouse=True)
 def broken_pipes_are_errors() -> Iterator[None]:
     """As in a fresh process; commands that other tests run in this one may end it by a signal."""
