@@ -75,7 +75,7 @@ def test_what_varies_is_solved_as_alone(drawn: Any, perspective: str) -> None:
 
 
 @given(scenarios(2), st.sampled_from(PROBLEMS))
-@few(8)
+@few(3)
 def test_every_problem_is_solved_as_alone(drawn: Any, asked: tuple[Any, str]) -> None:
     """The other problems, orders and trajectories, some of them mission by mission."""
     (mission, values), (problem, perspective) = drawn, asked
