@@ -152,9 +152,11 @@ class CasadiProgramme:
         leaves = {name: unknowns[k] * scales[k] for k, name in enumerate(self.names)}
         leaves |= {name: parameters[k] for k, name in enumerate(self.base)}
 
+        done: dict[int, Any] = {}  # Rows share most of their nodes
+
         def symbols(tree: Operand) -> Any:
             """A tree in CasADi's symbols."""
-            return casadi.SX(fold(tree, lambda leaf: leaves[leaf.name], applied))
+            return casadi.SX(fold(tree, lambda leaf: leaves[leaf.name], applied, done=done))
 
         sides = [[*map(symbols, constraint.relation.sides)] for constraint in self.constraints]
         gaps, signs = (

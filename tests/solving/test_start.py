@@ -69,7 +69,7 @@ def test_full_wells_at_the_start_change_nothing() -> None:
     assert [plan.hover_time_s for plan in plans] == pytest.approx([597.2697797883459] * 3, abs=1e-8)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(st.floats(0.3, 1), st.floats(0.3, 1), st.sampled_from([1, 2]))
 def test_batch_and_several_stops_agree_with_single_solves(y1: float, y2: float, stops: int) -> None:
     """The same start by batch, by solve and by the search; more stops are never worse."""

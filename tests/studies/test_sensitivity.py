@@ -19,7 +19,7 @@ from optuav.network.network import build_network
 from optuav.network.variants import Variants
 from optuav.studies import scenarios as machine
 from optuav.studies.results import Results, Row
-from optuav.studies.samples import Draws, independent, spreads
+from optuav.studies.samples import Draws, independent, spreads, unstated
 from optuav.studies.uncertainty import Chances, FixedPlan, chances
 
 SIZE = {"battery": {"capacity_As": {"percent": 10}}, "limits": {"min_soc": {"percent": 50}}}
@@ -300,11 +300,15 @@ def test_arguments_that_are_refused(arguments: dict[str, Any], words: str) -> No
     assert words in str(caught.value)
 
 
-def test_packs_that_take_turns_are_not_taken_for_pooled_ones() -> None:
+def test_packs_that_take_turns_are_not_taken_for_pooled_ones(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """On these the longest hover takes a search of seconds, for every sample."""
     mission = optuav.load("paper").replace({"battery.schedule": "sequential", "battery.packs": 2})
     with pytest.raises(InputError, match=r"battery\.schedule = 'sequential': pooled, or"):
         optuav.sensitivity(mission)
+    limits = [each for each in unstated(mission) if each.key.name.startswith("limits.")]
+    monkeypatch.setattr("optuav.studies.sensitivity.unstated", lambda _: limits)
     found = optuav.sensitivity(mission, {}, perspective="battery")
     row = effect(found, "limits.deadline_s")
     changed = mission.replace({"limits.deadline_s": row["low"]})
