@@ -207,6 +207,7 @@ def robust(
     confidence: float = 0.99,
     samples: int = 20_000,
     seed: int = 0,
+    explain: bool = False,
     settings: list[str] | None = None,
     as_json: bool = False,
     save: Path | None = None,
@@ -219,6 +220,8 @@ def robust(
     from optuav.solving.question import problem_of
 
     check_places(save, plot, ".csv", ".json")
+    if explain and as_json:
+        raise InputError([Fault("explain", "", "cannot be combined with --json")])
     found = optuav.robust(
         mission_of(mission, settings),
         uncertainty,
@@ -230,6 +233,8 @@ def robust(
         seed=seed,
     )
     deliver_results(found, save, plot, as_json=as_json)
+    if explain:
+        say(f"\n{optuav.explain(found)}")
 
 
 def reproduce(

@@ -24,7 +24,8 @@ from optuav.studies.samples import Draws, Spread, independent, spreads
 
 FACTORS = ("drain", "charge")
 LEVELS = {"battery.available_fraction": 5, "battery.flow_rate_per_s": 5}
-"""Values of keys in which the wells are not monotone; of all others, both ends."""
+"""Number of values of keys in which the wells are not monotone; of all others, both ends."""
+WIND = "wind.velocity_m_s"  # A helicopter draws most in the least wind or in the strongest
 MOST = 128  # Corners of the box of keys
 
 
@@ -130,9 +131,9 @@ class Corners(NamedTuple):
 def corners_of(network: Network, box: Box) -> Corners:
     """The corners of a box, or a refusal if there are too many."""
     keys = sorted(box.spreads, key=lambda spread: spread.key.name in LEVELS)
-    values = [np.linspace(key.low, key.high, LEVELS.get(key.key.name, 2)) for key in keys]
+    values = [_values(key) for key in keys]
     if (count := math.prod(map(len, values))) > MOST:
-        words = f"at most {MOST} corners: 7 keys, of which ω and k_F count for more than two each"
+        words = f"must be at most {MOST} corners: 7 keys, or fewer with ω, k_F or wind"
         raise InputError([Fault("uncertainty", f"{count} corners", words)])
     points = np.array([*itertools.product(*values)])
     columns = {} if keys else _as_stated(network.mission, 1)
@@ -145,6 +146,14 @@ def corners_of(network: Network, box: Box) -> Corners:
         Points(variants, drain_low, charge_high),
         math.prod(LEVELS.get(key.key.name, 1) for key in keys),
     )
+
+
+def _values(spread: Spread) -> Floats:
+    """Values of a key among the corners."""
+    name, ends = spread.key.name, (spread.low, spread.high)
+    if name.startswith(WIND):
+        return np.unique([*ends, np.clip(0.0, *ends)])
+    return np.linspace(*ends, LEVELS.get(name, 2))
 
 
 def samples_of(network: Network, box: Box, first: int, count: int, seed: int) -> Points:

@@ -31,7 +31,7 @@ from optuav.plan.summary import tabulated
 from optuav.service.box import Box, Corners, Points, box_of, corners_of, samples_of
 from optuav.service.checks import flyable_network
 from optuav.solving import solve
-from optuav.solving.assemble import entries, quantities, table_entries
+from optuav.solving.assemble import entries, figures, quantities, table_entries
 from optuav.solving.balance import TIMES
 from optuav.solving.outcome import best, replayed, route_plan
 from optuav.solving.parts import allowed, groups
@@ -101,9 +101,9 @@ def robust(
     y1(t) − ωB is the integral of the current over a positive kernel. For fixed times a plan is
     therefore worst for dry wells and for charge with the most drawn and the least charged, and
     worst for overfull ones with the least drawn and the most charged. Limits are declared for these
-    two at every corner of the keys, and for five values each of ω and k_F, in which the wells are
-    not monotone; the route, the hover point and the times are the same for all. Samples of the
-    whole box then check what corners alone do not prove.
+    two at every corner of the keys, and also for the least wind and for five values each of ω and
+    k_F, in which the wells are not monotone. The route, the hover point and the times are the same
+    for all. Samples of the whole box then check what corners alone do not prove.
 
     Parameters
     ----------
@@ -190,7 +190,12 @@ def robust(
         share, times = search.by_chance(routes, box, trials, most)
     if times is None:
         where = "in the whole box" if chance is None else f"with a chance of {chance:g}"
-        raise NoPlanError(f"no plan was found that holds {where}: state smaller ranges")
+        repair = "state smaller ranges"
+        table = figures(corners_of(network, box).emptiest.variants)
+        if np.any(table.hover_distance_m > table.coverage_radius_m * (1.0 + KEPT)):
+            repair = "the link does not reach the hover point at some corners: state route.hover_m "
+            repair += "nearer to link.device_m"
+        raise NoPlanError(f"optuav found no plan that holds {where}: {repair}")
     kept = search.kept(times, samples_of(network, box, 0, count, int(seed)))
     box = box.shrunk(share) if share < 1.0 else box
     route, hover_s, rest_s, how = times

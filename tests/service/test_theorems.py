@@ -1,6 +1,8 @@
 """Theorems of coverage and robust plans, attacked by random batteries, schedules and boxes."""
 
+import itertools
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import optuav
-from optuav.physics.kibam import Stage
+from optuav.physics.kibam import Battery, Stage
 from optuav.service.visit import Visit
 from tests.cycles import flown, random_visit
 from tests.examples import few
@@ -17,11 +19,16 @@ from tests.examples import few
 SEEDS = st.integers(0, 10**6)
 
 
+def full(visit: Visit) -> tuple[float, float]:
+    """Both full wells."""
+    B, share = visit.battery.capacity_As, visit.battery.available_fraction
+    return share * B, (1.0 - share) * B
+
+
 def lowest(visit: Visit, stages: list[Stage]) -> tuple[float, float]:
     """Least and largest y1 as a share of B, from full wells."""
-    battery = visit.battery
-    B, share = battery.capacity_As, battery.available_fraction
-    ends = flown(visit, stages, (share * B, (1.0 - share) * B))
+    B = visit.battery.capacity_As
+    ends = flown(visit, stages, full(visit))
     return min(y1 for y1, _ in ends) / B, max(y1 for y1, _ in ends) / B
 
 
@@ -145,3 +152,110 @@ def test_a_charger_that_stops_lets_a_waiting_fleet_run_dry() -> None:
         ends = flown(visit, cycle_s, wells)
         least, wells = min(least, *(y1 for y1, _ in ends)), ends[-1]
     assert -0.02 < least / visit.battery.capacity_As < -0.002
+
+
+@few(30)
+@given(SEEDS)
+def test_a_longer_discharge_is_worse_if_it_draws_enough(seed: int) -> None:
+    """With |I| ≥ (1 − ω) I_max no later y1 is higher; a gentle discharge may raise it."""
+    rng = np.random.default_rng(seed)
+    visit = random_visit(rng)
+    battery, most_A = visit.battery, visit.battery.capacity_As / 400
+    currents_A = -most_A * rng.uniform(1.0 - battery.available_fraction, 1.0, 8)
+    charging = rng.uniform(size=8) < 0.3
+    currents_A[charging] *= -1.0
+    times_s = rng.uniform(1, 400, 8)
+    stage = int(rng.choice(np.flatnonzero(~charging))) if not charging.all() else 0
+    longer_s = times_s + np.eye(8)[stage] * rng.uniform(0.0, 200.0) * (not charging.all())
+    ends, later = (
+        np.array(flown(visit, [*map(Stage, currents_A.tolist(), lasts_s.tolist())], full(visit)))
+        for lasts_s in (times_s, longer_s)
+    )
+    assert np.all(later[stage:, 0] <= ends[stage:, 0] + 1e-9 * battery.capacity_As)
+
+
+def test_a_longer_gentle_discharge_may_be_better() -> None:
+    """Below (1 − ω) I_max the bound well refills the available one faster than it is drawn."""
+    battery = Battery(36_000.0, 0.4, 1e-3)
+    visit = replace(random_visit(np.random.default_rng(0)), battery=battery)
+    ends = [
+        flown(visit, [Stage(-40.0, 200.0), Stage(-2.0, lasts_s)], full(visit))[-1][0]
+        for lasts_s in (10.0, 60.0)
+    ]
+    assert ends[1] > ends[0]
+
+
+@few(30)
+@given(SEEDS)
+def test_the_smallest_capacity_is_worst(seed: int) -> None:
+    """For the same currents least y1 and the charge above η0 grow with B, at any k_F and ω."""
+    rng = np.random.default_rng(seed)
+    visit = random_visit(rng)
+    least_share = rng.uniform(0.0, 0.3)
+    currents_A = rng.uniform(-1.0, 0.4, 8) * visit.battery.capacity_As / 400
+    stages = [*map(Stage, currents_A.tolist(), rng.uniform(1, 400, 8).tolist())]
+    dry_As, spare_As = list[float](), list[float]()
+    for size in np.sort(rng.uniform(0.5, 1.5, 6)):
+        battery = replace(visit.battery, capacity_As=visit.battery.capacity_As * size)
+        larger = replace(visit, battery=battery)
+        ends = flown(larger, stages, full(larger))
+        dry_As.append(min(y1 for y1, _ in ends))
+        spare_As.append(sum(ends[-1]) - least_share * battery.capacity_As)
+    assert np.all(np.diff(dry_As) > 0.0)
+    assert np.all(np.diff(spare_As) > 0.0)
+
+
+@few(4)
+@given(st.floats(0.7, 0.98), st.floats(1.0, 1.3))
+def test_a_box_of_capacities_is_planned_for_the_smallest(low: float, high: float) -> None:
+    """Its hover is that of `solve` with the smallest pack, whatever the largest is."""
+    B = optuav.load("paper").battery.capacity_As
+    robust = optuav.robust(
+        "paper", {"battery.capacity_As": {"low": low * B, "high": high * B}}, "P3", samples=50
+    )
+    small = optuav.load("paper").replace({"battery.capacity_As": low * B})
+    assert robust.hover_s == pytest.approx(optuav.solve(small, "P3").hover_time_s, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("mission", "key", "reach"),
+    [
+        ("paper", "wind.force_N", 1.0),
+        ("paper-drag", "wind.force_N", 1.0),
+        ("relay-today", "wind.velocity_m_s", 5.0),
+    ],
+)
+def test_plans_for_corners_of_the_wind_hold_within(mission: str, key: str, reach: float) -> None:
+    """The judge flies the plan in random winds of the box, and in no wind.
+
+    A helicopter in no wind draws most of all: the corners alone would not do.
+    """
+    box = {f"{key}[{axis}]": {"low": -reach, "high": 0.6 * reach} for axis in (0, 1)}
+    robust = optuav.robust(mission, box, "P3", samples=300)
+    assert robust.flyable == 1.0
+    winds = np.random.default_rng(0).uniform(-reach, 0.6 * reach, (12, 2))
+    stops = [optuav.Stop(stop.at, stop.kind, stop.duration_s) for stop in robust.plan.stops]
+    for wind in [np.zeros(2), *winds]:
+        other = robust.plan.mission.replace({key: [*wind.tolist(), 0.0]})
+        replay = optuav.replay(optuav.Itinerary(other, stops))
+        assert replay.flyable, (wind, replay.violations)
+
+
+@few(8)
+@given(st.sampled_from(["paper", "paper-drag"]), SEEDS)
+def test_legs_are_longest_and_draw_most_at_corners_of_the_wind(mission: str, seed: int) -> None:
+    """Displacement times are log-convex in the wind's force; turns make a leg 0.01 % longer."""
+    rng, still = np.random.default_rng(seed), optuav.load(mission)
+
+    def legs(force_N: Any) -> Any:
+        windy = still.replace({"wind.force_N": [*map(float, force_N), 0.0]})
+        edges = optuav.graph(windy).edges
+        return np.array([[leg["duration_s"], leg["charge_As"]] for leg in edges.values()]).T
+
+    low = rng.uniform(-2.0, 1.0, 2)
+    high = low + rng.uniform(0.0, 2.0, 2)
+    corners = [legs(corner) for corner in itertools.product(*zip(low, high, strict=True))]
+    longest_s, most_As = np.max(corners, axis=0)
+    lasts_s, drawn_As = legs(rng.uniform(low, high))
+    assert np.all(lasts_s <= longest_s * (1.0 + 1e-4))
+    assert np.all(drawn_As <= most_As * (1.0 + 1e-6))
