@@ -18,7 +18,7 @@ with open(os.path.join(os.path.dirname(__file__), "__init__.pyi"), encoding="utf
 
 _FOUND = find_spec("formulations")
 _FOLDERS = (_FOUND and _FOUND.submodule_search_locations) or ()
-if not any(os.path.exists(os.path.join(each, "formulation.py")) for each in _FOLDERS):
+if not any(os.path.exists(os.path.join(folder, "formulation.py")) for folder in _FOLDERS):
     raise ImportError(
         f"{_FOUND.origin if _FOUND else 'nothing'} is found as 'formulations', and hides the "
         "package of this name that comes with optuav: rename it, or work in another folder"

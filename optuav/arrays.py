@@ -1,4 +1,4 @@
-"""Arrays by what they hold, of any shape; docstrings state shape and unit."""
+"""Arrays by content, of any shape; docstrings state shape and unit."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, TypeAlias

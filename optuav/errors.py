@@ -1,4 +1,4 @@
-"""The errors that optuav raises on purpose, and the fault of which an input error is made."""
+"""The errors that optuav raises on purpose, and the faults that make an input error."""
 
 import difflib
 import os
@@ -14,15 +14,15 @@ from importlib import import_module
 from typing import Any, TextIO
 
 MOST_SHOWN = 20  # Faults that a message lists one by one
-LONGEST_TEXT = 60  # Most characters of a value, and of a name for which others are suggested
-LEAST_COLUMNS = 60  # In fewer no table would be legible
+LONGEST_TEXT = 60  # Most characters of a value, and of a name with suggestions
+LEAST_COLUMNS = 60  # Fewest columns of a legible table
 LABEL = re.compile(r" *\S+ {2,}")  # A word before two blanks, as in "  verdict    matched"
 PLAIN = {
     **{"→": "->", "−": "-", "–": "-", "·": "*", "×": "x", "…": "...", "∞": "inf", "√": "sqrt"},
     **{"⁻": "-", "′": "'", "°": " deg", "µ": "u", "λ": "lambda", "Λ": "Lambda", "ϱ": "rho"},
     **{"≤": "<=", "≥": ">=", "≠": "!=", "≈": "~", "∈": "in", "±": "+/-", "∂": "d", "∧": "and"},
 }
-"""Replacements for signs that an encoding lacks."""
+"""Replacements for signs missing from an encoding."""
 EXTRAS = {
     **{"matplotlib": "plot", "pandas": "frame", "xarray": "batch", "pyarrow": "sweep"},
     **{"distributed": "cluster", "anywidget": "notebook"},
@@ -53,7 +53,7 @@ def integer(text: str | int) -> int:
 
 def printable(text: str, kept: str = "") -> str:
     """Text from anywhere without control characters but those kept, safe to print."""
-    unsafe = (ord(each) for each in {*text} - {*kept} if not each.isprintable())
+    unsafe = (ord(letter) for letter in {*text} - {*kept} if not letter.isprintable())
     return text.translate(dict.fromkeys(unsafe, "\N{REPLACEMENT CHARACTER}"))
 
 
@@ -70,8 +70,8 @@ def spelled(text: str, stream: TextIO | None = None) -> str:
         greek = name[-1].lower() if "SMALL" in name else name[-1].title()
         return PLAIN.get(letter) or bare or (greek if name[0] == "GREEK" else "?")
 
-    lacks = {x for x in {*text} if not x.isascii() and not x.encode(encoding, "ignore")}
-    return text.translate({ord(lack): plain(lack) for lack in lacks})
+    missing = {x for x in {*text} if not x.isascii() and not x.encode(encoding, "ignore")}
+    return text.translate({ord(sign): plain(sign) for sign in missing})
 
 
 def printed(write: Callable[[Any], str]) -> Callable[[Any], str]:
@@ -93,13 +93,13 @@ def safe_name(part: object, longest: int = LONGEST_NAME) -> str:
 def nearest(key: str, known: Iterable[str]) -> str:
     """Words that suggest the known key most like this one; empty if none is like it.
 
-    Keys of one table are compared by their names alone: as a whole, all of them are alike.
+    Keys of one table are compared only by their names: as a whole, all of them are alike.
     """
     if len(key) > LONGEST_TEXT:
         return ""
     table, dot, name = key.rpartition(".")
-    inside = [each for each in known if dot and each.startswith(f"{table}.")]
-    beside = [each.removeprefix(f"{table}.") for each in inside]
+    inside = [key_inside for key_inside in known if dot and key_inside.startswith(f"{table}.")]
+    beside = [key_inside.removeprefix(f"{table}.") for key_inside in inside]
     if like := difflib.get_close_matches(name, beside, n=1):
         return f"; did you mean '{table}.{like[0]}'?"
     like = difflib.get_close_matches(key, {*known} - {*inside, table}, n=1)
@@ -149,11 +149,11 @@ class Fault:
     key
         Dotted name of the field, for example ``"limits.min_soc"``; empty for the input as a whole.
     value
-        The offending value as a short text; empty where there is none (a missing key).
+        The offending value as a short text; empty for a missing key.
     allowed
         What would have been accepted, in words.
     source
-        File, option or argument in which the value was stated.
+        File, option or argument that stated the value.
 
     Examples
     --------
@@ -169,7 +169,7 @@ class Fault:
 
     @printed
     def __str__(self) -> str:
-        source, value = (safe_name(each, LONGEST_WORDS // 2) for each in (self.source, self.value))
+        source, value = (safe_name(part, LONGEST_WORDS // 2) for part in (self.source, self.value))
         key, allowed = safe_name(self.key), safe_name(self.allowed, LONGEST_WORDS)
         where = ": ".join(part for part in (source, key) if part)
         what = f" = {value}" if value and key else value
@@ -196,8 +196,8 @@ class InputError(OptuavError, ValueError):
     """
 
     def __init__(self, faults: Iterable[Fault] | str) -> None:
-        stated = [Fault("", "", faults)] if isinstance(faults, str) else faults
-        self.faults = tuple[Fault, ...](stated)
+        all_faults = [Fault("", "", faults)] if isinstance(faults, str) else faults
+        self.faults = tuple[Fault, ...](all_faults)
         super().__init__(self.faults)
 
     @printed

@@ -9,7 +9,7 @@ class Look(NamedTuple):
 
     light: str
     dark: str
-    width: float = 0.0  # Of the line in a page [px]; 0 for a role without one
+    width: float = 0.0  # Width of the line in a page [px]; 0 for a role without one
     dash: tuple[float, ...] = ()  # Lengths of dashes and gaps [px]; empty for a solid line
     rounded: bool = False  # Whether its dashes have round ends
 
@@ -20,7 +20,7 @@ def _same(colour: str) -> Look:
 
 
 LOOKS: Mapping[str, Look] = {
-    # Limits: no two are told apart by colour alone.
+    # Limits: no two differ only in colour.
     "charge": Look("#5B2FA8", "#B58CFF", 2.25, (10.0, 4.0)),
     "deadline": Look("#17191C", "#F1F3F5", 2.25, (14.0, 4.0, 2.0, 4.0)),
     "dry": Look("#BF4200", "#FF8B4D", 2.75),

@@ -1,6 +1,6 @@
 """HTML and SVG that a notebook shows: trees of elements, whose texts are escaped when written.
 
-What is shown has no script, loads nothing, and takes its colours from the page around it.
+The output has no script, loads nothing, and takes its colours from the page around it.
 """
 
 import re
@@ -13,7 +13,7 @@ from optuav.looks import colour
 
 Cell: TypeAlias = str | float | bool | Element | None
 
-MOST_ROWS = 60  # Of a long table, how many are shown
+MOST_ROWS = 60  # Most rows shown of a long table
 FIGURE = re.compile(r"[-+−]?(\d[\d.]*(·10\S+|e[-+−]?\d+)?|∞)( %)?|–")
 KEPT = "\n\N{NO-BREAK SPACE}"
 STYLE = (
@@ -45,18 +45,18 @@ IGNORED = "optuav tex2jax_ignore mathjax_ignore"  # MathJax reads no name as mat
 def element(tag: str, *content: str | Element, **attributes: str) -> Element:
     """An element with texts and elements in it; ``class_`` stands for the attribute class."""
     made = Element(tag, {name.strip("_").replace("_", "-"): v for name, v in attributes.items()})
-    for each in content:
-        if isinstance(each, Element):
-            made.append(each)
+    for child in content:
+        if isinstance(child, Element):
+            made.append(child)
         elif len(made):
-            made[-1].tail = (made[-1].tail or "") + each
+            made[-1].tail = (made[-1].tail or "") + child
         else:
-            made.text = (made.text or "") + each
+            made.text = (made.text or "") + child
     return made
 
 
 def figure(value: float, digits: int = 6) -> str:
-    """A number with a minus sign; infinity as its sign, and a dash for what is no number."""
+    """A number with a minus sign; infinity as its sign, and a dash for NaN."""
     text = f"{value + 0.0:.{digits}g}".replace("-", "−").replace("inf", "∞")
     return "–" if "nan" in text else text
 
@@ -84,7 +84,7 @@ def table(
     """
     body, marked = [[_text(cell) for cell in row] for row in rows[:MOST_ROWS]], {*bad}
     right = [all(_is_figure(row[k]) for row in body) for k in range(len(heads))]
-    classes = ["number" if each else "words" for each in right]
+    classes = ["number" if is_right else "words" for is_right in right]
     lines = []
     if any(heads):
         titles = zip(heads, classes, strict=True)
@@ -99,10 +99,10 @@ def table(
 
 
 def pairs(rows: Iterable[tuple[str, Cell]]) -> Element:
-    """A table of names and what they stand for."""
-    found = table(("", ""), [*rows])
-    found[0].set("class", "pairs")
-    return found
+    """A table of names and their values."""
+    made = table(("", ""), [*rows])
+    made[0].set("class", "pairs")
+    return made
 
 
 def folded(title: str, *content: Element, is_open: bool = False) -> Element:
@@ -116,11 +116,11 @@ def folded(title: str, *content: Element, is_open: bool = False) -> Element:
 def shown(*content: Element) -> str:
     """Elements as the HTML of one object."""
     whole = element("div", element("style", STYLE), *content, class_=IGNORED)
-    for each in whole.iter():
-        each.text = printable(each.text or "", KEPT) or None
-        each.tail = printable(each.tail or "", KEPT) or None
-        for name, value in each.items():
-            each.set(name, printable(value))
+    for node in whole.iter():
+        node.text = printable(node.text or "", KEPT) or None
+        node.tail = printable(node.tail or "", KEPT) or None
+        for name, value in node.items():
+            node.set(name, printable(value))
     return tostring(whole, encoding="unicode", method="html")
 
 
@@ -134,5 +134,5 @@ def _text(cell: Cell) -> str | Element:
 
 
 def _is_figure(cell: str | Element) -> bool:
-    """Whether a cell is a number, or the dash for none."""
+    """Return whether a cell is a number, or the dash for none."""
     return isinstance(cell, str) and FIGURE.fullmatch(cell) is not None

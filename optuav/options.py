@@ -1,4 +1,4 @@
-"""The options of a question and of a battery that have names, as `Literal` types."""
+"""Named options of a question and of a battery, with `Literal` types."""
 
 from typing import Literal, TypeAlias, get_args
 

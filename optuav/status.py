@@ -13,10 +13,10 @@ class Status(StrEnum):
     FEASIBLE = "feasible"
     INFEASIBLE = "infeasible"
     UNBOUNDED = "unbounded"
-    UNKNOWN = "unknown"  # Neither a point nor proof that there is none
-    ERROR = "error"  # A number of the programme is no number, or its answer fails a check
+    UNKNOWN = "unknown"  # Neither a point nor proof that none exists
+    ERROR = "error"  # A number of the programme is NaN, or its answer fails a check
 
     @property
     def has_answer(self) -> bool:
-        """Whether values belong to it."""
+        """True if values belong to it."""
         return self in (Status.OPTIMAL, Status.LOCALLY_OPTIMAL, Status.FEASIBLE)

@@ -62,7 +62,7 @@ class Format(NamedTuple):
 
     kinds: Mapping[str, str]
     optional: tuple[str, ...] = ()  # columns that may be missing
-    blanks: tuple[str, ...] = ()  # columns of which empty cells are read as NaN
+    blanks: tuple[str, ...] = ()  # columns whose empty cells are read as NaN
     least: int = 1
 
     def headings(self, column: str) -> dict[str, float]:
@@ -87,17 +87,17 @@ class Measurements:
 
     def faults(self, wrong: Booleans, key: str, allowed: str, unit: str = "") -> Iterator[Fault]:
         """At most one fault, for all rows that break a rule."""
-        found = []
+        faults = []
         for row in np.flatnonzero(wrong).tolist():
             cell = self.texts[key][row] if key in self.texts else "an empty cell"
             if key in self.numbers and not math.isnan(value := self.numbers[key][row]):
                 cell = f"{value:g}{unit}"
-            found.append((self.lines[row], cell))
-        if found:
-            yield _fault(self.source, key, allowed, found)
+            faults.append((self.lines[row], cell))
+        if faults:
+            yield _fault(self.source, key, allowed, faults)
 
     def doubts(self) -> Iterator[str]:
-        """A warning for each column of which the largest size is none of a UAV."""
+        """A warning for each column whose largest size does not suit a UAV."""
         for column, values in self.numbers.items():
             if (kind := self.kinds[column]) in USUAL:
                 largest = float(np.max(np.abs(values)))
@@ -105,7 +105,7 @@ class Measurements:
 
 
 def read(text: str, source: str, formats: Iterable[Format]) -> Measurements:
-    """Read a CSV text in that of the formats to which most headings belong, or refuse it."""
+    """Read a CSV text in the format that most headings belong to, or refuse it."""
     rows = csv_rows(text, source)
     first, headings = next(rows, (0, list[str]()))
     if not headings:
@@ -147,12 +147,12 @@ def read(text: str, source: str, formats: Iterable[Format]) -> Measurements:
         words = f"at least {counted(form.least, 'line')} of measurements; there are {count}"
         faults.append(Fault("", "", words, source))
     refuse(faults)
-    stated = {column: tuple(cells) for column, cells in texts.items()}
-    return Measurements(source, form.kinds, tuple(lines), numbers, stated)
+    texts_kept = {column: tuple(cells) for column, cells in texts.items()}
+    return Measurements(source, form.kinds, tuple(lines), numbers, texts_kept)
 
 
 def record_faults(table: Measurements) -> Iterator[Fault]:
-    """The lines of a record at which time does not move on, and all where nothing is drawn."""
+    """The lines of a record where time does not move on, and all if nothing is drawn."""
     time_s, current_A = table.numbers["time"], table.numbers["current"]
     late = np.diff(time_s, prepend=-math.inf) > 0.0
     yield from table.faults(~late, "time", "later than the line before", " s")
@@ -173,11 +173,11 @@ def read_all(
     files: Sequence[Path], formats: Sequence[Format], one: Callable[[Measurements], Read]
 ) -> list[Read]:
     """Read each file with `one`, or refuse all faults at once, also of two with one content."""
-    found, faults, first = list[Read](), list[Fault](), dict[str, str]()
+    records, faults, first = list[Read](), list[Fault](), dict[str, str]()
     for path in files:
         try:
             source, text = label(path), read_text(path, LARGEST_FILE)
-            found.append(one(read(text, source, formats)))
+            records.append(one(read(text, source, formats)))
         except InputError as error:
             faults += error.faults
             continue
@@ -186,19 +186,19 @@ def read_all(
             faults.append(Fault("", "", words, source))
         first.setdefault(text, source)
     refuse(faults)
-    return found
+    return records
 
 
 def unit_doubts(
     words: str, size: float, column: str, kind: str, usual: tuple[float, float, str] | None = None
 ) -> Iterator[str]:
-    """A warning of a size in SI units that no UAV has, naming units in which it would be usual."""
+    """A warning of a size in SI units that no UAV has, naming units that would make it usual."""
     least, most, unit = usual or USUAL[kind]
     if not least <= size <= most:
         meant = [each for each, worth in UNITS[kind].items() if least <= size * worth <= most]
         heading = f"{column}_{next(iter(UNITS[kind]))}"
         yield (
-            f"{words} is {size:.5g} {unit}, where that of a UAV is {short(least)} to "
+            f"{words} is {size:.5g} {unit}, where a UAV has {short(least)} to "
             f"{short(most)} {unit}: look at the units in the names of the columns"
             + (f"; under {heading} it may be {' or '.join(meant)} that is meant" if meant else "")
         )
@@ -211,7 +211,7 @@ def _places(
     if len(headings) == 1 and any(mark in headings[0] for mark in ";\t"):
         return {}, [Fault("columns", shown(headings[0]), "commas between the columns", source)]
     known = {heading: column for column in form.kinds for heading in form.headings(column)}
-    found, faults = dict[int, str](), list[Fault]()
+    columns, faults = dict[int, str](), list[Fault]()
     for place, heading in enumerate(headings):
         column = known.get(heading)
         if column is None:
@@ -220,21 +220,21 @@ def _places(
             if (column := form.named(heading)) is not None:
                 words = f"a unit that belongs to it, {' or '.join(form.headings(column))}"
             faults.append(Fault("column", shown(heading), words, source))
-        elif column in found.values():
+        elif column in columns.values():
             faults.append(Fault(heading, "", f"a second column of {column}", source))
         else:
-            found[place] = column
-    stated = set(map(form.named, headings))
+            columns[place] = column
+    named = set(map(form.named, headings))
     faults += [
         Fault("", "", f"there is no column {' or '.join(form.headings(column))}", source)
         for column in form.kinds
-        if column not in form.optional and column not in stated
+        if column not in form.optional and column not in named
     ]
-    return found, faults
+    return columns, faults
 
 
 def _value(cell: str, size: float) -> float:
-    """The number in a cell in SI units, NaN where there is none that can be."""
+    """The number in a cell in SI units, NaN if it has none."""
     try:
         value = size * decimal(cell)
     except ValueError:

@@ -45,7 +45,7 @@ ROUNDING = 1e-3  # component of a blind direction that may come from rounding
 
 
 class ConfidenceInterval(NamedTuple):
-    """The range in which a value lies at a confidence of 95 %."""
+    """The range of a value at a confidence of 95 %."""
 
     low: float
     high: float
@@ -98,7 +98,7 @@ class Panel:
     Parameters
     ----------
     quantity, unit
-        What was observed, and its unit.
+        The observed quantity, and its unit.
     observed, fitted
         The values, in that unit.
     names, at, at_words
@@ -145,7 +145,7 @@ class Fit:
     panels
         Observed and fitted values, each an `optuav.calibration.Panel`; empty without observations.
     warnings
-        Sentences on what the data do not determine, and on data that look wrong.
+        Sentences on undetermined values, and on data that look wrong.
     settings
         Further keys of the mission that the values need.
     extends
@@ -174,9 +174,9 @@ class Fit:
 
     @property
     def changes(self) -> dict[str, object]:
-        """The values that are determined, by dotted key, as `optuav.Mission.replace` takes them."""
-        found = {value.key: rounded(value.value) for value in self.values if value.determined}
-        return {**self.settings, **found}
+        """The values that are determined, by dotted key, ready for `optuav.Mission.replace`."""
+        determined = {value.key: rounded(value.value) for value in self.values if value.determined}
+        return {**self.settings, **determined}
 
     def __repr__(self) -> str:
         return (
@@ -228,8 +228,8 @@ class Fit:
         Parameters
         ----------
         extends
-            A shipped mission or the path of a file, from which all other values come; by default
-            the mission to which the fit belongs.
+            A shipped mission or the path of a file that all other values come from; by default
+            the mission that the fit belongs to.
         file
             Where the fragment will be; a path in `extends` is written relative to it.
         """
@@ -262,16 +262,16 @@ class Estimate(NamedTuple):
     keys: tuple[str, ...]
     values: Floats
     residuals: Floats
-    spread: float | None  # s; None if there are no more observations than parameters
+    spread: float | None  # s; None without more observations than parameters
     intervals: tuple[ConfidenceInterval | None, ...]  # by the Jacobian; None without a spread
     undetermined: tuple[str, ...]  # keys that the data do not determine or tell apart
     unsure: tuple[str, ...] = ()  # that they hardly do
 
     def stated(self, origin: str) -> tuple[Value, ...]:
         """The values for a mission."""
-        every = zip(self.keys, self.values.tolist(), self.intervals, strict=True)
+        rows = zip(self.keys, self.values.tolist(), self.intervals, strict=True)
         blind = self.undetermined
-        return tuple(Value(key, x, origin, ends, key not in blind) for key, x, ends in every)
+        return tuple(Value(key, x, origin, ends, key not in blind) for key, x, ends in rows)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -307,7 +307,7 @@ def estimate(
     def inside(x: Floats) -> Floats:
         return residuals(outer(x))
 
-    # Steps of "trf" keep out of directions in which the data are blind, and one-sided differences
+    # Steps of "trf" keep out of directions where the data are blind, and one-sided differences
     # leave the optimum uncertain in its seventh digit.
     how: dict[str, Any] = {"method": "trf", "jac": "3-point", "max_nfev": MOST_STEPS}
     how |= dict.fromkeys(("xtol", "ftol", "gtol"), CLOSE)
@@ -332,7 +332,7 @@ def estimate(
         reach = np.where(wide, np.inf, sigma * deviations * errors)
         ends = outer(best.x - reach).tolist(), outer(best.x + reach).tolist()
         intervals = tuple(map(ConfidenceInterval, *ends))
-        # Of optima that are equally good, rounding would choose one.
+        # Rounding would choose one of several equally good optima.
         apart = [np.abs(tie.x - best.x) > np.maximum(reach, SAME) for tie in ties]
         wide = wide | (reach > WIDE) | np.any(apart, axis=0)
     undetermined = tuple(compress(keys, wide))

@@ -2,8 +2,8 @@
 
 The model [3]_ is linear in the current: when the available well is empty at time T, ωB equals the
 sum of the responses to every change of the current until then. So for given ω and k_F each
-discharge has a capacity with which the battery lasts exactly as long, and the right ω and k_F make
-all of these agree. The fit is to their logarithms, as the noise assumed is that of the capacity
+discharge has a capacity that makes the battery last exactly as long, and the right ω and k_F make
+all of these agree. The fit is to their logarithms, as the noise is assumed in the capacity
 from one discharge to the next; unlike the lifetime, which jumps over a pause, they are smooth.
 
 What varies by chance are the lifetimes, so their likelihood has a factor |d log B/d log T| for each
@@ -11,7 +11,7 @@ discharge. It is largest where the sum of squares, over the geometric mean of th
 least, as for the transformations of Box and Cox [1]_; without it the fit would prefer batteries
 whose capacity hardly matters for how long they last.
 
-Intervals are those of the profile likelihood [2]_: all values of a parameter for which some battery
+Intervals come from the profile likelihood [2]_: all values of a parameter such that some battery
 has a sum of squares up to 1 + t²/(n − 3) times the least, with t by Student.
 
 References
@@ -57,9 +57,9 @@ CHANCE = 5.0  # how many times smaller theirs may then be
 FAR = 0.2  # relative miss of a lifetime beyond which no value is stated
 JUMP = 0.1  # relative change of the capacity that may be scatter, for a jump over a pause
 ADVICE = "add loads of other sizes, from very small to very large, and with long and short pauses"
-LEAST_SENSITIVITY = 1e-6  # that of the least ω; below it the available well would fill up
+LEAST_SENSITIVITY = 1e-6  # sensitivity at the least ω; below it the available well would fill up
 
-CLEAR = 0.99  # confidence at which an interval must end for the data to tell its value apart
+CLEAR = 0.99  # confidence of an interval that must end for the data to tell its value apart
 LOGIT = math.log(999.0)  # range of the logit of ω: 0.1 % to 99.9 %
 SLOWEST, FASTEST = 1e-4, 1e2  # k' times the longest, the shortest lifetime: all beyond is alike
 ROWS, FINER, ZOOMS = 161, 33, 8  # places of the first grid and of each finer one, and of these
@@ -94,12 +94,12 @@ def fit_kibam(files: str | Path | Iterable[str | Path]) -> Fit:
 
     The battery is the kinetic one, dy1/dt = I + k_F (y2/(1−ω) − y1/ω) and dy2/dt = −k_F (y2/(1−ω) −
     y1/ω) with I > 0 while charging, from y1 = ωB and y2 = (1−ω)B until y1 = 0 [1]_. Intervals are
-    those of the profile likelihood [2]_.
+    from the profile likelihood [2]_.
 
     Parameters
     ----------
     files
-        CSV files, the loads those of one pack, as the capacity of a mission is. Of lifetimes under
+        CSV files, with the loads of one pack, like the capacity of a mission. For lifetimes under
         constant or repeating loads: columns ``load`` (a name), ``current_A``, ``duration_s``
         (empty for a constant load), ``lifetime_s``, with a line for every piece of a load, in
         order. Or a record ``time_s,current_A`` of one discharge, from full, whose last line is the
@@ -147,7 +147,7 @@ def fit_kibam(files: str | Path | Iterable[str | Path]) -> Fit:
     lifetimes_s = np.array([discharge.lifetime_s for discharge in discharges])
 
     def simulated(values: Floats, factor: float = 1.0) -> Floats:
-        """Lifetimes [s]; of a battery of 1 A s, as they depend on current over capacity alone."""
+        """Lifetimes [s]; for a battery of 1 A s, as they depend only on current over capacity."""
         capacity_As, share, rate = values.tolist()
         battery = {"capacity_As": 1.0, "available_fraction": share, "flow_rate_per_s": rate}
         loads = (
@@ -157,18 +157,18 @@ def fit_kibam(files: str | Path | Iterable[str | Path]) -> Fit:
         return np.array([lifetime(load, **battery) for load in loads])
 
     # A battery may also last as long by the formula but run dry in an earlier piece.
-    found = _estimate(
+    estimated = _estimate(
         discharges,
         SCATTER if few else None,
         lambda values: float(np.max(np.abs(simulated(values) / lifetimes_s - 1.0))),
     )
-    values = found.stated(f"fitted to {count} discharges of one pack")
-    warnings = [*found.warnings, ADVICE] if found.unsure else []
+    values = estimated.stated(f"fitted to {count} discharges of one pack")
+    warnings = [*estimated.warnings, ADVICE] if estimated.unsure else []
     # A lifetime jumps over a whole pause where the capacity is a little less.
-    less, more = (simulated(found.values, 1.0 + by) for by in (-JUMP, JUMP))
+    less, more = (simulated(estimated.values, 1.0 + by) for by in (-JUMP, JUMP))
     far = np.abs(np.clip(lifetimes_s, less, more) / lifetimes_s - 1.0) > FAR
     if np.any(far):
-        # Such data have several poor optima, and rounding decides in which one the fit ends.
+        # Such data have several poor optima, and rounding decides where the fit ends.
         values = tuple(replace(value, interval=None, determined=False) for value in values)
         missed = ", ".join(discharge.name for discharge in itertools.compress(discharges, far))
         warnings = [
@@ -191,7 +191,10 @@ def fit_kibam(files: str | Path | Iterable[str | Path]) -> Fit:
             f"{LEAST_DISCHARGES} discharges for as many parameters leave nothing over: the "
             f"intervals take lifetimes to scatter by {SCATTER:.0%}"
         )
-    names, fitted = [discharge.name for discharge in discharges], simulated(found.values).tolist()
+    names, fitted = (
+        [discharge.name for discharge in discharges],
+        simulated(estimated.values).tolist(),
+    )
     panel = Panel("lifetime", "s", lifetimes_s.tolist(), fitted, names)
     data = f"{count} discharges of one full pack"
     return finished(Fit("kibam", sources, data, values, (panel,), tuple(warnings)))
@@ -200,8 +203,8 @@ def fit_kibam(files: str | Path | Iterable[str | Path]) -> Fit:
 class SumOfSquares:
     """The sum of squares, least over the capacity, by log k' (rows) and logit ω (columns).
 
-    With ϱ = (1 − ω)/ω a discharge implies B = Q + ϱ q, where Q is the charge drawn and q, by which
-    the available well lags behind, depends on k' alone. So a row costs one pass over the currents.
+    With ϱ = (1 − ω)/ω a discharge implies B = Q + ϱ q, where Q is the charge drawn and q, the
+    lag of the available well, depends only on k'. So a row costs one pass over the currents.
     """
 
     def __init__(self, discharges: Sequence[Discharge]) -> None:
@@ -216,7 +219,7 @@ class SumOfSquares:
         self._least = self.valley(self._rates)[1]
 
     def _sums(self, weights: Floats | float) -> Floats:
-        """Sums over the changes of the current, one a discharge."""
+        """Sums over the changes of the current, one per discharge."""
         sums: Floats = np.add.reduceat(self._changes_A * weights, self._first)
         return sums
 
@@ -337,7 +340,7 @@ def _estimate(
 
 def _discharges(table: csv.Measurements) -> list[Discharge]:
     """The discharges in a file of lifetimes, or in a record."""
-    if "time" in table.numbers:  # a record, each current of which holds until the next line
+    if "time" in table.numbers:  # a record: each current holds until the next line
         refuse(csv.record_faults(table))
         time_s, held_A = table.numbers["time"], table.numbers["current"][:-1].tolist()
         record = tuple(zip(held_A, np.diff(time_s).tolist(), strict=True))
@@ -345,27 +348,27 @@ def _discharges(table: csv.Measurements) -> list[Discharge]:
     names = np.array(table.texts["load"])
     current_A, lifetime_s = table.numbers["current"], table.numbers["lifetime"]
     duration_s = table.numbers["duration"]
-    faults, found = list[Fault](), list[Discharge]()
+    faults, discharges = list[Fault](), list[Discharge]()
     for name in dict.fromkeys(table.texts["load"]):
-        own = names == name
-        several = np.sum(own) > 1
-        lasts_s = float(lifetime_s[own][0])
-        faults += table.faults(own & ~(lifetime_s > 0.0), "lifetime", "a time above 0")
+        of_load = names == name
+        several = np.sum(of_load) > 1
+        lasts_s = float(lifetime_s[of_load][0])
+        faults += table.faults(of_load & ~(lifetime_s > 0.0), "lifetime", "a time above 0")
         words = f"one lifetime for all pieces of {name}; a second discharge gets a second name"
-        faults += table.faults(own & (lifetime_s != lasts_s), "lifetime", words)
-        if not np.any(current_A[own] > 0.0):
+        faults += table.faults(of_load & (lifetime_s != lasts_s), "lifetime", words)
+        if not np.any(current_A[of_load] > 0.0):
             words = f"some current above 0 in {name}: positive is discharge"
-            faults += table.faults(own, "current", words)
-        timeless = own & ~(duration_s > 0.0) & several
-        words = f"a time above 0, as {name} has several pieces"
+            faults += table.faults(of_load, "current", words)
+        timeless = of_load & ~(duration_s > 0.0) & several
+        words = f"a time above 0, because {name} has several pieces"
         faults += table.faults(timeless, "duration", words)
         if several and not np.any(timeless):
-            rounds = lasts_s / float(np.sum(duration_s[own]))
+            rounds = lasts_s / float(np.sum(duration_s[of_load]))
             words = f"at most {MOST_PIECES} pieces of {name} until the battery is empty"
-            many = own & (rounds * np.sum(own) > MOST_PIECES)
+            many = of_load & (rounds * np.sum(of_load) > MOST_PIECES)
             faults += table.faults(many, "duration", words)
-        durations_s = duration_s[own] if several else lifetime_s[own]
-        pieces = tuple(zip(current_A[own].tolist(), durations_s.tolist(), strict=True))
-        found.append(Discharge(name, pieces, lasts_s))
+        durations_s = duration_s[of_load] if several else lifetime_s[of_load]
+        pieces = tuple(zip(current_A[of_load].tolist(), durations_s.tolist(), strict=True))
+        discharges.append(Discharge(name, pieces, lasts_s))
     refuse(faults)
-    return found
+    return discharges

@@ -1,9 +1,9 @@
 """Loads of each regime, acceleration and speed cap from flight logs.
 
 Loads are means over all time spent in a regime. If each sample depends on the one before,
-x' = φ x + noise, the mean of n is as sure as that of n (1 − φ)/(1 + φ) independent ones [1]_.
+x' = φ x + noise, the mean of n is as sure as the mean of n (1 − φ)/(1 + φ) independent ones [1]_.
 
-Acceleration and speed cap are those of the trapezoids that follow the logged speeds best. When each
+Acceleration and speed cap belong to the trapezoids that follow the logged speeds best. When each
 leg begins and ends is fitted as well: a distance summed up from the same speeds would share their
 errors, and a cap that is compared with it would look surer than it is.
 
@@ -49,7 +49,7 @@ MOST_ALIKE = 0.99  # largest correlation of neighbours that is believed
 LEAST_LEG = 5  # fewest samples of a leg
 REACHED = 0.98  # share of the cap that the longest leg must reach without it, for it to bind
 GAIN = 9.0  # least gain of the sum of squares by a cap, in variances: three standard errors
-ROUNDS = 20  # most steps to the best moments at which a leg begins and ends; two are usual
+ROUNDS = 20  # most steps to the best begin and end of a leg; two are usual
 FOUND_S = 1e-9  # change of these moments below which they are found
 
 
@@ -57,7 +57,7 @@ class Samples(NamedTuple):
     """Samples of flight logs, one log after another: speeds are NaN where a log has none."""
 
     time_s: Floats
-    step_s: Floats  # for which each stands
+    step_s: Floats  # span of each sample
     current_A: Floats
     power_W: Floats
     speed_m_s: Floats
@@ -178,8 +178,8 @@ def correlation_of_neighbours(values: Floats) -> float:
     place = np.arange(count)
     left = values - np.polyval(np.polyfit(place, values, 1), place)
     squares = float(left @ left)
-    found = float(left[1:] @ left[:-1]) / squares if squares > 0.0 else 0.0
-    return float(np.clip((found + 2.0 / count) / (1.0 - 4.0 / count), 0.0, MOST_ALIKE))
+    alike = float(left[1:] @ left[:-1]) / squares if squares > 0.0 else 0.0
+    return float(np.clip((alike + 2.0 / count) / (1.0 - 4.0 / count), 0.0, MOST_ALIKE))
 
 
 def _read_log(table: csv.Measurements) -> tuple[Samples, tuple[str, ...]]:
@@ -249,18 +249,18 @@ def _motion(
 
     keys, moments = ("flight.acceleration_m_s2", "flight.max_speed_m_s"), 2 * len(legs)
     starts = [(a, float(np.max(observed))) for a in (0.5, 2.0, 8.0)]
-    found = fit.estimate(keys, residuals, starts, eliminated=moments)
-    warnings = found.warnings
-    acceleration, cap = found.values
+    estimated = fit.estimate(keys, residuals, starts, eliminated=moments)
+    warnings = estimated.warnings
+    acceleration, cap = estimated.values
     without = fit.estimate(keys[:1], residuals, [(acceleration,)], eliminated=moments)
-    more = without.residuals @ without.residuals - found.residuals @ found.residuals
-    gain = float(more) / max(found.spread or 0.0, fit.NOTHING) ** 2
+    more = without.residuals @ without.residuals - estimated.residuals @ estimated.residuals
+    gain = float(more) / max(estimated.spread or 0.0, fit.NOTHING) ** 2
     if cap >= REACHED * math.sqrt(acceleration * distances_m.max()) or gain < GAIN:
-        found = without
+        estimated = without
         warnings = ("no leg is long enough to show a speed cap: max_speed_m_s is missing here",)
-    fitted = speeds(*found.values.tolist()).tolist()
+    fitted = speeds(*estimated.values.tolist()).tolist()
     course = Panel("speed", "m/s", observed.tolist(), fitted, (), at_s.tolist(), TIME)
-    return found.stated(f"fitted to the speed of {len(legs)} legs"), (course,), warnings
+    return estimated.stated(f"fitted to the speed of {len(legs)} legs"), (course,), warnings
 
 
 def _speeds(

@@ -23,7 +23,7 @@ from optuav.physics.rotary_wing import PowerCoefficients, power
 LEAST_SPEEDS = 6
 LOG = csv.Format({"speed": "speed", "power": "power"}, least=LEAST_SPEEDS)
 KEYS = tuple(f"flight.{name}" for name in PowerCoefficients._fields)
-INDUCED_M_S = (2.0, 5.0, 10.0)  # v_0 from which fits start
+INDUCED_M_S = (2.0, 5.0, 10.0)  # Starting values of v_0 for fits
 TIP_M_S, BLADES = 120.0, 0.45  # Usual tip speed, and share of the blades in the hover power
 PARASITE = 0.1  # Share of the fuselage in the power at the largest speed
 
@@ -63,8 +63,8 @@ def fit_rotary_wing(files: str | Path | Iterable[str | Path]) -> Fit:
     ...     file = pathlib.Path(folder) / "log.csv"
     ...     lines = ["speed_m_s,power_W", *(f"{speed},{power}" for speed, power in log.items())]
     ...     _ = file.write_text("\n".join(lines))
-    ...     found = optuav.fit_rotary_wing(file)
-    >>> [value.key for value in found.values][2:4]
+    ...     fitted = optuav.fit_rotary_wing(file)
+    >>> [value.key for value in fitted.values][2:4]
     ['flight.induced_speed_m_s', 'flight.tip_speed_m_s']
     """
     paths = paths_of(files, "files")
@@ -83,10 +83,10 @@ def fit_rotary_wing(files: str | Path | Iterable[str | Path]) -> Fit:
         (BLADES * hover_W, (1.0 - BLADES) * hover_W, induced, TIP_M_S, fuselage)
         for induced in INDUCED_M_S
     ]
-    found = estimate(KEYS, lambda values: modelled(values) - drawn_W, starts)
+    estimated = estimate(KEYS, lambda values: modelled(values) - drawn_W, starts)
     order = np.argsort(speed, kind="stable")
     seen, fitted, at = (
-        values[order].tolist() for values in (drawn_W, modelled(found.values), speed)
+        values[order].tolist() for values in (drawn_W, modelled(estimated.values), speed)
     )
     panel = Panel("power", "W", seen, fitted, (), at, "air speed $V$ [m/s]")
     doubts = dict.fromkeys(words for table in tables for words in table.doubts())
@@ -95,9 +95,9 @@ def fit_rotary_wing(files: str | Path | Iterable[str | Path]) -> Fit:
             "rotary-wing",
             tuple(map(str, paths)),
             f"{len(speed)} points of steady level flight",
-            found.stated(f"fitted to {len(speed)} points"),
+            estimated.stated(f"fitted to {len(speed)} points"),
             (panel,),
-            (*found.warnings, *doubts),
+            (*estimated.warnings, *doubts),
             settings={"flight.model": "rotary-wing", "flight.efficiency": 1.0},
             extends="relay-today",
         )

@@ -118,21 +118,21 @@ def _checked(table: csv.Measurements) -> csv.Measurements:
 
 def _from_sheet(sources: tuple[str, ...], table: csv.Measurements) -> Fit:
     """Constants from the data of propeller and motor."""
-    given = {name: float(values[0]) for name, values in table.numbers.items()}
-    disc_kg = given["air_density"] * math.pi * given["radius"] ** 3
-    found = {
-        KEYS[0]: (given["thrust_coefficient"] * disc_kg * given["radius"], "C_T ρ A r²"),
-        KEYS[5]: (given["torque_coefficient"] * disc_kg * given["radius"] ** 2, "C_Q ρ A r³"),
+    data = {name: float(values[0]) for name, values in table.numbers.items()}
+    disc_kg = data["air_density"] * math.pi * data["radius"] ** 3
+    constants = {
+        KEYS[0]: (data["thrust_coefficient"] * disc_kg * data["radius"], "C_T ρ A r²"),
+        KEYS[5]: (data["torque_coefficient"] * disc_kg * data["radius"] ** 2, "C_Q ρ A r³"),
     }
     warnings = list(table.doubts())
-    stated = {KEYS[1]: "velocity_constant", KEYS[2]: "resistance"}
-    found |= {key: (given[name], "as stated") for key, name in stated.items() if name in given}
-    if {"velocity_constant", "no_load_current"} <= given.keys():
-        torque_constant_Nm_A = rotor.RPM_PER_RAD_S / given["velocity_constant"]
-        found[KEYS[3]] = (torque_constant_Nm_A * given["no_load_current"], "9.5493/κ_V I_0")
-    elif "no_load_current" in given:
+    columns = {KEYS[1]: "velocity_constant", KEYS[2]: "resistance"}
+    constants |= {key: (data[name], "as stated") for key, name in columns.items() if name in data}
+    if {"velocity_constant", "no_load_current"} <= data.keys():
+        torque_constant_Nm_A = rotor.RPM_PER_RAD_S / data["velocity_constant"]
+        constants[KEYS[3]] = (torque_constant_Nm_A * data["no_load_current"], "9.5493/κ_V I_0")
+    elif "no_load_current" in data:
         warnings.append("the friction torque needs velocity_constant_rpm_V as well")
-    values = tuple(Value(f"rotor.{key}", *each) for key, each in found.items())
+    values = tuple(Value(f"rotor.{key}", *each) for key, each in constants.items())
     return Fit("rotor", sources, "data of a propeller and its motor", values, (), tuple(warnings))
 
 
@@ -157,13 +157,13 @@ def _from_bench(sources: tuple[str, ...], tables: list[csv.Measurements]) -> Fit
     torque = 0.9 * e / v * i
     propeller = (0.01 * torque, 0.3 * torque / v, 0.69 * torque / v**2)
     start = (thrust / v**2, rotor.RPM_PER_RAD_S / (0.9 * e / v), 0.1 * e / i, *propeller)
-    found = estimate(keys, residuals, [start])
+    estimated = estimate(keys, residuals, [start])
     for _ in range(ROUNDS - 1):
-        for name, part in zip(QUANTITIES, np.split(found.residuals, 3), strict=True):
+        for name, part in zip(QUANTITIES, np.split(estimated.residuals, 3), strict=True):
             left = float(np.sqrt(np.mean((part / weights[name]) ** 2)))
             weights[name] = 1.0 / max(left, LEAST_RESIDUAL * largest[name])
-        found = estimate(keys, residuals, [found.values.tolist()])
-    fitted, order, panels = _model(found.values, speed), np.argsort(speed, kind="stable"), []
+        estimated = estimate(keys, residuals, [estimated.values.tolist()])
+    fitted, order, panels = _model(estimated.values, speed), np.argsort(speed, kind="stable"), []
     for name, unit in QUANTITIES.items():
         seen, modelled = measured[name][order].tolist(), fitted[name][order].tolist()
         at_words = "speed of the rotor $v$ [rad/s]"
@@ -176,9 +176,9 @@ def _from_bench(sources: tuple[str, ...], tables: list[csv.Measurements]) -> Fit
         "rotor",
         sources,
         f"{count} points of a bench test at steady speed",
-        (*found.stated(f"fitted to {count} points"), fastest),
+        (*estimated.stated(f"fitted to {count} points"), fastest),
         tuple(panels),
-        (*found.warnings, *dict.fromkeys(doubts)),
+        (*estimated.warnings, *dict.fromkeys(doubts)),
     )
 
 

@@ -2,7 +2,7 @@
 
 Each row of the table is a mission flown: a hover and a rest of known length on a known route. Its
 flight time and the charge and energy that are left follow from the mission by the same phases as
-those of a plan; the free keys are fitted to some of the table's numbers. A number that is stated as
+a plan; the free keys are fitted to some of the table's numbers. A number that is stated as
 a check is predicted only, or repeats one that was fitted: then it tests nothing.
 """
 
@@ -53,7 +53,7 @@ Positive = Annotated[float, Number("-", gt=0)]
 Duration = Annotated[float, Number("s", ge=0)]
 ROUNDING = 1.0 / math.sqrt(12.0)  # standard deviation of its error, in steps
 IMPOSSIBLE = 1e9  # residual where a row cannot be flown, or no mission may have the values
-DIGITS = 6  # decimals in which a repeated number is the same
+DIGITS = 6  # decimals that decide if a number repeats
 SCALES = (1.0, 0.5, 2.0)  # where the fit starts, as multiples of the stated values
 WITHOUT_LASER = ("laser", "flight.charge_current_A", "flight.charge_power_W")
 
@@ -84,7 +84,7 @@ class ResultsRow(BaseModel, extra="forbid", strict=True, allow_inf_nan=False):
 
 
 class ResultsFile(BaseModel, extra="forbid", strict=True, allow_inf_nan=False):
-    """A table of results with what is known and what is free, keys dotted."""
+    """A table of results with known and free values, keys dotted."""
 
     mission: str = "paper"
     known: dict[str, Any] = {}
@@ -95,7 +95,7 @@ class ResultsFile(BaseModel, extra="forbid", strict=True, allow_inf_nan=False):
 
 
 class TableNumber(NamedTuple):
-    """A number of the table, and whether it is to be fitted."""
+    """A number of the table, and whether it must be fitted."""
 
     row: str
     quantity: Cell
@@ -120,15 +120,15 @@ class ResultsTable(NamedTuple):
     def computed(self, values: Iterable[float]) -> Floats:
         """The numbers of the table as they follow from values of the free keys."""
         mission = self.with_values(values)
-        networks, found = dict[str, Network](), list[float]()
+        networks, numbers = dict[str, Network](), list[float]()
         for row in self.stated.rows:
             changes = row.given.changes
             if repr(changes) not in networks:
                 changed = mission.replace(changes) if changes else mission
                 networks[repr(changes)] = build_network(tie(changed, self.stated.tied))
             known = quantities(networks[repr(changes)], row.given)
-            found += [known[label] for label in (*row.fit, *row.check)]
-        return np.array(found)
+            numbers += [known[label] for label in (*row.fit, *row.check)]
+        return np.array(numbers)
 
 
 def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
@@ -137,7 +137,7 @@ def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
     Parameters
     ----------
     files
-        One TOML file: ``mission`` (what is known, a shipped name or a path relative to the file),
+        One TOML file: ``mission`` (known values, a shipped name or a path relative to the file),
         ``[known]`` (keys that differ), ``[free]`` (keys to be fitted with a value to start from),
         ``[tied]`` (keys that are products of others), ``[resolution]`` (by quantity, the step to
         which the table is rounded), and ``[[rows]]`` with ``name``, ``given`` (hover_time_s,
@@ -174,7 +174,7 @@ def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
     """
     paths = paths_of(files, "files")
     if len(paths) != 1:
-        raise InputError("one file that states the table, what is known and what is free")
+        raise InputError("one file with the table, the known values and the free ones")
     table = read_table(paths[0])
     fits = np.array([printed.fits for printed in table.numbers])
     observed = np.array([printed.observed for printed in table.numbers])
@@ -189,9 +189,9 @@ def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
 
     free, tied = table.stated.free, table.stated.tied
     starts = [tuple(scale * value for value in free.values()) for scale in SCALES]
-    found = estimate(tuple(free), residuals, starts, spread=1.0)
-    mission = table.with_values(found.values.tolist())
-    computed = table.computed(found.values.tolist()).tolist()
+    estimated = estimate(tuple(free), residuals, starts, spread=1.0)
+    mission = table.with_values(estimated.values.tolist())
+    computed = table.computed(estimated.values.tolist()).tolist()
     pairs = list(zip(table.numbers, computed, strict=True))
     unflown = {each.row for each, value in pairs if not math.isfinite(value)}
     words = "a row that can be flown; none of the values tried can: start from others in [free]"
@@ -202,7 +202,7 @@ def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
         "fitted" if each.fits else "repeat" if key in different else "predicted"
         for key, each in zip(keys, table.numbers, strict=True)
     ]
-    warnings = [*found.warnings]
+    warnings = [*estimated.warnings]
     if missed := sum(n.fits and abs(value - n.observed) > n.resolution for n, value in pairs):
         words = f"{missed} of {count} numbers are missed by more than their rounding"
         warnings.append(f"the values do not meet the table: {words}")
@@ -214,7 +214,7 @@ def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
     products = {
         key: rounded(value_of(mission, key))
         for key, factors in tied.items()
-        if not set(factors) & set(found.undetermined)
+        if not set(factors) & set(estimated.undetermined)
     }
     fitted = counted(count, "number")
     repeated = f", {roles.count('repeat')} repeated" if "repeat" in roles else ""
@@ -223,7 +223,7 @@ def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
         (str(paths[0]),),
         f"{fitted} of the table fitted by {counted(len(free), 'free key')}{repeated}, "
         f"{roles.count('predicted')} predicted",
-        found.stated(f"fitted to {fitted} of the table"),
+        estimated.stated(f"fitted to {fitted} of the table"),
         tuple(_panels(pairs, roles)),
         tuple(warnings),
         settings={**table.stated.known, **products},
@@ -237,9 +237,9 @@ def quantities(flown: Network, row: FlownAs) -> dict[Cell, float]:
     itinerary = 0
     if row.building:
         itinerary = 1 + 2 * names.index(row.building) + ORDERS.index(row.order)
-    given, hover = mission.battery, vehicle.hover_load(mission)
+    battery, hover = mission.battery, vehicle.hover_load(mission)
     capacity_As = float(vehicle.pool(mission).capacity_As)
-    nominal_J = capacity_As * given.nominal_voltage_V
+    nominal_J = capacity_As * battery.nominal_voltage_V
     charge_As, energy_J, time_s = (
         dict.fromkeys(("flight", "hover", "rest"), 0.0) for _ in range(3)
     )
@@ -250,8 +250,8 @@ def quantities(flown: Network, row: FlownAs) -> dict[Cell, float]:
     flight_V, hover_V = energy_J["flight"] / charge_As["flight"], hover.power_W / hover.current_A
     hovering_J = hover.power_W * row.hover_time_s
     adjusted = (
-        energy_J["flight"] / (given.flight_energy_J or capacity_As * flight_V)
-        - hovering_J / (given.hover_energy_J or capacity_As * hover_V)
+        energy_J["flight"] / (battery.flight_energy_J or capacity_As * flight_V)
+        - hovering_J / (battery.hover_energy_J or capacity_As * hover_V)
         + (energy_J["hover"] + hovering_J + energy_J["rest"]) / nominal_J
     )
     return {
@@ -280,14 +280,14 @@ def tie(mission: Mission, tied: Mapping[str, Sequence[str]]) -> Mission:
 
 def _panels(pairs: Sequence[tuple[TableNumber, float]], roles: Sequence[Role]) -> Iterator[Panel]:
     """One panel a quantity that the table has."""
-    every = [(each, value, role) for (each, value), role in zip(pairs, roles, strict=True)]
+    rows = [(printed, value, role) for (printed, value), role in zip(pairs, roles, strict=True)]
     for quantity in get_args(Cell):
-        own = [
-            (n.observed, value, n.row, role) for n, value, role in every if n.quantity == quantity
+        of_quantity = [
+            (n.observed, value, n.row, role) for n, value, role in rows if n.quantity == quantity
         ]
-        if own:
+        if of_quantity:
             words, _, unit = quantity.rpartition("_")
-            observed, computed, names, kinds = zip(*own, strict=True)
+            observed, computed, names, kinds = zip(*of_quantity, strict=True)
             yield Panel(
                 words.replace("_", " "), UNITS[unit], observed, computed, names, roles=kinds
             )
@@ -300,8 +300,8 @@ def read_table(path: Path) -> ResultsTable:
     for key in ("known", "free", "tied"):
         if isinstance(document.get(key), dict):
             document[key] = _flat(document[key])
-    stated, faults = _valid(document)
-    free, tied = stated.free, stated.tied
+    content, faults = _valid(document)
+    free, tied = content.free, content.tied
     if not free:
         faults.append(Fault("free", "", "a table of keys to be fitted, with values to start from"))
     for key in [key for key in free if (allowed := number(key)) is not None and allowed.whole]:
@@ -311,19 +311,21 @@ def read_table(path: Path) -> ResultsTable:
         words = "products of keys that are numbers"
         unknown = (label for label in names if number(label) is None)
         faults += [Fault(f"tied.{key}", shown(label), words) for label in unknown]
-    if not stated.rows:
+    if not content.rows:
         faults.append(Fault("rows", "", "tables [[rows]] with name, given, fit, check"))
     base = (
-        stated.mission if stated.mission in shipped() else str(beside(path.parent, stated.mission))
+        content.mission
+        if content.mission in shipped()
+        else str(beside(path.parent, content.mission))
     )
     mission = None
     with collected(faults):
-        known = {**stated.known, **free, **dict.fromkeys(tied, 1.0)}
+        known = {**content.known, **free, **dict.fromkeys(tied, 1.0)}
         mission = tie(load(base).replace(known), tied)
     numbers = list[TableNumber]()
-    for place, row in enumerate(stated.rows):
+    for place, row in enumerate(content.rows):
         faults += _faults_of_row(f"rows[{place}].given", row.given, mission)
-        name, steps = row.name or f"rows[{place}]", {**stated.resolution, **row.resolution}
+        name, steps = row.name or f"rows[{place}]", {**content.resolution, **row.resolution}
         for cells, fits in ((row.fit, True), (row.check, False)):
             for cell, observed in cells.items():
                 step = steps.get(cell, math.nan)
@@ -337,7 +339,7 @@ def read_table(path: Path) -> ResultsTable:
         faults.append(Fault(f"resolution.{quantity}", "", words))
     if faults or mission is None:
         raise InputError(replace(fault, source=fault.source or source) for fault in faults)
-    return ResultsTable(stated, mission, base, tuple(numbers))
+    return ResultsTable(content, mission, base, tuple(numbers))
 
 
 def _valid(document: dict[str, Any]) -> tuple[ResultsFile, list[Fault]]:
@@ -345,8 +347,10 @@ def _valid(document: dict[str, Any]) -> tuple[ResultsFile, list[Fault]]:
     try:
         return ResultsFile.model_validate(document), []
     except ValidationError as error:
-        found = error.errors(include_url=False)
-    details = {tuple(part for part in detail["loc"] if part != "[key]"): detail for detail in found}
+        errors = error.errors(include_url=False)
+    details = {
+        tuple(part for part in detail["loc"] if part != "[key]"): detail for detail in errors
+    }
     faults = []
     for (*place, last), detail in reversed(details.items()):  # or places in lists would move
         table: Any = document

@@ -33,7 +33,7 @@ NOTED = {
 
 
 def on_earth(place: object) -> TypeGuard[tuple[float, float]]:
-    """Whether this is a longitude and a latitude [deg]."""
+    """Return whether a value is a longitude and a latitude [deg]."""
     if not isinstance(place, Sequence) or len(place) != 2:
         return False
     limits = Number("deg", ge=-180, le=180), Number("deg", ge=-90, le=90)
@@ -65,7 +65,7 @@ class City:
     left_out
         Features that have no area: their numbers.
     not_built
-        Features whose column ``building`` is empty or says that they are none: their numbers.
+        Features whose column ``building`` is empty or denies it: their numbers.
 
     Examples
     --------
@@ -109,7 +109,7 @@ class City:
         Raises
         ------
         InputError
-            If there is no such place on Earth, or no such height.
+            If the place is not on Earth, or the height is out of range.
         """
         if not on_earth(place := (longitude, latitude)):
             raise InputError([Fault("longitude, latitude", shown(place), ON_EARTH)])

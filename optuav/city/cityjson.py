@@ -32,9 +32,9 @@ def solids(document: dict[str, Any], file: Path) -> Any:
     A building counts by its parts where it has some. The outline is all that its surfaces cover
     from above, at the highest level of detail; its height reaches from the lowest corner of all
     parts of the building to its own highest, 0 where it is flat. The column `height` holds it; the
-    others hold attributes, as `measuredHeight`.
+    others hold attributes, such as `measuredHeight`.
     """
-    at, found = "vertices or transform", list[tuple[Any, ...]]()
+    at, rows = "vertices or transform", list[tuple[Any, ...]]()
     try:
         corners_m = np.array(document["vertices"], dtype=float).reshape(-1, 3)
         if grid := document.get("transform"):
@@ -46,8 +46,8 @@ def solids(document: dict[str, Any], file: Path) -> Any:
             at = f"CityObjects, {shown(name)}"
             if each["type"] in KINDS and each.get("geometry") and not _in_parts(each, objects):
                 prism = _prism(each["geometry"], corners_m)
-                found.append((name, _whole(name, objects), *prism, each.get("attributes", {})))
-        columns = zip(*found, strict=True) if found else ((),) * 6
+                rows.append((name, _whole(name, objects), *prism, each.get("attributes", {})))
+        columns = zip(*rows, strict=True) if rows else ((),) * 6
         names, wholes, outlines, low_m, high_m, known = map(list, columns)
         at = "metadata"
         frame = table(known, names, outlines, _crs(document), file)
@@ -57,11 +57,11 @@ def solids(document: dict[str, Any], file: Path) -> Any:
     except InputError:
         raise
     except UNREADABLE:
-        raise refusal(file, f"is no CityJSON: {at} is not as specified") from None
+        raise refusal(file, f"is not CityJSON: {at} is not as specified") from None
 
 
 def _in_parts(building: dict[str, Any], objects: dict[str, Any]) -> bool:
-    """Whether parts of a building have a geometry of their own."""
+    """Return whether parts of a building have a geometry of their own."""
     return any(objects[child].get("geometry") for child in building.get("children", ()))
 
 
@@ -100,11 +100,11 @@ def _outer_rings(boundaries: Any) -> Iterator[list[int]]:
 
 
 def _crs(document: dict[str, Any]) -> str | None:
-    """Its reference system, as ``EPSG:7415``; None if it states none."""
-    stated = document.get("metadata", {}).get("referenceSystem")
-    if not stated:
+    """Its reference system, such as ``EPSG:7415``; None if it states none."""
+    name = document.get("metadata", {}).get("referenceSystem")
+    if not name:
         return None
-    if found := re.search(r"EPSG\W+(?:[\d.]+\W+)?(\d{4,6})$", str(stated)):
+    if found := re.search(r"EPSG\W+(?:[\d.]+\W+)?(\d{4,6})$", str(name)):
         with suppress(pyproj.exceptions.CRSError):
             return str(pyproj.CRS.from_epsg(found[1]))
-    raise InputError([Fault("metadata.referenceSystem", shown(stated), "a code of EPSG")])
+    raise InputError([Fault("metadata.referenceSystem", shown(name), "a code of EPSG")])

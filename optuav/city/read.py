@@ -34,8 +34,8 @@ from optuav.mission.messages import counted, listed, misfits, nearest, path_of, 
 from optuav.mission.schema import Number
 
 HEIGHT = Number("m", gt=0, le=1e6)
-FARTHEST_M = 1e6  # From the origin, beyond which no mission has a building
-DECIMALS = 3  # Of corners [m], so that they are the same on any processor
+FARTHEST_M = 1e6  # Largest distance of a building from the origin of a mission
+DECIMALS = 3  # Decimals of corners [m], so that they are the same on any processor
 AREAS = ("Polygon", "MultiPolygon", "Unknown")
 NOT_BUILT = ("no", "false", "0", "0.0")  # Values of the column building
 ZIPS = (".zip", ".shz")
@@ -43,7 +43,7 @@ BROKEN_ZIP = (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError)
 MAPS = (*HEADS, *TEXTS, *LINES)
 POLYGON = shapely.GeometryType.POLYGON  # Collections have larger numbers
 HALF_TURN = 180.0  # deg
-MOST_CROSSINGS = 100_000  # In one file: mending takes time and memory by their number
+MOST_CROSSINGS = 100_000  # Crossings in one file: mending takes time and memory by their number
 AT_ONCE = 64  # Edges whose crossings are counted before the limit is looked at
 OF_OPENSTREETMAP = {"height": "height", "levels": "building:levels"}
 TAGS = "other_tags"  # Where GDAL puts the tags of OpenStreetMap that have no column
@@ -101,7 +101,7 @@ def read(
     Raises
     ------
     InputError
-        If the file cannot be read, states no reference system or lacks a column that is named, or
+        If the file cannot be read, states no reference system, misses a named column, or
         has no buildings there; with every building whose height is missing.
 
     Examples
@@ -123,7 +123,7 @@ def read(
     ]
     system, unread = None if crs is None else _system(crs), bool(faults)
     if crs is not None and system is None:
-        words = 'a coordinate reference system that pyproj knows, as "EPSG:25832"'
+        words = 'a coordinate reference system that pyproj knows, such as "EPSG:25832"'
         faults.append(Fault("crs", shown(crs), words))
     faults += _faults(level_height_m, default_height_m, bbox, origin)
     if not unread:
@@ -137,8 +137,8 @@ def read(
     frame = _placed(file, frame, system)
     if (np.abs(frame.total_bounds) > FARTHEST).any():
         raise refusal(file, f"has coordinates beyond {FARTHEST:g}")
-    stated, frame = frame.index, _with_areas(frame, file)
-    left_out = stated.difference(frame.index, sort=False)
+    numbers, frame = frame.index, _with_areas(frame, file)
+    left_out = numbers.difference(frame.index, sort=False)
     frame = frame.to_crs(DEGREES)
     if bbox is not None:
         frame = frame[frame.intersects(shapely.box(*bbox))]
@@ -237,7 +237,7 @@ def _features(file: Path, layer: str | None, bbox: Any) -> Any:
         return solids(document, file) if is_city else features(document, file)
     check_map(file)
     try:
-        # GDAL warns of rings that are mended or listed, and of columns that are none of ours.
+        # GDAL warns of rings that are mended or listed, and of foreign columns.
         with warnings.catch_warnings(action="ignore"):
             return _layer(file, layer, bbox)
     except (RuntimeError, shapely.errors.ShapelyError):  # By pyogrio, all of its errors
@@ -270,7 +270,7 @@ def _placed(file: Path, frame: Any, stated: pyproj.CRS | None) -> Any:
     if stated is None and frame.crs is None:
         raise refusal(file, "states no coordinate reference system; state it as crs")
     if stated is None and not _is_of_maps(frame.crs):
-        raise refusal(file, f"states {shown(frame.crs.name)}, which is no system of maps")
+        raise refusal(file, f"states {shown(frame.crs.name)}, which is not a system of maps")
     if stated is not None and frame.crs not in (None, stated):
         words = f"{label(file)} states {frame.crs.to_string()}"
         raise InputError([Fault("crs", shown(stated.to_string()), words)])
@@ -280,13 +280,13 @@ def _placed(file: Path, frame: Any, stated: pyproj.CRS | None) -> Any:
 def _system(stated: object) -> pyproj.CRS | None:
     """A reference system of maps; None if pyproj knows none like that."""
     with suppress(pyproj.exceptions.CRSError):
-        found = pyproj.CRS.from_user_input(stated)
-        return found if _is_of_maps(found) else None
+        crs = pyproj.CRS.from_user_input(stated)
+        return crs if _is_of_maps(crs) else None
     return None
 
 
 def _is_of_maps(crs: pyproj.CRS) -> bool:
-    """Whether it is of longitudes and latitudes, or of a projection."""
+    """Return whether it has longitudes and latitudes, or a projection."""
     return bool(crs.is_geographic or crs.is_projected)
 
 
@@ -320,8 +320,8 @@ def _built(frame: Any) -> tuple[Any, Any]:
     """The features that are buildings, and the names of those that do not say so."""
     if "building" not in frame:
         return frame, ()
-    stated = frame["building"]
-    denied = stated.astype("str").str.strip().str.lower().isin(NOT_BUILT) | stated.isna()
+    column = frame["building"]
+    denied = column.astype("str").str.strip().str.lower().isin(NOT_BUILT) | column.isna()
     return frame[~denied], frame.index[denied]
 
 
@@ -346,7 +346,7 @@ def _mended(
 
 
 def _too_tangled(shapes: npt.NDArray[np.object_]) -> int | None:
-    """The number of the shape by which edges have crossed others of their shape too often."""
+    """The number of the first shape with too many crossings of its edges, by then."""
     parts, of = _parts(shapes)
     rings, part = shapely.get_rings(parts, return_index=True)
     corners, ring = shapely.get_coordinates(rings, return_index=True)
@@ -354,16 +354,16 @@ def _too_tangled(shapes: npt.NDArray[np.object_]) -> int | None:
     edges = shapely.linestrings(np.stack([corners[:-1], corners[1:]], axis=1)[joined])
     of, tree, most = of[joined], shapely.STRtree(edges), 2 * MOST_CROSSINGS
     for first in range(0, len(edges), AT_ONCE):
-        some, others = tree.query(edges[first : first + AT_ONCE], predicate="intersects")
+        edge, others = tree.query(edges[first : first + AT_ONCE], predicate="intersects")
         # Each meets itself and its neighbours.
-        most += 3 * AT_ONCE - int((of[first + some] == of[others]).sum())
+        most += 3 * AT_ONCE - int((of[first + edge] == of[others]).sum())
         if most < 0:
             return int(of[first])
     return None
 
 
 def _parts(shapes: npt.NDArray[np.object_]) -> tuple[npt.NDArray[np.object_], Integers]:
-    """The single shapes of which others consist, and the number of the shape of each."""
+    """The single shapes that others consist of, and the number of the shape of each."""
     parts, of = shapes, np.arange(len(shapes))
     while (shapely.get_type_id(parts) > POLYGON).any():  # What collections collect
         parts, within = shapely.get_parts(parts, return_index=True)
@@ -397,9 +397,9 @@ def _heights(
 
 
 def _numbers(frame: Any, name: str) -> Floats:
-    """Numbers of a column or tag, also with their unit m; NaN for what is none or not positive."""
-    stated = _stated(frame, name)
-    text = stated.astype("str").str.strip().str.removesuffix("m").str.rstrip()
+    """Numbers of a column or tag, also with their unit m; NaN for other texts and values ≤ 0."""
+    column = _stated(frame, name)
+    text = column.astype("str").str.strip().str.removesuffix("m").str.rstrip()
     numbers = pd.to_numeric(text, errors="coerce").to_numpy(float)
     return np.where((numbers > 0.0) & (numbers <= HEIGHT.le), numbers, math.nan)
 
@@ -438,7 +438,7 @@ def _unknown_heights(
         return
     words = f"of {counted(len(unknown), 'building')} without a height; "
     yield Fault("", "", f"{unknown.sum()} {words}state default_height_m", label(file))
-    stated = _stated(frame[unknown], height)
-    for (number, value), given in zip(stated.items(), stated.notna(), strict=True):
+    heights = _stated(frame[unknown], height)
+    for (number, value), given in zip(heights.items(), heights.notna(), strict=True):
         text = shown(value) if given else ""
         yield Fault(f"feature {number}", text, HEIGHT.words if text else "no height")

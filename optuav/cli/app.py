@@ -69,7 +69,7 @@ def run(arguments: Sequence[str] | None = None) -> None:
         say("error: the standard output is closed", error=True)
         sys.exit(BAD_INPUT)
     if hasattr(signal, "SIGPIPE"):
-        # A reader that has seen enough, as `| head`, ends the command without a message.
+        # A reader that has seen enough, such as `| head`, ends the command without a message.
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
@@ -80,26 +80,28 @@ def run(arguments: Sequence[str] | None = None) -> None:
         gc.set_threshold(100_000)
         atexit.register(gc.freeze)
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    given = sys.argv[1:] if arguments is None else list(arguments)
-    if given[:1] == ["--"]:
-        del given[0]
-    if given[:1] == ["--version"]:
+    words_given = sys.argv[1:] if arguments is None else list(arguments)
+    if words_given[:1] == ["--"]:
+        del words_given[0]
+    if words_given[:1] == ["--version"]:
         import optuav
 
         say(f"optuav {optuav.__version__}")
         return
     try:
         try:
-            if given and given[0] in COMMANDS:
+            if words_given and words_given[0] in COMMANDS:
                 with faults_named():
-                    code = program(given[0])(given[1:], f"optuav {given[0]}", standalone_mode=False)
+                    code = program(words_given[0])(
+                        words_given[1:], f"optuav {words_given[0]}", standalone_mode=False
+                    )
                 sys.exit(code)
-            sys.exit(program()(given, "optuav", standalone_mode=False))
+            sys.exit(program()(words_given, "optuav", standalone_mode=False))
         finally:
             sys.stdout.flush()
     except USAGE_ERROR as error:
         error.show(written := io.StringIO())
-        # What reads a value raises a ValueError, of which a library tells the name as well.
+        # A parser of a value raises a ValueError, and a library prints its name as well.
         words = written.getvalue().replace(": Value error, ", ": ")
         say(words.removesuffix("\n").expandtabs(2), error=True)
         sys.exit(BAD_INPUT)
@@ -110,13 +112,13 @@ def run(arguments: Sequence[str] | None = None) -> None:
         say(str(error), error=True)
         sys.exit(NO)
     except (InputError, SolverError) as error:
-        if isinstance(error, InputError) and given and given[0] in COMMANDS:
-            error = _by_options(error, program(given[0]))
+        if isinstance(error, InputError) and words_given and words_given[0] in COMMANDS:
+            error = _by_options(error, program(words_given[0]))
         indented = str(error).replace("\n", "\n       ")
         say(f"error: {indented}", error=True)
         sys.exit(BAD_INPUT if isinstance(error, InputError) else FAILED)
     except OSError as error:
-        # Files are written elsewhere. What is still to be written must not fail again at the end.
+        # Files are written elsewhere. Pending output must not fail again at the end.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         say(f"error: the output cannot be written: {error.strerror}", error=True)
         sys.exit(BAD_INPUT)

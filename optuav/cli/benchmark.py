@@ -22,9 +22,9 @@ def check_solutions(solutions: Path, as_json: bool = False) -> None:
 
     Exit code 1 if one does not hold, 2 if the file cannot be read.
     """
-    found = optuav.check_solutions(solutions)
-    deliver(found.to_dict, str(found), as_json=as_json)
-    if not found:
+    checked = optuav.check_solutions(solutions)
+    deliver(checked.to_dict, str(checked), as_json=as_json)
+    if not checked:
         raise typer.Exit(NO)
 
 

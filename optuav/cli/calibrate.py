@@ -54,7 +54,7 @@ def calibrate(
 
 
 def _found(found: Fit) -> Iterator[str]:
-    """The values, table by table of the mission, then what was observed."""
+    """The values, table by table of the mission, then the observations."""
     from optuav.plan.summary import tabulated
 
     yield f"{found.kind}: {found.data}"

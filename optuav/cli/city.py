@@ -14,8 +14,8 @@ from optuav.errors import Fault, InputError, collected, refuse
 if TYPE_CHECKING:
     from optuav.mission import Mission
 
-LEAST_BYTES = 50  # Of a building in a mission file
-ARGUMENT = r"(?<=as |by )\w+|\w+_\w+"  # Of `optuav.city.read`, as its errors name them
+LEAST_BYTES = 50  # Size of a building in a mission file
+ARGUMENT = r"(?<=as |by )\w+|\w+_\w+"  # Arguments of `optuav.city.read`, as its errors name them
 FAR_M = 5000.0  # A place this far from all buildings is hardly meant [m]
 
 
@@ -31,7 +31,7 @@ class Site:
 
 @dataclass(frozen=True)
 class Map:
-    """Options of ``optuav city``: what of the map file counts; None for what is not stated."""
+    """Options of ``optuav city``: the parts of the map file that count; None if not stated."""
 
     layer: str | None = None
     height: str = "height"
@@ -73,11 +73,11 @@ def city(
         faults.append(Fault("--json", "", "goes with --save FILE"))
     with collected(faults):
         base = load(source)
-    stated, origin = {**vars(map), "bbox": None if faults else bbox}, places["origin"][:2]
+    options, origin = {**vars(map), "bbox": None if faults else bbox}, places["origin"][:2]
     known = len(faults)
     with collected(faults):
-        town = read(file, **stated, origin=None if faults else origin)
-    flags = {name: f"--{name.replace('_', '-')}" for name in stated}
+        town = read(file, **options, origin=None if faults else origin)
+    flags = {name: f"--{name.replace('_', '-')}" for name in options}
     refuse([*faults[:known], *(by_flags(fault, flags, ARGUMENT) for fault in faults[known:])])
     at_m = {name: town.point_m(*place) for name, place in places.items()}
     mission = base.replace(
@@ -114,9 +114,9 @@ def city(
             say(remark, error=True)
         return
     lists = {name: [*getattr(town, name)] for name in NOTED}
-    found = {"kind": "optuav city", "crs": town.crs, "buildings": len(town.names), **lists}
-    found |= {"notes": notes, "warnings": warnings, "written": [str(path) for path in files]}
-    deliver(lambda: found, remarks, as_json=as_json, written=[*files])
+    record = {"kind": "optuav city", "crs": town.crs, "buildings": len(town.names), **lists}
+    record |= {"notes": notes, "warnings": warnings, "written": [str(path) for path in files]}
+    deliver(lambda: record, remarks, as_json=as_json, written=[*files])
 
 
 def _warnings(mission: Mission, at_m: Mapping[str, tuple[float, float, float]]) -> Iterator[str]:
@@ -133,7 +133,7 @@ def _warnings(mission: Mission, at_m: Mapping[str, tuple[float, float, float]]) 
             yield f"{name} is {away_m / 1000:.3g} km away from the nearest building"
         if z < 0.0:
             yield f"{name} lies {-z:g} m below the ground"
-    found, network = [*advice(mission)], build_network(mission)
-    yield from found
+    warnings, network = [*advice(mission)], build_network(mission)
+    yield from warnings
     if (network.legs.crosses[:2] != CLEAR).any():
-        yield from (leg for leg in blocked_legs(network, 0) if leg not in found)
+        yield from (leg for leg in blocked_legs(network, 0) if leg not in warnings)

@@ -18,14 +18,14 @@ def explore(
 ) -> None:
     """Change a mission with sliders in the browser, and see its plan at once.
 
-    The page is served to this machine alone, until Ctrl-C.
+    The page is served only to this machine, until Ctrl-C.
     """
-    stated = mission_of(mission, settings)
+    base = mission_of(mission, settings)
     from optuav.explorer.server import Server
 
     if hasattr(signal, "SIGPIPE"):  # A browser that closes a connection does not end the command
         signal.signal(signal.SIGPIPE, signal.SIG_IGN)
-    with Server(stated, port) as server:
+    with Server(base, port) as server:
         say(f"{server.address}\nCtrl-C stops it", most=None)
         sys.stdout.flush()
         # A browser in the terminal would take the terminal.

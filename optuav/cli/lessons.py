@@ -14,7 +14,7 @@ from optuav.errors import Fault, InputError, collected, refuse
 LESSONS = Path(optuav.__file__).parent / "lessons"
 """The notebooks, and folders of data and of helpers that they import."""
 
-SHOWN = re.compile(r"^(task|grade)$", re.MULTILINE)  # In notebooks; a script has to print it
+SHOWN = re.compile(r"^(task|grade)$", re.MULTILINE)  # In notebooks; a script must print it
 
 
 def lessons(directory: Path, scripts: bool = False) -> None:
@@ -50,14 +50,14 @@ def lessons(directory: Path, scripts: bool = False) -> None:
 
 def _files(directory: Path, *, scripts: bool) -> dict[Path, bytes]:
     """Files to write, by place."""
-    found = {}
+    files = {}
     for path in sorted(LESSONS.glob("*.ipynb")):
         text = path.read_text("utf-8")
         name = path.with_suffix(".py").name if scripts else path.name
-        found[directory / name] = (_script(json.loads(text)) if scripts else text).encode()
+        files[directory / name] = (_script(json.loads(text)) if scripts else text).encode()
     for path in sorted([*LESSONS.glob("data/*.*"), *LESSONS.glob("helpers/*.py")]):
-        found[directory / path.relative_to(LESSONS)] = path.read_bytes()
-    return found
+        files[directory / path.relative_to(LESSONS)] = path.read_bytes()
+    return files
 
 
 def _script(notebook: dict[str, Any]) -> str:

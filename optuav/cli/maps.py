@@ -46,17 +46,17 @@ def map(
         words = "four numbers of metres with commas between them, as in 0,0,500,800"
         faults.append(Fault("--bounds", repr(bounds), words))
     with collected(faults):
-        stated = mission_of(mission, settings)
+        moved = mission_of(mission, settings)
     refuse([*faults, *(faults_of(step_m, ends, height_m, perspective) if faults else ())])
     key = dict(zip(MOVED, (DEVICE, LASER, HOVER_POINT), strict=True))[over]
-    found = hovers(key, stated, step_m, ends, height_m, perspective)
+    hovers_found = hovers(key, moved, step_m, ends, height_m, perspective)
     written = []
     if save is not None:
-        written.append(maps.save(found.labelled(), save))
+        written.append(maps.save(hovers_found.labelled(), save))
     if plot is not None:
         from optuav.plots import hover_map, save_figures
 
-        written += save_figures([(f"{over}.png", hover_map(stated, found.labelled()))], plot)
-    deliver(lambda: to_dict(found), summary(found), as_json=as_json, written=written)
-    if "best_m" not in found.facts:
+        written += save_figures([(f"{over}.png", hover_map(moved, hovers_found.labelled()))], plot)
+    deliver(lambda: to_dict(hovers_found), summary(hovers_found), as_json=as_json, written=written)
+    if "best_m" not in hovers_found.facts:
         raise typer.Exit(NO)

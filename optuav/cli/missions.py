@@ -31,7 +31,7 @@ _NO_UNITS = ("-", "rotor", "body")
 SHEETS = {"regimes": "Datasheet", "rotary-wing": "RotorDatasheet"}
 """Datasheets by the flight model of the mission that is made of them."""
 SHIPPED = Path(optuav.__file__).parent / "mission" / "shipped"
-"""The shipped missions, as `optuav.shipped` names them; found here without the mission's schema."""
+"""Names of the shipped missions, see `optuav.shipped`; found here without the mission's schema."""
 
 
 def show(
@@ -39,7 +39,7 @@ def show(
 ) -> None:
     """Show a mission with units and derived values, or a saved plan (a .json file).
 
-    A plan is simulated again. Exit code 1 if the saved answer is that there is no feasible plan,
+    A plan is simulated again. Exit code 1 if the saved answer is no feasible plan,
     or if the simulation contradicts the file.
     """
     from optuav.mission.files import label
@@ -50,10 +50,12 @@ def show(
     if is_plan(mission, ["set"] if settings else []):
         shown = optuav.load_plan(mission)
         if shown:
-            found = optuav.audit(shown)
-            shown = shown.model_copy(update={"flyable": bool(found)})
-            if found.contradicted:
-                contradictions = f"\n\nThe simulation contradicts {label(Path(mission))}.\n{found}"
+            verdict = optuav.audit(shown)
+            shown = shown.model_copy(update={"flyable": bool(verdict)})
+            if verdict.contradicted:
+                contradictions = (
+                    f"\n\nThe simulation contradicts {label(Path(mission))}.\n{verdict}"
+                )
     else:
         shown = mission_of(mission, settings)
     written = []
@@ -160,14 +162,14 @@ def _links(figures: Iterable[LinkFigures]) -> list[str]:
 
 
 def validate(mission: str, settings: list[str] | None = None, as_json: bool = False) -> None:
-    """Check a mission file; warn of what is stated well but cannot be flown."""
+    """Check a mission file; warn of values that are valid but cannot be flown."""
     from optuav.network.feasibility import advice
 
     checked = mission_of(mission, settings)
     warnings = list(advice(checked))
     if not (plan := optuav.solve(checked)):
-        found = [reason for reason in plan.reasons if reason not in warnings]
-        warnings += [f"no plan can be flown: {'; '.join(found)}"] if found else []
+        reasons = [reason for reason in plan.reasons if reason not in warnings]
+        warnings += [f"no plan can be flown: {'; '.join(reasons)}"] if reasons else []
     lines = [f"{checked.name}: every key of the mission is in order"]
     lines += [f"warning: {warning}" for warning in warnings]
     data = {"mission": checked.name, "valid": True, "warnings": warnings}
@@ -175,7 +177,7 @@ def validate(mission: str, settings: list[str] | None = None, as_json: bool = Fa
 
 
 def missions(of_the_set: bool = False, as_json: bool = False) -> None:
-    """List the shipped missions, or with --set those of the benchmark set."""
+    """List the shipped missions, or with --set the benchmark set."""
     if of_the_set:
         from optuav.cli.benchmark import list_set
 
@@ -194,7 +196,7 @@ def missions(of_the_set: bool = False, as_json: bool = False) -> None:
 
 @dataclass(frozen=True)
 class Numbers:
-    """Options of ``optuav new``: what a datasheet says; None for what is not stated."""
+    """Options of ``optuav new``: values of a datasheet; None if not stated."""
 
     mass_kg: float | None = None
     payload_kg: float | None = None
@@ -217,22 +219,22 @@ class Numbers:
 
 
 def new(file: Path, asked: Numbers, source: str = "paper") -> None:
-    """Write a mission file in which every key is explained."""
+    """Write a mission file that explains every key."""
     from optuav.mission import load
     from optuav.mission.files import STANDARD, ending_of, must_be_new, write_text
     from optuav.mission.template import template
 
     ending_of(file, ".toml", "", name="FILE")
     must_be_new(file)
-    stated = vars(asked)
+    numbers = vars(asked)
     if source in SHEETS:
-        sheet = _sheet(getattr(optuav, SHEETS[source]), stated)
+        sheet = _sheet(getattr(optuav, SHEETS[source]), numbers)
         mission, remarks = sheet.mission(), sheet.remarks()
         say(" ".join(sheet.assumptions()))
     else:
         refuse(
             Fault(name, f"{value:g}", f"goes with --from {' or '.join(SHEETS)}")
-            for name, value in stated.items()
+            for name, value in numbers.items()
             if value is not None
         )
         mission, remarks = load(source), ()
@@ -243,14 +245,14 @@ def new(file: Path, asked: Numbers, source: str = "paper") -> None:
 
 
 def _sheet(form: type[Drone], stated: dict[str, Any]) -> Drone:
-    """The datasheet; a person at a terminal is asked for what it needs."""
+    """The datasheet; ask a person at a terminal for missing values."""
     from optuav.mission.template import INSTEAD
 
     fields = form.model_fields.items()
     answers = {name: value for name, value in stated.items() if value is not None}
     known = {INSTEAD.get(name, name) for name in answers}
     if "hover_power_W" in answers:
-        known.add("cruise_min")  # Without it that of hovering, of which no time is stated
+        known.add("cruise_min")  # Without it the hover time, which is not stated
     needed = {name for name, each in fields if each.is_required() or name == "hover_min"}
     for name, field in fields if needed - known and sys.stdin.isatty() else ():
         if name not in known | INSTEAD.keys():

@@ -41,7 +41,7 @@ WRITTEN = {"save", "plot", "animate", "out", "file", "directory"}
 class ProblemOptions:
     """Options that state a problem and how charge and times count in it.
 
-    The library, not the parser of the options, refuses what does not exist: all faults at once.
+    The library, not the parser of the options, refuses unknown values: all faults at once.
     """
 
     problem: str = "P1"
@@ -63,27 +63,27 @@ class ProblemOptions:
         from optuav.mission import Mission
         from optuav.solving import question
 
-        stated, settings, kind = vars(self), list(settings or ()), None
+        set_options, settings, kind = vars(self), list(settings or ()), None
         flags = ("trajectory", "building", "order", "hover_point", "speed")
-        values, faults = {name: stated[name] for name in flags}, list[Fault]()
+        values, faults = {name: set_options[name] for name in flags}, list[Fault]()
         if ".py" in self.problem:
             from optuav.cli.problem_file import problem_class
 
             kind = problem_class(self.problem)
             keys = {setting: setting.partition("=")[0].strip() for setting in settings}
             ours = Mission.model_fields
-            own = [
+            our_settings = [
                 setting
                 for setting in settings
                 if "." not in keys[setting] and keys[setting] not in ours
             ]
-            settings = [setting for setting in settings if setting not in own]
-            values |= values_of(own, faults)
+            settings = [setting for setting in settings if setting not in our_settings]
+            values |= values_of(our_settings, faults)
             faults += misfits_of(kind, values)
         mission = mission_of(source, settings)
         refuse(faults)
         beside = ("perspective", "slot_s", "engine", "time_limit_s")
-        options = {name: stated[name] for name in beside if name in stated}
+        options = {name: set_options[name] for name in beside if name in set_options}
         try:
             return mission, question.problem_of(kind or self.problem, **values, **stops), options
         except InputError as error:
@@ -109,9 +109,9 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
 
     A dataclass stands for an option for each of its fields. The help comes from ``words.toml``.
     """
-    own = inspect.signature(function, eval_str=True).parameters
+    parameters = inspect.signature(function, eval_str=True).parameters
     records: dict[str, Any] = {
-        key: each.annotation for key, each in own.items() if is_dataclass(each.annotation)
+        key: each.annotation for key, each in parameters.items() if is_dataclass(each.annotation)
     }
     signatures = {key: inspect.signature(kind, eval_str=True) for key, kind in records.items()}
     own_fields = {key: each.parameters for key, each in signatures.items()}
@@ -134,14 +134,16 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
             from optuav.mission.files import only_ours
 
             context.run(only_ours.set, not force)
-            if "force" in own:
+            if "force" in parameters:
                 given["force"] = force
         context.run(function, **given)
 
     words = tomllib.loads(Path(__file__).with_name("words.toml").read_text("utf-8"))
     known: dict[str, Any] = words["all"] | words.get(name, {})
-    parts = [part for key in own for part in own_fields.get(key, {key: own[key]}).values()]
-    if WRITTEN & own.keys() and "force" not in own:
+    parts = [
+        part for key in parameters for part in own_fields.get(key, {key: parameters[key]}).values()
+    ]
+    if WRITTEN & parameters.keys() and "force" not in parameters:
         keyword = inspect.Parameter.KEYWORD_ONLY
         parts.append(inspect.Parameter("force", keyword, default=False, annotation=bool))
     for number, part in enumerate(parts):
@@ -210,7 +212,7 @@ def values_of(settings: Sequence[str], faults: list[Fault]) -> dict[str, Any]:
 
 
 def misfits_of(problem: type[Formulation], values: Mapping[str, Any]) -> Iterator[Fault]:
-    """Values of a problem's fields that are no number, whole number, text or truth value."""
+    """Values of a problem's fields that are not a number, whole number, text or truth value."""
     for field in fields(problem):
         value, kind = values.get(field.name), getattr(field.type, "__name__", field.type)
         types, words = SIMPLE.get(str(kind), ((), ""))
@@ -219,18 +221,18 @@ def misfits_of(problem: type[Formulation], values: Mapping[str, Any]) -> Iterato
 
 
 def is_plan(source: str, stated: Iterable[str]) -> bool:
-    """Whether an argument is a saved plan: a .json file, or JSON from the standard input.
+    """Return whether an argument is a saved plan: a .json file, or JSON from the standard input.
 
     Stated options, which change the question, are refused beside one.
     """
-    found = Path(source).suffix == ".json"
+    is_saved = Path(source).suffix == ".json"
     if source == "-" and sys.stdin is not None:
         stream = sys.stdin.buffer
-        found = isinstance(stream, io.BufferedReader) and stream.peek(1).lstrip()[:1] == b"{"
+        is_saved = isinstance(stream, io.BufferedReader) and stream.peek(1).lstrip()[:1] == b"{"
     words = "goes with a mission, not with a saved plan"
-    options = sorted(stated) if found else []
+    options = sorted(stated) if is_saved else []
     refuse(Fault(f"--{name.replace('_', '-')}", "", words) for name in options)
-    return found
+    return is_saved
 
 
 def by_flags(fault: Fault, flags: Mapping[str, str], names: str = r"\w+_\w+") -> Fault:
@@ -240,7 +242,7 @@ def by_flags(fault: Fault, flags: Mapping[str, str], names: str = r"\w+_\w+") ->
 
 
 def numbers_in(text: str) -> tuple[float, ...]:
-    """Numbers between commas; none where one of them is no number."""
+    """Numbers between commas; none if one of them is not a number."""
     with suppress(ValueError):
         return tuple(decimal(part.strip()) for part in text.split(","))
     return ()

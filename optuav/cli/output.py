@@ -28,7 +28,7 @@ STYLES = {
     "Warning": "bold yellow",
     "FLYABLE": "bold green",
 }
-"""Styles of lines by their first word; of that word alone where it ends in a colon."""
+"""Styles of lines by their first word; of only that word where it ends in a colon."""
 
 Progress: TypeAlias = Callable[[int, int | None, str], None]
 
@@ -59,7 +59,7 @@ def say(text: str, style: str = "", *, error: bool = False, most: int | None = 8
     """Write lines, those with certain first words in a style if a terminal shows it.
 
     Control characters are replaced. Lines longer than `most` are broken, see `line_width`; none if
-    it is None, and of an error only what a narrow terminal could not show.
+    it is None, and of an error only those too wide for a narrow terminal.
     """
     stream = sys.stderr if error else sys.stdout
     if stream is None:
@@ -99,7 +99,7 @@ def deliver(
     if Path("-") in (written := [*written]):
         return
     if as_json:
-        # Escapes what is not ASCII, for any console.
+        # Escapes signs outside ASCII, for any console.
         say(json.dumps(data(), indent=2), most=None)
         return
     say((shown if isinstance(shown, str) else "\n".join(shown)).rstrip("\n"))
@@ -125,9 +125,9 @@ def deliver_results(found: Results, save: Path | None, plot: Path | None, *, as_
 
 @contextmanager
 def progress(unit: str = "") -> Iterator[Progress | None]:
-    """Show a bar while a command works; None where there is no terminal that can redraw a line.
+    """Show a bar while a command works; None without a terminal that can redraw a line.
 
-    The function takes the number of steps done, that of all steps where it is known, and the name
+    The function takes the number of steps done, the number of all steps if known, and the name
     of the next one. With the unit of the steps it shows the time left, and how many a second are
     done. The bar disappears when the work is done.
     """
@@ -158,7 +158,7 @@ def progress(unit: str = "") -> Iterator[Progress | None]:
         task = bar.add_task("", total=None)
 
         def show(done: int, total: int | None, name: str) -> None:
-            if unit and bar.tasks[0].total is None:  # What was done before says nothing of the rate
+            if unit and bar.tasks[0].total is None:  # Steps done before say nothing about the rate
                 bar.reset(task, total=total, completed=done)
             bar.update(task, completed=done, total=total, description=name)
 

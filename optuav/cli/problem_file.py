@@ -39,17 +39,19 @@ def problem_class(stated: str) -> type[Formulation]:
     except SystemExit as error:
         raise InputError([Fault("", "", f"ended with {error!r} as it was run", name)]) from error
     classes = {key: each for key, each in vars(module).items() if isinstance(each, type)}
-    own = {k: e for k, e in classes.items() if issubclass(e, Formulation) and not isabstract(e)}
-    if kind not in own:
-        known = f"; it has {', '.join(own)}" if own else ""
+    problems = {
+        k: e for k, e in classes.items() if issubclass(e, Formulation) and not isabstract(e)
+    }
+    if kind not in problems:
+        known = f"; it has {', '.join(problems)}" if problems else ""
         words = f"the file has no class of this name that subclasses optuav.Formulation{known}"
-        raise InputError([Fault("--problem", repr(stated), words + nearest(kind, own))])
-    return own[kind]
+        raise InputError([Fault("--problem", repr(stated), words + nearest(kind, problems))])
+    return problems[kind]
 
 
 @contextmanager
 def faults_named() -> Iterator[None]:
-    """Turn what a problem's file raises into `InputError` that names its line."""
+    """Turn an error in a problem's file into an `InputError` that names its line."""
     try:
         yield
     except OptuavError:

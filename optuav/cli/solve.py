@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 COMPARED: dict[str, Perspective] = {"battery": "available", "available": "battery"}
 """The perspective whose plan pictures show beside: one counts charge only, one both wells."""
 PRINTED = {".txt": "text", ".tex": "latex"}
-"""Forms in which a problem is printed, by the suffixes of their files."""
+"""Printed forms of a problem, by the suffixes of their files."""
 
 
 def solve(
@@ -38,7 +38,7 @@ def solve(
 ) -> None:
     """Find the longest hover for a mission, and show the plan."""
     more: dict[str, Any] = {"stops": asked.stops, "hovers": asked.hovers}
-    stated, problem, options = asked.question(mission, settings, **more)
+    asked_mission, problem, options = asked.question(mission, settings, **more)
     if solver is not None:
         if asked.engine != "cvxpy":
             raise InputError([Fault("--solver", repr(solver), "goes with --engine cvxpy")])
@@ -58,7 +58,7 @@ def solve(
         elif bar is not None and not one_stop:
             words = "hover {:.3f} s so far, {} boxes examined, {} open"
             options["progress"] = lambda *found: bar(found[1], None, words.format(*found))
-        plan = optuav.solve(stated, problem, **options)
+        plan = optuav.solve(asked_mission, problem, **options)
     written, hint = [], ""
     if save is not None:
         written.append(plan.save(save))
@@ -80,8 +80,8 @@ def solve(
 
 def _explaining(mission: str, asked: SolveOptions, settings: list[str] | None) -> str:
     """The command that explains a question."""
-    usual, given = vars(SolveOptions()), vars(asked).items()
-    pairs = [(f"--{name.replace('_', '-')}", f"{x}") for name, x in given if x != usual[name]]
+    usual, options = vars(SolveOptions()), vars(asked).items()
+    pairs = [(f"--{name.replace('_', '-')}", f"{x}") for name, x in options if x != usual[name]]
     pairs += [("--set", setting) for setting in settings or ()]
     return command(["optuav", "explain", mission], *pairs)
 
@@ -129,12 +129,12 @@ def explain(
             problem = problem_of(plan.problem, **fields, **more)
             explained = optuav.explain(plan.mission, problem, perspective=perspective)
     else:
-        stated, problem, options = asked.question(mission, settings, **more)
-        explained = optuav.explain(stated, problem, **options)
+        asked_mission, problem, options = asked.question(mission, settings, **more)
+        explained = optuav.explain(asked_mission, problem, **options)
     hint = ""
     if any(note.startswith(f"{MORE_STOPS}: ") for note in explained.notes):
         searched = replace(asked, stops=2, hovers=2, engine="auto", slot_s=None, order=None)
-        hint = f"What more stops would bring:\n{_explaining(mission, searched, settings)}"
+        hint = f"What more stops would gain:\n{_explaining(mission, searched, settings)}"
     deliver(explained.to_dict, str(explained), as_json=as_json, hint=hint)
     _leave(explained.plan)
 
@@ -192,16 +192,16 @@ def formulate(
 
     forms = [name for name, wanted in (("latex", latex), ("lp", lp), ("mps", mps)) if wanted]
     if len(forms) > 1:
-        given = ", ".join(f"--{name}" for name in forms)
-        raise InputError([Fault(given, "", "one of --latex, --lp, --mps")])
+        flags = ", ".join(f"--{name}" for name in forms)
+        raise InputError([Fault(flags, "", "one of --latex, --lp, --mps")])
     by_suffix = PRINTED | {ending: ending[1:] for ending in ENDINGS}
     endings = [
         ending for ending, form in by_suffix.items() if form in (forms or by_suffix.values())
     ]
     check_places(save, None, *endings, "")
     form = forms[0] if forms else by_suffix.get("" if save is None else save.suffix.lower(), "text")
-    stated, problem, options = asked.question(mission, settings)
-    program = optuav.formulate(stated, problem, **options)
+    asked_mission, problem, options = asked.question(mission, settings)
+    program = optuav.formulate(asked_mission, problem, **options)
     if not program.parts:
         say(str(program))
         raise typer.Exit(NO)

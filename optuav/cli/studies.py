@@ -43,7 +43,7 @@ def compare(
         words = "numbers of seconds with commas between them, as in 0.5,1,60"
         raise InputError([Fault("--slots", repr(slots_s), words)]) from None
     with progress() as bar:
-        found = optuav.compare(
+        compared = optuav.compare(
             mission_of(mission, settings),
             by=_names(by) or "method",
             perspective=perspective,
@@ -54,11 +54,11 @@ def compare(
             progress=bar,
             workers=1 if by else WORKERS,
         )
-    deliver_results(found, save, plot, as_json=as_json)
-    if found.facts.get("failures"):
+    deliver_results(compared, save, plot, as_json=as_json)
+    if compared.facts.get("failures"):
         raise typer.Exit(FAILED)
-    has_plan = any(row["hover_time_s"] is not None for row in found.rows)
-    if not has_plan or found.facts.get("disagreements"):
+    has_plan = any(row["hover_time_s"] is not None for row in compared.rows)
+    if not has_plan or compared.facts.get("disagreements"):
         raise typer.Exit(NO)
 
 
@@ -83,7 +83,7 @@ def sensitivity(
     Exit code 1 if the mission has no plan.
     """
     check_places(save, plot, ".csv", ".json")
-    found = optuav.sensitivity(
+    effects = optuav.sensitivity(
         mission_of(mission, settings),
         uncertainty,
         perspective=perspective,
@@ -91,8 +91,8 @@ def sensitivity(
         samples=samples,
         seed=seed,
     )
-    deliver_results(found, save, plot, as_json=as_json)
-    if not found.facts["hover_time_s"]:
+    deliver_results(effects, save, plot, as_json=as_json)
+    if not effects.facts["hover_time_s"]:
         raise typer.Exit(NO)
 
 
@@ -133,29 +133,29 @@ def coverage(
 
     check_places(save, plot, ".csv", ".json")
     fleet = share is not None or overlap_s is not None
-    asked = {"horizon_hours": horizon_hours, "hours": hours}
-    alone = [name for name, value in asked.items() if value is not None]
-    if len(alone) + fleet > 1 or (horizon_hours is not None and drones is not None):
+    hours_stated = {"horizon_hours": horizon_hours, "hours": hours}
+    single = [name for name, value in hours_stated.items() if value is not None]
+    if len(single) + fleet > 1 or (horizon_hours is not None and drones is not None):
         words = (
             "goes without --share, --overlap-s and other hours; --horizon-hours is for one drone"
         )
-        raise InputError([Fault(name, f"{asked[name]:g}", words) for name in alone])
+        raise InputError([Fault(name, f"{hours_stated[name]:g}", words) for name in single])
     share = 1.0 if share is None else share
-    found = optuav.coverage(
+    covered = optuav.coverage(
         mission_of(mission, settings),
         perspective=perspective,
         swap_s=swap_s,
         lit_hover=not dark_hover,
         pad_power_W=pad_power_W,
     )
-    results: Results = found.fleet(share, overlap_s or 0.0) if fleet else found
+    results: Results = covered.fleet(share, overlap_s or 0.0) if fleet else covered
     if horizon_hours is not None:
         refuse(misfits(("horizon_hours", horizon_hours, HOURS)))
-        results = found.horizon(horizon_hours)
+        results = covered.horizon(horizon_hours)
     if hours is not None:
-        results = found.event(hours, drones)
+        results = covered.event(hours, drones)
     elif drones is not None:
-        pads = found.watts(drones, share)
+        pads = covered.watts(drones, share)
         facts = {"pad_drones": drones, **{f"pad_{k}": v for k, v in pads._asdict().items()}}
         results = replace(results, facts={**results.facts, **facts})
     deliver_results(results, save, plot, as_json=as_json)
@@ -222,7 +222,7 @@ def robust(
     check_places(save, plot, ".csv", ".json")
     if explain and as_json:
         raise InputError([Fault("explain", "", "cannot be combined with --json")])
-    found = optuav.robust(
+    plans = optuav.robust(
         mission_of(mission, settings),
         uncertainty,
         problem_of(problem, building=building, order=order),
@@ -232,9 +232,9 @@ def robust(
         samples=samples,
         seed=seed,
     )
-    deliver_results(found, save, plot, as_json=as_json)
+    deliver_results(plans, save, plot, as_json=as_json)
     if explain:
-        say(f"\n{optuav.explain(found)}")
+        say(f"\n{optuav.explain(plans)}")
 
 
 def reproduce(
@@ -248,12 +248,14 @@ def reproduce(
     from optuav.paper.figures import why
 
     check_places(None, out)
-    own = None if mission is None else optuav.load(mission)
+    studied = None if mission is None else optuav.load(mission)
     with progress() as bar:
-        written = optuav.reproduce(out, only=only or (), mission=own, progress=bar, workers=WORKERS)
+        written = optuav.reproduce(
+            out, only=only or (), mission=studied, progress=bar, workers=WORKERS
+        )
     say(f"wrote {len(written)} files, among them {out / 'report.html'}")
-    if own is not None and not (plan := solve(own)):
-        say(f"{own.name} has no plan: {why(plan)}")
+    if studied is not None and not (plan := solve(studied)):
+        say(f"{studied.name} has no plan: {why(plan)}")
         raise typer.Exit(NO)
 
 
@@ -266,10 +268,10 @@ def ledger(
     """Compute the paper's numbers again, and say which match and why others do not."""
     check_places(save, None, ".csv")
     with progress():
-        found = optuav.ledger(names or ())
+        entries = optuav.ledger(names or ())
     if save is not None:
         from optuav.mission.files import write_text
 
-        write_text(save, found.to_csv())
-    more = f"{found.summary}\n\nWith reasons: optuav ledger --details, or NAME..."
-    deliver(found.records, found.details if names or details else more, as_json=as_json)
+        write_text(save, entries.to_csv())
+    more = f"{entries.summary}\n\nWith reasons: optuav ledger --details, or NAME..."
+    deliver(entries.records, entries.details if names or details else more, as_json=as_json)

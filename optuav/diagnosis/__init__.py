@@ -1,4 +1,4 @@
-"""Diagnosis: why a plan is optimal, why there is none, and which changes would repair that."""
+"""Diagnosis: reasons for an optimum, reasons for no plan, and changes that would repair it."""
 
 from optuav.diagnosis.explain import explain
 from optuav.diagnosis.infeasibility import Certificate

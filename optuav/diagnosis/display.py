@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def html(explained: Explanation) -> str:
-    """The explanation as HTML: what binds and what it is worth, or what conflicts."""
+    """The explanation as HTML: binding constraints and their worth, or conflicts."""
     parts = _optimum(explained) if explained else _no_plan(explained)
     notes = [pairs(("Note", note) for note in explained.notes)] if explained.notes else []
     return shown(*parts, *notes)
@@ -52,8 +52,8 @@ def _optimum(explained: Explanation) -> Iterator[Element]:
         for e in sorted(explained.prices, key=lambda price: not price.matters)
     ]
     if worth:
-        told = (e for e in explained.prices if e.matters and e.solved_again and not e.at_edge)
-        again = [paragraph(sentence(explained, each)) for each in told]
+        priced = (e for e in explained.prices if e.matters and e.solved_again and not e.at_edge)
+        again = [paragraph(sentence(explained, price)) for price in priced]
         again += [paragraph(f"Where it is 0, {UNDECIDED}")] if explained.more_stops_open else []
         heads = ("parameter", "value", "less", "more")
         head = f"Prices: {explained.objective} per unit of a parameter, the others held"
@@ -66,7 +66,7 @@ def _no_plan(explained: Explanation) -> Iterator[Element]:
     yield paragraph(f"{plan.status.value}: {'; '.join(plan.reasons) or plan.proof}", good=False)
     for conflict in explained.conflicts:
         yield from _conflict(conflict)
-    if any(each.certificates for each in explained.conflicts):
+    if any(conflict.certificates for conflict in explained.conflicts):
         yield paragraph("rounded here; to_dict gives exact fractions")
     if explained.repairs:
         rows = table(("feasible if", ""), [repair.row for repair in explained.repairs])

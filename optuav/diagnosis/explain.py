@@ -1,4 +1,4 @@
-"""`optuav.explain`: why a plan is optimal, why there is none, and what would help."""
+"""`optuav.explain`: reasons for an optimum, reasons for no plan, and repairs."""
 
 from __future__ import annotations
 
@@ -89,19 +89,19 @@ def explain(
     graph: Graph | None = None,
     time_limit_s: float | None = None,
 ) -> Explanation:
-    """Explain an answer: what binds and what more would bring, or what conflicts and what repairs.
+    """Explain an answer: binding constraints and prices, or conflicts and repairs.
 
-    Of P1 with several stops, it says what they bring over one rest and one hover.
+    For P1 with several stops, it states their gain over one rest and one hover.
 
     Parameters
     ----------
     subject
-        A plan or its file (.json), a program of `optuav.formulate`, or a mission as `optuav.solve`
-        takes it. Of a `RobustPlan`, its question is explained without doubt, and the number that
-        costs most hover is named.
+        A plan or its file (.json), a program of `optuav.formulate`, or a mission for
+        `optuav.solve`. For a `RobustPlan`, its question is explained without doubt, and the number
+        that costs most hover is named.
     problem, perspective
-        With a mission only: an instance of a `Formulation` or a name such as ``"P2"``, and the way
-        in which charge counts, as ``"battery"``. None for ``"P1"`` and ``"available"``.
+        With a mission only: an instance of a `Formulation` or a name such as ``"P2"``, and the
+        count of charge, such as ``"battery"``. None for ``"P1"`` and ``"available"``.
     slot_s, engine, graph
         With a mission only: length of the time slots [s], 0.001 to 1e7, None for continuous times;
         an `Engine` or its name, None for ``"auto"``; an edited graph from `optuav.graph`.
@@ -135,9 +135,9 @@ def explain(
         subject = saved_plan(subject)
     elif isinstance(subject, Robust):
         _refuse_options("robust plan", options, graph, problem=problem, perspective=perspective)
-        asked = {**_of_plan(subject.plan), "engine": "auto"}  # Whatever engine took the corners
+        taken = {**_of_plan(subject.plan), "engine": "auto"}  # Whatever engine took the corners
         return replace(
-            explain(subject.plan.mission, **asked), doubt_costs_s=dict(subject.doubt_costs_s)
+            explain(subject.plan.mission, **taken), doubt_costs_s=dict(subject.doubt_costs_s)
         )
     elif not isinstance(subject, Program):
         subject = load_subject(subject)
@@ -150,7 +150,7 @@ def explain(
 
 
 def _noted(question: MissionQuestion, explained: Explanation) -> Explanation:
-    """The explanation with a note where more stops may bring more."""
+    """Return the explanation with a note if more stops may gain more."""
     if not explained.more_stops_open or question.stated.p1.hover_point != "w_U":
         return explained
     note = not_excluded(question.stated, question.mission)
@@ -181,9 +181,9 @@ def question_of(subject: Asked, graph: Graph | None = None, **options: Any) -> M
     None stands for a default. `InputError` if anything but a mission has options, or a plan does
     not record its question or has several stops.
     """
-    stated = {name: value for name, value in options.items() if value is not None}
+    set_options = {name: value for name, value in options.items() if value is not None}
     if isinstance(subject, Program | Plan):
-        _refuse_options(type(subject).__name__.lower(), stated, graph)
+        _refuse_options(type(subject).__name__.lower(), set_options, graph)
     if isinstance(subject, Program):
         used = subject.network
         computed = build_network(used.mission)
@@ -192,19 +192,19 @@ def question_of(subject: Asked, graph: Graph | None = None, **options: Any) -> M
             graph = as_graph(used)
         return MissionQuestion(used.mission, subject.question, graph)
     if isinstance(subject, Plan):
-        mission, stated = subject.mission, _of_plan(subject)
+        mission, set_options = subject.mission, _of_plan(subject)
     else:
         mission = load(subject)
-    checked = checked_question(mission, **stated)
-    return MissionQuestion(mission, replace(checked, slot_s=stated.get("slot_s")), graph)
+    checked = checked_question(mission, **set_options)
+    return MissionQuestion(mission, replace(checked, slot_s=set_options.get("slot_s")), graph)
 
 
 def _refuse_options(
     subject: str, options: Mapping[str, Any], graph: Graph | None, **more: Any
 ) -> None:
-    """`InputError` if options are given of which the subject has its own."""
-    every = {**more, **options, "graph": graph}
-    if given := [name for name, value in every.items() if value is not None]:
+    """Raise `InputError` for options that the subject has itself."""
+    options_of_all = {**more, **options, "graph": graph}
+    if given := [name for name, value in options_of_all.items() if value is not None]:
         words = f"a {subject} has its own options"
         raise InputError(f"{', '.join(given)}: {words}; explain its mission to change them")
 
@@ -259,8 +259,8 @@ def _explained(
             explained = _explained(question.about(replace(problem, speed="mission")))
             return replace(explained, plan=plan, notes=(NO_SPEEDS, *explained.notes))
         held = program.held(plan)
-        found = _optimum(held, plan, held.answers(), brief)
-        return replace(found, notes=(program.price_in_words(plan), AT_SPEEDS, *found.notes))
+        reply = _optimum(held, plan, held.answers(), brief)
+        return replace(reply, notes=(program.price_in_words(plan), AT_SPEEDS, *reply.notes))
     if program.parts and program.question.slot_s is None:
         solutions = program.answers()
         plan = plan if plan or brief else program.plan(solutions)
@@ -270,13 +270,13 @@ def _explained(
     notes = [cap.words] if cap and any(part.rests for part in program.parts) else []
     more_stops_open = more_stops_may_help(program.question, program.network, plan, question.graph)
     if plan:
-        found = _optimum(program, plan, solutions, brief)
-        notes = [*dict.fromkeys([*found.notes, *notes])]
-        return replace(found, notes=tuple(notes), more_stops_open=more_stops_open)
+        reply = _optimum(program, plan, solutions, brief)
+        notes = [*dict.fromkeys([*reply.notes, *notes])]
+        return replace(reply, notes=tuple(notes), more_stops_open=more_stops_open)
     if plan.status is not Status.INFEASIBLE:
         return Explanation(plan)
     clashing = conflicts(program)
-    proofs = [proof for each in clashing for proof in each.proofs]
+    proofs = [proof for conflict in clashing for proof in conflict.proofs]
     drained = any(key.startswith("battery.") for proof in proofs for key in proof.keys)
     return Explanation(
         plan,
@@ -289,13 +289,13 @@ def _explained(
 
 def _with_more_stops(question: MissionQuestion) -> Explanation:
     """Explain how much more stops gain over one rest and one hover."""
-    stated = question.stated
-    one = question.about(replace(stated.p1, stops=1, hovers=1))
-    counts = ((stated.p1.stops, "rest"), (stated.p1.hovers, "hover"))
+    asked = question.stated
+    one = question.about(replace(asked.p1, stops=1, hovers=1))
+    counts = ((asked.p1.stops, "rest"), (asked.p1.hovers, "hover"))
     asked_for = " and ".join(f"{n} {name}{'s' * (n != 1)}" for n, name in counts)
-    limit_s = SEARCH_S if stated.time_limit_s is None else stated.time_limit_s
+    limit_s = SEARCH_S if asked.time_limit_s is None else asked.time_limit_s
     try:
-        options = vars(replace(stated, time_limit_s=limit_s))
+        options = vars(replace(asked, time_limit_s=limit_s))
         plan = solve(question.mission, graph=question.graph, **options)
     except SolverError as error:
         explained = _explained(one)
@@ -306,20 +306,20 @@ def _with_more_stops(question: MissionQuestion) -> Explanation:
         return replace(explained, plan=answered, notes=(note, *explained.notes))
     if not plan:
         return replace(_explained(one), plan=plan)
-    alone, gain_s = one.program().solve(), None
-    found = " make a plan possible: with one rest and one hover there is none"
-    if alone:
-        gain_s = plan.hover_time_s - alone.hover_time_s
-        compared = f"one rest and one hover in one piece, {alone.hover_time_s:.2f} s"
+    single, gain_s = one.program().solve(), None
+    gain = " make a plan possible: with one rest and one hover none exists"
+    if single:
+        gain_s = plan.hover_time_s - single.hover_time_s
+        compared = f"one rest and one hover in one piece, {single.hover_time_s:.2f} s"
         change = f"{abs(gain_s):.2f} s {'longer' if gain_s > 0.0 else 'shorter'}"
-        found = f": {plan.hover_time_s:.2f} s of hover, {change} than with {compared}"
+        gain = f": {plan.hover_time_s:.2f} s of hover, {change} than with {compared}"
     if gain_s is None or abs(gain_s) > SAME_S:
-        notes = (f"at most {asked_for}{found}", WITHOUT_STOPS)
+        notes = (f"at most {asked_for}{gain}", WITHOUT_STOPS)
         return Explanation(plan, notes=notes, more_stops_open=True, gain_s=gain_s)
-    explained = _explained(one, alone)
+    explained = _explained(one, single)
     nothing = f"at most {asked_for}: no longer hover was found than with {compared}"
     if plan.status is Status.OPTIMAL:
-        nothing = f"at most {asked_for} bring nothing: no hover is longer than with {compared}"
+        nothing = f"at most {asked_for} gain nothing: no hover is longer than with {compared}"
     return replace(explained, plan=plan, notes=(nothing, *explained.notes), gain_s=0.0)
 
 
@@ -340,7 +340,7 @@ def _optimum(
     notes = [] if plan.status is Status.OPTIMAL else [*plan.notes]
     if program.question.slot_s is not None:
         notes.append(
-            "an answer in slots has no shadow prices: constraints, proof and prices are those of "
+            "an answer in slots has no shadow prices: constraints, proof and prices belong to "
             f"the optimum with continuous times, {solution.objective[entry]:.2f} {sought}"
         )
     elif abs(hover_s - plan.hover_time_s) > SAME_S * max(1.0, hover_s):
@@ -348,7 +348,7 @@ def _optimum(
     if len(tied) > 1:
         routes = [program.network.route_names(program.parts[k].routes[e])[1:-1] for k, e in tied]
         ways = ", ".join(" → ".join(route) for route in routes[:4])
-        notes.append(f"{len(tied)} routes tie ({ways}): a price is that of the best on either side")
+        notes.append(f"{len(tied)} routes tie ({ways}): a price follows the best on either side")
     return Explanation(
         plan,
         objective=sought,
@@ -378,8 +378,8 @@ def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -
     )
     for label, row in zip(labels, evaluated(part.model, values), strict=True):
         constraint, slack, right = row.constraint, float(row.slack), float(row.right)
-        own = any(map(is_own, parameters_in(constraint)))
-        if not (own or has_unknowns(*constraint.relation.sides)):
+        has_own = any(map(is_own, parameters_in(constraint)))
+        if not (has_own or has_unknowns(*constraint.relation.sides)):
             continue
         notation = Text()
         statement = notation.write(constraint.relation).replace(notation.after, " ")

@@ -41,7 +41,7 @@ from optuav.solving.parts import Part
 
 ZERO = Fraction(0)
 ROUNDING = Fraction(1, 10**11)
-"""Violation by rounding that is no conflict, relative to max(1, |limit|)."""
+"""Violation by rounding that counts as no conflict, relative to max(1, |limit|)."""
 MOST_ROUTES = 100
 """Routes of a declaration whose conflicts are examined: those with the shortest flights."""
 DUST = 1e-9  # Share of its scale below which a number is printed as 0
@@ -73,8 +73,8 @@ class Certificate:
     rows
         The constraints that are used.
     objective
-        What is maximised, by symbol of the unknown, where the sum objective ≤ limit proves that no
-        point is better; empty where the sum 0 ≤ something negative proves that there is no point.
+        The maximised objective, by symbol of the unknown, if the sum objective ≤ limit proves that
+        no point is better; empty if the sum 0 ≤ something negative proves that no point exists.
 
     Examples
     --------
@@ -118,7 +118,7 @@ class Certificate:
         return tuple(dict.fromkeys(key for row in self.rows for key in row.keys))
 
     def holds(self) -> bool:
-        """Whether the rows are a proof, evaluated exactly."""
+        """Return whether the rows are a proof, evaluated exactly."""
         added = bool(self.rows) and all(row.multiplier >= 0 for row in self.rows)
         proves = bool(self.objective) or self.limit < 0
         return added and proves and self.coefficients == self.objective
@@ -136,10 +136,10 @@ class Certificate:
     __str__ = printed(lambda self: "\n".join("  ".join(filter(None, x)) for x in self.table))
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain data; every number exact, as ``"numerator/denominator"``, and rounded."""
+        """Return plain data; every number exact, ``"numerator/denominator"``, and rounded."""
         total = {"coefficients": self.coefficients, "limit": self.limit}
-        stated = {"labels": self.labels, "keys": self.keys, "rows": self.rows, "sum": total}
-        return {"holds": self.holds(), **plain(stated)}
+        content = {"labels": self.labels, "keys": self.keys, "rows": self.rows, "sum": total}
+        return {"holds": self.holds(), **plain(content)}
 
 
 def plain(value: object) -> Any:
@@ -151,16 +151,16 @@ def plain(value: object) -> Any:
     if isinstance(value, Mapping):
         return {str(name): plain(each) for name, each in value.items()}
     if isinstance(value, tuple | list):
-        return [plain(each) for each in value]
+        return [plain(element) for element in value]
     if hasattr(value, "to_dict"):
         return value.to_dict()
     if is_dataclass(value):
-        return {each.name: plain(getattr(value, each.name)) for each in fields(value) if each.repr}
+        return {part.name: plain(getattr(value, part.name)) for part in fields(value) if part.repr}
     return value.item() if isinstance(value, np.generic) else value
 
 
 def number_text(value: float | Fraction, scale: float = 0.0) -> str:
-    """Six digits, with a true minus sign; 0 for what is rounding beside a scale."""
+    """Six digits, with a true minus sign; 0 for rounding beside a scale."""
     if abs(float(value)) < DUST * scale:
         return "0"
     return f"{float(value):.6g}".replace("-", "−")
@@ -178,9 +178,9 @@ def _inequality(coefficients: Coefficients, limit: Fraction) -> str:
 def certificates(
     model: Model, parameters: Values, slot_s: float | None = None
 ) -> Iterator[Certificate]:
-    """Minimal conflicts of linear constraints, no two of which share a constraint on parameters.
+    """Minimal conflicts of linear constraints; no two share a constraint on parameters.
 
-    A repair has to resolve all of them, which may bring up others. Of constraints without unknowns
+    A repair must resolve all of them, and others may appear. Among constraints without unknowns
     the first that is violated is named; those that are not linear are left out. In slots the
     unknowns take at least their first slot, but not only whole ones.
     """
@@ -195,8 +195,8 @@ def certificates(
         first = next(filter(None, weights))  # only the ratios count
         scaled = zip(used, filter(None, weights), strict=True)
         yield Certificate(tuple(replace(row, multiplier=y / first) for row, y in scaled))
-        stated = [row for row in used if row.parameters] or used
-        rows = [row for row in rows if not any(row is each for each in stated)]
+        named = [row for row in used if row.parameters] or used
+        rows = [row for row in rows if not any(row is other for other in named)]
         if not all(row.coefficients for row in used):
             rows = [row for row in rows if row.coefficients]
 
@@ -204,7 +204,7 @@ def certificates(
 def bound(model: Model, parameters: Values, binding: Collection[str]) -> Certificate | None:
     """Rows among the binding ones that add up to the objective: no point is better.
 
-    What is minimised is negated. None if no rows do, none are needed, or one is not linear.
+    A minimised objective is negated. None if no rows do, none are needed, or one is not linear.
     """
     if not traits(model).linear:
         return None
@@ -219,7 +219,7 @@ def bound(model: Model, parameters: Values, binding: Collection[str]) -> Certifi
 
 
 def linear_part(model: Model) -> Model:
-    """The model with its linear constraints alone, and no objective."""
+    """The model with only its linear constraints, and no objective."""
     linear = list[Constraint]()
     for constraint in model.constraints:
         with suppress(NotAffineError):
@@ -234,7 +234,7 @@ def parameters_in(constraint: Constraint) -> tuple[Parameter, ...]:
 
 
 def is_own(parameter: Parameter) -> bool:
-    """Whether a formulation of one's own brings a parameter, which no quantity of a mission is."""
+    """Return whether a user's formulation adds a parameter that no quantity of a mission is."""
     ours = parameter.key or any(parameter.name == quantity.name for quantity in QUANTITIES)
     return parameter.varies and not ours
 
@@ -244,25 +244,25 @@ def inequalities(model: Model, parameters: Values, slot_s: float | None = None) 
     form = linear_form(model, parameters)
     symbols = [variable.symbol for variable in model.variables]
     # An equality gives two rows of the linear form.
-    stated = [relation for relation in relations(model) for _ in relation.relation.signs]
-    found = []
+    constraints = [relation for relation in relations(model) for _ in relation.relation.signs]
+    rows = []
     for constraint, normal, limit in zip(
-        stated, form.normals[..., 0].tolist(), form.limits[:, 0].tolist(), strict=True
+        constraints, form.normals[..., 0].tolist(), form.limits[:, 0].tolist(), strict=True
     ):
         if np.isfinite([*normal, limit]).all():
             numbers = zip(symbols, map(Fraction, normal), strict=True)
             factors = {symbol: factor for symbol, factor in numbers if factor}
             named = parameters_in(constraint)
-            names, keys = tuple(each.name for each in named), tuple(e.key for e in named if e.key)
-            found.append(Row(constraint.label, names, keys, factors, Fraction(limit)))
+            names, keys = tuple(p.name for p in named), tuple(e.key for e in named if e.key)
+            rows.append(Row(constraint.label, names, keys, factors, Fraction(limit)))
     for variable in model.variables:
         if slot_s is not None and variable.first_slot > 0:
             label, least_s = (
                 f"first slot of {variable.symbol}",
                 Fraction(variable.first_slot * slot_s),
             )
-            found.append(Row(label, (), (), {variable.symbol: Fraction(-1)}, -least_s))
-    return found
+            rows.append(Row(label, (), (), {variable.symbol: Fraction(-1)}, -least_s))
+    return rows
 
 
 def _column(row: Row, symbols: Sequence[str], allowance: Fraction = ZERO) -> list[Fraction]:
@@ -274,7 +274,7 @@ def _column(row: Row, symbols: Sequence[str], allowance: Fraction = ZERO) -> lis
 def combination(
     vectors: Sequence[Sequence[Fraction]], target: Sequence[Fraction]
 ) -> list[Fraction] | None:
-    """Exact multipliers y ≥ 0 with Σ y_k vector_k = target; None if there are none.
+    """Exact multipliers y ≥ 0 with Σ y_k vector_k = target; None if none exist.
 
     The vectors that carry weight are linearly independent, so none of them can be spared. Phase one
     of the simplex method, with Bland's rule against cycling [3]_.
@@ -284,8 +284,8 @@ def combination(
         [Fraction(-1 if wanted < 0 else 1) * x for x in (*(v[k] for v in vectors), wanted)]
         for k, wanted in enumerate(target)
     ]
-    basis = [count + k for k in range(len(rows))]  # at first what is missing of each target
-    # The last row is the sum of the others: what is missing in all.
+    basis = [count + k for k in range(len(rows))]  # at first the shortfall of each target
+    # The last row is the sum of the others: the total shortfall.
     rows.append([sum(column, ZERO) for column in zip(*rows, strict=True)])
     while rows[-1][count] > 0:
         entering = next((j for j in range(count) if rows[-1][j] > 0), None)
@@ -300,8 +300,8 @@ def combination(
         pivot = [x / rows[leaving][entering] for x in rows[leaving]]
         rows = [[x - r[entering] * y for x, y in zip(r, pivot, strict=True)] for r in rows]
         rows[leaving] = pivot
-    found = dict(zip(basis, (row[count] for row in rows), strict=False))
-    return [found.get(column, ZERO) for column in range(count)]
+    multipliers = dict(zip(basis, (row[count] for row in rows), strict=False))
+    return [multipliers.get(column, ZERO) for column in range(count)]
 
 
 @dataclass(frozen=True)
@@ -311,14 +311,14 @@ class Clash:
     labels: tuple[str, ...]
     keys: tuple[str, ...]  # The mission's keys in them
     broken: tuple[str, ...]  # Sentences on those that do not hold without any stay, Δ = T' = 0
-    far_s: float  # Sum of the times up to which it is proved [s]; infinity where they are bounded
+    far_s: float  # Largest sum of times with a proof [s]; infinity if they are bounded
 
 
 @dataclass(frozen=True)
 class Conflict:
     """Why some routes have no feasible times.
 
-    All certificates have to be resolved. Without any the linear constraints agree; then there is a
+    All certificates must be resolved. Without any the linear constraints agree; then there is a
     clash, or only whole slots do not fit, or no engine can tell.
     """
 
@@ -339,8 +339,8 @@ class Conflict:
 
 
 def conflicts(program: Program) -> tuple[Conflict, ...]:
-    """The conflicts of an infeasible program, those that routes share once."""
-    return tuple(each for part in program.parts for each in _of_part(program, part))
+    """The conflicts of an infeasible program; shared ones appear once."""
+    return tuple(conflict for part in program.parts for conflict in _of_part(program, part))
 
 
 def _of_part(program: Program, part: Part) -> Iterator[Conflict]:
@@ -350,7 +350,7 @@ def _of_part(program: Program, part: Part) -> Iterator[Conflict]:
     alike: dict[tuple[tuple[str, ...], ...], list[tuple[int, list[Certificate]]]] = {}
     for entry in np.argsort(flight_s, kind="stable")[:MOST_ROUTES].tolist():
         proofs = [*certificates(part.model, part.model.row(entry), program.question.slot_s)]
-        alike.setdefault(tuple(each.labels for each in proofs), []).append((entry, proofs))
+        alike.setdefault(tuple(proof.labels for proof in proofs), []).append((entry, proofs))
     unproved = [entry for entry, _ in alike.pop((), [])]
     for (first, proofs), *others in alike.values():
         named = []
@@ -383,15 +383,15 @@ def _clashes(program: Program, part: Part, entries: Sequence[int]) -> Iterator[C
 
 
 def _irreducible(model: Model, parameters: Values) -> tuple[Constraint, ...]:
-    """One set of constraints that cannot hold together, none of which can be spared.
+    """One set of constraints that cannot hold together, and none can be spared.
 
     Nothing is feasible with the parameters, which are numbers. `NotExponentialError` if a
     constraint has a form that phases of constant current do not have.
     """
     linear = linear_part(model).constraints
     kept = [*(constraint for constraint in model.constraints if constraint not in linear), *linear]
-    for each in kept[::-1]:
-        fewer = [other for other in kept if other is not each]
+    for candidate in kept[::-1]:
+        fewer = [other for other in kept if other is not candidate]
         if fewer and bracket.some_point(subset(model, fewer, FAR_S), 1, parameters)[1][0]:
             kept = fewer
     return tuple(constraint for constraint in model.constraints if constraint in kept)
@@ -400,7 +400,7 @@ def _irreducible(model: Model, parameters: Values) -> tuple[Constraint, ...]:
 def _clash(program: Program, part: Part, entry: int, meeting: Sequence[Constraint]) -> Clash:
     """A clash with labels and moments by the places of the route."""
     network, model, row = program.network, part.model, part.model.row(entry)
-    labels = tuple(words(network, part, entry, [each.label for each in meeting]))
+    labels = tuple(words(network, part, entry, [constraint.label for constraint in meeting]))
     known = moments(network, part, entry)
     sides = evaluated(meeting, {**row, **{variable.name: 0.0 for variable in model.variables}})
     broken = []
@@ -410,7 +410,7 @@ def _clash(program: Program, part: Part, entry: int, meeting: Sequence[Constrain
         compared = f"{label}: {side.left:.6g} {side.sense} {side.right:.6g} would be false"
         if not side.satisfied:
             broken.append(of_well if moment and kind else compared)
-    keys = dict.fromkeys(each.key for one in meeting for each in parameters_in(one) if each.key)
+    keys = dict.fromkeys(p.key for one in meeting for p in parameters_in(one) if p.key)
     far_s = FAR_S
     with suppress(InputError):  # the times are not bounded
         if bracket.some_point(subset(model, meeting), 1, row)[1].all():

@@ -1,4 +1,4 @@
-"""Shadow prices: what one more unit of a parameter brings at the optimum."""
+"""Shadow prices: the gain from one more unit of a parameter at the optimum."""
 
 import math
 from collections.abc import Sequence
@@ -56,7 +56,7 @@ class Price:
     --------
     >>> import optuav
     >>> prices = optuav.explain("paper", "P3", perspective="battery").prices
-    >>> (price,) = [each for each in prices if each.key == "limits.min_soc"]
+    >>> (price,) = [row for row in prices if row.key == "limits.min_soc"]
     >>> round(price.more, 2), price.step, round(price.gain, 2)
     (-819.02, 0.01, -8.19)
     """
@@ -75,18 +75,18 @@ class Price:
 
     @property
     def has_kink(self) -> bool:
-        """Whether the two sides differ."""
+        """True if the two sides differ."""
         return ShadowPrice(self.less, self.more).has_kink
 
     @property
     def matters(self) -> bool:
-        """Whether a change to either side moves the objective, to a rounding."""
+        """True if a change to either side moves the objective beyond rounding."""
         size = max(abs(self.value), self.step)
         return any(abs(side) * size > NEGLIGIBLE for side in (self.less, self.more))
 
     @property
     def at_edge(self) -> bool:
-        """Whether one side is infeasible, and the other one without effect."""
+        """True if one side is infeasible, and the other has no effect."""
         return {math.inf, 0.0} >= {abs(self.less), abs(self.more)} != {0.0}
 
 
@@ -105,26 +105,30 @@ def prices(
     with figures of the mission only, as the altitude of the hover point, have no price.
     """
     model, rates = program.parts[chosen[0]].model, program.shadow_prices(solutions)
-    stated = [each for each in _moving(model) if each.name in rates]
+    parameters = [parameter for parameter in _moving(model) if parameter.name in rates]
     keys = stated_keys(program.network.mission).values()
     known = {(key.name, key.unit.replace("-", "1")): key for key in keys}
-    own = [known.get((each.key, each.unit)) for each in stated]
+    known_keys = [known.get((parameter.key, parameter.unit)) for parameter in parameters]
     row = model.row(chosen[1])
-    steps = [_step(p, key, float(row[p.name])) for p, key in zip(stated, own, strict=True)]
-    again = [not brief or any(rates[p.name]) for p in stated]
-    some = [*compress(zip(stated, steps, strict=True), again)]
-    moved = [(p, sign * step) for sign in (1, -1) for p, step in some]
-    changes = np.full((len(stated), 2), np.nan)
+    steps = [
+        _step(p, key, float(row[p.name])) for p, key in zip(parameters, known_keys, strict=True)
+    ]
+    again = [not brief or any(rates[p.name]) for p in parameters]
+    pairs = [*compress(zip(parameters, steps, strict=True), again)]
+    moved = [(p, sign * step) for sign in (1, -1) for p, step in pairs]
+    changes = np.full((len(parameters), 2), np.nan)
     changes[again] = _effects(program, solutions, chosen, moved).reshape(2, -1).T
-    found = []
-    for parameter, key, step, change in zip(stated, own, steps, changes.tolist(), strict=True):
+    rows = []
+    for parameter, key, step, change in zip(
+        parameters, known_keys, steps, changes.tolist(), strict=True
+    ):
         rate, is_open = rates[parameter.name], bool(np.isnan(change).any())
         both = zip((rate.more, rate.less), change, strict=True)
         gain, loss = (math.nan if is_open or math.isnan(side) else again for side, again in both)
         what = parameter.name, parameter.symbol, parameter.unit, key.name if key else ""
         value = float(row[parameter.name])
-        found.append(Price(*what, value, rate.less, rate.more, step, gain, loss, not is_open))
-    return tuple(sorted(found, key=lambda each: not each.key))
+        rows.append(Price(*what, value, rate.less, rate.more, step, gain, loss, not is_open))
+    return tuple(sorted(rows, key=lambda each: not each.key))
 
 
 def _moving(model: Model) -> list[Parameter]:
@@ -164,7 +168,7 @@ def _effects(
 
     Infinite where no plan is left; NaN where an engine is not in `AGAIN` or leaves an answer open.
     """
-    if any(each.engine not in AGAIN for each in solutions):
+    if any(solution.engine not in AGAIN for solution in solutions):
         return np.full(len(steps), np.nan)
     half = len(steps) // 2
     if half and len(steps) * max(len(part.routes) for part in program.parts) > AT_ONCE:
@@ -183,14 +187,16 @@ def _effects(
             if parameter.name in values:
                 values[parameter.name][k] += step
         columns = {name: table.ravel() for name, table in values.items()}
-        found = AGAIN[solution.engine](part.model, math.prod(shape), columns)
-        table = (part.model.towards * found.objective).reshape(shape)
+        solution_moved = AGAIN[solution.engine](part.model, math.prod(shape), columns)
+        table = (part.model.towards * solution_moved.objective).reshape(shape)
         best = np.fmax(best, np.fmax.reduce(table, axis=1, initial=-np.inf))
-        unclear = [status in (Status.FEASIBLE, Status.UNKNOWN) for status in found.statuses]
+        unclear = [
+            status in (Status.FEASIBLE, Status.UNKNOWN) for status in solution_moved.statuses
+        ]
         is_open |= np.reshape(unclear, shape).any(axis=1)
     before = float(solutions[chosen[0]].objective[chosen[1]])
     change = program.parts[chosen[0]].model.towards * best - before
-    exact = all(each.engine == closed_form.NAME for each in solutions)
+    exact = all(solution.engine == closed_form.NAME for solution in solutions)
     change[np.abs(change) <= (ROUNDED * abs(before) if exact else BRACKETED)] = 0.0
     change[is_open] = np.nan
     return change

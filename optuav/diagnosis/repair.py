@@ -46,7 +46,7 @@ NEAR = 0.1
 """Share of a value and of its change below which both are known well enough to round them."""
 NEGLIGIBLE = 1e-9  # Share of a change that is as good as none
 MOST_DIGITS = 8  # Digits that a small change may have; engines tell no smaller ones apart
-TINY = 1e-300  # Replaces what is nearer to 0, so that its digits are numbers
+TINY = 1e-300  # Replaces values nearer to 0, so that their digits are numbers
 FINER = 6  # Digits that are added where the rounded value is not feasible
 
 MOST_SLOTS, MOST_FAR = 2500, 500
@@ -91,7 +91,7 @@ class Repair:
     now
         Its value, in the unit of the key, as are the others.
     comparison, value
-        Feasible if key >= value, <= value, or (for a switch) == value, None if the key is to be
+        Feasible if key >= value, <= value, or (for a switch) == value, None if the key must be
         left out; rounded on the feasible side.
     up_to
         Where the feasible values end, if further on they do; None if they do not.
@@ -150,12 +150,12 @@ def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
     wind that is not 0 is moved up and down within its range, at most by a factor of 1000; blocked
     legs fly over buildings, or else through them; and a stated hover point is left out. Places are
     not moved. Every change is verified by solving: with its value there is an answer, with one
-    digit less there is none. Among changes of equal rank the smallest comes first.
+    digit less none exists. Among changes of equal rank the smallest comes first.
     """
     mission = question.mission
     if feasible([question.case(mission)])[0]:
         return ()
-    found = []
+    changes_found = []
     rule, hover_m = mission.flight.obstacle_rule, mission.route.hover_m
     for name, now, values in (
         ("flight.obstacles", rule, ("over", "ignore")),
@@ -163,16 +163,18 @@ def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
     ):
         for value in values if now not in values[-1:] else ():
             if now != value and feasible([question.case(mission.replace({name: value}))])[0]:
-                found.append(Repair(name, now, "==", value, None, 0.0))
+                changes_found.append(Repair(name, now, "==", value, None, 0.0))
                 break
-    stated = stated_keys(mission).items()
+    keys = stated_keys(mission).items()
     moved = [*_own(question)]
-    moved += (key for name, key in stated if name.partition(".")[0] in TABLES and "[" not in name)
-    moved += (key for name, key in stated if name.startswith("wind.") and key.now)
+    moved += (key for name, key in keys if name.partition(".")[0] in TABLES and "[" not in name)
+    moved += (key for name, key in keys if name.startswith("wind.") and key.now)
     ways = [(key, sign) for key in moved for sign in (1, -1)]
-    found += searched(ways, partial(_repaired, question)).values()
-    places = {each: [not each.key.startswith(name) for name in PLANNED] for each in found}
-    return tuple(sorted(found, key=lambda e: ("." in e.key, places[e], e.size, e.key)))
+    changes_found += searched(ways, partial(_repaired, question)).values()
+    places = {
+        repair: [not repair.key.startswith(name) for name in PLANNED] for repair in changes_found
+    }
+    return tuple(sorted(changes_found, key=lambda e: ("." in e.key, places[e], e.size, e.key)))
 
 
 def outward(key: Key, sign: int) -> Iterator[float]:
@@ -195,17 +197,17 @@ def outward(key: Key, sign: int) -> Iterator[float]:
 def _own(question: MissionQuestion) -> Iterator[Key]:
     """The numbers of a formulation of one's own, whose ranges are not known."""
     problem = question.stated.problem
-    for each in fields(problem) if problem.name not in PROBLEM_NAMES else ():
-        now = getattr(problem, each.name)
+    for option in fields(problem) if problem.name not in PROBLEM_NAMES else ():
+        now = getattr(problem, option.name)
         if isinstance(now, int | float) and not isinstance(now, bool):
-            far, whole = MOST * abs(now) or MOST, each.type in (int, "int")
-            yield Key(each.name, now, 0.0 if now >= 0 else -far, far, whole, "")
+            far, whole = MOST * abs(now) or MOST, option.type in (int, "int")
+            yield Key(option.name, now, 0.0 if now >= 0 else -far, far, whole, "")
 
 
 Trial: TypeAlias = tuple[Key, float]
 Direction: TypeAlias = tuple[Key, int]
 Search: TypeAlias = Generator[list[float], list[bool], Repair | None]
-"""Yields values, is sent whether each of them repairs, and returns what was found."""
+"""Yields values, receives whether each of them repairs, and returns the repair."""
 
 
 def _repaired(question: MissionQuestion, trials: Sequence[Trial]) -> list[bool]:
@@ -231,7 +233,7 @@ def searched(
     """Run searches in some directions together; every round judges all their values at once."""
     searches: dict[Direction, Search] = {way: search(*way) for way in ways}
     values = {way: next(each) for way, each in searches.items()}
-    known, found = dict[Trial, bool](), dict[Direction, Repair]()
+    known, by_direction = dict[Trial, bool](), dict[Direction, Repair]()
     while values:
         trials = dict.fromkeys((key, v) for (key, _), some in values.items() for v in some)
         if new := [trial for trial in trials if trial not in known]:
@@ -242,8 +244,8 @@ def searched(
             except StopIteration as end:
                 del values[way]
                 if end.value is not None:
-                    found[way] = end.value
-    return found
+                    by_direction[way] = end.value
+    return by_direction
 
 
 def search(key: Key, sign: int) -> Search:
@@ -329,7 +331,7 @@ def _digits(key: Key, bad: float, good: float) -> range:
 
 
 def feasible(cases: Sequence[Case]) -> list[bool]:
-    """Whether some route of each case has feasible times.
+    """Return for each case whether some route has feasible times.
 
     Exact for programmes in one or two unknowns that are linear or of the wells of a battery, in
     slots too if there are up to two thousand; of more slots those near feasible times are tried, so
@@ -379,7 +381,7 @@ def _continuous(question: Question, model: Model, count: int) -> Booleans:
 
 
 def _meetable(model: Model, slot_s: float) -> Booleans:
-    """Whether whole slots can add up to what sums of unknowns have to equal, by programme."""
+    """Test whether whole slots can add up to the required sums of unknowns, by programme."""
     possible = np.array(True)
     for relation in (
         constraint.relation for constraint in model.constraints if constraint.relation.sense == "=="
@@ -393,7 +395,7 @@ def _meetable(model: Model, slot_s: float) -> Booleans:
 
 
 def _in_slots(model: Model, parameters: Values, slot_s: float) -> bool:
-    """Whether some whole slots are feasible, by the tests of the grid engine."""
+    """Return whether some whole slots are feasible, by the tests of the grid engine."""
     axes, ranges, times_s = [], slot_ranges(model, parameters, slot_s), dict[str, Floats]()
     if any(last - first >= MOST_SLOTS for first, last in ranges.values()):
         with suppress(NotExponentialError, InputError):

@@ -37,10 +37,10 @@ class Side:
     right: float
     slack: float
     binds: bool  # Whether it holds with equality
-    kind: str = ""  # What it limits, and at the end of which step, as in a `Constraint`
+    kind: str = ""  # Kind and step of the limit, as in a `Constraint`
     step: int | None = None
     in_flight: bool = False  # Whether that step is a stage of flight
-    words: str = ""  # What it limits, without symbols
+    words: str = ""  # Limited quantity, without symbols
 
     @property
     def figures(self) -> str:
@@ -56,9 +56,9 @@ class Explanation:
     Parameters
     ----------
     plan
-        What is explained.
+        The plan explained.
     objective
-        What was sought, as ``"s of hover"``; empty if there is no plan.
+        Unit and name of the objective, such as ``"s of hover"``; empty without a plan.
     sense
         ``"maximise"`` or ``"minimise"``.
     conflicts
@@ -71,14 +71,14 @@ class Explanation:
     bound
         With a plan: why nothing is better; None where the programme is not linear.
     prices
-        With a plan: what the parameters of its programme are worth.
+        With a plan: the worth of the parameters of its programme.
     notes
-        What a reader should know.
+        Remarks for the reader.
     more_stops_open
         Whether more than one rest or one hover in one piece might give a longer hover.
     gain_s
-        Hover time that more stops bring over one rest and one hover [s]; None where they were not
-        searched for, or there is no plan to compare.
+        Gain in hover from more stops over one rest and one hover [s]; None if they were not
+        searched for, or without a plan to compare.
     doubt_costs_s
         Of a robust plan: by uncertain number, the hover gained on its route if that number were
         certain [s], the largest first.
@@ -123,8 +123,8 @@ class Explanation:
 
     def __repr__(self) -> str:
         count = len(self.constraints) if self else len(self.conflicts)
-        found = f"{count} {'constraints' if self else 'conflicts'}"
-        return repr(self.plan).replace("Plan for", "Explanation for")[:-1] + f", {found}>"
+        counted = f"{count} {'constraints' if self else 'conflicts'}"
+        return repr(self.plan).replace("Plan for", "Explanation for")[:-1] + f", {counted}>"
 
     def _repr_html_(self) -> str:
         from optuav.diagnosis.display import html
@@ -147,23 +147,27 @@ class Explanation:
         plan = self.plan
         names = ["problem", "trajectory", "building", "order", "perspective", "slot_s", "proof"]
         names += ["hover_time_s", "rest_time_s", "route"] if plan else ["reasons"]
-        own = ["objective", "constraints", "bound", "prices"] if plan else ["conflicts", "repairs"]
-        own += ["more_stops_open", "gain_s", "doubt_costs_s", "notes"]
-        stated = {name: getattr(plan, name) for name in names}
-        found: dict[str, object] = plain(stated | {name: getattr(self, name) for name in own})
+        own_fields = (
+            ["objective", "constraints", "bound", "prices"] if plan else ["conflicts", "repairs"]
+        )
+        own_fields += ["more_stops_open", "gain_s", "doubt_costs_s", "notes"]
+        plan_fields = {name: getattr(plan, name) for name in names}
+        found: dict[str, object] = plain(
+            plan_fields | {name: getattr(self, name) for name in own_fields}
+        )
         return {"mission": plan.mission.name, "status": plan.status.value, **found}
 
 
 def _columns(rows: Iterable[tuple[str, ...]]) -> list[str]:
     """Rows as aligned columns under the label; the last column wraps.
 
-    What is too long for its column but not for a line stays whole, as near to it as it fits.
+    A cell too long for its column but not for a line stays whole, as near to it as it fits.
     """
     table, width = [[*map(spelled, row)] for row in rows], line_width()
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     lines = list[str]()
     for row in table:
-        start = " " * LABEL + "".join(f"{each}  " for each in map(str.ljust, row, widths[:-1]))
+        start = " " * LABEL + "".join(f"{cell}  " for cell in map(str.ljust, row, widths[:-1]))
         head, last = start.rstrip(), row[-1]
         if not LABEL <= width - len(last) < len(start):
             lines += wrapped("", last, start, len(start) + 2)
@@ -201,18 +205,24 @@ def conflict_text(conflict: Conflict, slot_s: float | None) -> Iterator[list[str
     """A conflict with its proofs, one block of lines each."""
     such_as = f"{conflict.routes} routes, such as " if conflict.routes > 1 else ""
     where = f"on {such_as}{' → '.join(conflict.route)}"
-    for each in conflict.proofs:
-        together = " together" if len(each.labels) > 1 else ""
-        keys = f" ({', '.join(each.keys)})" if each.keys else ""
-        words = f"{where}: {', '.join(map(in_words, each.labels))} cannot hold{together}{keys}"
+    for certificate in conflict.proofs:
+        together = " together" if len(certificate.labels) > 1 else ""
+        keys = f" ({', '.join(certificate.keys)})" if certificate.keys else ""
+        words = (
+            f"{where}: {', '.join(map(in_words, certificate.labels))} cannot hold{together}{keys}"
+        )
         lines = wrapped("Conflict", words)
-        if isinstance(each, Certificate):
-            yield [*lines, *_labelled("  proof", _columns(_in_words(each)))]
+        if isinstance(certificate, Certificate):
+            yield [*lines, *_labelled("  proof", _columns(_in_words(certificate)))]
             continue
-        if each.broken:
+        if certificate.broken:
             even = "without" if together else "even without"
-            lines += wrapped("  there", f"{'; '.join(each.broken)}, {even} any stay")
-        far = "" if math.isinf(each.far_s) else f" whose sum is at most {each.far_s:g} s"
+            lines += wrapped("  there", f"{'; '.join(certificate.broken)}, {even} any stay")
+        far = (
+            ""
+            if math.isinf(certificate.far_s)
+            else f" whose sum is at most {certificate.far_s:g} s"
+        )
         proof = f"bracketed: no times{far} satisfy them"
         if together:
             proof += " all, but some do if any one of them is left out"
@@ -257,8 +267,8 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
     loose = [other for other in others if not other.binds]
     rows = [(with_unit(e.slack, e.unit), f"{_limit(e)}: {e.figures}") for e in loose]
     free = [well for well in wells if not well.binds]
-    rows += [(_share(each), _limit(each)) for each in free if not each.in_flight]
-    if flown := [each for each in free if each.in_flight]:  # the least stands for all
+    rows += [(_share(row), _limit(row)) for row in free if not row.in_flight]
+    if flown := [row for row in free if row.in_flight]:  # the least stands for all
         least = min(flown, key=lambda each: each.slack)
         more = f", the least of {len(flown)} such moments" if len(flown) > 1 else ""
         rows.append((_share(least), f"{_limit(least)}{more}"))
@@ -270,7 +280,7 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
 
 
 def _prices(explained: Explanation) -> Iterator[list[str]]:
-    """The prices, what has no effect, and beyond which value nothing is feasible."""
+    """The prices, parameters without effect, and values beyond which nothing is feasible."""
     worth = [price for price in explained.prices if price.matters and not price.at_edge]
     if worth:
         rows, sentences = [], []

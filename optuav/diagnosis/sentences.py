@@ -36,10 +36,10 @@ STATED = re.compile(rf"({'|'.join(map(re.escape, KEYS))}) = ")
 IN_BRACKETS = re.compile(r" \([a-z_]+\.[\w., ]+\)$")
 SHORT = {
     "deadline": "the deadline is shorter than the flight",
-    "state of charge": "the battery is too small for the flight alone",
-    **dict.fromkeys(LABELS, "the available well does not last for the flight alone"),
+    "state of charge": "the battery is too small even for the flight",
+    **dict.fromkeys(LABELS, "the available well does not last even for the flight"),
 }
-"""Why even the flight alone cannot be made, by the kind of the constraint that it breaks."""
+"""Reasons why even the flight cannot be made, by the kind of the broken constraint."""
 SYMBOLS = {
     "charge": "η ≥ η₀",
     "deadline": "Δ + T′ ≤ T_max − T_fl",
@@ -51,7 +51,7 @@ SEEN_S = 0.005  # Gain that two decimals show [s]
 WORTH = {"battery.packs": "a pack more", "limits.deadline_s": "a second more"}
 
 
-SAME = 1e-6  # Share up to which two times or charges are the same
+SAME = 1e-6  # Largest relative difference of equal times or charges
 
 
 class Verdict(NamedTuple):
@@ -70,7 +70,7 @@ class Verdict(NamedTuple):
 
 
 def verdict(plan: Plan, broken: Iterable[str] = ()) -> Verdict:
-    """Return the verdict; broken are the kinds of constraints that the flight alone breaks."""
+    """Return the verdict; broken are the kinds of constraints that even the flight breaks."""
     if not plan:
         known = [SHORT[kind] for kind in broken if kind in SHORT]
         reason = known[0] if known else IN_BRACKETS.sub("", plan.reasons[0] if plan.reasons else "")
@@ -124,7 +124,7 @@ def header(program: Program, explained: Explanation) -> dict[str, object]:
 
 
 def _broken(program: Program, plan: Plan) -> list[str]:
-    """The kinds of constraints that the flight alone breaks; none where nothing can be flown."""
+    """The kinds of constraints that even the flight breaks; none if nothing can be flown."""
     if not program.parts:
         return []
     part, entry = entry_of(program, plan)
@@ -135,7 +135,7 @@ def _broken(program: Program, plan: Plan) -> list[str]:
 
 
 def limit(kind: str, moment: object, way: Sequence[str], label: str = "") -> str:
-    """A limit in words: what it limits, and for a well when; its label where it has no words."""
+    """A limit in words, with its moment for a well; its label if it has no words."""
     if kind not in LABELS or not isinstance(moment, StepEnd):
         return {"state of charge": "charge left", "deadline": "deadline"}.get(kind, label)
     return f"available well {'empty' if kind == 'dry' else 'past full'} {when(moment, way)}"
@@ -153,7 +153,7 @@ def when(moment: StepEnd, way: Sequence[str]) -> str:
 
 
 class Curve(NamedTuple):
-    """A limit in a plane: its role, what it says in two lengths, and in symbols."""
+    """A limit in a plane: its role, its words in two lengths, and its symbols."""
 
     role: str
     words: str
@@ -189,7 +189,7 @@ def binding(explained: Explanation) -> str:
     if not kinds:
         return ""
     binds = [*dict.fromkeys(NOUNS[kind] for kind in NOUNS if kinds.get(kind))]
-    binds += dict.fromkeys(  # Of a problem of one's own
+    binds += dict.fromkeys(  # Constraints of a user's problem
         constraint.label
         for constraint in explained.constraints
         if constraint.binds and constraint.kind not in NOUNS and constraint.kind != "bounds"

@@ -59,7 +59,7 @@ def in_words(label: str) -> str:
 
 
 def signed(value: float) -> str:
-    """A change with its sign; words where there is no plan, or no such value."""
+    """A change with its sign; words without a plan or without such a value."""
     if not math.isfinite(value):
         return "no plan" if math.isinf(value) else "end of the range"
     return f"{value:+.6g}".replace("-", "−") if value else "0"

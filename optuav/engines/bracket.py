@@ -1,10 +1,10 @@
-"""The longest time that limits of battery wells admit, bracketed by a feasible point and a bound.
+"""The longest time that limits of battery wells allow, bracketed by a feasible point and a bound.
 
 Takes models that maximise one of at most two times, with constraints of the form that phases of
 constant current give (see `rows`), linear ones among them. The answer comes with a time that no
 answer exceeds.
 
-Where the rows allow it, the largest y that the falling rows admit is best for every x, and the
+Where the rows allow it, the largest y under the falling rows is best for every x, and the
 rows hold up to some x and nowhere beyond: both ends of an interval around it are evaluated.
 Rows that do not fit are left out first; if the point that is found satisfies them, nothing was
 lost, because leaving out rows only adds points. Otherwise x is swept downwards from there in boxes,
@@ -18,7 +18,7 @@ of second order in its size, so that boxes are large even where the rows nearly 
 Where charging tapers, wells hold no more than at constant current throughout, past full too, and
 than when full: what no time exceeds then, none exceeds here. Three answers are tried, all evaluated
 with the taper: the longest time under that bound, the longest along the largest other time, and the
-longest for which the available well is never past full.
+longest without the available well ever past full.
 """
 
 from collections.abc import Sequence
@@ -48,14 +48,14 @@ from optuav.modelling.traversal import evaluate
 from optuav.status import SAME_S, Status
 
 ROUNDING = 1e-11
-"""Violation from which a constraint fails, relative to max(1, |right side|)."""
+"""Smallest violation that fails a constraint, relative to max(1, |right side|)."""
 NAME = "bracket"
 PROOF = "bracketed: a feasible time, and proof that none is longer"
 PROOF_OF_NONE = "bracketed: proof that no times satisfy all constraints"
 WIDTH_S = 1e-8  # Largest distance between a point that holds and one beyond which none does [s]
-EDGE_S = 1e-12  # To which the last point is found along the lines that others admit [s]
+EDGE_S = 1e-12  # Accuracy of the last point along the lines under the other rows [s]
 FOUND_OUT = [Status(status) for status in ("error", "infeasible", "unknown", "feasible", "optimal")]
-MOST_BOXES = 1000  # That a sweep tries before it gives up
+MOST_BOXES = 1000  # Boxes that a sweep tries before it gives up
 SMALLEST_BOX_S = 1e-10
 
 
@@ -64,7 +64,7 @@ class Interval(NamedTuple):
 
     x: Floats  # NaN without a point
     y: Floats
-    beyond: Floats  # No point has a larger x than this [s]; −inf where there is none
+    beyond: Floats  # No point has a larger x than this [s]; −inf without any point
 
 
 def largest(
@@ -77,8 +77,8 @@ def largest(
 ) -> Interval:
     """Bracket the largest x of every programme.
 
-    Beyond the tops [s], one a programme, the rows do not hold. With `any_point`, any point will do
-    where the largest x takes long; none is sought where plainly no x from a `least` one on holds.
+    Beyond the tops [s], one per programme, no row holds. With `any_point`, any point will do
+    where the largest x takes long; programmes are skipped if plainly no x ≥ `least` holds.
     """
     if not y_top.any():
         x = Section(rows.weights[:3], rows.rate_x_per_s).end(x_top)
@@ -97,7 +97,7 @@ def largest(
 
 
 def shortest(rows: Rows, found: Interval, y_top: Floats) -> Floats:
-    """Smallest y at which all rows hold, for the x of each programme; NaN without one.
+    """Smallest y that satisfies all rows, for the x of each programme; NaN without one.
 
     Where rounding hides it, as where x leaves no room, it is the y that is known to hold.
     """
@@ -113,9 +113,9 @@ def _monotone(
 ) -> tuple[Floats, Floats, Floats]:
     """Largest x under the rows that fall with x, and that either rise or fall with y.
 
-    Those that fall with y and are constant in x or linear admit y up to lines start − slope · x.
-    Returns a point (x, y) and what no point is beyond, one a programme; NaN where no x from the
-    least on holds, with −inf if that is 0.
+    Rows that fall with y and are constant in x or linear allow y up to lines start − slope · x.
+    Returns a point (x, y) and a bound beyond which no point lies, one per programme; NaN if no
+    x ≥ `least` holds, with −inf if `least` is 0.
     """
     falls, rising, sinking = rows.trends(x_top, y_top)
     helped, harmed = falls & rising, falls & sinking & ~rising
@@ -123,11 +123,11 @@ def _monotone(
     a, b, c, d, e, f = rows.weights[:, harming]
     straight = harmed[harming] & (c == 0.0) & (e == 0.0) & (f == 0.0) & (d < 0.0)
     fixed = harmed[harming] & (b == 0.0) & (c == 0.0) & (f == 0.0) & ~straight
-    ceilings = np.tile(y_top, (len(a), 1))  # Those that are not fixed admit any y.
+    ceilings = np.tile(y_top, (len(a), 1))  # Rows that are not fixed allow any y.
     row, number = np.nonzero(fixed)
     if len(row):
-        alone = Section(np.array([a, d, e])[:, None, row, number], rows.rate_y_per_s[number])
-        ceilings[row, number] = np.nan_to_num(alone.end(y_top[number]), nan=-1.0)
+        section = Section(np.array([a, d, e])[:, None, row, number], rows.rate_y_per_s[number])
+        ceilings[row, number] = np.nan_to_num(section.end(y_top[number]), nan=-1.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         starts = np.vstack([y_top, np.where(straight, a / -d, ceilings)])
         slopes = np.vstack([0.0 * y_top, np.where(straight, b / d, 0.0)])
@@ -143,12 +143,12 @@ def _monotone(
         found: Floats = Rows(*own).at(x, y).min(axis=0, initial=np.inf)
         return found
 
-    own = starts, slopes, weights, rows.rate_x_per_s, rows.rate_y_per_s
+    lines = starts, slopes, weights, rows.rate_x_per_s, rows.rate_y_per_s
     hopeless = (starts < 0.0).any(axis=0) | ~(end >= least)
     if np.any(least):
-        hopeless |= margin(least, *own) < 0.0
-    first, last = (np.where(hopeless, -1.0, margin(at, *own)) for at in (0.0 * end, end))
-    x, beyond = close_in(margin, 0.0 * end, end, EDGE_S, *own, known=(first, last))
+        hopeless |= margin(least, *lines) < 0.0
+    first, last = (np.where(hopeless, -1.0, margin(at, *lines)) for at in (0.0 * end, end))
+    x, beyond = close_in(margin, 0.0 * end, end, EDGE_S, *lines, known=(first, last))
     y = np.maximum((starts - slopes * x).min(axis=0), 0.0)
     return x, y, np.where(np.isnan(x), np.where(least > 0.0, least, -np.inf), beyond)
 
@@ -178,9 +178,9 @@ def _sweep(
         # The last is near enough for a proof where small boxes cannot be shown to hold no point.
         near = np.maximum(high - 5.0 * WIDTH_S, 0.0)
         for tried in (high, 0.5 * (low + high), low, near):
-            found = here.at_x(tried).end(top, smallest=True)
-            better = ~empty & ~np.isnan(found) & ~(x[open_] >= tried)
-            x[open_[better]], y[open_[better]] = tried[better], found[better]
+            tried_y = here.at_x(tried).end(top, smallest=True)
+            better = ~empty & ~np.isnan(tried_y) & ~(x[open_] >= tried)
+            x[open_[better]], y[open_[better]] = tried[better], tried_y[better]
         close = (beyond[open_] - x[open_] <= WIDTH_S) | (any_point & ~np.isnan(x[open_]))
         stuck = (size[open_] < SMALLEST_BOX_S) & ~empty
         open_ = open_[~(close | stuck | np.isneginf(beyond[open_]))]
@@ -216,8 +216,8 @@ def _most(
 ) -> Floats:
     """Upper bound, around x, of the sum of two rows whose slope in y is 0 where they are closest.
 
-    By value, slope and second derivatives of the tightest rising and the tightest other row, at the
-    smallest y within two ends at which the rising rows hold. NaN where there is no such pair.
+    By value, slope and second derivatives of the tightest rising and the tightest other row, at
+    the smallest y within two ends that satisfies the rising rows. NaN without such a pair.
     """
     at_x, kx, ky = rows.at_x(x), rows.rate_x_per_s, rows.rate_y_per_s
     only = np.where(rising, at_x.weights, np.reshape([1.0, 0.0, 0.0], (3, 1, 1)))
@@ -247,24 +247,24 @@ def solve(
 
     Arguments as of `optuav.engines.registry.Engine.solve`.
     The objective is one of at most two unknowns from 0. No answer exceeds the solution's `beyond`:
-    the status is feasible where that is farther than `SAME_S` from the answer, unknown where there
-    is none, and error where a number is NaN.
+    the status is feasible if it is farther than `SAME_S` from the answer, unknown without an
+    answer, and error if a number is NaN.
     """
-    given = values or {}
+    numbers = values or {}
     names = sorted((variable.name for variable in model.variables), key=model.objective.name.__ne__)
-    forms = stated_forms(model, given, relaxed=True)
+    forms = stated_forms(model, numbers, relaxed=True)
     rows, tops, usable = rows_and_tops(forms, names, programmes)
     if tapers := any(form.relaxed for form in forms):
-        found = _tapered(model, given, forms, names, tops, rows)
+        interval = _tapered(model, numbers, forms, names, tops, rows)
     else:
-        found = largest(rows, *tops)
-        found = found._replace(y=shortest(rows, found, tops[1]))
-    none, unknown = np.isneginf(found.beyond), np.isnan(found.x)
-    open_ = found.beyond - found.x > SAME_S
+        interval = largest(rows, *tops)
+        interval = interval._replace(y=shortest(rows, interval, tops[1]))
+    none, unknown = np.isneginf(interval.beyond), np.isnan(interval.x)
+    open_ = interval.beyond - interval.x > SAME_S
     # Numbers in `FOUND_OUT`: the first that holds, 0 where a number is NaN.
     found_out = np.where(none, 1, np.where(unknown, 2, np.where(open_, 3, 4))) * usable
     answered = usable & ~none & ~unknown
-    points = {n: np.where(answered, x, np.nan) for n, x in zip(names, found[:2], strict=False)}
+    points = {n: np.where(answered, x, np.nan) for n, x in zip(names, interval[:2], strict=False)}
     return Solution(
         engine=NAME,
         proof=PROOF if answered.any() else PROOF_OF_NONE,
@@ -272,9 +272,9 @@ def solve(
         objective=points[names[0]] + 0.0,
         values={variable.name: points[variable.name] for variable in model.variables},
         duals=() if tapers else None,
-        beyond=np.where(usable, found.beyond, np.nan),
+        beyond=np.where(usable, interval.beyond, np.nan),
         declared=model,
-        given=given,
+        given=numbers,
     )
 
 
@@ -329,7 +329,7 @@ def _tapered(
         at = {name: v[which] if np.ndim(v) else v for name, v in values.items()}
         at |= dict(zip(names, (x, y), strict=False))
         least = np.full(np.shape(x), np.inf)
-        with np.errstate(invalid="ignore"):  # where there is no point
+        with np.errstate(invalid="ignore"):  # without a point
             for row in evaluated(tapered, at):
                 share = row.slack / np.maximum(1.0, np.abs(row.right))
                 least = np.minimum(least, share + ROUNDING)
@@ -339,23 +339,23 @@ def _tapered(
     bound = largest(relaxed, *tops)
 
     def most(x: Floats, which: Integers) -> Floats:
-        """Largest y that the other rows admit."""
+        """Largest y under the other rows."""
         return Rows(*some(others, which)).at_x(x).end(tops[1][which])
 
     def along_most(x: Floats, which: Integers) -> Floats:
         return margin(x, most(x, which), which)
 
-    every = np.arange(len(bound.x))
-    along, _ = close_in(along_most, 0.0 * bound.x, bound.x, WIDTH_S, every)
+    numbers = np.arange(len(bound.x))
+    along, _ = close_in(along_most, 0.0 * bound.x, bound.x, WIDTH_S, numbers)
     x, y = np.full_like(along, np.nan), np.full_like(along, np.nan)
     never_full = largest(rows_of(forms, names, tops.max(axis=0)), *tops)
-    for tried in ((bound.x, bound.y), (along, most(along, every)), (never_full.x, never_full.y)):
-        better = (margin(*tried, every) >= 0.0) & ~(tried[0] <= x)
+    for tried in ((bound.x, bound.y), (along, most(along, numbers)), (never_full.x, never_full.y)):
+        better = (margin(*tried, numbers) >= 0.0) & ~(tried[0] <= x)
         x, y = np.where(better, tried, (x, y))
-    found = Interval(x, y, bound.beyond)
-    least = shortest(relaxed, found, tops[1])
-    y, _ = close_in(lambda y, which: margin(x[which], y, which), y, least, WIDTH_S, every)
-    return found._replace(y=y)
+    best = Interval(x, y, bound.beyond)
+    least = shortest(relaxed, best, tops[1])
+    y, _ = close_in(lambda y, which: margin(x[which], y, which), y, least, WIDTH_S, numbers)
+    return best._replace(y=y)
 
 
 def some_point(
@@ -370,14 +370,14 @@ def some_point(
     names = [variable.name for variable in model.variables]
     forms = stated_forms(model, values or {})
     rows, tops, usable = rows_and_tops(forms, names, programmes)
-    found = largest(rows, *tops, any_point=True)
-    times = (np.where(usable, time_s, np.nan) for time_s in (found.x, found.y))
-    return dict(zip(names, times, strict=False)), usable & np.isneginf(found.beyond)
+    interval = largest(rows, *tops, any_point=True)
+    times = (np.where(usable, time_s, np.nan) for time_s in (interval.x, interval.y))
+    return dict(zip(names, times, strict=False)), usable & np.isneginf(interval.beyond)
 
 
 @dataclass(frozen=True)
 class Bracket(Engine):
-    """The engine of the longest time that limits of battery wells admit.
+    """The engine of the longest time that limits of battery wells allow.
 
     Examples
     --------

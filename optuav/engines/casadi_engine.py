@@ -52,15 +52,15 @@ ACCURACY = 1e-10  # What IPOPT asks of optimality, scaled, unless a caller is co
 ITERATIONS = 3000
 SHARES = (0.02, 0.5, 0.98)  # Where the starts lie between the bounds of an unknown
 MOST_STARTS = 27
-DEEP = 1000  # Levels to which expressions are compared
+DEEP = 1000  # Depth of the comparison of expressions
 AT_BOUND = 1e-9  # Relative distance from a bound that is as good as none
 STEEP = 100.0  # Largest slope of an objective as the solver sees it; its tolerances are absolute
-PRICED = 1e-3 * STEEP  # Multiplier, as the solver sees it, that is no leftover of its barrier
+PRICED = 1e-3 * STEEP  # Multiplier, as the solver sees it, that is not a leftover of its barrier
 
 
 @contextmanager
 def errors_named() -> Iterator[None]:
-    """Turn what the library raises into `SolverError`."""
+    """Turn the library's errors into `SolverError`."""
     try:
         yield
     except ImportError as error:
@@ -92,7 +92,7 @@ class Scaled(NamedTuple):
     """
 
     parameters: Values
-    numbers: Floats  # Of the parameters and of the scales
+    numbers: Floats  # Parameters and scales
     lower: Floats
     upper: Floats
     scale: Floats
@@ -103,7 +103,7 @@ class Scaled(NamedTuple):
 class Functions(NamedTuple):
     """A model in CasADi's terms."""
 
-    slope: Any  # Of the objective
+    slope: Any  # Slope of the objective
     normals: Any  # Slopes of the rows
     programmes: list[Any]  # One for each goal
     least: Floats  # Limits of the rows
@@ -130,12 +130,12 @@ class CasadiProgramme:
         self.names = [variable.name for variable in model.variables]
         self.linear = traits(model).linear
         self.goals = [-model.towards * model.objective, *model.preferences]
-        stated = [
+        constraints = [
             (has_unknowns(*constraint.relation.sides), constraint)
             for constraint in model.constraints
         ]
-        self.constraints = [each for moves, each in stated if moves]
-        self.settled = [each for moves, each in stated if not moves]
+        self.constraints = [each for moves, each in constraints if moves]
+        self.settled = [each for moves, each in constraints if not moves]
         self.options = {**OPTIONS, "ipopt.tol": accuracy, "ipopt.max_iter": iterations}
         if time_limit_s is not None:
             self.options["ipopt.max_wall_time"] = time_limit_s
@@ -190,26 +190,26 @@ class CasadiProgramme:
         parameters = {**self.base, **values}
         if decided := without_solver(self.model, NAME, parameters):
             return decided
-        found = partial(single, self.model, NAME, parameters)
+        solution = partial(single, self.model, NAME, parameters)
         bounds = own_bounds(self.model, parameters)
         if corner := self._corner(parameters, bounds):
             point, duals = corner
-            return found(Status.OPTIMAL, CORNER, "not handed to IPOPT", point, duals=duals)
+            return solution(Status.OPTIMAL, CORNER, "not handed to IPOPT", point, duals=duals)
         scaled = self._scaled(parameters, bounds)
         best, said = self._best(scaled)
         words = ", ".join(dict.fromkeys(said))
         if best is None and "Diverging_Iterates" in said:
             level, said = self._best(scaled._replace(steepness=math.inf))
             if level is not None:
-                return found(Status.UNBOUNDED, "local: the iterates diverge", words)
+                return solution(Status.UNBOUNDED, "local: the iterates diverge", words)
             words = ", ".join(dict.fromkeys(said))
         if best is None and {*said} == {"Invalid_Number_Detected"}:
-            return found(Status.ERROR, "none", words)
+            return solution(Status.ERROR, "none", words)
         if best is None:
             # Where all is linear, the least violation nearby is the least of all.
             proved = "Infeasible_Problem_Detected" in said and traits(self.model).linear
             proof = f"local: none of {len(said)} starts led to a feasible point"
-            return found(Status.INFEASIBLE if proved else Status.UNKNOWN, proof, words)
+            return solution(Status.INFEASIBLE if proved else Status.UNKNOWN, proof, words)
         point, answer = best
         prices = (np.asarray(answer[name]).ravel() for name in ("lam_g", "lam_x"))
         weights, at_bounds = (price * scaled.steepness for price in prices)
@@ -222,7 +222,7 @@ class CasadiProgramme:
             duals[variable.label] = duals.get(variable.label, 0.0) + weight
         if not (self.linear and self._is_alone(answer, scaled)):
             point = self._preferred(point, scaled)
-        return found(Status.LOCALLY_OPTIMAL, PROOF, words, point, duals=duals)
+        return solution(Status.LOCALLY_OPTIMAL, PROOF, words, point, duals=duals)
 
     def _corner(
         self, parameters: Values, bounds: Mapping[str, tuple[float, float]]
@@ -280,7 +280,7 @@ class CasadiProgramme:
         return best, said
 
     def _is_alone(self, answer: Any, scaled: Scaled) -> bool:
-        """Whether no other point of a linear model is as good: what has a price holds it there."""
+        """Return whether no other point of a linear model is as good: priced rows fix the point."""
         weights, at_bounds = (np.abs(np.asarray(answer[k]).ravel()) for k in ("lam_g", "lam_x"))
         normals = self._functions.normals(answer["x"], scaled.numbers)
         rows = np.asarray(normals).reshape(-1, len(self.names))
@@ -318,11 +318,11 @@ class CasadiProgramme:
         answer, word = run(self._functions.programmes[len(floors)], arguments)
         if word in ("Maximum_WallTime_Exceeded", "Maximum_CpuTime_Exceeded"):
             raise SolverError(LATE)
-        found = np.clip(np.asarray(answer["x"]).ravel() * scaled.scale, scaled.lower, scaled.upper)
+        values = np.clip(np.asarray(answer["x"]).ravel() * scaled.scale, scaled.lower, scaled.upper)
         for bound in (scaled.lower, scaled.upper):
             reach = AT_BOUND * np.maximum(1.0, np.abs(bound))
-            found = np.where(np.isfinite(bound) & (np.abs(found - bound) <= reach), bound, found)
-        point = dict(zip(self.names, found.tolist(), strict=True))
+            values = np.where(np.isfinite(bound) & (np.abs(values - bound) <= reach), bound, values)
+        point = dict(zip(self.names, values.tolist(), strict=True))
         rows = evaluated(self.model, {**scaled.parameters, **point})
         solved = word in ("Solve_Succeeded", "Solved_To_Acceptable_Level")
         return (point if solved and all(row.satisfied for row in rows) else None), answer, word

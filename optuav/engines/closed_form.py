@@ -39,14 +39,14 @@ def solve(
     Arguments as of `optuav.engines.registry.Engine.solve`; a programme with a NaN among its numbers
     has status error.
     """
-    unknowns, given = len(model.variables), values or {}
+    unknowns, numbers = len(model.variables), values or {}
     if not 1 <= unknowns <= MOST_UNKNOWNS:
         raise ValueError(f"{NAME} takes one or two unknowns, the model has {unknowns}")
-    lower = [evaluate(variable.lower, given) for variable in model.variables]
+    lower = [evaluate(variable.lower, numbers) for variable in model.variables]
     for variable, bound in zip(model.variables, lower, strict=True):
         if np.isneginf(bound).any():
             raise ValueError(f"{NAME} needs a lower bound on {variable.symbol}")
-    form = linear_form(model, given, programmes)
+    form = linear_form(model, numbers, programmes)
     # A row without unknowns is feasible or not, whatever the point: it meets no other row.
     meeting = np.flatnonzero((form.normals != 0.0).any(axis=(1, 2)))
     # Single rows, or all pairs, the bounds first.
@@ -71,7 +71,7 @@ def solve(
         values=dict(zip(form.names, points, strict=True)),
         duals=None,
         declared=model,
-        given=given,
+        given=numbers,
     )
 
 

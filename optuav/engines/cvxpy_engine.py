@@ -121,16 +121,16 @@ class CvxpyProgramme:
         changed = {name: each for name, each in values.items() if each != self.base[name]}
         values = {**self.base, **values}
         form = linear_form(self.alone, changed)
-        found = partial(single, self.model, NAME, values)
+        solution = partial(single, self.model, NAME, values)
         if not form.usable.all():
-            return found(Status.ERROR, DUALITY, "a parameter is no number")
+            return solution(Status.ERROR, DUALITY, "a parameter is not a number")
         a, b, c = form.normals[..., 0], form.limits[..., 0], form.directions[..., 0]
         if self.slot_s is not None:
             a, b = self._in_slots(form, values, self.slot_s)
             c = c * np.where(self.counted, self.slot_s, 1.0)
         for label, limit in zip(form.labels, b, strict=True):
             if limit == -np.inf:
-                return found(Status.INFEASIBLE, DUALITY, f"{label} can never hold")
+                return solution(Status.INFEASIBLE, DUALITY, f"{label} can never hold")
         finite = np.isfinite(b)
         # Solvers' tolerances are absolute: rows and goals of size 1 put them in seconds.
         size, worth = _sizes(a), _sizes(c)
@@ -149,7 +149,7 @@ class CvxpyProgramme:
             feasible = (self._run()[0] or Status.INFEASIBLE).has_answer
             status = Status.UNBOUNDED if feasible else Status.INFEASIBLE
         if not status.has_answer:
-            return found(status, DUALITY, words)
+            return solution(status, DUALITY, words)
         x, weights = np.asarray(self.x.value, dtype=float), None
         if not self.integer:
             weights = np.maximum(np.asarray(self.rows.dual_value, dtype=float), 0.0)
@@ -157,8 +157,8 @@ class CvxpyProgramme:
             status = Status.OPTIMAL
         # Rows with a multiplier may determine the point: then no other is as good.
         heavy = a if weights is None else a[weights > TIGHT * max(1.0, weights.max(initial=0.0))]
-        alone = weights is not None and np.linalg.matrix_rank(heavy, tol=TIGHT) == a.shape[1]
-        if len(c) > 1 and not alone:
+        unique = weights is not None and np.linalg.matrix_rank(heavy, tol=TIGHT) == a.shape[1]
+        if len(c) > 1 and not unique:
             x = self._preferred(c, x)
         x = np.where(self.binary, np.round(x), x)
         if self.slot_s is not None:
@@ -175,7 +175,7 @@ class CvxpyProgramme:
             duals[label] += weight if k is None else abs(weight)
         proof = f"branch and bound ({self.solver})" if self.integer else DUALITY
         point = dict(zip(form.names, x.tolist(), strict=True))
-        return found(status, proof, f"{self.solver}: {words}", point, duals=duals)
+        return solution(status, proof, f"{self.solver}: {words}", point, duals=duals)
 
     def _run(self) -> tuple[Status | None, str]:
         """Solve the problem; its status, and the status that the solver itself returned.
@@ -239,7 +239,7 @@ class CvxpyProgramme:
 
 
 def _sizes(rows: Floats) -> Floats:
-    """Largest coefficient of every row; 1 where there is none."""
+    """Largest coefficient of every row; 1 for an empty row."""
     largest = np.abs(rows).max(axis=1, initial=0.0)
     return np.where(largest > 0.0, largest, 1.0)
 

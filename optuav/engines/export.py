@@ -49,8 +49,8 @@ def to_file(model: Model, values: Values, form: str, remarks: Iterable[str] = ()
     need_linear(model)
     rows = linear_form(model, values)
     names = _legal(rows.names, "x_")
-    stated = [constraint.label for constraint in model.constraints]
-    labels = _legal([*stated, *(unknown.label for unknown in model.variables)], "c_")
+    labels_of_rows = [constraint.label for constraint in model.constraints]
+    labels = _legal([*labels_of_rows, *(unknown.label for unknown in model.variables)], "c_")
     notes = [model.title, *remarks]
     notes += [
         f"{name} is {each.symbol}" + (f" [{each.unit}]" if each.unit != "1" else "")
@@ -76,7 +76,7 @@ def to_file(model: Model, values: Values, form: str, remarks: Iterable[str] = ()
         if low == 0.0 > high:
             # Such a lower bound is not written, and some readers take it for none then.
             file.addRow(low, highspy.kHighsInf, 1, np.array([k]), np.array([1.0]))
-            file.passRowName(file.getNumRow() - 1, labels[len(stated) + k])
+            file.passRowName(file.getNumRow() - 1, labels[len(labels_of_rows) + k])
     number = 0
     for constraint, label in zip(model.constraints, labels, strict=False):
         sense, signs = constraint.relation.sense, constraint.relation.signs

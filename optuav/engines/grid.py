@@ -1,8 +1,8 @@
 """Exhaustive search over whole slots: Algorithm 1 of the paper for any declared model.
 
-Every unknown runs through the multiples of the slot that its bounds admit. Where the last slot is
+Every unknown runs through the multiples of the slot within its bounds. Where the last slot is
 cut short by the unknown's own upper bound, the slot must be affordable whole, and the answer is
-the bound: the paper's 740.65 s. A constraint between unknowns admits whole slots only.
+the bound: the paper's 740.65 s. A constraint between unknowns allows whole slots only.
 
 References
 ----------
@@ -38,8 +38,8 @@ PROOF = "exhaustive"
 CELLS_AT_ONCE = 1 << 17
 CURVED_CELLS_AT_ONCE = 1 << 15
 """The same where constraints are not linear, as every step on the way to them is kept."""
-MOST_SLOTS = 1 << 24  # That an unknown may run through, so that they fit in memory
-MOST_CELLS = 10**11  # That are tried without a time limit: some hours at most for a route
+MOST_SLOTS = 1 << 24  # Slots of one unknown, so that they fit in memory
+MOST_CELLS = 10**11  # Cells tried without a time limit: some hours at most for a route
 EQUAL = 1e-9  # Relative difference below which two objective values are the same
 
 
@@ -81,7 +81,7 @@ def _compares(
     form: Exponential, limit: float, points: Mapping[str, Floats], done: dict[int, Operand]
 ) -> Operand:
     """An inequality, by functions of one axis each, and products of two of them."""
-    own, both = dict.fromkeys(points, 0.0 * limit), list[Operand]()
+    terms, both = dict.fromkeys(points, 0.0 * limit), list[Operand]()
     for monomial, coefficient in form.terms.items():
         product = coefficient
         for name, kind in monomial:
@@ -92,8 +92,8 @@ def _compares(
             both.append(product)
         else:
             name = next((name for name, _ in monomial), next(iter(points)))
-            own[name] = own[name] + product
-    *outer, last = own.values()
+            terms[name] = terms[name] + product
+    *outer, last = terms.values()
     return sum(both, sum(outer)) <= limit - last
 
 
@@ -136,7 +136,7 @@ def _cut(points: Mapping[str, Floats], kept: Operand) -> Mapping[str, Floats]:
 def _best_cell(
     model: Model, parameters: Values, ways: list[Floats], latest: float, seen: Progress | None
 ) -> dict[str, float] | None:
-    """The best feasible cell, ties broken by the model's preferences; None if there is none."""
+    """The best feasible cell, ties broken by the model's preferences; None without one."""
     sign, tried, count = model.towards, 0, math.prod(map(len, ways))
     flat, formed, curved = tests(model, parameters)
     most = CURVED_CELLS_AT_ONCE if curved else CELLS_AT_ONCE
@@ -175,7 +175,7 @@ def _best_cell(
 
 
 def _tight(model: Model, parameters: Values, point: Values, slot_s: float) -> Iterator[str]:
-    """Labels of what a slot that leaves the objective as good would violate, the first by kind."""
+    """Labels of rows that an equally good neighbouring slot would violate, the first by kind."""
     here = {**parameters, **point}
     for variable, step_s in itertools.product(model.variables, (slot_s, -slot_s)):
         moved = {**here, variable.name: point[variable.name] + step_s}
@@ -221,17 +221,17 @@ class Grid(OneByOne):
         @np.errstate(divide="ignore", invalid="ignore", over="ignore")
         def solve(parameters: Mapping[str, float]) -> Solution:
             latest = math.inf if time_limit_s is None else time.monotonic() + time_limit_s
-            found = partial(single, model, NAME, parameters)
+            solution = partial(single, model, NAME, parameters)
             if np.isnan(list(parameters.values())).any():
-                return found(Status.ERROR, PROOF, tight=())
+                return solution(Status.ERROR, PROOF, tight=())
             ways = axes(model, parameters, slot_s, limited=time_limit_s is not None)
             if (best := _best_cell(model, parameters, ways, latest, self.progress)) is None:
-                return found(Status.INFEASIBLE, PROOF, tight=())
+                return solution(Status.INFEASIBLE, PROOF, tight=())
             near = {*_tight(model, parameters, best, slot_s)}
             labels = dict.fromkeys(
                 relation.label for relation in relations(model) if relation.label in near
             )
-            return found(Status.OPTIMAL, PROOF, point=best, tight=(*labels,))
+            return solution(Status.OPTIMAL, PROOF, point=best, tight=(*labels,))
 
         return solve
 

@@ -20,17 +20,17 @@ from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, leaves
 
 WHOLE = 1e-9  # Relative, on the number of slots that fit
-TYPICAL = 1000.0  # Reach of an unknown for which nothing states a bound
+TYPICAL = 1000.0  # Reach of an unknown without a bound
 LEAST = 1e-3
-"""Least reach by which an unknown is scaled, where the constraints leave it next to none."""
+"""Least reach for scaling an unknown, if the constraints leave it next to no room."""
 
 
 @dataclass(frozen=True)
 class LinearForm:
     """Rows A x ≤ b and goals; an equality gives two rows with the same label."""
 
-    names: tuple[str, ...]  # Of the unknowns
-    labels: tuple[str, ...]  # Of the constraint of every row
+    names: tuple[str, ...]  # Names of the unknowns
+    labels: tuple[str, ...]  # Label of every row's constraint
     # −1 for the second row of an equality and for a lower bound of an unknown, 1 otherwise
     signs: tuple[float, ...]
     normals: Floats  # A (row, unknown, programme)
@@ -43,9 +43,11 @@ class LinearForm:
     @property
     def usable(self) -> Booleans:
         """Programmes whose numbers are all numbers; a limit may be infinite."""
-        found = np.isfinite(self.normals).all(axis=(0, 1)) & ~np.isnan(self.limits).any(axis=0)
-        found &= np.isfinite(self.directions).all(axis=(0, 1)) & ~np.isnan(self.offsets).any(axis=0)
-        return np.asarray(found)
+        finite = np.isfinite(self.normals).all(axis=(0, 1)) & ~np.isnan(self.limits).any(axis=0)
+        finite &= np.isfinite(self.directions).all(axis=(0, 1)) & ~np.isnan(self.offsets).any(
+            axis=0
+        )
+        return np.asarray(finite)
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
@@ -59,16 +61,16 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
     bounds = list[tuple[int, int]]()
     done = model.walked.forms(values)
     for number, constraint in enumerate(relations(model)):
-        relation, own = constraint.relation, number >= len(model.constraints)
+        relation, is_bound = constraint.relation, number >= len(model.constraints)
         form, right = excess(relation, values, done)
         if not form.coefficients:
             # Nothing but rounding stands between two stated figures that ought to be equal.
             allowance = TOLERANCE * np.maximum(1.0, np.abs(right))
             form = Affine(np.where(np.abs(form.constant) <= allowance, 0.0, form.constant), {})
         for sign in relation.signs:
-            bounds += [(len(forms), names.index(name)) for name in form.coefficients if own]
+            bounds += [(len(forms), names.index(name)) for name in form.coefficients if is_bound]
             labels.append(constraint.label)
-            signs.append(sign if own or relation.sense == "==" else 1.0)
+            signs.append(sign if is_bound or relation.sense == "==" else 1.0)
             forms.append(form.times(sign))
     goals = [affine(model.objective, values, done).times(model.towards)]
     goals += [affine(preference, values, done).times(-1.0) for preference in model.preferences]
@@ -89,11 +91,11 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
 
 def own_bounds(model: Model, parameters: Values) -> dict[str, tuple[float, float]]:
     """The stated lower and upper bound of every unknown."""
-    found = {}
+    bounds = {}
     for variable in model.variables:
         low, high = (float(evaluate(end, parameters)) for end in (variable.lower, variable.upper))
-        found[variable.name] = low, high
-    return found
+        bounds[variable.name] = low, high
+    return bounds
 
 
 def implied_upper_bounds(
@@ -160,11 +162,13 @@ def slot_ranges(model: Model, parameters: Values, slot_s: float) -> dict[str, tu
     A last slot that the unknown's own upper bound cuts short counts; one that a constraint between
     unknowns or an equation cuts short does not.
     """
-    own, cut = own_bounds(model, parameters), cut_short(model)
-    implied = implied_upper_bounds(model, parameters, {name: end for name, (end, _) in own.items()})
+    bounds, cut = own_bounds(model, parameters), cut_short(model)
+    implied = implied_upper_bounds(
+        model, parameters, {name: end for name, (end, _) in bounds.items()}
+    )
     ranges = {}
     for variable in (unknown for unknown in model.variables if not unknown.binary):
-        least, most = own[variable.name]
+        least, most = bounds[variable.name]
         bound = min(implied[variable.name], most)
         if not math.isfinite(least):
             raise InputError(f"whole slots need a lower bound on {variable.symbol}")

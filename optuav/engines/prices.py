@@ -32,11 +32,11 @@ from optuav.modelling.model import Model
 from optuav.modelling.traversal import Slope, evaluate, leaves, slope
 
 MET, NEARLY_MET = 1e-8, 1e-6
-"""Share of its largest term below which a row's slack is none, in exact and in other answers."""
+"""Share of its largest term below which a row counts as met, in exact and in other answers."""
 NEGLIGIBLE = 1e-7  # Share of the largest below which multipliers and their residuals are zero
 SAME = 1e-9  # Relative difference below which two objective values are the same
-MOST_ROWS = 14  # That hold with equality, before their combinations are too many to enumerate
-BESIDE = 1e-150  # Distance from 0, and from its kinks, at which functions have a slope
+MOST_ROWS = 14  # Rows that hold with equality, before their combinations are too many to enumerate
+BESIDE = 1e-150  # Distance from 0, and from its kinks, where functions have a slope
 APART_S = 1e-3  # Least distance of points that are not one but for the accuracy of an engine
 
 
@@ -62,8 +62,8 @@ def _met(
     rows, done = dict[tuple[int, float], Floats](), dict[int, Operand]()
     count = len(model.variables)
     sizes = np.array([max(abs(values[name]), k < count) for k, name in enumerate(names)], float)
-    stated = list(relations(model))  # kept, so that no two nodes share an identity
-    for number, relation in enumerate(constraint.relation for constraint in stated):
+    constraints = list(relations(model))  # kept, so that no two nodes share an identity
+    for number, relation in enumerate(constraint.relation for constraint in constraints):
         gap, right = _gap(relation, values, done)
         rate = _rate(gap, names)
         least = (not rate[:count].any()) * TOLERANCE * np.maximum(1.0, np.abs(right.value))
@@ -81,10 +81,10 @@ def local_multipliers(model: Model, values: Values) -> dict[str, float]:
     goal, rows = _rate(slope(model.objective, values), names), _met(model, values, names)
     normals = np.array([*rows.values()]).reshape(-1, len(names))
     weights = next(basic_multipliers(normals, model.towards * goal), np.empty(0))
-    stated = list(relations(model))
+    constraints = list(relations(model))
     found: dict[str, float] = {}
     for (number, turn), weight in zip(rows, weights.tolist(), strict=False):
-        label, sense = stated[number].label, stated[number].relation.sense
+        label, sense = constraints[number].label, constraints[number].relation.sense
         found[label] = found.get(label, 0.0) + weight * (turn if sense == "==" else 1.0)
     return found
 
@@ -136,9 +136,10 @@ def _combinations(
 def optimal_points(model: Model, parameters: Values, point: Values) -> list[list[Values]]:
     """Sets of optimal points of one programme; a later one counts if an earlier one has no prices.
 
-    Of a linear model: all optimal vertices, and the answer if it is none of them. Of the longest of
-    two times through both wells: the answer, with the optimum of the longest other time; then that
-    alone, as an answer is not exact where the other time hardly matters. Else the answer alone.
+    For a linear model: all optimal vertices, and the answer if it is not among them. For the
+    longest of two times through both wells: the answer, with the optimum of the longest other time;
+    then only that, as an answer is not exact where the other time hardly matters. Otherwise only
+    the answer.
     """
     try:
         form = linear_form(model, parameters)
@@ -208,7 +209,7 @@ class ShadowPrice(NamedTuple):
 
     @property
     def has_kink(self) -> bool:
-        """Whether the two sides differ, or one is beyond the range."""
+        """True if the two sides differ, or one is beyond the range."""
         return not math.isclose(self.less, self.more, rel_tol=1e-6, abs_tol=1e-9)
 
 
@@ -263,19 +264,19 @@ class ShadowPrices(dict[str, ShadowPrice]):
 def shadow_prices(
     model: Model, parameters: Values, point: Values, shares: Sequence[float] = (MET, NEARLY_MET)
 ) -> ShadowPrices:
-    """Shadow price of every parameter at an optimal point, by the first of some shares as `MET`.
+    """Shadow price of every parameter at an optimal point, by the first of some shares like `MET`.
 
-    Empty where there are no multipliers, or too many rows hold with equality to enumerate them.
+    Empty without multipliers, or if too many rows hold with equality to enumerate them.
     """
     tried = itertools.product(optimal_points(model, parameters, point), shares)
-    found = (_prices_at(model, parameters, points, share) for points, share in tried)
-    return ShadowPrices(next(filter(None, found), {}), model.parameters)
+    prices = (_prices_at(model, parameters, points, share) for points, share in tried)
+    return ShadowPrices(next(filter(None, prices), {}), model.parameters)
 
 
 def _prices_at(
     model: Model, parameters: Values, points: Sequence[Values], share: float
 ) -> dict[str, ShadowPrice]:
-    """Shadow price of every parameter at optimal points; empty where there are none."""
+    """Shadow price of every parameter at optimal points; empty without points."""
     sign, count, named = model.towards, len(model.variables), list(model.parameters)
     names = [*(variable.name for variable in model.variables), *named]
     at = np.array([parameters[n] for n in named])
@@ -323,7 +324,7 @@ class Residuals(NamedTuple):
     --------
     >>> import optuav
     >>> (solution,) = optuav.formulate("paper", "P3", perspective="battery").answers()
-    >>> all(lack < 1e-9 for lack in solution.residuals())
+    >>> all(residual < 1e-9 for residual in solution.residuals())
     True
     """
 

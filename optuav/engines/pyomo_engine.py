@@ -34,7 +34,7 @@ SETTINGS: Mapping[str, Values] = {
 """Options of solvers whose defaults are too coarse for seconds."""
 EQUAL = 1e-11  # Relative loss of the objective that the preferences may use up
 STATIONARY = 1e-6  # Largest residual of an answer that meets the conditions of optimality
-SAME = 1e-9  # Relative difference by which Pyomo's value of a tree may differ from optuav's
+SAME = 1e-9  # Relative difference allowed between Pyomo's value of a tree and optuav's
 FILES = {"nl": "# ", "gms": "* ", "bar": "// "}
 """Start of a comment, by suffix of a format; in .nl only the first line has one."""
 FORMULAS: Mapping[Any, Callable[..., Any]] = {
@@ -45,7 +45,7 @@ FORMULAS: Mapping[Any, Callable[..., Any]] = {
     np.maximum: lambda a, b: 0.5 * (a + b + abs(a - b)),
     np.minimum: lambda a, b: 0.5 * (a + b - abs(a - b)),
 }
-"""Functions that NumPy leaves to its operands, and those that formats of solvers lack."""
+"""Functions that NumPy leaves to its operands, and functions missing from formats of solvers."""
 COMPARED = {"<=": operator.le, ">=": operator.ge, "==": operator.eq}
 FOUND = {"infeasible": Status.INFEASIBLE, "unbounded": Status.UNBOUNDED}
 ANSWERED = ("optimal", "locallyOptimal", "globallyOptimal")  # Words of solvers that have a point
@@ -53,7 +53,7 @@ ANSWERED = ("optimal", "locallyOptimal", "globallyOptimal")  # Words of solvers 
 
 @contextmanager
 def failures_named(of: str, kind: type[Exception] = SolverError) -> Iterator[None]:
-    """Turn what Pyomo or a solver raises into an error of ours, and what they log into silence."""
+    """Turn errors of Pyomo or a solver into an error of ours, and silence their logs."""
     from pyomo.common.log import LoggingIntercept
 
     with LoggingIntercept(io.StringIO(), "pyomo"):
@@ -83,8 +83,8 @@ def applied(function: Operand, operands: tuple[Any, ...]) -> Any:
 def to_pyomo(model: Model, values: Values, *, checked: bool = True) -> Any:
     """Return a model with numbers as a ``ConcreteModel`` of Pyomo, see `Program.to_pyomo`.
 
-    `InputError` if Pyomo is missing or lacks a function or its digits, or, where that is checked,
-    if the numbers alone leave no point.
+    `InputError` if Pyomo, a function of it or its digits are missing, or, where that is checked,
+    if the numbers by themselves leave no point.
     """
     pyo, done, (first, reach) = library(), dict[int, Any](), reaches(model, values)
     if checked and (decided := without_solver(model, NAME, values)):
@@ -159,12 +159,12 @@ class Pyomo(OneByOne):
     solver
         Name of a solver that Pyomo finds, by default HiGHS, which takes linear models.
     options
-        Options of the solver, by its names of them; those of HiGHS are checked.
+        Options of the solver, by its own names; HiGHS's options are checked.
 
     Raises
     ------
     InputError
-        If the solver is no name, or HiGHS takes no such option.
+        If the solver is not a name, or HiGHS takes no such option.
 
     Examples
     --------
@@ -209,13 +209,13 @@ class Pyomo(OneByOne):
     ) -> Single:
         """Hand over a model, to be solved for one programme at a time."""
         made = to_pyomo(model, model.row(0), checked=False)
-        asked: Values = {"options": {**SETTINGS.get(self.solver, {}), **self.options}}
+        options: Values = {"options": {**SETTINGS.get(self.solver, {}), **self.options}}
         if time_limit_s is not None:
-            asked = {**asked, "timelimit": time_limit_s}
+            options = {**options, "timelimit": time_limit_s}
         if not self._solver().available(exception_flag=False):
-            words = f"a solver that Pyomo finds; optuav[pyomo] brings HiGHS alone, {HIGHS}"
+            words = f"a solver that Pyomo finds; optuav[pyomo] installs only HiGHS, {HIGHS}"
             raise InputError([Fault("solver", repr(self.solver), words)])
-        return lambda values: self._solved(model, made, {**model.row(0), **values}, asked)
+        return lambda values: self._solved(model, made, {**model.row(0), **values}, options)
 
     def _solver(self) -> Any:
         """A solver that knows of no programme yet."""

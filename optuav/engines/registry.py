@@ -35,7 +35,7 @@ class Capability:
     Parameters
     ----------
     name
-        Name of the engine, by which `optuav.solve` takes it.
+        Name of the engine for `optuav.solve`.
     nonlinear, integer
         Whether it takes models that are not linear, and binary unknowns.
     slots
@@ -100,7 +100,7 @@ class Engine(Protocol):
     """
 
     name: str
-    """Name by which `optuav.solve` takes it."""
+    """Name of the engine for `optuav.solve`."""
     takes: Capability
     """The models it takes."""
 
@@ -125,7 +125,7 @@ class Engine(Protocol):
         values
             Values of parameters that differ from the model's, by name.
         slot_s
-            Length of the slots in which times are counted [s]; None for continuous times.
+            Length of the slots that count times [s]; None for continuous times.
         time_limit_s
             Longest that one programme may take [s]; None for no limit. An engine that always ends
             soon may ignore it.
@@ -166,7 +166,7 @@ CAPABILITIES = (
     Capability("casadi", nonlinear=True, needs=("derivatives",)),
     Capability("grid", True, slots=None, most_unknowns=MOST_UNKNOWNS, needs=("lower bounds",)),
 )
-"""Capabilities of the package's engines, in the order in which "auto" prefers them.
+"""Capabilities of the package's engines, in the order of preference of "auto".
 
 In slots it prefers one that takes nothing else.
 """
@@ -187,11 +187,11 @@ class OneByOne(Engine):
         rows = [model.row(index) for index in range(programmes)]
 
         def solve(values: Values) -> Solution:
-            found = []
+            solutions = []
             for k, row in enumerate(rows):
                 changed = {n: float(v[k] if np.ndim(v) else v) for n, v in values.items()}
-                found.append(single({**row, **changed}))
-            return found[0] if len(found) == 1 else stacked(found)
+                solutions.append(single({**row, **changed}))
+            return solutions[0] if len(solutions) == 1 else stacked(solutions)
 
         return solve
 
@@ -234,7 +234,7 @@ def register(added: Engine) -> None:
     Raises
     ------
     InputError
-        If the package has an engine of that name, or it is no engine.
+        If the package has an engine of that name, or it is not an engine.
 
     Examples
     --------
@@ -252,7 +252,7 @@ def register(added: Engine) -> None:
 
 
 def unregister(name: str) -> None:
-    """Take out an engine that was added; raises `InputError` if there is none of that name."""
+    """Take out an engine that was added; raises `InputError` if none has that name."""
     if name not in _registered:
         known = ", ".join(_registered) or "none"
         raise InputError([Fault("engine", repr(name), f"one that was added: {known}")])
@@ -260,14 +260,14 @@ def unregister(name: str) -> None:
 
 
 def of_the_package(given: Engine) -> bool:
-    """Whether an engine is one of the package, whose solutions need no look."""
+    """Return whether an engine is the package's own, whose solutions need no check."""
     return type(given).__module__.startswith("optuav.")
 
 
 def conforming(given: Engine) -> Engine:
-    """An engine that was given; refused if it is none, such as a class instead of its object."""
+    """Return a given engine; refuse other things, such as a class instead of its object."""
     if isinstance(given, type):
-        words = f"an instance, as {given.__name__}(), not the class"
+        words = f"must be an instance, such as {given.__name__}(), not the class"
         raise InputError([Fault("engine", f"{given!r:.60}", words)])
     known = isinstance(getattr(given, "takes", None), Capability)
     known &= isinstance(getattr(given, "name", None), str)
@@ -282,7 +282,7 @@ def conforming(given: Engine) -> Engine:
 
 
 def engine(wanted: str | Engine) -> Engine:
-    """The engine of a name, with its default options; an engine stays what it is."""
+    """The engine of a name, with its default options; an engine is returned unchanged."""
     if not isinstance(wanted, str):
         return conforming(wanted)
     if wanted in _registered:
@@ -311,7 +311,7 @@ def need(wanted: str | Engine, model: Traits, slots: bool, linear: str = "") -> 
 
 
 def preferred(model: Traits, slots: bool) -> Engine:
-    """The first engine that takes a model, in slots one for these alone; refused if none does."""
+    """The first engine that takes a model, in slots one for only slots; refused if none does."""
     able = takers(model, slots)
     slots_only = [name for name in able if capabilities[name].slots is None]
     others = [name for name in able if name not in slots_only]

@@ -1,8 +1,8 @@
 """Rows g(x, y) ≥ 0 in two times x and y and the levelling of wells, for many programmes at once.
 
 With V = (1 − exp(−kx))/k and W = (1 − exp(−ky))/k a row is g = a + b x + c V + d y + e W + f V W:
-what phases of constant current do to the wells of a battery, and what a deadline does to the
-times. In x alone and in y alone, g turns at most once; so it has at most two roots.
+the effect of phases of constant current on the wells of a battery, and of a deadline on the
+times. In x or y with the other fixed, g turns at most once; so it has at most two roots.
 
 References
 ----------
@@ -36,12 +36,12 @@ Margin: TypeAlias = Callable[..., Floats]
 """Values at one point of each of some intervals, from what belongs to them."""
 
 MOST_STEPS = 200
-ROUNDING = 2e-13  # Share of the sum of a row's terms by which it may fall short of 0, for rounding
+ROUNDING = 2e-13  # Share of the sum of a row's terms that it may fall short of 0 by, for rounding
 DUST = 1e-25
 """Share of the sum of a row's terms below which one is left out, so that no quotient overflows."""
-TINY = 1e-200  # In place of a rate of 0, as in the physics, of which engines know nothing
+TINY = 1e-200  # Replacement of a rate of 0, as in the physics, which engines do not import
 SPACING = 4.0 * np.finfo(float).eps  # Share of numbers that lie next to each other
-WIDTH_S = 1e-11  # To which the ends of what rows admit are found [s]
+WIDTH_S = 1e-11  # Accuracy of the ends of feasible stretches [s]
 
 
 @np.errstate(divide="ignore", invalid="ignore")
@@ -96,13 +96,13 @@ def some(tables: Iterable[Any], which: Integers) -> list[Any]:
 
 
 def levelled(rate_per_s: Floats, time_s: Floats) -> Floats:
-    """(1 − exp(−kt))/k [s], t where k is next to nothing; apart from the physics, as `TINY`."""
-    found: Floats = np.expm1(-rate_per_s * time_s) / -rate_per_s
-    return found
+    """(1 − exp(−kt))/k [s], t for k next to 0; apart from the physics, like `TINY`."""
+    levelled_s: Floats = np.expm1(-rate_per_s * time_s) / -rate_per_s
+    return levelled_s
 
 
 class Section(NamedTuple):
-    """Rows a + d y + e W ≥ 0 in y alone; weights are those of a, d and e, (3, row, programme)."""
+    """Rows a + d y + e W ≥ 0 in only y; weights of a, d and e, (3, row, programme)."""
 
     weights: Floats
     rate_per_s: Floats
@@ -115,9 +115,9 @@ class Section(NamedTuple):
 
     @np.errstate(divide="ignore", invalid="ignore", over="ignore")
     def end(self, top: Floats, *, smallest: bool = False) -> Floats:
-        """Largest or smallest y from 0 to top at which all rows hold, one a programme; NaN if none.
+        """Largest or smallest y from 0 to top under all rows, one per programme; NaN if none.
 
-        All points at which a row begins or ceases to hold are found and tried, with 0 and the top.
+        All points where a row begins or ceases to hold are found and tried, with 0 and the top.
         """
         _, d, e = self.weights
         turns = -np.log(-d / e) / self.rate_per_s  # NaN or infinite if nowhere
@@ -141,15 +141,15 @@ class Section(NamedTuple):
         y = np.concatenate([0.0 * top if smallest else top, edges])
         tried = Section(self.weights[..., number], self.rate_per_s[number])
         hold = (tried.at(y) >= 0.0).all(axis=0)
-        found = np.full(len(top), np.inf if smallest else -np.inf)
-        (np.minimum if smallest else np.maximum).at(found, number[hold], y[hold])
-        return np.where(np.isfinite(found), found, np.nan)
+        best_y = np.full(len(top), np.inf if smallest else -np.inf)
+        (np.minimum if smallest else np.maximum).at(best_y, number[hold], y[hold])
+        return np.where(np.isfinite(best_y), best_y, np.nan)
 
 
 class Rows(NamedTuple):
     """Weights (6, row, programme) of 1, x, V, y, W and V W; of 1 with the allowance for rounding.
 
-    The rates of the two times [1/s], one a programme, are not 0 but `TINY`.
+    The rates of the two times [1/s], one per programme, are not 0 but `TINY`.
     """
 
     weights: Floats
@@ -206,13 +206,13 @@ class StatedForm(NamedTuple):
     """A form that must be ≥ 0; a `relaxed` one is an upper bound of its constraint's form."""
 
     form: Exponential
-    size: Operand  # Of the sides whose difference it is
-    constraint: Constraint | None = None  # None for a limit up to which a bound is exact
+    size: Operand  # Size of the sides whose difference it is
+    constraint: Constraint | None = None  # None for a limit of the range where a bound is exact
     relaxed: bool = False
 
 
 def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats) -> Rows:
-    """Rows from forms that have to be ≥ 0, in one or two unknowns.
+    """Rows from forms that must be ≥ 0, in one or two unknowns.
 
     Those that cannot fall below 0 up to a reach [s], by the bounds of their terms, are left out, or
     infinite where other programmes need them. Sizes and reach say how much rounding there may be.
@@ -242,7 +242,7 @@ def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats)
     highest = weights * most[:, None]
     shares = np.abs(highest)
     size = shares.sum(axis=0)
-    # Never more than a check of the answer outside the engine admits.
+    # Never more than the tolerance of a check of the answer outside the engine.
     weights[0] += np.minimum(ROUNDING * (size + sides), 0.5 * TOLERANCE * np.maximum(1.0, sides))
     open_ = ~(weights[0] + np.minimum(highest[1:], 0.0).sum(axis=0) >= 0.0)
     weights[1:] *= open_ & (shares[1:] >= DUST * size)
@@ -263,21 +263,21 @@ def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list
             forms = [done.get(id(e), e) for e in relation.relation.sides]
             if any(isinstance(e, Expression) for e in forms):
                 forms = [exponential(e, values, done) for e in forms]
-            own = [e if isinstance(e, Exponential) else Exponential({CONSTANT: e}) for e in forms]
-            read.append((relation, own, False))
+            sides = [e if isinstance(e, Exponential) else Exponential({CONSTANT: e}) for e in forms]
+            read.append((relation, sides, False))
         except NotExponentialError as error:
             if not relaxed:
                 raise NotExponentialError(f"{relation.label!r}: {error}") from error
             bounded.append(relation)
     exact = Relaxation()
-    kinds = [exact]  # Grows by what is met at the bounds: one more for each ceiling
+    kinds = [exact]  # Grows by one more for each ceiling met at the bounds
     for relaxation in kinds:
         done = {}
         for row in bounded:
-            own = [exponential(e, values, done, relaxation) for e in row.relation.sides]
-            read.append((row, own, True))
+            sides = [exponential(e, values, done, relaxation) for e in row.relation.sides]
+            read.append((row, sides, True))
         kinds += map(Relaxation, exact.names) if relaxation is exact else ()
-    found = [
+    forms_read = [
         StatedForm(
             applied(np.subtract, (right, left) if sign > 0.0 else (left, right)),
             np.abs(right.terms.get(CONSTANT, 0.0)),
@@ -287,4 +287,4 @@ def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list
         for each, (left, right), bounds in read
         for sign in each.relation.signs[::-1]
     ]
-    return [*found, *(StatedForm(limit, 0.0, None, True) for limit in exact.limits)]
+    return [*forms_read, *(StatedForm(limit, 0.0, None, True) for limit in exact.limits)]

@@ -37,9 +37,9 @@ class Solution:
     engine, proof
         Its name, and how it knows, in a word or two.
     declared
-        What was solved; programmes of a kind may share it.
+        The model solved; programmes of a kind may share it.
     statuses
-        What is known of each programme.
+        Status of each programme.
     objective, values
         The best objective, and the variables by name, in their units; NaN without an answer.
     tight
@@ -49,11 +49,11 @@ class Solution:
         Multipliers that the engine found, by label of the constraint; empty from engines that have
         none. None where they follow from the answer: see `multipliers_at`.
     beyond
-        What the objective is known not to exceed; None if the engine knows nothing.
+        Proved bound on the objective; None if the engine has none.
     words
-        What the engine itself said.
+        The engine's own words.
     given
-        Values of parameters unlike the declared ones, by name; `solve` fills in what it asked for.
+        Values of parameters unlike the declared ones, by name; `solve` fills in its own.
 
     Examples
     --------
@@ -80,8 +80,8 @@ class Solution:
     @cached_property
     def model(self) -> Model:
         """The declaration with the values of its parameters."""
-        given = self.parameters_at(0) if len(self.statuses) == 1 else self.given
-        return self.declared.with_values(given) if self.given else self.declared
+        values = self.parameters_at(0) if len(self.statuses) == 1 else self.given
+        return self.declared.with_values(values) if self.given else self.declared
 
     def __repr__(self) -> str:
         counts = Counter(status.value for status in self.statuses)
@@ -137,8 +137,8 @@ class Solution:
 
     def _lacks(self) -> str:
         """The residuals of the only answer."""
-        lacks = self.residuals()._asdict().items()
-        return ", ".join(f"{name} {amount:.1g}" for name, amount in lacks)
+        residuals = self.residuals()._asdict().items()
+        return ", ".join(f"{name} {amount:.1g}" for name, amount in residuals)
 
     def _constraints(self, index: int = 0) -> list[tuple[str, float, float | None, str]]:
         """Label, slack as it is shown, multiplier if known, and if it binds, by constraint."""
@@ -182,15 +182,15 @@ class Solution:
 
     def parameters_at(self, index: int) -> dict[str, Operand]:
         """Values of all parameters in a programme, by name."""
-        stated = {name: each.value for name, each in self.declared.walked.given.items()}
-        every = {**stated, **self.given}.items()
-        return {name: value[index] if np.ndim(value) else value for name, value in every}
+        declared_values = {name: each.value for name, each in self.declared.walked.given.items()}
+        all_values = {**declared_values, **self.given}.items()
+        return {name: value[index] if np.ndim(value) else value for name, value in all_values}
 
     def multipliers_at(self, index: int) -> dict[str, float]:
         """Multiplier of every constraint in the answer to a programme, by label.
 
         In units of the objective per unit of the constraint, ≥ 0; of an equality with the sign of
-        what one more unit of its right side brings. Empty without an answer or multipliers of the
+        the gain from one more unit of its right side. Empty without an answer or multipliers of the
         engine; computed where an engine with optimal answers gives none.
         """
         if not self.statuses[index].has_answer or self.duals is not None:
@@ -207,13 +207,13 @@ class Solution:
             return ()
         if rows is None:
             rows = evaluated(self.declared, {**self.parameters_at(index), **self.point(index)})
-        found = (
+        weights = (
             row.constraint.label
             for row in rows
             if abs(row.slack) <= TIGHT * max(1.0, abs(row.right))
             and has_unknowns(*row.constraint.relation.sides)
         )
-        return tuple(dict.fromkeys(found))
+        return tuple(dict.fromkeys(weights))
 
     def verify(self, index: int = 0) -> Checks:
         """Evaluate an answer again, outside its engine; `SolverError` if it fails."""
@@ -225,14 +225,14 @@ class Solution:
 
     @cached_property
     def slacks(self) -> Mapping[str, Floats]:
-        """By label, how much every constraint has left in its own unit, one a programme.
+        """Slack of every constraint by label, in its own unit, one per programme.
 
         Negative where it is violated, NaN without an answer; of two bounds with one label the
         nearer one.
         """
         answered = np.array([status.has_answer for status in self.statuses])
         found: dict[str, Floats] = {}
-        with np.errstate(invalid="ignore", over="ignore"):  # where there is no answer
+        with np.errstate(invalid="ignore", over="ignore"):  # without an answer
             rows = evaluated(self.declared, {**self.given, **self.values})
         for row in rows:
             least = np.minimum(row.slack, found.get(row.label, np.inf))
@@ -281,7 +281,7 @@ def returned(
 ) -> Solution:
     """Return the solution of an engine from outside, with the objective that its values have.
 
-    `SolverError` if it is no solution to so many programmes of the model.
+    `SolverError` if it is not a solution to that many programmes of the model.
     """
     if not isinstance(found, Solution):
         raise SolverError(f"engine {engine} returned {found!r:.60}, not a Solution")
@@ -295,12 +295,12 @@ def returned(
     if wrong:
         raise SolverError(f"engine {engine} returned no answers to the model: {', '.join(wrong)}")
     points = {name: each.astype(float) for name, each in points.items()}
-    stated = {name: each.value for name, each in model.walked.given.items()}
-    reached = evaluate(model.objective, {**stated, **(values or {}), **points})
+    declared_values = {name: each.value for name, each in model.walked.given.items()}
+    reached = evaluate(model.objective, {**declared_values, **(values or {}), **points})
     answered = np.array([status.has_answer for status in statuses])
     objective = np.where(answered, reached, np.nan)
     if not np.isfinite(objective[answered]).all():
-        raise SolverError(f"engine {engine} returned values that are no numbers as an answer")
+        raise SolverError(f"engine {engine} returned values that are not numbers as an answer")
     return replace(found, engine=engine, statuses=statuses, values=points, objective=objective)
 
 
@@ -334,12 +334,12 @@ def single(
 
 
 def without_solver(model: Model, engine: str, parameters: Values) -> Solution | None:
-    """The solution to one programme that numbers alone decide; None where one has to look."""
-    found = partial(single, model, engine, parameters)
+    """The solution to one programme that numbers decide without a search; else None."""
+    solution = partial(single, model, engine, parameters)
     if not np.isfinite([float(parameters[name]) for name in model.given]).all():
-        return found(Status.ERROR, "evaluated", "a parameter is no number")
+        return solution(Status.ERROR, "evaluated", "a parameter is not a number")
     if any(lower > upper for lower, upper in own_bounds(model, parameters).values()):
-        return found(Status.INFEASIBLE, "bounds contradict", "bounds of an unknown contradict")
+        return solution(Status.INFEASIBLE, "bounds contradict", "bounds of an unknown contradict")
     settled = [
         constraint
         for constraint in model.constraints
@@ -347,14 +347,14 @@ def without_solver(model: Model, engine: str, parameters: Values) -> Solution | 
     ]
     if broken := [row.label for row in evaluated(settled, parameters) if not row.satisfied]:
         words = f"does not hold whatever the unknowns: {', '.join(broken)}"
-        return found(Status.INFEASIBLE, "evaluated", words)
+        return solution(Status.INFEASIBLE, "evaluated", words)
     return None
 
 
 def stacked(solutions: Sequence[Solution]) -> Solution:
     """Solutions to single programmes of one model as one, with the proof of those that answer."""
     first = next((solution for solution in solutions if solution.status.has_answer), solutions[0])
-    values, given = (
+    joined, parameters = (
         {k: np.concatenate([getattr(solution, name)[k] for solution in solutions]) for k in columns}
         for name, columns in (("values", first.values), ("given", first.given))
     )
@@ -362,7 +362,7 @@ def stacked(solutions: Sequence[Solution]) -> Solution:
         first,
         statuses=[solution.status for solution in solutions],
         objective=np.concatenate([solution.objective for solution in solutions]),
-        values=values,
+        values=joined,
         tight=None
         if first.tight is None
         else [*chain(*(solution.tight or () for solution in solutions))],
@@ -370,5 +370,5 @@ def stacked(solutions: Sequence[Solution]) -> Solution:
         if first.duals is None
         else [*chain(*(solution.duals or () for solution in solutions))],
         words=[*chain(*(solution.words for solution in solutions))],
-        given=given,
+        given=parameters,
     )

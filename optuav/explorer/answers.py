@@ -32,11 +32,11 @@ from optuav.plan.summary import facts
 from optuav.solving import Program, formulate
 from optuav.solving.program import entry_of
 
-MOST_STEPS = 16  # Of the longer side of a map
-SHOWN = ("words", "label", "statement", "figures", "binds")  # Of a limit
-EMPTY = 1e-5  # Share of the capacity up to which a well is empty
+MOST_STEPS = 16  # Steps along the longer side of a map
+SHOWN = ("words", "label", "statement", "figures", "binds")  # Fields of a limit
+EMPTY = 1e-5  # Share of the capacity that counts as an empty well
 MOST_BUILDINGS = 2_000
-LACKING = 1e-8  # Share of the capacity by which the available well is below 0
+LACKING = 1e-8  # Share of the capacity that counts as an overdrawn available well
 SOLVE_S = 10.0  # Longest that an engine may take [s]
 
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 91)
@@ -46,7 +46,7 @@ Data: TypeAlias = dict[str, Any]
 
 
 def answers(base: Mission, stated: object) -> Data:
-    """Return what a page shows of a mission in a state: plain JSON; or ``faults``, in words."""
+    """Return a page's view of a mission in a state: plain JSON; or ``faults``, in words."""
     return answered(base, stated)[0]
 
 
@@ -120,7 +120,9 @@ def _map(mission: Mission, plan: Plan) -> Data:
     rings = np.split(corners_m, np.cumsum(count))[:-1]
     lit, current_A = places.laser_sight, places.charge_current_A
     lines_m, clear = shown.sight_lines()
-    ends = {places.names[each]: _listed(places.position_m[each]) for each in (ORIGIN, DESTINATION)}
+    ends = {
+        places.names[place]: _listed(places.position_m[place]) for place in (ORIGIN, DESTINATION)
+    }
     hover = places.position_m[HOVER] if places.exists[HOVER] else None
     step_m = round_step(float(np.ptp(shown.corners_m, axis=0).max()) or 1.0, MOST_STEPS)
     low, high = shown.corners_m / step_m
@@ -188,7 +190,7 @@ def _wells(plan: Plan) -> Data:
 
 
 def _plane(program: Program, plan: Plan, axes: Sequence[float]) -> Data:
-    """The plane of the chosen route, or of the shortest flight; or ``words`` on why there is none.
+    """The plane of the chosen route, or of the shortest flight; or ``words`` on why none exists.
 
     Its axes end at stated times, rest and hover [s], or at round ones.
     """
@@ -232,16 +234,16 @@ def _plane(program: Program, plan: Plan, axes: Sequence[float]) -> Data:
 
 
 def _reasons(explained: Explanation) -> Data:
-    """What binds and what it is worth; or why there is no plan, and what would make one."""
+    """Binding limits and their worth; or reasons for no plan, and changes that give one."""
     sides = [e for e in explained.constraints if e.binds or e.kind not in LABELS]
     return {
         "constraints": [
             {
-                **{key: getattr(each, key) for key in SHOWN},
-                "role": ROLES.get(each.kind, "bounds"),
-                "spare": "binds" if each.binds else with_unit(each.slack, each.unit),
+                **{key: getattr(limit, key) for key in SHOWN},
+                "role": ROLES.get(limit.kind, "bounds"),
+                "spare": "binds" if limit.binds else with_unit(limit.slack, limit.unit),
             }
-            for each in sorted(sides, key=lambda side: not side.binds)
+            for limit in sorted(sides, key=lambda side: not side.binds)
         ],
         "prices": [
             {

@@ -19,10 +19,10 @@ from optuav.solving import Program
 from optuav.studies.link_budget import link_budget
 from optuav.studies.power_curve import NAMED, power_curve
 
-MOST_DRONES = 12  # That are drawn
+MOST_DRONES = 12  # Most drones drawn
 ROUNDS = 2.0  # Turns of a drone that are drawn
-LONGER = 2.0  # Than the axis, as that of a pinned plan or of a control that is moved may be
-PADS = 8  # Powers of pads for which drones are counted
+LONGER = 2.0  # Factor beyond the axis, for a pinned plan or a control that is moved
+PADS = 8  # Powers of pads for counting drones
 LEAST_LOSS = 5e-4  # Share that is told as lost
 HOUR_S = 3600.0
 
@@ -40,7 +40,7 @@ def pictures(network: Network) -> list[str]:
 
 
 def picture(name: str, program: Program, plan: Plan, building: str | None) -> Data:
-    """A picture's data with the ends of its axes, or ``words`` on why there is none."""
+    """A picture's data with the ends of its axes, or ``words`` on why none exists."""
     try:
         return {"name": name, **PICTURES[name](program, plan, building)}
     except (InputError, NoPlanError) as error:

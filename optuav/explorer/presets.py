@@ -23,7 +23,7 @@ def presets(mission: Mission) -> list[dict[str, Any]]:
     if plan and plan.rest_time_s:
         first, *_ = stops = [stop for stop in plan.stops if stop.duration_s]
         rest = {"building": next(e.at for e in stops if e.kind == "rest")}
-        price = {each.key: each for each in explain(plan).prices}.get("limits.deadline_s")
+        price = {cost.key: cost for cost in explain(plan).prices}.get("limits.deadline_s")
         if price and price.matters and price.less < 1.0:
             # As charge binds too, the rest shrinks with the deadline along a straight line.
             time_s = mission.limits.deadline_s - plan.rest_time_s / (1.0 - price.less)
@@ -37,4 +37,4 @@ def presets(mission: Mission) -> list[dict[str, Any]]:
     if reach and 0.0 < (capped_W := reach.capped_W) < math.inf:
         changes = {"laser.power_W": round(0.5 * capped_W, -1)}
         found.append(("The reach of the laser", "Laser", {**BATTERY, "changes": changes}))
-    return [dict(zip(("words", "short", "state"), each, strict=True)) for each in found]
+    return [dict(zip(("words", "short", "state"), preset, strict=True)) for preset in found]

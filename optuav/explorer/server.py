@@ -1,4 +1,4 @@
-"""The explorer in a browser: a server for this machine alone, and for who knows its address."""
+"""The explorer in a browser: a server for only this machine and those who know its address."""
 
 import json
 import os
@@ -19,10 +19,10 @@ from optuav.mission import Mission
 from optuav.mission.files import parse_json
 
 HERE = "127.0.0.1"
-LARGEST_BYTES = 64_000  # Of a request
+LARGEST_BYTES = 64_000  # Size of a request
 LONGEST_LENGTH = 10  # Digits of a length that is read as a number
-SILENCE_S = 30.0  # After which a connection is closed
-DRAINED_BYTES, DRAINING_S = 10_000_000, 2.0  # Of a refused request, so that its sender reads why
+SILENCE_S = 30.0  # Silence that closes a connection
+DRAINED_BYTES, DRAINING_S = 10_000_000, 2.0  # Read of a refused request
 HTML, CODE, STYLE = (f"text/{kind}; charset=utf-8" for kind in ("html", "javascript", "css"))
 HEADERS = {
     # Observable Plot writes its style into its pictures; a picture is saved by way of a blob.
@@ -119,7 +119,7 @@ class Handler(BaseHTTPRequestHandler):
             self._answer(self.rfile.read(count))
 
     def do_PUT(self) -> None:
-        """Refuse what is neither asked nor read here."""
+        """Refuse other methods."""
         if self._name() is not None:
             self._refuse(HTTPStatus.METHOD_NOT_ALLOWED, "only GET and POST are answered")
 
@@ -135,17 +135,17 @@ class Handler(BaseHTTPRequestHandler):
         self._send_json(HTTPStatus.OK, self.server.workers.ask(state, self._waits))
 
     def _waits(self) -> bool:
-        """Whether the browser is still there for the answer."""
+        """Return whether the browser still waits for the answer."""
         try:
-            told, _, _ = select.select([self.connection], [], [], 0.0)
-            return not told or self.connection.recv(1, socket.MSG_PEEK) != b""
+            readable, _, _ = select.select([self.connection], [], [], 0.0)
+            return not readable or self.connection.recv(1, socket.MSG_PEEK) != b""
         except OSError:
             return False
 
     def _alone(self, name: str) -> str:
         """A header that is stated once; empty else."""
-        stated = self.headers.get_all(name, [])
-        return str(stated[0]) if len(stated) == 1 else ""
+        values = self.headers.get_all(name, [])
+        return str(values[0]) if len(values) == 1 else ""
 
     def _name(self) -> str | None:
         """The name below the token; None where the request was refused."""
@@ -153,7 +153,7 @@ class Handler(BaseHTTPRequestHandler):
         hosts = {f"{name}:{port}" for name in (HERE, "localhost")}
         origins = self.headers.get_all("Origin", [])
         if self._alone("Host") not in hosts:
-            # Another name may lead here too, by which another page would pass for this one.
+            # Another name may lead here too, and let another page pass for this one.
             self._refuse(HTTPStatus.FORBIDDEN, "another host is asked for")
         elif not {*origins} <= {f"http://{host}" for host in hosts}:
             self._refuse(HTTPStatus.FORBIDDEN, "another page asks")
@@ -166,13 +166,13 @@ class Handler(BaseHTTPRequestHandler):
         return None
 
     def _refuse(self, status: HTTPStatus, words: str) -> None:
-        """Send words on what is wrong."""
+        """Send words on the fault."""
         self.send_error(status, words)
         if self.headers.get("Content-Length") or self.headers.get("Transfer-Encoding"):
             self._drain()
 
     def _drain(self) -> None:
-        """Read what is still sent: a closed connection would reach the sender before the words."""
+        """Read the rest of a request: a closed connection would overtake the words."""
         left, end_s = DRAINED_BYTES, time.monotonic() + DRAINING_S
         self.connection.settimeout(DRAINING_S)
         try:
@@ -185,7 +185,7 @@ class Handler(BaseHTTPRequestHandler):
             return  # The sender has gone
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
-        """Send words on what is wrong; also on requests that the library refuses."""
+        """Send words on the fault, also for requests that the library refuses."""
         self.close_connection = True
         status = HTTPStatus(code)
         self._send_json(status, {"faults": [{"key": "", "words": message or status.phrase}]})
@@ -205,7 +205,7 @@ class Handler(BaseHTTPRequestHandler):
             self.wfile.write(file.content)
 
     def end_headers(self) -> None:
-        """As of every answer, with what keeps the page to itself."""
+        """End the headers as usual, with headers that keep the page to itself."""
         for name, value in HEADERS.items():
             self.send_header(name, value)
         super().end_headers()

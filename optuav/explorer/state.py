@@ -22,8 +22,8 @@ from optuav.solving.question import problem_of
 
 DRAGGED = ("link.device_m", "laser.position_m")  # Places that can be moved, beside roofs
 ROOF = re.compile(r"buildings\.(.+)\.position_m")
-STEPS = 200  # Of a slider, at most
-HIGHEST_SOC = 0.95  # End of the slider of η0, which has to be less than 1
+STEPS = 200  # Most steps of a slider
+HIGHEST_SOC = 0.95  # End of the slider of η0, which must be less than 1
 TIME = Number("s", gt=0.0, le=1e9)
 FILES = ("mission", "plan")
 OPTIONS: Mapping[str, tuple[str, ...]] = {
@@ -58,7 +58,7 @@ class State:
     picture: str | None = None  # Of `PICTURES`, the one in place of the plane
     repairs: bool = False  # Whether to seek changes that make an infeasible mission feasible
     file: str | None = None  # Of `FILES`, one whose text is wanted too
-    number: int = 0  # Of the question, which the answer repeats
+    number: int = 0  # Number of the question, which the answer repeats
     axes: Sequence[float] = ()  # Highest rest and hover time of the plane [s]; chosen if empty
 
     @classmethod
@@ -66,7 +66,7 @@ class State:
         """The state that plain data state; refused with all that is wrong."""
         if not isinstance(stated, Mapping) or not isinstance(stated.get("changes", {}), Mapping):
             raise InputError([Fault("", shown(stated), "a state with changes by mission key")])
-        known = [each.name for each in fields(cls)]
+        known = [member.name for member in fields(cls)]
         faults = [unknown("state", name, known) for name in stated if name not in known]
         options = {**OPTIONS, "file": FILES, "picture": (*PICTURES,)}
         faults += [
@@ -95,7 +95,7 @@ class State:
     def mission(self, base: Mission) -> Mission:
         """A mission with the changes; footprints move with their roofs."""
         allowed, values, faults = {control.key for control in controls(base)}, dict[str, Any](), []
-        allowed |= {each for each in DRAGGED if base.laser or each != "laser.position_m"}
+        allowed |= {key for key in DRAGGED if base.laser or key != "laser.position_m"}
         for key, value in self.changes.items():
             roof = ROOF.fullmatch(key)
             if key not in allowed and (roof is None or roof[1] not in base.buildings.names):
@@ -142,8 +142,8 @@ def controls(mission: Mission) -> Iterator[Control]:
     """The sliders of a mission, around its own values."""
     keys = ["limits.deadline_s", "limits.min_soc", "battery.capacity_As"]
     if mission.laser is not None:
-        stated = now_of(mission, "flight.charge_current_A") is not None
-        charging = "flight" if stated else "battery"
+        fixed = now_of(mission, "flight.charge_current_A") is not None
+        charging = "flight" if fixed else "battery"
         keys += ["laser.power_W", f"{charging}.charge_current_A"]
     for key in keys:
         allowed, value = number(key), now_of(mission, key) or 0.0

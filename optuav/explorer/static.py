@@ -13,7 +13,7 @@ MODULES = (
     *("controls", "saying", "tables", "layout", "saving", "explorer"),
 )
 HIDDEN = "define, exports, module, globalThis, self"
-"""Names by which a library finds where to put itself; without them it takes `this`."""
+"""Names that tell a library where to put itself; without them it takes `this`."""
 BETWEEN = re.compile(r"^import [^;]*;\n|^export (?=const|function|class)", re.MULTILINE)
 
 

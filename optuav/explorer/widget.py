@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def explore(mission: Mission | str | Path = "paper") -> anywidget.AnyWidget:
     """Show a mission with sliders, and its plan as they are moved, in a notebook.
 
-    The controls are those of ``optuav explore``: deadline, charge to be kept, capacity, laser,
+    The controls are as in ``optuav explore``: deadline, charge to be kept, capacity, laser,
     charging current, wind and question; device, laser and roofs are dragged on the map. It works in
     Jupyter, VS Code, Colab and marimo, and needs anywidget (``python -m pip install anywidget``).
 
@@ -32,7 +32,7 @@ def explore(mission: Mission | str | Path = "paper") -> anywidget.AnyWidget:
     -------
     AnyWidget
         Its attributes ``mission`` and ``plan`` follow the controls: a `Mission`, and the `Plan` of
-        the question that is shown. Where the controls state what is no mission, both keep their
+        the question that is shown. Where the controls state no valid mission, both keep their
         last values.
 
     Raises
@@ -73,7 +73,7 @@ def _widget_class() -> Any:
             self._answer({})
 
         def __repr__(self) -> str:
-            """What a saved notebook shows before the cell runs again."""
+            """Words that a saved notebook shows before the cell runs again."""
             return f"Explorer of {self._base.name}: run the cell to show it"
 
         @traitlets.observe("state")  # type: ignore[untyped-decorator]

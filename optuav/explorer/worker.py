@@ -13,7 +13,7 @@ from optuav.studies.processes import interrupts_blocked, stay_with_parent
 
 LONGEST_S = 20.0
 MOST_AT_ONCE = 2
-LOOK_S = 0.1  # After which it is seen whether the answer is still waited for
+LOOK_S = 0.1  # Pause between looks whether the answer is still wanted
 
 
 def _always() -> bool:
@@ -30,7 +30,7 @@ class Worker:
     def ask(self, state: Any, wanted: Callable[[], bool] = _always) -> dict[str, Any]:
         """The answer to a state; after the longest time, or if the process ends, a fault.
 
-        A `ConnectionAbortedError` is raised where the answer is no longer wanted.
+        A `ConnectionAbortedError` is raised if nobody waits for the answer any more.
         """
         latest_s = time.monotonic() + self._longest_s
         try:
@@ -39,7 +39,7 @@ class Worker:
                 if self._pipe.poll(min(left_s, LOOK_S)):
                     found: dict[str, Any] = self._pipe.recv()
                     return found
-            words = f"there is no answer within {self._longest_s:g} s"
+            words = f"no answer within {self._longest_s:g} s"
         except (EOFError, OSError):
             left_s, words = 0.0, "optuav failed: the terminal says why"
         self.end()
@@ -71,11 +71,11 @@ class Workers:
     def __init__(self, mission: Mission) -> None:
         self._mission, self._started = mission, [Worker(mission)]
         self._idle: LifoQueue[Worker | None] = LifoQueue()
-        for each in (*[None] * (MOST_AT_ONCE - 1), *self._started):
-            self._idle.put(each)
+        for worker in (*[None] * (MOST_AT_ONCE - 1), *self._started):
+            self._idle.put(worker)
 
     def ask(self, state: Any, wanted: Callable[[], bool] = _always) -> dict[str, Any]:
-        """As `Worker.ask`, of a worker that has nothing to do."""
+        """Like `Worker.ask`, by a worker that has nothing to do."""
         worker = self._idle.get()
         try:
             if not wanted():

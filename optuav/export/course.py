@@ -30,7 +30,7 @@ class Course(NamedTuple):
 
     name: str
     notes: tuple[str, ...]  # `NOT_FLOWN`, and why the plan cannot be flown
-    altitude_m: float  # Of z = 0 above mean sea level
+    altitude_m: float  # Altitude of z = 0 above mean sea level
     steps: tuple[Step, ...]
 
     @property

@@ -33,15 +33,15 @@ class Audit(Judged):
     subject
         The plan or itinerary.
     replay
-        Its simulation; None where there is no plan to simulate.
+        Its simulation; None without a plan to simulate.
     events
-        What happens and what is wrong, in order of time.
+        Events and faults, in order of time.
 
     Examples
     --------
     >>> import optuav
-    >>> found = optuav.audit(optuav.solve("paper", "P3", perspective="battery"))
-    >>> bool(found), found.verdict, [event.kind for event in found.violations]
+    >>> verdict = optuav.audit(optuav.solve("paper", "P3", perspective="battery"))
+    >>> bool(verdict), verdict.verdict, [event.kind for event in verdict.violations]
     (False, 'NOT FLYABLE', ['empty'])
     """
 
@@ -52,7 +52,7 @@ class Audit(Judged):
 
     @property
     def contradicted(self) -> bool:
-        """Whether the plan states a figure or a verdict that its simulation does not give."""
+        """True if the plan states a figure or a verdict that its simulation does not give."""
         return any(event.kind == MISMATCH for event in self.events)
 
     def __bool__(self) -> bool:
@@ -117,10 +117,10 @@ def audit(plan: Plan | Itinerary | Mapping[str, object] | str | Path) -> Audit:
     --------
     >>> import optuav
     >>> shorter = optuav.Itinerary(optuav.load("paper"), (optuav.Stop("hover", "hover", 577.5),))
-    >>> found = optuav.audit(shorter)
-    >>> bool(found)
+    >>> verdict = optuav.audit(shorter)
+    >>> bool(verdict)
     True
-    >>> print(str(found).splitlines()[2])
+    >>> print(str(verdict).splitlines()[2])
     Times      mission 653.29 s, hover 577.50 s, rest 0.00 s, flight 75.79 s
     """
     source, subject, data = read(plan)
@@ -135,7 +135,7 @@ def audit(plan: Plan | Itinerary | Mapping[str, object] | str | Path) -> Audit:
     if isinstance(subject, Plan):
         follows = subject.to_dict()
         # Warnings repeat figures in sentences, which another version may put otherwise.
-        for name in (each for each in DERIVED if each in data and each != "warnings"):
+        for name in (key for key in DERIVED if key in data and key != "warnings"):
             events += _contradictions(name, data[name], follows[name], replayed.mission_time_s)
     return Audit(source, subject, replayed, tuple(events))
 
@@ -158,7 +158,7 @@ def _contradictions(here: str, stated: object, follows: object, time_s: float) -
 
 
 def _is_number(value: object) -> TypeGuard[float]:
-    """Whether it can be computed with; JSON has integers that no float holds."""
+    """Return whether a value can be computed with; JSON has integers that no float holds."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
 
 

@@ -19,7 +19,7 @@ from optuav.plan import Stop
 from optuav.plan.plan import LARGEST_BYTES
 
 FILE = Path(benchmark.__file__).with_name("answers.json")
-CLAIM_S = 0.01  # Most by which a claimed hover time may differ from the simulated one
+CLAIM_S = 0.01  # Largest difference of a claimed hover time from the simulated one
 SLACK = 4.0  # Tolerances, in hover time, within which two hover times count as equal
 WELLS = {"empty", "full"}
 IGNORED: Mapping[str, set[str]] = {
@@ -40,17 +40,17 @@ class Answer:
     Parameters
     ----------
     mission, problem, perspective
-        What is asked.
+        The question.
     status
         ``"optimal"`` and ``"infeasible"`` are proved; ``"feasible"`` is the best known.
     hover_s, bound_s
-        Its hover time, and what is proved that no plan exceeds [s]; None where there is no plan.
+        Its hover time, and a proved bound for all plans [s]; None without a plan.
     engine, proof
-        What answered, and how the bound is known, or that there is no plan.
+        The engine, and the proof of the bound, or of no plan.
     stops
         Its stops in order.
     reasons
-        Why there is no plan; empty if there is one.
+        Reasons for no plan; empty with a plan.
     """
 
     mission: str
@@ -87,7 +87,7 @@ class CheckedSolution:
     answer
         The best known answer to the same problem.
     claimed_s, hover_s
-        The hover time that is claimed, and the simulated one [s]; None where there is none.
+        The claimed hover time, and the simulated one [s]; None without one.
     wrong
         Why it does not hold; empty if it does.
     verdict
@@ -128,15 +128,15 @@ def checked(
     if claimed_s is None and best_s is not None:
         wrong.append(f"there is a plan, which hovers {best_s:.3f} s")
     elif claimed_s is not None:
-        found = replay(Itinerary(mission, tuple(stops)))
-        wrong += [*_broken_limits(found, answer.perspective), *_not_asked(found, stops, answer)]
-        hover_s = found.times_s.get("hover_time_s")
+        flown = replay(Itinerary(mission, tuple(stops)))
+        wrong += [*_broken_limits(flown, answer.perspective), *_not_asked(flown, stops, answer)]
+        hover_s = flown.times_s.get("hover_time_s")
         if hover_s is not None:
             if abs(claimed_s - hover_s) > CLAIM_S:
                 wrong.append(f"it claims {claimed_s:.3f} s of hover, and hovers {hover_s:.3f} s")
-            slack_s, doubt = _slack_s(found), "this check or the proof is wrong"
+            slack_s, doubt = _slack_s(flown), "this check or the proof is wrong"
             if not wrong and (best_s is None or bound_s is None):
-                wrong.append(f"impossible: it is proved that there is no plan; {doubt}")
+                wrong.append(f"impossible: it is proved that no plan exists; {doubt}")
             elif not wrong and bound_s is not None and hover_s > bound_s + slack_s:
                 longest = f"no plan hovers longer than {bound_s:.3f} s"
                 wrong.append(f"impossible: it is proved that {longest}; {doubt}")
@@ -189,7 +189,7 @@ def _not_asked(found: Replay, stops: Sequence[Stop], answer: Answer) -> Iterator
 
 
 def _slack_s(found: Replay) -> float:
-    """Return what the tolerances of the simulation are worth in hover time [s].
+    """Return the tolerances of the simulation as hover time [s].
 
     A share of the deadline, and a share of the capacity at the current drawn while hovering; the
     available well is emptied faster than all of the battery, by up to 1/ω.

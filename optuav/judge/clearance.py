@@ -15,11 +15,11 @@ from optuav.network.prisms import MARGIN_M, prisms
 if TYPE_CHECKING:
     import shapely
 
-MITRE = 5.0  # Most clearances by which the corner of a wall is away from that of its building
+MITRE = 5.0  # Largest distance of a wall's corner from its building's corner, in clearances
 
 
 class Near(NamedTuple):
-    """A building to which a way comes too near."""
+    """A building that a way comes too near to."""
 
     building: int
     distance_m: float  # Above its roof, or else beside it; < 0 below the roof
@@ -28,7 +28,7 @@ class Near(NamedTuple):
 def too_near(
     mission: Mission, points_m: Floats, own: tuple[int, int], clearance_m: float, slack: float
 ) -> Iterator[Near]:
-    """Buildings from which the way along points (point, 3) [m] keeps less than the clearance [m].
+    """Buildings closer than the clearance [m] to the way along points (point, 3) [m].
 
     A way may miss altitudes by a share `slack`. Its own buildings, at its ends, do not count.
     Clearance is above a footprint, and beside it up to mitred corners; of a footprint beside which

@@ -14,15 +14,15 @@ from optuav.physics.kibam import Battery, Wells, held, holding_current
 from optuav.physics.quantity import Quantity
 from optuav.plan.trace import Event, Trace
 
-TOLERANCE = 1e-6  # Share of the capacity, of a limit or of a figure by which it may be missed [-]
+TOLERANCE = 1e-6  # Tolerance, as a share of the capacity, of a limit or of a figure [-]
 
-FULL = 1e-12  # Share of the capacity by which rounding may leave a full well short [-]
+FULL = 1e-12  # Share of the capacity that rounding may cost a full well [-]
 
 POINTS = 65  # Moments of a stretch in a trace, its ends among them
 
 
 class Stretch(NamedTuple):
-    """A stretch of time in which nothing changes, with the wells of every pack before it.
+    """A stretch of time without changes, with the wells of every pack before it.
 
     It has the numbers of its phase, and of its stage in that. Currents are positive while charging;
     a pack that is held full is offered its current and takes less.
@@ -43,9 +43,9 @@ class Stretch(NamedTuple):
         """
         if not self.held:
             stages = [kibam.Stage(current_A, passed_s) for current_A in self.currents_A]
-            return [kibam.step(pack, *each) for each in zip(self.before, stages, strict=True)]
+            return [kibam.step(pack, *pair) for pair in zip(self.before, stages, strict=True)]
         after = [held(pack, wells, passed_s) for wells in self.before]
-        return [Wells(np.full_like(passed_s, each[0]), each[1]) for each in after]
+        return [Wells(np.full_like(passed_s, level[0]), level[1]) for level in after]
 
 
 class Course(NamedTuple):
@@ -89,9 +89,9 @@ def pooled(mission: Mission, phases: Sequence[Phase]) -> Course:
         ("full", kibam.time_to_full, ends_As > full_As + slack_As, full_As, ends_As.argmax(), over),
     ):
         if beyond.any():
-            farthest, found = stretches[int(worst)], stretches[int(beyond.argmax())]
-            passed_s = float(crossing_s(pool, found.before[0], found.currents_A[0]))
-            time_s = found.start_s + min(passed_s, found.duration_s)
+            farthest, first_beyond = stretches[int(worst)], stretches[int(beyond.argmax())]
+            passed_s = float(crossing_s(pool, first_beyond.before[0], first_beyond.currents_A[0]))
+            time_s = first_beyond.start_s + min(passed_s, first_beyond.duration_s)
             figures = float(ends_As[worst]), limit_As, "A s"
             worst_s = farthest.start_s + farthest.duration_s
             events.append(Event(kind, time_s, words, *figures, value_s=worst_s))
@@ -109,18 +109,18 @@ def _filled_s(pool: Battery, wells: Wells, current_A: float) -> float:
 
 def scheduled(mission: Mission, phases: Sequence[Phase]) -> Course:
     """Packs that carry the phases under the mission's schedule; a phase is a job."""
-    given = mission.battery
-    pack = Battery(given.capacity_As, given.available_fraction, given.flow_rate_per_s)
+    battery = mission.battery
+    pack = Battery(battery.capacity_As, battery.available_fraction, battery.flow_rate_per_s)
     begin = vehicle.start(mission).wells(vehicle.pool(mission))
-    own = Wells(*(float(well) / given.packs for well in begin))
-    flown = packs.Packs(pack, given.packs, given.schedule, given.period_s, own)
+    begin_of_pack = Wells(*(float(well) / battery.packs for well in begin))
+    flown = packs.Packs(pack, battery.packs, battery.schedule, battery.period_s, begin_of_pack)
     stretches, ends, events = list[Stretch](), list[tuple[Wells, ...]](), list[Event]()
     for place, phase in enumerate(phases):
         before = _each(flown.wells)
         stage_ends_s = np.array([stage.start_s + stage.duration_s for stage in phase.stages])
         for carried in flown.stretches(
-            packs.JobStage(float(each.drawn[0]), float(each.received[0]), each.duration_s)
-            for each in phase.stages
+            packs.JobStage(float(stage.drawn[0]), float(stage.received[0]), stage.duration_s)
+            for stage in phase.stages
         ):
             start_s, duration_s = float(carried.start_s[0]), float(carried.duration_s[0])
             if duration_s > 0.0:
@@ -174,12 +174,12 @@ def soc(
         flown_As += each.duration_s * each.drawn.current_A * (kind == "flight")
         times_s.append(each.start_s + each.duration_s)
     total_J = np.cumsum(energies_J, axis=0).T
-    flight_J, hover_J, gained_J = (np.interp(time_s, times_s, each) for each in total_J)
-    (hover_A, hover_W), given = vehicle.hover_load(mission), mission.battery
-    nominal_V, B = given.nominal_voltage_V, float(vehicle.pool(mission).capacity_As)
+    flight_J, hover_J, gained_J = (np.interp(time_s, times_s, energy_J) for energy_J in total_J)
+    (hover_A, hover_W), battery = vehicle.hover_load(mission), mission.battery
+    nominal_V, B = battery.nominal_voltage_V, float(vehicle.pool(mission).capacity_As)
     E_0, begin = B * nominal_V, float(vehicle.start(mission).total_As) / B
-    E_1 = given.flight_energy_J or (B * (total_J[0, -1] / flown_As) if flown_As else E_0)
-    E_2 = given.hover_energy_J or (B * float(hover_W / hover_A) if hover_A else E_0)
+    E_1 = battery.flight_energy_J or (B * (total_J[0, -1] / flown_As) if flown_As else E_0)
+    E_2 = battery.hover_energy_J or (B * float(hover_W / hover_A) if hover_A else E_0)
     return {
         "battery": share,
         "energy": begin - (flight_J + hover_J - gained_J) / E_0,
@@ -190,7 +190,7 @@ def soc(
 def trace(mission: Mission, flown: Sequence[Phase], course: Course) -> Trace:
     """The table over time of phases and packs; some phase takes time."""
     lasting = [stretch for stretch in course.stretches if stretch.duration_s > 0.0]
-    pieces = [_piece(mission, flown[each.phase], course.pack, each) for each in lasting]
+    pieces = [_piece(mission, flown[stretch.phase], course.pack, stretch) for stretch in lasting]
     columns = {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
     levels_As = columns["available_As"] + columns["bound_As"]
     share = levels_As.mean(axis=1) / course.pack.capacity_As
@@ -202,7 +202,7 @@ def _piece(mission: Mission, phase: Phase, pack: Battery, stretch: Stretch) -> d
     stage = phase.stages[stretch.stage]
     passed_s = np.linspace(0.0, stretch.duration_s, POINTS)
     # At the end of a stage the next one begins.
-    begun_s = sum(each.duration_s for each in phase.stages[: stretch.stage])
+    begun_s = sum(stage_before.duration_s for stage_before in phase.stages[: stretch.stage])
     last_s = np.nextafter(begun_s + stage.duration_s, 0.0)
     since_s = np.clip(begun_s + (stretch.start_s - stage.start_s) + passed_s, begun_s, last_s)
     wells = stretch.wells(pack, passed_s)

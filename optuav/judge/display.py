@@ -1,4 +1,4 @@
-"""A judged plan for a notebook: the verdict, what is wrong, and its wells over time."""
+"""A judged plan for a notebook: the verdict, the faults, and its wells over time."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def html(judged: Judged, replayed: Replay | None, verdict: str) -> str:
     """The verdict as HTML, violations first."""
-    found = [paragraph(verdict, good=judged.flyable)]
+    parts = [paragraph(verdict, good=judged.flyable)]
     for heading, events in judged.by_kind.items():
         rows = [
             (f"{event.time_s:.2f}\N{NO-BREAK SPACE}s", event.words + event.figures)
@@ -23,11 +23,11 @@ def html(judged: Judged, replayed: Replay | None, verdict: str) -> str:
         ]
         if rows:
             is_open = heading != "To know"
-            found.append(folded(f"{heading} ({len(rows)})", pairs(rows), is_open=is_open))
+            parts.append(folded(f"{heading} ({len(rows)})", pairs(rows), is_open=is_open))
     if replayed is not None and replayed.phases:
-        found += [_wells(replayed)] if replayed.mission_time_s else []
-        found.append(pairs(replayed.facts))
-    return shown(*found)
+        parts += [_wells(replayed)] if replayed.mission_time_s else []
+        parts.append(pairs(replayed.facts))
+    return shown(*parts)
 
 
 def _wells(replayed: Replay) -> Element:

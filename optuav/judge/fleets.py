@@ -22,14 +22,14 @@ class FleetReplay(Judged):
     Parameters
     ----------
     courses
-        What the judge found of every course between exchanges of packs; equal courses are simulated
+        The judge's verdict on every course between exchanges of packs; equal courses are simulated
         once.
     longest_gap_s
-        Longest time in which fewer drones hover than were asked for [s].
+        Longest time with fewer hovering drones than requested [s].
     most_at_places
         Largest number of drones at places to rest at once, before waiting ones make way.
     events
-        What is wrong, in order of time.
+        Faults, in order of time.
     """
 
     courses: tuple[Replay, ...]
@@ -65,9 +65,9 @@ def replay_fleet(
     """
     judged = {id(plan): plan for plan in plans}
     replays = {number: replay(plan) for number, plan in judged.items()}
-    every = [replays[id(plan)] for plan in plans]
+    replay_of_plan = [replays[id(plan)] for plan in plans]
     events, hovers, stays = list[Event](), list[Interval](), list[Interval]()
-    for number, (course, offset_s) in enumerate(zip(every, offsets_s, strict=True)):
+    for number, (course, offset_s) in enumerate(zip(replay_of_plan, offsets_s, strict=True)):
         words = f"drone {number + 1}: "
         for event in course.violations:
             events.append(Event(event.kind, offset_s + event.time_s, words + event.words))
@@ -91,7 +91,7 @@ def replay_fleet(
     if most > places:
         events.append(Event("place", at_s, f"{most} drones rest at {places} places"))
     events.sort(key=lambda event: event.time_s)
-    return FleetReplay(tuple(every), gap_s, most, tuple(events))
+    return FleetReplay(tuple(replay_of_plan), gap_s, most, tuple(events))
 
 
 def longest_gap(
@@ -116,7 +116,7 @@ def longest_gap(
 
 def busiest(intervals: Iterable[Interval], rounding_s: float) -> tuple[int, float]:
     """Largest number of intervals at once, and when it is first reached [s]."""
-    steps = [each for begin, end in intervals for each in ((begin, 1), (end - rounding_s, -1))]
+    steps = [change for begin, end in intervals for change in ((begin, 1), (end - rounding_s, -1))]
     most, count, at_s = 0, 0, 0.0
     for time_s, change in sorted(steps):
         count += change

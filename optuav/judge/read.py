@@ -1,4 +1,4 @@
-"""Reads what is to be judged: a plan of ours, or an itinerary of anybody's."""
+"""Read the subject of a judgement: a plan of ours, or an itinerary of anybody's."""
 
 import json
 from collections.abc import Mapping
@@ -42,9 +42,9 @@ def read(
     text, source = read_text(file, LARGEST_BYTES, hint=known), label(file)
     if file.suffix != ".json" and not text.lstrip().startswith("{"):
         return source, _itinerary(parse_toml(text, source), file.parent, source), {}
-    found = None if KIND in text else parse_json(text, source)
-    if isinstance(found, dict) and "stops" in found and "phases" not in found:
-        return source, _itinerary(found, file.parent, source), {}
+    content = None if KIND in text else parse_json(text, source)
+    if isinstance(content, dict) and "stops" in content and "phases" not in content:
+        return source, _itinerary(content, file.parent, source), {}
     return source, *parse_plan(text, source, file.parent)
 
 
@@ -67,7 +67,7 @@ def _itinerary(document: Document, folder: Path, source: str) -> Itinerary:
             else:
                 mission = load(name if is_name(name) else beside(folder, name))
         except InputError as error:
-            # That there is no such file is a fault of the key, what is wrong in it its own.
+            # A missing file is a fault of the key; faults inside the file are its own.
             faults += (
                 replace(fault, key=f"mission.{fault.key}", source=source)
                 if isinstance(name, dict)

@@ -1,4 +1,4 @@
-"""A plan simulated again from its mission: what happens, what is wrong, and its trace."""
+"""A plan simulated again from its mission: events, faults, and its trace."""
 
 from __future__ import annotations
 
@@ -36,25 +36,25 @@ from optuav.plan.plan import refuse_contradictions
 from optuav.plan.trace import Event, Trace
 
 same = partial(math.isclose, rel_tol=TOLERANCE)  # Whether two figures differ by no more
-MISMATCH = "mismatch"  # Kind of the event that a figure is not what it should be
+MISMATCH = "mismatch"  # Kind of the event that a figure is wrong
 
 IN_SLOTS = ("P1", "P2", "P2-tight", "P3", "P4")
 """Problems whose stays are whole slots; a user's own may bound them otherwise."""
 
 
 class Judged:
-    """Base class for results with events, some of which make a plan not flyable."""
+    """Base class for results with events, some making a plan not flyable."""
 
     events: tuple[Event, ...]
 
     @property
     def violations(self) -> tuple[Event, ...]:
-        """The events because of which the plan cannot be flown."""
+        """The events that make the plan not flyable."""
         return tuple(event for event in self.events if event.violation)
 
     @property
     def flyable(self) -> bool:
-        """Whether the plan keeps every limit at every moment, and its figures are right."""
+        """True if the plan keeps every limit at every moment, and its figures are right."""
         return not self.violations
 
     @property
@@ -81,7 +81,7 @@ class Replay(Judged):
     Parameters
     ----------
     subject
-        What was simulated.
+        The plan or itinerary simulated.
     phases
         The phases, computed again; empty where the mission cannot be flown at all.
     course
@@ -89,13 +89,13 @@ class Replay(Judged):
     soc
         State of charge at the end by perspective [-].
     events
-        What happens and what is wrong, in order of time.
+        Events and faults, in order of time.
 
     Examples
     --------
     >>> import optuav
-    >>> found = optuav.replay(optuav.solve("paper", "P3", perspective="battery"))
-    >>> found.flyable, round(found.first_s("empty"), 1), round(found.times_s["hover_time_s"], 1)
+    >>> result = optuav.replay(optuav.solve("paper", "P3", perspective="battery"))
+    >>> result.flyable, round(result.first_s("empty"), 1), round(result.times_s["hover_time_s"], 1)
     (False, 660.3, 688.8)
     """
 
@@ -107,7 +107,7 @@ class Replay(Judged):
 
     @property
     def mission(self) -> Mission:
-        """The mission in which it was simulated."""
+        """The mission of the simulation."""
         return self.subject.mission
 
     @property
@@ -168,7 +168,7 @@ class Replay(Judged):
             If nothing is flown.
         """
         if self.course is None or not any(phase.duration_s for phase in self.phases):
-            raise NoPlanError("there is no table: nothing is flown")
+            raise NoPlanError("no table exists: nothing is flown")
         return trace(self.mission, self.phases, self.course)
 
     def to_frame(self) -> DataFrame:
@@ -179,15 +179,15 @@ class Replay(Judged):
 def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
     """Simulate a plan from its mission, by the closed form of the battery model.
 
-    Of the plan only the places, their order and the times of the stays are read, and what the user
-    stated in a graph: figures of legs, and power at places. Everything else is computed again, and
+    Only the places, their order and the times of the stays are read from the plan, and the user's
+    input in a graph: figures of legs, and power at places. Everything else is computed again, and
     every figure that the plan states is compared with it.
 
     Parameters
     ----------
     plan
-        A plan, an itinerary, or the file of one, as `optuav.audit` takes it; a replay stays what it
-        is.
+        A plan, an itinerary, or the file of one, as for `optuav.audit`; a replay is returned
+        unchanged.
 
     Returns
     -------
@@ -200,24 +200,24 @@ def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
     InputError
         With everything that keeps a file from being read.
     NoPlanError
-        If there is no plan to simulate.
+        Without a plan to simulate.
 
     Examples
     --------
     >>> import optuav
     >>> paper = optuav.load("paper")
     >>> direct = optuav.Itinerary(paper, (optuav.Stop("hover", "hover", 688.8),))
-    >>> found = optuav.replay(direct)
-    >>> found.flyable
+    >>> replayed = optuav.replay(direct)
+    >>> replayed.flyable
     False
-    >>> print(found.violations[0])
+    >>> print(replayed.violations[0])
         660.26 s  the available well runs dry: -9425.68 at 764.59 s, at least 0 A s
     """
     if isinstance(plan, Replay):
         return plan
     source, plan, data = read(plan)
     if isinstance(plan, Plan):
-        plan.route  # noqa: B018  (raises where there is no plan)
+        plan.route  # noqa: B018  (raises without a plan)
         refuse_contradictions(plan, data, source)
     mission, planned = plan.mission, tuple(moves(plan))
     at = places(mission, planned)
@@ -244,7 +244,7 @@ def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
 
 
 def _broken_limits(mission: Mission, flown: Sequence[Phase], soc: float) -> Iterator[Event]:
-    """Broken limits but those of the wells, and what to know, by the packs' state of charge [-]."""
+    """Broken limits, except of the wells, and remarks, by the packs' state of charge [-]."""
     end_s, deadline_s = flown[-1].end_s, mission.limits.deadline_s
     for place, due, time_s, verb in (
         (flown[0].start, "origin", 0.0, "begins"),
@@ -306,10 +306,10 @@ def _bent(mission: Mission, phase: Phase) -> Iterator[Event]:
     if keys.max_altitude_m is not None and highest_m > keys.max_altitude_m * (1.0 + TOLERANCE):
         words = f"a waypoint of the leg {way} is above flight.max_altitude_m"
         yield Event("altitude", phase.start_s, words, highest_m, keys.max_altitude_m, "m")
-    own = phase.start.building, phase.end.building
+    ends_on = phase.start.building, phase.end.building
     apart_m = CLEARANCE_M if keys.clearance_m is None else keys.clearance_m
     if keys.obstacle_rule != "ignore":
-        near = [*too_near(mission, np.array(phase.points_m), own, apart_m, TOLERANCE)]
+        near = [*too_near(mission, np.array(phase.points_m), ends_on, apart_m, TOLERANCE)]
         least: dict[int, float] = {}
         for building, distance_m in near:
             least[building] = min(distance_m, least.get(building, math.inf))
@@ -375,17 +375,17 @@ def _figures(
 
 def _mismatches(plan: Plan, figures: Iterator[Figure], broken: bool) -> list[Event]:
     """Yield where figures, whole slots or the verdict of a plan contradict its simulation."""
-    found = list[Event]()
+    events = list[Event]()
     for time_s, name, stated, simulated, scale, unit in figures:
         if not same(stated, simulated, abs_tol=TOLERANCE * scale):
             words = f"{name}: the plan says {stated:.10g}, it is {simulated:.10g} {unit}"
-            found.append(Event(MISMATCH, time_s, words.rstrip(), stated, simulated, unit))
+            events.append(Event(MISMATCH, time_s, words.rstrip(), stated, simulated, unit))
     hover_s = plan.hover_time_s
     objective_s = hover_s if plan.objective is None else plan.objective  # As in older files
-    told = plan.problem in LONGEST_HOVER
-    if told and not same(objective_s, hover_s, abs_tol=TOLERANCE):
+    states_hover = plan.problem in LONGEST_HOVER
+    if states_hover and not same(objective_s, hover_s, abs_tol=TOLERANCE):
         words = f"objective: the plan says {objective_s:.10g} s, it hovers {hover_s:.10g} s"
-        found.append(Event(MISMATCH, plan.mission_time_s, words, objective_s, hover_s, "s"))
+        events.append(Event(MISMATCH, plan.mission_time_s, words, objective_s, hover_s, "s"))
     slot_s = plan.slot_s if plan.problem in IN_SLOTS else None
     at_deadline = same(plan.mission_time_s, plan.mission.limits.deadline_s)
     for number, stay in enumerate(plan.phases if slot_s else ()):
@@ -395,12 +395,12 @@ def _mismatches(plan: Plan, figures: Iterator[Figure], broken: bool) -> list[Eve
         if not exempt and not same(round(slots) * (slot_s or 1.0), stay.duration_s):
             why = f"phases[{number}] is {slots:.10g} slots"
             words = f"slot_s: the plan says {slot_s:.10g} s, but {why}"
-            found.append(Event(MISMATCH, stay.start_s, words, slot_s, None, "s"))
+            events.append(Event(MISMATCH, stay.start_s, words, slot_s, None, "s"))
     for says, wrong, words in (
         (True, broken, "can be flown, it cannot"),
-        (False, not broken and not found, "cannot be flown, it can"),
+        (False, not broken and not events, "cannot be flown, it can"),
     ):
         if plan.flyable is says and wrong:
             contradiction = f"flyable: the plan says that it {words}"
-            found.append(Event(MISMATCH, plan.mission_time_s, contradiction))
-    return found
+            events.append(Event(MISMATCH, plan.mission_time_s, contradiction))
+    return events

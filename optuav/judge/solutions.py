@@ -31,9 +31,9 @@ KEYS = {
 ENTRY = {
     "mission": "a mission of the set",
     "problem": "a problem that the set asks of this mission",
-    "perspective": "a perspective in which it asks",
-    "hover_s": f"{DURATION.words}; null where there is no plan",
-    "stops": f"a list of at most {MOST_STOPS}, each {STOP}; null or none where there is no plan",
+    "perspective": "a perspective that it asks about",
+    "hover_s": f"{DURATION.words}; null without a plan",
+    "stops": f"a list of at most {MOST_STOPS}, each {STOP}; null or none without a plan",
 }
 """Keys of a solution."""
 USUAL = {"problem": "P1", "perspective": "available", "stops": ()}
@@ -49,8 +49,8 @@ class CheckedSolutions:
     source
         The file.
     solutions
-        What is found of each, in order: its ``verdict`` in words, what is ``wrong`` with it (empty
-        where it holds), and the hover time that is claimed and simulated, ``claimed_s`` and
+        The check of each, in order: its ``verdict`` in words, its faults ``wrong`` (empty
+        if it holds), and the hover time that is claimed and simulated, ``claimed_s`` and
         ``hover_s`` [s].
     missing
         Missions of the set without a solution.
@@ -58,14 +58,14 @@ class CheckedSolutions:
     Examples
     --------
     >>> import json, optuav, tempfile
-    >>> mine = {"mission": "set/link-far", "hover_s": None}
-    >>> text = json.dumps({"schema": 1, "kind": "optuav solutions", "solutions": [mine]})
+    >>> claim = {"mission": "set/link-far", "hover_s": None}
+    >>> text = json.dumps({"schema": 1, "kind": "optuav solutions", "solutions": [claim]})
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = f"{folder}/mine.json"
+    ...     path = f"{folder}/claim.json"
     ...     with open(path, "w") as file:
     ...         _ = file.write(text)
-    ...     found = optuav.check_solutions(path)
-    >>> found.verdict, found.solutions[0].verdict, len(found.missing)
+    ...     checked = optuav.check_solutions(path)
+    >>> checked.verdict, checked.solutions[0].verdict, len(checked.missing)
     ('1 of 1 solutions hold', 'holds, there is no plan', 199)
     """
 
@@ -153,7 +153,7 @@ def check_solutions(file: str | Path) -> CheckedSolutions:
         ``solutions``, a list of objects with the ``mission``, the ``problem`` (``"P1"`` if left
         out), the ``perspective`` (``"available"``), the hover time ``hover_s`` that is claimed, 0
         to 1e7 [s], and the ``stops`` in order, each with ``at``, ``kind`` and ``duration_s`` [s].
-        A claim that there is no plan has ``hover_s`` null and no stops.
+        A claim of no plan has ``hover_s`` null and no stops.
 
     Returns
     -------
@@ -169,21 +169,21 @@ def check_solutions(file: str | Path) -> CheckedSolutions:
     --------
     >>> import json, optuav, tempfile
     >>> stop = {"at": "hover", "kind": "hover", "duration_s": 577.5}
-    >>> mine = {"mission": "set/deadline-1200", "problem": "P3", "hover_s": 577.5, "stops": [stop]}
-    >>> text = json.dumps({"schema": 1, "kind": "optuav solutions", "solutions": [mine]})
+    >>> claim = {"mission": "set/deadline-1200", "problem": "P3", "hover_s": 577.5, "stops": [stop]}
+    >>> text = json.dumps({"schema": 1, "kind": "optuav solutions", "solutions": [claim]})
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = f"{folder}/mine.json"
+    ...     path = f"{folder}/claim.json"
     ...     with open(path, "w") as file:
     ...         _ = file.write(text)
-    ...     found = optuav.check_solutions(path)
-    >>> bool(found), found.solutions[0].verdict
+    ...     checked = optuav.check_solutions(path)
+    >>> bool(checked), checked.solutions[0].verdict
     (True, 'holds, 0.024 s below the best known')
     """
     path = path_of(file, "file")
     source = label(path)
     document = parse_json(read_text(path, LARGEST_BYTES), source)
     if not isinstance(document, dict):
-        raise InputError([Fault("", "", f'is no object with "kind": "{KIND}"', source)])
+        raise InputError([Fault("", "", f'is not an object with "kind": "{KIND}"', source)])
     entries = document.get("solutions")
     named = [keys_of(x).get("mission") for x in entries] if isinstance(entries, list) else []
     known = {name for name in named if isinstance(name, str) and name in benchmark.recipes()}
@@ -191,13 +191,13 @@ def check_solutions(file: str | Path) -> CheckedSolutions:
     breaches = [*format_breaches(document), *_breaches(document, missions)]
     if faults := StatedMission(document, {(): source}).faults(breaches):
         raise InputError(faults)
-    found = list[CheckedSolution]()
-    for stated in ({**USUAL, **each} for each in document["solutions"]):
+    checks = list[CheckedSolution]()
+    for stated in ({**USUAL, **entry} for entry in document["solutions"]):
         stops = [Stop(**stop) for stop in stated["stops"] or ()]
         answer = answers()[_asked(stated)]
-        found.append(checked(missions[answer.mission], answer, stated["hover_s"], stops))
+        checks.append(checked(missions[answer.mission], answer, stated["hover_s"], stops))
     missing = tuple(name for name in benchmark.recipes() if name not in known)
-    return CheckedSolutions(source, tuple(found), missing)
+    return CheckedSolutions(source, tuple(checks), missing)
 
 
 def _asked(stated: Document) -> Asked:
@@ -205,7 +205,7 @@ def _asked(stated: Document) -> Asked:
 
 
 def _breaches(document: Document, missions: dict[str, Mission]) -> Iterator[Breach]:
-    """What is wrong with the data of a file; that of missions that are not here is unknown."""
+    """Yield the faults in the data of a file; missions that are not here are unknown."""
     for key in document:
         if key not in ("schema", *KEYS):
             yield Breach((key,), f"unknown key{nearest(key, KEYS)}")
@@ -224,7 +224,7 @@ def _breaches(document: Document, missions: dict[str, Mission]) -> Iterator[Brea
             yield Breach(("solutions", number, *breach.key), breach.allowed)
         try:
             earlier = first.setdefault(_asked({**USUAL, **entry}), number)
-        except (KeyError, TypeError):  # of which the breaches tell
+        except (KeyError, TypeError):  # the breaches tell of them
             continue
         if earlier != number:
             yield Breach(("solutions", number), f"solutions.{earlier} answers the same question")
@@ -232,12 +232,12 @@ def _breaches(document: Document, missions: dict[str, Mission]) -> Iterator[Brea
 
 def _breaches_of(entry: Document, missions: dict[str, Mission]) -> Iterator[Breach]:
     """Yield the faults of one solution."""
-    stated = {**USUAL, **entry}
+    complete = {**USUAL, **entry}
     for key in entry:
         if key not in ENTRY:
             yield Breach((key,), f"unknown key{nearest(key, ENTRY)}")
-    claim, name = stated.get("hover_s", ""), stated.get("mission")
-    stops = () if stated["stops"] is None else stated["stops"]
+    claim, name = complete.get("hover_s", ""), complete.get("mission")
+    stops = () if complete["stops"] is None else complete["stops"]
     if claim is not None and not DURATION.accepts(claim):
         yield Breach(("hover_s",), ENTRY["hover_s"])
     mission = missions.get(name) if isinstance(name, str) else None
@@ -255,5 +255,5 @@ def _breaches_of(entry: Document, missions: dict[str, Mission]) -> Iterator[Brea
         return
     recipe = benchmark.recipe_of(mission.name)
     for option, taken in (("problem", recipe.problems), ("perspective", recipe.perspectives)):
-        if stated[option] not in taken:
+        if complete[option] not in taken:
             yield Breach((option,), f"{ENTRY[option]}: {', '.join(taken)}")

@@ -40,14 +40,14 @@ class Itinerary:
     Parameters
     ----------
     mission
-        The mission in which it is flown, also by its name or path.
+        The mission that it is flown in, also by its name or path.
     stops
         Any number, in order; a building may be visited again. Those of a plan do as well.
 
     Raises
     ------
     InputError
-        If a stop names no place of the mission, is no rest or hover, or its duration is
+        If a stop names no place of the mission, is not a rest or hover, or its duration is
         out of range.
 
     Examples
@@ -63,14 +63,14 @@ class Itinerary:
     stops: tuple[Stop, ...]
 
     def __init__(self, mission: Mission | str | Path, stops: Stop | Iterable[Stop]) -> None:
-        every = [stops] if isinstance(stops, Stop) or not isinstance(stops, Iterable) else stops
-        stated = [_stated(each) if isinstance(each, Stop) else each for each in every]
+        listed = [stops] if isinstance(stops, Stop) or not isinstance(stops, Iterable) else stops
+        as_tables = [_stated(stop) if isinstance(stop, Stop) else stop for stop in listed]
         object.__setattr__(self, "mission", load(mission))
-        refuse(StatedMission({"stops": stated}).faults(stop_breaches(stated, self.mission)))
-        object.__setattr__(self, "stops", tuple(Stop(**each) for each in stated))
+        refuse(StatedMission({"stops": as_tables}).faults(stop_breaches(as_tables, self.mission)))
+        object.__setattr__(self, "stops", tuple(Stop(**table) for table in as_tables))
 
     def to_dict(self) -> dict[str, object]:
-        """Return the itinerary as plain data, ready for JSON, as `optuav.audit` takes it."""
+        """Return the itinerary as plain data, ready for JSON and for `optuav.audit`."""
         stops = [*map(_stated, self.stops)]
         return {"schema": SCHEMA, "mission": self.mission.to_dict(), "stops": stops}
 
@@ -81,7 +81,7 @@ def _stated(stop: Stop) -> dict[str, Any]:
 
 
 def _is_place(at: object) -> bool:
-    """Whether this may be the name of a place, or is a point [m]."""
+    """Return whether a value may be the name of a place, or is a point [m]."""
     if isinstance(at, str):
         return True
     return isinstance(at, list | tuple) and len(at) == 3 and all(map(COORDINATE.accepts, at))
@@ -92,7 +92,7 @@ ALLOWED: Mapping[str, tuple[str, Callable[[object], bool]]] = {
     "kind": ('"rest" or "hover"', lambda value: value in ("rest", "hover")),
     "duration_s": (DURATION.words, DURATION.accepts),
 }
-"""The keys of a stop: what a value may be in words, and whether it is."""
+"""The keys of a stop: allowed values in words, and a test."""
 STOP = f"a table (in Python a Stop) with {', '.join(ALLOWED)}"
 
 
@@ -115,14 +115,14 @@ def stop_breaches(stops: Sequence[object], mission: Mission | None) -> Iterator[
                 mission and name == "at" and isinstance(stop[name], str) and stop[name] not in known
             ):
                 hint = nearest(stop[name], known)
-                yield Breach(key, f"is no place of the mission {mission.name}{hint}")
+                yield Breach(key, f"is not a place of the mission {mission.name}{hint}")
 
 
 class Move(NamedTuple):
     """A kind of phase, its places, and a stay's duration [s]; the phase if the user stated it.
 
-    A leg of a plan has waypoints [m], perhaps none; that of an itinerary has the mission's way. Its
-    segments have speeds [m/s] where the plan states them, else those of the mission.
+    A plan's leg has waypoints [m], perhaps none; an itinerary's leg has the mission's way. Its
+    segments have speeds [m/s] where the plan states them, else the mission's.
     """
 
     kind: Kind
@@ -138,10 +138,10 @@ def moves(subject: Plan | Itinerary) -> Iterator[Move]:
     """The moves of a plan or an itinerary, in order."""
     if isinstance(subject, Plan):
         for phase in subject.phases:
-            stated = phase if phase.edited else None
+            edited = phase if phase.edited else None
             ends = phase.start_place, phase.end_place
             yield Move(
-                phase.kind, *ends, phase.duration_s, stated, phase.waypoints_m, phase.speeds_m_s
+                phase.kind, *ends, phase.duration_s, edited, phase.waypoints_m, phase.speeds_m_s
             )
         return
     here: str | Point = "origin"
@@ -155,7 +155,7 @@ def moves(subject: Plan | Itinerary) -> Iterator[Move]:
 
 
 class Place(NamedTuple):
-    """A place, with the number of its building (−1 if none) and what the laser gives there.
+    """A place, with the number of its building (−1 if none) and the laser's power there.
 
     The position (x, y, z) [m] is NaN for a hover point that does not exist.
     """
@@ -168,9 +168,9 @@ class Place(NamedTuple):
 
 
 class Stage(NamedTuple):
-    """A stage of constant current: start, counted from take-off, duration, and what flows.
+    """A stage of constant current: start, counted from take-off, duration, and flows.
 
-    The name is that of the flight model's stage on a leg, ``"turn"`` for example; else the kind of
+    On a leg it has the name of the flight model's stage, ``"turn"`` for example; else the kind of
     the phase.
     """
 
@@ -192,7 +192,7 @@ class Phase:
     """A leg, a hover or a rest, with its stages in order, at least one.
 
     A leg has a displacement, a length, a peak speed, and the number of a building in the way, −1 if
-    there is none. The figures of a stated phase are the user's.
+    it is clear. The figures of a stated phase are the user's.
     """
 
     kind: Kind
@@ -208,7 +208,7 @@ class Phase:
     crosses: int
     stated: bool
     waypoints_m: tuple[Point, ...] = ()  # By which a leg goes
-    speeds_m_s: tuple[float, ...] = ()  # Of its segments, where the plan states them
+    speeds_m_s: tuple[float, ...] = ()  # Speeds of its segments, if the plan states them
 
     @cached_property
     def duration_s(self) -> float:
@@ -222,7 +222,7 @@ class Phase:
 
 
 def places(mission: Mission, planned: Sequence[Move]) -> dict[str | Point, Place]:
-    """The places of some moves by name or point, and what the laser gives there."""
+    """The places of some moves by name or point, and the laser's power there."""
     route, laser = mission.route, mission.laser
     ends_m = (route.origin_m, vehicle.hover_point_m(mission), route.destination_m)
     names = [*dict.fromkeys(end for move in planned for end in move[1:3])]
@@ -240,15 +240,15 @@ def places(mission: Mission, planned: Sequence[Move]) -> dict[str | Point, Place
         from_m, to_m = np.broadcast_arrays(laser.position_m, np.array(points_m, dtype=float))
         blockers = crossed(prisms(mission.buildings), from_m, to_m, np.array(numbers)[:, None])
         sights = ((blockers == CLEAR) & ~np.isnan(to_m[:, 0])).tolist()
-    found = dict[str | Point, Place]()
+    by_name = dict[str | Point, Place]()
     for name, number, point_m, sight in zip(names, numbers, points_m, sights, strict=True):
         x, y, z = map(float, point_m)
         received = NOTHING
         if laser is not None and sight:
             received = vehicle.charging(mission, (x, y, z))
         words = name if isinstance(name, str) else f"({x:.10g}, {y:.10g}, {z:.10g})"
-        found[name] = Place(words, number, (x, y, z), sight, received)
-    return found
+        by_name[name] = Place(words, number, (x, y, z), sight, received)
+    return by_name
 
 
 def phases(
@@ -262,13 +262,13 @@ def phases(
     for move, (start, end), (blocker, waypoints_m) in zip(
         planned, ends, _ways(mission, planned, ends), strict=True
     ):
-        stated = move.stated
+        stated_phase = move.stated
         dx, dy, dz = (b - a for a, b in zip(start.position_m, end.position_m, strict=True))
         length_m, peak_m_s, crosses = math.hypot(dx, dy, dz), 0.0, CLEAR
         rows = list[tuple[str, float, Flow, Flow]]()
-        if stated is not None:  # what a stay draws is computed all the same
-            length_m, peak_m_s = stated.distance_m, stated.peak_speed_m_s
-            for stage in stated.stages:
+        if stated_phase is not None:  # the load of a stay is computed all the same
+            length_m, peak_m_s = stated_phase.distance_m, stated_phase.peak_speed_m_s
+            for stage in stated_phase.stages:
                 drawn = loads.get(move.kind, Flow(-stage.current_A, -stage.power_W))
                 received = stage.current_A + drawn.current_A, stage.power_W + drawn.power_W
                 rows.append((move.kind, stage.duration_s, drawn, Flow(*received)))
@@ -287,9 +287,9 @@ def phases(
         for name, duration_s, drawn, received in rows:
             stages.append(Stage(name, start_s, float(duration_s), drawn, received))
             start_s += stages[-1].duration_s
-        figures = (dx, dy, dz), length_m, peak_m_s, crosses, stated is not None, waypoints_m
-        own = *figures, move.speeds_m_s
-        found.append(Phase(move.kind, start, end, begun_s, start_s, tuple(stages), *own))
+        figures = (dx, dy, dz), length_m, peak_m_s, crosses, stated_phase is not None, waypoints_m
+        details = *figures, move.speeds_m_s
+        found.append(Phase(move.kind, start, end, begun_s, start_s, tuple(stages), *details))
     return tuple(found)
 
 
@@ -301,9 +301,9 @@ def _ways(
     blockers, waypoints_m = np.full(len(ends), CLEAR), none
     if rule != "ignore":
         ends_m = np.array([[place.position_m for place in pair] for pair in ends])
-        own = np.array([[place.building for place in pair] for pair in ends])
+        own_buildings = np.array([[place.building for place in pair] for pair in ends])
         below = [roofs_below(mission.buildings, ends_m[:, side]) for side in (0, 1)]
-        roofs = np.where(own == CLEAR, np.stack(below, axis=1), own)
+        roofs = np.where(own_buildings == CLEAR, np.stack(below, axis=1), own_buildings)
         blockers = crossed(prisms(mission.buildings), ends_m[:, 0], ends_m[:, 1], roofs)
         if rule != "refuse" and any(move.waypoints_m is None for move in planned):
             lines = np.arange(2 * len(ends)).reshape(-1, 2)
@@ -334,7 +334,7 @@ def segments(
     if not speeds_m_s:
         return [flight.leg(way_m) for way_m in ways]
     assert isinstance(flight, CruisingModel)  # A plan over another has no speeds
-    return [flight.leg_at(*each) for each in zip(ways, speeds_m_s, strict=True)]
+    return [flight.leg_at(*way_and_speed) for way_and_speed in zip(ways, speeds_m_s, strict=True)]
 
 
 def ways_along(points_m: Sequence[Point]) -> list[Point]:
@@ -362,10 +362,10 @@ def motion(mission: Mission, phase: Phase, passed_s: Floats) -> dict[str, Floats
         points_m = np.array(phase.points_m)
         legs = segments(mission, phase.points_m, phase.speeds_m_s)
         begins_s = np.cumsum([0.0, *(float(leg.duration_s) for leg in legs[:-1])])
-        own = np.searchsorted(begins_s, passed_s, side="right") - 1
+        leg_numbers = np.searchsorted(begins_s, passed_s, side="right") - 1
         pitch_rad, roll_rad = np.zeros((2, len(passed_s)))
         for k, leg in enumerate(legs):
-            state = flight_of(mission).state(leg, passed_s[at := own == k] - begins_s[k])
+            state = flight_of(mission).state(leg, passed_s[at := leg_numbers == k] - begins_s[k])
             moved_m[at] = points_m[k] - points_m[0] + np.stack(state.position_m, axis=1)
             speed_m_s[at] = state.speed_m_s
             pitch_rad[at], roll_rad[at] = state.attitude.pitch_rad, state.attitude.roll_rad

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import xarray
 
 PRECISION_DEG = 1e-7  # Longitudes and latitudes, to a centimetre
-UNEVEN = 1e-5  # Difference of distances of points that is none [m]
+UNEVEN = 1e-5  # Difference of distances of points that counts as none [m]
 NO_MAP = "a map, as the functions of optuav.maps return it"
 FORMATS = {".tif": "GeoTIFF", ".tiff": "GeoTIFF", ".geojson": "GeoJSON"}
 
@@ -50,7 +50,7 @@ def summary(found: HoverMap) -> str:
 
 
 def to_dict(found: HoverMap) -> dict[str, Any]:
-    """A map as plain data for JSON, None where there is no plan."""
+    """A map as plain data for JSON, None without a plan."""
     values = {name: found.solved.values[name].tolist() for name in ("hover_time_s", "reason")}
     values["hover_time_s"] = [
         [None if isnan(at) else at for at in row] for row in values["hover_time_s"]
@@ -75,7 +75,7 @@ def save(found: xarray.DataArray, path: str | Path) -> Path:
         The file. As .tif or .tiff a GeoTIFF of the hover times [s], NaN without a plan, north up,
         with the mission's reference system if it has one (needs rasterio). As .geojson the contours
         that a picture shows, in longitude and latitude, each with its hover time ``hover_time_s``
-        (needs geopandas and matplotlib); the mission states its ``crs``. What is there is
+        (needs geopandas and matplotlib); the mission states its ``crs``. An existing file is
         replaced, whole or not at all.
 
     Returns
@@ -92,9 +92,9 @@ def save(found: xarray.DataArray, path: str | Path) -> Path:
     Examples
     --------
     >>> import optuav, tempfile
-    >>> found = optuav.maps.laser("paper", 500)
+    >>> hover_map = optuav.maps.laser("paper", 500)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     optuav.maps.save(found, f"{folder}/laser.tif").name
+    ...     optuav.maps.save(hover_map, f"{folder}/laser.tif").name
     'laser.tif'
     """
     file = path_of(path)
@@ -119,13 +119,13 @@ def _geotiff(found: xarray.DataArray) -> bytes:
         raise InputError([Fault("found", type(found).__name__, words)])
     (across_m, up_m), (height, width) = (float(step_m.mean()) for step_m in steps_m), found.shape
     left, top, system = float(found.x[0]), float(found.y[-1]), _system(found)
-    # The corner of the cell of which the first point is the middle.
+    # The corner of the cell around the first point.
     corner = Affine(across_m, 0.0, left - across_m / 2, 0.0, -up_m, top + up_m / 2)
     options: dict[str, Any] = {"crs": system and system.to_wkt(), "transform": corner}
     options |= {"dtype": "float64", "nodata": np.nan, "compress": "deflate", "count": 1}
     with MemoryFile() as memory:
         with memory.open(driver="GTiff", height=height, width=width, **options) as file:
-            # Before the values, to stand at the head of the file, by which it is known as ours.
+            # Before the values, to stand at the head of the file, which marks it as ours.
             file.update_tags(TIFFTAG_SOFTWARE="optuav", **_facts(found))
             file.set_band_description(1, f"{found.name}")
             file.write(found.to_numpy()[::-1], 1)

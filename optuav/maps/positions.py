@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 
 Bounds: TypeAlias = Sequence[float] | Floats
 COORDINATE, DISTANCE = Number("m", ge=-1e6, le=1e6), Number("m", ge=1e-3, le=1e6)
-DECIMALS = 6  # Of coordinates [m]
-ROUNDING = 1e-9  # Of a distance, by which bounds may be too near for the last point
+DECIMALS = 6  # Decimals of coordinates [m]
+ROUNDING = 1e-9  # Share of a distance that bounds may fall short of the last point
 MOST_POINTS, BYTES = 4_000_000, 100
 """Most points of a map, and about the memory that each takes while it is computed."""
 DEVICE, LASER, HOVER_POINT = "link.device_m", "laser.position_m", "route.hover_m"
 """Keys of the places that a map moves."""
-ROOM = 0.05  # On every side of what a map shows by default, as a share of its size
+ROOM = 0.05  # Margin of a map's default bounds on every side, as a share of its size
 
 
 def device(
@@ -56,11 +56,11 @@ def device(
         Distance between two points along x and along y, 0.001 <= x <= 1e6 [m]; at most 4 million
         points.
     bounds
-        Least x, least y, largest x and largest y, each -1e6 to 1e6 [m], of which the first two are
-        those of a point; by default multiples of the distance around all that the mission has:
+        Least x, least y, largest x and largest y, each -1e6 to 1e6 [m], the first two being
+        a point's; by default multiples of the distance around everything in the mission:
         places, buildings, and the coverage of the device.
     height_m
-        Height z of all points, -1e6 to 1e6 [m]; by default that of the mission's own device.
+        Height z of all points, -1e6 to 1e6 [m]; by default the height of the mission's own device.
     perspective
         As for `optuav.solve`.
 
@@ -68,8 +68,8 @@ def device(
     -------
     xarray.DataArray
         Longest hover of P1 by ``y`` and ``x`` [s], NaN without a plan, each as by `optuav.solve`.
-        Beside it stands the coordinate ``reason``: why there is no plan, as a number whose words
-        are in its attributes ``flag_meanings`` and ``words`` (0 where there is one). Attributes
+        Beside it stands the coordinate ``reason``: the reason for no plan, as a number whose words
+        are in its attributes ``flag_meanings`` and ``words`` (0 with a plan). Attributes
         state ``mission``, ``perspective``, the key that varies (``over``), its ``height_m``, the
         ``crs`` if the mission has one, ``best_m``: where the hover is longest, of several such
         points the one nearest to the mission's own, ``best_points``: how many of them there are,
@@ -84,8 +84,8 @@ def device(
     Examples
     --------
     >>> import optuav
-    >>> found = optuav.maps.device("paper", 100, bounds=(900, 2900, 1100, 3000))
-    >>> print(found.round(1).values)
+    >>> hover_map = optuav.maps.device("paper", 100, bounds=(900, 2900, 1100, 3000))
+    >>> print(hover_map.round(1).values)
     [[600.1 599.4 600. ]
      [597.9 597.3 597.8]]
     """
@@ -122,8 +122,8 @@ def laser(
     Examples
     --------
     >>> import optuav
-    >>> found = optuav.maps.laser("paper", 500, bounds=(0, 0, 2000, 2000), height_m=10)
-    >>> dict(found.sizes), found.attrs["best_m"]
+    >>> hover_map = optuav.maps.laser("paper", 500, bounds=(0, 0, 2000, 2000), height_m=10)
+    >>> dict(hover_map.sizes), hover_map.attrs["best_m"]
     ({'y': 5, 'x': 5}, [1000.0, 0.0, 10.0])
     """
     return hovers(LASER, mission, step_m, bounds, height_m, perspective).labelled()
@@ -146,7 +146,7 @@ def hover_point(
     bounds
         As for `device`; by default around the points within reach of the device.
     height_m
-        Height of the points [m]; by default that of the mission's own hover point.
+        Height of the points [m]; by default the height of the mission's own hover point.
 
     Returns
     -------
@@ -161,11 +161,11 @@ def hover_point(
     Examples
     --------
     >>> import optuav
-    >>> found = optuav.maps.hover_point("paper", 300, bounds=(1000, 2450, 1600, 2750))
-    >>> print(found.round(1).values)
+    >>> hover_map = optuav.maps.hover_point("paper", 300, bounds=(1000, 2450, 1600, 2750))
+    >>> print(hover_map.round(1).values)
     [[  nan   nan   nan]
      [592.3   nan   nan]]
-    >>> found.reason.attrs["words"].splitlines()[int(found.reason[0, 0])][:46]
+    >>> hover_map.reason.attrs["words"].splitlines()[int(hover_map.reason[0, 0])][:46]
     'the device is out of reach of the hover point '
     """
     return hovers(HOVER_POINT, mission, step_m, bounds, height_m, perspective).labelled()
@@ -197,13 +197,13 @@ def hovers(
     perspective: Perspective,
 ) -> HoverMap:
     """The longest hovers with a place of the mission, by its key, anywhere on a grid."""
-    found, own_m = [*faults_of(step_m, bounds, height_m, perspective)], None
-    with collected(found):
+    faults, own_m = [*faults_of(step_m, bounds, height_m, perspective)], None
+    with collected(faults):
         whole = load(mission)
         if (own_m := _own_m(over, whole)) is None:
-            found.append(Fault("laser", "", "the mission has none that could be elsewhere"))
+            faults.append(Fault("laser", "", "the mission has none that could be elsewhere"))
         checked_question(whole, "P1", perspective)
-    refuse(dict.fromkeys(found))
+    refuse(dict.fromkeys(faults))
     assert own_m is not None
     x_m, y_m, z_m = own_m if height_m is None else (*own_m[:2], float(height_m))
     base = whole.replace({over: (x_m, y_m, z_m)})
@@ -261,7 +261,7 @@ def _axes(corners_m: Floats, step_m: float) -> list[Floats]:
 
 
 def _own_m(over: str, mission: Mission) -> tuple[float, float, float] | None:
-    """The place that the mission itself has, by its key [m]; for lack of a hover point, one near.
+    """The place that the mission itself has, by its key [m]; without a hover point, one near.
 
     None without a laser.
     """
@@ -274,7 +274,7 @@ def _own_m(over: str, mission: Mission) -> tuple[float, float, float] | None:
 
 
 def _around_m(over: str, mission: Mission, step_m: float) -> Floats:
-    """Two corners (2, 2) of what a map shows by default, multiples of a distance [m]."""
+    """Two corners (2, 2) of a map's default bounds, multiples of a distance [m]."""
     around = scene(mission)
     low_m, high_m = around.corners_m
     if over == HOVER_POINT and isfinite(reach_m := around.disc_radius_m):

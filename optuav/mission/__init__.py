@@ -1,4 +1,4 @@
-"""The mission as validated data: what is to be flown, with what, and within which limits."""
+"""The mission as validated data: the task, the vehicle and the limits."""
 
 from optuav.mission.load import json_schema, load, load_all, shipped
 from optuav.mission.mission import Mission

@@ -52,7 +52,7 @@ class Beam(ABC):
 
     @abstractmethod
     def enough_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
-        """Source power [W] from which on no more is received; infinite where none is enough."""
+        """Source power [W] beyond which reception stays constant; infinite if none is enough."""
 
     def limiting_key(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
         """Key of the limit that acts first as the light grows; by place for an array."""
@@ -71,7 +71,7 @@ class Beam(ABC):
 class SpreadingBeam(Beam):
     """A beam that spreads, and a receiver of some size.
 
-    Tables and keys of the mission, and what is said of them, follow from the declaration.
+    Tables and keys of the mission, and their descriptions, follow from the declaration.
     """
 
     name: ClassVar[str]  # As ``laser.beam`` states it
@@ -91,7 +91,7 @@ class SpreadingBeam(Beam):
         """
 
     def reach_m(self, dc_W: float, most_W: float) -> float:
-        """Largest distance [m] at which a power [W] is received: 0 for none, infinite for all."""
+        """Largest distance [m] that receives a power [W]: 0 for none, infinite for all."""
         from optuav.physics.roots import last
 
         def excess_W(away_m: Quantity) -> Quantity:
@@ -109,7 +109,7 @@ class SpreadingBeam(Beam):
 
     @property
     def hazard_distance_m(self) -> float:
-        """Distance up to which the still beam, whole before its aperture, exceeds that [m]."""
+        """Distance [m] where the still beam, whole before its aperture, falls to the eye limit."""
         from optuav.physics.eye import hazard_distance
 
         def irradiance(distance_m: Quantity) -> Quantity:
@@ -123,7 +123,7 @@ class SpreadingBeam(Beam):
     def eye_warning(self) -> str:
         """A sentence on how far the beam is dangerous to the eye."""
         limit, distance_km = self.eye_limit_W_m2, self.hazard_distance_m / 1000.0
-        no_assessment = "this is no safety assessment"
+        no_assessment = "this is not a safety assessment"
         if math.isnan(limit):
             return f"no limit for the eye is known at this wavelength; {no_assessment}"
         return (
@@ -137,5 +137,5 @@ class SpreadingBeam(Beam):
 
     @classmethod
     def breaches(cls, document: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], str]]:
-        """Keys that break rules which bind several keys, and what they may be."""
+        """Keys that break rules for several keys, and their allowed values."""
         yield from ()

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from optuav.arrays import Floats, Integers
 
 RESERVED_NAMES = ("origin", "hover", "destination")
-HASHED = 64  # Buildings of which the hash is made, at most
+HASHED = 64  # Most buildings that go into the hash
 AT_ONCE = 1 << 16  # Polygons that are judged together
 Stated = Annotated[tuple[Building, ...], Strict(), Listed]
 
@@ -51,9 +51,9 @@ class Buildings(Sequence[Building]):
     """
 
     names: tuple[str, ...] = ()
-    # Of every building x, y and z of its roof.
+    # x, y and z of the roof of every building.
     roofs: array[float] = field(default_factory=lambda: array("d"))
-    # Corners of all footprints, a size in place of one, and how many precede those of a building.
+    # Corners of all footprints, a size in place of one, and their number before each building.
     corners: array[float] = field(default_factory=lambda: array("d"))
     begins: array[int] = field(default_factory=lambda: array("q", [0]))
     source: TableFile | None = None  # The file that they were read from
@@ -129,7 +129,7 @@ class Buildings(Sequence[Building]):
         return buildings_html(self)
 
     def to_frame(self) -> DataFrame:
-        """One row a building, as `Mission.with_buildings` takes them; needs pandas.
+        """One row per building, ready for `Mission.with_buildings`; needs pandas.
 
         Returns
         -------
@@ -153,10 +153,10 @@ class Buildings(Sequence[Building]):
         return self.source.buildings - len(self) if self.source else 0
 
     def read_from(self, source: TableFile | None) -> Buildings:
-        """The same buildings, and all that is known of them, as read from a file."""
-        found = object.__new__(Buildings)
-        vars(found).update(vars(self), source=source)
-        return found
+        """The same buildings, with everything known of them, read from a file."""
+        read = object.__new__(Buildings)
+        vars(read).update(vars(self), source=source)
+        return read
 
     @cached_property
     def roof_m(self) -> Floats:
@@ -170,11 +170,11 @@ class Buildings(Sequence[Building]):
         import numpy as np
 
         corners_m = np.asarray(memoryview(self.corners).toreadonly()).reshape(-1, 2)
-        stated = np.diff(self.begins)
-        if not (sized := stated == 1).any():
-            return corners_m, stated
-        count = np.where(sized, 4, stated)
-        of_size, of_box = sized.repeat(stated), sized.repeat(count)
+        corners_each = np.diff(self.begins)
+        if not (sized := corners_each == 1).any():
+            return corners_m, corners_each
+        count = np.where(sized, 4, corners_each)
+        of_size, of_box = sized.repeat(corners_each), sized.repeat(count)
         middle_m, half_m = self.roof_m[sized, None, :2], corners_m[of_size, None] / 2
         found_m = np.empty((len(of_box), 2))
         found_m[~of_box] = corners_m[~of_size]
@@ -183,10 +183,10 @@ class Buildings(Sequence[Building]):
 
     @cached_property
     def breaches(self) -> tuple[tuple[int, str, str], ...]:
-        """Yield faults between buildings: number, key, and what is allowed."""
-        found, every = list[tuple[int, str, str]](), {*self.names}
-        if len(every) < len(self.names) or not every.isdisjoint(RESERVED_NAMES):
-            found += ((number, "name", words) for number, words in misnamed(self.names))
+        """Faults between buildings: number, key, and the allowed values."""
+        faults, unique_names = list[tuple[int, str, str]](), {*self.names}
+        if len(unique_names) < len(self.names) or not unique_names.isdisjoint(RESERVED_NAMES):
+            faults += ((number, "name", words) for number, words in misnamed(self.names))
         if any(end - begin > 1 for begin, end in pairwise(self.begins)):
             import numpy as np
 
@@ -194,16 +194,16 @@ class Buildings(Sequence[Building]):
             (which,) = np.nonzero(np.diff(self.begins) > 1)
             own_m = corners_m[np.isin(np.arange(len(count)), which).repeat(count)]
             for ring, words in misshapen(own_m, count[which], self.roof_m[which, :2]):
-                found.append((int(which[ring]), "footprint_m", words))
-        return tuple(found)
+                faults.append((int(which[ring]), "footprint_m", words))
+        return tuple(faults)
 
 
 HIGH_ENDS = ((False, False), (True, False), (True, True), (False, True))
-"""Whether a corner of a box is at the high end along x and y, counter-clockwise."""
+"""Corners of a box, counter-clockwise: True at the high end along x and y."""
 
 
 def misnamed(names: Iterable[str | None]) -> Iterator[tuple[int, str]]:
-    """Numbers of buildings with names that they may not have, and words; None is no name."""
+    """Numbers of buildings with forbidden names, and words; None means without a name."""
     first = dict[str, int]()
     for number, name in enumerate(names):
         if name in RESERVED_NAMES:
@@ -213,7 +213,7 @@ def misnamed(names: Iterable[str | None]) -> Iterator[tuple[int, str]]:
 
 
 def misshapen(corners_m: Floats, count: Integers, at_m: Floats) -> Iterator[tuple[int, str]]:
-    """Numbers of polygons that are no footprints, and words.
+    """Numbers of polygons that are not footprints, and words.
 
     Of all polygons the corners (corner, 2) [m], how many each has, and x and y of the position
     (polygon, 2) [m], NaN where it is not known.
@@ -223,9 +223,9 @@ def misshapen(corners_m: Floats, count: Integers, at_m: Floats) -> Iterator[tupl
 
     ends = np.cumsum(count)
     for begin in range(0, len(count), AT_ONCE):
-        some, place_m = count[begin : begin + AT_ONCE], at_m[begin : begin + AT_ONCE]
-        corners = corners_m[ends[begin] - some[0] : ends[begin] - some[0] + some.sum()]
-        ring_of = np.repeat(np.arange(len(some)), some)
+        batch, place_m = count[begin : begin + AT_ONCE], at_m[begin : begin + AT_ONCE]
+        corners = corners_m[ends[begin] - batch[0] : ends[begin] - batch[0] + batch.sum()]
+        ring_of = np.repeat(np.arange(len(batch)), batch)
         polygons = np.asarray(shapely.polygons(shapely.linearrings(corners, indices=ring_of)))
         proper = shapely.is_valid(polygons) & (shapely.area(polygons) > 0)
         around = shapely.intersects_xy(polygons, *place_m.T) | np.isnan(place_m[:, 0])

@@ -43,7 +43,7 @@ def system_in_metres(crs: object) -> pyproj.CRS:
     try:
         system = pyproj.CRS.from_user_input(crs)
     except pyproj.exceptions.CRSError:
-        words = 'a coordinate reference system that pyproj knows, as "EPSG:25832"'
+        words = 'a coordinate reference system that pyproj knows, such as "EPSG:25832"'
         raise InputError([Fault("crs", shown(crs), words)]) from None
     if any(axis.unit_name != "metre" for axis in system.axis_info[:2]):
         raise InputError([Fault("crs", shown(crs), "a reference system in metres")])

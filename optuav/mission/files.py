@@ -19,10 +19,10 @@ from typing import Any, BinaryIO
 from optuav.errors import Fault, InputError, printable, safe_name
 
 LARGEST_TOML = 2_000_000  # bytes
-MOST_PARTS = 8  # Of a dotted key: the time and memory of tomllib grow with the square of the parts
-MOST_KEYS = 10_000  # Of one table
-MOST_VALUES, MOST_LEVELS = 2_000_000, 64  # Of one JSON file
-MOST_LINES, LONGEST_LINE = 700_000, 10_000  # Of one CSV file
+MOST_PARTS = 8  # In a dotted key: the time and memory of tomllib grow with the square of the parts
+MOST_KEYS = 10_000  # Keys of one table
+MOST_VALUES, MOST_LEVELS = 2_000_000, 64  # Values and nesting of one JSON file
+MOST_LINES, LONGEST_LINE = 700_000, 10_000  # Lines of one CSV file, and bytes of a line
 
 _PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"?|'[^'\n]*+'?)[ \t]*+"""
 _SHALLOW = re.compile(
@@ -43,7 +43,7 @@ TEMPORARY = ".optuav.tmp"
 """Name of a file in the making; one per folder, as writers of one folder wait for one another."""
 LONGEST_WAIT_S, A_MOMENT_S = 10.0, 0.01
 NOT_OFFERED = (errno.EINVAL, errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
-NO_LINKS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # Of POSIX
+NO_LINKS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # Flags of POSIX
 MARK, HEAD, LEAST_START = b"optuav", 4096, 20
 """Mark in the first bytes of our files; or else in their first line, if it is so long."""
 PARQUET = b"PAR1"
@@ -63,13 +63,13 @@ SYNTAX = {
     "Unterminated|Expected [\"']": "a text has no closing quote",
     "Illegal character|Found invalid character|Invalid control": "a text has a control character",
     ".*(escape|Escape|backslash|Unescaped|hex value)": "a backslash begins no known escape",
-    "Invalid date": "this is no date",
+    "Invalid date": "this is not a date",
 }
 """Words for what Python's parsers of TOML and JSON say, by a pattern of how that begins."""
 
 unfinished: set[Path] = set()  # Files that a signal handler which ends the process has to delete
 only_ours: ContextVar[bool] = ContextVar("only_ours", default=False)
-"""Whether only files that optuav has written may be replaced."""
+"""True if only files that optuav has written may be replaced."""
 
 
 def label(path: Path) -> str:
@@ -85,7 +85,7 @@ def refusal(path: Path, words: str) -> InputError:
 def read_text(path: Path, limit: int, *, hint: str = "", own: bool = False) -> str:
     """The text of a regular file in UTF-8, with or without a byte-order mark, up to `limit` bytes.
 
-    The hint is added where there is no such file; ``-`` is the standard input. See `opened`.
+    The hint is added if the file does not exist; ``-`` is the standard input. See `opened`.
     """
     with refusals(path, "read"):
         if path == STANDARD:
@@ -106,7 +106,7 @@ def read_text(path: Path, limit: int, *, hint: str = "", own: bool = False) -> s
 def opened(path: Path, limit: int, *, hint: str = "", own: bool = False) -> Iterator[BinaryIO]:
     """A regular file of at most `limit` bytes, open for reading; an own file is never a link.
 
-    Own files are those of a directory that only optuav writes to.
+    Own files lie in a directory that only optuav writes to.
     """
     with refusals(path, "read"):
         try:
@@ -154,7 +154,7 @@ def parse_toml(text: str, source: str = "") -> dict[str, Any]:
         words = f"is larger than the {LARGEST_TOML / 1e6:g} MB that are read"
     elif _SHALLOW.fullmatch(text):
         try:
-            found = tomllib.loads(text)
+            document = tomllib.loads(text)
         except RecursionError:
             words = "is nested too deeply"
         except ValueError as error:
@@ -162,9 +162,9 @@ def parse_toml(text: str, source: str = "") -> dict[str, Any]:
             if '"kind": "optuav plan"' in text[:1000]:
                 words = "is a saved plan; optuav show and optuav audit take it"
         else:
-            tables = [table for table in found.values() if isinstance(table, dict)]
-            if max(map(len, [found, *tables])) <= MOST_KEYS:
-                return found
+            tables = [table for table in document.values() if isinstance(table, dict)]
+            if max(map(len, [document, *tables])) <= MOST_KEYS:
+                return document
             words = f"has a table of more than {MOST_KEYS} keys"
     raise InputError([Fault("", "", words, source)])
 
@@ -175,15 +175,15 @@ def parse_json(text: str, source: str, most: int = MOST_VALUES) -> Any:
     if sum(map(text.count, ",[{")) <= most:
         words = f"is not JSON: it is nested in more than {MOST_LEVELS} levels"
         try:
-            found = json.loads(text, parse_constant=_no_constant, object_pairs_hook=_object)
+            document = json.loads(text, parse_constant=_no_constant, object_pairs_hook=_object)
             if "\\u" in text:
-                json.dumps(found, ensure_ascii=False).encode()  # As other files will hold it
-            if not _is_deep(found):
-                return found
+                json.dumps(document, ensure_ascii=False).encode()  # As other files will hold it
+            if not _is_deep(document):
+                return document
         except RecursionError:
             pass
         except UnicodeEncodeError:
-            words = "is not JSON: it has one half of a surrogate pair, which is no letter"
+            words = "is not JSON: it has one half of a surrogate pair, which is not a letter"
         except ValueError as error:
             words = f"is not JSON: {_own_words(error)}"
             if re.search(r"^schema *= *\d", text, re.MULTILINE):
@@ -194,7 +194,7 @@ def parse_json(text: str, source: str, most: int = MOST_VALUES) -> Any:
 
 
 def _is_deep(value: Any) -> bool:
-    """Whether lists and objects stand in each other in more than `MOST_LEVELS` levels."""
+    """Return whether lists and objects are nested in more than `MOST_LEVELS` levels."""
     level = [value]
     for _ in range(MOST_LEVELS):
         nested = (value for value in level if isinstance(value, dict | list))
@@ -205,20 +205,20 @@ def _is_deep(value: Any) -> bool:
 
 
 def _no_constant(name: str) -> float:
-    raise ValueError(f"{name} is no JSON number")
+    raise ValueError(f"{name} is not a JSON number")
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     """Return the object of keys and values; a repeated key is refused, as one would be lost."""
-    found = dict(pairs)
-    if len(found) < len(pairs):
+    content = dict(pairs)
+    if len(content) < len(pairs):
         ((key, _),) = Counter(key for key, _ in pairs).most_common(1)
         raise ValueError(f"an object states the key {safe_name(key)!r} more than once")
-    return found
+    return content
 
 
 def _own_words(error: ValueError) -> str:
-    """Return the fault of a text and its place, in our words for those of Python's parsers."""
+    """Return the fault of a text and its place, with our words in place of the parser's."""
     if "set_int_max_str_digits" in str(error):
         return f"a whole number has more than {sys.get_int_max_str_digits()} digits"
     if isinstance(error, json.JSONDecodeError):
@@ -274,9 +274,9 @@ def check_place(path: Path, content: bytes | None = None) -> None:
 
 
 def ending_of(path: Path, *endings: str, name: str = "path") -> str:
-    """Return the suffix of a file, which decides its format; refused if it is none of `endings`.
+    """Return the suffix of a file, which decides its format; refused unless it is one of `endings`.
 
-    An empty ending allows names without a suffix, such as those of devices.
+    An empty ending allows names without a suffix, such as device names.
     """
     suffix = path.suffix.lower()
     if suffix not in endings:
@@ -287,7 +287,7 @@ def ending_of(path: Path, *endings: str, name: str = "path") -> str:
 
 
 def expanded(stated: str | Path, name: str = "path") -> Path:
-    """A path, in which ``~`` is the home of the user; refused where no such user is known."""
+    """A path whose ``~`` is the home of the user; refused if no such user is known."""
     path = Path(stated)
     try:
         return path.expanduser()
@@ -342,7 +342,7 @@ def write_files(files: Mapping[Path, bytes]) -> None:
 
 
 def _is_output(status: os.stat_result) -> bool:
-    """Whether a regular file is where the standard output goes, which others write to as well."""
+    """Return whether a regular file receives the standard output, which others write to as well."""
     with contextlib.suppress(OSError):
         return stat.S_ISREG(status.st_mode) and os.path.samestat(status, os.fstat(1))
     return False
@@ -356,7 +356,7 @@ def _replace(target: Path, old: os.stat_result | None, content: bytes) -> None:
     with _locked(target.parent) as folder:
         unfinished.add(temporary)
         try:
-            temporary.unlink(missing_ok=True)  # what a kill has left
+            temporary.unlink(missing_ok=True)  # left by a killed process
             flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
             number = os.open(temporary, flags, 0o666)
             try:
@@ -392,7 +392,7 @@ def _alike(number: int, old: os.stat_result) -> bool:
 
 
 def _overwrite(target: Path, content: bytes) -> None:
-    """Change a file that has other names or another owner; where that fails it has what it had."""
+    """Change a file that has other names or another owner; if that fails, it keeps its content."""
     with target.open("r+b", buffering=0) as file:
         before = file.read()
         try:
@@ -425,7 +425,7 @@ def _where_offered(call: Callable[..., object], *given: object) -> None:
 
 @contextlib.contextmanager
 def _locked(folder: Path) -> Iterator[int | None]:
-    """A folder in which no other process writes meanwhile, as a descriptor; None on Windows."""
+    """Lock a folder against other writers, and yield its descriptor; None on Windows."""
     if sys.platform == "win32":
         yield None
         return
@@ -447,7 +447,7 @@ def _locked(folder: Path) -> Iterator[int | None]:
 
 
 def make_directory(path: Path) -> None:
-    """Make a directory where there is none."""
+    """Make a directory if it does not exist."""
     with refusals(path, "made"):
         path.mkdir(parents=True, exist_ok=True)
 

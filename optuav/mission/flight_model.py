@@ -20,7 +20,7 @@ FLIGHTS: dict[str, type[FlightModel]] = {}
 MODEL = OneOf(FLIGHTS)
 OBSTACLES = Allowed('one of "refuse", "ignore", "over", "around"')
 BENT = ("over", "around")
-"""Rules by which a leg that a building blocks is bent."""
+"""Rules that bend a leg around a building that blocks it."""
 BENDING = ("clearance_m", "max_altitude_m")
 """Keys that go with these rules only."""
 
@@ -38,7 +38,7 @@ class Slider(NamedTuple):
 
 
 class FlightTable(MissionSection):
-    """How legs are flown, and what flying draws."""
+    """The flight of legs, and its power."""
 
     model: Annotated[str, MODEL]
     """Flight model."""
@@ -47,9 +47,9 @@ class FlightTable(MissionSection):
     clearance_m: Clearance | None = None
     """Distance that bent ways keep from buildings [m]; 5 if left out."""
     max_altitude_m: Altitude | None = None
-    """Largest altitude of the waypoints of bent ways [m]; without it there is no cap."""
+    """Largest altitude of the waypoints of bent ways [m]; without it altitude has no cap."""
     through_buildings: Switch | None = None
-    """Whether a leg may cross a building; true is obstacles = "ignore", false "refuse"."""
+    """True lets a leg cross a building; true is obstacles = "ignore", false "refuse"."""
 
     @property
     def obstacle_rule(self) -> Obstacles:
@@ -58,7 +58,7 @@ class FlightTable(MissionSection):
 
 
 class FlightModel(ABC):
-    """Model of how a UAV flies and what it draws: the figures of legs, hover and rest.
+    """Model of a UAV's flight and power: the figures of legs, hover and rest.
 
     A model is one class in one file. Its quantities may be numbers, arrays over missions or
     legs, or symbols, as in `optuav.physics`.
@@ -104,7 +104,7 @@ class FlightModel(ABC):
 
     @property
     def has_drag(self) -> bool:
-        """Whether the air slows the UAV down in this model."""
+        """True if the air slows the UAV down in this model."""
         return False
 
     @property
@@ -121,7 +121,7 @@ class FlightModel(ABC):
         return None
 
     def figures(self) -> Iterator[tuple[str, float, str]]:
-        """Names, values and units of what follows from the tables alone."""
+        """Names, values and units that follow from only the tables."""
         yield from ()
 
     def sliders(self) -> Iterator[Slider]:
@@ -130,7 +130,7 @@ class FlightModel(ABC):
 
     @classmethod
     def breaches(cls, document: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], str]]:
-        """Keys that break rules which bind several keys, and what they may be."""
+        """Keys that break rules for several keys, and their allowed values."""
         yield from ()
 
 
@@ -151,7 +151,7 @@ class CruisingModel(FlightModel):
 
     @abstractmethod
     def price_A(self, way_m: Vector, speed_m_s: Quantity) -> Quantity:
-        """The price of a second [A] at which a speed is that of the least charge, if none binds."""
+        """The price of a second [A] that makes a speed the cheapest, if no limit binds."""
 
     @abstractmethod
     def level(

@@ -48,7 +48,7 @@ class KeyedForms:
 
 
 CHOICES = {"flight": KeyedForms("model", FLIGHTS), "laser": KeyedForms("beam", BEAMS, Laser)}
-"""The tables of which a key chooses the form."""
+"""Tables whose form a key chooses."""
 
 _OBJECT = WithJsonSchema({"type": "object"})
 Flight = Annotated[SerializeAsAny[FlightTable], PlainValidator(CHOICES["flight"].table), _OBJECT]
@@ -56,11 +56,11 @@ Flight = Annotated[SerializeAsAny[FlightTable], PlainValidator(CHOICES["flight"]
 Source = Annotated[SerializeAsAny[LaserTable], PlainValidator(CHOICES["laser"].table), _OBJECT]
 """Any form of [laser]."""
 
-TABLES = (*list(SECTIONS)[:-1], "flight", "buildings")  # Of a mission file, in order
+TABLES = (*list(SECTIONS)[:-1], "flight", "buildings")  # Tables of a mission file, in order
 
 
 def forms(table: str) -> tuple[type[MissionSection], ...]:
-    """The forms that a table of a mission may have; none of what is no table."""
+    """The forms that a table of a mission may have; none for other names."""
     if table in CHOICES:
         return tuple(CHOICES[table].forms())
     return (SECTIONS[table],) if table in SECTIONS else ()
@@ -68,7 +68,7 @@ def forms(table: str) -> tuple[type[MissionSection], ...]:
 
 def table_keys(table: str) -> dict[str, type[MissionSection]]:
     """The keys of a table of the mission, each with the first form that has it."""
-    found: dict[str, type[MissionSection]] = {}
+    form_by_key: dict[str, type[MissionSection]] = {}
     for form in forms(table):
-        found = {**dict.fromkeys(form.model_fields, form), **found}
-    return found
+        form_by_key = {**dict.fromkeys(form.model_fields, form), **form_by_key}
+    return form_by_key

@@ -1,4 +1,4 @@
-"""The numeric keys of missions: their units and ranges, and what a mission states of them."""
+"""The numeric keys of missions: their units and ranges, and a mission's values."""
 
 from __future__ import annotations
 
@@ -35,26 +35,26 @@ class Key:
 
 def numeric_keys() -> dict[str, Number]:
     """Ranges of all numeric keys of missions by name, components of places and forces by number."""
-    found = {"battery.flow_rate_per_min": RATE_PER_MINUTE}
+    numbers = {"battery.flow_rate_per_min": RATE_PER_MINUTE}
     for table in TABLES[:-1]:
         for name in table_keys(table):
             if (allowed := number(key := f"{table}.{name}")) is not None:
-                found[key] = allowed
+                numbers[key] = allowed
     for key, (allowed, axes) in VECTORS.items():
-        found |= {f"{key}[{axis}]": allowed for axis in range(axes)}
-    return found
+        numbers |= {f"{key}[{axis}]": allowed for axis in range(axes)}
+    return numbers
 
 
 def stated_keys(mission: Mission) -> dict[str, Key]:
     """The numeric keys that a mission states, by name; a bound that is excluded is approached."""
-    found = dict[str, Key]()
+    stated_by_name = dict[str, Key]()
     for name, allowed in numeric_keys().items():
         if (now := now_of(mission, name)) is not None:
             low, high = allowed.ge, allowed.le
             low = (allowed.gt or 0.0) + INSIDE if low is None else low
             high = (allowed.lt or 0.0) - INSIDE if high is None else high
-            found[name] = Key(name, now, low, high, allowed.whole, allowed.unit)
-    return found
+            stated_by_name[name] = Key(name, now, low, high, allowed.whole, allowed.unit)
+    return stated_by_name
 
 
 def now_of(mission: Mission, key: str) -> float | None:
@@ -73,14 +73,16 @@ def quantity(mission: Mission, key: str) -> str:
 
 
 def as_stated(mission: Mission, values: Mapping[str, float]) -> dict[str, Any]:
-    """Values of numeric keys as `Mission.replace` takes them: whole vectors, whole numbers."""
-    found = dict[str, Any]()
+    """Values of numeric keys for `Mission.replace`: whole vectors, whole numbers."""
+    values_by_key = dict[str, Any]()
     for key, value in values.items():
         name, _, axis = key.partition("[")
         if axis:
-            whole = found.setdefault(name, [now_of(mission, f"{name}[{k}]") for k in range(3)])
+            whole = values_by_key.setdefault(
+                name, [now_of(mission, f"{name}[{k}]") for k in range(3)]
+            )
             whole[int(axis[0])] = value
         else:
             allowed = number(key)
-            found[key] = int(value) if allowed and allowed.whole else value
-    return found
+            values_by_key[key] = int(value) if allowed and allowed.whole else value
+    return values_by_key

@@ -27,12 +27,12 @@ def load(source: Mission | str | Path) -> Mission:
     Parameters
     ----------
     source
-        Name of a shipped mission, as `shipped` lists them, or of one of the benchmark set, as
-        ``"set/town-1000-a"``; or path of a TOML file; a mission stays what it is. A file that
+        Name of a shipped mission (`shipped` lists them) or of one of the benchmark set, such as
+        ``"set/town-1000-a"``; or path of a TOML file; a mission is returned unchanged. A file that
         ``extends`` another (a shipped name or a path relative to the file) takes from it all that
-        it does not state itself, except name and description; `Mission.replace` lists what a stated
-        value displaces. The table that a file names as ``buildings_file``, by its path relative to
-        the file, is read too.
+        it does not state itself, except name and description; `Mission.replace` lists the keys that
+        a new value displaces. The table that a file names as ``buildings_file``, by its path
+        relative to the file, is read too.
 
     Returns
     -------
@@ -67,12 +67,12 @@ def load(source: Mission | str | Path) -> Mission:
 
 def _loaded(source: str | Path) -> Mission:
     """The mission of a file."""
-    stated, faults, whole = _read(source, Path(), {})
-    return validate(Mission, stated, faults, whole=whole)
+    content, faults, whole = _read(source, Path(), {})
+    return validate(Mission, content, faults, whole=whole)
 
 
 def is_name(source: str) -> bool:
-    """Whether it is the name of a mission that comes with the package, and no path."""
+    """Return whether a string names a mission of the package, and is not a path."""
     return source in SHIPPED or source.startswith(SET)
 
 
@@ -80,13 +80,13 @@ _shipped = cache(_loaded)  # Nothing changes a mission, nor a file of the packag
 
 
 def load_all(missions: Any, faults: list[Fault]) -> list[Mission]:
-    """One mission or several, as `load` takes them; what is wrong with them is among the faults."""
+    """Load one mission or several; append their faults to `faults`."""
     single = isinstance(missions, Mission | str | Path | dict) or not isinstance(missions, Iterable)
-    found = list[Mission]()
+    loaded = list[Mission]()
     for mission in [missions] if single else missions:
         with collected(faults):
-            found.append(load(mission))
-    return found
+            loaded.append(load(mission))
+    return loaded
 
 
 def shipped() -> tuple[str, ...]:
@@ -109,7 +109,7 @@ def shipped() -> tuple[str, ...]:
 def json_schema() -> Document:
     """JSON Schema (draft 7) of the files that `load` reads.
 
-    A file without ``extends`` has to state what a mission needs, one with it needs no more than
+    A file without ``extends`` must state all that a mission needs; one with it needs only
     ``schema``. Rules between values (names, footprints, altitudes, loads of the flight models)
     are left to `load`.
 
@@ -132,7 +132,7 @@ def json_schema() -> Document:
 def _read(
     source: str | Path, directory: Path, above: dict[str, str]
 ) -> tuple[StatedMission, list[Fault], bool]:
-    """Read what a shipped mission or a file states on top of the mission that it extends.
+    """Read a shipped mission or a file, on top of the mission that it extends.
 
     With the faults of both, and whether all could be read; `above` are the files that extend it.
     """
@@ -172,7 +172,7 @@ def _read(
     for table, keys in document.items():
         inside = keys if isinstance(keys, dict) else ()
         sources |= dict.fromkeys([(table,), *((table, key) for key in inside)], name)
-    stated = StatedMission(document, sources)
+    content = StatedMission(document, sources)
     if extends is not None:
         try:
             if not isinstance(extends, str):
@@ -180,10 +180,10 @@ def _read(
             below, more, whole = _read(extends, path.parent, {**above, real: name})
         except InputError as error:
             words = "; ".join(str(error).splitlines())
-            return stated, [Fault("extends", shown(extends), words, name), *faults], False
+            return content, [Fault("extends", shown(extends), words, name), *faults], False
         faults += more
         document, gone = overlay(below.document, document)
-        stated = StatedMission(document, {**below.sources, **sources}, {**below.displaced, **gone})
+        content = StatedMission(document, {**below.sources, **sources}, {**below.displaced, **gone})
     if not above and "name" not in document:
         document["name"] = "mission" if path == STANDARD else safe_name(path.stem)
-    return stated, faults, whole
+    return content, faults, whole

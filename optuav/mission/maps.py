@@ -23,15 +23,15 @@ HEADS = {
     ".fgb": (0, b"fgb\x03fgb"),
     ".pbf": (4, b"\n\tOSMHeader"),
 }
-"""Formats that GDAL reads: the bytes by which a file is one, and where they begin."""
+"""Formats that GDAL reads: the bytes that identify a file, and where they begin."""
 HEAD = 100  # Bytes that every such file has
-TEXT_ENDS = 16  # By this byte they have a zero, at which drivers of text formats stop reading
+TEXT_ENDS = 16  # They have a zero up to this byte, where drivers of text formats stop reading
 TEXTS, LINES = (".geojson", ".json", ".cityjson"), (".geojsonl", ".geojsons", ".ndjson", ".jsonl")
 CONVERTS = "ogr2ogr, which comes with GDAL, converts other maps: ogr2ogr town.gpkg FILE"
-LARGEST = 500_000_000  # bytes of text, and of what a zip holds
+LARGEST = 500_000_000  # bytes of text, and of the content of a zip
 MOST_VALUES = 100_000_000
-CODE = re.compile(r"[\w:./#-]{1,200}")  # Not that of a projection, whose grids are files
-NAMED = {"properties": {"name": "EPSG:4326"}}  # Of a GeoJSON that states none
+CODE = re.compile(r"[\w:./#-]{1,200}")  # Not the code of a projection, whose grids are files
+NAMED = {"properties": {"name": "EPSG:4326"}}  # Default of a GeoJSON without a reference system
 UNREADABLE = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError)
 
 
@@ -39,10 +39,12 @@ def check_map(file: Path) -> None:
     """Refuse a file that is not, or not wholly, of a format that GDAL may read."""
     with refusals(file, "read"):
         if not file.is_file():
-            raise refusal(file, "is no regular file" if file.exists() else "there is no such file")
+            raise refusal(
+                file, "is not a regular file" if file.exists() else "there is no such file"
+            )
         if (ending := file.suffix.lower()) not in HEADS:
             known = ", ".join((*HEADS, *TEXTS, *LINES, ".zip"))
-            raise refusal(file, f"is none of {known}; {CONVERTS}")
+            raise refusal(file, f"has none of the suffixes {known}; {CONVERTS}")
         (at, start), beside = HEADS[ending], file.with_suffix(".shx")
         for part in [file, beside] if ending == ".shp" and beside.is_file() else [file]:
             with part.open("rb") as content:
@@ -82,7 +84,7 @@ def features(document: Any, file: Path) -> Any:
             shapes.append(_shape(each.get("geometry")))
             numbers.append(each.get("id"))
     except UNREADABLE:
-        raise refusal(file, f"is no GeoJSON: {at} is not as specified") from None
+        raise refusal(file, f"is not GeoJSON: {at} is not as specified") from None
     if {*map(type, numbers)} != {int} or len({*numbers}) < len(numbers) or min(numbers) < 0:
         numbers = [*range(len(numbers))]
     return table(known, numbers, shapes, _crs(document, file), file)
@@ -103,19 +105,19 @@ def table(known: list[dict[str, Any]], names: list[Any], shapes: Any, crs: Any, 
 
 
 def _shape(geometry: Any) -> Any:
-    """A shape without heights, by which its rings may not end where they began; or None."""
+    """A shape without heights, because heights may leave its rings open; or None."""
     import shapely
 
     try:
-        found = shapely.geometry.shape(geometry) if geometry else None
-        flat = found is None or not found.has_z
-        return found if flat else shapely.remove_repeated_points(shapely.force_2d(found))
+        shape = shapely.geometry.shape(geometry) if geometry else None
+        flat = shape is None or not shape.has_z
+        return shape if flat else shapely.remove_repeated_points(shapely.force_2d(shape))
     except (*UNREADABLE, shapely.errors.ShapelyError):
         return None
 
 
 def _crs(document: dict[str, Any], file: Path) -> Any:
-    """The reference system of a GeoJSON document; None if it says that there is none."""
+    """The reference system of a GeoJSON document; None if it states null."""
     import pyproj
 
     if (stated := document.get("crs", NAMED)) is None:

@@ -47,7 +47,7 @@ def allowed(model: type[BaseModel], key: str) -> str:
 
 
 def number(name: str) -> Number | None:
-    """Unit and range of a key of the mission by its dotted name; None if it is no number."""
+    """Unit and range of a key of the mission by its dotted name; None if it is not a number."""
     table, _, key = name.partition(".")
     form = table_keys(table).get(key)
     return None if form is None else _number(form, key)
@@ -77,7 +77,7 @@ def table(name: str) -> str:
 
 
 def no_building(stated: str, names: Sequence[str]) -> str:
-    """Words for a building that is none of the mission's, by its name or a key of the mission."""
+    """Words for a building that the mission does not have, by its name or a key of the mission."""
     known = f"are: {listed(names) or 'none'}"
     if names and stated.startswith("buildings["):
         return f"the mission's buildings [0] to [{len(names) - 1}] {known}"
@@ -93,7 +93,7 @@ def misfits(*stated: tuple[str, object, Number]) -> Iterator[Fault]:
 
 
 def unknown(option: str, value: object, allowed: Sequence[str]) -> Fault:
-    """A value that is none of those allowed, with the nearest of them."""
+    """A value outside the allowed ones, with the nearest of them."""
     hint = nearest(value, allowed) if isinstance(value, str) else ""
     words = "one of" if len(allowed) > 1 else "must be"
     return Fault(option, shown(value), f"{words} {', '.join(allowed)}{hint}")
@@ -115,12 +115,12 @@ def written_out(value: float) -> str:
 
 
 def path_of(stated: Any, name: str = "path", words: str = "a path") -> Path:
-    """A path, see `expanded`; refused if it is none."""
+    """A path, see `expanded`; refused if it is not one."""
     return expanded(of_kind(name, stated, str | Path, words), name)
 
 
 def paths_of(stated: Any, name: str) -> list[Path]:
-    """One path or several as a list; refused if there is none."""
+    """One path or several as a list; refused if the list is empty."""
     return [path_of(path) for path in several(name, stated, str | Path, "a path, or several")]
 
 
@@ -133,11 +133,11 @@ def of_kind(name: str, stated: Any, kind: Any, words: str) -> Any:
 
 def several(name: str, stated: Any, kind: Any, words: str, least: int = 1) -> list[Any]:
     """One value of a kind, or several, as a list; others and fewer are refused with these words."""
-    alone = isinstance(stated, kind) or not isinstance(stated, Iterable)
-    found = [stated] if alone else [*stated]
-    if len(found) < least or not all(isinstance(value, kind) for value in found):
+    single = isinstance(stated, kind) or not isinstance(stated, Iterable)
+    values = [stated] if single else [*stated]
+    if len(values) < least or not all(isinstance(value, kind) for value in values):
         raise InputError([Fault(name, shown(stated), words)])
-    return found
+    return values
 
 
 def shown(value: object, depth: int = 2) -> str:

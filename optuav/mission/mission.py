@@ -1,4 +1,4 @@
-"""The mission: validated data that never changes, and what a new value displaces."""
+"""The mission: validated data that never changes, and the keys that a new value displaces."""
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
@@ -59,10 +59,10 @@ class Mission(MissionSection):
     Parameters
     ----------
     name, description, crs
-        What it is called and about, and the reference system of x and y in metres, or None.
+        Its name and subject, and the reference system of x and y in metres, or None.
     route, limits, battery, start, rotor, body, air, earth, laser, receiver, link, wind, flight
         The tables of a mission file. Each of their keys is an attribute with its unit as a suffix,
-        as ``limits.deadline_s`` [s]; ``optuav new FILE`` writes them all, with what they may be.
+        as ``limits.deadline_s`` [s]; ``optuav new FILE`` writes them all, with allowed values.
     buildings
         In order, each with ``name``, ``position_m`` and ``footprint_m``, as columns of numbers too.
 
@@ -78,7 +78,7 @@ class Mission(MissionSection):
     """
 
     name: schema.Name = "mission"
-    """Name of the mission; by default that of its file."""
+    """Name of the mission; by default the file's name."""
     description: schema.Description = ""
     """Subject of the mission."""
     crs: schema.ReferenceSystem | None = None
@@ -173,8 +173,8 @@ class Mission(MissionSection):
         """
         if not isinstance(values, Mapping):
             raise InputError([Fault("", shown(values), "values by dotted key in a dict")])
-        stated, faults = _revised(self._document(), values)
-        return validate(type(self), stated, faults)
+        revised, faults = _revised(self._document(), values)
+        return validate(type(self), revised, faults)
 
     def with_buildings(self, table: Mapping[str, Iterable[object]]) -> Self:
         """Make a mission with other buildings, in place of all that there are.
@@ -210,7 +210,7 @@ class Mission(MissionSection):
 
     @printed
     def summary(self) -> str:
-        """The mission in a few lines: what it is, where, how long, and with what.
+        """The mission in a few lines: subject, places, deadline and equipment.
 
         Examples
         --------
@@ -258,10 +258,10 @@ class Mission(MissionSection):
         """
         if not isinstance(document, Mapping):
             raise InputError([Fault("", shown(document), "a mission as a dict")])
-        stated = without_none(document)
-        faults = StatedMission(stated).faults(validation.format_breaches(stated))
-        stated.pop("schema", None)
-        return validate(cls, StatedMission(stated), faults)
+        content = without_none(document)
+        faults = StatedMission(content).faults(validation.format_breaches(content))
+        content.pop("schema", None)
+        return validate(cls, StatedMission(content), faults)
 
     def save(self, path: str | Path) -> Path:
         """Write the mission as a complete TOML file, whole or not at all.
@@ -271,7 +271,7 @@ class Mission(MissionSection):
         Parameters
         ----------
         path
-            The file, whose suffix is .toml or none; what is there is replaced.
+            The file, whose suffix is .toml or none; an existing file is replaced.
 
         Returns
         -------
@@ -322,9 +322,9 @@ def overlay(base: Document, stated: Document) -> tuple[Document, dict[Key, str]]
         for key, others in displaced(name, table):
             if table.get(key) is not None and table[key] != below.get(key):
                 for other in others:
-                    owner, _, own = other.rpartition(".")
-                    place = owner or name, own
-                    if own in keys_of(base.get(place[0])).keys() - keys_of(stated.get(place[0])):
+                    owner, _, last = other.rpartition(".")
+                    place = owner or name, last
+                    if last in keys_of(base.get(place[0])).keys() - keys_of(stated.get(place[0])):
                         gone[place] = f"{name}.{key}"
         joined[name] = {**below, **table}
     for name in {str(place[0]) for place in gone}:
@@ -337,8 +337,8 @@ def displaced(name: str, table: Document) -> Iterator[tuple[str, frozenset[str]]
     """The keys of a table, each with those that a new value of it displaces."""
     yield from DISPLACED.get(name, {}).items()
     if choice := CHOICES.get(name):  # Keys of other flight models, or other beams
-        own = choice.form_of(table).model_fields.keys()
-        yield choice.key, frozenset(table_keys(name).keys() - own)
+        own_keys = choice.form_of(table).model_fields.keys()
+        yield choice.key, frozenset(table_keys(name).keys() - own_keys)
     if name == "flight":
         of_ways = frozenset(() if table.get("obstacles") in BENT else BENDING)
         yield "obstacles", of_ways | {"through_buildings"}
@@ -362,7 +362,7 @@ def _revised(base: Document, values: Mapping[str, object]) -> tuple[StatedMissio
 
     Values are put on top of the complete document; None removes a key, a table or a building.
     """
-    stated, buildings = Document(), Document()
+    kept, buildings = Document(), Document()
     faults: list[Fault] = []
     known = {"name", "description", "crs", *TABLES, *validation.dotted_keys()}
     plain = ((str(key), without_none(value, 2, kept=True)) for key, value in values.items())
@@ -374,12 +374,12 @@ def _revised(base: Document, values: Mapping[str, object]) -> tuple[StatedMissio
         elif key not in known:
             faults.append(Fault(key, shown(value), f"unknown key{nearest(key, known)}"))
         else:
-            stated[name] = {**keys_of(stated.get(name)), field: value} if field else value
-    document, gone = overlay(base, stated)
+            kept[name] = {**keys_of(kept.get(name)), field: value} if field else value
+    document, gone = overlay(base, kept)
     if buildings:
         listed = document.get("buildings")
-        found = listed.rows() if isinstance(listed, Buildings) else listed
-        revised = list(found) if isinstance(found, list | tuple) else []
+        rows = listed.rows() if isinstance(listed, Buildings) else listed
+        revised = list(rows) if isinstance(rows, list | tuple) else []
         faults += _revise_buildings(revised, buildings)
         if revised:
             document["buildings"] = [building for building in revised if building is not None]

@@ -41,7 +41,7 @@ class Allowed:
 
 @dataclass(frozen=True)
 class OneOf:
-    """A name in a registry, to which others may be added."""
+    """A name in a registry that others may be added to."""
 
     names: Mapping[str, object]
 
@@ -70,7 +70,7 @@ class Number(GroupedMetadata):
                 yield constraint(bound)
 
     def accepts(self, value: object) -> TypeGuard[float]:
-        """Whether the value is such a number."""
+        """Return whether the value is such a number."""
         if not isinstance(value, Real) or isinstance(value, bool):
             return False
         if self.whole and value % 1 != 0:
@@ -123,7 +123,7 @@ ReferenceSystem = Annotated[
     Strict(),
     Len(1, 10_000),
     Predicate(str.isprintable),
-    Allowed('a coordinate reference system that pyproj knows, as "EPSG:25832"'),
+    Allowed('a coordinate reference system that pyproj knows, such as "EPSG:25832"'),
 ]
 Switch = Annotated[bool, Strict(), Allowed("true or false")]
 
@@ -228,7 +228,7 @@ class ListedByName(ModelMetaclass):
 
 
 class Record(BaseModel, metaclass=ListedByName):
-    """Validated fields; `dir` lists them and what is done with them, not how they are validated."""
+    """Validated fields; `dir` lists them and their uses, not their validation."""
 
     def __dir__(self) -> list[str]:
         return sorted({*super().__dir__()} - PYDANTIC)
@@ -267,7 +267,7 @@ class MissionSection(Record):
 
 
 class RouteEnds(MissionSection):
-    """Where the mission starts, hovers and ends."""
+    """Places where the mission starts, hovers and ends."""
 
     origin_m: Position
     """Origin w0 (x, y, z) [m]."""
@@ -278,7 +278,7 @@ class RouteEnds(MissionSection):
 
 
 class Limits(MissionSection):
-    """What the plan has to respect."""
+    """Limits that the plan must respect."""
 
     deadline_s: Annotated[float, Number("s", gt=0, le=1e7)]
     """Longest mission T_max [s]."""
@@ -308,13 +308,13 @@ class BatteryPacks(MissionSection):
     flow_rate_per_s: Annotated[
         float, Number("1/s", ge=0, le=1e3, note="; or state flow_rate_per_min")
     ]
-    """Rate k_F at which charge flows between the wells [1/s]; or state flow_rate_per_min."""
+    """Flow rate k_F of charge between the wells [1/s]; or state flow_rate_per_min."""
     charge_current_A: Current
     """Largest charging current I_ch [A]."""
     charging: Annotated[Charging, _CHARGING] = "constant"
     """Current near full: constant and never past full, or less and less once y1 is full."""
     schedule: Annotated[Schedule, _SCHEDULE] = "pooled"
-    """Which pack carries a flight, a hover or a rest: all as one, or one while another charges."""
+    """Pack that carries a flight, a hover or a rest: all as one, or one while another charges."""
     period_s: Slot | None = None
     """Time after which schedule = "alternating" changes the pack [s]; >= deadline_s / 20000."""
     flight_energy_J: Energy | None = None
@@ -324,7 +324,7 @@ class BatteryPacks(MissionSection):
 
     @property
     def takes_turns(self) -> bool:
-        """Whether packs carry one after the other; a single one is the pooled battery."""
+        """True if packs carry in turn; a single one is the pooled battery."""
         return self.schedule != "pooled" and self.packs > 1
 
     @model_validator(mode="before")
@@ -340,7 +340,7 @@ class BatteryPacks(MissionSection):
 
 
 class Start(MissionSection):
-    """Charge with which the mission begins; what is left out is full."""
+    """Charge at the start of the mission; wells left out are full."""
 
     available_As: Annotated[float, WELL] | None = None
     """Charge in the available wells of all packs y1 [A s]; beside bound_As."""
@@ -398,7 +398,7 @@ class Air(MissionSection):
 
 
 class Earth(MissionSection):
-    """Where the mission takes place on Earth."""
+    """Place of the mission on Earth."""
 
     latitude_deg: Annotated[float, Number("deg", ge=-90, le=90)] | None = None
     """Latitude of x = y = 0 [deg]; y points north. Not beside crs."""
@@ -412,7 +412,7 @@ class LaserTable(MissionSection):
     """The charging laser and the air that it shines through."""
 
     beam: Annotated[str | None, BEAM] = None
-    """How the beam spreads; without it straight-line fits stand for beam and receiver."""
+    """Model of the beam's spread; without it straight-line fits stand for beam and receiver."""
     position_m: Position
     """Source w_s (x, y, z) [m]."""
     power_W: Power
@@ -420,7 +420,7 @@ class LaserTable(MissionSection):
     wavelength_nm: Annotated[float, Number("nm", ge=1, le=1e6)]
     """Wavelength λ [nm]."""
     visibility_km: Annotated[float, Number("km", ge=1e-3, le=1e4)] | None = None
-    """Visibility V [km], from which the attenuation follows; or state attenuation_per_km."""
+    """Visibility V [km], which gives the attenuation; or state attenuation_per_km."""
     attenuation_per_km: Annotated[float, Number("1/km", ge=0, le=1e4)] | None = None
     """Attenuation α [1/km]; or state visibility_km."""
 
@@ -465,7 +465,7 @@ class LightReceiver(MissionSection):
     cell_efficiency: Efficiency | None = None
     """Electric power of its cells over light on them [-]."""
     dc_efficiency: Efficiency | None = None
-    """DC power over that of the cells; without it 1 [-]."""
+    """DC power over cell power; without it 1 [-]."""
     max_irradiance_W_m2: Annotated[float, Number("W/m2", gt=0, le=1e12)] | None = None
     """Largest irradiance, the mean over the receiver before its optics [W/m²]."""
     max_power_W: LoadPower | None = None
@@ -501,12 +501,12 @@ class Wind(MissionSection):
 
 
 class Building(MissionSection):
-    """A prism from the ground up to its roof, on which the UAV may rest."""
+    """A prism from the ground up to its roof, where the UAV may rest."""
 
     name: Name
     """Name of the building, unique; not origin, hover or destination."""
     position_m: RoofPosition
-    """Where the UAV rests (x, y, z) [m]; z is the height of the roof."""
+    """Resting place of the UAV (x, y, z) [m]; z is the height of the roof."""
     footprint_m: Footprint | None = None
     """Size [x, y] around position_m, or polygon of [x, y] corners on the map [m]."""
 

@@ -26,26 +26,26 @@ if TYPE_CHECKING:
 PARQUET, MAPS = (".parquet", ".geoparquet"), (".gpkg", ".geojson")
 OUTLINE = "one polygon without courtyards, or a point; optuav city reads other maps"
 UNREADABLE = (ValueError, RuntimeError, OSError, AttributeError, LookupError, TypeError)
-SHOWN_DIGITS = 12  # Of a hash
+SHOWN_DIGITS = 12  # Printed digits of a hash
 
 
 def read_buildings(path: Path) -> Buildings:
     """The buildings of a file, or an `InputError`."""
-    found, ending = fingerprint(path), path.suffix.lower()
+    digest, ending = fingerprint(path), path.suffix.lower()
     readers = {".csv": _of_csv, **dict.fromkeys(PARQUET, _of_parquet)}
     readers |= dict.fromkeys(MAPS, _of_map)
     if ending not in readers:
-        raise refusal(path, f"is none of {', '.join(readers)}")
+        raise refusal(path, f"has none of the suffixes {', '.join(readers)}")
     try:
         table = readers[ending](path)
     except InputError as error:
         faults = (replace(fault, source=fault.source or label(path)) for fault in error.faults)
         raise InputError(faults) from None
-    return table.read_from(TableFile(os.path.abspath(path), found, len(table)))
+    return table.read_from(TableFile(os.path.abspath(path), digest, len(table)))
 
 
 def named_from(source: TableFile, file: Path) -> str:
-    """The path of a table as a file names it; refused where the table is not what it was."""
+    """The path of a table as a file names it; refused if the table has changed."""
     check(Path(source.path), source.sha256)
     return seen_from(file, source.path)
 
@@ -68,7 +68,9 @@ def fingerprint(path: Path) -> str:
     """The SHA-256 hash of the content of a file, in hexadecimal digits."""
     with refusals(path, "read"):
         if not path.is_file():
-            raise refusal(path, "is no regular file" if path.exists() else "there is no such file")
+            raise refusal(
+                path, "is not a regular file" if path.exists() else "there is no such file"
+            )
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
 
@@ -99,7 +101,7 @@ def _of_csv(path: Path) -> Buildings:
 
 
 def _cells(name: str, cells: Sequence[str]) -> Any:
-    """A column of CSV as numbers where all cells are; what is no number stays a text."""
+    """A column of CSV as numbers if all cells are numbers; otherwise text."""
     import numpy as np
 
     if name == COLUMNS[0]:
@@ -138,7 +140,7 @@ def _of_parquet(path: Path) -> Buildings:
 
 
 def _unreadable(path: Path, reader: str, error: Exception) -> InputError:
-    return refusal(path, f"is no table that {reader} reads: {own_words(error)}")
+    return refusal(path, f"is not a table that {reader} can read: {own_words(error)}")
 
 
 def own_words(error: Exception) -> str:
@@ -165,7 +167,7 @@ def _columns_of_map(path: Path) -> tuple[list[str], Floats, Floats, Integers]:
     import shapely
 
     try:
-        with warnings.catch_warnings(action="ignore"):  # What is amiss is refused below
+        with warnings.catch_warnings(action="ignore"):  # Faults are refused below
             if path.suffix.lower() in PARQUET:
                 frame = geopandas.read_parquet(path)
             elif path.suffix.lower() in TEXTS:
@@ -235,6 +237,6 @@ def geoparquet(buildings: Buildings, crs: str, path: Path) -> tuple[bytes, Build
     frame = geopandas.GeoDataFrame(columns, geometry=outlines, crs=crs)
     frame.attrs["creator"] = MARK.decode()
     frame.to_parquet(content, index=False)
-    found = hashlib.sha256(content.getvalue()).hexdigest()
-    source = TableFile(os.path.abspath(path), found, len(buildings))
+    digest = hashlib.sha256(content.getvalue()).hexdigest()
+    source = TableFile(os.path.abspath(path), digest, len(buildings))
     return content.getvalue(), buildings.read_from(source)

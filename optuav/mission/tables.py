@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from optuav.arrays import Floats, Integers
 
 COLUMNS, SIZES = ("name", "x_m", "y_m", "z_m"), ("width_m", "depth_m")
-"""Columns of a table of buildings; those of their footprints may be left out."""
-MOST_BYTES = 8  # Of a number that is a float of Python
+"""Columns of a table of buildings; the footprint columns may be left out."""
+MOST_BYTES = 8  # Size of a number that is a float of Python
 
 
 class Listing(MissionSection):
@@ -102,8 +102,8 @@ def _at_once(columns: Mapping[str, Sequence[Any]]) -> Buildings | None:
     unknown = np.full(len(roof_m), np.nan)
     size_m = np.column_stack([numbers.get(name, unknown) for name in SIZES])
     sized = ~np.isnan(size_m).all(axis=1)
-    found = _packed(columns["name"], roof_m, size_m[sized], sized)
-    return found if _is_allowed(found) else None
+    table = _packed(columns["name"], roof_m, size_m[sized], sized)
+    return table if _is_allowed(table) else None
 
 
 def corners_of(footprints: npt.NDArray[np.object_]) -> tuple[Floats, Integers]:
@@ -124,8 +124,8 @@ def of_polygons(
     Roofs (building, 3) [m], the corners of all footprints (corner, 2) [m], and by building how many
     they are.
     """
-    found = _packed(names, roof_m, corners_m, count)
-    return found if _is_allowed(found) else row_by_row(found.rows())
+    table = _packed(names, roof_m, corners_m, count)
+    return table if _is_allowed(table) else row_by_row(table.rows())
 
 
 def _packed(names: Sequence[Any], roof_m: Floats, corners_m: Floats, count: Any) -> Buildings:
@@ -138,7 +138,7 @@ def _packed(names: Sequence[Any], roof_m: Floats, corners_m: Floats, count: Any)
 
 
 def _is_allowed(table: Buildings) -> bool:
-    """Whether columns have nothing that `row_by_row` refuses."""
+    """Return whether columns have nothing that `row_by_row` refuses."""
     import numpy as np
 
     count, corners_m = np.diff(table.begins), np.asarray(table.corners).reshape(-1, 2)
@@ -178,16 +178,16 @@ def _rows(columns: Mapping[str, Sequence[Any]]) -> Iterator[Document]:
 
 def row_by_row(rows: list[Document], source: str = "") -> Buildings:
     """The buildings of any number of tables [[buildings]], or an `InputError` with their faults."""
-    stated = StatedMission({"buildings": rows}, {(): source})
-    found, breaches = list[schema.Building](), list[Breach]()
+    content = StatedMission({"buildings": rows}, {(): source})
+    buildings, breaches = list[schema.Building](), list[Breach]()
     for begin in range(0, len(rows), MOST_ITEMS):
         part = {"buildings": rows[begin : begin + MOST_ITEMS]}
         try:
-            found += Listing.model_validate(part).buildings
+            buildings += Listing.model_validate(part).buildings
         except ValidationError as error:
             for (table, number, *key), words in breaches_of(Listing, error, StatedMission(part)):
                 breaches.append(Breach((table, begin + int(number), *key), words))
-    breaches += rules_of_buildings(without(stated.document, {key for key, _ in breaches}))
+    breaches += rules_of_buildings(without(content.document, {key for key, _ in breaches}))
     if breaches:
-        raise InputError(stated.faults(breaches))
-    return Buildings.of(found)
+        raise InputError(content.faults(breaches))
+    return Buildings.of(buildings)

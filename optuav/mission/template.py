@@ -41,7 +41,7 @@ INSTEAD = {"hover_power_W": "hover_min", "cruise_power_W": "cruise_min"}
 def template(
     mission: Mission, name: str, remarks: Sequence[str] = (), file: Path = STANDARD
 ) -> str:
-    """The text of a TOML file with a mission's values, in which every key is explained.
+    """The text of a TOML file with a mission's values, with an explanation of every key.
 
     Keys that are not set stand there as comments; the remarks are lines for the head of the file. A
     table of buildings is named by its path from the folder of the file.
@@ -118,7 +118,7 @@ class Drone(MissionSection):
 
     @classmethod
     def misfits(cls, stated: Mapping[str, Any]) -> Iterator[Fault]:
-        """Values that do not go together, or of which one is missing."""
+        """Values that exclude each other, or miss a partner."""
         yield from ()
 
     @property
@@ -144,16 +144,16 @@ class Drone(MissionSection):
         )
 
     def remarks(self) -> tuple[str, ...]:
-        """Lines on what the mission was made of, and what was assumed."""
-        stated = self.model_dump(exclude_none=True).items()
-        return (*(f"{name} = {_text(value)}" for name, value in stated), *self.assumptions())
+        """Lines on the sources of the mission, and its assumptions."""
+        values = self.model_dump(exclude_none=True).items()
+        return (*(f"{name} = {_text(value)}" for name, value in values), *self.assumptions())
 
     def assumptions(self) -> list[str]:
         """Lines of the mission that go beyond the datasheet."""
         return textwrap.wrap(
             f"Assumed: {CELL_V:g} V a cell, charging at 1 C, {REST_SHARE:.0%} of the hover power "
             f"at rest, and {self.assumed}. Places, buildings, "
-            f"wells, link, air and laser ({self.laser_power_W:g} W) are those of the mission "
+            f"wells, link, air and laser ({self.laser_power_W:g} W) come from the mission "
             f"{SCENE}: put yours in.",
             width=78,
         )
@@ -176,7 +176,7 @@ class Datasheet(Drone):
     Parameters
     ----------
     mass_kg, payload_kg
-        Take-off mass of the published flight times, 0.05 to 1000, and what it carries on top, as
+        Take-off mass of the published flight times, 0.05 to 1000, and the payload on top, such as
         the receiver of the laser, 0 to 1000, by default 0 [kg].
     packs, cells, capacity_mAh
         Battery packs and cells of a pack in series, 1 to 100, one pack by default; capacity of one
@@ -204,7 +204,7 @@ class Datasheet(Drone):
     hover_min: Minutes | None = None
     """Hover time without payload until the battery is empty [min]."""
     cruise_min: Minutes | None = None
-    """Flight time at cruise speed until empty; without it that of hovering [min]."""
+    """Flight time at cruise speed until empty; without it the hover time [min]."""
     hover_power_W: Watts | None = None
     """In place of hover_min, the power in hover without payload [W]."""
     cruise_power_W: Watts | None = None
@@ -240,7 +240,7 @@ class Datasheet(Drone):
 
         Currents are what empties the packs in the stated times, times `load_factor`; powers follow
         by the nominal voltage. Packs charge at 1 C at most. The wells of the battery, the
-        acceleration, the link and the laser but for its power are those of that mission.
+        acceleration, the link and the laser but for its power come from that mission.
         """
         charge_As = self.packs * self.capacity_mAh * 3.6
 
@@ -274,7 +274,7 @@ class RotorDatasheet(Drone):
     Parameters
     ----------
     mass_kg, payload_kg, packs, cells, capacity_mAh, reserve_percent, laser_power_W
-        As those of `Datasheet`; the mass without the payload.
+        As in `Datasheet`; the mass without the payload.
     cruise_speed_m_s
         Largest air speed [m/s], 0.5 to 100.
     rotors, rotor_radius_m

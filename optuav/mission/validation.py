@@ -23,8 +23,8 @@ Key: TypeAlias = tuple[str | int, ...]
 """The place of a value: ``("limits", "min_soc")``, ``("buildings", 2, "position_m")``."""
 
 MOST_SUGGESTIONS = 50
-MOST_TURNS = 20_000  # Of packs by the clock, up to the deadline: each is simulated, in some 60 µs
-START_ROUNDING = 1e-6  # Share of the capacity by which wells of [start] may miss their limits
+MOST_TURNS = 20_000  # Pack changes by the clock until the deadline; simulating one takes some 60 µs
+START_ROUNDING = 1e-6  # Share of the capacity that wells of [start] may miss their limits by
 UNKNOWN = object()  # Stands for a value that is missing or not allowed by itself: no rule judges it
 
 _RATE: Key = ("battery", "flow_rate_per_s")
@@ -45,7 +45,7 @@ class StatedMission:
     """A mission as it was stated, valid or not."""
 
     document: Document
-    # The file in which a key, a table or (by the empty key) anything else was stated.
+    # The file that stated a key, a table or (by the empty key) anything else.
     sources: Mapping[Key, str] = field(default_factory=dict)
     # Keys of the mission underneath, each with the dotted key whose new value displaces it.
     displaced: Mapping[Key, str] = field(default_factory=dict)
@@ -55,12 +55,12 @@ class StatedMission:
         first: dict[Key, str] = {}
         for key, words in breaches:
             first.setdefault(key, words)
-        found, source = list[Fault](), self.sources.get
+        faults, source = list[Fault](), self.sources.get
         for key, words in first.items():
             value = "" if self.value(key) is UNKNOWN else shown(self.value(key))
             file = source(key[:2]) or source(key[:1]) or source((), "")
-            found.append(Fault(self._dotted(key), value, words, file))
-        return found
+            faults.append(Fault(self._dotted(key), value, words, file))
+        return faults
 
     def value(self, key: Key) -> object:
         """Return the value stated for a key, or UNKNOWN."""
@@ -89,10 +89,8 @@ class StatedMission:
         """Names that only one building has, by its place in the list."""
         buildings = self.document["buildings"]
         whole = isinstance(buildings, Buildings)
-        stated = (
-            buildings.names if whole else [keys_of(building).get("name") for building in buildings]
-        )
-        names = [name if isinstance(name, str) else "" for name in stated]
+        listed = buildings.names if whole else [keys_of(row).get("name") for row in buildings]
+        names = [name if isinstance(name, str) else "" for name in listed]
         uses = Counter(names)
         return {n: x for n, x in enumerate(names) if x and uses[x] == 1 and x == safe_name(x)}
 
@@ -109,7 +107,7 @@ def dotted_keys() -> Iterator[str]:
 
 
 def keys_of(table: object) -> Document:
-    """The keys of a table with their values; none of what is no table."""
+    """The keys of a table with their values; none for other values."""
     return table if isinstance(table, dict) else {}
 
 
@@ -139,18 +137,18 @@ def validate(
 
 
 def format_breaches(document: Document) -> list[Breach]:
-    """Whether a document states the version of its format, and one that can be read."""
+    """Faults of the format version that a document states."""
     words = f"{SCHEMA}, the version of this format"
     if "schema" not in document:
         return [Breach(("schema",), f"is missing; {words}")]
-    stated = document["schema"]
-    return [] if type(stated) is int and stated == SCHEMA else [Breach(("schema",), words)]
+    version = document["schema"]
+    return [] if type(version) is int and version == SCHEMA else [Breach(("schema",), words)]
 
 
 def breaches_of(
     model: type[BaseModel], error: ValidationError, stated: StatedMission
 ) -> Iterator[Breach]:
-    """Pydantic's errors by key and in our words; what the rules said is left to the rules."""
+    """Pydantic's errors by key and in our words; the rules report their own."""
     suggestions = 0
     for detail in error.errors(include_url=False, include_context=False, include_input=False):
         key = _key(detail["loc"])
@@ -205,7 +203,7 @@ def _unknown(key: Key, known: Iterable[str], stated: StatedMission) -> str:
 
 
 def without(value: Any, faulty: Collection[Key], place: Key = ()) -> Any:
-    """The document with UNKNOWN in the place of what is in breach."""
+    """The document with UNKNOWN in place of faulty values."""
     if place in faulty:
         return UNKNOWN
     if isinstance(value, dict):
@@ -283,7 +281,7 @@ def _rules_of_start(start: Document, battery: Document) -> Iterator[Breach]:
 def _rules_of_model(
     document: Document, model: type[FlightModel] | type[SpreadingBeam], by: str
 ) -> Iterator[Breach]:
-    """Yield faults where a model lacks other tables, or refuses their keys."""
+    """Yield faults if a model misses other tables, or refuses their keys."""
     for needed in model.needs:
         name, _, key = needed.partition(".")
         if not key and name not in document:
@@ -317,15 +315,15 @@ def _rules_of_ways(flight: Document) -> Iterator[Breach]:
 
 
 def rules_of_buildings(document: Document) -> Iterator[Breach]:
-    """Names that a building may not have, and polygons that are no footprints."""
+    """Names that a building may not have, and polygons that are not footprints."""
     listed = document.get("buildings", ())
     if isinstance(listed, Buildings):
         for number, key, words in listed.breaches:
             yield Breach(("buildings", number, key), words)
         return
     buildings = [] if listed is UNKNOWN else [*map(keys_of, listed)]
-    stated = [building.get("name") for building in buildings]
-    for number, words in misnamed(x if isinstance(x, str) else None for x in stated):
+    names = [building.get("name") for building in buildings]
+    for number, words in misnamed(x if isinstance(x, str) else None for x in names):
         yield Breach(("buildings", number, "name"), words)
     rings: dict[int, Sequence[Sequence[float]]] = {}
     for number, building in enumerate(buildings):

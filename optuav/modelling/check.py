@@ -22,7 +22,7 @@ COLUMNS = (
     *("slack", "unit", "satisfied", "declared_at"),
 )
 HEADS = ("constraint", "left and right", "verdict", "declared at")
-MOST_NAMED = 10  # Of the points at which a constraint is violated, how many are named
+MOST_NAMED = 10  # Most points named as violating a constraint
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Check:
         Values of the two sides in the constraint's unit, by how much it holds (negative where it is
         violated), and whether it holds within `TOLERANCE`; numbers, or arrays by point.
     points, names
-        What the points of an array are, and the name of each; empty where nothing is known.
+        Meaning of the points of an array, and the name of each; empty if unknown.
 
     Examples
     --------
@@ -92,7 +92,7 @@ class Check:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """Label, both sides, verdict and source line, as `optuav.modelling.Checks` shows them."""
+        """Label, both sides, verdict and source line, for `optuav.modelling.Checks`."""
         unit = "" if self.unit == "1" else f" {self.unit}"
         violated, size = np.flatnonzero(~np.ravel(self.satisfied)), np.size(self.satisfied)
         several = np.ndim(self.satisfied) > 0
@@ -130,7 +130,7 @@ class Checks(tuple[Check, ...]):
 
     @property
     def satisfied(self) -> bool:
-        """Whether all of them hold, at every point."""
+        """True if all of them hold at every point."""
         return all(bool(np.all(row.satisfied)) for row in self)
 
     __str__ = printed(lambda self: table([HEADS, *(row.cells for row in self)]))
@@ -173,23 +173,23 @@ def relations(model: Model) -> Sequence[Constraint]:
     walk = model.walked
     if walk.relations:
         return walk.relations
-    found = [*model.constraints]
+    rows = [*model.constraints]
     for variable in model.variables:
-        stated = variable.unit, variable.declared_at, variable.kind or "bounds"
+        about = variable.unit, variable.declared_at, variable.kind or "bounds"
         if not (isinstance(variable.lower, float) and variable.lower == -np.inf):
-            found.append(
-                Constraint(variable.label, Relation(variable, ">=", variable.lower), *stated)
+            rows.append(
+                Constraint(variable.label, Relation(variable, ">=", variable.lower), *about)
             )
         if not (isinstance(variable.upper, float) and variable.upper == np.inf):
-            found.append(
-                Constraint(variable.label, Relation(variable, "<=", variable.upper), *stated)
+            rows.append(
+                Constraint(variable.label, Relation(variable, "<=", variable.upper), *about)
             )
-    walk.relations = found
-    return found
+    walk.relations = rows
+    return rows
 
 
 def holding(sense: Sense, left: Operand, right: Operand) -> Operand:
-    """Whether two values compare as they should, within `TOLERANCE`."""
+    """Return whether two values satisfy a relation, within `TOLERANCE`."""
     allowance = TOLERANCE * np.maximum(1.0, np.abs(right))
     if sense == ">=":
         return left >= right - allowance
@@ -230,7 +230,7 @@ def check(model: Model, point: Values) -> Checks:
 
 
 def evaluated(stated: Model | Iterable[Constraint], point: Values) -> Checks:
-    """`check`, also of some constraints alone; ignores other names, `KeyError` if one lacks."""
+    """`check`, also for a few constraints; ignores other names, `KeyError` for a missing one."""
     rows, whole, done = [], isinstance(stated, Model), dict[int, Operand]()
     if isinstance(stated, Model):
         done, stated = stated.walked.values(point), relations(stated)
@@ -247,12 +247,12 @@ def evaluated(stated: Model | Iterable[Constraint], point: Values) -> Checks:
 
 
 def _numbers(point: Values, model: Model) -> dict[str, Operand]:
-    """The values of a point as numbers and arrays that broadcast with those of the model."""
-    names, given = [variable.name for variable in model.variables], model.given
+    """The values of a point as numbers and arrays that broadcast with the model's."""
+    names, model_given = [variable.name for variable in model.variables], model.given
     words = "a variable of the model without a value"
     faults = [Fault(name, "", words) for name in names if name not in point]
-    words = f"the model has no such name; it has {', '.join([*names, *given])}"
-    unknown = [name for name in point if name not in names and name not in given]
+    words = f"the model has no such name; it has {', '.join([*names, *model_given])}"
+    unknown = [name for name in point if name not in names and name not in model_given]
     faults += [Fault(name, repr(point[name]), words) for name in unknown]
     found: dict[str, Operand] = {}
     for name, value in point.items():
@@ -265,29 +265,35 @@ def _numbers(point: Values, model: Model) -> dict[str, Operand]:
         else:
             faults.append(Fault(name, repr(value), "a number or an array of at least one number"))
     shapes = {name: np.shape(value) for name, value in found.items() if np.ndim(value)}
-    own = {np.shape(each.value) for name, each in given.items() if name not in found} - {()}
+    shapes_given = {
+        np.shape(each.value) for name, each in model_given.items() if name not in found
+    } - {()}
     try:
-        np.broadcast_shapes(*shapes.values(), *own)
+        np.broadcast_shapes(*shapes.values(), *shapes_given)
     except ValueError:
-        stated = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
-        model_has = f", also with the model's {', '.join(map(str, sorted(own)))}" if own else ""
-        faults.append(Fault("point", stated, f"arrays whose shapes broadcast{model_has}"))
+        words_of_shapes = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+        model_has = (
+            f", also with the model's {', '.join(map(str, sorted(shapes_given)))}"
+            if shapes_given
+            else ""
+        )
+        faults.append(Fault("point", words_of_shapes, f"arrays whose shapes broadcast{model_has}"))
     refuse(faults)
     return found
 
 
 def refuse_misfits(model: Model, programmes: int) -> None:
-    """Refuse arrays with neither one entry nor one a programme, by constraint."""
+    """Refuse arrays with neither one entry nor one per programme, by constraint."""
     allowed, misfits = {(), (1,), (programmes,)}, dict[int, set[tuple[int, ...]]]()
     walk = model.walked
     held = [*walk.trees, *walk.tape[1], *(node.value for node in walk.given.values())]
     if all(value.shape in allowed for value in held if isinstance(value, np.ndarray)):
         return
-    stated: list[tuple[Operand, tuple[Operand, ...]]]
-    stated = [(node, node.arguments) for node in walk.nodes if isinstance(node, Call)]
-    stated += [(node, (node.value,)) for node in walk.given.values()]
-    stated += [(tree, (tree,)) for tree in walk.trees]
-    for node, numbers in stated:
+    holders: list[tuple[Operand, tuple[Operand, ...]]]
+    holders = [(node, node.arguments) for node in walk.nodes if isinstance(node, Call)]
+    holders += [(node, (node.value,)) for node in walk.given.values()]
+    holders += [(tree, (tree,)) for tree in walk.trees]
+    for node, numbers in holders:
         shapes = {number.shape for number in numbers if isinstance(number, np.ndarray)}
         if shapes - allowed:
             misfits[id(node)] = shapes - allowed
@@ -308,12 +314,12 @@ def unusable(model: Model, values: Values) -> str:
     anywhere = {**values, **{variable.name: 1.0 for variable in model.variables}}
 
     def is_unusable(side: Operand) -> bool:
-        """Whether a side is no number, or has unknowns and is not finite."""
+        """Return whether a side is NaN, or has unknowns and is not finite."""
         value = evaluate(side, anywhere)
         return bool(np.any(np.isnan(value)) or (np.any(np.isinf(value)) and has_unknowns(side)))
 
-    stated = _stated(model).items()
-    labels = [repr(label) for label, sides in stated if any(map(is_unusable, sides))]
+    sides_by_label = _stated(model).items()
+    labels = [repr(label) for label, sides in sides_by_label if any(map(is_unusable, sides))]
     return ", ".join(parameters or labels)
 
 

@@ -21,7 +21,7 @@ from optuav.modelling.model import Model
 from optuav.modelling.traversal import KINKED, PARTIALS, has_unknowns
 
 Flaw: TypeAlias = tuple[str, str]
-"""Label of a constraint, or "objective", and what it is not and why."""
+"""Label of a constraint, or "objective", and its flaw with the reason."""
 
 
 class Traits(NamedTuple):
@@ -31,21 +31,21 @@ class Traits(NamedTuple):
     integer: bool = False  # Whether some variable is binary
     open_below: tuple[str, ...] = ()  # Symbols of the variables without a lower bound
     # Name of the first function that is not known to have derivatives everywhere; empty if there is
-    # none. Over parameters alone steps and kinks do no harm.
+    # none. In only parameters, steps and kinks do no harm.
     rough: str = ""
     nonlinear: Flaw | None = None  # The first that is not affine in the variables
     # Whether it maximises one of at most two unknowns ≥ 0, and prefers the other to be small.
     longest: bool = False
-    unlevelled: Flaw | None = None  # The first constraint that is no form of times and levellings
+    unlevelled: Flaw | None = None  # The first constraint without a form of times and levellings
 
     @property
     def linear(self) -> bool:
-        """Whether objective and constraints are affine in the variables."""
+        """True if objective and constraints are affine in the variables."""
         return self.nonlinear is None
 
     @property
     def smooth(self) -> bool:
-        """Whether all functions are known to have derivatives everywhere."""
+        """True if all functions are known to have derivatives everywhere."""
         return not self.rough
 
     @printed
@@ -93,46 +93,50 @@ def traits(model: Model) -> Traits:
     if {call.ufunc for call in calls} <= PARTIALS.keys():
         calls = []
     rough = (c for c in calls if c.ufunc not in PARTIALS and (c.moves or c.ufunc not in KINKED))
-    stated = [(constraint.label, constraint.relation.sides) for constraint in model.constraints]
+    relations_by_label = [
+        (constraint.label, constraint.relation.sides) for constraint in model.constraints
+    ]
     goals = [("objective", [model.objective]), ("preference", model.preferences)]
     unlevelled, done = None, dict[int, Operand]()
     relaxed = Relaxation()
     with np.errstate(all="ignore"):
         forms = walked.forms({})
         nonlinear = None
-        for label, trees in [*goals, *stated]:
+        for label, trees in [*goals, *relations_by_label]:
             kinds = (forms.get(id(tree), NOWHERE) for tree in trees if has_unknowns(tree))
             if not all(kind.linear for kind in kinds if isinstance(kind, Exponential)):
-                # What is not linear first is so in the first tree that is not.
+                # The first nonlinear tree holds the first nonlinear term.
                 nonlinear = label, not_linear(walked.nodes, forms)
                 break
         if longest and len(forms) < len(walked.nodes):
             # Bounds will do in place of `Bounded` functions.
             done = {**forms}
-            for label, sides in stated:
+            for label, sides in relations_by_label:
                 try:
                     for side in sides:
                         exponential(side, {}, done, relaxed)
                 except NotExponentialError as error:
                     unlevelled = label, str(error)
                     break
-        unlevelled = unlevelled or (_second_rate(stated, {**forms, **done}) if longest else None)
+        unlevelled = unlevelled or (
+            _second_rate(relations_by_label, {**forms, **done}) if longest else None
+        )
     kind = len(unknowns), integer, tuple(open_below)
     kink = next((node.ufunc.__name__ for node in rough), "")
-    walked.traits = found = Traits(*kind, kink, nonlinear, longest, unlevelled)
-    return found
+    walked.traits = result = Traits(*kind, kink, nonlinear, longest, unlevelled)
+    return result
 
 
 def _second_rate(
     stated: Sequence[tuple[str, Iterable[Operand]]], forms: Mapping[int, Operand]
 ) -> Flaw | None:
-    """The first constraint in which an unknown levels out at another rate than in one before."""
+    """The first constraint where an unknown levels out at another rate than in one before."""
     rates: dict[str, Operand] = {}
     for label, sides in stated:
         for side in sides:
             form = forms.get(id(side))
-            own = form.rates_per_s if isinstance(form, Exponential) else {}
-            for name, rate in own.items():
+            rates_of_side = form.rates_per_s if isinstance(form, Exponential) else {}
+            for name, rate in rates_of_side.items():
                 if not same_rate(rates.setdefault(name, rate), rate):
                     return label, f"{name} levels out at two rates"
     return None

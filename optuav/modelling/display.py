@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from optuav.modelling.model import Model
 
 WIDTH = 96
-ROOM, LEAST_ROOM = 36, 24  # columns for a formula, and for anything, beside what is before it
+ROOM, LEAST_ROOM = 36, 24  # columns for a formula, and for anything, beside the text before it
 MARGIN = 11
 LONGEST_SYMBOL = 12
 GAP = "  "
 UNMARKED = str.maketrans(MARKED, "0123456789")
 
-Line: TypeAlias = tuple[str, str]  # A piece of mathematics and what it is called
+Line: TypeAlias = tuple[str, str]  # A piece of mathematics and its name
 Section: TypeAlias = tuple[str, list[Line]]  # Lines under a heading
 
 
@@ -43,7 +43,7 @@ def text(model: Model) -> str:
     """The model in lines of at most `WIDTH` characters by default, broken between terms.
 
     Every parameter is listed with value, unit and key of the mission, an array with number and
-    range of its entries. Lines that differ in the numbers of symbols alone are written once, see
+    range of its entries. Lines that differ only in the numbers of symbols are written once, see
     `Indexed`.
     """
     writer = Text(marks=True)
@@ -73,11 +73,14 @@ def latex(model: Model, *, width: int = LINE, numbers: bool = True, labels: bool
         words = f"a whole number, x >= {LEAST_ROOM} [characters]"
         raise InputError([Fault("width", repr(width), words)])
     writer = Latex(marks=True, width=width)
-    given = [
+    shown_parameters = [
         (f"{writer.symbol(symbol)} = {value}{writer.unit(unit)}", key)
         for symbol, _, value, unit, key in parameters(model, writer)
     ]
-    pages = [[*sections(model, writer)], [("where", given)] if given and numbers else []]
+    pages = [
+        [*sections(model, writer)],
+        [("where", shown_parameters)] if shown_parameters and numbers else [],
+    ]
     return "\n".join(_aligned(page, writer, labels) for page in pages if page)
 
 
@@ -115,20 +118,20 @@ def sections(model: Model, writer: Text) -> Iterator[Section]:
     for variable in model.variables:
         domain = f"{writer.named(variable).text} {writer.member} {writer.interval(variable)}"
         unknowns.append((domain, variable.label if variable.labelled else ""))
-    stated = [
+    constraint_rows = [
         (writer.write(constraint.relation), constraint.label) for constraint in model.constraints
     ]
     defined = []
     lets = [node for node in model.walked.nodes if isinstance(node, Let)]
     trees = [*model.walked.trees, *(let.expression for let in lets if not let.words)]
     seen = {id(node) for node in outermost(*trees)}
-    # Of a chain of quantities that are written in words only the last is shown.
+    # Only the last of a chain of quantities in words is shown.
     for let in (candidate for candidate in lets if not candidate.words or id(candidate) in seen):
         what = writer.words(let.words) if let.words else writer.write(let.expression)
         defined.append((f"{writer.named(let).text} = {what}", let.name))
     if unknowns:
         yield "over", _merged(unknowns, writer, all_names=True)
-    for head, rows in zip(CONDITIONS, (stated, defined), strict=True):
+    for head, rows in zip(CONDITIONS, (constraint_rows, defined), strict=True):
         if rows:
             yield head, _merged(rows, writer)
 
@@ -141,27 +144,27 @@ def parameters(model: Model, writer: Text) -> list[tuple[str, str, str, str, str
             parameter.symbol.pattern if isinstance(parameter.symbol, Indexed) else parameter.symbol
         )
         alike.setdefault((pattern, parameter.unit, parameter.key), []).append(parameter)
-    found = []
+    groups = []
     for (pattern, unit, key), those in alike.items():
         symbol, name, value = str(those[0].symbol), those[0].name, those[0].value
         if len(those) > 1 and isinstance(those[0].symbol, Indexed):
             symbol, name = pattern, name.replace(f"[{those[0].symbol.number}]", f"[{INDEX}]")
             value = np.concatenate([np.ravel(parameter.value) for parameter in those])
-        found.append((symbol, name, writer.write(value), unit, key))
-    return found
+        groups.append((symbol, name, writer.write(value), unit, key))
+    return groups
 
 
 def _merged(rows: Sequence[Line], writer: Text, *, all_names: bool = False) -> list[Line]:
-    """The lines, those that differ in one number alone as one under what their names share."""
+    """Merge lines that differ only in one number, under the shared part of their names."""
     alike: dict[object, list[tuple[int, Line]]] = {}
     for place, (maths, name) in enumerate(rows):
-        found = {*re.findall(f"[{MARKED}]+", maths)}
-        number = int(found.pop()) if len(found) == 1 else -1
+        numbers_in = {*re.findall(f"[{MARKED}]+", maths)}
+        number = int(numbers_in.pop()) if len(numbers_in) == 1 else -1
         # LaTeX has braces around two digits, and none around one.
         index = re.sub(rf"\{{[{MARKED}]+\}}|[{MARKED}]+", INDEX, maths)
         pattern: object = index if number >= 0 else place
         while any(number == known for known, _ in alike.get(pattern, ())):
-            pattern = (pattern, place)  # what is stated twice is written twice
+            pattern = (pattern, place)  # a repeated line is written twice
         alike.setdefault(pattern, []).append((number, (maths.translate(UNMARKED), name)))
     merged: list[Line] = []
     for pattern, same in alike.items():

@@ -24,13 +24,13 @@ REFUSED: Mapping[np.ufunc, str] = {
     **dict.fromkeys((np.less, np.greater), "strict ones are not closed"),
     np.not_equal: "!= leaves out points only",
 }
-INDEX = "j"  # What runs where lines differ in a number alone
+INDEX = "j"  # Running index of lines that differ only in a number
 
 DIVISIONS = frozenset((np.divide, np.floor_divide, np.remainder, np.fmod))
 
 
 class Indexed(str):
-    """A symbol with a number, as Δ_3: a page writes lines that differ in it alone as one.
+    """A symbol with a number, like Δ_3: a page writes lines that differ only in it as one.
 
     Its pattern has `INDEX` in place of the number.
     """
@@ -41,9 +41,9 @@ class Indexed(str):
     def __new__(cls, symbol: str, number: int) -> Indexed:
         """The symbol with its number."""
         start = f"{symbol}{',' if '_' in symbol else '_'}"
-        found = super().__new__(cls, f"{start}{number}")
-        found.pattern, found.number = f"{start}{INDEX}", number
-        return found
+        symbol_with_number = super().__new__(cls, f"{start}{number}")
+        symbol_with_number.pattern, symbol_with_number.number = f"{start}{INDEX}", number
+        return symbol_with_number
 
     def __reduce__(self) -> tuple[type[Indexed], tuple[str, int]]:
         """Copies and pickles are made from symbol and number."""
@@ -51,16 +51,16 @@ class Indexed(str):
 
 
 class PartedLabel(str):
-    """A name made of parts: lines that differ in a number alone are named by those they share."""
+    """A name made of parts: lines that differ only in a number are named by shared parts."""
 
     parts: tuple[object, ...]
 
     def __new__(cls, *parts: object) -> PartedLabel:
-        """The parts with blanks between them, those of what has parts itself among them."""
-        every: tuple[object, ...] = sum((getattr(part, "parts", (part,)) for part in parts), ())
-        found = super().__new__(cls, " ".join(map(str, every)))
-        found.parts = every
-        return found
+        """Join the parts with blanks; a part that has parts itself adds its own."""
+        all_parts: tuple[object, ...] = sum((getattr(part, "parts", (part,)) for part in parts), ())
+        label = super().__new__(cls, " ".join(map(str, all_parts)))
+        label.parts = all_parts
+        return label
 
     def __reduce__(self) -> tuple[type[PartedLabel], tuple[object, ...]]:
         """Copies and pickles are made from the parts."""
@@ -74,7 +74,7 @@ class Expression(NDArrayOperatorsMixin):
     below: tuple[Expression, ...] = ()
     """The expressions among its operands."""
     moves = False
-    """Whether it holds a variable."""
+    """True if it holds a variable."""
 
     def __array_ufunc__(
         self, ufunc: np.ufunc, method: str, *inputs: Operand, **options: Operand
@@ -213,7 +213,7 @@ class Let(Expression):
     name, symbol, unit
         As a reader calls it, as the mathematics writes it, and ``"s"`` or ``"1"`` for a ratio.
     expression, words
-        What it stands for, and what is printed instead where that would fill a page.
+        Its expression, and the words printed instead where that would fill a page.
     """
 
     name: str

@@ -28,11 +28,11 @@ CANCELLED = 4e-15  # Share of a coefficient below which its difference to anothe
 
 
 class NotExponentialError(ValueError):
-    """The expression is no form of times and levellings."""
+    """The expression is not a form of times and levellings."""
 
 
 class NotAffineError(ValueError):
-    """The expression is not affine in the variables; what is not is sought once it is read."""
+    """The expression is not affine in the variables; the culprit is sought once it is read."""
 
     def __init__(self, words: Callable[[], str]) -> None:
         super().__init__(words)
@@ -55,7 +55,7 @@ class Exponential(NDArrayOperatorsMixin):
 
     @property
     def linear(self) -> bool:
-        """Whether each term is a number times one time at most."""
+        """True if each term is a number times one time at most."""
         for monomial in self.terms:
             for _, kind in monomial:
                 if kind != "time" or len(monomial) > 1:
@@ -69,7 +69,7 @@ class Exponential(NDArrayOperatorsMixin):
 
 
 NOWHERE = Exponential({frozenset({("", "levelling")}): math.nan})
-"""In place of the form of what has none."""
+"""Placeholder for a tree without a form."""
 
 
 def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
@@ -96,10 +96,10 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
         return left
     terms: dict[Monomial, Operand] = {}
     if ufunc in (np.exp, np.expm1):  # exp(−kt) = 1 − k (1 − exp(−kt))/k
-        own = {each: c for each, c in left.terms.items() if each != CONSTANT or np.any(c)}
-        if len(own) != 1:
+        moving = {term: c for term, c in left.terms.items() if term != CONSTANT or np.any(c)}
+        if len(moving) != 1:
             raise NotExponentialError("exp of a sum")
-        ((monomial, coefficient),) = own.items()
+        ((monomial, coefficient),) = moving.items()
         ((name, kind), *others) = monomial
         if others or kind != "time":
             raise NotExponentialError("exp of a product of unknowns")
@@ -128,7 +128,7 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
                         raise NotExponentialError("unknowns are multiplied")
                 terms[both] = terms[both] + a * b if both in terms else a * b
     else:
-        raise NotExponentialError(f"{ufunc.__name__} of the unknowns is no levelling")
+        raise NotExponentialError(f"{ufunc.__name__} of the unknowns is not a levelling")
     rates = right.rates_per_s
     if left.rates_per_s and left.rates_per_s is not rates:
         for name in left.rates_per_s.keys() & rates.keys():
@@ -139,7 +139,7 @@ def applied(ufunc: np.ufunc, operands: tuple[Operand, ...]) -> Operand:
 
 
 def same_rate(one: Operand, other: Operand) -> bool:
-    """Whether two rates are the same number or array."""
+    """Return whether two rates are the same number or array."""
     return one is other or np.array_equal(one, other, equal_nan=True)
 
 
@@ -173,12 +173,12 @@ def exponential(
 ) -> Exponential:
     """The form of a tree; values of parameters by name, `done` as of `fold`.
 
-    `call` says what a function of forms becomes. `NotExponentialError` if it has none: a time
+    `call` gives the form of a function. `NotExponentialError` without a form: a time
     multiplies an unknown, is in a divisor or in another function, or levels out at two rates.
     """
-    found = (done or {}).get(id(expression))
-    if found is None:
-        found = fold(
+    form = (done or {}).get(id(expression))
+    if form is None:
+        form = fold(
             expression,
             lambda x: (
                 Exponential({frozenset({(x.name, "time")}): 1.0})
@@ -188,7 +188,7 @@ def exponential(
             call,
             done=done,
         )
-    return found if isinstance(found, Exponential) else Exponential({CONSTANT: found})
+    return form if isinstance(form, Exponential) else Exponential({CONSTANT: form})
 
 
 class Affine(NamedTuple):

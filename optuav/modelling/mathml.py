@@ -28,19 +28,21 @@ def html(model: Model) -> list[Element]:
     for head, lines in sections(model, writer):
         for number, (maths, name) in enumerate(lines):
             rows.append(("" if number else head, as_element(maths), name))
-    found = [paragraph(model.title), table(("", "", ""), rows)]
-    given = [
+    parts = [paragraph(model.title), table(("", "", ""), rows)]
+    shown_parameters = [
         (as_element(writer.symbol(symbol)), value, "" if unit == "1" else unit, name, key)
         for symbol, name, value, unit, key in parameters(model, Text())
     ]
-    if given:
+    if shown_parameters:
         heads = ("symbol", "value", "unit", "name", "key of the mission")
-        found.append(folded(f"where ({len(given)} parameters)", table(heads, given)))
-    return found
+        parts.append(
+            folded(f"where ({len(shown_parameters)} parameters)", table(heads, shown_parameters))
+        )
+    return parts
 
 
 class MathML(Text):
-    """MathML, in which numbers and signs are bare until `as_element` makes elements of them."""
+    """MathML with bare numbers and signs, until `as_element` makes elements of them."""
 
     several = "{}<mtext> values, </mtext>{}<mtext> to </mtext>{}".replace(" ", Text.after)
     aside = ',<mspace width="1em"/>'

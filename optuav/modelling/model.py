@@ -1,4 +1,4 @@
-"""A model: labelled variables, parameters and constraints, and what is sought."""
+"""A model: labelled variables, parameters and constraints, and the objective."""
 
 import math
 import operator
@@ -29,7 +29,7 @@ from optuav.modelling.writer import LINE
 
 @dataclass(frozen=True, eq=False)
 class Constraint:
-    """A labelled relation, with what it is about as data.
+    """A labelled relation, with its subject as data.
 
     Parameters
     ----------
@@ -40,8 +40,8 @@ class Constraint:
     declared_at
         Source file and line of the declaration.
     kind
-        What it limits, as ``"dry"``, ``"past full"``, ``"state of charge"`` or ``"deadline"``;
-        empty where that is not stated.
+        Kind of the limit: ``"dry"``, ``"past full"``, ``"state of charge"`` or ``"deadline"``;
+        empty if not stated.
     step
         Number, from 0, of the step of the route at whose end it holds; None for the end of the
         mission, or for no moment.
@@ -52,7 +52,7 @@ class Constraint:
     --------
     >>> import optuav
     >>> (part,) = optuav.formulate("paper", "P3", perspective="battery").parts
-    >>> [(each.label, each.kind, each.unit) for each in part.model.constraints]
+    >>> [(row.label, row.kind, row.unit) for row in part.model.constraints]
     [('P3.a state of charge', 'state of charge', '1')]
     """
 
@@ -76,7 +76,7 @@ class Model:
     Parameters
     ----------
     title
-        What is sought, in a line.
+        The aim, in a line.
 
     Examples
     --------
@@ -110,7 +110,7 @@ class Model:
         self.constraints: list[Constraint] = []
         self.lets: list[Let] = []
         self.sense: Literal["maximise", "minimise"] = "maximise"
-        self.towards = 1.0  # −1 where it minimises: times this, the objective is to be large
+        self.towards = 1.0  # −1 where it minimises: the objective times this is maximised
         self.objective: Operand = 0.0
         self.has_objective, self.objective_unit = False, ""
         self.preferences: list[Operand] = []
@@ -157,14 +157,14 @@ class Model:
         return named
 
     def maximise(self, objective: Operand, *, unit: str = "") -> None:
-        """State what is to be as large as possible; `InputError` if there is an objective.
+        """State the quantity to maximise; `InputError` if an objective exists.
 
-        The unit is that of a bare symbol, unless it is stated.
+        A bare symbol gives the unit, unless it is stated.
         """
         self._aim("maximise", objective, unit)
 
     def minimise(self, objective: Operand, *, unit: str = "") -> None:
-        """State what is to be as small as possible; see `maximise`."""
+        """State the quantity to minimise; see `maximise`."""
         self._aim("minimise", objective, unit)
 
     def _aim(self, sense: Literal["maximise", "minimise"], objective: Operand, unit: str) -> None:
@@ -200,11 +200,11 @@ class Model:
             words = "with <=, >= or ==, not numbers, as T' = 0.0 without a rest"
             raise TypeError(f"{label}: a constraint compares expressions {words}")
         if not label.strip():
-            raise ValueError("a constraint needs a label, by which answers name it")
-        stated = Constraint(label, relation, unit, _place_of_caller(), kind, step, moment)
-        if any(constraint.label == stated.label for constraint in self.constraints):
-            raise ValueError(f"the model has a constraint {stated.label!r} already")
-        self.constraints.append(stated)
+            raise ValueError("a constraint needs a label, so that answers can name it")
+        added = Constraint(label, relation, unit, _place_of_caller(), kind, step, moment)
+        if any(constraint.label == added.label for constraint in self.constraints):
+            raise ValueError(f"the model has a constraint {added.label!r} already")
+        self.constraints.append(added)
 
     @property
     def walked(self) -> Walk:
@@ -220,13 +220,13 @@ class Model:
             trees += variable, variable.lower, variable.upper
         for stated in self.constraints:
             trees += stated.relation.sides
-        every = [*nodes(*trees)]
-        symbols = [node for node in every if isinstance(node, (Variable, Parameter))]
+        all_nodes = [*nodes(*trees)]
+        symbols = [node for node in all_nodes if isinstance(node, (Variable, Parameter))]
         by_name = {symbol.name: symbol for symbol in symbols}
         if len(by_name) < len(symbols):
             leaves(*trees)  # refused, with the name that two have
-        given = {n: unknown for n, unknown in by_name.items() if isinstance(unknown, Parameter)}
-        self._walk = Walk(state, trees, every, given)
+        named = {n: unknown for n, unknown in by_name.items() if isinstance(unknown, Parameter)}
+        self._walk = Walk(state, trees, all_nodes, named)
         return self._walk
 
     @property
@@ -236,7 +236,7 @@ class Model:
 
     @property
     def parameters(self) -> dict[str, Parameter]:
-        """The named parameters that occur in the model: what a reader may change."""
+        """The named parameters that occur in the model: a reader may change them."""
         return {name: each for name, each in self.given.items() if each.varies}
 
     def row(self, index: int) -> dict[str, Any]:
@@ -250,7 +250,7 @@ class Model:
         """The same model with other values of its parameters, by name.
 
         Nodes are copied, which is faster than to declare them; named quantities in no constraint or
-        objective stay those of this model.
+        objective stay this model's.
         """
         walk, new = self.walked, object.__new__
         steps, numbers = walk.tape
@@ -287,13 +287,13 @@ class Model:
         for variable in model.variables:
             low, high = variable.lower, variable.upper
             variable.lower, variable.upper = twins.get(id(low), low), twins.get(id(high), high)
-        given = {name: twins[id(each)] for name, each in walk.given.items()}
-        model._walk = Walk(state, trees, table[: len(walk.nodes)], given)
+        parameters = {name: twins[id(each)] for name, each in walk.given.items()}
+        model._walk = Walk(state, trees, table[: len(walk.nodes)], parameters)
         model._walk.tape = walk.tape
         return model
 
     def __getstate__(self) -> dict[str, Any]:
-        """Everything but what a walk has found, which is known by the identity of nodes."""
+        """Everything but the results of a walk, which depend on the identity of nodes."""
         return {**self.__dict__, "_walk": Walk([], [], [], {})}
 
     __str__ = printed(text)
@@ -320,7 +320,7 @@ class Model:
         Raises
         ------
         InputError
-            If the width is no such number.
+            If the width is not such a number.
         """
         return latex(self, width=width, numbers=numbers, labels=labels)
 
@@ -328,7 +328,7 @@ class Model:
 
 
 def _place_of_caller() -> str:
-    """File and line from which a method was called, or that of a ``declare`` on the way.
+    """File and line of the caller of a method, or of a ``declare`` on the way.
 
     Jupyter names the file of a cell by a number that nobody knows.
     """

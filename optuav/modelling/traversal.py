@@ -1,4 +1,4 @@
-"""Walks over trees of expressions: what they become, their values, slopes and leaves."""
+"""Walks over trees of expressions: their folds, values, slopes and leaves."""
 
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from typing import Any, NamedTuple, TypeVar
@@ -20,8 +20,8 @@ def fold(
 ) -> Any:
     """Fold a tree from the bottom up, every node once; a bare number is returned as it is.
 
-    `leaf`, `call` and `let` say what a variable or parameter, a ufunc on folded arguments and a
-    named quantity become, the last by default what it stands for. `done` holds what nodes became,
+    `leaf`, `call` and `let` fold a variable or parameter, a ufunc on folded arguments and a named
+    quantity; by default a named quantity becomes its expression. `done` holds the folds of nodes,
     by identity: hand it to the walks of trees that share nodes, and keep these trees as long.
     """
     done = {} if done is None else done
@@ -89,7 +89,7 @@ def leaves(*expressions: Operand) -> list[Leaf]:
 
 
 def has_unknowns(*expressions: Operand) -> bool:
-    """Whether some trees hold a variable."""
+    """Return whether some trees hold a variable."""
     return any(
         isinstance(expression, Expression) and expression.moves for expression in expressions
     )
@@ -200,8 +200,8 @@ def slope(expression: Operand, values: Values, done: dict[int, Operand] | None =
     """
 
     def leaf(node: Leaf) -> Slope:
-        own = isinstance(node, Parameter) and node.name not in values
-        return Slope(node.value if own else values[node.name], {node.name: 1.0})  # type: ignore[union-attr]
+        is_parameter = isinstance(node, Parameter) and node.name not in values
+        return Slope(node.value if is_parameter else values[node.name], {node.name: 1.0})  # type: ignore[union-attr]
 
     def call(ufunc: np.ufunc, arguments: tuple[Operand, ...]) -> Slope:
         partials = PARTIALS.get(ufunc) or KINKED.get(ufunc)
@@ -217,8 +217,8 @@ def slope(expression: Operand, values: Values, done: dict[int, Operand] | None =
                 by[name] = by.get(name, 0.0) + partial * inner
         return Slope(value, by, (ufunc, arguments))
 
-    found = fold(expression, leaf, call, done=done)
-    return found if isinstance(found, Slope) else Slope(found, {})
+    result = fold(expression, leaf, call, done=done)
+    return result if isinstance(result, Slope) else Slope(result, {})
 
 
 def _levelling(

@@ -1,6 +1,6 @@
 """One walk through the trees of a model: its nodes, their values and their forms.
 
-A form is what a tree becomes with numbers for its parameters: a sum of times and levellings, see
+A form is a tree with numbers for its parameters: a sum of times and levellings, see
 `optuav.modelling.forms`.
 """
 
@@ -50,8 +50,8 @@ class Walk:
                 where.append(place.get(id(operand), len(place) + len(numbers)))
                 numbers += [] if id(operand) in place else [operand]
             # With one place `itemgetter` gives a bare value, with a slice a list of it.
-            alone = itemgetter(slice(where[0], where[0] + 1)) if len(where) == 1 else None
-            take = alone or (itemgetter(*where) if where else None)
+            single = itemgetter(slice(where[0], where[0] + 1)) if len(where) == 1 else None
+            take = single or (itemgetter(*where) if where else None)
             steps.append(Step(take, node.ufunc if called else None, node.moves))
         return steps, numbers
 
@@ -87,24 +87,24 @@ class Walk:
             elif not moves:
                 table[k] = ufunc(*operands)
             else:
-                # What has more than two operands has no form at all.
+                # A function of more than two operands has no form at all.
                 nowhere = operands[0] is NOWHERE or operands[-1] is NOWHERE
                 try:
                     table[k] = NOWHERE if nowhere else applied(ufunc, tuple(operands))
                 except NotExponentialError:
                     table[k] = NOWHERE
         pairs = zip(map(id, self.nodes), table, strict=False)
-        found = {node: form for node, form in pairs if form is not NOWHERE}
+        forms = {node: form for node, form in pairs if form is not NOWHERE}
         if not values:
-            self._table, self._forms = table, found
-        return found
+            self._table, self._forms = table, forms
+        return forms
 
     def _places_above(self, names: frozenset[str]) -> list[int]:
         """Places of some parameters, and of every node that holds one of them."""
         if names not in self._above:
-            found = {id(self.given[name]) for name in self.given.keys() & names}
+            changed = {id(self.given[name]) for name in self.given.keys() & names}
             for node in self.nodes:
-                if not found.isdisjoint(map(id, node.below)):
-                    found.add(id(node))
-            self._above[names] = [k for k, node in enumerate(self.nodes) if id(node) in found]
+                if not changed.isdisjoint(map(id, node.below)):
+                    changed.add(id(node))
+            self._above[names] = [k for k, node in enumerate(self.nodes) if id(node) in changed]
         return self._above[names]

@@ -73,7 +73,7 @@ class Text:
     """Precedence that the operand of a root needs."""
     senses: Mapping[Sense, str] = {"<=": "≤", ">=": "≥", "==": "="}
     longest_bracket: float = np.inf
-    """Width up to which a sum is subtracted in brackets, within which no line is broken."""
+    """Largest width of a sum subtracted in brackets, where no line is broken."""
 
     def __init__(self, *, marks: bool = False) -> None:
         self.marks = marks
@@ -169,7 +169,7 @@ class Text:
 
     def _call(self, ufunc: np.ufunc, arguments: tuple[Operand, ...]) -> Written:
         first, *rest = map(self._operand, arguments)
-        # What only keeps a divisor from being 0 is no part of the mathematics.
+        # A guard that only keeps a divisor from being 0 is not part of the mathematics.
         guards = ufunc is np.maximum and not isinstance(least := arguments[1], Written)
         if ufunc is np.positive or (guards and 0.0 < np.min(least) <= np.max(least) < GUARD):
             return first
@@ -248,10 +248,10 @@ class Parts(NamedTuple):
 
 def parts_of(symbol: str) -> Parts | None:
     """The parts of a symbol; None of a sum, or of words."""
-    found = re.fullmatch(r"([^\W\d_]+)(\d*)('*)(?:_([^\W_]+(?:,[^\W_]+)*))?('*)", symbol)
-    if found is None:
+    match = re.fullmatch(r"([^\W\d_]+)(\d*)('*)(?:_([^\W_]+(?:,[^\W_]+)*))?('*)", symbol)
+    if match is None:
         return None
-    base, index, primes, subscript, more_primes = found.groups(default="")
+    base, index, primes, subscript, more_primes = match.groups(default="")
     below = [part for part in (index, *subscript.split(",")) if part]
     return Parts(base, below, primes + more_primes)
 
@@ -276,7 +276,7 @@ IN_WORDS: Mapping[str, str] = {
 }
 """Marks among words that are mathematics in LaTeX: MathJax knows none of them in ``\\text``."""
 IN_UPRIGHT: Mapping[str, str] = {"\\": r"\backslash{}", "^": r"\wedge{}", "~": r"\sim{}"}
-"""Signs in LaTeX that a backslash before them does not make what they are."""
+"""Signs in LaTeX that a backslash before them does not escape."""
 IN_UNITS: Mapping[str, str] = {
     **{" ": r"\,", "²": "^2", "³": "^3", "⁻¹": "^{-1}", "⁻²": "^{-2}"},
     **{"°": r"^\circ ", "µ": r"\mu ", "μ": r"\mu ", "Ω": r"\Omega "},

@@ -26,7 +26,7 @@ class MissionGraph(StringGraph):
         Returns
         -------
         DataFrame
-            Columns ``start`` and ``end``, and one for every figure of a leg, as ``duration_s``.
+            Columns ``start`` and ``end``, and one per figure of a leg, such as ``duration_s``.
         """
         rows = [{"start": start, "end": end, **leg} for start, end, leg in self.edges(data=True)]
         return frame(rows)
@@ -44,14 +44,16 @@ class MissionGraph(StringGraph):
 def _table(rows: list[tuple[dict[str, str], dict[str, Any]]]) -> Element:
     """Rows of names and data, with a column for every name that occurs."""
     heads = dict.fromkeys(head for names, data in rows for head in (*names, *data))
-    found = [{**names, **data} for names, data in rows]
-    return table([*map(str, heads)], [[_cell(each.get(head)) for head in heads] for each in found])
+    records = [{**names, **data} for names, data in rows]
+    return table(
+        [*map(str, heads)], [[_cell(record.get(head)) for head in heads] for record in records]
+    )
 
 
 def _cell(value: object) -> Cell:
     """A value of a graph, whatever a user has put there."""
     if isinstance(value, tuple | list):
-        return f"({', '.join(str(_cell(each)) for each in value)})"
+        return f"({', '.join(str(_cell(component)) for component in value)})"
     if value is None or isinstance(value, bool):
         return value
     return figure(value) if isinstance(value, int | float) else str(value)

@@ -26,7 +26,7 @@ TOLERANCE = 1e-9  # Relative; a hover point on the rim of the coverage is covere
 
 
 def hindrances(variants: Variants) -> dict[str, Booleans]:
-    """Variants in which nothing can be flown, whatever the way and the battery, by reason.
+    """Variants without any flight, whatever the way and the battery, by reason.
 
     Each (variant or 1, 1), the names as in `optuav.solving.best_plans.REASONS`, the first that
     applies first.
@@ -47,7 +47,7 @@ def hindrances(variants: Variants) -> dict[str, Booleans]:
 
 
 def impossibilities(network: Network, *, one_stop: bool = True) -> tuple[str, ...]:
-    """Reasons for which no route can be flown, with one stop or else with any number of them."""
+    """Reasons why no route can be flown, with one stop or else with any number of them."""
     reasons, mission, limits = list[str](), network.mission, network.mission.limits
     applies = {name for name, where in hindrances(stacked(network)).items() if where.any()}
     radius_m, device_m = vehicle.coverage_radius_m(mission), np.array(mission.link.device_m)
@@ -123,7 +123,7 @@ def advice(mission: Mission) -> Iterator[str]:
     fastest = int(speeds_m_s.argmax())
     peak_m_s, has_drag = float(speeds_m_s[fastest]), flight_of(mission).has_drag
     if warning := flight.speed_warning(peak_m_s, has_drag=has_drag):
-        start, end = (places.names[each[fastest]] for each in (legs.start, legs.end))
+        start, end = (places.names[ends[fastest]] for ends in (legs.start, legs.end))
         yield f"on the leg {start} → {end}, {warning}"
     battery = mission.battery
     recommended_A = battery.packs * battery.capacity_As / 3600.0
@@ -151,7 +151,7 @@ class Figure(NamedTuple):
         if self.value is None:
             return "none"
         if isinstance(self.value, tuple):
-            return "(" + ", ".join(f"{each:.2f}" for each in self.value) + ")"
+            return "(" + ", ".join(f"{component:.2f}" for component in self.value) + ")"
         return f"{self.value:.6g}"
 
 
@@ -163,7 +163,7 @@ class BuildingFigures(NamedTuple):
     position_m: tuple[float, float, float]
     footprint_m: tuple[float, float] | tuple[tuple[float, float], ...] | None
     laser_sight: bool  # Whether the laser is in clear sight
-    received_power_W: float  # What the laser delivers there [W]
+    received_power_W: float  # Power from the laser there [W]
     # Flight time with a stop there, resting or hovering first [s]; None where it cannot be flown.
     rest_first_s: float | None
     hover_first_s: float | None
@@ -188,8 +188,8 @@ def link_figures(mission: Mission) -> tuple[LinkFigures, ...]:
     which = np.array([HOVER, *places.buildings])
     x, y, z = places.position_m[which].T
     away_m = vehicle.laser_distance_m(mission, (x, y, z))
-    own = places.received_power_W[which], places.charge_current_A[which]
-    figures = np.transpose([away_m, beam.chain(away_m).share, *own]).tolist()
+    received = places.received_power_W[which], places.charge_current_A[which]
+    figures = np.transpose([away_m, beam.chain(away_m).share, *received]).tolist()
     names = (places.names[place] for place in which)
     sights = places.laser_sight[which].tolist()
     rows = zip(names, sights, figures, strict=True)
@@ -205,7 +205,7 @@ def derived(mission: Mission) -> tuple[Figure, ...]:
 
 
 def _figures(mission: Mission) -> Iterator[tuple[str, float | tuple[float, ...], str]]:
-    """Names, values, which are NaN where there is none, and units."""
+    """Names, values (NaN if missing) and units."""
     network = build_network(mission)
     places, routes = network.places, network.routes
     capacity_As = float(vehicle.pool(mission).capacity_As)
@@ -233,9 +233,9 @@ def building_figures(mission: Mission) -> tuple[BuildingFigures, ...]:
         float(time_s) if flies else None
         for time_s, flies in zip(routes.flight_time_s[1:], routes.flyable[1:], strict=True)
     ]
-    found = list[BuildingFigures]()
+    figures = list[BuildingFigures]()
     for k, (building, place) in enumerate(zip(mission.buildings, places.buildings, strict=True)):
-        stated = building.name, building.position_m, building.footprint_m
+        as_stated = building.name, building.position_m, building.footprint_m
         light = bool(places.laser_sight[place]), float(places.received_power_W[place])
-        found.append(BuildingFigures(*stated, *light, *times_s[2 * k : 2 * k + 2]))
-    return tuple(found)
+        figures.append(BuildingFigures(*as_stated, *light, *times_s[2 * k : 2 * k + 2]))
+    return tuple(figures)

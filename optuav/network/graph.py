@@ -28,7 +28,7 @@ Graph: TypeAlias = "networkx.DiGraph[str]"
 
 EDGE_FIGURES = ("duration_s", "charge_As", "energy_J", "distance_m", "peak_speed_m_s")
 SOURCE = "graph"
-ROUNDING = 1e-9  # Relative; a received power may exceed what the battery takes by this much
+ROUNDING = 1e-9  # Relative; a received power may exceed the battery's limit by this much
 SAME_PLACE_M = 1e-6  # A position that is off by no more than this [m] is the mission's
 
 
@@ -40,7 +40,7 @@ def graph(mission: Mission | str | Path) -> Graph:
     - ``kind``: ``"origin"``, ``"hover"``, ``"destination"`` or ``"building"``,
     - ``position_m``: (x, y, z) [m],
     - ``laser_sight``: whether the laser is in clear sight,
-    - ``received_power_W``: what the laser delivers there [W], 0 without sight.
+    - ``received_power_W``: power from the laser there [W], 0 without sight.
 
     An edge is a leg that a route may use, with ``duration_s`` [s], ``charge_As`` [A s] and
     ``energy_J`` [J] drawn, ``distance_m`` [m] and ``peak_speed_m_s`` [m/s]. A leg that cannot be
@@ -48,8 +48,8 @@ def graph(mission: Mission | str | Path) -> Graph:
     no node ``"hover"``. Nodes of buildings and edges may be taken away, edges added and figures
     changed; `validate_graph` checks the result.
 
-    Legs are those of the mission's flight model; the received power is
-    P_0 = a1 a2 ν P_s + a2 b1 ν + b2 with ν = exp(−α d), up to what the battery takes ([1]_ eqs (10)
+    Legs come from the mission's flight model; the received power is
+    P_0 = a1 a2 ν P_s + a2 b1 ν + b2 with ν = exp(−α d), up to the battery's limit ([1]_ eqs (10)
     and (14)).
 
     Parameters
@@ -81,7 +81,7 @@ def graph(mission: Mission | str | Path) -> Graph:
 
 
 def as_graph(network: Network) -> Graph:
-    """The graph of a network, as `graph` describes it."""
+    """Return the graph of a network; see `graph`."""
     from optuav.network.display import MissionGraph
 
     places, legs = network.places, network.legs
@@ -145,11 +145,15 @@ def _faults(view: Graph) -> Iterator[Fault]:
         if isinstance(position_m, np.ndarray):
             position_m = position_m.tolist()
         three = isinstance(position_m, tuple | list) and len(position_m) == 3
-        sight, stated = data.get("laser_sight"), data.get("kind")
+        sight, kind_of_node = data.get("laser_sight"), data.get("kind")
         power_W = _number(data.get("received_power_W"))
-        inside = three and all(abs(_number(each)) <= LARGEST for each in position_m or ())
+        inside = three and all(abs(_number(component)) <= LARGEST for component in position_m or ())
         for name, right, words in (
-            ("kind", isinstance(stated, str) and stated == kind, f"{kind!r} is expected"),
+            (
+                "kind",
+                isinstance(kind_of_node, str) and kind_of_node == kind,
+                f"{kind!r} is expected",
+            ),
             ("position_m", inside, "three finite numbers [m] are needed"),
             ("laser_sight", isinstance(sight, bool | np.bool_), "True or False is needed"),
             ("received_power_W", 0.0 <= power_W <= LARGEST, "a number ≥ 0 [W] is needed"),
@@ -232,11 +236,11 @@ def edited_legs(
         if leg is None:
             continue
         table["flyable"][leg] = True
-        stated = [float(data[name]) for name in EDGE_FIGURES]
-        if legs.flyable[leg] and (figures[leg] == stated).all():
+        given_figures = [float(data[name]) for name in EDGE_FIGURES]
+        if legs.flyable[leg] and (figures[leg] == given_figures).all():
             continue
         table["edited"][leg] = True
-        duration_s, charge_As, energy_J, *way = stated
+        duration_s, charge_As, energy_J, *way = given_figures
         table["distance_m"][leg], table["peak_speed_m_s"][leg] = way
         table["durations_s"][:, leg] = 0.0
         table["durations_s"][0, leg] = duration_s
@@ -247,15 +251,15 @@ def edited_legs(
 
 def _foreign(computed: Network, view: Graph) -> Iterator[Fault]:
     """Nodes that are not the mission's, or elsewhere, or with more power than the battery takes."""
-    given, places = computed.mission.battery, computed.places
-    most_W = given.charge_current_A * given.nominal_voltage_V
+    battery, places = computed.mission.battery, computed.places
+    most_W = battery.charge_current_A * battery.nominal_voltage_V
     number = {name: k for k, name in enumerate(places.names)}
     for node, data in view.nodes(data=True):
         if node not in number:
             yield Fault(_node(node), "", "the mission has no such place", SOURCE)
             continue
         known_m, known_W = places.position_m[number[node]], places.received_power_W[number[node]]
-        position_m = [float(each) for each in data["position_m"]]
+        position_m = [float(component) for component in data["position_m"]]
         if not (np.abs(position_m - known_m) <= SAME_PLACE_M).all():
             by = "route.hover_m" if node == ENDS[HOVER] else "mission.replace"
             words = f"places are moved in the mission, by {by}"

@@ -95,7 +95,7 @@ def build_legs(
             waypoints_m = ways.of_legs(line, start > end)[0]
     loads = list[Loads]()
     for part in (slice(k, k + AT_ONCE) for k in range(0, max(count, 1), AT_ONCE)):
-        start_m, end_m = (at_m.take(each[part], axis=0) for each in (start, end))
+        start_m, end_m = (at_m.take(ends[part], axis=0) for ends in (start, end))
         loads.append(loads_along(flight.leg, start_m, end_m, waypoints_m[part]))
     distance_m, peak_m_s = _table([(load.distance_m, load.peak_speed_m_s) for load in loads], count)
     durations_s = _table([load.durations_s for load in loads], count)
@@ -147,14 +147,14 @@ def _blockers(places: Places, obstacles: Prisms, lines: Integers, roofs: Integer
     That on whose roof (place,) an end stands does not count.
     """
     ways = lines[known := places.exists.take(lines).all(axis=1)]
-    low_m, high_m = (places.position_m.take(each, axis=0) for each in ways.T)
+    low_m, high_m = (places.position_m.take(ends, axis=0) for ends in ways.T)
     blockers = np.full(len(lines), CLEAR, dtype=np.intp)
     blockers[known] = crossed(obstacles, low_m, high_m, roofs[ways])
     return blockers
 
 
 def _table(parts: Sequence[Sequence[Quantity]], count: int) -> Floats:
-    """Figures (figure, leg) from those of parts; without memory where they suit all legs."""
+    """Figures (figure, leg) of all parts; without memory where one value suits all legs."""
     if not any(np.ndim(part) for part in parts[0]):
         return np.broadcast_to(np.array(parts[0], dtype=float)[:, None], (len(parts[0]), count))
     return np.concatenate([np.stack(np.broadcast_arrays(*part)) for part in parts], axis=1)

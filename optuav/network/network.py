@@ -33,7 +33,7 @@ class Network:
     routes: Routes
 
     def route_names(self, route: int) -> tuple[str, ...]:
-        """Names of the places of a route in the order in which they are reached."""
+        """Names of the places of a route in flight order."""
         flown = [int(leg) for leg in self.routes.legs[route] if leg != NO_LEG]
         names = self.places.names
         return (names[self.legs.start[flown[0]]], *(names[self.legs.end[leg]] for leg in flown))
@@ -49,7 +49,7 @@ class Network:
         used, number = np.unique(routes.legs[flown], return_inverse=True)
         numbers = np.full(routes.legs.shape, NO_LEG)
         numbers[flown] = number
-        start, end = (np.searchsorted(kept, each[used]) for each in (table.start, table.end))
+        start, end = (np.searchsorted(kept, ends[used]) for ends in (table.start, table.end))
         legs = replace(table.take(used), start=start, end=end)
         routes = replace(routes, legs=numbers)
         return replace(self, places=places.take(kept), legs=legs, routes=routes)
@@ -70,7 +70,7 @@ def build_network(mission: Mission) -> Network:
 
 
 def network_by(mission: Mission, places: Places, buildings: Integers) -> Network:
-    """The network of a mission with the routes by way of some buildings alone, by their numbers."""
+    """The network of a mission with only the routes by way of some buildings, by number."""
     roof = FIRST_BUILDING + buildings
     ways = np.array([(ORIGIN, -1), (-1, HOVER), (HOVER, -1), (-1, DESTINATION)])  # −1 for its roof
     by_roof = np.where(ways < 0, roof[:, None, None], ways).reshape(-1, 2)

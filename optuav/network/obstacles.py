@@ -19,7 +19,7 @@ MOST_PAIRS = 1 << 13
 """Pairs of lines and footprints that are tried at once, about: as many as fit the cache."""
 MANY = 5_000
 """So many lines from one place, past as many footprints, are surveyed before they are followed."""
-CLEAR = -1  # In place of the number of a building: there is none
+CLEAR = -1  # In place of the number of a building, for none
 
 Lines: TypeAlias = Sequence[npt.NDArray[Any]]
 """Low ends (axis, line), the ways from there to the high ends [m], and the exempt (k, line)."""
@@ -31,35 +31,35 @@ def crossed(obstacles: Prisms, start_m: Floats, end_m: Floats, exempt: Integers)
     A line crosses a building if it runs inside the footprint below the roof; to graze a wall, a
     corner or the roof is not to cross. The `exempt` buildings (line, k) do not block a line.
     """
-    found, count = np.full(len(start_m), CLEAR, dtype=np.intp), len(obstacles.building)
+    blocker, count = np.full(len(start_m), CLEAR, dtype=np.intp), len(obstacles.building)
     if not count:
-        return found
+        return blocker
     swap = start_m[:, 2] > end_m[:, 2]
     low_m, high_m = np.where(swap, end_m.T, start_m.T), np.where(swap, start_m.T, end_m.T)
     lines = low_m, np.subtract(high_m, low_m, out=high_m), exempt.T
     if count <= FEW:
-        pairs = count * len(found)
+        pairs = count * len(blocker)
         for begin in range(0, pairs, MOST_PAIRS):
             pair = np.arange(begin, min(begin + MOST_PAIRS, pairs))
             line, footprint = _met(obstacles, lines, *np.divmod(pair, count))
-            found[line] = obstacles.building[footprint]
-        return found
-    left = np.ones(len(found), bool)
-    if min(len(found), count) >= MANY:
+            blocker[line] = obstacles.building[footprint]
+        return blocker
+    left = np.ones(len(blocker), bool)
+    if min(len(blocker), count) >= MANY:
         # Lines in a row that start in one place.
         other = np.flatnonzero((start_m[1:] != start_m[:-1]).any(axis=1)) + 1
-        first, last = np.append(0, other), np.append(other, len(found))
-        for row in map(slice, *(each[last - first >= MANY].tolist() for each in (first, last))):
-            own = [each[:, row] for each in lines]
-            found[row] = _surveyed(obstacles, start_m[row.start], end_m[row], own)
+        first, last = np.append(0, other), np.append(other, len(blocker))
+        for row in map(slice, *(ends[last - first >= MANY].tolist() for ends in (first, last))):
+            rows = [columns[:, row] for columns in lines]
+            blocker[row] = _surveyed(obstacles, start_m[row.start], end_m[row], rows)
             left[row] = False
-    found[left] = _followed(obstacles, [each[:, left] for each in lines])
-    return found
+    blocker[left] = _followed(obstacles, [columns[:, left] for columns in lines])
+    return blocker
 
 
 def roofs_below(buildings: Buildings, places_m: Floats) -> Integers:
     """The building on whose roof each place (place, 3) [m] stands, −1 for none."""
-    found, heights_m = np.full(len(places_m), CLEAR, dtype=np.intp), places_m[:, 2]
+    building, heights_m = np.full(len(places_m), CLEAR, dtype=np.intp), places_m[:, 2]
     roofs_m = np.append(np.sort(buildings.roof_m[:, 2]), np.inf)
     level = roofs_m[np.searchsorted(roofs_m[:-1], heights_m - MARGIN_M)] <= heights_m + MARGIN_M
     if level.any():
@@ -68,49 +68,49 @@ def roofs_below(buildings: Buildings, places_m: Floats) -> Integers:
         below, above = (
             crossed(prisms(buildings), e, e, none) for e in (at_m - away_m, at_m + away_m)
         )
-        found[level] = np.where(below == above, CLEAR, below)
-    return found
+        building[level] = np.where(below == above, CLEAR, below)
+    return building
 
 
 def _surveyed(obstacles: Prisms, place_m: Floats, ends_m: Floats, lines: Lines) -> Integers:
-    """A building that each line crosses, as `crossed`; all lines start in one place."""
+    """A building that each line crosses, like `crossed`; all lines start in one place."""
     seen = view(obstacles, place_m)
     (around,) = np.nonzero(seen.near_m == 0.0)
     if len(around) > FEW:  # Then the place lies in a heap of footprints
         return _followed(obstacles, lines)
-    found = np.full(len(ends_m), CLEAR, dtype=np.intp)
+    blocker = np.full(len(ends_m), CLEAR, dtype=np.intp)
 
     def tried(line: Integers, footprint: Integers) -> None:
         for k in range(0, len(line), MOST_PAIRS):
             pairs = line[k : k + MOST_PAIRS], footprint[k : k + MOST_PAIRS]
             one, other = _met(obstacles, lines, *pairs)
-            found[one] = obstacles.building[other]
+            blocker[one] = obstacles.building[other]
 
     ways = lines_from(place_m, ends_m, seen.bearings)
     clear, likely = survey(seen, ways, obstacles, lines[-1].T)
     (guessed,) = np.nonzero(~clear & (likely != NONE))
     tried(guessed, likely[guessed])
-    # What stands around the place is in the way of any line, and no part of the survey.
-    for each in around:
-        (line,) = np.nonzero(found == CLEAR)
-        tried(line, np.full_like(line, each))
-    (left,) = np.nonzero(~clear & (found == CLEAR))
+    # A footprint around the place blocks any line, and is not part of the survey.
+    for covered in around:
+        (line,) = np.nonzero(blocker == CLEAR)
+        tried(line, np.full_like(line, covered))
+    (left,) = np.nonzero(~clear & (blocker == CLEAR))
     for line, footprint in candidates(seen, ways, left):
-        still = found[line] == CLEAR
+        still = blocker[line] == CLEAR
         tried(line[still], footprint[still])
-    return found
+    return blocker
 
 
 def _followed(obstacles: Prisms, lines: Lines) -> Integers:
-    """A building that each line crosses, as `crossed`: the lines are followed over the map."""
+    """A building that each line crosses, like `crossed`: the lines are followed over the map."""
     low_m, way_m, _ = lines
     map_low_m, cell_m, n, in_cells, begins = obstacles.cells
     count, at_once = low_m.shape[1], 1 + 4 * MOST_PAIRS * n**2 // len(in_cells[0])
     if count > at_once:
         parts = (slice(begin, begin + at_once) for begin in range(0, count, at_once))
-        own = ([each[:, part] for each in lines] for part in parts)
-        return np.concatenate([_followed(obstacles, each) for each in own])
-    found = np.full(count, CLEAR, dtype=np.intp)
+        pieces = ([columns[:, part] for columns in lines] for part in parts)
+        return np.concatenate([_followed(obstacles, piece) for piece in pieces])
+    blocker = np.full(count, CLEAR, dtype=np.intp)
     town = map_low_m, map_low_m + n * cell_m, obstacles.roof_m.max()
     within = enter, leave = np.stack(_stretch(low_m, way_m, *town))
     middle_m = obstacles.middle_m
@@ -136,20 +136,20 @@ def _followed(obstacles: Prisms, lines: Lines) -> Integers:
             beside_m = middle_m[1 - axis, footprint] - slope[line] * middle_m[axis, footprint]
             (near,) = np.nonzero(np.abs(beside_m - offset_m[line]) <= reach_m[footprint])
             line, footprint = _met(obstacles, lines, line[near], footprint[near])
-            found[line] = obstacles.building[footprint]
-            (on,) = np.nonzero((found[live] == CLEAR) & (column != last))
+            blocker[line] = obstacles.building[footprint]
+            (on,) = np.nonzero((blocker[live] == CLEAR) & (column != last))
             live, last = live[on], last[on]
             column = column[on] + np.sign(last - column[on])
-    return found
+    return blocker
 
 
 def _met(
     obstacles: Prisms, lines: Lines, line: Integers, footprint: Integers
 ) -> tuple[Integers, Integers]:
-    """Return the pairs of a line and a footprint in which the footprint blocks the line."""
+    """Return the pairs of a line and a footprint where the footprint blocks the line."""
     low_m, way_m, exempt = lines
-    start_m, along_m = (_columns(each, line) for each in (low_m, way_m))
-    box_m = [_columns(each, footprint) for each in (obstacles.low_m, obstacles.high_m)]
+    start_m, along_m = (_columns(ends, line) for ends in (low_m, way_m))
+    box_m = [_columns(corners, footprint) for corners in (obstacles.low_m, obstacles.high_m)]
     enter, leave = _stretch(start_m, along_m, box_m[0], box_m[1], obstacles.roof_m[footprint])
     (met,) = np.nonzero(enter <= leave)
     line, footprint = line[met], footprint[met]
@@ -158,13 +158,13 @@ def _met(
     if len(other):
         pairs = met[other]
         start_m, along_m = start_m[:2, pairs], along_m[:2, pairs]
-        ends_m = np.stack([start_m + each[pairs] * along_m for each in (enter, leave)])
+        ends_m = np.stack([start_m + share[pairs] * along_m for share in (enter, leave)])
         blocks[other] = _inside(obstacles, footprint[other], ends_m)
     return line[blocks], footprint[blocks]
 
 
 def _inside(obstacles: Prisms, footprint: Integers, ends_m: Floats) -> Booleans:
-    """Whether straight ways (end, axis, way) [m] run inside one footprint each, seen from above.
+    """Test whether straight ways (end, axis, way) [m] run inside a footprint each, seen from above.
 
     A way that keeps d from the corners and runs l inside, in a footprint of n corners with edges up
     to D long, is at least 2 l d / (n D) from all edges in the middle of its longest stretch inside:
@@ -184,13 +184,13 @@ def _inside(obstacles: Prisms, footprint: Integers, ends_m: Floats) -> Booleans:
     (met,) = np.nonzero(left != left.take(after))  # Edges from one side of the way to the other
     way, after = way[met], after[met]
     share = beside_m[met] / (beside_m[met] - beside_m[after])
-    at_m, to_m = (corners_m.take(each, axis=1) for each in (met, after))
+    at_m, to_m = (corners_m.take(numbers, axis=1) for numbers in (met, after))
     at_m += share * (to_m - at_m) - ends_m[0].take(way, axis=1)
     # The way enters a footprint by edges from one of its sides to the other, and leaves by others.
     ahead_m = np.clip((along.take(way, axis=1) * at_m).sum(axis=0), 0.0, length_m[way])
     inside_m = np.abs(np.bincount(way, np.copysign(ahead_m, beside_m[met]), len(sizes)))
     apart_m = np.minimum.reduceat(np.abs(beside_m), last - sizes + 1)
-    low_m, high_m = (_columns(each, footprint) for each in (obstacles.low_m, obstacles.high_m))
+    low_m, high_m = (_columns(corner, footprint) for corner in (obstacles.low_m, obstacles.high_m))
     edge_m = np.hypot(*(high_m - low_m))
     inside = 2.0 * inside_m * apart_m > 10.0 * MARGIN_M * sizes * edge_m
     beside = (np.bincount(way, minlength=len(sizes)) == 0) & (apart_m > MARGIN_M)
@@ -230,7 +230,7 @@ def _stretch(
 def clear_lines(
     obstacles: Prisms, position_m: Floats, lines: Integers, exempt: Integers
 ) -> Booleans:
-    """Whether lines between places cross no building (variant, line); False without an end.
+    """Test whether lines between places cross no building (variant, line); False without an end.
 
     Lines (line, 2) join places (variant, place, 3) [m]; `exempt` ([variant,] line, k) do not block
     them.
@@ -239,7 +239,7 @@ def clear_lines(
     free = np.asarray(known[:, lines].all(axis=2))
     if not len(obstacles.building):
         return free
-    low_m, high_m = (each.reduce(position_m, axis=0)[lines] for each in (np.fmin, np.fmax))
+    low_m, high_m = (extreme.reduce(position_m, axis=0)[lines] for extreme in (np.fmin, np.fmax))
     moves = (low_m != high_m).any(axis=(1, 2))
     for k in np.flatnonzero(moves).tolist():
         # In no variant is it farther from the middle one than its ends may be.
@@ -252,13 +252,13 @@ def clear_lines(
         if exempt.ndim == 2:
             met &= ~np.isin(obstacles.building, exempt[k])
         moves[k] = met.any()
-    every, first = np.arange(len(position_m))[:, None], free.argmax(axis=0)
+    variants, first = np.arange(len(position_m))[:, None], free.argmax(axis=0)
     # A line that is the same in all variants is tried once, and so is one that is always clear: in
     # the first variant that has both ends.
-    variant, line = np.nonzero(free & (moves | (every == first)))
+    variant, line = np.nonzero(free & (moves | (variants == first)))
     start_m, end_m = np.moveaxis(position_m[variant[:, None], lines[line]], 1, 0)
     blocked = np.zeros_like(free)
-    own = exempt[line] if exempt.ndim == 2 else exempt[variant, line]
-    blocked[variant, line] = crossed(obstacles, start_m, end_m, own) != CLEAR
+    exempt_of_line = exempt[line] if exempt.ndim == 2 else exempt[variant, line]
+    blocked[variant, line] = crossed(obstacles, start_m, end_m, exempt_of_line) != CLEAR
     free &= ~np.where(moves, blocked, blocked[first, np.arange(len(lines))])
     return free

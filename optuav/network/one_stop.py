@@ -1,10 +1,10 @@
-"""Whether one rest and one hover are enough: the triangle inequality of the legs.
+"""Test if one rest and one hover are enough: the triangle inequality of the legs.
 
 In the linear perspectives a plan may leave out all stops but one hover and the rest where charging
 is best, if no way by a third place takes less time, charge or energy than a leg that is then flown
 instead. Two hovers around a rest become one if either can be moved to the other: if flying to the
 building first, or straight from it to the destination, takes no more than over the hover point.
-Longer ways are no shorter then either. Flight models obey this; the figures of an edited graph, and
+Longer ways are not shorter then either. Flight models obey this; figures of an edited graph, and
 buildings in the way of a leg, may not.
 """
 
@@ -24,7 +24,7 @@ from optuav.network.prisms import prisms
 
 FIGURES = ("duration_s", "charge_As", "energy_J")
 UNITS = ("s", "A s", "J")
-TOLERANCE = 1e-9  # Relative; a way around that is shorter by rounding alone is none
+TOLERANCE = 1e-9  # Relative; a way around that is shorter only by rounding does not count
 MOST_COMPARED = 60  # buildings of a mission whose legs are all compared with the ways around them
 
 
@@ -33,7 +33,7 @@ class Shortcut(NamedTuple):
 
     places: tuple[str, str, str]  # Names of the three places
     figure: str  # ``"duration_s"``, ``"charge_As"`` or ``"energy_J"``
-    # The figure of the leg from the first to the last place, infinite where there is no such leg,
+    # The figure of the leg from the first to the last place, infinite without such a leg,
     # and of the two legs together.
     direct: float
     by_way: float
@@ -54,7 +54,7 @@ def all_legs(network: Network, graph: Graph | None = None) -> Legs:
     table = build_legs(network.mission, places, prisms(network.mission.buildings), start, end)
     if graph is None:
         return table
-    # A graph has the legs with one building on the way, so those that it lacks are forbidden.
+    # A graph has the legs with one building on the way, so missing legs are forbidden.
     gone = np.array([name not in graph for name in places.names])
     one_stop = np.zeros((len(gone), len(gone)), bool)
     one_stop[network.legs.start, network.legs.end] = True
@@ -65,14 +65,14 @@ def all_legs(network: Network, graph: Graph | None = None) -> Legs:
 def find_shortcuts(network: Network) -> tuple[Shortcut, ...]:
     """Return where plans with more than one rest and one hover could pay, linear perspectives.
 
-    Of every leg that a plan with one rest and one hover may fly: the best way by a third place that
-    takes less, one a figure. Legs lead between any two places; a missing one counts once.
+    For every leg of a plan with one rest and one hover: the best way by a third place that
+    takes less, one per figure. Legs lead between any two places; a missing one counts once.
     """
     table, names = network.legs, network.places.names
     figures = np.full((len(FIGURES), len(names), len(names)), np.inf)
     used = table.flyable & (table.end != ORIGIN) & (table.start != DESTINATION)
-    stated = [getattr(table, name)[used] for name in FIGURES]
-    figures[:, table.start[used], table.end[used]] = stated
+    figures_used = [getattr(table, name)[used] for name in FIGURES]
+    figures[:, table.start[used], table.end[used]] = figures_used
     flown = np.zeros(figures.shape[1:], bool)
     flown[[ORIGIN, HOVER]] = flown[FIRST_BUILDING:, [HOVER, DESTINATION]] = True
     flown[:, ORIGIN] = flown[ORIGIN, DESTINATION] = flown[HOVER, HOVER] = False
@@ -88,24 +88,24 @@ def find_shortcuts(network: Network) -> tuple[Shortcut, ...]:
     less[:, there, HOVER] &= stay
     less[:, back, HOVER] &= stay
     third = np.where(less, around, np.inf).argmin(axis=2)
-    found = []
+    shortcuts = []
     for leg, figure in np.argwhere(less.any(axis=2).T).tolist():
         via = third[figure, leg]
         places = names[start[leg]], names[via], names[end[leg]]
         numbers = float(direct[figure, leg, 0]), float(around[figure, leg, via])
-        found.append(Shortcut(places, FIGURES[figure], *numbers))
-    return tuple(found)
+        shortcuts.append(Shortcut(places, FIGURES[figure], *numbers))
+    return tuple(shortcuts)
 
 
 @lru_cache(maxsize=1)
 def one_stop_is_enough(network: Network, graph: Graph | None = None) -> bool:
-    """Whether it is known that no leg takes more than a way around; not of many buildings."""
+    """Return whether no leg takes more than a way around; False for many buildings."""
     few = len(network.mission.buildings) <= MOST_COMPARED
     return few and not find_shortcuts(replace(network, legs=all_legs(network, graph)))
 
 
 def one_stop_in_words(network: Network, graph: Graph | None = None) -> str:
-    """Whether routes with more than one stop may be better, in a sentence."""
+    """Say in a sentence whether routes with more than one stop may be better."""
     if one_stop_is_enough(network, graph):
         legs = "times, charges and energies of the legs obey the triangle inequality"
         return f"one stop is enough: {legs}"

@@ -46,15 +46,15 @@ class Places:
 
     @property
     def exists(self) -> Booleans:
-        """Whether a place is known; a hover point out of reach is not."""
+        """True if a place is known; a hover point out of reach is not."""
         return np.asarray(np.isfinite(self.position_m).all(axis=1))
 
     def take(self, numbers: Integers) -> "Places":
         """Return some of the places by number: the ends, and then others, rising."""
-        own = {field.name: getattr(self, field.name) for field in fields(self)[1:-1]}
+        columns = {field.name: getattr(self, field.name) for field in fields(self)[1:-1]}
         names = tuple(self.names[number] for number in numbers)
         roofs = self.roofs[numbers[FIRST_BUILDING:] - FIRST_BUILDING]
-        return Places(names, **{name: each[numbers] for name, each in own.items()}, roofs=roofs)
+        return Places(names, **{name: each[numbers] for name, each in columns.items()}, roofs=roofs)
 
     def on(self, building: Integers | int) -> Integers:
         """Return the numbers of the places on the roofs of buildings; the last end for −1."""
@@ -89,7 +89,7 @@ def received_table(
 ) -> tuple[Booleans, Flow]:
     """Sight of the laser, and current and power from it, each (variant or 1, place).
 
-    The places are those of `position_table`, on the `roofs` of buildings by number; the building
+    The places come from `position_table`, on the `roofs` of buildings by number; the building
     below a place does not hide the laser.
     """
     count = position_m.shape[1]
@@ -104,12 +104,12 @@ def received_table(
         sight = _sight(towns, position_m, laser_m, roofs)
     x, y, z = np.moveaxis(position_m, -1, 0)
     received = vehicle.charging(mission, (x, y, z))
-    return sight, Flow(*(np.where(sight, each, 0.0) for each in received))
+    return sight, Flow(*(np.where(sight, flow, 0.0) for flow in received))
 
 
 @lru_cache(maxsize=4)
 def _kept_sight(buildings: Buildings, *numbers_m: float) -> Booleans:
-    """Sight of the laser (1, place), from its position and those of the ends, kept."""
+    """Sight of the laser (1, place), from its position and the ends', kept."""
     laser_m, *ends_m = np.reshape(numbers_m, (-1, 1, 1, 3))
     position_m = np.concatenate([*ends_m, buildings.roof_m[None]], axis=1)
     sight = _sight((buildings,), position_m, laser_m, np.arange(len(buildings)))
@@ -130,10 +130,10 @@ def _sight(
 def clear_past(
     towns: Sequence[Buildings], position_m: Floats, lines: Integers, exempt: Integers
 ) -> Booleans:
-    """As `clear_lines`, past the buildings of towns, each in as many variants in a row."""
+    """Like `clear_lines`, past the buildings of towns, each in as many variants in a row."""
     parts = zip(towns, np.split(position_m, len(towns)), strict=True)
-    own = [exempt] * len(towns) if exempt.ndim == 2 else np.split(exempt, len(towns))
-    rows = zip(parts, own, strict=True)
+    exempt_by_town = [exempt] * len(towns) if exempt.ndim == 2 else np.split(exempt, len(towns))
+    rows = zip(parts, exempt_by_town, strict=True)
     return np.concatenate([clear_lines(prisms(e), part, lines, roofs) for (e, part), roofs in rows])
 
 
@@ -152,12 +152,12 @@ def own_roofs(towns: Sequence[Buildings], position_m: Floats, roofs: Integers) -
 def _joined(*tables: Floats) -> Floats:
     """Places in tables (variant or 1, place, 3) in one."""
     rows = max(map(len, tables))
-    every = [np.broadcast_to(table, (rows, *table.shape[1:])) for table in tables]
-    return np.concatenate(every, axis=1)
+    full_tables = [np.broadcast_to(table, (rows, *table.shape[1:])) for table in tables]
+    return np.concatenate(full_tables, axis=1)
 
 
 def as_points(*places_m: Vector) -> Floats:
-    """Places with components that are numbers or columns, as (variant or 1, place, 3)."""
+    """Stack places with numbers or columns as components to (variant or 1, place, 3)."""
     components = itertools.chain(*places_m)
     return np.stack(np.broadcast_arrays(*components), axis=-1).reshape(-1, len(places_m), 3)
 
@@ -166,14 +166,14 @@ class ChargingCap(NamedTuple):
     """Limit that keeps a stronger laser from charging faster."""
 
     places: tuple[str, ...]  # Names of the places where it does
-    words: str  # What it is, as a sentence
+    words: str  # The warning as a sentence
 
 
 class LaserReach(NamedTuple):
-    """Return what the laser can give at places in its sight, without those stated in a graph."""
+    """The laser's power at places in its sight, without powers stated in a graph."""
 
     most_A: float  # Largest charging current, were nothing capped; 0 where it sees no place
-    capped_W: float  # Source power from which on all of them get the capped current
+    capped_W: float  # Source power that gives all of them the capped current
 
 
 def laser_reach(mission: Mission, places: Places) -> LaserReach:
@@ -219,6 +219,6 @@ def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
         return None
     names = tuple(places.names[place] for place in np.flatnonzero(capped))
     at = "wherever the laser is in sight" if (capped == lit).all() else f"at {listed(names)}"
-    stated = " and ".join(f"{key} = {quantity(mission, key)}" for key in keys)
-    caps = f"{stated} cap{'s' * (len(keys) == 1)} the charging current {at}"
+    values = " and ".join(f"{key} = {quantity(mission, key)}" for key in keys)
+    caps = f"{values} cap{'s' * (len(keys) == 1)} the charging current {at}"
     return ChargingCap(names, f"{caps}: a stronger laser changes nothing there")

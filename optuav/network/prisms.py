@@ -15,7 +15,7 @@ from optuav.arrays import Booleans, Floats, Integers, ragged
 from optuav.mission.buildings import Buildings
 
 MARGIN_M = 1e-6
-"""Distance by which walls and roofs move inwards [m]: grazing a building is not crossing it."""
+"""Shift of walls and roofs inwards [m]: grazing a building is not crossing it."""
 
 
 class Cells(NamedTuple):
@@ -25,9 +25,9 @@ class Cells(NamedTuple):
     """
 
     low_m: Floats  # Where they begin (axis, 1) [m]
-    size_m: Floats  # Of each (axis, 1) [m]
+    size_m: Floats  # Size of each (axis, 1) [m]
     across: int
-    # By numbering: footprints in the order of the cells, and where those of each cell begin.
+    # By numbering: footprints in the order of the cells, and where each cell's footprints begin.
     footprints: Sequence[Integers]
     begins: Sequence[Integers]
 
@@ -36,7 +36,7 @@ class Cells(NamedTuple):
 class Prisms:
     """Footprints, each smaller by `MARGIN_M` all round."""
 
-    corners_m: Floats  # Of all footprints as stated (corner, axis) [m]
+    corners_m: Floats  # Corners of all footprints as stated (corner, axis) [m]
     sizes: Integers  # Number of corners of every footprint
     # Ends of the box around it (axis, footprint) [m], and whether it fills that box.
     low_m: Floats
@@ -70,8 +70,8 @@ class Prisms:
         footprint, number = ragged(np.zeros_like(entries), entries)
         x, y = first[:, footprint] + np.divmod(number, spans[1, footprint])
         numbers = x * across + y, y * across + x
-        in_cells = [footprint[np.argsort(each, kind="stable")] for each in numbers]
-        begins = [np.cumsum(np.bincount(each + 1, minlength=across**2 + 1)) for each in numbers]
+        in_cells = [footprint[np.argsort(cell, kind="stable")] for cell in numbers]
+        begins = [np.cumsum(np.bincount(cell + 1, minlength=across**2 + 1)) for cell in numbers]
         return Cells(map_low_m, cell_m, across, in_cells, begins)
 
     @property
@@ -98,7 +98,7 @@ def prisms(buildings: Buildings) -> Prisms:
     (building,) = np.nonzero(count)
     sizes = count[building]
     first = np.cumsum(sizes) - sizes
-    low_m, high_m = (each.reduceat(corners_m, first).T for each in (np.minimum, np.maximum))
+    low_m, high_m = (extreme.reduceat(corners_m, first).T for extreme in (np.minimum, np.maximum))
     low_m, high_m = low_m + MARGIN_M, high_m - MARGIN_M
     # Four corners, and every edge along an axis.
     (four,) = np.nonzero((sizes == 4) & (low_m < high_m).all(axis=0))

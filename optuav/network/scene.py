@@ -17,7 +17,7 @@ from optuav.network.prisms import Prisms, prisms
 COVERAGE_SHARE = 0.4
 """Most that the coverage disc adds to the map on every side, as a share of the places' span."""
 
-MOST_LINES = 1000  # Buildings to all of which lines of sight are shown
+MOST_LINES = 1000  # Most buildings for showing all lines of sight
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Scene:
 
     @property
     def corners_m(self) -> Floats:
-        """Two corners (2, 2) of the box on the map that holds what is worth seeing [m].
+        """Two corners (2, 2) of the box on the map worth showing [m].
 
         It holds all places, and the coverage as far as it does not dwarf them.
         """

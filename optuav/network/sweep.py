@@ -1,9 +1,9 @@
 """A survey of many lines from one place: which are clear, and what may well block the others.
 
 Footprints are taken up from the nearest to the farthest, a few at a time, into a horizon: for every
-bearing the steepest slope up to which a footprint so far may hide what lies behind. A line that
+bearing the steepest slope where a footprint so far may hide points behind it. A line that
 ends farther away is clear if it is at least as steep. Bearings are coarse and footprints count as
-wider and nearer than they are, so what is called clear is clear. Others are left to be decided:
+wider and nearer than they are, so a line called clear is clear. Others are left to be decided:
 few footprints in the bearing of a line are high enough to block it.
 """
 
@@ -20,11 +20,11 @@ from optuav.network.prisms import MARGIN_M, Prisms
 from optuav.physics.quantity import TINY
 
 AT_ONCE = 500  # Footprints that are taken up between two looks at the horizon
-BEARINGS = 8  # Into so many bearings the average footprint reaches, about
+BEARINGS = 8  # Bearings that the average footprint covers, about
 FEWEST, MOST = 1 << 10, 1 << 22  # Bearings
-MOST_CORNERS = 1 << 16  # That are looked at together: as many as fit the cache
-MOST_PAIRS = 1 << 18  # Of footprints and bearings, or of lines and footprints, likewise
-NONE = -1  # In place of the number of a footprint
+MOST_CORNERS = 1 << 16  # Corners handled together: as many as fit the cache
+MOST_PAIRS = 1 << 18  # Pairs of footprints and bearings, or lines and footprints, likewise
+NONE = -1  # Number that stands for no footprint
 
 
 class View(NamedTuple):
@@ -33,7 +33,7 @@ class View(NamedTuple):
     near_m: Floats  # Distance on the map, no more than it is; 0 around the place [m]
     by_distance: Integers  # Numbers from the nearest to the farthest
     slope: Floats  # A line from the place that is at least as steep passes over it [-]
-    first: Integers  # The first bearing into which it may reach
+    first: Integers  # The first bearing that it may reach
     spans: Integers  # Into so many it may reach from there on; 0 around the place
     bearings: int  # How many there are
 
@@ -91,8 +91,8 @@ def survey(
     """Return which straight lines from a place are certainly clear, and what likely blocks each.
 
     The `exempt` buildings (line, k) do not block them. The second array has numbers of footprints,
-    `NONE` where there is none. Lines that are not clear may still be, and what likely blocks them
-    may not. Footprints around the place do not count.
+    `NONE` without one. Lines that are not clear may still be, and their likely blockers
+    may not block. Footprints around the place do not count.
     """
     count, bearing = len(seen.near_m), ways.bearing
     # Groups of footprints from the nearest on.
@@ -103,18 +103,18 @@ def survey(
     # Only footprints of groups before `after` begin before the line ends.
     after = np.searchsorted(begins_m, ways.length_m)
     known = np.minimum(np.searchsorted(obstacles.building, exempt), count - 1)
-    own = (obstacles.building[known] == exempt) & (group[known] < after[:, None])
-    own &= (bearing[:, None] - seen.first[known]) % seen.bearings < seen.spans[known]
+    exempted = (obstacles.building[known] == exempt) & (group[known] < after[:, None])
+    exempted &= (bearing[:, None] - seen.first[known]) % seen.bearings < seen.spans[known]
     for k in range(1, exempt.shape[1]):
-        own[:, k] &= (exempt[:, :k] != exempt[:, k, None]).all(axis=1)
+        exempted[:, k] &= (exempt[:, :k] != exempt[:, k, None]).all(axis=1)
     # The horizon is looked at before the first exempt footprint is in it. Where the bearing has no
     # more footprints from there on than the exempt ones, no other stands behind that horizon.
-    before = np.minimum(np.where(own, group[known], count).min(axis=1, initial=count), after)
-    later = -own.sum(axis=1)
+    before = np.minimum(np.where(exempted, group[known], count).min(axis=1, initial=count), after)
+    later = -exempted.sum(axis=1)
 
     groups = np.arange(len(begins_m) + 2)
-    narrow = np.min_scalar_type(len(groups))  # What is sorted fast
-    looks, ends = (np.argsort(each.astype(narrow), kind="stable") for each in (before, after))
+    narrow = np.min_scalar_type(len(groups))  # A type that is sorted fast
+    looks, ends = (np.argsort(group.astype(narrow), kind="stable") for group in (before, after))
     look_at = np.searchsorted(before[looks], groups)
     end_at = np.searchsorted(after[ends], groups)
     horizon = np.full(seen.bearings, -np.inf)
@@ -136,7 +136,7 @@ def survey(
         at, tall = (seen.first[each] + step) % seen.bearings, seen.slope[each]
         np.maximum.at(horizon, at, tall)
         np.add.at(standing, at, 1)
-        # Where it fills a bearing, it likely blocks what is lower; the last of equals stays.
+        # If it fills a bearing, it likely blocks lower lines; the last of equals stays.
         fills = ((step > 0) & (step < reach[place] - 1)) | (reach[place] < 3)
         fills &= tall >= highest[at]
         highest[at[fills]], blocker[at[fills]] = tall[fills], each[fills]
@@ -144,7 +144,7 @@ def survey(
 
 
 def candidates(seen: View, ways: Lines, some: Integers) -> Iterator[tuple[Integers, Integers]]:
-    """Numbers of some of the lines, each with those of the footprints that may block it.
+    """Numbers of some lines, each with the numbers of footprints that may block it.
 
     Footprints around the place do not count.
     """
@@ -161,7 +161,7 @@ def candidates(seen: View, ways: Lines, some: Integers) -> Iterator[tuple[Intege
     beyond = np.empty_like(seen.by_distance)
     near_m = seen.near_m[seen.by_distance]
     beyond[seen.by_distance] = np.searchsorted(lengths_m, near_m, side="right")
-    # Of the lines in a bearing, none is steeper down or longer than this.
+    # No line in a bearing is steeper down or longer than this.
     steepest, longest_m = np.full(seen.bearings, np.inf), np.zeros(seen.bearings)
     np.minimum.at(steepest, bearing, steepness)
     np.maximum.at(longest_m, bearing, length_m)

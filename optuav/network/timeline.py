@@ -1,4 +1,4 @@
-"""The phases of a route, and what they do to the battery packs."""
+"""The phases of a route, and their effect on the battery packs."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -41,7 +41,7 @@ class PhaseStage:
         Duration [s], ≥ 0.
     current_A, power_W
         Net, into the battery [A], [W]; negative while the battery drains. Where charging tapers,
-        what is offered: a full battery takes less.
+        the offered current: a full battery takes less.
 
     Examples
     --------
@@ -75,7 +75,7 @@ class Phase:
     available_As, bound_As
         Charge in the wells at its end [A s], one entry a pack; pooled packs count as one.
     waypoints_m
-        Points (x, y, z) [m] by which a bent leg goes, in order; it stops there.
+        Points (x, y, z) [m] of a bent leg, in order; it stops there.
     speeds_m_s
         Where the speeds of legs were sought, the largest horizontal speed over ground between one
         of these points and the next [m/s]; else none, and the leg flies as the mission states.
@@ -153,7 +153,7 @@ def stay_net(network: Network, place: Quantity) -> Flow:
 def route_phases(
     network: Network, route: int, hover_time_s: Quantity, rest_time_s: Quantity
 ) -> list[Phase]:
-    """Phases of a route in order, as `phases_along`; hover and rest time [s] may be arrays."""
+    """Phases of a route in order, like `phases_along`; hover and rest time [s] may be arrays."""
     routes, ends = network.routes, network.legs.end
     legs = [int(leg) for leg in routes.legs[route] if leg != NO_LEG]
     times_s = {HOVER: hover_time_s, int(network.places.on(routes.building[route])): rest_time_s}
@@ -167,7 +167,7 @@ def phases_along(network: Network, legs: Sequence[int], stays_s: Sequence[Quanti
 
     In between the UAV hovers or rests for `stays_s` [s], which may be arrays.
     """
-    table, places, found = network.legs, network.places, list[Phase]()
+    table, places, phases = network.legs, network.places, list[Phase]()
     names = places.names
     for leg, stay_s in zip(legs, [*stays_s, None], strict=True):
         start, end, edited = int(table.start[leg]), int(table.end[leg]), bool(table.edited[leg])
@@ -175,20 +175,22 @@ def phases_along(network: Network, legs: Sequence[int], stays_s: Sequence[Quanti
         waypoints_m = waypoints_m[np.isfinite(waypoints_m[:, 0])]
         in_segment = len(table.stages) // (1 + len(table.waypoints_m))
         used = slice(0, 1 if edited else in_segment * (1 + len(waypoints_m)))
-        nets = ((0.0 - each[used, leg]).tolist() for each in (table.currents_A, table.powers_W))
+        nets = (
+            (0.0 - table_of[used, leg]).tolist() for table_of in (table.currents_A, table.powers_W)
+        )
         stages = tuple(map(PhaseStage, table.durations_s[used, leg].tolist(), *nets))
         way_m, peak_m_s = float(table.distance_m[leg]), float(table.peak_speed_m_s[leg])
         ends = names[start], names[end], 0.0
         bent = (), (), tuple(map(tuple, waypoints_m.tolist()))
         speeds_m_s = () if table.speeds_m_s is None else table.speeds_m_s[:, leg]
         speeds = tuple(float(speed_m_s) for speed_m_s in speeds_m_s[: 1 + len(waypoints_m)])
-        found.append(Phase("flight", *ends, stages, way_m, peak_m_s, edited, *bent, speeds))
+        phases.append(Phase("flight", *ends, stages, way_m, peak_m_s, edited, *bent, speeds))
         if end == HOVER or end >= FIRST_BUILDING:
             kind: Kind = "hover" if end == HOVER else "rest"
             stages = (PhaseStage(stay_s, *map(float, stay_net(network, end))),)
             at, edited = (names[end], names[end], 0.0), bool(places.edited[end])
-            found.append(Phase(kind, *at, stages, 0.0, 0.0, edited, (), ()))
-    return found
+            phases.append(Phase(kind, *at, stages, 0.0, 0.0, edited, (), ()))
+    return phases
 
 
 def simulated(mission: Mission, phases: Sequence[Phase]) -> tuple[Phase, ...]:
@@ -200,12 +202,12 @@ def simulated(mission: Mission, phases: Sequence[Phase]) -> tuple[Phase, ...]:
         ends = carry(mission, phases).wells
     else:
         ends = [*{step.phase: step.after for step in steps(mission, phases)}.values()]
-    found, start_s = list[Phase](), 0.0
+    flown, start_s = list[Phase](), 0.0
     for phase, wells in zip(phases, ends, strict=True):
         available_As, bound_As = (tuple(np.atleast_1d(well).tolist()) for well in wells)
-        found.append(replace(phase, start_s=start_s, available_As=available_As, bound_As=bound_As))
+        flown.append(replace(phase, start_s=start_s, available_As=available_As, bound_As=bound_As))
         start_s += phase.duration_s
-    return tuple(found)
+    return tuple(flown)
 
 
 class Piece(NamedTuple):
@@ -235,7 +237,7 @@ def steps(mission: Mission, phases: Iterable[Phase], pieces: int = 1) -> Iterato
 class PackCourse(NamedTuple):
     """Yield the loads of phases on the packs."""
 
-    # For every phase, the stretches in which no pack changes its part.
+    # For every phase, the stretches where no pack changes its part.
     stretches: list[list[Stretch]]
     wells: list[Wells]  # (pack,): charge in the wells at the end of every phase [A s]
     # When no pack is left to carry the load [s]; None if that never comes. The packs stay as they
@@ -245,13 +247,13 @@ class PackCourse(NamedTuple):
 
 def starting_packs(mission: Mission) -> Packs:
     """The mission's packs at the start: full, or with equal parts of the charge of [start]."""
-    given = mission.battery
-    pack = Battery(given.capacity_As, given.available_fraction, given.flow_rate_per_s)
+    battery = mission.battery
+    pack = Battery(battery.capacity_As, battery.available_fraction, battery.flow_rate_per_s)
     begin = None
     if mission.start is not None:
         total = vehicle.start(mission).wells(vehicle.pool(mission))
-        begin = Wells(*(well / given.packs for well in total))
-    return Packs(pack, given.packs, given.schedule, given.period_s, begin)
+        begin = Wells(*(well / battery.packs for well in total))
+    return Packs(pack, battery.packs, battery.schedule, battery.period_s, begin)
 
 
 def pack_loads(mission: Mission, phase: Phase) -> list[JobStage]:

@@ -59,14 +59,14 @@ class Variants:
 
     def others(self, columns: Columns) -> Variants:
         """Variants by other values of the same keys; tables that no key moves are kept."""
-        found = Variants(self.network, columns, self.known_radius_m)
+        others = Variants(self.network, columns, self.known_radius_m)
         if self.count > 1:
-            for name in (each for each in KEPT if each in vars(self)):
+            for name in (name for name in KEPT if name in vars(self)):
                 tables = getattr(self, name)
                 rows = [tables] if isinstance(tables, np.ndarray) else _flat(tables)
                 if all(np.ndim(row) < 2 or len(row) == 1 for row in rows):
-                    vars(found)[name] = tables
-        return found
+                    vars(others)[name] = tables
+        return others
 
     @cached_property
     def mission(self) -> Mission:
@@ -78,12 +78,12 @@ class Variants:
         for key, values in self.columns.items():
             table, _, name = key.partition(".")
             name, _, axis = name.partition("[")
-            own = tables.setdefault(table, {})
+            values_of_table = tables.setdefault(table, {})
             column = np.asarray(values, dtype=float)[:, None]
             if not axis:
-                own[name] = column
+                values_of_table[name] = column
                 continue
-            here = own.setdefault(name, list(getattr(getattr(mission, table), name)))
+            here = values_of_table.setdefault(name, list(getattr(getattr(mission, table), name)))
             assert isinstance(here, list)
             here[int(axis[0])] = column
         if {"packs", "capacity_As"} & tables.get("battery", {}).keys():
@@ -121,7 +121,7 @@ class Variants:
 
     @cached_property
     def able(self) -> Booleans:
-        """Whether all legs can be flown and the hover point be held (variant or 1, route)."""
+        """True if all legs can be flown and the hover point be held (variant or 1, route)."""
         able = np.isfinite(np.atleast_2d(self.loads.duration_s))
         if self.mission.flight.obstacle_rule == "refuse":
             lines, line = self._lines
@@ -157,7 +157,7 @@ class Variants:
 
     @cached_property
     def falls_in_flight(self) -> Booleans:
-        """Whether the available well falls all along every leg (variant or 1, 1)."""
+        """True if the available well falls all along every leg (variant or 1, 1)."""
         most_A = [np.where(t > 0.0, i, -np.inf).max(axis=1, keepdims=True) for i, t in self.stages]
         return np.asarray(falls_throughout(vehicle.pool(self.mission), reduce(np.maximum, most_A)))
 

@@ -19,39 +19,41 @@ def channel(mission: Mission) -> link.Channel:
 
 def pool(mission: Mission) -> kibam.Battery:
     """All packs as one battery."""
-    given = mission.battery
+    battery = mission.battery
     return kibam.Battery(
-        given.packs * given.capacity_As, given.available_fraction, given.flow_rate_per_s
+        battery.packs * battery.capacity_As, battery.available_fraction, battery.flow_rate_per_s
     )
 
 
 def start(mission: Mission) -> kibam.Tilted:
     """Charge of all packs at the start; full where none is stated (NaN in columns)."""
     battery = pool(mission)
-    charge, stated = kibam.start(battery), mission.start
-    if stated is None:
+    charge, at_start = kibam.start(battery), mission.start
+    if at_start is None:
         return charge
-    if stated.available_As is not None and stated.bound_As is not None:
-        levels = zip((stated.available_As, stated.bound_As), battery.full, strict=True)
-        own = kibam.Wells(*(np.clip(level, 0.0, most) for level, most in levels))
-        none = np.isnan(stated.available_As)
-        charge = _chosen(none, charge, kibam.Tilted.of(battery, own))
-    if stated.soc is not None:
-        level = kibam.Tilted(stated.soc * battery.capacity_As, 0.0)
-        charge = _chosen(np.isnan(stated.soc), charge, level)
+    if at_start.available_As is not None and at_start.bound_As is not None:
+        levels = zip((at_start.available_As, at_start.bound_As), battery.full, strict=True)
+        clipped = kibam.Wells(*(np.clip(level, 0.0, most) for level, most in levels))
+        none = np.isnan(at_start.available_As)
+        charge = _chosen(none, charge, kibam.Tilted.of(battery, clipped))
+    if at_start.soc is not None:
+        level = kibam.Tilted(at_start.soc * battery.capacity_As, 0.0)
+        charge = _chosen(np.isnan(at_start.soc), charge, level)
     return charge
 
 
 def starts_beyond(mission: Mission) -> Booleans:
     """Return where the wells at the start exceed their sizes by more than rounding."""
-    found, stated = np.zeros((), bool), mission.start
-    if stated is not None and stated.available_As is not None:
+    exceeds, at_start = np.zeros((), bool), mission.start
+    if at_start is not None and at_start.available_As is not None:
         battery = pool(mission)
-        assert stated.bound_As is not None
-        for level, most in zip((stated.available_As, stated.bound_As), battery.full, strict=True):
+        assert at_start.bound_As is not None
+        for level, most in zip(
+            (at_start.available_As, at_start.bound_As), battery.full, strict=True
+        ):
             rounding = START_ROUNDING * battery.capacity_As
-            found = found | (level < -rounding) | (level > most + rounding)
-    return found
+            exceeds = exceeds | (level < -rounding) | (level > most + rounding)
+    return exceeds
 
 
 def _chosen(condition: Booleans, one: kibam.Tilted, other: kibam.Tilted) -> kibam.Tilted:

@@ -20,7 +20,7 @@ from optuav.network.prisms import MARGIN_M, Prisms, prisms
 from optuav.physics.flight import Loads
 from optuav.physics.quantity import TINY, Vector
 
-CLEARANCE_M = 5.0  # Of a mission that states none
+CLEARANCE_M = 5.0  # Default clearance of a mission
 AT_ONCE = 1 << 11  # Lines that are bent together, in bounded memory
 MOST_MET = 500  # Footprints that a way around may meet
 EQUAL = 1e-9  # Relative difference of two charges that count as equal
@@ -92,17 +92,19 @@ def build_ways(
 ) -> Ways:
     """Ways along lines (line, 2) between places (variant or 1, place, 3) [m] past buildings.
 
-    A line may cross its `own` buildings ([variant,] line, k). Of several towns, each is that of as
+    A line may cross its `own` buildings ([variant,] line, k). Each of several towns belongs to as
     many variants in a row. Numbers of the mission may be columns (variant, 1). Raises `InputError`
     where a way around meets more than 500 footprints.
     """
     keys, count = mission.flight, len(lines)
-    stated = CLEARANCE_M if keys.clearance_m is None else keys.clearance_m
+    keep_m = CLEARANCE_M if keys.clearance_m is None else keys.clearance_m
     highest = np.inf if keys.max_altitude_m is None else keys.max_altitude_m
-    limits_m = np.stack(np.broadcast_arrays(*np.atleast_2d(stated, highest)), axis=-1)
+    limits_m = np.stack(np.broadcast_arrays(*np.atleast_2d(keep_m, highest)), axis=-1)
     rows = max(len(position_m), len(limits_m))
     ends_m = position_m[:, lines].reshape(-1, count, 6)
-    parts = [np.broadcast_to(each, (rows, count, each.shape[-1])) for each in (ends_m, limits_m)]
+    parts = [
+        np.broadcast_to(limits, (rows, count, limits.shape[-1])) for limits in (ends_m, limits_m)
+    ]
     table = np.concatenate(parts, axis=-1)
     # A line that is as in the first variant of its town is bent once.
     first = np.arange(rows) // (in_town := rows // len(towns)) * in_town
@@ -145,14 +147,14 @@ def build_ways(
 def _better(
     leg: Callable[[Vector], Loads], start_m: Floats, end_m: Floats, *ways_m: Floats
 ) -> Floats:
-    """Of two ways by waypoints, NaN for none, that of less charge there and back; then of time."""
+    """Choose from two ways by waypoints, NaN for none, by less charge there and back, then time."""
     drawn = []
     for way_m in ways_m:
         there = loads_along(leg, start_m, end_m, way_m)
         back = loads_along(leg, end_m, start_m, _turned(way_m))
         none = np.isnan(way_m[..., 0, 0])
         sums = there.charge_As + back.charge_As, there.duration_s + back.duration_s
-        drawn.append([np.where(none, np.inf, each) for each in sums])
+        drawn.append([np.where(none, np.inf, total) for total in sums])
     (over_As, over_s), (around_As, around_s) = drawn
     alike = np.isclose(over_As, around_As, rtol=EQUAL, atol=0.0)
     first = np.where(alike, over_s <= around_s, over_As < around_As)
@@ -175,7 +177,7 @@ class Fences(NamedTuple):
 
     obstacles: Prisms
     walls: npt.NDArray[np.object_]  # Footprints, wider by the clearance, as polygons of `shapely`
-    tree: Any  # Of the walls, by number
+    tree: Any  # Search tree of the walls, by number
     top_m: Floats  # Roofs, higher by the clearance [m]
 
     def over(
@@ -229,7 +231,7 @@ class Fences(NamedTuple):
         np.maximum.at(leave_m, pair, along_m)
         met = np.tile(enter_m <= leave_m, 2)
         line, building, top_m = (
-            np.tile(each, 2)[met] for each in (line, self.obstacles.building[footprint], top_m)
+            np.tile(column, 2)[met] for column in (line, self.obstacles.building[footprint], top_m)
         )
         level_m = np.hypot(*(end_m - start_m)[:, :2].T)
         at_m = np.clip(np.concatenate([enter_m, leave_m])[met], 0.0, level_m[line])
@@ -255,7 +257,7 @@ class Fences(NamedTuple):
         import shapely
 
         walls, top_m = self.walls[footprint], self.top_m[footprint]
-        near = [shapely.intersects_xy(walls, *each[:, :2].T) for each in (start_m, end_m)]
+        near = [shapely.intersects_xy(walls, *point[:, :2].T) for point in (start_m, end_m)]
         close = near[0] | near[1]
         walls[close] = self.obstacles.inner(footprint[close])
         roof_m = self.obstacles.roof_m[footprint] - MARGIN_M
@@ -265,9 +267,9 @@ class Fences(NamedTuple):
         return walls, top_m
 
     def around(self, start_m: Floats, end_m: Floats, exempt: Integers) -> Floats | None:
-        """Waypoints (waypoint, 3) [m] of the shortest way around what is as high as its ends.
+        """Waypoints (waypoint, 3) [m] of the shortest way around footprints as high as its ends.
 
-        None if there is no way. Only footprints that the best way so far crosses are in the graph:
+        None without a way. Only footprints that the best way so far crosses are in the graph:
         a shortest way that is free of all others is the shortest of all.
         """
         import networkx

@@ -80,8 +80,8 @@ def longest(mission: Mission, perspective: Perspective) -> tuple[Plan, list[str]
 def without_laser(mission: Mission) -> Mission:
     """The mission without its laser, and without the charging that it states."""
     charges = flight_of(mission).charging() is not None
-    stated = ("flight.charge_current_A", "flight.charge_power_W") if charges else ()
-    return mission.replace(dict.fromkeys(("laser", *stated)))
+    charging_keys = ("flight.charge_current_A", "flight.charge_power_W") if charges else ()
+    return mission.replace(dict.fromkeys(("laser", *charging_keys)))
 
 
 def table2_row(mission: Mission, deadline_s: float, perspective: Perspective) -> Plan:
@@ -101,7 +101,7 @@ def least_pack(
 ) -> float | None:
     """Least pack [A s] with which the direct path hovers for `hover_s`, if any, by halving.
 
-    By default for as long as the deadline admits.
+    By default for as long as the deadline allows.
     """
     low, high = 0.0, LARGEST_PACK * mission.battery.capacity_As
     most, deadline_s = direct(mission, high, perspective), mission.limits.deadline_s
@@ -120,7 +120,7 @@ def least_pack(
 
 
 def wind_limits_N(mission: Mission, axis: str) -> tuple[float, float]:
-    """Least and largest wind along an axis in which rotors hold the place [N]."""
+    """Least and largest wind along an axis that lets rotors hold the place [N]."""
     rotors = Rotors(mission)
     motor, weight_N = rotors.motor, rotors.airframe.weight_N
     x, y, z = AXES[axis]
@@ -142,7 +142,7 @@ def hover_energy(mission: Mission, axis: str) -> tuple[Floats, Floats]:
 
 
 def calmest_N(mission: Mission, axis: str) -> float:
-    """Wind along an axis in which hovering takes the least energy [N]."""
+    """Wind along an axis that makes hovering take the least energy [N]."""
     force_N, energy_J = hover_energy(mission, axis)
     return float(force_N[np.argmin(energy_J)])
 
@@ -150,7 +150,7 @@ def calmest_N(mission: Mission, axis: str) -> float:
 def harvest(mission: Mission, source_W: float, distance_m: Floats) -> tuple[Floats, Floats]:
     """Energy from a source in `HOVER_S` [J] and efficiency ζ [-], by distance, in clear sight.
 
-    The energy is not limited to what the battery takes.
+    The energy is not limited to the battery's intake.
     """
     conversion, per_km = Fits(mission).conversion, Fits(mission).attenuation_per_km
     power_W = laser.received_power(conversion, source_W, per_km, distance_m, np.inf)

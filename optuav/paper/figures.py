@@ -1,4 +1,4 @@
-"""The tables and figures of the paper for any mission, and what the paper leaves out."""
+"""The tables and figures of the paper for any mission, and results beyond the paper."""
 
 import contextlib
 import itertools
@@ -29,7 +29,7 @@ from optuav.plan import Plan
 from optuav.plots.files import modelled_leg
 from optuav.plots.style import minus, printed
 
-if TYPE_CHECKING:  # `optuav.plots` says what is missing
+if TYPE_CHECKING:  # `optuav.plots` reports missing libraries
     from matplotlib.axes import Axes
 
 Record: TypeAlias = Mapping[str, Any]
@@ -41,7 +41,7 @@ SOURCES_W = (100.0, 250.0, 500.0, 1000.0)
 NO_SPEED = "loads by regime"
 WAYS = {"one rest, one hover": (1, 1), "two rests": (2, 1), "two hovers": (1, 2)}
 """Most rests and most hovers."""
-LATER = (1.0, 2.0)  # Deadlines over the mission's own at which more stops are tried
+LATER = (1.0, 2.0)  # Deadlines for trying more stops, over the mission's own
 HEAD = ("direct path", "Δ [s]", "T [s]", "η1 [%]", "η2 [%]", "η3 [%]")
 
 
@@ -71,25 +71,25 @@ class Exhibit:
     ) -> None:
         self.mission, self.file, self.part = mission, file, part
         self.records, self.rows, self.axes = records, rows, axes
-        stated = DATA["exhibit"][file]
+        known_of_file = DATA["exhibit"][file]
         known = {"part": part, "deadline_s": mission.limits.deadline_s}
         known |= {name: value for name, value in words.items() if value is not None}
-        labels = stated.keys() & {"title", "x_label", "y_label"}
-        if texts := {label: stated[label].format(**known) for label in labels}:
+        labels = known_of_file.keys() & {"title", "x_label", "y_label"}
+        if texts := {label: known_of_file[label].format(**known) for label in labels}:
             texts["title"] = f"{printed(mission.name)}: {texts['title']}"
             if bars:
                 self.axes = plots.bars(bars, **texts, level=next(iter(marks), None))
             else:
-                lines = list(_lines(records, stated, known))
-                from_zero = stated.get("y_from_zero", False)
+                lines = list(_lines(records, known_of_file, known))
+                from_zero = known_of_file.get("y_from_zero", False)
                 self.axes = plots.curves(lines, **texts, marks=marks, y_from_zero=from_zero)
         self.findings = list[str]()
-        for sentence in stated.get("findings", ()):
+        for sentence in known_of_file.get("findings", ()):
             # Findings on a plan or a crossing that does not exist are left out.
             with contextlib.suppress(KeyError):
                 self.findings.append(sentence.format(**known))
         self.findings += findings
-        self.details = stated.get("details", "").format(**known)
+        self.details = known_of_file.get("details", "").format(**known)
 
     @property
     def name(self) -> str:
@@ -99,10 +99,10 @@ class Exhibit:
 
     @property
     def numbers(self) -> Sequence[str]:
-        """Its number in the paper, as ``"fig5"``; several where they differ in the deadline."""
+        """Its number in the paper, such as ``"fig5"``; several if they differ in the deadline."""
         numbers: Mapping[str, str] = DATA["exhibit"][self.file].get("numbers", {})
-        own = is_papers(self.mission) and numbers.get(self.part)
-        return [own] if own else [*numbers.values()]
+        number_of_part = is_papers(self.mission) and numbers.get(self.part)
+        return [number_of_part] if number_of_part else [*numbers.values()]
 
     @property
     def caption(self) -> str:
@@ -129,7 +129,7 @@ def _lines(records: Sequence[Record], stated: Record, known: Record) -> Iterator
 
 
 def is_papers(mission: Mission) -> bool:
-    """Whether a mission is one of the paper's, to which the paper's numbers belong."""
+    """Return whether the paper's numbers belong to a mission."""
     return mission.name in ("paper", "paper-table2")
 
 
@@ -139,7 +139,7 @@ def number(value: float, digits: int) -> str:
 
 
 def why(plan: Plan) -> str:
-    """Why there is no plan."""
+    """The reasons for no plan."""
     return "; ".join(plan.reasons) or plan.proof
 
 
@@ -211,7 +211,7 @@ def _stays(plan: Plan) -> list[str]:
 
 
 def _columns(**values: Any) -> list[Record]:
-    """Rows of a CSV file from its columns; a value that is no list or array stands in each row."""
+    """Rows of a CSV file from its columns; a scalar stands in each row."""
     columns = (array.tolist() for array in np.broadcast_arrays(*values.values()))
     return [dict(zip(values, row, strict=True)) for row in zip(*columns, strict=True)]
 
@@ -219,9 +219,9 @@ def _columns(**values: Any) -> list[Record]:
 def system(mission: Mission, perspective: Perspective) -> Exhibits:
     """The map with the four trajectories."""
     plans = curves.by_trajectory(mission, perspective)
-    found, lost = existing(plans), missing(plans)
-    routes = "; ".join(f"{name} {' → '.join(plan.route)}" for name, plan in found.items())
-    records, words = _records(found, "trajectory"), {"routes": routes}
+    plans_found, lost = existing(plans), missing(plans)
+    routes = "; ".join(f"{name} {' → '.join(plan.route)}" for name, plan in plans_found.items())
+    records, words = _records(plans_found, "trajectory"), {"routes": routes}
     axes = plots.trajectories(plans).plan
     yield Exhibit(mission, "system", records, words, axes, part=perspective, findings=lost)
 
@@ -254,16 +254,19 @@ def direct_path(mission: Mission) -> Exhibits:
         for deadline_s in deadlines_s(mission)
         for perspective in (*PAPER, AVAILABLE)
     }
-    found = existing(plans)
+    plans_found = existing(plans)
     rows: list[Sequence[str]] = [HEAD]
-    for name, plan in found.items():
+    for name, plan in plans_found.items():
         values = (
             plan.hover_time_s,
             plan.mission_time_s,
             *(eta(plan, perspective) for perspective in PAPER),
         )
         rows.append((name, *(number(value, 2) for value in values)))
-    said, records = (*grounded(found, "rows"), *missing(plans)), _records(found, "deadline")
+    said, records = (
+        (*grounded(plans_found, "rows"), *missing(plans)),
+        _records(plans_found, "deadline"),
+    )
     words = {"slot_s": mission.limits.slot_s}
     yield Exhibit(mission, "direct-path", records, words, rows=rows, findings=said)
     if is_papers(mission):
@@ -272,20 +275,20 @@ def direct_path(mission: Mission) -> Exhibits:
 
 def _beside_the_paper(mission: Mission) -> Exhibit:
     """The paper's cells, each with ours below it."""
-    found, records = ledger("table2").entries, list[Record]()
+    entries, records = ledger("table2").entries, list[Record]()
     above, below = list[str](), list[str]()
-    for entry in found:
-        stated, wrong = entry.statement.stated, entry.verdict is Verdict.CONTRADICTS
+    for entry in entries:
+        as_printed, wrong = entry.statement.stated, entry.verdict is Verdict.CONTRADICTS
         ours = entry.printed if mission.name == "paper" else entry.recovered
-        cell = {"cell": entry.statement.name, "paper": stated, "ours": ours}
-        records.append({**cell, "shows_the_printed_digits": (same := agrees(stated, ours))})
-        above.append(minus(f"{stated}{' †' * wrong}"))
+        cell = {"cell": entry.statement.name, "paper": as_printed, "ours": ours}
+        records.append({**cell, "shows_the_printed_digits": (same := agrees(as_printed, ours))})
+        above.append(minus(f"{as_printed}{' †' * wrong}"))
         below.append(minus(f"{entry.shown(ours)}{' *' * (not same)}"))
     rows: list[Sequence[str]] = [HEAD]
-    for first in range(0, len(found), len(HEAD) - 1):
+    for first in range(0, len(entries), len(HEAD) - 1):
         row = slice(first, first + len(HEAD) - 1)
         (_, deadline_s, perspective), *_, (_, _, slots_s) = (
-            e.statement.compute for e in found[row]
+            e.statement.compute for e in entries[row]
         )
         rows.append((f"printed: {deadline_s} s, {perspective}", *above[row]))
         rows.append((f"ours, η at Δ = {slots_s} s", *below[row]))
@@ -303,14 +306,14 @@ def by_perspective(mission: Mission) -> Exhibits:
             for name, plan in curves.by_trajectory(changed, perspective).items()
         }
         plans = {f"{name}, {perspective}": plan for (perspective, name), plan in chosen.items()}
-        found, part = existing(plans), f"{deadline_s:g}s"
-        records, bars = _records(found, "trajectory"), _bars(chosen)
+        flown, part = existing(plans), f"{deadline_s:g}s"
+        records, bars = _records(flown, "trajectory"), _bars(chosen)
         said = list[str]()
         for perspective in (*PAPER, AVAILABLE):
             best, names = curves.longest(changed, perspective)
             ways = " and ".join(names) or " → ".join(best.route)
             said += [f"{perspective}: {best.hover_time_s:.2f} s by {ways}."] if best else []
-        said += (*grounded(found, "bars"), *missing(plans))
+        said += (*grounded(flown, "bars"), *missing(plans))
         yield Exhibit(changed, "hover-time", records, bars=bars, part=part, findings=said)
         bars = _bars(chosen, lambda plan: eta(plan, "battery"))
         yield Exhibit(changed, "charge-left", records, bars=bars, marks=[least], part=part)
@@ -320,14 +323,14 @@ def _bars(
     plans: Mapping[tuple[str, str], Plan],
     value: Callable[[Plan], float] = attrgetter("hover_time_s"),
 ) -> list[plots.Bar]:
-    """A value of plans by their group and name, None where there is no plan."""
+    """A value of plans by their group and name, None without a plan."""
     return [plots.Bar(*n, value(p) if p else None, p.flyable) for n, p in plans.items()]
 
 
 def least_charge(mission: Mission, perspective: Perspective) -> Exhibits:
-    """Hover time by the charge that must be left, one curve a rotor speed."""
-    own, own_speed, loads = mission.limits.min_soc, None, f"{NO_SPEED}, without v_max, "
-    charges = [share for share in (own, own + 0.05, own + 0.1) if share < 1.0]
+    """Hover time by the charge that must be left, one curve per rotor speed."""
+    own_share, own_speed, loads = mission.limits.min_soc, None, f"{NO_SPEED}, without v_max, "
+    charges = [share for share in (own_share, own_share + 0.05, own_share + 0.1) if share < 1.0]
     speeds: Sequence[float | None] = (None,)
     if mission.flight.model == "rotors" and mission.rotor is not None:
         own_speed, loads = mission.rotor.max_speed_rad_s, ""
@@ -346,9 +349,9 @@ def least_charge(mission: Mission, perspective: Perspective) -> Exhibits:
     pairs = [(row["min_soc_percent"], row["hover_time_s"]) for row in own_rows]
     lost = next((f"{percent:g}" for percent, hover_s in pairs if math.isnan(hover_s)), None)
     words = {"lost": lost, "where": "" if loads else " at the mission's own v_max", "loads": loads}
-    found = [pair for pair in pairs if not math.isnan(pair[1])]
-    if len(found) > 1:
-        (start, first), *others = found
+    known = [pair for pair in pairs if not math.isnan(pair[1])]
+    if len(known) > 1:
+        (start, first), *others = known
         if all(math.isclose(hover_s, first, rel_tol=1e-6) for _, hover_s in others):
             words["constant"] = first
         else:
@@ -397,7 +400,7 @@ def wind(mission: Mission) -> Exhibits:
 def charging(mission: Mission) -> Exhibits:
     """Harvested energy, and efficiency, by the distance from the laser."""
     if flight_of(mission).charging() is not None:
-        raise NotShownError("the mission states with what it charges, whatever the distance")
+        raise NotShownError("the mission states its charging, whatever the distance")
     assert mission.laser is not None
     records, spans = list[Record](), list[str]()
     for power_W in sorted({*SOURCES_W, mission.laser.power_W}):
@@ -412,14 +415,14 @@ def charging(mission: Mission) -> Exhibits:
 
 
 def runs_dry(mission: Mission) -> Exhibits:
-    """The available well over the direct path, of which η1 says nothing."""
+    """The available well over the direct path, which η1 ignores."""
     plan, kept = _plan(mission, "battery", P3()), solve(mission, P3())
     level = 100.0 * plan.phases[-1].available_As[0] / float(vehicle.pool(mission).capacity_As)
     words = {
         "left": eta(plan, "battery"),
         "level": number(level, 1),
         "dry_s": plan.runs_dry_s,
-        "lasting": f"Δ = {kept.hover_time_s:.2f} s" if kept else f"there is no plan: {why(kept)}",
+        "lasting": f"Δ = {kept.hover_time_s:.2f} s" if kept else f"no plan exists: {why(kept)}",
     }
     yield _course(plan, "runs-dry", words)
 
@@ -449,17 +452,17 @@ def second_problem(mission: Mission) -> Exhibits:
 
 
 def more_stops(mission: Mission) -> Exhibits:
-    """The longest hover with two rests, and in two pieces, in which the available well lasts."""
+    """The longest hover with two rests, and in two pieces, while the available well lasts."""
     plans = dict[str, Plan]()
     for times, (words, (stops, hovers)) in itertools.product(LATER, WAYS.items()):
         deadline_s = times * mission.limits.deadline_s
         plan = solve(with_deadline(mission, deadline_s), P1(stops=stops, hovers=hovers))
         plans[f"{words}, T_max = {deadline_s:g} s"] = plan
-    found = existing(plans)
-    said = [f"{n}: {p.hover_time_s:.3f} s; {', '.join(_stays(p))}." for n, p in found.items()]
-    bars = _bars({(n.replace(", T_max", ",\n$T_{\\max}$"), ""): plan for n, plan in found.items()})
+    flown = existing(plans)
+    said = [f"{n}: {p.hover_time_s:.3f} s; {', '.join(_stays(p))}." for n, p in flown.items()]
+    bars = _bars({(n.replace(", T_max", ",\n$T_{\\max}$"), ""): plan for n, plan in flown.items()})
     said += missing(plans)
-    yield Exhibit(mission, "more-stops", _records(found, "most"), bars=bars, findings=said)
+    yield Exhibit(mission, "more-stops", _records(flown, "most"), bars=bars, findings=said)
 
 
 def peak_speed(mission: Mission) -> Exhibits:
@@ -481,6 +484,6 @@ def peak_speed(mission: Mission) -> Exhibits:
 def misprints(mission: Mission) -> Exhibits:
     """The misprints of the paper and of the source of its flight model."""
     if mission.name == "paper":
-        found = DATA["misprint"]
-        rows = [[*found[0]], *([*misprint.values()] for misprint in found)]
-        yield Exhibit(mission, "misprints", found, rows=rows)
+        listed = DATA["misprint"]
+        rows = [[*listed[0]], *([*misprint.values()] for misprint in listed)]
+        yield Exhibit(mission, "misprints", listed, rows=rows)

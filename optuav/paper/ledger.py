@@ -37,10 +37,10 @@ from optuav.studies.results import as_csv
 Value: TypeAlias = float | str | None
 SIGNIFICANT = 12  # Digits of our values that count; those after them are rounding of floats
 HEAD = ("name", "place", "what", "stated", "unit")
-"""Fields of a statement with which its record begins."""
+"""Fields of a statement at the head of its record."""
 NEAR_M, FAR_M = np.linspace(0.0, 1000.0, 101), np.linspace(0.0, 5000.0, 101)
 SOURCES_W = (500.0, 1000.0)
-"""Distances of Fig. 10, and sources at which its trends are checked."""
+"""Distances of Fig. 10, and sources for checking its trends."""
 FIGURES: dict[str, Callable[[Plan], float]] = {
     "hover_time_s": lambda plan: plan.hover_time_s,
     "flight_energy_J": lambda plan: -sum(p.energy_J for p in plan.phases if p.kind == "flight"),
@@ -70,7 +70,7 @@ class PaperStatement:
     """A number of the paper, or a finding in words, as the file of the statements describes it.
 
     `compute` and `room` name the functions, with arguments, of our value and of the values that the
-    paper's other numbers admit, for the `flight` model alone if it is stated.
+    paper's other numbers allow, for only the `flight` model if it is stated.
     """
 
     name: str
@@ -107,7 +107,7 @@ class Entry:
     """A statement with our value by the printed parameters, and by the recovered loads.
 
     The missions are ``paper`` and ``paper-table2``; a value is None where it does not apply. `room`
-    is what the other numbers of the paper admit, where the statement asks for it.
+    is the range under the other numbers of the paper, if the statement asks for it.
     """
 
     statement: PaperStatement
@@ -136,7 +136,7 @@ class Entry:
 
     @property
     def reason(self) -> str:
-        """Why the verdict is what it is; may be empty."""
+        """The reason for the verdict; may be empty."""
         undecided = self.statement.undecided if self.verdict is Verdict.UNDECIDED else ""
         return "; ".join(part for part in (undecided, self.statement.reason) if part)
 
@@ -152,7 +152,7 @@ class Entry:
 
 
 def agrees(stated: str, value: Value, rounding: str = ROUND_HALF_EVEN) -> bool:
-    """Whether our value, rounded to the printed digits, is the printed one."""
+    """Return whether our value, rounded to the printed digits, is the printed one."""
     if value is None or isinstance(value, str):
         return value == stated
     step = Decimal(1).scaleb(last_digit(stated))
@@ -160,7 +160,7 @@ def agrees(stated: str, value: Value, rounding: str = ROUND_HALF_EVEN) -> bool:
 
 
 def fits(stated: str, room: Value | Interval) -> bool:
-    """Whether what is printed, rounding included, may be a given value or lie in an interval."""
+    """Return whether a printed value, rounding included, may be a given value or in an interval."""
     if room is None or isinstance(room, str):
         return room == stated
     least, most = room if isinstance(room, tuple) else (room, room)
@@ -184,8 +184,8 @@ class Ledger:
     Examples
     --------
     >>> import optuav
-    >>> found = optuav.ledger(["text-e1", "text-e2"])
-    >>> [entry.verdict.value for entry in found.entries]
+    >>> claims = optuav.ledger(["text-e1", "text-e2"])
+    >>> [entry.verdict.value for entry in claims.entries]
     ['matched', "contradicts the paper's own numbers"]
     """
 
@@ -194,8 +194,8 @@ class Ledger:
     @property
     def counts(self) -> Mapping[Verdict, int]:
         """Number of entries with each verdict, in the order of the verdicts."""
-        found = Counter(entry.verdict for entry in self.entries)
-        return {verdict: found[verdict] for verdict in Verdict if found[verdict]}
+        counts = Counter(entry.verdict for entry in self.entries)
+        return {verdict: counts[verdict] for verdict in Verdict if counts[verdict]}
 
     @property
     def table2(self) -> tuple[Entry, ...]:
@@ -210,14 +210,14 @@ class Ledger:
         lines = [f"{len(self.entries)} statements of the paper, {words} of them in words"]
         lines += [f"{count:5}  {verdict.value}" for verdict, count in self.counts.items()]
         for verdict in UNMATCHED:
-            found = [entry for entry in self.entries if entry.verdict is verdict]
-            lines += ["", f"{verdict.value[0].upper()}{verdict.value[1:]}:"] if found else []
-            for entry in found:
+            entries_of = [entry for entry in self.entries if entry.verdict is verdict]
+            lines += ["", f"{verdict.value[0].upper()}{verdict.value[1:]}:"] if entries_of else []
+            for entry in entries_of:
                 paper = entry.statement
                 ours = (("printed parameters", entry.printed), ("recovered", entry.recovered))
                 known = ", ".join(f"{by}: {entry.shown(v)}" for by, v in ours if v is not None)
-                stated = f"{paper.name}  paper: {paper.stated} {paper.unit}".rstrip()
-                lines.append(f"  {stated}; ours, {known}")
+                line = f"{paper.name}  paper: {paper.stated} {paper.unit}".rstrip()
+                lines.append(f"  {line}; ours, {known}")
         return "\n".join([*lines, "", DATA["paper"]["missions"]])
 
     @property
@@ -309,15 +309,15 @@ def ledger(names: str | Collection[str] = ()) -> Ledger:
     ('14.33', '14.33', 'matched with recovered parameters')
     """
     names = several("names", names, str, "names of entries, or beginnings of names", 0)
-    every = [statement.name for statement in STATEMENTS]
-    beginnings = dict.fromkeys(name.partition("-")[0] for name in every)
+    names_known = [statement.name for statement in STATEMENTS]
+    beginnings = dict.fromkeys(name.partition("-")[0] for name in names_known)
     words = f"the name of an entry, or a beginning of names: {', '.join(beginnings)}"
     refuse(
-        Fault("name", repr(name), f"{words}{nearest(name, (*beginnings, *every))}")
+        Fault("name", repr(name), f"{words}{nearest(name, (*beginnings, *names_known))}")
         for name in names
-        if not any(known.startswith(name) for known in every)
+        if not any(known.startswith(name) for known in names_known)
     )
-    begun = tuple(name for name in names or [""] if name not in every)
+    begun = tuple(name for name in names or [""] if name not in names_known)
     chosen = (
         statement
         for statement in STATEMENTS
@@ -339,7 +339,7 @@ def _entry(paper: PaperStatement) -> Entry:
 
 
 def source_for_full_charge(mission: Mission) -> Value:
-    """Source with which the battery takes its largest current wherever the UAV may charge."""
+    """Source that gives the battery its largest current wherever the UAV may charge."""
     assert mission.laser is not None
     places = build_network(mission).places
     there_m = places.position_m[[HOVER, *places.buildings]] - np.array(mission.laser.position_m)
@@ -351,9 +351,9 @@ def source_for_full_charge(mission: Mission) -> Value:
 
 
 def c9_over_c6(mission: Mission) -> Value:
-    """The quotient with which the polynomial of eq (4) is voltage times current."""
+    """The quotient that makes the polynomial of eq (4) voltage times current."""
     motor, speeds = Rotors(mission).motor, np.array([500.0, 1000.0, 1500.0])
-    # What is odd in v̇ is v̇ (c6 + c8 v + c9 v²).
+    # The odd part in v̇ is v̇ (c6 + c8 v + c9 v²).
     odd = rotor.power(motor, speeds, 100.0) - rotor.power(motor, speeds, -100.0)
     c9, _, c6 = np.polyfit(speeds, odd, 2)
     quotients = {
@@ -365,17 +365,17 @@ def c9_over_c6(mission: Mission) -> Value:
 
 
 def eta3_signs(mission: Mission) -> Value:
-    """Signs of E_fl, E_hv, E_harv by which the row Δ = 697 s comes out within a percent."""
+    """Signs of E_fl, E_hv, E_harv that give the row Δ = 697 s within a percent."""
     start, end = (charge_left(mission, 3, hover_s) / 100.0 for hover_s in (0.0, 697.0))
     hover = float(vehicle.hover_load(mission).power_W) * 697.0 / table2.HOVER_J
     shares = (1.0 - start, hover, end - start + hover)
     (stated,) = (charge[2] for charge in table2.CONSISTENT if charge[:2] == (3, 697))
-    found = (
+    fitting = (
         " ".join("−" if sign < 0.0 else "+" for sign in signs)
         for signs in itertools.product((-1.0, 1.0), repeat=3)
         if abs(1.0 + float(np.dot(signs, shares)) - float(stated) / 100.0) < 0.01
     )
-    return " or ".join(found)
+    return " or ".join(fitting)
 
 
 def charge_left(mission: Mission, eta: int, hover_s: float) -> float:
@@ -417,7 +417,7 @@ def best_trajectory(mission: Mission, deadline_s: float) -> Value:
 
 
 def energy_is_shorter(mission: Mission) -> Value:
-    """Whether the energy perspective hovers less than the others at 800 s by any trajectory."""
+    """Return whether the energy perspective hovers less than the others at 800 s on every path."""
     changed = with_deadline(mission, 800.0)
     energy, *others = (curves.by_trajectory(changed, name) for name in ("energy", *SAME))
     pairs = [(energy[name], plans[name]) for plans in others for name in energy]
@@ -425,7 +425,7 @@ def energy_is_shorter(mission: Mission) -> Value:
 
 
 def least_charge_is_kept(mission: Mission) -> Value:
-    """Whether η1 is at least η0 at the end of every plan at 800 s."""
+    """Return whether η1 is at least η0 at the end of every plan at 800 s."""
     changed, least = with_deadline(mission, 800.0), mission.limits.min_soc - 1e-9
     plans = (plan for name in PAPER for plan in curves.by_trajectory(changed, name).values())
     return "yes" if all((plan.soc or {})["battery"] >= least for plan in plans) else "no"
@@ -458,7 +458,7 @@ def _harvests(mission: Mission, distance_m: Floats) -> Floats:
 
 
 def _crossing_As(mission: Mission, hover_s: float) -> float:
-    """Pack with which the direct path without laser hovers for a given time [A s]."""
+    """Pack that hovers for a given time on the direct path without laser [A s]."""
     return curves.least_pack(curves.without_laser(mission), "battery", hover_s) or math.nan
 
 
@@ -473,7 +473,7 @@ FORMULAS: dict[str, Callable[..., Any]] = {
     # The propeller of Morbidi et al. (2016) in air of 1.225 kg/m³
     "lift_coefficient": lambda m: 4.8e-3 * 1.225 * math.pi * 0.12**4,
     "drag_coefficient": lambda m: 2.3515e-4 * 1.225 * math.pi * 0.12**5,
-    # The visibility at which Zhang et al. (2018) take the attenuation of clear air
+    # The visibility of clear air in Zhang et al. (2018), for its attenuation
     "attenuation_per_km": lambda m: float(laser.attenuation(m.laser.wavelength_nm, 10.0)),
     "admitted": lambda m, eta, hover_s: table2.admitted(eta, hover_s),
     "hover_time_s": lambda m, *row: curves.table2_row(m, *row).hover_time_s,

@@ -41,8 +41,8 @@ MARKS = re.compile(r"[\\`*_\[\]<$|&~]|:(?=//)|(?<=www)\.|^\s*(?:[>#+=-]|\d+[.)])
 class Study:
     """A figure or table of the paper for a mission, or something that the paper leaves out.
 
-    `make` yields the exhibits of a mission that has what the study `needs`; where it is `counted`,
-    it takes a perspective of `COUNTED` as well. `place` and `numbers` are those of the paper.
+    `make` yields the exhibits of a mission with all that the study `needs`; where it is `counted`,
+    it takes a perspective of `COUNTED` as well. `place` and `numbers` refer to the paper.
     """
 
     name: str
@@ -58,7 +58,7 @@ class Study:
         return f"{self.place}: {self.title}" if of_paper and self.place else self.title
 
     def exhibits(self, mission: Mission) -> Iterator[Exhibit | tuple[str, str]]:
-        """Its exhibits, or what is left out, all if that is empty, with the reason."""
+        """Its exhibits, or the parts left out with the reason; an empty part means all."""
         has = {
             "laser": mission.laser,
             "rotors": mission.flight.model == "rotors",
@@ -122,7 +122,7 @@ def reproduce(
     Raises
     ------
     InputError
-        If there is no such study of such a mission, matplotlib is missing, or the directory cannot
+        If such a mission has no such study, matplotlib is missing, or the directory cannot
         be made or written to. Every file is written whole or not at all.
 
     Examples
@@ -133,17 +133,17 @@ def reproduce(
     ...
     optuav.errors.InputError: only = 'fig99': one of wells, system, ...
     """
-    own = None if mission is None else load(mission)
-    known = (*NAMES, *NUMBERS) if own is None else (*NAMES[:-1], *NUMBERS)
+    loaded = None if mission is None else load(mission)
+    known = (*NAMES, *NUMBERS) if loaded is None else (*NAMES[:-1], *NUMBERS)
     wrong = [
-        Fault("only", repr(name), "not the ledger, which is of the paper's two missions alone")
+        Fault("only", repr(name), "not the ledger, which belongs to only the paper's two missions")
         if name == LEDGER
         else Fault("only", repr(name), f"one of {', '.join(known)}{nearest(name, known)}")
         for name in only
         if name not in known
     ]
     refuse([*wrong, *misfits(("workers", workers, WORKERS))])
-    folder, files = path_of(directory, "directory"), _files(own, only, progress, workers)
+    folder, files = path_of(directory, "directory"), _files(loaded, only, progress, workers)
     made = {folder / name: content for name, content in files}
     for path, content in made.items():
         if path.parent.is_dir():
@@ -179,11 +179,11 @@ def _files(
         entries = ledger()
         yield "data/ledger.csv", entries.to_csv().encode()
         numbers = [*_of_the_paper(entries)]
-    every = all(map(is_papers, missions))
+    all_papers = all(map(is_papers, missions))
     sections = numbers[:-1]
     for study, parts in shown.items():
         if parts:
-            sections.append(_section(study.name, study.heading(of_paper=every), *parts))
+            sections.append(_section(study.name, study.heading(of_paper=all_papers), *parts))
     if left_out:
         why_not = (f"{n}: {'; '.join(what)}. Why: {why}." for (n, why), what in left_out.items())
         sections.append(_section("not-shown", "Not shown", listing(why_not)))
@@ -205,7 +205,7 @@ def _files(
 def _made(
     study: Study, mission: Mission, only: Sequence[str]
 ) -> tuple[dict[str, bytes], list[Element], list[tuple[str, str]]]:
-    """Files of a study of a mission, its part of the report, and what is left out, with reasons."""
+    """Files of a study of a mission, its part of the report, and omissions with reasons."""
     contents: dict[str, bytes] = {}
     elements, left_out = list[Element](), list[tuple[str, str]]()
     for exhibit in study.exhibits(mission):
@@ -245,7 +245,7 @@ def markdown(body: Element) -> str:
 
 
 def _blocks(parent: Element) -> Iterator[str]:
-    """Blocks of Markdown; a picture is the file to which its caption leads first."""
+    """Blocks of Markdown; a picture is the first file that its caption leads to."""
     for block in parent:
         image, caption = block.find("div/img"), block.find("figcaption/a")
         if image is not None and caption is not None:
@@ -279,7 +279,7 @@ def _plain(text: str) -> str:
 
 
 def _section(anchor: str, title: str, *content: Element) -> Element:
-    """A section to which the contents lead."""
+    """A section that the contents lead to."""
     return element("section", element("h2", title), *content, id=anchor)
 
 
@@ -308,14 +308,15 @@ def _of_the_paper(entries: Ledger) -> Iterator[Element]:
     rows += [(verdict.value, str(count)) for verdict, count in entries.counts.items()]
     rows.append(("all", str(len(entries.entries))))
     yield _section("in-short", "In short", prose(DATA["paper"]["missions"]), table(rows))
-    texts, found = DATA["table2"], entries.table2
+    texts, entries_of_table = DATA["table2"], entries.table2
     count = {
-        verdict.name.lower(): sum(cell.verdict is verdict for cell in found) for verdict in Verdict
+        verdict.name.lower(): sum(cell.verdict is verdict for cell in entries_of_table)
+        for verdict in Verdict
     }
     exact = count["fitted"] + count["recovered"]
     numbers = {
         **count,
-        **{"cells": len(found), "exact": exact, "agreeing": exact + count["within"]},
+        **{"cells": len(entries_of_table), "exact": exact, "agreeing": exact + count["within"]},
         "parameters": len(texts["free_parameters"]),
         "exists": "is a" if table2.loads_exist(table2.CONSISTENT) else "is no",
     }
@@ -326,29 +327,31 @@ def _of_the_paper(entries: Ledger) -> Iterator[Element]:
     parameters = f"Free parameters: {'; '.join(texts['free_parameters'])}."
     listed = listing((parameters, f"Data: {'; '.join(texts['data'])}."))
     cells = [["cell", "printed", "by paper-table2", "why it cannot be matched"]]
-    for cell in (candidate for candidate in found if candidate.verdict is Verdict.CONTRADICTS):
+    for cell in (
+        candidate for candidate in entries_of_table if candidate.verdict is Verdict.CONTRADICTS
+    ):
         values = (cell.statement.stated, cell.shown(cell.recovered))
         shown = (minus(f"{value}\N{NO-BREAK SPACE}%") for value in values)
         cells.append([f"{cell.statement.place}, {cell.statement.what}", *shown, cell.reason])
     content = (agreement, worth, listed, *others, table(cells, cards=True))
     yield _section("fit", "Table II and the fit behind it", *content)
     keys = (*HEAD[1:], "by printed parameters", "by recovered parameters", "verdict", "reason")
-    every = [keys, *([record[key] for key in keys] for record in entries.records())]
+    records = [keys, *([record[key] for key in keys] for record in entries.records())]
     summary = element("summary", f"All {len(entries.entries)} statements")
-    folded = element("details", summary, table(every, cards=True))
+    folded = element("details", summary, table(records, cards=True))
     not_counted = prose(f"Not counted: {'; '.join(DATA['paper']['not_counted'])}.")
     content = (prose(DATA["paper"]["ledger"]), not_counted, folded)
     yield _section(LEDGER, "The ledger", *content)
 
 
 def prose(text: str, tag: str = "p", **attributes: str) -> Element:
-    """A paragraph of our own words, in which code stands between backquotes."""
+    """A paragraph of our own words, with code between backquotes."""
     parts = (element("code", e) if n % 2 else e for n, e in enumerate(text.split("`")))
     return element(tag, *parts, **attributes)
 
 
 def listing(items: Iterable[str | Element]) -> Element:
-    """Short texts, one a line."""
+    """Short texts, one per line."""
     return element("ul", *(element("li", item) for item in items))
 
 

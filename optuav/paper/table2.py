@@ -1,4 +1,4 @@
-"""Table II: its states of charge, and the loads that they admit, by linear programming."""
+"""Table II: its states of charge, and the loads that they allow, by linear programming."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -49,9 +49,9 @@ def last_digit(stated: str) -> int:
 
 # On the direct path every state of charge is a straight line in the hover time. It depends on five
 # loads: the flight's charge [A s], the hover current without laser [A], the charging current c [A],
-# the flight's energy [J] and the hover power [W]; what is received is 11.1 V × c. A printed cell is
+# the flight's energy [J] and the hover power [W]; 11.1 V × c is received. A printed cell is
 # two linear inequalities in them, half a unit of its last digit to either side. The formulas stand
-# here again because the loads are unknown: `formulations.soc` takes those of a mission.
+# here again because the loads are unknown: `formulations.soc` takes a mission's loads.
 
 
 def _percent(eta: int, hover_s: float) -> tuple[Floats, float]:
@@ -88,8 +88,8 @@ def _least(objective: Floats, charges: Sequence[Charge]) -> float:
     from scipy.optimize import linprog
 
     left, right = zip(*_inequalities(charges), strict=True)
-    found = linprog(objective, A_ub=np.array(left), b_ub=np.array(right), method="highs")
-    return math.inf if found.fun is None else float(found.fun)
+    answer = linprog(objective, A_ub=np.array(left), b_ub=np.array(right), method="highs")
+    return math.inf if answer.fun is None else float(answer.fun)
 
 
 @cache
@@ -105,5 +105,5 @@ def admitted(eta: int, hover_s: float) -> Interval:
 
 
 def loads_exist(charges: Sequence[Charge]) -> bool:
-    """Whether one set of loads shows all these charges, both voltages and the crossing."""
+    """Return whether one set of loads shows all these charges, both voltages and the crossing."""
     return math.isfinite(_least(np.zeros(5), charges))

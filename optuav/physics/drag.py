@@ -2,7 +2,7 @@
 
 A body of mass m is accelerated by a constant net force, m v' = A − c v², and braked by another one,
 m v' = −A_b − c v², with c = ½ρC_dA. The forms are those without cancellation or overflow, and with
-c = 0 each factor that drag brings is 1 to the last digit.
+c = 0 each factor from drag is 1 to the last digit.
 """
 
 from typing import NamedTuple
@@ -42,7 +42,7 @@ def run(
 ) -> Run:
     """The quickest way of a length d [m] ≥ 0 under drag and a cap of the speed [m/s] > 0.
 
-    A/m and A_b/m [m/s²] are the accelerations without drag, and the times are those of
+    A/m and A_b/m [m/s²] are the accelerations without drag, and the times are for
     accelerating and braking [s] without drag or cap; the drag is c/m [1/m] ≥ 0. With x = 2cd/m the
     peak speed is v² = A A_b (1 − e⁻ˣ)/(c (A e⁻ˣ + A_b)); the time to reach a speed v is
     m/√(Ac) artanh(v √(c/A)), that to brake from it m/√(A_b c) arctan(v √(c/A_b)).
@@ -88,7 +88,7 @@ def accelerated(
 def braked(
     braking_m_s2: Quantity, drag_per_m: Quantity, time_s: Quantity
 ) -> tuple[Quantity, Quantity]:
-    """Way left [m] and speed [m/s] of a body a time [s] ≥ 0 before braking brings it to rest."""
+    """Way left [m] and speed [m/s] of a body a time [s] ≥ 0 before braking stops it."""
     tangent = np.tan(z := np.maximum(np.sqrt(braking_m_s2 * drag_per_m) * time_s, SMALLEST))
     way = 0.5 * braking_m_s2 * time_s**2 * (np.log1p(tangent**2) / z**2)
     return way, braking_m_s2 * time_s * (tangent / z)

@@ -1,4 +1,4 @@
-"""Exposure limits of the eye, and how far a beam exceeds them. This is no safety assessment.
+"""Exposure limits of the eye, and how far a beam exceeds them. This is not a safety assessment.
 
 References
 ----------
@@ -46,7 +46,7 @@ def hazard_distance(
     attenuation_per_km: Quantity,
     limit_W_m2: Quantity,
 ) -> Quantity:
-    """Distance [m] up to which light exceeds a limit of the irradiance, in the middle of the beam.
+    """Distance [m] within which light exceeds a limit of the irradiance, in the middle of the beam.
 
     The irradiance per watt of light [1/m²] is a function of the distance [m] that does not grow
     with it. The light [W] ≥ 0 is that before the aperture; the air has α [1/km] ≥ 0. 0 where the

@@ -53,7 +53,7 @@ class Loads(NamedTuple):
     currents_A: tuple[Quantity, ...]
     powers_W: tuple[Quantity, ...]
     peak_speed_m_s: Quantity
-    peak_s: Quantity  # Moment since the leg began at which the peak speed is reached [s]
+    peak_s: Quantity  # Moment of the peak speed since the leg began [s]
     bent_m: Quantity | None = None  # Length of a bent path [m]; None for straight ones
 
     @property
@@ -96,7 +96,7 @@ LEVEL = Attitude(0.0, 0.0)
 class LegState(NamedTuple):
     """Position and motion on a leg at some moments.
 
-    Where there is no state, on a leg that cannot be flown or before the leg begins, the stage is 0
+    Without a state, on a leg that cannot be flown or before the leg begins, the stage is 0
     and everything else NaN.
     """
 

@@ -9,7 +9,7 @@ dz/dt = −k'z + (1−ω)I with k' = k_F/(ω(1−ω)). That is the closed form u
 Near full, a charger goes on at constant current, or it tapers. The available well takes the full
 current only while y1 < ωB. From then on a tapering charger holds y1 = ωB and gives what seeps into
 the bound well, I = ωk'((1−ω)B − y2), so that y2 approaches (1−ω)B at the rate ωk' = k_F/(1−ω). The
-current falls from there on and never exceeds that of the first part: y1 reaches ωB from below, so
+current falls from there on and never exceeds the first part's: y1 reaches ωB from below, so
 that no more seeps away than comes in.
 
 *Wells that hold more keep holding more.* Let y charge like this at the current I, and v at any
@@ -72,7 +72,7 @@ class Battery:
 
     @cached_property
     def rate_per_s(self) -> Quantity:
-        """k' = k_F/(ω(1−ω)) [1/s], the rate at which the wells level out; never quite 0."""
+        """Levelling rate of the wells k' = k_F/(ω(1−ω)) [1/s]; never quite 0."""
         share = self.available_fraction
         return np.maximum(self.flow_rate_per_s / (share * self.bound_fraction), TINY)
 
@@ -115,7 +115,7 @@ class Tilted(NamedTuple):
 
 
 def start(battery: Battery) -> Tilted:
-    """Return the charge with which every mission begins: both wells are full."""
+    """Return the charge at the start of every mission: both wells are full."""
     return Tilted(battery.capacity_As, 0.0)
 
 
@@ -146,7 +146,7 @@ class Shift(NamedTuple):
 
     gained_As: Quantity  # By the total
     remaining: Quantity  # Share of the tilt that remains [-]
-    tilted_As: Quantity  # What is added to that
+    tilted_As: Quantity  # Tilt that is added to that
 
 
 def levelling(battery: Battery, duration_s: Quantity) -> tuple[Quantity, Quantity]:
@@ -188,7 +188,7 @@ def gentlest(battery: Battery, drawn_As: Quantity, slowest_A: Quantity) -> Shift
 
 
 def tilted_after(battery: Battery, charge: Tilted, *stages: Stage | Shift) -> Tilted:
-    """Total charge and tilt [A s] after stages of constant current, or what they do, in order."""
+    """Total charge and tilt [A s] after stages of constant current, or their effects, in order."""
     total_As, tilt_As = charge
     for stage in stages:
         gained_As, remaining, tilted_As = (
@@ -199,7 +199,7 @@ def tilted_after(battery: Battery, charge: Tilted, *stages: Stage | Shift) -> Ti
 
 
 def falls_throughout(battery: Battery, current_A: Quantity) -> Quantity:
-    """Whether y1 falls all along a stage of this current [A], from any wells within their limits.
+    """Test if y1 falls all along a stage of this current [A], from any wells within their limits.
 
     dy1/dt ≤ I + k_F B, since y2 ≤ (1−ω)B and y1 ≥ 0.
     """
@@ -207,7 +207,7 @@ def falls_throughout(battery: Battery, current_A: Quantity) -> Quantity:
 
 
 def time_to_empty(battery: Battery, wells: Wells, current_A: Quantity) -> Quantity:
-    """First moment from which y1 < 0 at a constant current I [A] [s]; floats and arrays.
+    """First moment of y1 < 0 at a constant current I [A] [s]; floats and arrays.
 
     ``inf`` where it never comes. The wells at the start lie within 0 ≤ y1 ≤ ωB, 0 ≤ y2 ≤ (1−ω)B.
     """
@@ -215,7 +215,7 @@ def time_to_empty(battery: Battery, wells: Wells, current_A: Quantity) -> Quanti
 
 
 def time_to_full(battery: Battery, wells: Wells, current_A: Quantity) -> Quantity:
-    """First moment from which y1 > ωB [s], ``inf`` if it never comes; as `time_to_empty`."""
+    """First moment of y1 > ωB [s], ``inf`` if it never comes; like `time_to_empty`."""
     return _crossing(battery, wells, current_A, 1.0, battery.full)
 
 
@@ -223,7 +223,7 @@ def time_to_full(battery: Battery, wells: Wells, current_A: Quantity) -> Quantit
 def _crossing(
     battery: Battery, wells: Wells, current_A: Quantity, direction: float, bound: Wells
 ) -> Quantity:
-    """First moment from which y1 lies beyond its bound [s], above (direction 1) or below (−1).
+    """First moment of y1 beyond its bound [s], above (direction 1) or below (−1).
 
     y1 has the form a + b t + c exp(−k't), which turns at most once and then heads for the bound:
     it passes once, and has passed when the total charge is at its own bound. Newton's method
@@ -258,7 +258,7 @@ def holding_current(battery: Battery, wells: Wells) -> Quantity:
 
 
 def held(battery: Battery, wells: Wells, duration_s: Quantity) -> Wells:
-    """Wells [A s] after a duration [s], ≥ 0, in which y1 is held where it is."""
+    """Wells [A s] after a duration [s], ≥ 0, that holds y1 constant."""
     gained = -np.expm1(-battery.flow_rate_per_s / battery.bound_fraction * duration_s)
     level = battery.bound_fraction / battery.available_fraction * wells.available_As
     return Wells(wells.available_As, wells.bound_As + (level - wells.bound_As) * gained)
@@ -267,8 +267,8 @@ def held(battery: Battery, wells: Wells, duration_s: Quantity) -> Wells:
 def tapered(battery: Battery, wells: Wells, stage: Stage) -> Wells:
     """Wells [A s] after a stage whose current tapers once y1 = ωB; floats and arrays.
 
-    At the start y1 ≤ ωB and y2 ≤ (1−ω)B. The current of the stage is what the charger offers, less
-    what is drawn.
+    At the start y1 ≤ ωB and y2 ≤ (1−ω)B. The current of the stage is the charger's offer less
+    the drawn current.
     """
     if np.all(np.asarray(stage.current_A) <= 0.0):
         return step(battery, wells, stage)

@@ -23,7 +23,7 @@ from optuav.physics.quantity import TINY, Quantity, Vector, kept, one_where_not_
 
 REACH = 7.0  # So far above the direct part an amplitude is reached but for exp(−49), rounding
 ROUNDING_RAD = 1e-15  # Step of an angle that is rounding [rad]
-MOST_STEPS = 100  # Bisection alone needs some fifty for an angle of at most π
+MOST_STEPS = 100  # Pure bisection needs some fifty for an angle of at most π
 
 
 class Channel(NamedTuple):
@@ -56,7 +56,7 @@ def outage_probability(channel: Channel, distance_m: Quantity) -> Quantity:
 @kept
 @np.errstate(divide="ignore", invalid="ignore")
 def coverage_radius(channel: Channel, outage_limit: Quantity) -> Quantity:
-    """Largest distance d_max [m] at which P_out ≤ ε; ε in (0, 1] [-]; floats and arrays.
+    """Largest distance d_max [m] with P_out ≤ ε; ε in (0, 1] [-]; floats and arrays.
 
     It is infinite for ε = 1, as no probability is above 1.
     Newton's method on log F of the amplitude, which is concave, rises from a lower bound:
@@ -71,7 +71,7 @@ def coverage_radius(channel: Channel, outage_limit: Quantity) -> Quantity:
         nearer = level - np.log(below / outage_limit) * series / (2.0 * level)
         if not np.any(nearer > level):
             break
-        # Rounding alone turns a step back.
+        # Only rounding turns a step back.
         level = np.fmax(nearer, level)
     path_loss = 2.0 * np.where(everywhere, np.inf, level) ** 2 / channel.squared_argument_at_1_m
     return path_loss[()] ** (1.0 / channel.path_loss_exponent)
@@ -165,9 +165,9 @@ def _nearest_on_rim(
 
     The sum is convex, and `shortest`, where it is least, lies outside the circle. The best point is
     in sight of that one, or some point inside would be better still. Along the arc in sight the sum
-    falls before the best point and rises after it: elsewhere, the half-plane in which its gradient
-    lets the sum only rise holds all of the arc on that side. Newton's steps find it within what is
-    left.
+    falls before the best point and rises after it: elsewhere, the half-plane where its gradient
+    lets the sum only rise holds all of the arc on that side. Newton's steps find it within the rest
+    of the arc.
     """
     away = shortest - centre
     half_arc = np.arccos(np.minimum(1.0, radius_m / np.maximum(np.abs(away), TINY)))

@@ -29,21 +29,21 @@ from optuav.physics import kibam
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells, held, step
 from optuav.physics.quantity import TINY, Quantity
 
-ROUNDING = 1e-12  # Share of the capacity by which rounding may carry a well past its limit [-]
-NOBODY = -1  # In place of the number of a pack
-MOST_STRETCHES = 50_000  # That `lifetime` follows one by one; some ten seconds
+ROUNDING = 1e-12  # Share of the capacity that rounding may carry a well past its limit [-]
+NOBODY = -1  # Number that stands for no pack
+MOST_STRETCHES = 50_000  # Stretches that `lifetime` follows one by one; some ten seconds
 
 
 class JobStage(NamedTuple):
     """A stage of a job."""
 
-    draw_A: float  # What the pack that carries the job gives [A], ≥ 0
-    charge_A: float  # What the charger offers meanwhile [A], ≥ 0
+    draw_A: float  # Current of the pack that carries the job [A], ≥ 0
+    charge_A: float  # Current offered by the charger meanwhile [A], ≥ 0
     duration_s: float | Floats  # For how long [s], ≥ 0; a number, or one for each course
 
 
 class Stretch(NamedTuple):
-    """A stretch of time in which no pack changes its part; one entry per course."""
+    """A stretch of time where no pack changes its part; one entry per course."""
 
     # When, counted from the first job, and for how long [s]; 0 where a course stands still.
     start_s: Floats
@@ -78,7 +78,7 @@ class Packs:
     period_s
         Of ``"alternating"`` [s], > 0.
     begin
-        Wells of each pack at the start [A s]; by default full. Of pooled packs, of one of them.
+        Wells of each pack at the start [A s]; by default full. For pooled packs, of one pack.
     """
 
     pack: Battery
@@ -106,16 +106,16 @@ class Packs:
 
     @property
     def exhausted(self) -> Booleans:
-        """Whether every pack was seen empty, which ends a course at its `clock_s` [s]."""
+        """True if every pack was seen empty, which ends a course at its `clock_s` [s]."""
         return np.asarray(~self.in_service.any(axis=1))
 
     def take(self, courses: Integers | Sequence[int]) -> "Packs":
         """A copy with some courses, by number; a number may be repeated."""
-        found = copy(self)
-        found.wells = Wells(*(well[courses] for well in self.wells))
-        found.in_service, found.carrier = self.in_service[courses], self.carrier[courses]
-        found.clock_s, found._courses = self.clock_s[courses], np.arange(len(courses))
-        return found
+        copied = copy(self)
+        copied.wells = Wells(*(well[courses] for well in self.wells))
+        copied.in_service, copied.carrier = self.in_service[courses], self.carrier[courses]
+        copied.clock_s, copied._courses = self.clock_s[courses], np.arange(len(courses))
+        return copied
 
     def stretches(self, stages: Iterable[JobStage]) -> Iterator[Stretch]:
         """Carry a job through its stages, one stretch at a time.
@@ -284,7 +284,7 @@ def lifetime(
 
     Returns
     -------
-    First moment at which no pack is left to carry the load [s]; ``inf`` if the load draws nothing,
+    First moment without a pack left to carry the load [s]; ``inf`` if the load draws nothing,
     or if the packs still carry it at the horizon.
 
     Raises
@@ -294,7 +294,7 @@ def lifetime(
     SolverError
         If neither an end nor the horizon is reached in 50 000 stretches, some ten seconds. A
         stretch ends where a job or a turn by the clock does, or where a pack is empty or full.
-        Rounds in which no pack is emptied are skipped where nothing charges and the schedule is
+        Rounds that empty no pack are skipped where nothing charges and the schedule is
         ``"pooled"``, ``"sequential"`` or ``"round-robin"``.
 
     Examples
@@ -346,7 +346,7 @@ def _load_faults(load: object, entries: Sequence[object]) -> Iterator[Fault]:
 def _range_faults(
     key: str, value: object, least: float, most: float, unit: str, *, whole: bool = False
 ) -> Iterator[Fault]:
-    """The fault of an argument that is no number of a range."""
+    """The fault of an argument that is not a number within a range."""
     is_number = isinstance(value, Integral if whole else Real) and not isinstance(value, bool)
     if not is_number or not least <= float(value) <= most:  # type: ignore[arg-type]
         noun = "a whole number" if whole else "a number"
@@ -380,12 +380,12 @@ def _followed(packs: Packs, jobs: Sequence[JobStage], horizon_s: float) -> float
 
 
 def _skip(packs: Packs, jobs: Sequence[JobStage]) -> None:
-    """Pass all rounds of discharging jobs in which no pack is seen empty.
+    """Pass all rounds of discharging jobs that empty no pack.
 
     In a round every pack in service takes its turn once, with the same currents each time, so it
     acts on a pack as an affine map: after n rounds y = y0 + nq and z = a^n z0 + c (1 − a^n)/(1 −
     a), with z = y1 − ωy. Within a round y1 is α − βn + γa^n, β ≥ 0, which is concave or falls: once
-    below 0 it stays there, so bisection finds the first round in which a pack is empty.
+    below 0 it stays there, so bisection finds the first round where a pack is empty.
     """
     stages, carrier = list[Stage](), packs.carrier
     for job in list(jobs) * int(packs.in_service.sum()):

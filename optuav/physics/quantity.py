@@ -41,13 +41,13 @@ def kept(formula: Formula) -> Formula:
 
 
 def is_number(quantity: Quantity, number: float) -> bool:
-    """Whether a quantity is this number, not an array or a symbol that may have its value."""
+    """Return whether a quantity is this number, not an array or a symbol that may equal it."""
     return isinstance(quantity, int | float) and quantity == number
 
 
 @np.errstate(invalid="ignore")
 def one_where_not_negative(margin: Quantity) -> Quantity:
-    """1 where the margin is 0 or above, NaN elsewhere: a factor that voids what is impossible."""
+    """1 where the margin is 0 or above, NaN elsewhere: a factor that voids impossible values."""
     doubled = np.sign(margin) + 1.0
     return np.divide(doubled, doubled)
 

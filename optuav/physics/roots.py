@@ -13,7 +13,7 @@ MOST = 100  # Halvings after which neighbouring floats are reached
 
 
 def last(falling: Callable[[Quantity], Quantity], scale: Quantity) -> Quantity:
-    """The largest x ≥ 0 at which a function that falls with x is not below 0.
+    """The largest x ≥ 0 where a function that falls with x is not below 0.
 
     It is 0 where the function is below 0 at once, infinite where it stays at or above 0, and NaN
     where the function is. The search begins at a scale > 0.

@@ -45,7 +45,7 @@ def coefficients(
 ) -> PowerCoefficients:
     """The coefficients by [1]_, eqs (61)-(65), from a datasheet; all arguments > 0.
 
-    The disc area A [m²] is that of all rotors, n π R²; solidity s [-] is the share of it that
+    The disc area A [m²] covers all rotors, n π R²; solidity s [-] is the share of it that
     blades fill, and the drag ratio of the fuselage d_0 [-] is its drag area over s A.
     """
     blades = density_kg_m3 * solidity * disc_area_m2
@@ -94,9 +94,9 @@ def best_range(
     wind_m_s: Vector = (0.0, 0.0, 0.0),
     direction: Vector = (1.0, 0.0, 0.0),
 ) -> Quantity:
-    """Ground speed [m/s] at which a metre over ground takes the least energy; no symbols.
+    """Ground speed [m/s] with the least energy per metre over ground; no symbols.
 
-    The direction is that of `ground_speed`, and the cap one of the air speed [m/s]. NaN where the
+    The direction is as in `ground_speed`, and the cap one of the air speed [m/s]. NaN where the
     cap leaves no way against the wind. Either P_0 or p must be > 0.
     """
     along, across = _components(wind_m_s, direction)
@@ -169,7 +169,7 @@ def priced_speed(
 
     For the horizontal length d [m] of a leg from rest to rest, its acceleration a [m/s²] > 0, a
     price of time [W], and the `best_endurance` up to the cap [m/s], an air speed; the direction is
-    that of `ground_speed`. NaN where the most is. A price of ∞ is worth the most, and −∞ the speed
+    as in `ground_speed`. NaN where the most is. A price of ∞ is worth the most, and −∞ the speed
     of least power.
 
     P is convex in V² and grows above the air speed of least power, so there P is convex in the
@@ -201,7 +201,7 @@ def price(
     wind_m_s: Vector = (0.0, 0.0, 0.0),
     direction: Vector = (1.0, 0.0, 0.0),
 ) -> Quantity:
-    """Price of time [W] at which a ground speed [m/s] > 0 is the `priced_speed`; ∞ at √(a d)."""
+    """Price of time [W] that makes a ground speed [m/s] > 0 the `priced_speed`; ∞ at √(a d)."""
     along, across = _components(wind_m_s, direction)
     d, V, ramp = length_m, ground_speed_m_s, ground_speed_m_s**2 / acceleration_m_s2
     P, slope = _slope(wing, V - along, across)
@@ -240,7 +240,7 @@ def leg(
     """A straight leg from rest to rest: accelerate, cruise, brake, all at the draw of the cruise.
 
     With the horizontal length d and the horizontal ground speed V [m/s] > 0 it takes d/V + V/a, and
-    V is at most √(a d), at which nothing is cruised; a [m/s²] > 0. A leg that has to climb or
+    V is at most √(a d), without any cruise; a [m/s²] > 0. A leg that has to climb or
     descend takes |Δz| over that mean speed at least (climb and descent [m/s] > 0): V is then as low
     as the time allows, and a climb draws m g Δz over that time more. The way is end minus start
     [m]; a leg of no length takes no time. NaN where the ground speed is.
@@ -263,7 +263,7 @@ def leg(
 
 
 def reached(leg: CruiseLeg, ground_speed_m_s: Quantity, acceleration_m_s2: Quantity) -> Quantity:
-    """Horizontal speed [m/s] that a leg reaches of the one at which it was to fly."""
+    """Horizontal speed [m/s] that a leg reaches, at most the ground speed asked for."""
     return np.minimum(acceleration_m_s2 * leg.rise_s, ground_speed_m_s)
 
 

@@ -77,7 +77,7 @@ def full_thrust(motor: Motor) -> Quantity:
 
 
 def steady_speed(motor: Motor, thrust_N: Quantity) -> Quantity:
-    """Speed of each rotor sqrt(T/(4ϱ)) [rad/s] at which the four give a thrust T [N] ≥ 0."""
+    """Speed of each rotor sqrt(T/(4ϱ)) [rad/s] when the four give a thrust T [N] ≥ 0."""
     return np.sqrt(thrust_N / (ROTORS * motor.lift_coefficient_N_s2_rad2))
 
 
@@ -92,9 +92,9 @@ def hover_speed(motor: Motor, external_force_N: Vector) -> Quantity:
 
 
 def largest_wind(motor: Motor, weight_N: Quantity, direction: Vector) -> Quantity:
-    """Largest wind force along a direction [N] against which the UAV can just hold its place.
+    """Largest wind force along a direction [N] that lets the UAV just hold its place.
 
-    It solves |weight + wind| = F; NaN where the weight [N] alone exceeds the full thrust. The
+    It solves |weight + wind| = F; NaN where even the weight [N] exceeds the full thrust. The
     direction is where the wind pushes, any length but zero; z points up.
     """
     length = norm(direction)

@@ -15,7 +15,7 @@ References
 ----------
 .. [1] M. Mozaffari, W. Saad, M. Bennis, M. Debbah, "Communications and control for wireless
    drone-based antenna array", IEEE Transactions on Communications, 2019, eqs (25)-(51) and
-   appendix D. Its eq (46) lacks a factor 1/√2, its eq (82) inverts A/m and the angles of its
+   appendix D. Its eq (46) misses a factor 1/√2, its eq (82) inverts A/m and the angles of its
    lemma 2 do not solve its own force balance; the forms used here do.
 """
 

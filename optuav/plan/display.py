@@ -29,17 +29,17 @@ if TYPE_CHECKING:
     from optuav.arrays import Floats
     from optuav.plan.plan import Plan
 
-WIDTH, HEIGHT = 440.0, 120.0  # Of the levels [px]
+WIDTH, HEIGHT = 440.0, 120.0  # Size of the levels [px]
 ABOVE, LEFT, RIGHT = 20.0, 46.0, 30.0  # Room around them [px]
 BOUND, AVAILABLE, LACKING = (LOOKS[role].light for role in ("bound", "available", "dry"))
-PIECES = 12  # Into which a stage is divided, as the wells do not change along straight lines
+PIECES = 12  # Parts of a stage, as the wells do not change along straight lines
 LETTER = 6.5  # About how wide a letter is [px]
 MOST_TICKS, MOST_POINTS = 6, 400
 ROUNDING = 1e-6  # Percent of the capacity, and share of a step
 
 
 class Levels(NamedTuple):
-    """Charge in both wells of all packs [A s] at moments [s], by which lines are drawn."""
+    """Charge in both wells of all packs [A s] at moments [s], for drawing lines."""
 
     time_s: Floats
     available_As: Floats
@@ -77,7 +77,7 @@ def verdict(plan: Plan) -> str:
 
 
 def _notes(plan: Plan) -> list[Element]:
-    """Warnings, and the notes folded: some tell what a reader may want to find out first."""
+    """Warnings, and the notes folded: some give away what a reader may want to find."""
     warnings = [remark for remark in remarks(plan) if remark[0] != "Note"]
     notes = [remark for remark in remarks(plan) if remark[0] == "Note"]
     folds = [folded(f"Notes ({len(notes)})", pairs(notes))] if notes else []
@@ -86,25 +86,25 @@ def _notes(plan: Plan) -> list[Element]:
 
 def levels(plan: Plan) -> Levels:
     """Both wells over a plan; of packs that take turns, when one of them changes its part."""
-    found = list[tuple[float, float, float]]()
+    changes = list[tuple[float, float, float]]()
     if plan.mission.battery.takes_turns:
-        for each in chain.from_iterable(carry(plan.mission, plan.phases).stretches):
-            end_s = float(each.start_s[0] + each.duration_s[0])
-            available_As, bound_As = (float(well[0].sum()) for well in each.wells)
-            found.append((end_s, available_As, bound_As))
+        for stretch in chain.from_iterable(carry(plan.mission, plan.phases).stretches):
+            end_s = float(stretch.start_s[0] + stretch.duration_s[0])
+            available_As, bound_As = (float(well[0].sum()) for well in stretch.wells)
+            changes.append((end_s, available_As, bound_As))
     else:
         for step in steps(plan.mission, plan.phases, PIECES):
             end_s = step.start_s + step.stage.duration_s
-            found.append((end_s, *map(float, step.after)))
+            changes.append((end_s, *map(float, step.after)))
     pool = vehicle.pool(plan.mission)
     begin = vehicle.start(plan.mission).wells(pool)
-    return Levels(*np.array([(0.0, *map(float, begin)), *found]).T)
+    return Levels(*np.array([(0.0, *map(float, begin)), *changes]).T)
 
 
 def thinned(course: Levels) -> Levels:
     """Every n-th moment and the last, about `MOST_POINTS`."""
-    every = 1 + len(course.time_s) // MOST_POINTS
-    return Levels(*(np.append(each[:-1:every], each[-1]) for each in course))
+    step = 1 + len(course.time_s) // MOST_POINTS
+    return Levels(*(np.append(values[:-1:step], values[-1]) for values in course))
 
 
 def picture(
@@ -118,7 +118,7 @@ def picture(
     Above them the phases: kind, start and duration [s].
     """
     time_s, available_As, bound_As = thinned(course)
-    bound, total = (100.0 * each / capacity_As for each in (bound_As, bound_As + available_As))
+    bound, total = (100.0 * y_As / capacity_As for y_As in (bound_As, bound_As + available_As))
     end_s, lacking = max(float(time_s[-1]), 1e-9), total < bound - ROUNDING
     low, high = min(0.0, float(total.min())), max(100.0, float(total.max()))
 
@@ -183,7 +183,7 @@ def ticks(end_s: float) -> list[float]:
 def round_step(length: float, most: int = MOST_TICKS) -> float:
     """A step of 1, 2 or 5 times a power of ten that fits into a length > 0 at most so often."""
     size = 10.0 ** math.floor(math.log10(length / most))
-    return next(size * each for each in (1, 2, 5, 10, 20) if length / (size * each) <= most)
+    return next(size * factor for factor in (1, 2, 5, 10, 20) if length / (size * factor) <= most)
 
 
 def rounded_up(length: float) -> float:

@@ -27,7 +27,7 @@ WRITERS: dict[str, Callable[[Course], str]] = {
     ".waypoints": waypoints.waypoints,
 }
 """Writer of a course, by the suffix of the file."""
-DIGITS = 9  # Of degrees, 0.1 mm
+DIGITS = 9  # Decimals of degrees, 0.1 mm
 NO_EARTH = "is missing; an export needs the mission's place on Earth: crs, or [earth]"
 
 

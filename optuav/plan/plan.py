@@ -36,7 +36,7 @@ DERIVED = (
 )
 """Figures that a file repeats for its readers; they follow from the phases, which decide."""
 
-ROUNDING = 1e-9  # Share of the capacity by which rounding may carry a well past its limit [-]
+ROUNDING = 1e-9  # Share of the capacity that rounding may carry a well past its limit [-]
 
 OBJECTIVE = ("objective", "objective_unit", "bound")
 """Fields that a file has where they say something."""
@@ -89,8 +89,8 @@ class Stop:
 class Plan(Record):
     """The answer to a problem over a mission.
 
-    Where there is no plan, `status` and `reasons` say so, and every time or state raises
-    `NoPlanError`. A plan is true where there is one.
+    Without a plan, `status` and `reasons` say so, and every time or state raises
+    `NoPlanError`. An existing plan is true.
 
     Parameters
     ----------
@@ -104,24 +104,24 @@ class Plan(Record):
     engine, proof
         The engine, and how it knows that its answer is right.
     status
-        What is known of the problem as stated.
+        Status of the problem as stated.
     binding
         Labels of the constraints that hold with equality; from the grid, of those that a slot more
         or less of a time would violate.
     reasons
-        Why there is no plan; empty if there is one.
+        Reasons for no plan; empty with a plan.
     notes
-        What a reader should know about the answer.
+        Remarks on the answer.
     phases
-        What happens, in order; empty if there is no plan.
+        Phases in order; empty without a plan.
     soc
-        State of charge at the end by perspective [-]; None if there is no plan.
+        State of charge at the end by perspective [-]; None without a plan.
     flyable
-        Whether the plan passed its simulation; None where there is no plan or no simulation.
+        Whether the plan passed its simulation; None without a plan or a simulation.
     objective, objective_unit, bound
         Value of the problem's objective, for P1, P3 and P4 the hover time; its unit if one was
-        declared; and, where the answer is not proved, what no plan is better than if that is known.
-        None where there is none, as in a plan without phases or in an older file.
+        declared; and, where the answer is not proved, a proved bound if one is known. None if
+        missing, as in a plan without phases or in an older file.
 
     Examples
     --------
@@ -166,7 +166,9 @@ class Plan(Record):
         known = {*ENDS, *named.intersection(self.mission.buildings.names)}
         for number, phase in enumerate(self.phases):
             ends = dict.fromkeys((phase.start_place, phase.end_place))
-            wrong = [f": {name!r} is no place of the mission" for name in ends if name not in known]
+            wrong = [
+                f": {name!r} is not a place of the mission" for name in ends if name not in known
+            ]
             if here not in (None, phase.start_place):
                 wrong.append(" begins elsewhere than the one before it ends")
             if phase.kind != "flight" and len(ends) > 1:
@@ -223,13 +225,13 @@ class Plan(Record):
 
     @property
     def route(self) -> tuple[str, ...]:
-        """Names of the places in the order in which they are reached."""
+        """Names of the places in flight order."""
         flights = [phase for phase in self._existing() if phase.kind == "flight"]
         return (flights[0].start_place, *(phase.end_place for phase in flights))
 
     @property
     def waypoints_m(self) -> Waypoints:
-        """Points (x, y, z) [m] by which each leg goes, in order; none of a straight one."""
+        """Points (x, y, z) [m] along each leg, in order; none for a straight one."""
         return tuple(phase.waypoints_m for phase in self._existing() if phase.kind == "flight")
 
     @property
@@ -271,18 +273,18 @@ class Plan(Record):
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences on why the battery cannot fly the plan; empty if it can."""
-        found, turns = [], self.mission.battery.takes_turns
+        sentences, turns = [], self.mission.battery.takes_turns
         if (dry_s := self.runs_dry_s) is not None:
             what = "no pack is left to fly on" if turns else "the available well runs dry"
-            found.append(f"{what} at {dry_s:.2f} s: this plan cannot be flown")
+            sentences.append(f"{what} at {dry_s:.2f} s: this plan cannot be flown")
         if (full_s := self.overfull_s) is not None:
             what = f"charging drives the available well past full at {full_s:.2f} s"
-            found.append(f"{what}: the battery would take less than the plan counts on")
-        return tuple(found)
+            sentences.append(f"{what}: the battery would take less than the plan counts on")
+        return tuple(sentences)
 
     @property
     def has_several_stops(self) -> bool:
-        """Whether it has, or was asked for with, several rests or several hovers."""
+        """True if it has, or was asked for with, several rests or several hovers."""
         kinds = [phase.kind for phase in self.phases]
         return self.engine == "search" or kinds.count("rest") > 1 or kinds.count("hover") > 1
 
@@ -315,8 +317,8 @@ class Plan(Record):
         -------
         dict
             The fields of the plan with its mission inside; times and route repeated for the reader,
-            null where there is no plan. Where the mission's buildings are those of a table, only
-            what the plan uses of it is inside, beside its path and hash.
+            null without a plan. If the mission's buildings come from a table, only
+            the buildings that the plan uses are inside, beside its path and hash.
         """
         return self._data(Path())
 
@@ -346,7 +348,7 @@ class Plan(Record):
         Parameters
         ----------
         path
-            The file, whose suffix is .json or none; what is there is replaced.
+            The file, whose suffix is .json or none; an existing file is replaced.
 
         Returns
         -------
@@ -374,7 +376,7 @@ class Plan(Record):
             altitudes above mean sea level, z + ``earth.altitude_m``. .plan (QGroundControl) and
             .waypoints (MAVLink's text, "QGC WPL 110") hold commands at altitudes above home, which
             is the origin: a change of speed before each leg, a hover as a loiter with its time, a
-            rest as a landing, a delay and a take-off. What is there is replaced.
+            rest as a landing, a delay and a take-off. An existing file is replaced.
         force
             Whether to export a plan that cannot be flown, or was not simulated; the file says why.
 
@@ -390,7 +392,7 @@ class Plan(Record):
             reference system is unknown or not in metres, the plan cannot be flown, or the file
             cannot be written.
         NoPlanError
-            If there is no plan.
+            Without a plan.
 
         Examples
         --------
@@ -413,7 +415,7 @@ class Plan(Record):
         DataFrame
             Columns as the attributes of `Phase`, mean current [A] and power [W] into the battery,
             and the charge in the wells at its end, ``available_As`` and ``bound_As``, summed over
-            the packs [A s], 0 where less than 1e-9 of the capacity is left. Where there is no plan,
+            the packs [A s], 0 where less than 1e-9 of the capacity is left. Without a plan,
             the table has no rows. Its ``attrs`` have `objective`, `objective_unit` and `bound`.
 
         Raises
@@ -450,12 +452,12 @@ def load_plan(source: Plan | str | Path) -> Plan:
     Parameters
     ----------
     source
-        Path of a JSON file, up to 32 MB; a plan stays what it is.
+        Path of a JSON file, up to 32 MB; a plan is returned unchanged.
 
     Returns
     -------
     Plan
-        The plan, its mission inside. `flyable` is what the file says: `optuav.replay` simulates it.
+        The plan, its mission inside. `flyable` comes from the file: `optuav.replay` simulates it.
         A table of buildings that the file names is read where it is there; or else the plan's
         mission has only the buildings that the plan uses.
 
@@ -482,19 +484,19 @@ def load_plan(source: Plan | str | Path) -> Plan:
 
 
 def refuse_contradictions(plan: Plan, data: Mapping[str, Any], source: str) -> None:
-    """Refuse the data of a file whose repeated figures are not those of its phases."""
+    """Refuse the data of a file whose repeated figures contradict its phases."""
     follows = plan.to_dict() if data else {}
     refuse(
-        Fault(name, shown(data[name]), f"{shown(follows[name])} is what the phases say", source)
+        Fault(name, shown(data[name]), f"{shown(follows[name])} follows from the phases", source)
         for name in DERIVED
         if name in data and data[name] != follows[name]
     )
 
 
 def load_plans(stated: Plans, name: str = "plans", least: int = 1) -> list[Plan]:
-    """One plan or several, as `load_plan` takes each of them."""
+    """Load one plan or several with `load_plan`."""
     words = "a plan, the path of its file, or several of these"
-    return [load_plan(each) for each in several(name, stated, Plan | str | Path, words, least)]
+    return [load_plan(plan) for plan in several(name, stated, Plan | str | Path, words, least)]
 
 
 def load_subject(source: Plan | Mission | str | Path) -> Plan | Mission:
@@ -513,7 +515,7 @@ def parse_plan(text: str, source: str, folder: Path) -> tuple[Plan, dict[str, An
     """
     data = parse_json(text, source)
     if not isinstance(data, dict) or "kind" not in data:
-        raise InputError([Fault("", "", f'is no plan: "kind": "{KIND}" is missing', source)])
+        raise InputError([Fault("", "", f'is not a plan: "kind": "{KIND}" is missing', source)])
     if data["kind"] != KIND:
         raise InputError([Fault("kind", shown(data["kind"]), f'"{KIND}"', source)])
     if data.get("schema") != SCHEMA:
@@ -544,8 +546,8 @@ def parse_plan(text: str, source: str, folder: Path) -> tuple[Plan, dict[str, An
     try:
         plan = Plan.model_validate(fields)
     except ValidationError as error:
-        found = _record_faults(error, source)
-        faults += [each for each in found if not faults or each.key != "mission"]
+        record_faults = _record_faults(error, source)
+        faults += [fault for fault in record_faults if not faults or fault.key != "mission"]
     refuse(faults)
     return plan, data
 

@@ -1,6 +1,6 @@
-"""The (Δ, T') plane of a problem: which times its constraints admit, sampled, and its grid.
+"""The (Δ, T') plane of a problem: feasible times under its constraints, sampled, and its grid.
 
-A problem without a rest has Δ alone: its plane is the same for all rest times.
+A problem without a rest has only Δ: its plane is the same for all rest times.
 """
 
 import math
@@ -29,18 +29,21 @@ ROLES = {
 """Roles in `optuav.looks` of limits by the kind of the constraint."""
 DRAWN = ROLES.keys() - {"bounds"}  # Kinds of limits that are lines in a plane
 MOST_POINTS = 40  # Most points of the grid that are shown along an axis
-SAMPLES, WHOLE = 61, 100_000  # Of a plane for a page: along an axis, and largest whole number
-BINDS = 1e-6  # Share of a limit by which a constraint that binds may be loose
-POINTS = 25  # Of its grid along an axis
+SAMPLES, WHOLE = (
+    61,
+    100_000,
+)  # Samples along an axis of a plane for a page, and largest whole number
+BINDS = 1e-6  # Largest slack of a binding constraint, as a share of its limit
+POINTS = 25  # Points of its grid along an axis
 BELOW = 0.0375  # Share of its axes that lies below 0
 BEYOND = 1.5  # How far the grid is shown, as a multiple of how far it is feasible
 MARGIN = 0.07  # Share of the plane that is shown beyond the grid
 BEYOND_NUMBERS: Mapping[str, Any] = {"over": "ignore", "invalid": "ignore"}
-"""Far from what is feasible an exponential may be too large for a number."""
+"""Far from the feasible set an exponential may be too large for a number."""
 
 
 def kind_of(constraint: Constraint) -> str:
-    """Name what a constraint limits; a time that the deadline bounds above is at least 0."""
+    """Name a constraint's limited quantity; a time that the deadline bounds above is at least 0."""
     lower = constraint.kind == "deadline" and constraint.relation.sense == ">="
     return "bounds" if lower else constraint.kind
 
@@ -54,7 +57,7 @@ class Cut(NamedTuple):
 
     @property
     def whole(self) -> list[int]:
-        """The excess as whole numbers up to `WHOLE`, row by row; what is no number is not held."""
+        """The excess as whole numbers up to `WHOLE`, row by row; NaN counts as violated."""
         known = np.nan_to_num(self.excess, nan=-np.inf, posinf=np.inf, neginf=-np.inf)
         most = np.abs(known[np.isfinite(known)]).max(initial=0.0) or 1.0
         numbers: list[int] = (
@@ -64,7 +67,7 @@ class Cut(NamedTuple):
 
     @property
     def forbids(self) -> bool:
-        """Whether it has a forbidden side: an equality holds on its line alone."""
+        """True if it has a forbidden side: an equality holds only on its line."""
         return self.constraint.relation.sense != "=="
 
 
@@ -92,12 +95,12 @@ def sampled(
     """
     counted = worth_seeing(model, parameters, given.slot_s, marked, SAMPLES)
     along = ([*values_s[-1:], *(p[1 - k] for p in marked)] for k, values_s in enumerate(counted))
-    round_s = [rounded_up(float(max(each, default=0.0)) or given.deadline_s) for each in along]
-    ends_s = [(-BELOW * each, float(each)) for each in highest_s or round_s]
+    round_s = [rounded_up(float(max(ends, default=0.0)) or given.deadline_s) for ends in along]
+    ends_s = [(-BELOW * highest, float(highest)) for highest in highest_s or round_s]
     y, x = (np.linspace(*end_s, SAMPLES) for end_s in ends_s)
     grid_s, one_of = thinned(counted, POINTS)
-    found = [*cuts(model, parameters, x, y, marked)]
-    return Sampled(ends_s, round_s, found, grid_s, one_of, feasible(model, parameters, *grid_s))
+    curves = [*cuts(model, parameters, x, y, marked)]
+    return Sampled(ends_s, round_s, curves, grid_s, one_of, feasible(model, parameters, *grid_s))
 
 
 def constraint_name(constraint: Constraint, route: Sequence[str]) -> str:
@@ -140,21 +143,21 @@ def worth_seeing(
 
 
 def limits(values_s: Floats, marked: Sequence[float]) -> tuple[float, float]:
-    """Ends of an axis that shows values of the grid and what is marked, with a margin [s]."""
+    """Ends of an axis that shows values of the grid and marks, with a margin [s]."""
     highest = max([0.0, *values_s[-1:], *marked]) or 1.0
     return -MARGIN * highest, (1.0 + MARGIN) * highest
 
 
 def thinned(counted: Sequence[Floats], most: int = MOST_POINTS) -> tuple[list[Floats], int]:
     """Every n-th value of both axes of the grid, and one of how many points is left."""
-    every = [max(1, math.ceil(len(values_s) / most)) for values_s in counted]
-    return [values_s[::n] for values_s, n in zip(counted, every, strict=True)], math.prod(every)
+    steps = [max(1, math.ceil(len(values_s) / most)) for values_s in counted]
+    return [values_s[::n] for values_s, n in zip(counted, steps, strict=True)], math.prod(steps)
 
 
 def feasible(
     model: Model, parameters: Mapping[str, object], upward_s: Floats, across_s: Floats
 ) -> Booleans:
-    """Whether points of the grid satisfy all constraints (Δ, T')."""
+    """Test which points of the grid satisfy all constraints (Δ, T')."""
     x, y = np.meshgrid(across_s, upward_s)
     points = dict(zip((variable.name for variable in model.variables), (y, x), strict=False))
     with np.errstate(**BEYOND_NUMBERS):
@@ -176,7 +179,7 @@ def cuts(
     """
     touching = {label for point in marked for label in _binding(model, parameters, point)}
     kept = [(each, e, e >= 0.0) for each, e in _excesses(model, parameters, x, y)]
-    bounding = [each for each in kept if each[0].relation.sense != "=="]
+    bounding = [cut for cut in kept if cut[0].relation.sense != "=="]
 
     def all_hold(but: Booleans | None = None) -> Booleans:
         others = [held for *_, held in bounding if held is not but]
@@ -186,8 +189,8 @@ def cuts(
     for cut in list(bounding):
         # What holds nowhere is named, though another constraint forbids everything as well.
         kind = kind_of(cut[0])
-        alone = sum(kind_of(each[0]) == kind for each in bounding) == 1
-        if alone and kind in DRAWN and cut[0].label in touching:
+        only_one = sum(kind_of(cut[0]) == kind for cut in bounding) == 1
+        if only_one and kind in DRAWN and cut[0].label in touching:
             continue
         if cut[2].any() and (all_hold(but=cut[2]) == inside).all():
             bounding.remove(cut)
@@ -215,7 +218,7 @@ def _excesses(
 ) -> Iterator[tuple[Constraint, Floats]]:
     """Constraints and by how much they hold (y, x); they forbid where that is negative.
 
-    What is short by no more than the tolerance of a check holds.
+    A shortfall within the tolerance of a check counts as held.
     """
     names = [variable.name for variable in model.variables]
     point = dict(zip(names, (y[:, None], x), strict=False))

@@ -52,7 +52,7 @@ def summary(plan: Plan) -> str:
 
 
 def heading(plan: Plan) -> list[Line]:
-    """Mission and question, and what is known of the answer."""
+    """Mission and question, and status of the answer."""
     question = [
         plan.problem,
         f"trajectory {plan.trajectory}" if plan.trajectory else "",
@@ -116,7 +116,7 @@ def _as_wide(text: str) -> str:
 
 def wrapped(label: str, text: str, start: str = "", indent: int = LABEL) -> list[str]:
     """A paragraph beside its label, or beside a start; a number keeps its unit on its line."""
-    known = NO_BREAK.join(_as_wide(spelled(each)) for each in text.split(NO_BREAK))
+    known = NO_BREAK.join(_as_wide(spelled(piece)) for piece in text.split(NO_BREAK))
     wide, start = NUMBER_AND_UNIT.sub(NO_BREAK, known), start or f"{label:<{LABEL}}"
     width = line_width() - (FILLER in wide)  # A break may part a letter from its filler.
     lines = textwrap.TextWrapper(width, start, " " * indent, break_on_hyphens=False).wrap(wide)
@@ -136,7 +136,7 @@ def times(plan: Plan) -> list[tuple[str, float, str]]:
     for kind, time_s in (("hover", plan.hover_time_s), ("rest", plan.rest_time_s)):
         stops = [phase for phase in plan.phases if phase.kind == kind]
         lasting = [stop for stop in stops if stop.duration_s]
-        served = [f"{each.duration_s:.2f} s at {each.end_place}" for each in lasting]
+        served = [f"{stop.duration_s:.2f} s at {stop.end_place}" for stop in lasting]
         if len(served) < 2:
             served = [
                 f"at {stop.end_place}, from {stop.start_s:.2f} s"
@@ -148,7 +148,7 @@ def times(plan: Plan) -> list[tuple[str, float, str]]:
             rows.append((kind.capitalize(), time_s, ", ".join(served)))
     fastest_m_s = max(phase.peak_speed_m_s for phase in plan.phases)
     flown = f"{len(plan.route) - 1} legs, up to {_number(fastest_m_s, 1)} m/s"
-    if chosen := [_number(each, 2) for leg in plan.speeds_m_s for each in leg]:
+    if chosen := [_number(speed_m_s, 2) for leg in plan.speeds_m_s for speed_m_s in leg]:
         flown = f"{len(plan.route) - 1} legs, at {', '.join(chosen)} m/s"
     mission_s = plan.mission_time_s
     left_s = plan.mission.limits.deadline_s - mission_s
@@ -205,7 +205,7 @@ def tabulated(
     return [
         (" " * gap).join(row).rstrip().replace(FILLER, "")
         for part in parts
-        for row in zip(*(columns[each] for each in part), strict=True)
+        for row in zip(*(columns[name] for name in part), strict=True)
     ]
 
 

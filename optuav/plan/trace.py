@@ -33,7 +33,7 @@ class Event:
         Moment, counted from take-off [s], and what happens, for a person.
     value, limit, unit, value_s
         The figure, the limit that it breaks and the unit of both; the moment of the figure [s]
-        where that differs from `time_s`. None where there is none.
+        where that differs from `time_s`. None if missing.
     violation
         Whether the plan cannot be flown because of it.
 
@@ -60,7 +60,7 @@ class Event:
 
     @property
     def figures(self) -> str:
-        """Value and limit as text; empty where there is no value."""
+        """Value and limit as text; empty without a value."""
         if self.value is None or self.kind == "mismatch":
             return ""
         if self.limit is None:
@@ -86,8 +86,8 @@ class Trace:
         ``"flight"``, ``"hover"`` or ``"rest"``; the stage of a leg; number of the phase, from 0;
         names of places.
     current_A, power_W, received_power_W, voltage_V
-        Net, into the battery [A], [W]; what the laser delivers [W]; the voltage at which the
-        current is drawn [V], the nominal one where none is.
+        Net, into the battery [A], [W]; the power from the laser [W]; the voltage that the
+        current is drawn at [V], the nominal one where none is.
     available_As, bound_As, soc
         (moment, pack) charge in the wells [A s], pooled packs count as one; state of charge by
         perspective [-].

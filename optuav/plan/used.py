@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def used_buildings(plan: Plan) -> Buildings:
-    """Those that it goes by or asks for, and what is in the way of its legs and of the laser."""
+    """Buildings on its route or in its question, and those that block its legs or the laser."""
     mission, buildings, route = plan.mission, plan.mission.buildings, plan.mission.route
     names = {end for phase in plan.phases for end in (phase.start_place, phase.end_place)}
     numbers = {k: name for k, name in enumerate(buildings.names) if name in {*names, plan.building}}
@@ -44,8 +44,8 @@ def used_buildings(plan: Plan) -> Buildings:
     known = [(a, b) for a, b in lines if np.isfinite([a[1], b[1]]).all()]
     if known:
         start_m, end_m = (np.array([line[k][1] for line in known], dtype=float) for k in (0, 1))
-        own = np.array([(a[0], b[0]) for a, b in known])
-        blockers = crossed(prisms(buildings), start_m, end_m, own)
+        own_buildings = np.array([(a[0], b[0]) for a, b in known])
+        blockers = crossed(prisms(buildings), start_m, end_m, own_buildings)
         numbers |= dict.fromkeys(blockers[blockers != CLEAR].tolist(), "")
     return Buildings.of(buildings[k] for k in sorted(numbers))
 
@@ -67,8 +67,8 @@ def with_table(embedded: Buildings, stated: object, folder: Path) -> Buildings:
     table = read_buildings(Path(source.path))
     numbers = {name: number for number, name in enumerate(table.names)}
     refuse(
-        Fault(f"buildings.{safe_name(each.name)}", "", f"is not as in {label(Path(path))}")
-        for each in embedded
-        if each.name not in numbers or table[numbers[each.name]] != each
+        Fault(f"buildings.{safe_name(building.name)}", "", f"is not as in {label(Path(path))}")
+        for building in embedded
+        if building.name not in numbers or table[numbers[building.name]] != building
     )
     return table

@@ -43,7 +43,7 @@ def save_animation(replayed: Replay | Plan | Itinerary | str | Path, path: str |
     replayed
         From `optuav.replay`, or what that takes: a plan, an itinerary, or the file of one.
     path
-        The file, whose name ends in ``.gif``; what is there is replaced, whole or not at all.
+        The file, whose name ends in ``.gif``; an existing file is replaced, whole or not at all.
 
     Returns
     -------

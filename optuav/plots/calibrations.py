@@ -36,8 +36,8 @@ class FitAxes(NamedTuple):
     >>> import optuav
     >>> from optuav.calibration import Panel
     >>> panel = Panel("lifetime", "s", (100.0, 120.0), (101.0, 118.0), names=("1 A", "2 A"))
-    >>> found = optuav.Fit("kibam", ("cell.csv",), "2 loads", (), (panel,))
-    >>> optuav.plots.fit(found)[0].values.get_xlabel()
+    >>> fitted = optuav.Fit("kibam", ("cell.csv",), "2 loads", (), (panel,))
+    >>> optuav.plots.fit(fitted)[0].values.get_xlabel()
     'lifetime [s]'
     """
 
@@ -75,8 +75,8 @@ def fit(found: Fit, *, figure: style.AnyFigure | None = None) -> tuple[FitAxes, 
     >>> import optuav
     >>> from optuav.calibration import Panel
     >>> panel = Panel("lifetime", "s", (100.0, 120.0), (101.0, 118.0), names=("1 A", "2 A"))
-    >>> found = optuav.Fit("kibam", ("cell.csv",), "2 loads", (), (panel,))
-    >>> optuav.plots.fit(found)[0].values.get_xlabel()
+    >>> fitted = optuav.Fit("kibam", ("cell.csv",), "2 loads", (), (panel,))
+    >>> optuav.plots.fit(fitted)[0].values.get_xlabel()
     'lifetime [s]'
     """
     of_kind("found", found, Fit, "a calibration, as optuav.fit_kibam returns it")
@@ -116,17 +116,17 @@ def _draw_names(axes: FitAxes, panel: Panel) -> None:
     values.hlines(rows, observed, fitted, color=style.PALE, linewidth=2.5, zorder=1)
     values.plot(observed, rows, "o", label="observed", **ring)
     for role, colour in ROLES.items():
-        own = roles == role
-        label = role if own.any() or role == "fitted" else None
-        values.plot(fitted[own], rows[own], "o", color=colour, markersize=3.0, label=label)
-        residuals.barh(rows[own], left[own], 0.55, color=colour)
+        of_role = roles == role
+        label = role if of_role.any() or role == "fitted" else None
+        values.plot(fitted[of_role], rows[of_role], "o", color=colour, markersize=3.0, label=label)
+        residuals.barh(rows[of_role], left[of_role], 0.55, color=colour)
     for ax in axes:
         ax.set_ylim(len(rows) - 0.5, -0.5)
         ax.tick_params(axis="y", length=0.0)
     values.set_yticks(rows, [style.printed(name) for name in panel.names])
     residuals.set_yticks(rows, [""] * len(rows))
-    every = np.concatenate([observed, fitted])
-    low, high = float(np.min(every)), float(np.max(every))
+    both = np.concatenate([observed, fitted])
+    low, high = float(np.min(both)), float(np.max(both))
     if low > 0.0 and high > DECADE * low:
         values.set_xscale("log")
         steps = (1.0,) if high > DECADE**3 * low else (1.0, 2.0, 5.0)
@@ -134,7 +134,7 @@ def _draw_names(axes: FitAxes, panel: Panel) -> None:
         values.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.10g}"))
         values.xaxis.set_minor_formatter(NullFormatter())
     else:
-        values.set_xlim(style.margins(every, 0.08, 0.02 * max(abs(low), abs(high)) or 1.0))
+        values.set_xlim(style.margins(both, 0.08, 0.02 * max(abs(low), abs(high)) or 1.0))
     residuals.xaxis.set_major_locator(MaxNLocator(4))
     residuals.axvline(0.0, color=BLACK, linewidth=0.5)
     least = 1e-4 * float(np.max(np.abs(observed))) or 1.0

@@ -20,7 +20,7 @@ from optuav.plan.trace import Trace
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, DARK, PINK, SKY, mark
 
-FADED = 0.6  # Share of white over what follows the moment at which the battery is dry
+FADED = 0.6  # Share of white over everything after the battery runs dry
 FILLS, FADE = 1.5, 2.0  # Heights of layers, above the bands of the phases
 HATCH = "//////"
 MOST = 7  # Largest number of entries side by side in a legend
@@ -34,7 +34,7 @@ FLIES, CHARGED = (-24.0, 12.0), (-38.0, 12.0)
 def wells(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Axes]:
     """Draw both wells of the pooled battery as bands over time, one panel per plan.
 
-    The available well lies on the bound one, so that it runs dry where its band closes; what the
+    The available well lies on the bound one, so that it runs dry where its band closes; charge the
     plan takes after that is hatched, and all that follows fades, as it cannot be flown.
 
     Parameters
@@ -53,7 +53,7 @@ def wells(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
     Raises
     ------
     InputError
-        If there is no plan to draw.
+        Without a plan to draw.
     NoPlanError
         If one of the plans does not exist.
 
@@ -145,7 +145,7 @@ def _panels(
 
 
 def _legend_below(axes: Sequence[Axes], handles: Sequence[Artist], plans: Sequence[Plan]) -> None:
-    """Put a legend below all panels, of what is drawn and the kinds of phases; settle them."""
+    """Put a legend below all panels, of drawn elements and the kinds of phases; settle them."""
     entries = [*handles, *style.swatches(phase.kind for plan in plans for phase in plan.phases)]
     columns = min(len(entries), MOST)
     page = axes[0].get_figure()
@@ -178,7 +178,7 @@ def packs(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
     Raises
     ------
     InputError
-        If there is no plan to draw.
+        Without a plan to draw.
     NoPlanError
         If one of the plans does not exist.
 
@@ -203,11 +203,13 @@ def packs(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
 
 def _draw_packs(ax: Axes, plan: Plan) -> None:
     """Draw the packs of a plan over its phases."""
-    given, trace = plan.mission.battery, replay(plan).trace
+    battery, trace = plan.mission.battery, replay(plan).trace
     for phase in plan.phases:
         ax.axvspan(phase.start_s, phase.end_s, color=PHASES[phase.kind], alpha=0.13, linewidth=0.0)
-    share_As = given.packs * given.capacity_As / trace.available_As.shape[1]  # Of each line
-    full = Battery(share_As, given.available_fraction, given.flow_rate_per_s).full
+    share_As = (
+        battery.packs * battery.capacity_As / trace.available_As.shape[1]
+    )  # Capacity per line
+    full = Battery(share_As, battery.available_fraction, battery.flow_rate_per_s).full
     columns = (trace.available_As, full.available_As, 1.4), (trace.bound_As, full.bound_As, 0.5)
     for levels_As, full_As, width in columns:
         for number, percent in enumerate((100.0 * levels_As / full_As).T):
@@ -227,8 +229,8 @@ def _draw_packs(ax: Axes, plan: Plan) -> None:
     beside: style.Look = {"transform": ax.get_yaxis_transform(), "ha": "right", "va": "center"}
     for (low, height), words in ((FLIES, "flies"), (CHARGED, "charged")):
         ax.text(-0.008, low + 0.5 * height, words, fontsize=6.0, **beside)
-    turn = f", every {given.period_s:g} s" if given.period_s else ""
-    ax.set_title(f"{given.schedule}{turn}: hovers $Δ$ = {plan.hover_time_s:.2f} s")
+    turn = f", every {battery.period_s:g} s" if battery.period_s else ""
+    ax.set_title(f"{battery.schedule}{turn}: hovers $Δ$ = {plan.hover_time_s:.2f} s")
 
 
 def _colour(number: int) -> str:

@@ -21,7 +21,7 @@ COLOURS = {
     **{"direct": GREY, "traj1": SKY, "traj2": ORANGE, "optimal": BLUE},
     **{"P3": GREY, "P4": ORANGE, "P2": SKY, "P2-tight": BLUE, "P1": GREEN, "": BLUE},
 }
-"""Colours of bars by name, in the order in which they stand side by side."""
+"""Colours of bars by name, in their order side by side."""
 PRINTED = {
     "battery": "Battery Persp.",
     "energy": "Ener. Persp.",
@@ -100,7 +100,7 @@ class Mark(NamedTuple):
     Parameters
     ----------
     at, words
-        The value, in the unit of its axis, and what is written beside the line.
+        The value, in the unit of its axis, and the words beside the line.
 
     Examples
     --------
@@ -127,7 +127,7 @@ def bars(
     Parameters
     ----------
     shown
-        At least one; groups appear in the order in which they come.
+        At least one; groups keep their order.
     title, y_label
         Heading, and label with its unit.
     level
@@ -292,7 +292,7 @@ def tornado(rows: Sequence[Mapping[str, Any]], hover_time_s: float, mission: str
     style.settle(ax)
     gap = 4.0 * TIP_PT * style.root(ax).dpi / style.POINTS_PER_INCH
     widest = max((gap + text.get_window_extent().width for text in ax.texts), default=0.0)
-    share = widest / ax.get_window_extent().width  # Of the axes, on either side of the bars
+    share = widest / ax.get_window_extent().width  # Share of the axes on either side of the bars
     ax.set_xlim(style.margins(known_s, max(LEAST_ROOM, share / (1.0 - 2.0 * share))))
     style.settle(ax)
     return ax
@@ -330,7 +330,7 @@ def _draw_swing(ax: Axes, row: int, hover_time_s: float, swing: Mapping[str, Any
 
 @style.applied()
 def hover_times(times_s: Floats, mission: str, *, fixed_s: float | None = None) -> Axes:
-    """Draw the spread of the longest hover [s], 0 without a plan, and that of a fixed plan [s]."""
+    """Draw the spread of the longest hover [s], 0 without a plan, and of a fixed plan [s]."""
     planned = times_s[times_s > 0.0]
     low_s, middle_s, high_s = np.quantile(times_s, (0.05, 0.5, 0.95)).tolist()
     ax = style.page(3.4).subplots()

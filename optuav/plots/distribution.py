@@ -30,7 +30,7 @@ def distribution(
 ) -> Sequence[Axes]:
     """Draw the histogram and the cumulative distribution of a variable over all scenarios.
 
-    Perspectives are lines of their own. Shares are those of all scenarios: where some have no plan,
+    Perspectives are lines of their own. Shares refer to all scenarios: where some have no plan,
     the legend says how many, and the curve ends below 100 %.
 
     Parameters
@@ -51,18 +51,18 @@ def distribution(
     Raises
     ------
     InputError
-        If the dataset is no such answer, has no such variable, or no scenario has a plan.
+        If the dataset is not such an answer, has no such variable, or no scenario has a plan.
 
     Examples
     --------
     >>> import optuav
-    >>> found = optuav.batch("paper", {"limits.deadline_s": [10, 900, 1200]})
-    >>> histogram, cumulative = optuav.plots.distribution(found)
+    >>> answers = optuav.batch("paper", {"limits.deadline_s": [10, 900, 1200]})
+    >>> histogram, cumulative = optuav.plots.distribution(answers)
     >>> histogram.get_legend().get_texts()[0].get_text()
     'available: no plan in 1 of 3'
     """
-    every = getattr(found, "data_vars", {})
-    known = [name for name, each in every.items() if each.dtype.kind == "f"]
+    variables = getattr(found, "data_vars", {})
+    known = [name for name, each in variables.items() if each.dtype.kind == "f"]
     if not known or not {"mission", "problem"} <= found.attrs.keys():
         raise InputError([Fault("found", shown(found), "a dataset, as optuav.batch returns it")])
     if variable not in known:

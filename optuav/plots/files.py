@@ -25,7 +25,7 @@ FORMATS: Mapping[str, Mapping[str, str | None] | None] = {
     ".pdf": {"Creator": "optuav", "Producer": None, "CreationDate": None},
     **dict.fromkeys((".jpg", ".jpeg", ".tif", ".tiff", ".webp")),
 }
-"""What a file says of its origin, by suffix: of the formats that matplotlib writes, those that need
+"""Origin stated in a file, by suffix: matplotlib's formats that need
 no other program, can show transparent colours, and hold no date."""
 
 
@@ -35,7 +35,7 @@ def save_pictures(
     """Write the pictures of a plan as PNG files.
 
     ``map.png``; ``wells.png``, or ``packs.png`` where packs take turns; and ``leg.png`` of the
-    first leg that the flight model describes; the map alone where there is no plan. The same plan
+    first leg that the flight model describes; only the map without a plan. The same plan
     gives the same bytes.
 
     Parameters
@@ -45,7 +45,7 @@ def save_pictures(
     directory
         Where to write; made if it is missing. Files of these names are replaced.
     beside
-        Plans that exist whose wells are drawn below those of the plan, or the paths of their files;
+        Plans that exist whose wells are drawn below the plan's, or the paths of their files;
         not one that is flown alike.
 
     Returns
@@ -81,7 +81,7 @@ def save_pictures(
 
 
 def _alike(one: Plan, other: Plan) -> bool:
-    """Whether pictures of two plans would be the same."""
+    """Return whether pictures of two plans would be the same."""
     stays = zip(one.stops, other.stops, strict=False)
     near = all(abs(a.duration_s - b.duration_s) < SAME_S for a, b in stays)
     return near and (one.mission, one.route) == (other.mission, other.route)
@@ -102,7 +102,7 @@ def save(drawn: Drawn, path: str | Path) -> Path:
         Axes as the functions of `optuav.plots` return them, or a single named picture.
     path
         The file, in the format of its suffix: .png, .svg, .pdf, .jpg, .jpeg, .tif, .tiff or .webp.
-        What is there is replaced, whole or not at all.
+        An existing file is replaced, whole or not at all.
 
     Returns
     -------
@@ -137,7 +137,7 @@ def save_figures(
     drawn
         Names of files, each with axes as `save` takes them; the suffix is its format.
     folder
-        Where they go; it is made if there is none.
+        Where they go; it is made if missing.
 
     Returns
     -------
@@ -146,7 +146,7 @@ def save_figures(
     Raises
     ------
     InputError
-        If a suffix is no format of pictures, or a file cannot be written; then none is.
+        If a suffix is not a format of pictures, or a file cannot be written; then none is.
 
     Examples
     --------

@@ -58,7 +58,7 @@ def fleet_turns(turns: Sequence[Turn], *, title: str, ax: Axes | None = None) ->
     Raises
     ------
     InputError
-        If there is no turn.
+        Without a turn.
 
     Examples
     --------

@@ -27,7 +27,7 @@ from optuav.plots.style import BLACK, GREY, Look
 if TYPE_CHECKING:
     import xarray
 
-COLOURS = "viridis"  # In the same order of brightness for colour-blind readers
+COLOURS = "viridis"  # Brightness keeps its order for colour-blind readers
 MOST_CONTOURS = 8
 CLOSE_PT = 2.5  # Distance of two contours below which they are one thick line
 NONE: Look = {"facecolor": "white", "edgecolor": GREY, "hatch": "////", "linewidth": 0.0}
@@ -35,7 +35,7 @@ NONE: Look = {"facecolor": "white", "edgecolor": GREY, "hatch": "////", "linewid
 HOVER = "hover Δ [s]"
 LONGEST = f"longest {HOVER}"
 BELOW: Look = {"loc": "outside lower left", "ncols": 3}  # Place of a legend
-MOST_PANELS, PANELS_ACROSS = 12, 3  # Of small multiples
+MOST_PANELS, PANELS_ACROSS = 12, 3  # Size of small multiples
 ROWS = ("scenario",)  # Dimension of rows of values
 
 
@@ -44,7 +44,7 @@ def swept(found: xarray.Dataset) -> style.Pictures:
 
     Over one key they are a line for each perspective, over two a map with contours for each of
     them, and over three a map for each value of the key that has fewest, 12 of them at most;
-    hatched, or left out, where there is no plan.
+    hatched, or left out, without a plan.
 
     Parameters
     ----------
@@ -64,8 +64,8 @@ def swept(found: xarray.Dataset) -> style.Pictures:
     Examples
     --------
     >>> import optuav
-    >>> found = optuav.batch("paper", {"limits.deadline_s": [600, 900, 1200]})
-    >>> [(name, ax.get_xlabel()) for name, ax in optuav.plots.swept(found)]
+    >>> answers = optuav.batch("paper", {"limits.deadline_s": [600, 900, 1200]})
+    >>> [(name, ax.get_xlabel()) for name, ax in optuav.plots.swept(answers)]
     [('hover.png', 'limits.deadline_s [s]')]
     """
     return style.Pictures(_drawn(found))
@@ -78,8 +78,8 @@ def _drawn(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
         found = found.swap_dims(dict.fromkeys(ROWS, rows[0]))
     hover_s, known = getattr(found, "hover_time_s", None), getattr(found, "attrs", {})
     keys = [name for name in getattr(hover_s, "dims", ()) if name != "perspective"]
-    stated = [key for key in keys if "units" in found[key].attrs]
-    several = [key for key in stated if len(np.unique(found[key])) > 1]
+    stated_keys = [key for key in keys if "units" in found[key].attrs]
+    several = [key for key in stated_keys if len(np.unique(found[key])) > 1]
     if len(keys) not in (1, 2, 3) or several != keys or not known.keys() >= {"mission", "problem"}:
         words = "a dataset of one mission over up to three keys, of several values each"
         raise InputError([Fault("found", ", ".join(map(str, keys)), words)])
@@ -90,10 +90,12 @@ def _drawn(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
     town, units = style.printed(known["mission"]), {key: found[key].attrs["units"] for key in keys}
     longest = known["problem"].partition("(")[0] in LONGEST_HOVER
     words = LONGEST if longest else HOVER
-    every = {name: hover_s.sel(perspective=name) for name in hover_s.perspective.values.tolist()}
+    by_perspective = {
+        name: hover_s.sel(perspective=name) for name in hover_s.perspective.values.tolist()
+    }
     if len(keys) == 1:
         across = f"{keys[0]} [{bracketed(units[keys[0]])}]"
-        lines = [Line(name, found[keys[0]], values) for name, values in every.items()]
+        lines = [Line(name, found[keys[0]], values) for name, values in by_perspective.items()]
         none = bool(hover_s.isnull().all())
         ax = curves(lines, title=town, x_label=across, y_label=words, y_from_zero=none)
         if none:
@@ -105,7 +107,7 @@ def _drawn(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
     names = [f"{key} [{bracketed(units[key])}]" for key in (first, second)]
     labels = (names[0], names[1], words)
     x, y = (found[key].to_numpy() for key in (first, second))
-    for name, values in every.items():
+    for name, values in by_perspective.items():
         title = f"{town}, perspective {name}"
         if few is None:
             table = values.transpose(second, first).to_numpy()
@@ -130,7 +132,7 @@ def _multiples(
     title: str,
     at: str,
 ) -> Axes:
-    """Draw maps beside each other, one a value of the first key of the tables, on one scale."""
+    """Draw maps beside each other, one per value of the first key of the tables, on one scale."""
     count = min(MOST_PANELS, len(tables))
     chosen = tables[np.linspace(0, len(tables) - 1, count).round().astype(int)]
     columns, known = 2 if count == 4 else min(count, PANELS_ACROSS), np.isfinite(chosen.to_numpy())
@@ -149,8 +151,8 @@ def _multiples(
     bar.outline.set_linewidth(0.4)
     if not known.all():
         page.legend(handles=[without_value("no plan")], **BELOW)
-    some = f", {count} of {len(tables)} values" * (count < len(tables))
-    page.suptitle(f"{title}{some}", x=0.01, ha="left", fontsize="large")
+    counted_words = f", {count} of {len(tables)} values" * (count < len(tables))
+    page.suptitle(f"{title}{counted_words}", x=0.01, ha="left", fontsize="large")
     page.supxlabel(labels[0], fontsize="medium")
     page.supylabel(labels[1], fontsize="medium")
     style.settle(panels[0])
@@ -255,7 +257,7 @@ def without_value(label: str) -> Patch:
 
 
 def contour_levels(values: Floats) -> list[float]:
-    """Round values between the smallest and the largest, at which contours are drawn."""
+    """Round values between the smallest and the largest, for contours."""
     known = values[np.isfinite(values)]
     if not len(known):
         return []

@@ -39,18 +39,18 @@ SYMBOLS = {
 }
 COLOURS = (BLACK, SKY, ORANGE, BLUE, PINK, GREEN)
 DASHES = (*style.DASHES, style.DOTTED, (0.0, (3.0, 3.0)))
-"""Looks of several routes, no two of which differ in colour alone."""
+"""Looks of several routes; no two differ only in colour."""
 REACH = ("link", "limits.outage_probability", "limits.min_altitude_m")
 SITE = attrgetter("route", "buildings", "laser", *REACH)
 """The part of a mission that decides where it takes place."""
 SHIFT = 2.0  # Distance between legs that would lie on each other [pt]
 ARROW_AT, ARROW_STEP = 0.56, 0.05
-"""Where a leg shows its direction: past the middle, so that there and back do not meet; and how
+"""Place of a leg's arrow: past the middle, so that there and back do not meet; and how
 much farther its neighbour does."""
 MARKERS = {"hover": "o", "rest": "s"}
-FAR = 100.0  # Sizes of a map up to which a rim is drawn: one far off has billions of pieces
-FEW = 30  # Buildings up to which all sight lines and the points on roofs are drawn
-MOST_NAMED = 400  # Most buildings of which those off the route are named where there is room
+FAR = 100.0  # Most sizes of the map for drawing a rim: one far off has billions of pieces
+FEW = 30  # Most buildings for drawing all sight lines and the points on roofs
+MOST_NAMED = 400  # Most buildings for naming those off the route where there is room
 
 
 class MapAxes(NamedTuple):
@@ -78,7 +78,7 @@ class MapAxes(NamedTuple):
 class Way(NamedTuple):
     """A route as it is drawn: its points (point, 3) [m], stops and look."""
 
-    names: tuple[str, ...]  # Of places; empty for waypoints
+    names: tuple[str, ...]  # Names of places; empty for waypoints
     points: Floats
     stops: tuple[Stop, ...]
     look: Look
@@ -96,8 +96,8 @@ class Way(NamedTuple):
         named = [(names[0], points[0])]
         for name, point, by in zip(names[1:], points[1:], waypoints_m, strict=True):
             named += [*(("", np.array(at)) for at in by), (name, point)]
-        every, at = zip(*named, strict=True)
-        return cls(every, np.array(at), stops, look)
+        names_at, at = zip(*named, strict=True)
+        return cls(names_at, np.array(at), stops, look)
 
     @property
     def side(self) -> Floats:
@@ -124,7 +124,7 @@ def mission_map(
     Parameters
     ----------
     subject
-        A plan, a plan that says that there is none, or a mission; also by its name or path.
+        A plan, a plan without phases, or a mission; also by its name or path.
     figure
         Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
         its own by default.
@@ -186,7 +186,7 @@ def trajectories(
     Raises
     ------
     InputError
-        If there are no plans, or they take place in different missions.
+        Without a plan, or if they take place in different missions.
 
     Examples
     --------
@@ -303,15 +303,15 @@ def plan_labels(shown: Scene, ways: Sequence[Way], *, times: bool) -> list[style
 def _places(shown: Scene, ways: Sequence[Way]) -> dict[str, list[float]]:
     """Positions [m] of both ends, first as they leave labels least room, and of places of ways."""
     ends = ("origin", "destination")
-    found = dict(zip(ends, shown.positions(ends).tolist(), strict=True))
+    at_m = dict(zip(ends, shown.positions(ends).tolist(), strict=True))
     for way in ways:
         named = zip(way.names, way.points.tolist(), strict=True)
-        found |= {name: at for name, at in named if name}
-    return found
+        at_m |= {name: at for name, at in named if name}
+    return at_m
 
 
 def _sight(shown: Scene, ways: Sequence[Way]) -> tuple[Floats, Booleans]:
-    """The lines of sight that are drawn, and which are clear: in a town those of the ways."""
+    """The lines of sight to draw, and which are clear: in a town only from the ways."""
     return shown.sight_lines({name for way in ways for name in way.names}, FEW)
 
 
@@ -349,7 +349,7 @@ def _draw_leg(ax: Axes, ends: Floats, shift: float, look: Look) -> list[Floats]:
 
 
 def _draw_from_side(ax: Axes, shown: Scene, ways: Sequence[Way]) -> Artist:
-    """Draw altitudes along the ways, one a little above the other; the legend's entry."""
+    """Draw altitudes along the ways, each a little above the last; the legend's entry."""
     limits = shown.mission.limits
     highest_m = max(1.0, limits.min_altitude_m)
     lowest_m = farthest_m = 0.0
@@ -403,7 +403,7 @@ def draw_plan_view(ax: Axes, shown: Scene, ways: Sequence[Way] = ()) -> list[Art
         radius_m = min(radius_m, FAR * float(np.abs(shown.corners_m - device).max()))
         disc = Circle(device, radius_m, facecolor=f"{GREEN}26", edgecolor=GREEN, linewidth=0.8)
         disc.set_label("coverage at the hover altitude")
-        ax.add_artist(disc)  # unlike a patch, it leaves the limits alone
+        ax.add_artist(disc)  # unlike a patch, it does not move the limits
         entries.append(disc)
     lines, sight = _sight(shown, ways)
     looks: tuple[tuple[bool, str, LineStyleType, str], ...] = (

@@ -29,7 +29,7 @@ from optuav.plots import style
 from optuav.plots.style import BLACK, printed
 
 OWN = (style.PINK, style.SKY, style.DARK, style.GREEN)  # Colours of limits that have no role
-SAMPLES = 401  # Points along an axis at which the constraints are evaluated
+SAMPLES = 401  # Samples of the constraints along an axis
 LETTERS = 30  # Longest line of the legend
 
 Values: TypeAlias = Mapping[str, object]
@@ -46,17 +46,17 @@ def plane(
 ) -> Axes:
     """Draw the plane of the two unknowns of a problem: rest time across, hover time upwards.
 
-    Constraints are lines on which the two sides of their declaration are equal, with their
-    forbidden sides shaded, thick where they bound what is feasible. Left out are those that cut
-    nothing off, and the far end of a grid of which only the beginning is feasible. The points are
-    those of Algorithm 1's grid, thinned out where there are many.
+    Constraints are lines where the two sides of their declaration are equal, with their
+    forbidden sides shaded, thick where they bound the feasible set. Left out are constraints that
+    cut nothing off, and the far end of a grid with a feasible beginning. The points come from
+    Algorithm 1's grid, thinned out where there are many.
 
     Parameters
     ----------
     model
         A declared problem with two unknowns, such as P4 (``Program.parts[k].model``).
     parameters
-        Values of its parameters for one itinerary, as ``model.row(entry)`` gives them.
+        Values of its parameters for one itinerary, from ``model.row(entry)``.
     plans
         A plan or several to mark, or the paths of their files, of the same problem and itinerary:
         continuous ones and ones in slots.
@@ -136,7 +136,7 @@ def _axis_label(variable: Variable) -> str:
 
 
 def _set(words: str) -> str:
-    """Words in which T' is mathematics."""
+    """Words with T' as mathematics."""
     return words.replace("T'", "$T'$")
 
 
@@ -144,10 +144,10 @@ def _draw_grid(
     ax: Axes, model: Model, parameters: Values, counted: Sequence[Floats], slot_s: float
 ) -> Iterator[Artist]:
     """Draw the grid, dots where it is feasible and crosses elsewhere; entries of the legend."""
-    (upward, across), every = thinned(counted)
+    (upward, across), one_of = thinned(counted)
     x, y = np.meshgrid(across, upward)
     inside = feasible(model, parameters, upward, across)
-    fewer = f", one of {every} shown" if every > 1 else ""
+    fewer = f", one of {one_of} shown" if one_of > 1 else ""
     slots = f"(slots of {slot_s:g} s{fewer})"
     for which, marker, size, colour, words in (
         (inside, "o", 1.8, BLACK, "feasible"),
@@ -165,11 +165,11 @@ def _draw_constraints(
     """Draw the boundaries that cut, with their forbidden sides; entries of the legend."""
     x, y = (np.linspace(*limits, SAMPLES) for limits in (ax.get_xlim(), ax.get_ylim()))
     names = [*map(printed, route)]
-    own = cycle(OWN)
+    colours = cycle(OWN)
     for cut in cuts(model, parameters, x, y):
         role = ROLES.get(kind_of(cut.constraint))
         look: style.Look = (
-            {"color": next(own), "linestyle": "-"} if role is None else style.limit(role)
+            {"color": next(colours), "linestyle": "-"} if role is None else style.limit(role)
         )
         colour, dashes = look["color"], look["linestyle"]
         lines: style.Look = {"colors": [colour], "linestyles": [dashes], "zorder": 3}

@@ -60,13 +60,13 @@ def hover_map(
     Raises
     ------
     InputError
-        If it is no such map, or the mission cannot be loaded.
+        If it is not such a map, or the mission cannot be loaded.
 
     Examples
     --------
     >>> import optuav
-    >>> found = optuav.maps.laser("paper", 250)
-    >>> ax = optuav.plots.hover_map(optuav.load("paper"), found)
+    >>> hovers = optuav.maps.laser("paper", 250)
+    >>> ax = optuav.plots.hover_map(optuav.load("paper"), hovers)
     >>> ax.get_title(loc="left").splitlines()
     ['paper, perspective available', 'laser anywhere at z = 50 m']
     """
@@ -109,7 +109,7 @@ def sites(found: Siting, *, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     found
-        As `optuav.place_laser` returns it. Buildings are those of its first mission.
+        The answer of `optuav.place_laser`. Buildings come from its first mission.
     ax
         Where to draw; on a page of its own by default.
 
@@ -120,14 +120,14 @@ def sites(found: Siting, *, ax: Axes | None = None) -> Axes:
     Raises
     ------
     InputError
-        If it is no such answer.
+        If it is not such an answer.
 
     Examples
     --------
     >>> import optuav
     >>> hazy = optuav.load("paper").replace({"laser.visibility_km": 2.0})
-    >>> found = optuav.place_laser(hazy, [[1000, 0, 50], [1000, 2000, 50]])
-    >>> optuav.plots.sites(found).get_title(loc="left")
+    >>> siting = optuav.place_laser(hazy, [[1000, 0, 50], [1000, 2000, 50]])
+    >>> optuav.plots.sites(siting).get_title(loc="left")
     'paper: lasers on 1 of 2 candidates, perspective available'
     """
     if not hasattr(found, "candidates_m"):
@@ -158,8 +158,8 @@ def sites(found: Siting, *, ax: Axes | None = None) -> Axes:
         handles += ax.plot(*at_m.T, marker, **look) if len(at_m) else []
     _legend_below(ax, handles)
     title = f"{style.printed(found.missions[0].name)}: lasers on {len(chosen_m)} of "
-    every = counted(len(candidates_m), "candidate")
-    ax.set_title(f"{title}{every}, perspective {found.perspective}")
+    candidates = counted(len(candidates_m), "candidate")
+    ax.set_title(f"{title}{candidates}, perspective {found.perspective}")
     style.group_thousands(ax)
     style.settle(ax)
     return ax
@@ -182,7 +182,7 @@ def _map_axes(size_m: Floats, ax: Axes | None) -> Axes:
 
 
 def _legend_below(ax: Axes, handles: Sequence[Artist]) -> None:
-    """Put a legend below the map: of the page, or else of the axes alone."""
+    """Put a legend below the map: of the page, or else of only the axes."""
     page = style.root(ax)
     if isinstance(page, style.Page):
         page.legend(handles=handles, loc="outside lower left", ncols=3)
@@ -193,6 +193,6 @@ def _legend_below(ax: Axes, handles: Sequence[Artist]) -> None:
 
 
 def _reaches(drawn: Artist, roofs_m: Floats, box: Floats) -> bool:
-    """Whether marks, or the buildings with these roofs, are within a box (2, 2) on the map."""
+    """Return whether marks, or buildings with these roofs, are within a box (2, 2) on the map."""
     points = drawn.get_xydata() if isinstance(drawn, Line2D) else roofs_m
     return bool(((points >= box[0]) & (points <= box[1])).all(axis=1).any())

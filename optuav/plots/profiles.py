@@ -25,7 +25,7 @@ from optuav.plots.style import BLACK, BLUE, GREEN, GREY, LASER, ORANGE, PINK, SK
 
 MOST_MARKED = 12  # Violations that are marked one by one
 WORDS = {"empty": "dry", "full": "driven past full"}  # For kinds of violations
-COLOURS = {"turn": ORANGE, "accelerate": BLUE, "brake": SKY, "hover": GREEN}  # Of stages
+COLOURS = {"turn": ORANGE, "accelerate": BLUE, "brake": SKY, "hover": GREEN}  # Colours of stages
 HOVER_SHARE = 0.06  # Duration of the hover that is shown after the leg, as a share of the leg's
 POINTS_PER_STAGE = 129
 
@@ -188,7 +188,7 @@ def leg(
     Raises
     ------
     InputError
-        If there is no such place, the leg cannot be flown, or has no length.
+        If the place does not exist, or the leg cannot be flown or has no length.
 
     Examples
     --------

@@ -149,7 +149,7 @@ def gallery(figures: Iterable[tuple[str, Figure]]) -> str:
 
 
 def _words(figure: Figure) -> Iterator[str]:
-    """Yield the titles of a figure, and what it shows upwards."""
+    """Yield the titles of a figure, and its vertical labels."""
     for axes in figure.axes:
         yield from filter(None, (axes.get_title(loc="left").strip(), axes.get_ylabel()))
 
@@ -162,7 +162,7 @@ def page(height_in: float, width_in: float = WIDTH_IN) -> Page:
 def shown(drawn: Any) -> Shown:
     """The picture of axes, or of the first of several, with its width; None if not on a `Page`.
 
-    What is drawn into a figure of one's own is shown with that.
+    A drawing in a user's own figure is shown with that figure.
     """
     while isinstance(drawn, tuple):
         drawn = drawn[0]
@@ -272,7 +272,7 @@ def beside(
 
 
 class Band(NamedTuple):
-    """A stretch of time [s], and names for it, of which the first that fits is written."""
+    """A stretch of time [s], and names for it; the first that fits is written."""
 
     begin_s: float
     end_s: float
@@ -281,7 +281,7 @@ class Band(NamedTuple):
 
 
 def phase_bands(replayed: Replay) -> list[Band]:
-    """The bands of the phases; that of a rest names its place where there is room."""
+    """The bands of the phases; a rest's band names its place where there is room."""
     bands = []
     for phase in replayed.phases:
         names = (f"rest, {printed(phase.end.name)}",) if phase.kind == "rest" else ()

@@ -1,4 +1,4 @@
-"""A waterfall: the power that is left at each station, and what is lost before it."""
+"""A waterfall: the power left at each station, and the loss before it."""
 
 from collections.abc import Sequence
 from itertools import pairwise

@@ -1,1 +1,1 @@
-"""Search over sequences of stops: which places in which order, how long at each, with proof."""
+"""Search over sequences of stops: their places, order and durations, with proof."""

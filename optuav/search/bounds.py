@@ -19,7 +19,7 @@ within 0 ≤ y1 ≤ ωB can have. They are
    where a second of a stay is worth its current. So a limit loses against the corner at least the
    cheapest way to do so by its prices (a knapsack of fractions), and no stay is further from the
    corner than its own loss allows, which cuts the box. A sum of limits with weights ≥ 0 is a limit
-   as well: of those on y1 ≥ 0 and y1 ≤ ωB in which the price of a rest cancels.
+   as well: sums of limits on y1 ≥ 0 and y1 ≤ ωB that cancel the price of a rest.
 
 Where charging tapers, all this is said of plans that may go past full instead: a plan that tapers
 holds no more than the one of the same times that does not (`optuav.physics.kibam`), so no hover
@@ -121,23 +121,23 @@ def _in_time(boxes: Boxes, time_left_s: Floats, hover_s: Floats) -> tuple[Floats
 def _cheapest(price: Floats, width: Floats, need: Floats) -> Floats:
     """Least Σ price·d with 0 ≤ d ≤ width and Σ d ≥ need; all (stay, box), the need (box,)."""
     order = np.argsort(price, axis=0)
-    price, width = (np.take_along_axis(each, order, axis=0) for each in (price, width))
+    price, width = (np.take_along_axis(column, order, axis=0) for column in (price, width))
     before = np.cumsum(width, axis=0) - width
     taken = np.where(price < 0.0, width, np.clip(need - before, 0.0, width))
     return np.asarray((price * taken).sum(axis=0))
 
 
 def _enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> tuple[Booleans, Booleans]:
-    """Whether envelopes leave a box possible (box,), and pass y1 = ωB after a stay (stop, box)."""
+    """Test if envelopes leave a box possible (box,), and pass y1 = ωB after a stay (stop, box)."""
     battery = terrain.battery
     full, share = battery.full, battery.available_fraction
     rounding_As = ROUNDING * battery.capacity_As
     # Total charge and tilt.
     from_full = (boxes.places[0] == ORIGIN).all()
-    most = tuple(np.full(len(boxes), each) for each in terrain.charge_at(boxes.places[0]))
+    most = tuple(np.full(len(boxes), charge_As) for charge_As in terrain.charge_at(boxes.places[0]))
     least = most if from_full else (np.full(len(boxes), -np.inf), most[1])
     alive, overfull = np.ones(len(boxes), bool), np.zeros(boxes.low_s.shape, bool)
-    for stop, leg in enumerate(Flown(*each) for each in zip(*legs, strict=True)):
+    for stop, leg in enumerate(Flown(*values) for values in zip(*legs, strict=True)):
         most = most[0] - leg.charge_As, most[1] * leg.remaining + leg.tilt_As
         least = least[0] - leg.charge_As, least[1] * leg.remaining + leg.tilt_As
         alive &= share * most[0] + most[1] >= -rounding_As
@@ -185,17 +185,17 @@ def _farthest(
     slope = rate * tilt - (1.0 - share) * current_A
     turn = share * current_A / np.where(slope == 0.0, TINY, slope)
     turn_s = -np.log(np.clip(turn, TINY, 1.0)) / rate
-    found = pick(available(low_s), available(high_s))
+    lowest = pick(available(low_s), available(high_s))
     inside = (low_s < turn_s) & (turn_s < high_s)
     if inside.any():
-        found = pick(found, available(np.where(inside, turn_s, low_s)))
-    return np.asarray(total + pick(current_A * low_s, current_A * high_s)), found
+        lowest = pick(lowest, available(np.where(inside, turn_s, low_s)))
+    return np.asarray(total + pick(current_A * low_s, current_A * high_s)), lowest
 
 
 class Limit(NamedTuple):
     """A quantity that must not be negative, at the corner that is best for it (box,) [A s].
 
-    A price is the least that it loses a second by which a stay leaves that corner (stop, box) [A].
+    A price is its least loss per second of a stay away from that corner (stop, box) [A].
     If it is `full`, it keeps y1 ≤ ωB, and its corner is the one of short rests and long hovers.
     """
 
@@ -215,8 +215,8 @@ def _limits(
     remaining, integral_s = levelling(battery, np.stack([low_s, high_s]))
     # Total charge at the corner and at the opposite one; tilt at both, and its bounds in the box.
     begin = zip((2, 4), terrain.charge_at(boxes.places[0]), strict=True)
-    total_As, tilt_As = (np.full((rows, len(boxes)), each) for rows, each in begin)
-    # Of every stay that is over, bounds of (1−ω) I − k'z at its end, and of e^(−k'τ) since.
+    total_As, tilt_As = (np.full((rows, len(boxes)), value) for rows, value in begin)
+    # For every stay that is over, bounds of (1−ω) I − k'z at its end, and of e^(−k'τ) since.
     weakest_A, strongest_A = np.zeros_like(low_s), np.zeros_like(low_s)
     least, most = np.ones_like(low_s), np.ones_like(low_s)
 
@@ -254,20 +254,20 @@ def _limits(
 
 
 def _against_full(limits: Sequence[Limit], rests: Sequence[int], width_s: Floats) -> list[Limit]:
-    """Sums of a limit y1 ≤ ωB after a rest and a later one, in which the price of the rest cancels.
+    """Sums of a limit y1 ≤ ωB after a rest and a later one that cancel the price of the rest.
 
-    Seen from the corner of long rests, y1 ≤ ωB has prices < 0: what leaving that corner gains.
+    Seen from the corner of long rests, y1 ≤ ωB has prices < 0: the gain from leaving that corner.
     """
-    found = []
+    sums = []
     for number, limit in enumerate(limits):
         stay = number // 2
         if not limit.full or stay not in rests:
             continue
         price_A = limit.price_A[stay]
         missed_As = (limit.price_A * width_s).sum(axis=0)
-        for later in (each for each in limits[number + 1 :] if not each.full):
+        for later in (other for other in limits[number + 1 :] if not other.full):
             dear_A = np.maximum(later.price_A[stay], 0.0)
             weight = dear_A * (price_A > TINY) / np.maximum(price_A, TINY)
             value_As = later.value_As + weight * (limit.value_As - missed_As)
-            found.append(Limit(value_As, later.price_A - weight * limit.price_A, full=False))
-    return found
+            sums.append(Limit(value_As, later.price_A - weight * limit.price_A, full=False))
+    return sums

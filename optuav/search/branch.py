@@ -16,17 +16,17 @@ from optuav.search.sequences import patterns, sequences
 from optuav.search.terrain import HOVER, Boxes, Pattern, Terrain
 
 TIE_S = 5e-7
-"""Hover times that differ by no more tie [s]; what is proved leaves a gap of twice that."""
+"""Hover times that differ by no more tie [s]; a proof leaves a gap of twice that."""
 BEAM, BEAM_LEVELS = 64, 10
 """Boxes that are followed down, and how far, for a good plan to begin with."""
 MOST_BOXES = 1_000_000  # Boxes that are looked at where no time limit is given: some ten seconds
 AT_ONCE = 1 << 14  # Boxes that are looked at together
-GAP_HALVINGS = 20  # Of the gap that a search leaves which ended early
+GAP_HALVINGS = 20  # Halvings of the gap that an early end of the search leaves
 GAP_BOXES = 2_000_000  # Boxes that are looked at for that where no time limit is given
-GAP_SHARE = 0.2  # Of a time limit that is kept for finding that gap
+GAP_SHARE = 0.2  # Share of a time limit that is kept for finding that gap
 INTERRUPTED = "was interrupted"  # Why a search ended early at Ctrl-C
-INTERRUPTED_S = 1.0  # That finding the gap may take then [s]
-HALVINGS = 40  # Of a hover time; what is left is some 1e-9 s
+INTERRUPTED_S = 1.0  # Longest time for finding the gap then [s]
+HALVINGS = 40  # Halvings of a hover time; some 1e-9 s are left
 
 Progress = Callable[[float, int, int], None]
 """Called with the best hover time so far [s], and how many boxes were examined and are open."""
@@ -37,7 +37,7 @@ class SearchResult:
     """Result of a search."""
 
     stops: "Stops | None"
-    bound_s: float  # No plan hovers longer [s]; −inf where it is proved that there is no plan
+    bound_s: float  # No plan hovers longer [s]; −inf if it is proved that no plan exists
     ended: str  # Why the search ended early; empty if it is complete
 
 
@@ -54,7 +54,7 @@ def search(
     The durations of every sequence of stops are cut into boxes, until none is left that can hold a
     plan better than the best by more than a tie (`optuav.search.bounds`). Among plans that tie, the
     one with the fewest stops is returned, then the buildings that stand first, then resting early;
-    its rests are as short as its hover time admits. Rests may be 0; places may be visited again.
+    its rests are as short as its hover time allows. Rests may be 0; places may be visited again.
     Without a time limit [s], a search ends after about `MOST_BOXES` boxes; Ctrl-C ends any.
     """
     return _BranchAndBound(terrain, time_limit_s, progress).run(patterns(rests, hovers))
@@ -123,7 +123,7 @@ class _BranchAndBound:
             self.open.append(boxes.take(slice(first, first + AT_ONCE)))
 
     def _looked_at(self, boxes: Boxes) -> Boxes:
-        """Cut or drop boxes, look for a better plan in them, and return what is left."""
+        """Cut or drop boxes, look for a better plan in them, and return the rest."""
         self.examined += len(boxes)
         left = possible(self.terrain, boxes, self._to_beat_s(boxes))
         if len(left):
@@ -150,10 +150,10 @@ class _BranchAndBound:
             # The sequence that leads may go on to lead by less than a tie.
             ahead_s = np.nextafter(self.best.hover_s, np.inf)
             beat_s = np.where(boxes.rank == self.best.rank, ahead_s, beat_s)
-        found, stays_s = longest(self.terrain, boxes, beat_s)
-        if not found.any():
+        better, stays_s = longest(self.terrain, boxes, beat_s)
+        if not better.any():
             return
-        places, rank = boxes.places[:, found], boxes.rank[found]
+        places, rank = boxes.places[:, better], boxes.rank[better]
         hover_s = stays_s[boxes.hovers].sum(axis=0)
         self.longest_s = max(self.longest_s, float(hover_s.max()))
         ties = np.flatnonzero(hover_s >= self.longest_s - TIE_S)
@@ -177,7 +177,7 @@ class _BranchAndBound:
         return time.monotonic() - self.started_s > limit_s
 
     def _bound_s(self) -> float:
-        """Hover time that no plan exceeds [s], by halving over what the open boxes let through."""
+        """Hover time that no plan exceeds [s], by halving over times that open boxes allow."""
         low_s = self.longest_s + TIE_S
         if not self.open:
             return low_s
@@ -201,7 +201,7 @@ class _BranchAndBound:
 class Stops:
     """A plan: numbers of the places, both ends included (stop + 2,), and stays (stop,) [s].
 
-    With its hover time, and the rank of its sequence in the order in which ties are broken.
+    With its hover time, and the rank of its sequence for breaking ties.
     """
 
     places: Integers
@@ -220,7 +220,7 @@ def slack(terrain: Terrain, places: Integers, stays_s: Floats) -> Floats:
     share, full_As = battery.available_fraction, battery.full.available_As
     current_A = terrain.stay_current_A[places]
     count = places.shape[1]
-    total, tilt = (np.full(count, each) for each in terrain.charge_at(places[0]))
+    total, tilt = (np.full(count, charge_As) for charge_As in terrain.charge_at(places[0]))
     least = np.full(count, np.inf)
     for stop, (start, end) in enumerate(itertools.pairwise(places)):
         totals = total - maps.charge_As[:, start, end]
@@ -245,7 +245,7 @@ def _after_stay(terrain: Terrain, before: Tilted, stay: Stage) -> Tilted:
         over = after.wells(battery).available_As > battery.full.available_As
         if over.any():
             start = Wells(*(well[over] for well in before.wells(battery)))
-            end = tapered(battery, start, Stage(*(each[over] for each in stay)))
+            end = tapered(battery, start, Stage(*(values[over] for values in stay)))
             after.total_As[over], after.tilt_As[over] = Tilted.of(battery, end)
     return after
 
@@ -259,48 +259,48 @@ def longest(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> tuple[Booleans, 
     """
     hover = np.array(boxes.pattern)[:, None]
     short = replace(boxes, high_s=np.where(hover, boxes.high_s, boxes.low_s))
-    (found, stays_s), (found_short, short_s) = (
-        _along(terrain, each, hover_s) for each in (boxes, short)
+    (found_any, stays_s), (found_short, short_s) = (
+        _along(terrain, part, hover_s) for part in (boxes, short)
     )
     hovers = boxes.hovers
     longer = short_s[hovers].sum(axis=0) > stays_s[hovers].sum(axis=0)
-    take = found_short & (longer | ~found)
-    found = found | found_short
-    return found, np.where(take, short_s, stays_s)[:, found]
+    take = found_short & (longer | ~found_any)
+    found_any = found_any | found_short
+    return found_any, np.where(take, short_s, stays_s)[:, found_any]
 
 
 def _along(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> tuple[Booleans, Floats]:
-    """As `longest`, with the long rests of a box only; stays of all boxes (stop, box)."""
+    """Like `longest`, with the long rests of a box only; stays of all boxes (stop, box)."""
     hovers, rests = boxes.hovers, boxes.rests
     legs_s = terrain.duration_s[boxes.places[:-1], boxes.places[1:]]
     left_s = terrain.deadline_s - legs_s.sum(axis=0)
     low_s = np.maximum(boxes.low_s[hovers].sum(axis=0), hover_s)
     stays_s = _stays(boxes, low_s, left_s)
-    found = _holds(terrain, boxes, stays_s, left_s) & (stays_s[hovers].sum(axis=0) >= hover_s)
-    if not found.any():
-        return found, stays_s
-    chosen, low_s, left_s = boxes.take(found), low_s[found], left_s[found]
+    held = _holds(terrain, boxes, stays_s, left_s) & (stays_s[hovers].sum(axis=0) >= hover_s)
+    if not held.any():
+        return held, stays_s
+    chosen, low_s, left_s = boxes.take(held), low_s[held], left_s[held]
     high_s = left_s - chosen.low_s[rests].sum(axis=0)
     high_s = np.maximum(low_s, np.minimum(high_s, chosen.high_s[hovers].sum(axis=0)))
-    best_s = stays_s[:, found]
+    best_s = stays_s[:, held]
     for _ in range(HALVINGS):
         middle_s = 0.5 * (low_s + high_s)
         tried_s = _stays(chosen, middle_s, left_s)
         good = _holds(terrain, chosen, tried_s, left_s)
         best_s = np.where(good, tried_s, best_s)
         low_s, high_s = np.where(good, middle_s, low_s), np.where(good, high_s, middle_s)
-    stays_s[:, found] = best_s
-    return found, stays_s
+    stays_s[:, held] = best_s
+    return held, stays_s
 
 
 def _holds(terrain: Terrain, boxes: Boxes, stays_s: Floats, left_s: Floats) -> Booleans:
-    """Whether deadline and wells admit stays."""
+    """Test whether deadline and wells allow stays."""
     in_time = stays_s.sum(axis=0) <= left_s
     return np.asarray(in_time & (slack(terrain, boxes.places, stays_s) >= 0.0))
 
 
 def with_short_rests(terrain: Terrain, stops: Stops) -> Stops:
-    """The same plan with every rest, one after another, as short as the wells admit."""
+    """The same plan with every rest, one after another, as short as the wells allow."""
     places, stays_s = stops.places[:, None], stops.stays_s[:, None].copy()
     for stop in np.flatnonzero(stops.places[1:-1] != HOVER):
         low_s, high_s = 0.0, float(stays_s[stop, 0])
@@ -315,10 +315,10 @@ def with_short_rests(terrain: Terrain, stops: Stops) -> Stops:
 
 
 def _stays(boxes: Boxes, hover_s: Floats, left_s: Floats) -> Floats:
-    """Stays (stop, box) of a given total hover, with rests for what is left, within the boxes."""
-    found = np.empty_like(boxes.low_s)
+    """Stays (stop, box) of a given total hover, with rests for the other time, within the boxes."""
+    stays_s = np.empty_like(boxes.low_s)
     for group, sum_s in ((boxes.hovers, hover_s), (boxes.rests, left_s - hover_s)):
         low_s, width_s = boxes.low_s[group], boxes.high_s[group] - boxes.low_s[group]
         most_s = np.maximum(width_s.sum(axis=0), TINY)
-        found[group] = low_s + np.clip((sum_s - low_s.sum(axis=0)) / most_s, 0.0, 1.0) * width_s
-    return found
+        stays_s[group] = low_s + np.clip((sum_s - low_s.sum(axis=0)) / most_s, 0.0, 1.0) * width_s
+    return stays_s

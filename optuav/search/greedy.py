@@ -39,7 +39,7 @@ def greedy(
 
 
 def _likeliest(terrain: Terrain) -> list[int]:
-    """Buildings with the largest share of hovering in a cycle, by charge alone."""
+    """Buildings with the largest share of hovering in a cycle, by only charge."""
     charge_As, gained_A = _charges(terrain), terrain.stay_current_A[FIRST_BUILDING:]
     drawn_A, size_As = -terrain.stay_current_A[HOVER], float(terrain.battery.capacity_As)
     flights = (
@@ -151,7 +151,7 @@ def _least(figures: Floats, place: int) -> Floats:
 
 
 def _charges(terrain: Terrain) -> Floats:
-    """Charge that legs draw (start, end) [A s]; inf where there is none."""
+    """Charge that legs draw (start, end) [A s]; inf without a leg."""
     drawn_As = (terrain.stage_currents_A * terrain.stage_durations_s).sum(axis=0)
     return np.where(np.isfinite(terrain.duration_s), drawn_As, np.inf)
 

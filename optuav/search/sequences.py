@@ -40,7 +40,7 @@ def sequences(
     """All sequences of a pattern that can be flown, each as one box of any durations.
 
     Two rests in a row on the same building are one, and left out. Sequences rank by the number of
-    stops, then by the buildings in order, then resting early first. Of a hover time to beat [s],
+    stops, then by the buildings in order, then resting early first. With a hover time to beat [s],
     sequences are left out with a part that rules it out (`optuav.search.bounds.passable`).
     """
     rests, hovers = (np.flatnonzero(np.array(pattern) == kind) + 1 for kind in (False, True))
@@ -69,7 +69,7 @@ def _chosen(
     Those next to the hovers come first. A part that is ruled out takes all its sequences with it.
     """
     first, last = (np.flatnonzero(pattern) + 1)[[0, -1]]
-    # The part around the hovers in which no stop is open.
+    # The part around the hovers without an open stop.
     start = max((stop + 1 for stop in open_ if stop < first), default=0)
     end = min((stop - 1 for stop in open_ if stop > last), default=len(pattern) + 1)
     if not any(first < stop < last for stop in open_):

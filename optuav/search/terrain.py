@@ -17,7 +17,7 @@ from optuav.physics import kibam
 
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3  # Numbers of places
 Pattern = tuple[bool, ...]  # Kinds of the stops in order: True for a hover, False for a rest
-ROUNDING = 1e-11  # Share of the capacity by which a limit must be missed before a box falls [-]
+ROUNDING = 1e-11  # Least violation of a limit that drops a box, as a share of the capacity [-]
 
 
 class Flown(NamedTuple):
@@ -39,7 +39,7 @@ class Terrain:
     battery: kibam.Battery  # One; B > 0, 0 < ω < 1, k_F ≥ 0
     deadline_s: float
     least_charge_As: float  # η0 B, to be left at the end [A s]
-    duration_s: Floats  # Of the legs (start, end) [s]; inf where there is none
+    duration_s: Floats  # Time of the legs (start, end) [s]; inf without a leg
     # Stages of the legs (stage, start, end) [s], [A]; the current that they draw, ≥ 0.
     stage_durations_s: Floats
     stage_currents_A: Floats
@@ -60,7 +60,7 @@ class Terrain:
         return self.deadline_s - float(there_s[HOVER] + back_s[HOVER])
 
     def charge_at(self, places: Integers) -> kibam.Tilted:
-        """Charge at most with which first places are left: at the start that of take-off."""
+        """Largest charge on leaving first places: at the start the charge of take-off."""
         full = kibam.start(self.battery)
         return self.begin if self.begin and (places == ORIGIN).all() else full
 
@@ -69,15 +69,15 @@ class Terrain:
         """All legs up to the end of each stage; only whole legs where y1 is least at their ends."""
         drawn_A = self.stage_currents_A[self.stage_durations_s > 0.0]
         whole = np.all(kibam.falls_throughout(self.battery, -drawn_A))
-        charge, elapsed_s, found = kibam.Tilted(0.0, 0.0), np.zeros_like(self.duration_s), []
+        charge, elapsed_s, flown = kibam.Tilted(0.0, 0.0), np.zeros_like(self.duration_s), []
         stages = zip(self.stage_currents_A, self.stage_durations_s, strict=True)
         for number, (current_A, time_s) in enumerate(stages, 1):
             charge = kibam.tilted_after(self.battery, charge, kibam.Stage(-current_A, time_s))
             elapsed_s = elapsed_s + time_s
             if number == len(self.stage_currents_A) or not whole:
                 remaining, _ = kibam.levelling(self.battery, elapsed_s)
-                found.append((-charge.total_As, remaining, charge.tilt_As))
-        return Flown(self.duration_s[None], *map(np.array, zip(*found, strict=True)))
+                flown.append((-charge.total_As, remaining, charge.tilt_As))
+        return Flown(self.duration_s[None], *map(np.array, zip(*flown, strict=True)))
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Boxes:
 
     pattern: Pattern
     places: Integers  # Numbers of the places, both ends included (stop + 2, box)
-    rank: Integers  # Rank of the sequence in the order in which ties are broken (box,)
+    rank: Integers  # Rank of the sequence for breaking ties (box,)
     # Shortest and longest stays (stop, box) [s].
     low_s: Floats
     high_s: Floats

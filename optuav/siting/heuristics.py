@@ -1,7 +1,7 @@
-"""Good sites, and what no choice of sites exceeds: exchanges, and the Lagrangian bound.
+"""Good sites, and a bound for every choice of sites: exchanges, and the Lagrangian bound.
 
-Throughout `optuav.siting`, `worth` (demand, site) ≥ 0 is what a demand gets from a site, of the
-sites chosen it takes the best, and `weights` (demand,) say how much each demand counts.
+Throughout `optuav.siting`, `worth` (demand, site) ≥ 0 is the worth of a site to a demand, which
+takes the best of the sites chosen, and `weights` (demand,) say how much each demand counts.
 
 For any level u_i of a demand and any sites S, max_{j∈S} h_ij ≤ u_i + Σ_{j∈S} (h_ij − u_i)⁺. Summed
 over the demands, the right side is a constant and one term a site, so that the best p terms bound
@@ -28,7 +28,7 @@ from optuav.status import SAME_S
 SAME = 1e-9  # Relative; sums that differ by less are equal, and the first of them is taken
 ROUNDS = 300
 PATIENCE, SHRINK = 15, 0.6  # Rounds without a better bound, after which steps get smaller by this
-BETTER = 1e-5  # Relative; a bound that is lower by less is no better
+BETTER = 1e-5  # Relative; a bound that is lower by less does not count as better
 
 
 def total(worth: Floats, weights: Floats, chosen: Sequence[int]) -> float:
@@ -48,15 +48,15 @@ def greedy(
 
     At least 1 − (1 − 1/count)^count of the best is reached. A site that adds nothing is not taken.
     """
-    found, held = [*chosen], best_of(worth, chosen)
-    while len(found) < min(count, worth.shape[1]):
+    sites, held = [*chosen], best_of(worth, chosen)
+    while len(sites) < min(count, worth.shape[1]):
         added = weights @ np.maximum(worth - held[:, None], 0.0)
         site = _first(added)
         if added[site] <= SAME * (weights @ held):
             break
-        found.append(site)
+        sites.append(site)
         held = np.maximum(held, worth[:, site])
-    return tuple(found)
+    return tuple(sites)
 
 
 def needed(worth: Floats, chosen: Sequence[int]) -> tuple[int, ...]:
@@ -66,52 +66,52 @@ def needed(worth: Floats, chosen: Sequence[int]) -> tuple[int, ...]:
     """
     kept, reached = [*chosen], best_of(worth, chosen)
     for site in reversed(chosen):
-        others = [each for each in kept if each != site]
+        others = [other for other in kept if other != site]
         if (best_of(worth, others) >= reached - SAME_S).all():
             kept = others
     return tuple(kept)
 
 
 def interchange(worth: Floats, weights: Floats, chosen: Sequence[int]) -> tuple[int, ...]:
-    """Sites none of which can be exchanged for another with gain, from some to start with [2]_."""
-    found = [*chosen]
-    while found:
-        held = worth[:, found]
+    """Sites that no exchange with another improves, from some to start with [2]_."""
+    sites = [*chosen]
+    while sites:
+        held = worth[:, sites]
         first = held.argmax(axis=1)
         best = held.max(axis=1)
-        second = np.where(np.arange(len(found)) == first[:, None], 0.0, held).max(axis=1)
+        second = np.where(np.arange(len(sites)) == first[:, None], 0.0, held).max(axis=1)
         more = np.maximum(worth - best[:, None], 0.0)
         added = weights @ more
-        gained = np.empty((len(found), worth.shape[1]))
-        for place in range(len(found)):
+        gained = np.empty((len(sites), worth.shape[1]))
+        for place in range(len(sites)):
             # Those that lose their best site get their second or the new one.
-            own = first == place
-            instead = np.maximum(worth[own], second[own, None]) - best[own, None]
-            gained[place] = added + weights[own] @ (instead - more[own])
+            losers = first == place
+            instead = np.maximum(worth[losers], second[losers, None]) - best[losers, None]
+            gained[place] = added + weights[losers] @ (instead - more[losers])
         pair = _first(gained.ravel())
         place, site = divmod(pair, worth.shape[1])
         if gained[place, site] <= SAME * (weights @ best):
             break
-        found[place] = site
-    return tuple(found)
+        sites[place] = site
+    return tuple(sites)
 
 
 def undominated(worth: Floats) -> Booleans:
     """Return the sites that no other site equals for every demand; the first of equal ones."""
-    kept, found = np.empty(0, dtype=np.intp), np.zeros(worth.shape[1], bool)
+    kept, is_kept = np.empty(0, dtype=np.intp), np.zeros(worth.shape[1], bool)
     for site in np.argsort(-worth.sum(axis=0), kind="stable").tolist():
-        own = worth[:, site]
-        demands = np.flatnonzero(own)
-        demands = demands[np.argsort(-own[demands], kind="stable")]
-        rivals, begin, some = kept, 0, 8
+        worth_here = worth[:, site]
+        demands = np.flatnonzero(worth_here)
+        demands = demands[np.argsort(-worth_here[demands], kind="stable")]
+        rivals, begin, count = kept, 0, 8
         while len(rivals) and begin < len(demands):
-            rows = demands[begin : begin + some]
-            rivals = rivals[(worth[np.ix_(rows, rivals)] >= own[rows, None]).all(axis=0)]
-            begin, some = begin + some, 2 * some
+            rows = demands[begin : begin + count]
+            rivals = rivals[(worth[np.ix_(rows, rivals)] >= worth_here[rows, None]).all(axis=0)]
+            begin, count = begin + count, 2 * count
         if not len(rivals):
-            found[site] = True
+            is_kept[site] = True
             kept = np.append(kept, site)
-    return found
+    return is_kept
 
 
 def _first(values: Floats) -> int:
@@ -121,7 +121,7 @@ def _first(values: Floats) -> int:
 
 
 def bound_by_site(worth: Floats, weights: Floats, count: int, levels: Floats) -> Floats:
-    """What no `count` sites exceed of which a given one is among them (site,), by any levels."""
+    """Bound of `count` sites that include a given one (site,), by any levels."""
     terms = weights @ np.maximum(worth - levels[:, None], 0.0)
     most = np.sort(terms)[::-1][:count]
     return np.asarray(weights @ levels + most.sum() + np.minimum(terms - most[-1], 0.0))
@@ -163,6 +163,6 @@ def multipliers(
         if bound <= (1.0 + gap) * value or steepness == 0.0:
             break
         levels = np.maximum(levels - step * (bound - value) / steepness * slope, 0.0)
-    # What a demand gets from its best site bounds it as well.
+    # The worth of its best site bounds a demand as well.
     most = worth.max(axis=1)
     return most if weights @ most < lowest else best, sorted(met, key=lambda each: -met[each])

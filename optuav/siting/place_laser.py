@@ -48,7 +48,7 @@ POINTS = "points (x, y, z) [m], |x| <= 1e6, as an array (site, 3) with at least 
 
 @dataclass(frozen=True, eq=False)
 class Siting:
-    """The answer of `optuav.place_laser`: which sites, what they give, and what none exceeds.
+    """The answer of `optuav.place_laser`: sites, their hover times, and a bound.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class Siting:
     at_least_s
         Hover that counts as covered [s], or None.
     selection
-        The candidates selected and those of a greedy choice, with their values and the bound.
+        The candidates selected and a greedy choice, with their values and the bound.
     candidate_hover_s
         Longest hovers (mission, site) [s], NaN without a plan.
     position_m
@@ -75,8 +75,8 @@ class Siting:
     --------
     >>> import optuav
     >>> hazy = optuav.load("paper").replace({"laser.visibility_km": 2.0})
-    >>> found = optuav.place_laser(hazy, [[1000, 0, 50], [1000, 2000, 50]], refine=False)
-    >>> found.selection.sites, found.gap, found.position_m.tolist()
+    >>> siting = optuav.place_laser(hazy, [[1000, 0, 50], [1000, 2000, 50]], refine=False)
+    >>> siting.selection.sites, siting.gap, siting.position_m.tolist()
     ((1,), 0.0, [[1000.0, 2000.0, 50.0]])
     """
 
@@ -99,8 +99,10 @@ class Siting:
     def laser(self) -> Integers:
         """By mission, the number of the laser that lets it hover longest; −1 without a plan."""
         none = np.full((len(self.missions), 1), -1.0)
-        found = np.concatenate([none, np.nan_to_num(self.hover_s, nan=-1.0)], axis=1)
-        return np.asarray((found >= found.max(axis=1, keepdims=True) - SAME_S).argmax(axis=1) - 1)
+        hovers_s = np.concatenate([none, np.nan_to_num(self.hover_s, nan=-1.0)], axis=1)
+        return np.asarray(
+            (hovers_s >= hovers_s.max(axis=1, keepdims=True) - SAME_S).argmax(axis=1) - 1
+        )
 
     def mission(self, number: int = 0) -> Mission:
         """One of the missions, 0 the first, with its laser where that lets it hover longest.
@@ -110,7 +112,7 @@ class Siting:
         Raises
         ------
         InputError
-            If there is no such mission.
+            If that mission does not exist.
         """
         known = Number("-", ge=0, lt=len(self.missions), whole=True)
         refuse(misfits(("number", number, known)))
@@ -122,7 +124,7 @@ class Siting:
     def to_dict(self) -> dict[str, Any]:
         """The answer as plain data, ready for JSON; None for a hover without a plan."""
         candidate_hover_s, hover_s = (
-            [[None if isnan(each) else each for each in row] for row in table.tolist()]
+            [[None if isnan(hover_s) else hover_s for hover_s in row] for row in table.tolist()]
             for table in (self.candidate_hover_s, self.hover_s)
         )
         return {
@@ -172,18 +174,18 @@ class Siting:
         return markup.shown(markup.paragraph(placed, good=True), markup.pairs(lines))
 
     def _lines(self) -> list[tuple[str, str]]:
-        best, every, own = self.selection, len(self.missions), self.laser
+        best, count, lasers = self.selection, len(self.missions), self.laser
         placed = f"{len(best.sites)} of {counted(len(self.candidates_m), 'candidate')} for "
-        lines = [("Placed", f"{placed}{counted(every, 'mission')}, {self.perspective}")]
+        lines = [("Placed", f"{placed}{counted(count, 'mission')}, {self.perspective}")]
         for laser, (site, at_m) in enumerate(zip(best.sites, self.position_m, strict=True)):
-            served = int((own == laser).sum()) or "nobody: the lasers that moved serve all"
+            served = int((lasers == laser).sum()) or "nobody: the lasers that moved serve all"
             where = f"{_point(self.candidates_m[site])}, serves {served}"
             far_m = float(np.linalg.norm(at_m - self.candidates_m[site]))
             where += f", moved {far_m:.0f} m to {_point(at_m)}" if far_m else ""
             lines.append((f"Site {site}", where))
         unit, digits, enough = " s", 2, ""
         if best.objective == "covered":
-            unit, digits, enough = "", 0, f" of {every} hover {self.at_least_s:g} s or longer"
+            unit, digits, enough = "", 0, f" of {count} hover {self.at_least_s:g} s or longer"
         proof = f"gap {self.gap:.2%}" if self.gap else "no selection is better"
         alike = [(n, site) for n, site in zip(best.alike, best.sites, strict=True) if n]
         each = f"site{'s' * (len(best.greedy_sites) > 1)} {listed([*map(str, best.greedy_sites)])}"
@@ -205,7 +207,7 @@ class Siting:
         return lines
 
     def _why(self) -> str:
-        """Words on a cap of the charging current, by which candidates are alike; empty without."""
+        """Words on a cap of the charging current that makes candidates alike; empty without."""
         number = int((self.laser >= 0).argmax())
         place_m = self.candidates_m[self.selection.sites[self.laser[number]]].tolist()
         mission = self.missions[number].replace({"laser.position_m": place_m})
@@ -216,7 +218,7 @@ class Siting:
         return f"; {which}{cap.words}" if cap else ""
 
     def _equal(self, one: int, other: int) -> bool:
-        """Whether two missions are the same but for their names."""
+        """Return whether two missions are the same but for their names."""
         name = {"name": self.missions[other].name}
         return self.missions[one].model_copy(update=name) == self.missions[other]
 
@@ -249,7 +251,7 @@ def place_laser(
     lasers
         How many to place at most, 1 to 1000. One that would add nothing is left out.
     objective
-        What is made as large as possible: ``"mean"``, the mean hover time of the missions;
+        Quantity to maximise: ``"mean"``, the mean hover time of the missions;
         ``"worst"``, the shortest; ``"covered"``, how many hover for `at_least_s` or longer.
     at_least_s
         With ``"covered"`` and only then: the hover that is enough [s], > 0 and at most 1e7.
@@ -269,7 +271,7 @@ def place_laser(
     Returns
     -------
     Siting
-        Sites, value, bound and gap, what a greedy choice reaches, and where the lasers are moved.
+        Sites, value, bound and gap, the value of a greedy choice, and refined places of the lasers.
 
     Raises
     ------
@@ -282,8 +284,8 @@ def place_laser(
     >>> import optuav
     >>> hazy = optuav.load("paper").replace({"laser.visibility_km": 2.0})
     >>> by_origin, by_device = [1000, 0, 50], [1000, 2000, 50]
-    >>> found = optuav.place_laser(hazy, [by_origin, by_device], perspective="battery")
-    >>> found.selection.sites, round(found.selection.value, 2)
+    >>> siting = optuav.place_laser(hazy, [by_origin, by_device], perspective="battery")
+    >>> siting.selection.sites, round(siting.selection.value, 2)
     ((1,), 715.05)
     """
     faults = list[Fault]()
@@ -292,7 +294,7 @@ def place_laser(
         faults.append(Fault("missions", "none", "at least one"))
     table_m = _points(candidates, faults)
     faults += _faults(lasers, objective, at_least_s, perspective, gap, time_limit_s)
-    refuse([*faults, *(each for mission in loaded for each in _unfit(mission, perspective))])
+    refuse([*faults, *(fault for mission in loaded for fault in _unfit(mission, perspective))])
     times_s = hover_table(loaded, table_m, perspective)
     planned = np.asarray(~np.isnan(times_s).all(axis=1))
     counted = planned if objective == "worst" and planned.any() else np.ones_like(planned)
@@ -307,19 +309,19 @@ def place_laser(
     if refine and best.sites:
         reach_m = 0.5 * _nearest_m(table_m, best.sites)
         at_m, hover_s = refined(loaded, at_m, reach_m, perspective, value)
-    asked = loaded, table_m, perspective, at_least_s
-    return Siting(*asked, best, times_s, at_m, hover_s, value(hover_s))
+    inputs = loaded, table_m, perspective, at_least_s
+    return Siting(*inputs, best, times_s, at_m, hover_s, value(hover_s))
 
 
 def _nearest_m(points_m: Floats, chosen: Sequence[int]) -> Floats:
-    """Distance in the plane from points chosen to the nearest elsewhere; 0 if there is none [m]."""
+    """Distance in the plane from points chosen to the nearest elsewhere; 0 without another [m]."""
     apart_m = np.linalg.norm(points_m[[*chosen], None, :2] - points_m[None, :, :2], axis=2)
     nearest_m = np.where(apart_m > 0.0, apart_m, np.inf).min(axis=1)
     return np.where(np.isfinite(nearest_m), nearest_m, 0.0)
 
 
 def _points(candidates: npt.ArrayLike, faults: list[Fault]) -> Floats:
-    """The candidates as an array; what is wrong with them is among the faults."""
+    """Return the candidates as an array; append their faults to `faults`."""
     try:
         table_m = np.array(candidates, dtype=float)
     except (OverflowError, TypeError, ValueError):
@@ -335,7 +337,7 @@ def _points(candidates: npt.ArrayLike, faults: list[Fault]) -> Floats:
 def _faults(
     lasers: Any, objective: Any, at_least_s: Any, perspective: Any, gap: Any, time_limit_s: Any
 ) -> Iterator[Fault]:
-    """Yield the faults of options, alone and together."""
+    """Yield the faults of options, each and together."""
     yield from misfits(("lasers", lasers, COUNT))
     if objective not in OBJECTIVES:
         yield unknown("objective", objective, OBJECTIVES)
@@ -352,11 +354,11 @@ def _unfit(mission: Mission, perspective: Perspective) -> Iterator[Fault]:
     """Why the laser of a mission cannot be placed."""
     name, battery = printable(mission.name), mission.battery
     if mission.laser is None:
-        yield Fault("laser", "", "is missing, and it is to be placed", name)
+        yield Fault("laser", "", "is missing, but it is the one to place", name)
     if perspective not in PAPER and battery.takes_turns:
         yield Fault("battery.schedule", shown(battery.schedule), "pooled", name)
 
 
 def _point(at_m: Floats) -> str:
     """A point as text."""
-    return f"({', '.join(f'{round(each, 1):.8g}' for each in at_m)}) m"
+    return f"({', '.join(f'{round(component, 1):.8g}' for component in at_m)}) m"

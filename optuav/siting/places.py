@@ -25,7 +25,7 @@ AROUND = np.column_stack([np.cos(ANGLES), np.sin(ANGLES), np.zeros(8)])  # Steps
 def hover_table(missions: Sequence[Mission], sites_m: Floats, perspective: Perspective) -> Floats:
     """Longest hovers (mission, site) [s] with the laser at each site (site, 3) [m].
 
-    NaN where there is no plan.
+    NaN without a plan.
     """
     found_s = np.empty((len(missions), len(sites_m)))
     for numbers, hover_s, _ in _with_laser_at(missions, sites_m, perspective):
@@ -42,15 +42,15 @@ def refined(
 ) -> tuple[Floats, Floats]:
     """Better places of the lasers (laser, 3) [m], and the hover times there (mission, laser) [s].
 
-    Each stays within its reach (laser,) [m] and at its height. What is made large is the `value` of
-    hover times (mission, laser) [s], of which each mission takes the longest.
+    Each stays within its reach (laser,) [m] and at its height. The `value` of hover times
+    (mission, laser) [s] is maximised; each mission takes its longest.
 
     Where sight of the laser begins or ends the hover time jumps, so that no bound on its slope
     holds across. Within such borders it is tried point by point, each computed exactly as at a
-    candidate, and what is found is the best of these points, without a bound.
+    candidate, and the result is the best of these points, without a bound.
     """
     start_m, position_m = position_m, position_m.copy()
-    tables = [_tried(missions, each[None], perspective) for each in start_m]
+    tables = [_tried(missions, point_m[None], perspective) for point_m in start_m]
     hover_s = np.concatenate([each for each, _ in tables], axis=1)
     best, step_m = value(hover_s), 0.5 * reach_m.max(initial=0.0)
     while step_m >= LAST_M:
@@ -75,7 +75,7 @@ def refined(
 def _tried(
     missions: Sequence[Mission], points_m: Floats, perspective: Perspective
 ) -> tuple[Floats, Booleans]:
-    """Hover times at points (mission, point) [s], and what is lit there (point, place of all)."""
+    """Hover times at points (mission, point) [s], and lit places there (point, place of all)."""
     hover_s, seen = np.empty((len(missions), len(points_m))), list[Booleans]()
     for numbers, some_s, lit in _with_laser_at(missions, points_m, perspective):
         hover_s[numbers] = some_s
@@ -86,9 +86,9 @@ def _tried(
 def _with_laser_at(
     missions: Sequence[Mission], sites_m: Floats, perspective: Perspective
 ) -> Iterator[tuple[list[int], Floats, Booleans]]:
-    """Some missions by number, their hovers (mission, site) [s], what is lit (…, site, place).
+    """Some missions by number, their hovers (mission, site) [s], lit places (…, site, place).
 
-    Missions that differ in the place of their device alone are computed together.
+    Missions that differ only in the place of their device are computed together.
     """
     alike = dict[Mission, list[int]]()
     for number, mission in enumerate(missions):

@@ -1,4 +1,4 @@
-"""The sites with the largest total, and those with which the least is largest, by HiGHS.
+"""The sites with the largest total, and the sites with the largest minimum, by HiGHS.
 
 References
 ----------
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
     from scipy.sparse import csr_array
 
-ROUNDING = 1e-6  # Relative; what the solver states may be off by this
+ROUNDING = 1e-6  # Relative; the solver's values may be off by this
 LEAST_S = 0.01  # With less time left nothing is begun [s]
 INFEASIBLE = 2  # Status of a programme without a solution
 
@@ -43,7 +43,7 @@ def most_in_total(
     With y_j = 1 where site j is chosen and θ_i for what demand i gets, the largest Σ w_i θ_i where
     θ_i ≤ u + Σ_j (h_ij − u)⁺ y_j for all levels u among its worths, the Benders cuts of [1]_. Few
     of these rows are needed: those for the levels next to the given ones, and those that a solution
-    violates, with which it is solved again. The search ends within the relative gap or at the time
+    violates, then solved again. The search ends within the relative gap or at the time
     `latest` of `time.monotonic` [s].
 
     Raises
@@ -54,26 +54,26 @@ def most_in_total(
     from scipy import sparse
 
     (demands, sites), value = worth.shape, partial(total, worth, weights)
-    stated, most = _next_to(levels, worth), worth.max(axis=1)
+    rows_at, most = _next_to(levels, worth), worth.max(axis=1)
     best, bound = tuple(chosen), math.inf
     while bound > (1.0 + gap) * value(best):
-        which, level = map(np.array, zip(*sorted(stated), strict=True))
+        which, level = map(np.array, zip(*sorted(rows_at), strict=True))
         above = sparse.csr_array(np.maximum(worth[which] - level[:, None], 0.0))
         ones = np.ones(len(which)), which, np.arange(len(which) + 1)
         rows = sparse.hstack([above, -sparse.csr_array(ones, shape=(len(which), demands))])
-        found = _solved(count, sites, rows, -level, weights, most, gap, latest)
-        if found is None or found.x is None:
+        answer = _solved(count, sites, rows, -level, weights, most, gap, latest)
+        if answer is None or answer.x is None:
             break
-        opened = np.flatnonzero(found.x[:sites] > 0.5).tolist()
+        opened = np.flatnonzero(answer.x[:sites] > 0.5).tolist()
         best = max(best, interchange(worth, weights, opened), key=value)
-        bound = min(bound, -float(found.mip_dual_bound))
+        bound = min(bound, -float(answer.mip_dual_bound))
         if bound < (1.0 - ROUNDING) * value(best):
-            raise SolverError(f"HiGHS bounds by {bound:.9g} what a choice exceeds")
+            raise SolverError(f"HiGHS gives the bound {bound:.9g}, but a choice exceeds it")
         reached = best_of(worth, opened)
-        beyond = np.flatnonzero(found.x[sites:] > (1.0 + ROUNDING) * reached)
-        if not (more := {*zip(beyond.tolist(), reached[beyond].tolist(), strict=True)} - stated):
+        beyond = np.flatnonzero(answer.x[sites:] > (1.0 + ROUNDING) * reached)
+        if not (more := {*zip(beyond.tolist(), reached[beyond].tolist(), strict=True)} - rows_at):
             break
-        stated |= more
+        rows_at |= more
     return best, bound
 
 
@@ -89,36 +89,36 @@ def _next_to(levels: Floats, worth: Floats) -> set[tuple[int, float]]:
 def most_for_the_least(
     worth: Floats, count: int, chosen: Sequence[int], gap: float, latest: float
 ) -> tuple[tuple[int, ...], float]:
-    """Sites that give every demand as much as can be, and what no choice gives every demand.
+    """Sites with the largest minimum over demands, and a bound on that minimum.
 
-    Sites that give every demand at least some level are a set cover; the highest level for which
-    there is one of up to `count` sites is found by halving, from the least that sites chosen give.
-    The search ends as that of `most_in_total`.
+    Sites that give every demand at least some level are a set cover. The highest level with a
+    cover of up to `count` sites is found by halving, from the least that sites chosen give.
+    The search ends like `most_in_total`.
     """
     best, value = tuple(chosen), float(best_of(worth, chosen).min())
     ceiling = worth.max(axis=1).min()
     levels = np.unique(worth[(worth > value) & (worth <= ceiling)])
     while len(levels) and levels[-1] > (1.0 + gap) * value:
         level = levels[len(levels) // 2]
-        found = _cover(worth >= level, count, latest)
-        if found is None:
+        cover = _cover(worth >= level, count, latest)
+        if cover is None:
             break
-        if found:
-            best, value = found, float(best_of(worth, found).min())
-        levels = levels[levels > value] if found else levels[levels < level]
+        if cover:
+            best, value = cover, float(best_of(worth, cover).min())
+        levels = levels[levels > value] if cover else levels[levels < level]
     return best, float(levels[-1]) if len(levels) else value
 
 
 def _cover(covers: Booleans, count: int, latest: float) -> tuple[int, ...] | None:
-    """Up to `count` sites that cover all demands; none if there are none, None if not known."""
+    """Up to `count` sites that cover all demands; empty if none exist, None if not known."""
     from scipy import sparse
 
     rows = sparse.csr_array(np.unique(covers, axis=0).astype(float))
     nothing, at_least = np.empty(0), np.ones(rows.shape[0])
-    found = _solved(count, covers.shape[1], rows, at_least, nothing, nothing, 0.0, latest)
-    if found is None or (found.x is None and found.status != INFEASIBLE):
+    answer = _solved(count, covers.shape[1], rows, at_least, nothing, nothing, 0.0, latest)
+    if answer is None or (answer.x is None and answer.status != INFEASIBLE):
         return None
-    opened = [] if found.x is None else np.flatnonzero(found.x > 0.5).tolist()
+    opened = [] if answer.x is None else np.flatnonzero(answer.x > 0.5).tolist()
     assert not opened or covers[:, opened].any(axis=1).all()
     return tuple(opened)
 
@@ -133,9 +133,9 @@ def _solved(
     gap: float,
     latest: float,
 ) -> OptimizeResult | None:
-    """Up to `count` sites where rows are large enough, by HiGHS; None if there is no time.
+    """Up to `count` sites where rows are large enough, by HiGHS; None without time.
 
-    After the sites come numbers, up to the `most`, of which the sum with the gains is made large.
+    After the sites come numbers, up to the `most`; their sum with the gains is maximised.
     """
     from scipy.optimize import Bounds, LinearConstraint, milp
 

@@ -27,8 +27,8 @@ from optuav.status import SAME_S
 
 Objective: TypeAlias = Literal["mean", "worst", "covered"]
 OBJECTIVES: tuple[Objective, ...] = get_args(Objective)
-CLOSE = 1e-6  # Relative; a gap that is no larger is none
-STARTS = 8  # Choices met by the multipliers from which sites are exchanged
+CLOSE = 1e-6  # Relative; a gap up to this counts as none
+STARTS = 8  # Choices met by the multipliers that start an exchange of sites
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Selection:
     Parameters
     ----------
     objective
-        What is made large: ``"mean"``, ``"worst"`` or ``"covered"``.
+        Quantity to maximise: ``"mean"``, ``"worst"`` or ``"covered"``.
     sites
         Numbers of the candidates selected, in rising order, the first is 0.
     value
@@ -46,7 +46,7 @@ class Selection:
     bound
         No selection of as many candidates has a larger value.
     greedy_sites, greedy_value
-        What is selected if each in turn is the one that adds most to the mean or to the number
+        The selection that adds in turn the candidate with most gain in the mean or the number
         covered, in this order, and its value.
     alike
         By site selected, how many candidates that are not selected give the same value in its
@@ -56,8 +56,8 @@ class Selection:
     --------
     >>> import optuav
     >>> hazy = optuav.load("paper").replace({"laser.visibility_km": 2.0})
-    >>> found = optuav.place_laser(hazy, [[1000, 0, 50], [1000, 2000, 50]]).selection
-    >>> found.sites, found.greedy_sites, found.gap, found.alike
+    >>> selection = optuav.place_laser(hazy, [[1000, 0, 50], [1000, 2000, 50]]).selection
+    >>> selection.sites, selection.greedy_sites, selection.gap, selection.alike
     ((1,), (1,), 0.0, (0,))
     """
 
@@ -77,10 +77,10 @@ class Selection:
 
 
 def worth_of(hover_s: Floats, objective: Objective, at_least_s: float | None = None) -> Floats:
-    """What each demand gets from each site (demand, site): its hover [s], or 1 if that is enough.
+    """Worth of each site to each demand (demand, site): its hover [s], or 1 if that is enough.
 
     Of hover times (demand, site) [s], rounded so that no choice hangs on their last bits; NaN,
-    where there is no plan, is worth 0.
+    without a plan, is worth 0.
     """
     found_s = np.nan_to_num(hover_s, nan=0.0)
     if objective == "covered":
@@ -118,7 +118,7 @@ def best_sites(
     first = greedy(table, weights, count)
     search = _for_the_least if objective == "worst" else _in_total
     best, bound = search(table, weights, count, first, gap, latest)
-    chosen, greedily = (names[list(each)].tolist() for each in (needed(table, best), first))
+    chosen, greedily = (names[list(sites)].tolist() for sites in (needed(table, best), first))
     chosen.sort()
     value = float(value_of(best_of(worth, chosen), objective))
     if objective == "mean":
@@ -155,30 +155,30 @@ def _in_total(
     levels, met = multipliers(worth, weights, count, best, gap)
     limits = bound_by_site(worth, weights, count, levels)
     bound = float(limits.max(initial=0.0))
-    best = max(best, *(interchange(worth, weights, each) for each in met[:STARTS]), key=value)
+    best = max(best, *(interchange(worth, weights, choice) for choice in met[:STARTS]), key=value)
     enough = (1.0 + max(gap, CLOSE)) * value(best)
     if bound <= enough or time.monotonic() >= latest:
         return best, bound
-    # Where only sites are left with which more can be reached, more demands are alike.
+    # With only the sites that can reach more, more demands are alike.
     left = limits > enough
     outside = float(limits[~left].max(initial=0.0))
     left[list(best)] = True
     names = np.flatnonzero(left)
-    some, kept, alike = _merged(worth[:, names], weights)
+    kinds, kept, alike = _merged(worth[:, names], weights)
     start, least = np.searchsorted(names, best).tolist(), max(gap, 0.5 * CLOSE)
-    found, inside = most_in_total(some, alike, count, levels[kept], start, least, latest)
-    return tuple(names[list(found)].tolist()), min(bound, max(inside, outside))
+    chosen, inside = most_in_total(kinds, alike, count, levels[kept], start, least, latest)
+    return tuple(names[list(chosen)].tolist()), min(bound, max(inside, outside))
 
 
 def _for_the_least(
     worth: Floats, weights: Floats, count: int, first: tuple[int, ...], gap: float, latest: float
 ) -> tuple[tuple[int, ...], float]:
-    """As `_in_total`; sites that the least needs not go where they add most to the mean."""
+    """Like `_in_total`; sites that the least needs not go where they add most to the mean."""
     best, bound = most_for_the_least(worth, count, first, gap, latest)
     return greedy(worth, weights, count, needed(worth, best)), bound
 
 
 def _merged(worth: Floats, weights: Floats) -> tuple[Floats, Integers, Floats]:
     """The demands that differ, the first of each kind, and what all of a kind weigh."""
-    rows, first, own = np.unique(worth, axis=0, return_index=True, return_inverse=True)
-    return rows, first, np.bincount(own.reshape(-1), weights).astype(float)
+    rows, first, kind_of = np.unique(worth, axis=0, return_index=True, return_inverse=True)
+    return rows, first, np.bincount(kind_of.reshape(-1), weights).astype(float)

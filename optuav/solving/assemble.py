@@ -47,10 +47,10 @@ def quantities(
 def numbers(variants: Variants, which: Integers, variant: Integers | None) -> dict[str, Number]:
     """The mission's numbers by table and key, and the length and the places of itineraries."""
     named, network = dict[str, Number](), variants.network
-    stated = stated_keys(variants.mission)
+    set_keys = stated_keys(variants.mission)
     for name, allowed in numeric_keys().items():
         unit = "1" if allowed.unit == "-" else allowed.unit
-        value = table_entries(stated[name].now, variant, which) if name in stated else None
+        value = table_entries(set_keys[name].now, variant, which) if name in set_keys else None
         named[name.replace(".", "_", 1)] = Number(value, unit, name)
 
     def positions_m(place: Integers) -> Floats:
@@ -144,10 +144,12 @@ def _steps(
         else:
             none = np.zeros(len(legs))
             for stage in variants.stages:
-                net_A, duration_s = (none + table_entries(each, variant, legs) for each in stage)
+                net_A, duration_s = (
+                    none + table_entries(values, variant, legs) for values in stage
+                )
                 if duration_s.any():
                     net = net_A, duration_s
-                    yield Stage(*(each.item() if len(legs) == 1 else each for each in net))
+                    yield Stage(*(value.item() if len(legs) == 1 else value for value in net))
         if stay:
             yield stay
 
@@ -173,7 +175,7 @@ def figures(variants: Variants) -> Quantities:
         if (full_J := getattr(battery, f"{load}_energy_J")) is not None and np.isnan(full_J).any():
             full_J = np.where(np.isnan(full_J), packs * capacity_As * mean_V, full_J)
         voltages |= {f"{load}_voltage_V": mean_V, f"{load}_battery_J": full_J}
-    received_A, received_W = (each[:, [HOVER]] for each in variants.received)
+    received_A, received_W = (received[:, [HOVER]] for received in variants.received)
     rest_A, rest_W = (
         np.where(building >= 0, table[:, roof] - drawn, 0.0)
         for table, drawn in zip(variants.received, flight_of(variants.mission).rest(), strict=True)

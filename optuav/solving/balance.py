@@ -17,7 +17,7 @@ from optuav.physics.quantity import Quantity
 from optuav.solving.assemble import figures, turned
 
 TIMES = ("hover_time_s", "rest_time_s")  # Unknowns that make a plan; a formulation may have others
-NOTHING = 1e-11  # Share of a hover by which another is no longer, as in the closed form
+NOTHING = 1e-11  # Relative gain in hover that counts as none, as in the closed form
 
 
 class Balance(NamedTuple):
@@ -37,7 +37,7 @@ def balance(table: Quantities, perspective: Perspective) -> Balance:
     columns = turned(table)
     keys: list[Monomial] = [frozenset({(name, "time")}) for name in TIMES]
     hover, rest = keys
-    times = (Exponential({each: 1.0}) for each in (hover, rest))
+    times = (Exponential({key: 1.0}) for key in (hover, rest))
     terms = (PERSPECTIVES[perspective](columns, *times) - columns.min_soc).terms
     return Balance(terms[CONSTANT], -terms[hover], terms[rest], columns.time_left)
 
@@ -54,7 +54,7 @@ def longest_by_balance(
     spare: Quantity, drawn: Quantity, gained: Quantity, left_s: Quantity
 ) -> Floats:
     """The longest Δ [s] with drawn · Δ ≤ spare + gained · T' and Δ + T' ≤ left; −∞ for none."""
-    # Resting for all the time that is left; a rest that takes charge is none.
+    # Resting for all the time that is left; a rest that takes charge is useless.
     gained = gained if np.all(np.asarray(gained) >= 0.0) else np.maximum(gained, 0.0)
     both = drawn + gained
     most_s = (spare + gained * left_s) / both
@@ -71,7 +71,7 @@ def shortest_by_balance(
     hover_s: Floats, spare: Quantity, drawn: Quantity, gained: Quantity, left_s: Quantity
 ) -> Floats:
     """The least T' [s] for the Δ that `longest_by_balance` finds: none, or all that is left."""
-    # What a rest that next to nothing charges adds to Δ is rounding.
+    # The gain of a rest with almost no charging current is rounding.
     without_s = longest_by_balance(spare, drawn, 0.0, left_s)
     gains = without_s < hover_s - NOTHING * np.maximum(hover_s, 1.0)
     rests = gains & (np.asarray(gained) > 0.0) & (hover_s >= 0.0)

@@ -60,20 +60,20 @@ REASONS = {
     "altitude": "route.hover_m is outside limits.min_altitude_m and limits.max_altitude_m",
     "blocked": "no route that the problem may take can be flown past the buildings "
     "(flight.obstacles)",
-    "late": "the shortest flight alone takes longer than limits.deadline_s",
+    "late": "the shortest flight takes longer than limits.deadline_s",
     "charge": "the battery does not hold the charge for any route",
     "wells": "on every route the available well runs dry or is charged past full",
     "together": "no times satisfy all constraints together",
     "unbounded": "no constraint keeps the objective finite",
-    "unknown": "the engine found neither times nor proof that there are none",
+    "unknown": "the engine found neither times nor proof that none exist",
     "error": "the engine failed, met numbers that it cannot use, or returned times that violate a "
     "constraint",
 }
 """Why a variant has no plan: short names, whose places are the codes, and sentences."""
 ROUNDS = 3  # Bracketing rounds: the most promising open route; in the last round, all open routes
 STEPS = 4  # Newton's steps from a bound by charge; further ones are below rounding as a rule
-BEYOND_S = 1e-6  # Time after Newton's moment at which the well is shown to be empty [s]
-ROUNDING = 1e-11  # Share of the capacity that the well must lack then, more than brackets allow
+BEYOND_S = 1e-6  # Time after Newton's moment when the well is shown to be empty [s]
+ROUNDING = 1e-11  # Share of the capacity missing from the well then, more than brackets allow
 CODES = {name: code for code, name in enumerate(REASONS)}
 
 
@@ -116,13 +116,13 @@ class Candidates(NamedTuple):
     # By variant: the status of its best candidate, or without one.
     status: Codes
     otherwise: Codes
-    # Of a question that is answered by an engine
+    # Only for a question that an engine answers
     objective: Floats | None = None
     bound: Floats | None = None  # By variant; NaN where the answer is proved
 
 
 def takes_arrays(mission: Mission, question: Question) -> bool:
-    """Whether `best_plans` answers a question; else each mission is solved by itself."""
+    """Return whether `best_plans` answers a question; else each mission is solved separately."""
     problem, through_wells = question.problem, question.perspective not in PAPER
     searched = question.several or question.speed_free or question.p1.hover_point == "free"
     compared = isinstance(problem, P2) and through_wells  # with (P1), for its proof
@@ -147,18 +147,18 @@ def best_plans(variants: Variants, question: Question) -> Best:
     won = shortest[np.flatnonzero(np.diff(answers.variant[shortest], prepend=-1))]  # The first
     variant, route = answers.variant[won], answers.route[won]
     times_s = answers.hover_time_s[won], answers.rest_time_s[won]
-    own = chosen(table, route, variant)
-    soc = {name: PERSPECTIVES[name](own, *times_s) for name in PAPER}
+    winners = chosen(table, route, variant)
+    soc = {name: PERSPECTIVES[name](winners, *times_s) for name in PAPER}
     counted = soc[perspective if perspective in PAPER else "battery"]
-    if own.tapers:
+    if winners.tapers:
         soc["battery"] = np.empty(len(variant))
         for some, steps in _in_steps(variants, variant, route):
             soc["battery"][some] = tapered(steps, *(time_s[some] for time_s in times_s))
         counted = soc["battery"] if perspective == AVAILABLE else counted
     kept = np.ones(len(variant), bool)
     if longest_hover:
-        late = mission_s[won] > (1.0 + TOLERANCE) * own.deadline_s
-        kept = ~(late | (counted < own.min_soc - TOLERANCE))
+        late = mission_s[won] > (1.0 + TOLERANCE) * winners.deadline_s
+        kept = ~(late | (counted < winners.min_soc - TOLERANCE))
         answers.otherwise[variant[~kept]] = STATUSES.index(Status.ERROR)
     columns = {
         "hover_time_s": times_s[0],
@@ -218,7 +218,7 @@ def impossible(variants: Variants) -> Codes:
 
 
 def _reasons(variants: Variants, able: Booleans, otherwise: Codes, question: Question) -> Codes:
-    """Codes of why there is no plan, where there is none and it is not `impossible`."""
+    """Codes of the reasons why `able` variants have no plan."""
     table = figures(variants)
     flight_s = np.where(able, table.flight_time_s, np.inf).min(axis=1, keepdims=True)
     last = "together"
@@ -252,25 +252,29 @@ def _by_balance(variants: Variants, able: Booleans, perspective: Perspective) ->
     route = best - len(hover_s) * variant
     times_s = hover_s[route, variant]
     routes = balance(figures(variants), perspective)
-    own = (table_entries(each, route, variant) for each in routes)
-    rests_s = shortest_by_balance(times_s, *own)
+    balances = (table_entries(values, route, variant) for values in routes)
+    rests_s = shortest_by_balance(times_s, *balances)
     known = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
     return Candidates(variant, route, times_s, rests_s, *known)
 
 
 def _never_dry(variants: Variants, able: Booleans) -> Candidates:
-    """The longest hovers that the available well admits.
+    """The longest hovers that the available well allows.
 
     The most promising route of each variant is bracketed first. Routes whose bound is shorter than
     the hover on it are left out.
     """
     most_s = _most_s(variants, able)
-    hover_s, rest_s, beyond_s = (np.full(most_s.shape, each) for each in (np.nan, np.nan, -np.inf))
-    open_, every, least_s = most_s >= 0.0, np.arange(variants.count), np.zeros(variants.count)
+    hover_s, rest_s, beyond_s = (np.full(most_s.shape, fill) for fill in (np.nan, np.nan, -np.inf))
+    open_, all_variants, least_s = (
+        most_s >= 0.0,
+        np.arange(variants.count),
+        np.zeros(variants.count),
+    )
     for number in range(ROUNDS):
         if number < ROUNDS - 1:
             route = np.where(open_, most_s, -np.inf).argmax(axis=0)
-            (variant,) = np.nonzero(open_[route, every])
+            (variant,) = np.nonzero(open_[route, all_variants])
             route = route[variant]
         else:
             route, variant = np.nonzero(open_)
@@ -307,11 +311,11 @@ def _in_steps(
     whole = np.broadcast_to(variants.falls_in_flight[:, 0], variants.count)[variant]
     whole = whole & (not figures(variants).tapers)
     for shifts, alike in (variants.shifts, whole), ((), ~whole):
-        own = np.flatnonzero(alike)
-        for group, rests in groups(variants.network.routes, route[own], ordered=True):
-            some = own[group]
-            which = route[some], variant[some]
-            yield some, quantities(variants, *which, rests=rests, shifts=shifts)
+        members = np.flatnonzero(alike)
+        for group, rests in groups(variants.network.routes, route[members], ordered=True):
+            batch = members[group]
+            which = route[batch], variant[batch]
+            yield batch, quantities(variants, *which, rests=rests, shifts=shifts)
 
 
 def bracketed(
@@ -342,7 +346,7 @@ def _well_bound(variants: Variants, most_s: Floats) -> Floats:
     gained, tilted = tilted_after(pool, Tilted(0.0, 0.0), *variants.shifts)
     whole = gained, math.prod(shift.remaining for shift in variants.shifts), tilted
     before, after = (
-        Shift(*(each.T[legs] for each in whole))
+        Shift(*(values.T[legs] for values in whole))
         for legs in np.where(rest_first, (second, third), (first, second))
     )
     hover = Exponential({frozenset({("hover", "time")}): 1.0})
@@ -354,8 +358,11 @@ def _well_bound(variants: Variants, most_s: Floats) -> Floats:
     charge = tilted_after(pool, begin, *stages)
     terms = charge.wells(pool).available_As.terms
     level, slope, bend = (
-        terms.get(each, 0.0)
-        for each in (CONSTANT, *(frozenset({("hover", kind)}) for kind in ("time", "levelling")))
+        terms.get(monomial, 0.0)
+        for monomial in (
+            CONSTANT,
+            *(frozenset({("hover", kind)}) for kind in ("time", "levelling")),
+        )
     )
     rate_per_s, bound_s = pool.rate_per_s, most_s
     for step in range(STEPS + 1):
@@ -376,8 +383,8 @@ def _answered(variants: Variants, question: Question, able: Booleans) -> Candida
     for part, variant in declarations(question, variants, able):
         model, towards = part.declared, part.declared.towards
         solution = answer(model, len(variant), question, part.given)
-        codes = np.array([STATUSES.index(each) for each in solution.statuses], np.int8)
-        answered = np.isin(codes, [k for k, each in enumerate(STATUSES) if each.has_answer])
+        codes = np.array([STATUSES.index(status) for status in solution.statuses], np.int8)
+        answered = np.isin(codes, [k for k, status in enumerate(STATUSES) if status.has_answer])
         refuted = _refuted(model, {**solution.given, **solution.values}, answered)
         codes[refuted], answered = STATUSES.index(Status.ERROR), answered & ~refuted
         for known in Status.UNKNOWN, Status.UNBOUNDED, Status.ERROR:
@@ -390,8 +397,8 @@ def _answered(variants: Variants, question: Question, able: Booleans) -> Candida
         else:
             np.fmax.at(beyond, variant, solution.beyond)
         times = (solution.values.get(name, np.zeros(len(variant))) for name in TIMES)
-        own = variant, part.routes, *times, solution.objective * towards
-        columns.append(tuple(each[answered] for each in own))
+        rows = variant, part.routes, *times, solution.objective * towards
+        columns.append(tuple(column[answered] for column in rows))
     none = np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0), np.zeros(0), np.zeros(0)
     variant, route, hover_s, rest_s, score = map(np.concatenate, zip(none, *columns, strict=True))
     # If a programme has no bound, or no numbers, no answer to another is the best.
@@ -409,7 +416,7 @@ def _answered(variants: Variants, question: Question, able: Booleans) -> Candida
 
 def _refuted(model: Model, point: Values, answered: Booleans) -> Booleans:
     """Return which answers violate a constraint when evaluated again outside the engine."""
-    with np.errstate(invalid="ignore", over="ignore"):  # where there is no answer
+    with np.errstate(invalid="ignore", over="ignore"):  # without an answer
         held = [np.broadcast_to(r.satisfied, answered.shape) for r in evaluated(model, point)]
     return np.asarray(answered & ~np.logical_and.reduce(held, initial=True))
 

@@ -50,7 +50,7 @@ DESCRIPTIONS = {
     "flight_charge_As": "charge drawn on all legs",
     "flight_energy_J": "energy drawn on all legs",
     "flight_voltage_V": "mean voltage on all legs",
-    "hover_current_A": "current drawn at w, less what the laser gives there",
+    "hover_current_A": "current drawn at w, less the current from the laser there",
     "hover_received_W": "power received from the laser at w",
 }
 """Printed in place of formulas in w that would fill a page."""
@@ -58,9 +58,9 @@ DESCRIPTIONS = {
 
 def free_program(question: Question, mission: Mission) -> "FreeProgram":
     """(P1) with the hover point free, declared for the routes that some point may make flyable."""
-    stated = replace(question, problem=replace(question.p1, hover_point="w_U"), engine=AUTO)
-    own = declared_program(replace(stated, time_limit_s=None), build_network(mission))
-    region, network, parts = Region(mission), own.network, list[Part]()
+    fixed = replace(question, problem=replace(question.p1, hover_point="w_U"), engine=AUTO)
+    at_mission = declared_program(replace(fixed, time_limit_s=None), build_network(mission))
+    region, network, parts = Region(mission), at_mission.network, list[Part]()
     if region.low_m <= region.high_m and not np.isnan(vehicle.hover_load(mission).current_A):
         legs, table = network.routes.legs, network.legs
         apart = (table.start[legs] != HOVER) & (table.end[legs] != HOVER) & (legs != NO_LEG)
@@ -72,7 +72,9 @@ def free_program(question: Question, mission: Mission) -> "FreeProgram":
         ):
             which = reached[group]
             parts.append(Part(_declared(network, which, rests, question.perspective), which))
-    return FreeProgram(question, network, tuple(parts), () if parts else own.reasons, own)
+    return FreeProgram(
+        question, network, tuple(parts), () if parts else at_mission.reasons, at_mission
+    )
 
 
 @dataclass(frozen=True)
@@ -84,9 +86,9 @@ class FreeProgram(Program):
     def solve(self) -> Plan:
         """The best plan found; locally optimal, and never worse than hovering at w_U."""
         begin, mission = time.monotonic(), self.network.mission
-        own = self.own.solve()
+        stated_plan = self.own.solve()
         if not self.parts:
-            return own
+            return stated_plan
         others = [] if mission.route.hover_m is None else [None]
         routes = np.concatenate([part.routes for part in self.parts])
         # The plan at each point takes about as long as that at the mission's own.
@@ -94,19 +96,19 @@ class FreeProgram(Program):
         latest = begin + (self.question.time_limit_s or math.inf)
         search = PointSearch(self.question.perspective, mission, latest - last_s)
         points_m = search.best_m(routes)
-        plans = [own] if own else []
+        plans = [stated_plan] if stated_plan else []
         for hover_m in (*others, *points_m):
             moved = build_network(mission.replace({"route.hover_m": hover_m}))
             plan = declared_program(self.own.question, moved).solve()
             plans += [plan] if plan else []
         if not plans and search.ended:
-            raise SolverError(f"{LATE}, without a plan or proof that there is none")
+            raise SolverError(f"{LATE}, without a plan or proof that none exists")
         if not plans:
-            reasons = ("no hover point was found that has a plan", *own.reasons)
-            return own.model_copy(update={"reasons": reasons})
-        figures = [(each.hover_time_s, each.mission_time_s, len(each.route)) for each in plans]
+            reasons = ("no hover point was found that has a plan", *stated_plan.reasons)
+            return stated_plan.model_copy(update={"reasons": reasons})
+        figures = [(plan.hover_time_s, plan.mission_time_s, len(plan.route)) for plan in plans]
         chosen = plans[best(*zip(*figures, strict=True)) or 0]
-        notes = (_gain(chosen, own), *chosen.notes)
+        notes = (_gain(chosen, stated_plan), *chosen.notes)
         known = {"proof": PROOF, "status": Status.LOCALLY_OPTIMAL, "notes": notes}
         if search.ended:
             known = {"proof": TRIED, "status": Status.FEASIBLE, "notes": (LATE, *notes)}
@@ -122,15 +124,15 @@ class FreeProgram(Program):
 
 
 def _gain(plan: Plan, own: Plan) -> str:
-    """A note on how much longer a plan hovers than that of the mission's own hover point."""
+    """Note how much longer a plan hovers than one at the mission's own hover point."""
     hover_m = plan.mission.route.hover_m
     name = "w_U" if own.mission.route.hover_m is None else "route.hover_m"
     if plan is own:
         return f"hover point free: none was found that is better than {name}"
     point = "w_U" if hover_m is None else "({:.3f}, {:.3f}, {:.3f}) m".format(*hover_m)
     more_s = plan.hover_time_s - own.hover_time_s if own else 0.0
-    found = f" gives {more_s:.4f} s more than {name}" if own else f"; at {name} there is no plan"
-    return f"hover point free: {point}{found}"
+    gain = f" gives {more_s:.4f} s more than {name}" if own else f"; at {name} no plan exists"
+    return f"hover point free: {point}{gain}"
 
 
 def _declared(network: Network, which: Integers, rests: bool, perspective: Perspective) -> Model:
@@ -154,7 +156,7 @@ def _declared(network: Network, which: Integers, rests: bool, perspective: Persp
     w = [
         model.variable(f"hover_{axis}_m", f"{axis}_w", unit="m", lower=-math.inf) for axis in "xyz"
     ]
-    given, places = Given.of(known, perspective), network.places.position_m
+    values, places = Given.of(known, perspective), network.places.position_m
     before, after = (
         [
             Parameter(f"{name}_{axis}_m", f"{axis}_{name[0]}", "m", value)
@@ -168,7 +170,7 @@ def _declared(network: Network, which: Integers, rests: bool, perspective: Persp
         name: [Stage(-i, t) for i, t in zip(leg.currents_A, leg.durations_s, strict=True)]
         for name, leg in ((TO_HOVER, arriving), (FROM_HOVER, leaving))
     }
-    steps = [stages.get(s, [s]) if isinstance(s, str) else [s] for s in given.steps]
+    steps = [stages.get(s, [s]) if isinstance(s, str) else [s] for s in values.steps]
     charge_As = known.flight_charge_As + (arriving.charge_As + leaving.charge_As)
     energy_J = known.flight_energy_J + (arriving.energy_J + leaving.energy_J)
     at_w: dict[str, Quantity] = {
@@ -194,7 +196,7 @@ def _declared(network: Network, which: Integers, rests: bool, perspective: Persp
         for quantity in QUANTITIES
         if quantity.name in at_w
     }
-    P1().declare(model, replace(given, **named, steps=list(chain.from_iterable(steps))))
+    P1().declare(model, replace(values, **named, steps=list(chain.from_iterable(steps))))
     return model
 
 

@@ -1,6 +1,6 @@
 """(P1), (P3) and (P4) with the speeds of the legs free: how fast to fly each of them.
 
-Where charge is looked at in the end alone, one price of a second gives the speeds of all legs, with
+If only the charge at the end counts, one price of a second gives the speeds of all legs, with
 proof (`leg_speeds`). Under `available` they are searched for (`speed_search`).
 """
 
@@ -43,7 +43,7 @@ LATE = "the search for speeds did not end within the time limit"
 NONE = "no ground speeds of the legs make a plan possible; at those that come nearest:"
 NOT_FOUND = "no ground speeds were found that make a plan possible, and no proof that none do"
 CLOSE = 1e-9  # Share of the largest speed within which a leg flies at it
-DIGITS = 9  # Of a price that are no rounding [A]
+DIGITS = 9  # Decimals of a price that are exact [A]
 SAME_A = 1e-6  # Relative difference of prices that are one
 LIFTS = 1e-12  # Share of the charge of a leg that a climb adds at least; less is rounding
 REFUSED = (
@@ -54,22 +54,22 @@ REFUSED = (
 def free_program(question: Question, mission: Mission) -> "FreeSpeedProgram":
     """(P1), (P3) or (P4) with the speeds of the legs free, for the routes that can be flown."""
     problem: Any = question.problem
-    stated = replace(question, problem=replace(problem, speed="mission"), time_limit_s=None)
+    fixed = replace(question, problem=replace(problem, speed="mission"), time_limit_s=None)
     speeds, parts = LegSpeeds(build_network(mission)), list[Part]()
-    fastest = declared_program(stated, speeds.fastest)
+    fastest = declared_program(fixed, speeds.fastest)
     reached = np.concatenate([np.zeros(0, np.intp), *(part.routes for part in fastest.parts)])
     routes, ways_m = speeds.network.routes, vector(speeds.ways_m)
     # Missing segments, those straight up or down, and those that have a speed.
     kinds = np.sign(level_length(ways_m)) + 1.0
     legs = routes.legs[reached]
-    own = np.where(legs == NO_LEG, 0.0, np.nan_to_num(kinds)[:, legs])
-    own = np.moveaxis(own, 1, 0).reshape(len(reached), 3 * len(own))
-    for alike in np.unique(own, axis=0):
-        some = np.sort(reached[(own == alike).all(axis=1)])
-        for group, rests in groups(routes, some, ordered=question.perspective not in PAPER):
-            which = some[group]
+    kinds_of_legs = np.where(legs == NO_LEG, 0.0, np.nan_to_num(kinds)[:, legs])
+    kinds_of_legs = np.moveaxis(kinds_of_legs, 1, 0).reshape(len(reached), 3 * len(kinds_of_legs))
+    for alike in np.unique(kinds_of_legs, axis=0):
+        members = np.sort(reached[(kinds_of_legs == alike).all(axis=1)])
+        for group, rests in groups(routes, members, ordered=question.perspective not in PAPER):
+            which = members[group]
             parts.append(Part(_declared(question, speeds, which, rests), which))
-    return FreeSpeedProgram(question, speeds.network, tuple(parts), fastest.reasons, stated, speeds)
+    return FreeSpeedProgram(question, speeds.network, tuple(parts), fastest.reasons, fixed, speeds)
 
 
 @dataclass(frozen=True)
@@ -93,15 +93,15 @@ class FreeSpeedProgram(Program):
 
     def _priced(self, routes: Integers) -> Plan:
         """The best plan by the price of a second."""
-        found = route_prices(self.speeds, routes, self.question.perspective)
-        mission_s = found.flight_s + found.hover_s + found.rest_s
-        number = best(found.hover_s, mission_s, self.network.routes.building[routes] >= 0)
-        chosen = int(np.argmax(found.bound_s)) if number is None else number
-        own = self.speeds.only(int(routes[chosen]))
-        plan = self._at(own.at(own.priced(float(found.price_A[chosen]))))
+        prices = route_prices(self.speeds, routes, self.question.perspective)
+        mission_s = prices.flight_s + prices.hover_s + prices.rest_s
+        number = best(prices.hover_s, mission_s, self.network.routes.building[routes] >= 0)
+        chosen = int(np.argmax(prices.bound_s)) if number is None else number
+        speeds = self.speeds.only(int(routes[chosen]))
+        plan = self._at(speeds.at(speeds.priced(float(prices.price_A[chosen]))))
         if not plan:
             return plan.model_copy(update={"reasons": (NONE, *plan.reasons), "proof": PRICED})
-        return _bounded(plan, float(found.bound_s.max()), PRICED, Status.FEASIBLE)
+        return _bounded(plan, float(prices.bound_s.max()), PRICED, Status.FEASIBLE)
 
     def _searched(self, routes: Integers) -> Plan:
         """The best plan that a search finds."""
@@ -109,11 +109,11 @@ class FreeSpeedProgram(Program):
         top, most_s = search.top(), float(search.bounds_s.max())
         plans = []
         if top.value >= 0.0:
-            own, points = search.of_route(top.branch), [top.at]
+            route_search, points = search.of_route(top.branch), [top.at]
             if self.network.mission.battery.charging == "taper":  # It was searched without
-                points += [each.at for each in search.tried if each.branch == top.branch]
+                points += [trial.at for trial in search.tried if trial.branch == top.branch]
             real = RouteSpeeds(self.speeds.only(top.branch))
-            plans = [self._at(real.at(at * own.largest_m_s)) for at in points]
+            plans = [self._at(real.at(at * route_search.largest_m_s)) for at in points]
         plan = max(filter(None, plans), key=lambda each: each.hover_time_s, default=None)
         if plan is not None:
             limited = Status.FEASIBLE if search.ended else Status.LOCALLY_OPTIMAL
@@ -121,7 +121,7 @@ class FreeSpeedProgram(Program):
             late = (LATE,) if search.ended else ()
             return plan.model_copy(update={"notes": (*late, *plan.notes)})
         if search.ended:
-            raise SolverError(f"{LATE}, without a plan or proof that there is none")
+            raise SolverError(f"{LATE}, without a plan or proof that none exists")
         nearest = self._priced(routes)
         if most_s < 0.0:
             return nearest
@@ -138,13 +138,13 @@ class FreeSpeedProgram(Program):
         return declared_program(self.stated, self.route_of(plan).at(_speeds_m_s(plan)))
 
     def price_in_words(self, plan: Plan) -> str:
-        """Say what a second of flight costs at the speeds of a plan."""
-        own, speeds_m_s = self.route_of(plan), _speeds_m_s(plan)
+        """Return the price of a second of flight at a plan's speeds, in words."""
+        route, speeds_m_s = self.route_of(plan), _speeds_m_s(plan)
         moves = speeds_m_s > 0.0
-        way_m, speed = vector(np.array(own.way_m)[:, moves]), speeds_m_s[moves]
-        exact_A = np.asarray(own.speeds.flight.price_A(way_m, speed))
+        way_m, speed = vector(np.array(route.way_m)[:, moves]), speeds_m_s[moves]
+        exact_A = np.asarray(route.speeds.flight.price_A(way_m, speed))
         price_A: Floats = np.round(exact_A, DIGITS) + 0.0  # No −0
-        capped = speed >= own.largest_m_s[moves] * (1.0 - CLOSE)
+        capped = speed >= route.largest_m_s[moves] * (1.0 - CLOSE)
         if capped.all():
             most = f"{price_A.max():.4g} A s" if np.isfinite(price_A).all() else "any charge"
             return f"a second less of flight is worth {most} or more: all legs fly at their fastest"
@@ -162,12 +162,12 @@ class FreeSpeedProgram(Program):
 
 
 def _speeds_m_s(plan: Plan) -> Floats:
-    """The speeds of a plan (segment,) in the order in which they are flown [m/s]."""
+    """The speeds of a plan (segment,) in flight order [m/s]."""
     return np.array([speed for leg in plan.speeds_m_s for speed in leg])
 
 
 def _bounded(plan: Plan, most_s: float, proof: str, otherwise: Status) -> Plan:
-    """The plan with what is known of its speeds: it is optimal where a bound is met."""
+    """Return the plan with the proof for its speeds: it is optimal if it meets a bound."""
     proved = plan.status is Status.OPTIMAL
     if proved and most_s - plan.hover_time_s <= SAME_S * max(1.0, plan.hover_time_s):
         words = proof if proof == PRICED else BOUNDED
@@ -180,7 +180,7 @@ def _declared(question: Question, speeds: LegSpeeds, which: Integers, rests: boo
     network, problem = speeds.network, question.problem
     model = Model(f"{problem.name} with the speeds of the legs free: longest hover")
     known = quantities(network, which, rests=rests, steps=False)
-    given = Given.of(known, question.perspective)
+    values = Given.of(known, question.perspective)
     stages, steps = list[Stage](), list[Stage | str]()
     for legs, stay in legs_and_stays(network, which, rests):
         for segment in np.flatnonzero(np.isfinite(speeds.ways_m[0][:, legs[0]])).tolist():
@@ -191,14 +191,14 @@ def _declared(question: Question, speeds: LegSpeeds, which: Integers, rests: boo
     flown: dict[str, Quantity] = {
         "flight_time_s": sum(stage.duration_s for stage in stages),
         "flight_charge_As": charge_As,
-        "flight_energy_J": given.nominal_voltage_V * charge_As,
-        "flight_voltage_V": given.nominal_voltage_V,
+        "flight_energy_J": values.nominal_voltage_V * charge_As,
+        "flight_voltage_V": values.nominal_voltage_V,
     }
     for quantity in QUANTITIES:
         if quantity.name in flown:
             words = {name: quantity.metadata[name] for name in ("symbol", "unit")}
             flown[quantity.name] = model.let(quantity.name, flown[quantity.name], **words)
-    problem.declare(model, replace(given, **flown, steps=steps))
+    problem.declare(model, replace(values, **flown, steps=steps))
     return model
 
 
@@ -212,7 +212,9 @@ def _segment(model: Model, speeds: LegSpeeds, number: int, segment: int, legs: I
 
     flight, way_m = speeds.flight, vector(speeds.ways_m[:, segment, legs])
     length_m, direction = level_length(way_m), level_direction(way_m)
-    least_m_s, most_m_s = (each[segment, legs] for each in (speeds.least, speeds.priced(math.inf)))
+    least_m_s, most_m_s = (
+        speeds_m_s[segment, legs] for speeds_m_s in (speeds.least, speeds.priced(math.inf))
+    )
     fastest = flight.leg_at(way_m, most_m_s)
     if not length_m.any():  # Straight up or down
         (drawn_A,) = fastest.currents_A

@@ -51,7 +51,7 @@ class Region:
     def __init__(self, mission: Mission) -> None:
         limits, device_m = mission.limits, np.array(mission.link.device_m)
         self.centre_m, self.radius_m = device_m, WITHIN * vehicle.coverage_radius_m(mission)
-        # In the ball and in the band; low > high where there is no such altitude.
+        # In the ball and in the band; low > high if no such altitude exists.
         self.low_m = max(limits.min_altitude_m, float(device_m[2]) - self.radius_m)
         self.high_m = min(limits.max_altitude_m, float(device_m[2]) + self.radius_m)
 
@@ -67,7 +67,7 @@ class Region:
         φ = np.linspace(0.0, 2.0 * np.pi, SAMPLES[0], endpoint=False)
         share = np.sqrt(np.linspace(1.0, 0.0, SAMPLES[1], endpoint=False))
         z = np.linspace(self.low_m, self.high_m, SAMPLES[2])
-        φ, share, z = (each.ravel() for each in np.meshgrid(φ, share, z))
+        φ, share, z = (axis.ravel() for axis in np.meshgrid(φ, share, z))
         way_m = (share * self._level_m(z))[:, None] * np.column_stack([np.cos(φ), np.sin(φ)])
         return np.column_stack([self.centre_m[:2] + way_m, z])
 
@@ -76,7 +76,7 @@ class Region:
         reach_m = REACH * self.radius_m * 0.5 ** np.arange(NEAR[0])
         angles = np.linspace(0.0, 2.0 * np.pi, NEAR[1], endpoint=False)
         slopes = np.linspace(-0.5 * np.pi, 0.5 * np.pi, NEAR[2])
-        r, φ, θ = (each.ravel() for each in np.meshgrid(reach_m, angles, slopes))
+        r, φ, θ = (axis.ravel() for axis in np.meshgrid(reach_m, angles, slopes))
         way_m = np.column_stack([np.cos(θ) * np.cos(φ), np.cos(θ) * np.sin(φ), np.sin(θ)])
         return self.kept(place_m + r[:, None] * way_m)
 
@@ -103,8 +103,8 @@ class PointSearch:
         self.w_U_m = vehicle.hover_point_m(mission.replace({"route.hover_m": None}))
         # Any point is stated, as variants of the mission have others.
         anywhere_m = tuple(self.region.inside(self.region.centre_m).tolist())
-        stated = {"route.hover_m": anywhere_m, "battery.charging": "constant"}
-        self.network = build_network(mission.replace(stated))
+        changes = {"route.hover_m": anywhere_m, "battery.charging": "constant"}
+        self.network = build_network(mission.replace(changes))
         self.clear = self.network.mission.replace({"flight.obstacles": "ignore"})
         self.ended = False  # Whether the time limit ended it
         self.best_s, self.best_at_m = -math.inf, np.zeros(3)  # So far
@@ -127,7 +127,7 @@ class PointSearch:
             raise TimeoutError
 
     def _tried(self, network: Network, points_m: Floats, least_s: float) -> Floats:
-        """Return Δ [s] at points on routes (point, route), as `hover_times_s` does; keep the best.
+        """Return Δ [s] at points on routes (point, route), like `hover_times_s`; keep the best.
 
         Buildings only count where Δ without them reaches the least of interest.
         """
@@ -161,7 +161,7 @@ class PointSearch:
         return Flow(*tables)
 
     def _starts(self, routes: Integers) -> list[Point]:
-        """The points from which to refine: the best of every promising route, apart from others."""
+        """Starting points for refinement: the best of each promising route, apart from others."""
         region = self.region
         network = replace(self.network, routes=self.network.routes.take(routes))
         flown = network.routes.legs[network.routes.legs != NO_LEG]
@@ -172,7 +172,7 @@ class PointSearch:
         sampled = [np.zeros((3, 0)), *self._sampled(network, points_m)]
         point, route, hover_s = np.concatenate(sampled, axis=1)
         least_s = max(self.best_s - PROMISING_S, 0.0)
-        best_s, found = np.full(len(routes), -np.inf), list[Point]()
+        best_s, starts = np.full(len(routes), -np.inf), list[Point]()
         np.maximum.at(best_s, route.astype(np.intp), hover_s)
         for k in np.argsort(-best_s, kind="stable")[:MOST_ROUTES].tolist():
             near_m, left_s = points_m[point[route == k].astype(np.intp)], hover_s[route == k]
@@ -180,10 +180,10 @@ class PointSearch:
                 if left_s.max(initial=-np.inf) < least_s:
                     break
                 start = int(left_s.argmax())
-                found.append(Point(float(left_s[start]), int(routes[k]), near_m[start]))
+                starts.append(Point(float(left_s[start]), int(routes[k]), near_m[start]))
                 close = np.linalg.norm(near_m - near_m[start], axis=1) <= APART * region.radius_m
                 left_s[close] = -np.inf
-        return found
+        return starts
 
     def _sampled(self, network: Network, points_m: Floats) -> Iterator[Floats]:
         """Yield hovers that are promising beside the best so far: point, route and Δ [s].
@@ -197,15 +197,15 @@ class PointSearch:
         for building in dict.fromkeys(routes.building[order].tolist()):
             (ways,) = np.nonzero(routes.building == building)
             (open_,) = np.nonzero(most_s[ways].max(axis=0) >= least_s)
-            own = network.only(ways)
-            away_m = np.linalg.norm(points_m - own.places.position_m[-1], axis=1)
+            promising = network.only(ways)
+            away_m = np.linalg.norm(points_m - promising.places.position_m[-1], axis=1)
             (near,) = np.nonzero(away_m <= rings_m[open_ + 1].max(initial=-1.0))
             for begin in range(0, len(near), AT_ONCE):
-                some = near[begin : begin + AT_ONCE]
-                hover_s = self._tried(own, points_m[some], least_s)
+                batch = near[begin : begin + AT_ONCE]
+                hover_s = self._tried(promising, points_m[batch], least_s)
                 least_s = max(self.best_s - PROMISING_S, least_s)
                 point, route = np.nonzero(hover_s >= least_s)
-                yield np.array([some[point], ways[route], hover_s[point, route]])
+                yield np.array([batch[point], ways[route], hover_s[point, route]])
 
     def _bounds_s(self, network: Network, points_m: Floats) -> tuple[Floats, Floats]:
         """Return the radii [m] of rings around a building, and bounds of Δ (route, ring) [s].
@@ -220,10 +220,12 @@ class PointSearch:
         if (flight := flight_of(mission)).least(0.0) is None:
             return rings_m, most_s
         count, at_m = len(routes), places.position_m
-        start, end = (each[routes.legs] for each in (network.legs.start, network.legs.end))
+        start, end = (ends[routes.legs] for ends in (network.legs.start, network.legs.end))
         hovers, other = (start == HOVER) | (end == HOVER), start + end - HOVER
         known_m = np.linalg.norm(at_m[start] - at_m[end], axis=-1)
-        beside_m = [np.linalg.norm(points_m - each, axis=1).min() for each in at_m[:FIRST_BUILDING]]
+        beside_m = [
+            np.linalg.norm(points_m - roof_m, axis=1).min() for roof_m in at_m[:FIRST_BUILDING]
+        ]
         outer = hovers & (other < FIRST_BUILDING)
         nearest_m = np.where(outer, np.take(beside_m, other, mode="clip"), 0.0)
         roof_m = at_m[places.on(routes.building)][:, None]
@@ -233,12 +235,15 @@ class PointSearch:
         brightest_m = points_m[np.argmax(brightest) if np.ndim(brightest) else 0]
         received = self._received(network, brightest_m[None])
         legs = np.where(routes.legs == NO_LEG, NO_LEG, np.arange(3 * count).reshape(count, 3))
-        own, able = replace(network, routes=replace(routes, legs=legs)), np.ones((1, count), bool)
+        separate, able = (
+            replace(network, routes=replace(routes, legs=legs)),
+            np.ones((1, count), bool),
+        )
         for ring, (near_m, far_m) in enumerate(pairwise(rings_m)):
             self._check_time()
             open_m = np.where(outer, np.maximum(nearest_m, apart_m - far_m), near_m)
             loads = flight.least(np.where(hovers, open_m, known_m).reshape(1, -1))
-            variants = Variants(own, {"route.hover_m[2]": points_m[:1, 2]})
+            variants = Variants(separate, {"route.hover_m[2]": points_m[:1, 2]})
             assert loads is not None
             leg = gentlest(vehicle.pool(mission), loads.charge_As, loads.least_current_A)
             vars(variants).update(loads=loads, received=received, shifts=[leg], able=able)

@@ -58,8 +58,8 @@ class LegSpeeds:
 
     def with_legs(self, legs: Legs) -> Network:
         """The network with other figures of its legs."""
-        own = self.network.routes
-        routes = routes_along(legs, own.legs, own.building, own.rest_first)
+        routes_now = self.network.routes
+        routes = routes_along(legs, routes_now.legs, routes_now.building, routes_now.rest_first)
         return replace(self.network, legs=legs, routes=routes)
 
     def only(self, route: int) -> LegSpeeds:
@@ -75,8 +75,8 @@ class LegSpeeds:
 class RoutePrices(NamedTuple):
     """The best price of a second for each of some routes; arrays with one entry a route."""
 
-    price_A: Floats  # ∞ where the deadline alone binds
-    # The longest Δ, −∞ for none, T' and the flight there, and what no Δ is longer than [s].
+    price_A: Floats  # ∞ where only the deadline binds
+    # The longest Δ (−∞ for none), its T' and flight, and an upper bound on Δ [s].
     hover_s: Floats
     rest_s: Floats
     flight_s: Floats
@@ -85,14 +85,15 @@ class RoutePrices(NamedTuple):
 
 @np.errstate(divide="ignore", invalid="ignore")
 def route_prices(speeds: LegSpeeds, routes: Integers, perspective: Perspective) -> RoutePrices:
-    """The best prices by charge and deadline, for a perspective that looks at the end alone.
+    """The best prices by charge and deadline, for a perspective that checks only the end.
 
     With charge Q and time T of all legs at the price μ, and as currents the budget q, I_h of the
     hover and I_r of the rest, Q + I_h Δ − I_r T' ≤ q and T + Δ + T' ≤ T_max have the dual bound
     (q + μ T_max − Q − μ T)/(I_h + μ) for each μ ≥ max(0, I_r, −I_h), as every leg flies its least
-    charge plus μ times time. It is met at the least such μ where charge is short there: charge
-    alone binds, or both with a rest. Else at the μ where charge and deadline bind without a rest;
-    where that is none, the deadline alone binds, and all fly as fast as they can.
+    charge plus μ times time. It is met at the least such μ if charge is short there: charge
+    binds without the deadline, or both bind with a rest. Otherwise it is met at the μ where charge
+    and deadline bind without a rest. Without such a μ only the deadline binds, and all legs fly as
+    fast as they can.
     """
     network, flight = speeds.fastest, speeds.flight
     legs = network.routes.legs[routes]
@@ -105,12 +106,12 @@ def route_prices(speeds: LegSpeeds, routes: Integers, perspective: Perspective) 
 
     def totals(loads: Loads) -> tuple[Floats, Floats, Booleans]:
         """Time and charge of routes (…, route), and whether charge lasts a hover till the end."""
-        T, Q = (each.sum(axis=(0, -1)) for each in (loads.duration_s, loads.charge_As))
+        T, Q = (values.sum(axis=(0, -1)) for values in (loads.duration_s, loads.charge_As))
         return T, Q, Q + hover_A * (deadline_s - T) <= budget_As
 
     def flown(price_A: Floats) -> tuple[Floats, Floats, Booleans]:
         """The totals at prices (…, route)."""
-        own_m = vector([each[:, *(None,) * (price_A.ndim - 1)] for each in way_m])
+        own_m = vector([component[:, *(None,) * (price_A.ndim - 1)] for component in way_m])
         speeds_m_s = flight.priced_speed_m_s(own_m, price_A[..., None])
         return totals(flight.leg_at(own_m, speeds_m_s))
 
@@ -139,17 +140,17 @@ def route_prices(speeds: LegSpeeds, routes: Integers, perspective: Perspective) 
 def _budget(
     network: Network, routes: Integers, perspective: Perspective
 ) -> tuple[Balance, Floats, Floats]:
-    """The balance of routes, the flight charge that it admits [A s], and what 1 A s takes of it."""
+    """The balance of routes, the flight charge [A s] that it allows, and its share per A s."""
     table = figures(stacked(network))
     without = replace(table, flight_charge_As=0.0, flight_energy_J=0.0)
 
     def of_routes(some: Balance) -> Balance:
-        every = (np.broadcast_to(each, (len(network.routes), 1)) for each in some)
-        return Balance(*(each[routes, 0] for each in every))
+        columns = (np.broadcast_to(values, (len(network.routes), 1)) for values in some)
+        return Balance(*(column[routes, 0] for column in columns))
 
-    stated, whole = (of_routes(balance(each, perspective)) for each in (table, without))
-    share = (whole.spare - stated.spare) / network.routes.flight_charge_As[routes]
-    return stated, whole.spare / share, share
+    loaded, whole = (of_routes(balance(total, perspective)) for total in (table, without))
+    share = (whole.spare - loaded.spare) / network.routes.flight_charge_As[routes]
+    return loaded, whole.spare / share, share
 
 
 def vector(ways_m: Floats | list[Floats]) -> Vector:

@@ -35,7 +35,7 @@ RANGES = {
     "hover_current_A": CURRENT,
     "rest_current_A": CURRENT,
 }
-"""Beyond these, which missions keep to as well, rounding may void what is proved."""
+"""Beyond these bounds, which also hold for missions, rounding may void the proofs."""
 
 
 class Hovers(NamedTuple):
@@ -44,8 +44,8 @@ class Hovers(NamedTuple):
     Parameters
     ----------
     hover_time_s, rest_time_s
-        Δ [s], NaN where no hover is possible, and a T' that admits it [s], the shortest if that was
-        asked for.
+        Δ [s], NaN if no hover is possible, and a T' [s] that allows it, the shortest if that
+        was asked for.
     beyond_s
         No hover is longer [s]; −inf where it is proved that none is possible.
 
@@ -104,13 +104,13 @@ def longest_hovers(
     Returns
     -------
     Hovers
-        Arrays of the shape of the figures, as `optuav.solving.longest.Hovers` describes them.
+        Arrays of the shape of the figures; see `optuav.solving.longest.Hovers`.
 
     Raises
     ------
     InputError
-        If the steps are others, shapes differ, or figures are no numbers or out of range; it lists
-        all of that.
+        If the steps differ, shapes differ, or figures are not numbers or are out of range; it lists
+        every fault.
 
     References
     ----------
@@ -126,16 +126,16 @@ def longest_hovers(
     >>> from optuav.physics.kibam import Battery, Stage
     >>> flight, two = Stage(-90.0, 60.0), Battery(np.array([60_000.0, 72_000.0]), 0.8, 4.5e-5)
     >>> limits = {"deadline_s": 1200.0, "min_soc": 0.05}
-    >>> found = optuav.longest_hovers(
+    >>> hovers = optuav.longest_hovers(
     ...     [flight, "hover", flight], battery=two, hover_current_A=88.0, **limits
     ... )
-    >>> found.hover_time_s.round(2).tolist(), found.proved.tolist()
+    >>> hovers.hover_time_s.round(2).tolist(), hovers.proved.tolist()
     ([430.88, 543.51], [True, True])
     """
     faults, shapes = list[Fault](), dict[tuple[int, ...], str]()
 
     def read(name: str, value: npt.ArrayLike, allowed: Number) -> Any:
-        """The figure as an array; what is wrong with it is among the faults."""
+        """Return the figure as an array; append its faults to `faults`."""
         try:
             figure = np.asarray(value, dtype=float)
         except (TypeError, ValueError):
@@ -143,7 +143,9 @@ def longest_hovers(
             return np.nan
         ends = (float(figure.min()), float(figure.max())) if figure.size else ()
         if not all(map(allowed.accepts, ends)):
-            first = next(each for each in figure.ravel().tolist() if not allowed.accepts(each))
+            first = next(
+                number for number in figure.ravel().tolist() if not allowed.accepts(number)
+            )
             faults.append(Fault(name, f"{first:g}", allowed.words))
         if not figure.ndim:
             return float(figure)
@@ -162,9 +164,9 @@ def longest_hovers(
     if stays not in (["hover"], ["hover", "rest"], ["rest", "hover"]):
         words = 'stages of flight, one "hover" and at most one "rest"'
         faults.append(Fault("steps", repr(stays)[:40], words))
-    stated = {"hover_current_A": hover_current_A, "rest_current_A": rest_current_A}
-    stated |= {"deadline_s": deadline_s, "min_soc": min_soc, **vars(battery)}
-    figures = {name: read(name, value, RANGES[name]) for name, value in stated.items()}
+    figures_given = {"hover_current_A": hover_current_A, "rest_current_A": rest_current_A}
+    figures_given |= {"deadline_s": deadline_s, "min_soc": min_soc, **vars(battery)}
+    figures = {name: read(name, value, RANGES[name]) for name, value in figures_given.items()}
     if len(shapes) > 1:
         words = ", ".join(f"{shape} of {name}" for shape, name in shapes.items())
         faults.append(Fault("shapes", words, "one shape for all arrays"))
@@ -176,10 +178,10 @@ def longest_hovers(
         "flight_charge_As": -sum((stage.current_A * stage.duration_s for stage in flown), 0.0),
     }
     figures = {q.name: None if q.default is None else np.nan for q in QUANTITIES} | figures
-    given = Quantities(**figures, rests="rest" in stays, steps=tuple(on_the_way))
+    values = Quantities(**figures, rests="rest" in stays, steps=tuple(on_the_way))
     shape = next(iter(shapes), ())
-    found = longest(given, math.prod(shape), shortest_rest=shortest_rest)
-    return Hovers(*(each.reshape(shape) for each in found))
+    hovers = longest(values, math.prod(shape), shortest_rest=shortest_rest)
+    return Hovers(*(times_s.reshape(shape) for times_s in hovers))
 
 
 def longest(
@@ -189,32 +191,36 @@ def longest(
 
     Those that can be shown without much ado to be shorter than the least of interest are left out.
     """
-    # The limits are those of (P1), handed to the physics as forms rather than declared as a model,
+    # The limits of (P1) go to the physics as forms rather than being declared as a model,
     # which takes four times as long for a few itineraries.
     if count > AT_ONCE:
-        found, each_s = [], np.broadcast_to(least_s, count)
-        for some in np.split(np.arange(count), range(AT_ONCE, count, AT_ONCE)):
-            own = entries(given, slice(some[0], some[-1] + 1))
-            found.append(longest(own, len(some), shortest_rest=shortest_rest, least_s=each_s[some]))
-        return Hovers(*map(np.concatenate, zip(*found, strict=True)))
+        pieces, least_of_all_s = [], np.broadcast_to(least_s, count)
+        for batch in np.split(np.arange(count), range(AT_ONCE, count, AT_ONCE)):
+            values = entries(given, slice(batch[0], batch[-1] + 1))
+            pieces.append(
+                longest(
+                    values, len(batch), shortest_rest=shortest_rest, least_s=least_of_all_s[batch]
+                )
+            )
+        return Hovers(*map(np.concatenate, zip(*pieces, strict=True)))
     names = ("hover", "rest") if given.rests else ("hover",)
     times = [Exponential({frozenset({(name, "time")}): 1.0}) for name in names]
     hover, rest = times if given.rests else (*times, None)
     soc = PERSPECTIVES[AVAILABLE](given, hover, 0.0 if rest is None else rest)
-    # What has to be ≥ 0, with the size of the side that a model has on the right.
-    stated = [(soc - given.min_soc, given.min_soc)]
+    # Forms that must be ≥ 0, with the size of the right side in a model.
+    limits = [(soc - given.min_soc, given.min_soc)]
     for limit in well_limits(given, hover, rest):
         # Infinite where it is not needed, so that no answer depends on the others.
         if np.any(needed := _needed(given, limit)):
             left, right = limit.relation.sides
             margin = left - right if limit.kind == "dry" else right - left
             margin = margin if np.all(needed) else margin + np.where(needed, 0.0, np.inf)
-            stated.append((margin, right))
+            limits.append((margin, right))
     left_s = given.time_left
-    stated.append((left_s - (hover if rest is None else hover + rest), np.abs(left_s)))
+    limits.append((left_s - (hover if rest is None else hover + rest), np.abs(left_s)))
     sized = [
         StatedForm(e if isinstance(e, Exponential) else Exponential({CONSTANT: e}), size)
-        for e, size in stated
+        for e, size in limits
     ]
     rows, (x_top, y_top), _ = rows_and_tops(sized, names, count)
     x, y, beyond = known = largest(rows, x_top, y_top, least=least_s)

@@ -45,7 +45,7 @@ Inside = Callable[[Floats], Floats]
 
 
 def all_around(_: int, at: Floats, length: float, random: np.random.Generator) -> Floats:
-    """Return points around one in all directions, some of which keep one of its coordinates."""
+    """Return points around one in all directions; some keep one of its coordinates."""
     steps = length * random.normal(size=(AROUND, len(at)))
     for axis in range(len(at)):
         steps[axis :: len(at) + 1, axis] = 0.0
@@ -70,10 +70,10 @@ def maximise(
         random, length = np.random.default_rng(seed), first
         while length > last:
             points = inside(around(top.branch, top.at, length, random))
-            found = values(top.branch, points, top.value)
-            best = int(found.argmax())
-            if found[best] > top.value:
-                top = Point(float(found[best]), top.branch, points[best])
+            trial_values = values(top.branch, points, top.value)
+            best = int(trial_values.argmax())
+            if trial_values[best] > top.value:
+                top = Point(float(trial_values[best]), top.branch, points[best])
             else:
                 length *= SHRINK
         return top

@@ -1,4 +1,4 @@
-"""From answers to plans: the best one, whether others can be better, or why there is none."""
+"""From answers to plans: the best one, whether others can be better, or why none exists."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def best(
 ) -> int | None:
     """Number of the plan with the longest hover, then the shortest mission, then the fewest stops.
 
-    The first of plans that tie to 1e-6 s; times [s] are NaN where there is no plan.
+    The first of plans that tie to 1e-6 s; times [s] are NaN without a plan.
     """
     hover_s, mission_s = np.asarray(hover_time_s, float), np.asarray(mission_time_s, float)
     plans = np.flatnonzero(hover_s > -np.inf)
@@ -122,7 +122,7 @@ def plan_for(
             notes += filter(None, (beam.limit_warning(), beam.eye_warning))
         soc = {p: float(np.squeeze(PERSPECTIVES[p](given, *times_s))) for p in PAPER}
         if packs.takes_turns or packs.charging != "constant":
-            # Packs may refuse charge: `battery` counts what they accepted.
+            # Packs may refuse charge: `battery` counts the accepted charge.
             capacity_As = packs.packs * packs.capacity_As
             left_As = sum(flown[-1].available_As) + sum(flown[-1].bound_As)
             soc["battery"] = left_As / capacity_As
@@ -164,14 +164,14 @@ def plan_of(
     point, route = solution.point(entry), int(part.routes[entry])
     hover_s, rest_s = (point.get(name, 0.0) for name in TIMES)
     if min(hover_s, rest_s) < 0.0:
-        stated = "a plan needs at least 0 s: declare the variable with lower=0.0"
+        reason = "a plan needs at least 0 s: declare the variable with lower=0.0"
         times = zip(TIMES, (hover_s, rest_s), strict=True)
-        raise InputError([Fault(name, f"{t:g}", stated) for name, t in times if t < 0.0])
+        raise InputError([Fault(name, f"{t:g}", reason) for name, t in times if t < 0.0])
     if start := {name: point[f"start_{name}"] for name in STARTS if f"start_{name}" in point}:
         network = replace(network, mission=network.mission.replace({"start": start}))
     notes = []
     if part.rests and rest_s == 0.0:
-        approached = "; with T' > 0, as (P4) is printed, this limit is approached but not attained"
+        approached = "; with T' > 0, as in printed (P4), this limit is approached but not attained"
         more = approached if isinstance(question.problem, P4) else ""
         notes.append(f"the optimum is at T' = 0: resting gains nothing here{more}")
     return route_plan(
@@ -190,7 +190,7 @@ def plan_of(
 
 
 def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
-    """By label of a constraint that has one, the moment at which it holds on a route, by places."""
+    """Return by constraint label the moment when it holds on a route, by places, if it has one."""
     steps = {
         constraint.label: constraint.step
         for constraint in part.declared.constraints
@@ -201,10 +201,10 @@ def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
     table, names, ends = network.legs, network.places.names, list[str]()
     # The declaration has the stages that any of its routes has, bent ways more than straight ones.
     whole = part.routes if part.whole is None else part.whole
-    routes = (legs_and_stays(network, each, part.rests) for each in (part.routes, whole))
-    for (legs, stay), (every, _) in zip(*routes, strict=True):
+    routes = (legs_and_stays(network, numbers, part.rests) for numbers in (part.routes, whole))
+    for (legs, stay), (all_legs, _) in zip(*routes, strict=True):
         leg = names[table.start[legs[entry]]], names[table.end[legs[entry]]]
-        stages = np.flatnonzero(table.durations_s[:, every].any(axis=1)).tolist()
+        stages = np.flatnonzero(table.durations_s[:, all_legs].any(axis=1)).tolist()
         of_flight = "of the flight {} → {}".format(*leg)
         for stage in stages[:-1]:
             ends.append(f"after stage {stage + 1} ({table.stages[stage]}) {of_flight}")
@@ -223,7 +223,7 @@ def words(network: Network, part: Part, entry: int, labels: Sequence[str]) -> li
 def plan_without(
     question: Question, network: Network, status: Status, proof: str, reasons: Sequence[str]
 ) -> Plan:
-    """The plan that says why there is none."""
+    """Return an empty plan that holds the reasons."""
     engine = "" if question.engine == AUTO else question.engine_name
     why = tuple(reasons)
     return plan_for(question, network, engine=engine, proof=proof, status=status, reasons=why)
@@ -233,9 +233,9 @@ def none_proved(model: Model, count: int, values: Values | None = None) -> Boole
     """For which of some programmes it is proved that no times are feasible."""
     from optuav.engines.bracket import some_point
 
-    found = traits(model)
+    model_traits = traits(model)
     with suppress(NotExponentialError, InputError):
-        if not found.integer and found.unknowns <= MOST_UNKNOWNS:
+        if not model_traits.integer and model_traits.unknowns <= MOST_UNKNOWNS:
             return some_point(model, count, values)[1]
     return np.zeros(count, bool)
 
@@ -261,25 +261,25 @@ def subset(model: Model, constraints: Iterable[Constraint], far_s: float = math.
 def shortest_flight(network: Network, parts: Sequence[Part]) -> tuple[int, int]:
     """Part and entry of the route with the shortest flight."""
     flight_s = [network.routes.flight_time_s[part.routes] for part in parts]
-    number = int(np.argmin([each.min() for each in flight_s]))
+    number = int(np.argmin([flights_s.min() for flights_s in flight_s]))
     return number, int(flight_s[number].argmin())
 
 
 def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> tuple[str, ...]:
     """Why no times are feasible: what cannot hold on the shortest flight, at the least times.
 
-    Where each constraint alone can be met, that they cannot be met together.
+    If each constraint can be met separately, say that they cannot be met together.
     """
     number, entry = shortest_flight(network, parts)
     part, deadline_s = parts[number], network.mission.limits.deadline_s
     shortest_s = network.routes.flight_time_s[part.routes[entry]]
     if shortest_s > deadline_s:
         late = f"longer than limits.deadline_s = {deadline_s:g} s"
-        return (f"the flight alone takes {shortest_s:.2f} s, {late}",)
+        return (f"the flight takes {shortest_s:.2f} s, {late}",)
     model, parameters = part.model, part.model.row(entry)
     continuous = replace(question, slot_s=None, engine=AUTO)
-    linear = (each for each in parts if traits(each.model).linear)
-    without = (answer(each.model, len(each.routes), continuous).statuses for each in linear)
+    linear = (part for part in parts if traits(part.model).linear)
+    without = (answer(part.model, len(part.routes), continuous).statuses for part in linear)
     if question.slot_s is not None and any(s.has_answer for found in without for s in found):
         slots = f"no whole slots of {written_out(question.slot_s)} s satisfy all constraints"
         reasons = [f"{slots} together; without slots there are times that do"]
@@ -334,16 +334,16 @@ def against_p1(question: Question, network: Network, parts: Sequence[Part], plan
     name, deadline_s = question.problem.name, network.mission.limits.deadline_s
     least_s, longest_s, beyond_s = math.inf, -math.inf, -math.inf
     for part in parts:
-        given, count = quantities(network, part.routes, rests=part.rests), len(part.routes)
-        model = P1().model(given, question.perspective)
-        found = answer(model, count, replace(question, problem=P1()))
+        values, count = quantities(network, part.routes, rests=part.rests), len(part.routes)
+        model = P1().model(values, question.perspective)
+        solution = answer(model, count, replace(question, problem=P1()))
         flight_s = network.routes.flight_time_s[part.routes]
-        most_s = np.full(count, np.inf) if found.beyond is None else found.beyond
+        most_s = np.full(count, np.inf) if solution.beyond is None else solution.beyond
         if not part.rests:
             # All of the time left is hovered, or the deadline is not tight.
             most_s = most_s[most_s >= deadline_s - flight_s - SAME_S]
         least_s = min(least_s, float(flight_s.min()))
-        longest_s = max(longest_s, float(np.nanmax(found.objective, initial=-np.inf)))
+        longest_s = max(longest_s, float(np.nanmax(solution.objective, initial=-np.inf)))
         beyond_s = max(beyond_s, float(most_s.max(initial=-np.inf)))
     notes, changes = list(plan.notes), dict[str, object]()
     if name == "P2":
@@ -355,7 +355,7 @@ def against_p1(question: Question, network: Network, parts: Sequence[Part], plan
     bound_s = least_s if name == "P2" else deadline_s - beyond_s
     over_s = plan.flight_time_s + plan.rest_time_s - bound_s
     if plan.status is Status.LOCALLY_OPTIMAL and over_s <= SAME_S:
-        changes = {"status": Status.OPTIMAL, "proof": PROVED[name].format(found.engine)}
+        changes = {"status": Status.OPTIMAL, "proof": PROVED[name].format(solution.engine)}
     elif plan.status is Status.LOCALLY_OPTIMAL and math.isfinite(over_s):
         notes.append(f"not proved: up to {over_s:.6g} s less has not been ruled out")
     return plan.model_copy(update={"notes": tuple(notes), **changes})
@@ -365,20 +365,20 @@ def not_excluded(question: Question, mission: Mission) -> str:
     """A note that more stops may help, and how to search for them."""
     if len(mission.buildings) > MOST_BUILDINGS:
         return f"{MORE_STOPS}; they are searched for among at most {MOST_BUILDINGS} buildings"
-    stated = {"slots": question.slot_s, "a stated order": question.problem.order}
-    without = " or ".join(name for name, value in stated.items() if value is not None)
+    options = {"slots": question.slot_s, "a stated order": question.problem.order}
+    without = " or ".join(name for name, value in options.items() if value is not None)
     return f"{MORE_STOPS}: {SEARCHED}" + (f", without {without}" if without else "")
 
 
 def more_stops_may_help(
     question: Question, network: Network, plan: Plan, graph: Graph | None = None
 ) -> bool:
-    """Whether plans with more rests or hovers may hover longer than the best plan for P1.
+    """Return whether more rests or hovers may give a longer hover than the best plan for P1.
 
     No is certain of a plan over all routes: there is nowhere to rest, no number of stops makes the
     mission flyable, or one rest and one hover are enough (`optuav.network.one_stop` says when);
-    under ``available`` the plan also hovers as long as charge and deadline admit on any route with
-    one rest, which bounds all. Other problems, a free hover point and packs that take turns admit
+    under ``available`` the plan also hovers as long as charge and deadline allow on any route with
+    one rest, which bounds all. Other problems, a free hover point and packs that take turns allow
     no more stops.
     """
     mission, perspective = network.mission, question.perspective
@@ -398,14 +398,14 @@ def more_stops_may_help(
 
 
 def promise(question: Question, network: Network, plan: Plan) -> Iterator[str]:
-    """A note on the hover that charge admits, if a battery that never runs dry admits less."""
+    """Note the hover that charge allows, if a battery that never runs dry allows less."""
     routes = network.routes
     hover_s, rest_s = by_balance(network)
     hover_s = np.where(allowed(stacked(network), question.problem)[0], hover_s, -np.inf)
     route = best(hover_s, routes.flight_time_s + hover_s + rest_s, routes.building >= 0)
     if route is None or hover_s[route] <= plan.hover_time_s + SAME_S:
         return
-    note = "perspective battery, which looks at the charge left at the end alone, "
+    note = "perspective battery, which checks only the charge left at the end, "
     here = "" if network.mission.route.hover_m is None else " at this hover point"
     note += f"promises {hover_s[route]:.2f} s of hover{here}"
     phases = route_phases(network, route, float(hover_s[route]), float(rest_s[route]))

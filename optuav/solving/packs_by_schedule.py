@@ -1,6 +1,6 @@
 """The longest hover under ``available`` where packs take turns, found by simulation.
 
-Which pack carries what depends on when each is empty, so the state at the end is no formula of Δ
+Which pack carries what depends on when each is empty, so the final state has no formula in Δ
 and T', and no engine solves it. Pairs of whole steps are simulated from the longest hover down, and
 the best pair is refined. In slots that is exhaustive, which is a proof. In continuous times it is
 none, as the feasible pairs between the steps may form any shape.
@@ -45,8 +45,8 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
     """The plan with the longest hover that the packs deliver, then the shortest mission."""
     slot_s, schedule = question.slot_s, network.mission.battery.schedule
     words = f"under battery.schedule = {schedule!r} and perspective available"
-    asked = ("problem", question.problem.name, LONGEST_HOVER)
-    refuse(not_with(words, asked, ("engine", question.engine_name, (AUTO, "grid"))))
+    problem = ("problem", question.problem.name, LONGEST_HOVER)
+    refuse(not_with(words, problem, ("engine", question.engine_name, (AUTO, "grid"))))
     step_s, clock = slot_s or STEP_S, _Clock(question.time_limit_s)
     entries = ((part, entry) for part in parts for entry in range(len(part.routes)))
     routes = [_Route(network, *entry, slot_s, clock) for entry in entries]
@@ -65,13 +65,13 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
     if not found and not slot_s and not clock.ended and not (proof := _proof_of_none(parts)):
         raise SolverError(
             f"the search by battery.schedule = {schedule!r} found neither a plan nor proof "
-            f"that there is none, Δ and T' in steps of {step_s:g} s; with slot_s it is exhaustive"
+            f"that none exists, Δ and T' in steps of {step_s:g} s; with slot_s it is exhaustive"
         )
     if not found and clock.ended:
         fewer = ", or fewer routes (trajectory, order)" if len(routes) > 1 else ""
         raise SolverError(
             f"the search by battery.schedule = {schedule!r} {clock.ended}, the time limit, without "
-            f"a plan or proof that there is none: {searched} of {len(routes)} routes were searched "
+            f"a plan or proof that none exists: {searched} of {len(routes)} routes were searched "
             f"to the end, Δ and T' in steps of {step_s:g} s. Allow more time (time_limit_s), or "
             f"ask for less: longer slots (slot_s){fewer}"
         )
@@ -79,8 +79,8 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
         why = f"no pair of Δ and T' in steps of {step_s:g} s leaves a pack to fly on to the end"
         return plan_without(question, network, Status.INFEASIBLE, proof, (why,))
     if not slot_s:
-        found = [each[2].refined(*each[:2]) for each in found if each[0] >= least_s]
-    hover_s = max(each[0] for each in found)
+        found = [pairs[2].refined(*pairs[:2]) for pairs in found if pairs[0] >= least_s]
+    hover_s = max(pairs[0] for pairs in found)
     best = [(route, float(rests_s[0])) for each_s, rests_s, route in found if each_s == hover_s]
     rested = [(route.smallest_rest_s(hover_s, rest_s), route) for route, rest_s in best]
     rest_s, route = min(rested, key=lambda each: each[1].flight_time_s + each[0])
@@ -101,7 +101,7 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
 def _proof_of_none(parts: Sequence[Part]) -> str:
     """Return the proof that no times are feasible; empty without one.
 
-    The wells of pooled packs that may be past full hold no less than those of packs in turns.
+    The wells of pooled packs that may be past full hold no less than the wells of packs in turns.
     """
     pooled = []
     for part in parts:
@@ -122,14 +122,14 @@ class _Clock:
         self.latest = time.monotonic() + self.limit_s
 
     def is_late(self) -> bool:
-        """Whether the time limit has passed; `ended` then says so."""
+        """Return whether the time limit has passed, and record it in `ended`."""
         if time.monotonic() > self.latest:
             self.ended = f"ended after {self.limit_s:g} s"
         return bool(self.ended)
 
 
 class _Route:
-    """A route on which pairs of hover and rest are simulated."""
+    """Simulate pairs of hover and rest on a route."""
 
     def __init__(
         self, network: Network, part: Part, entry: int, slot_s: float | None, clock: _Clock
@@ -168,19 +168,19 @@ class _Route:
         if not self.part.rests:
             return np.zeros(1)
         steps = round(reach_s / step_s)
-        found = rest_s + step_s * np.arange(-steps, steps + 1.0)
-        return found[(found >= 0.0) & (found <= self.left_s)]
+        rests_s = rest_s + step_s * np.arange(-steps, steps + 1.0)
+        return rests_s[(rests_s >= 0.0) & (rests_s <= self.left_s)]
 
     def longest_s(
         self, rests_s: Floats, step_s: float, least_s: float, most_s: float = math.inf
     ) -> Floats:
         """Longest hovers in whole steps for some rests [s]; NaN where shorter than `least_s`."""
-        # Simulated from the top down: from what the deadline leaves, the balance of charge, which
-        # knows of no refused charge, and what the packs last in the hover itself and after it. That
-        # balance is for given rests, where `balance.by_balance` seeks the best rest.
-        found = np.full(len(rests_s), np.nan)
+        # Simulated from the top down: from the time left by the deadline, the balance of charge,
+        # which ignores refused charge, and the endurance of the packs in the hover itself and after
+        # it. That balance is for given rests, where `balance.by_balance` seeks the best rest.
+        longest_s = np.full(len(rests_s), np.nan)
         if not len(rests_s) or self.clock.is_late():
-            return found
+            return longest_s
         start, least_s = self._at_hover(rests_s), max(least_s, self.least_s)
         most = np.minimum(most_s, self.longest_stay_s - rests_s)
         if self.net_A["hover"] < 0.0:
@@ -199,15 +199,15 @@ class _Route:
         while open_.any() and not self.clock.is_late():
             rows = np.flatnonzero(open_)
             flown = self._flyable(start.take(rows), hovers_s[rows], rests_s[rows])
-            found[rows[flown]] = hovers_s[rows[flown]]
-            least_s = max(least_s, float(np.nanmax(found, initial=least_s)))
+            longest_s[rows[flown]] = hovers_s[rows[flown]]
+            least_s = max(least_s, float(np.nanmax(longest_s, initial=least_s)))
             steps[rows[~flown]] -= 1.0
             hovers_s = step_s * steps
-            open_ &= np.isnan(found) & (hovers_s >= least_s - SLACK * step_s)
-        return found
+            open_ &= np.isnan(longest_s) & (hovers_s >= least_s - SLACK * step_s)
+        return longest_s
 
     def refined(self, hover_s: float, rests_s: Floats) -> "tuple[float, Floats, _Route]":
-        """The best Δ in finer steps [s], the rests that admit it [s], and this route."""
+        """The best Δ in finer steps [s], the rests that allow it [s], and this route."""
         before_s = self.step_s
         for share in FINER:
             step_s = share * self.step_s
@@ -220,7 +220,7 @@ class _Route:
         return hover_s, rests_s, self
 
     def smallest_rest_s(self, hover_s: float, rest_s: float) -> float:
-        """The smallest of the rests tried that admits a hover [s]; `rest_s` itself if late."""
+        """The smallest of the rests tried that allows a hover [s]; `rest_s` itself if late."""
         tried_s = self.rests_s
         for share in (1.0,) if self.slots else (1.0, *FINER):
             if self.clock.is_late():
@@ -233,9 +233,9 @@ class _Route:
         return rest_s
 
     def _flyable(self, start: Packs, hovers_s: Floats, rests_s: Floats) -> Booleans:
-        """Whether packs at the hover point last to the end with enough charge left.
+        """Return whether packs at the hover point last to the end with enough charge left.
 
-        A slot that the deadline cuts short has to be affordable whole as well. False if late.
+        A slot that the deadline cuts short must be affordable whole as well. False if late.
         """
         enough = np.asarray(hovers_s + rests_s <= self.longest_stay_s + SLACK * STEP_S)
         for most_s in {self.longest_stay_s, self.left_s}:
@@ -250,8 +250,8 @@ class _Route:
     def _needed_As(self, rests_s: Floats) -> Floats:
         """Charge that the available wells in service hold at least after a hover [A s].
 
-        Until the end, whatever the schedule: what is drawn, less what the laser and the bound wells
-        can bring meanwhile. A pack leaves the service with none.
+        Until the end, whatever the schedule: the charge drawn, less the most that the laser and the
+        bound wells can add meanwhile. A pack leaves the service with none.
         """
         taken = most = np.zeros_like(rests_s)
         for phase in route_phases(self.network, self.number, 0.0, rests_s)[self.hover + 1 :]:

@@ -28,7 +28,7 @@ class Part:
     routes: Integers  # Numbers of the itineraries
     # Values of parameters unlike the declared ones; arrays with one entry per itinerary
     given: Values = field(default_factory=dict)
-    whole: Integers | None = None  # Routes for which it was declared, where some are left out
+    whole: Integers | None = None  # Routes that it was declared for, if some are left out
 
     @cached_property
     def model(self) -> Model:
@@ -37,7 +37,7 @@ class Part:
 
     @property
     def is_seen(self) -> bool:
-        """Whether somebody asked for the model, and may have changed it."""
+        """True if somebody asked for the model, and may have changed it."""
         return "model" in vars(self)
 
     def only(self, entries: Booleans) -> Part:
@@ -48,7 +48,7 @@ class Part:
 
     @property
     def rests(self) -> bool:
-        """Whether the declaration has a rest time."""
+        """True if the declaration has a rest time."""
         return any(variable.name == "rest_time_s" for variable in self.declared.variables)
 
 
@@ -97,9 +97,9 @@ def declarations(
     for group, rests in groups(
         variants.network.routes, route, ordered=through_wells, passing=passing
     ):
-        which, own = route[group], variant[group]
-        table = quantities(variants, which, own, rests=rests, steps=through_wells)
+        which, variants_in = route[group], variant[group]
+        table = quantities(variants, which, variants_in, rests=rests, steps=through_wells)
         model, values = problem.declared(table, question.perspective)
         part = Part(model, which, values)
         if part.rests == rests:  # else the problem has no use for the rests of these routes
-            yield part, own
+            yield part, variants_in

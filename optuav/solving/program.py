@@ -35,7 +35,7 @@ from optuav.solving.parts import Part, allowed, declarations
 from optuav.solving.question import Question, answer, chosen_engine
 from optuav.status import SAME_S, Status
 
-SLACK_S = 2.0 * SAME_S  # By which a bound may fall short for rounding and ties [s]
+SLACK_S = 2.0 * SAME_S  # Tolerance of a bound for rounding and ties [s]
 MOST_REASONS = 10  # blocked legs that are named one by one
 
 
@@ -118,7 +118,9 @@ class Program:
         """Names of the engines that take every declared model, in slots if they were asked for."""
         slots = self.question.slot_s is not None
         able = [takers(traits(part.declared), slots) for part in self.parts]
-        return tuple(name for name in capabilities if able and all(name in each for each in able))
+        return tuple(
+            name for name in capabilities if able and all(name in engines for engines in able)
+        )
 
     def _repr_html_(self) -> str:
         from xml.etree.ElementTree import Element
@@ -148,7 +150,7 @@ class Program:
         Raises
         ------
         InputError
-            If the width is no such number.
+            If the width is not such a number.
         """
         write = partial(Model.to_latex, width=width, numbers=numbers, labels=labels)
         return self._pages(write, "% ")
@@ -191,7 +193,7 @@ class Program:
         Raises
         ------
         InputError
-            If there is no such form, it cannot hold a constraint, times are in slots, Pyomo is
+            If the form does not exist, it cannot hold a constraint, times are in slots, Pyomo is
             missing, or the path cannot be written to.
         NoPlanError
             If nothing can be flown.
@@ -217,7 +219,7 @@ class Program:
         Raises
         ------
         InputError
-            If Pyomo is missing or lacks a function or its digits, or a constraint without an
+            If Pyomo is missing, a function or its digits are missing, or a constraint without an
             unknown does not hold; else as `to_file`.
 
         Examples
@@ -243,7 +245,7 @@ class Program:
             return (0, 0), []
         chosen, said = self.best(self.answers()), "the best"
         if chosen is None:
-            said = "no route has an answer; that of the shortest flight"
+            said = "no route has an answer; the shortest flight"
             chosen = outcome.shortest_flight(self.network, self.parts)
         return chosen, [f"{said} of {count} routes, each a programme of its own"]
 
@@ -268,23 +270,25 @@ class Program:
             which flies one of the routes.
         """
         if not isinstance(point, Mapping):
-            words = "values by name, as {'hover_time_s': plan.hover_time_s}"
+            words = "values by name, such as {'hover_time_s': plan.hover_time_s}"
             raise InputError([Fault("point", repr(point), words)])
         unknowns = [{variable.name for variable in part.model.variables} for part in self.parts]
-        stated = set[str]().union(*unknowns) & point.keys()
-        matching = [p for p, own in zip(self.parts, unknowns, strict=True) if own == stated]
+        unknowns_of_point = set[str]().union(*unknowns) & point.keys()
+        matching = [
+            p for p, own in zip(self.parts, unknowns, strict=True) if own == unknowns_of_point
+        ]
         if not matching:
             known = " or ".join(dict.fromkeys(", ".join(sorted(unknown)) for unknown in unknowns))
             raise InputError(f"a point of this program has values for {known or 'no unknown'}")
-        given = stated.union(*(part.model.given for part in matching))
-        if strange := [name for name in point if name not in given]:
-            every = dict.fromkeys(name for part in matching for name in part.model.parameters)
-            words = f"is no parameter of the program; there are {', '.join(every)}"
+        known_names = unknowns_of_point.union(*(part.model.given for part in matching))
+        if strange := [name for name in point if name not in known_names]:
+            parameters = dict.fromkeys(name for part in matching for name in part.model.parameters)
+            words = f"is not a parameter of the program; there are {', '.join(parameters)}"
             raise InputError([Fault(name, repr(point[name]), words) for name in strange])
         rows = list[Check]()
         for part in matching:
             model, count = part.model, len(part.routes)
-            values = {k: v for k, v in point.items() if k in stated | model.given.keys()}
+            values = {k: v for k, v in point.items() if k in unknowns_of_point | model.given.keys()}
             if count == 1:
                 rows += check(model, {**model.row(0), **values})
                 continue
@@ -360,7 +364,7 @@ class Program:
         """The best plan by known answers to all parts, evaluated again outside the engine."""
         question, network = self.question, self.network
         engine, proof = solutions[0].engine, solutions[0].proof
-        asked = replace(question, engine=engine)
+        engine_question = replace(question, engine=engine)
         statuses = {status for solution in solutions for status in solution.statuses}
         for solution in solutions if Status.ERROR in statuses else ():
             solution.refuse_unusable()
@@ -369,17 +373,19 @@ class Program:
                 "no constraint keeps the objective finite: "
                 "given.keep_deadline(model, label, hover, rest) states the deadline"
             )
-            return outcome.plan_without(asked, network, Status.UNBOUNDED, proof, [endless])
+            return outcome.plan_without(
+                engine_question, network, Status.UNBOUNDED, proof, [endless]
+            )
         chosen = self.best(solutions)
         if chosen is None:
             if Status.UNKNOWN in statuses:
                 said = dict.fromkeys(word for s in solutions for word in s.words if word)
-                words = "".join(f": {each}" for each in said)
+                words = "".join(f": {word}" for word in said)
                 if not (proof := outcome.proof_of_none(self.parts)):
-                    nothing = "neither a plan nor proof that there is none"
+                    nothing = "neither a plan nor proof that none exists"
                     raise SolverError(f"{engine} found {nothing}{words}")
             why = outcome.shortfalls(question, network, self.parts)
-            return outcome.plan_without(asked, network, Status.INFEASIBLE, proof, why)
+            return outcome.plan_without(engine_question, network, Status.INFEASIBLE, proof, why)
         number, entry = chosen
         solution = solutions[number]
         plan = outcome.plan_of(question, network, self.parts[number], solution, entry)
@@ -393,13 +399,14 @@ class Program:
             known = {"status": Status.FEASIBLE, "proof": outcome.BOUNDED, "bound": best_s + open_s}
             plan = plan.model_copy(update=known)
         elif plan.status is solution.statuses[entry] and any(
-            each.beyond is None and Status.UNKNOWN in each.statuses for each in solutions
+            solution.beyond is None and Status.UNKNOWN in solution.statuses
+            for solution in solutions
         ):
             notes.append(f"not proved: on some routes {engine} found neither times nor proof")
             if plan.status is Status.OPTIMAL:
                 plan = plan.model_copy(update={"status": Status.FEASIBLE})
         elif solution.statuses[entry] is Status.OPTIMAL and Status.LOCALLY_OPTIMAL in statuses:
-            # The best of some routes may be better than what was found on them.
+            # Better times may exist on routes with only a local optimum.
             local = next(s for s in solutions if Status.LOCALLY_OPTIMAL in s.statuses)
             plan = plan.model_copy(update={"status": Status.LOCALLY_OPTIMAL, "proof": local.proof})
         longest = question.problem.name in LONGEST_HOVER
@@ -412,7 +419,7 @@ class Program:
         return next(iter(self.tied(solutions)), None)
 
     def tied(self, solutions: Sequence[Solution]) -> list[tuple[int, int]]:
-        """Part and entry of all best answers, that of the tie rule first; empty without one."""
+        """Part and entry of all best answers, the tie rule's first; empty without one."""
         routes, columns = self.network.routes, [np.zeros((5, 0))]
         for number, (part, solution) in enumerate(zip(self.parts, solutions, strict=True)):
             stays_s = sum(solution.values.get(name, np.zeros(1)) for name in TIMES)
@@ -428,28 +435,30 @@ class Program:
         return [(int(numbers[k]), int(entries[k])) for k in dict.fromkeys((winner, *near))]
 
     def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> ShadowPrices:
-        """Return the price of every named parameter per unit; empty where there is no answer.
+        """Return the price of every named parameter per unit; empty without an answer.
 
         Figures of routes change on all alike. Where routes tie, a change for the better may take
         any, and one for the worse has to affect them all. A side beyond the range of a key is NaN.
         Solutions, if they are known, are the answers to all parts.
         """
         solutions = self.answers() if solutions is None else solutions
-        every = [solutions[k].shadow_prices(index) for k, index in self.tied(solutions)]
-        if not all(every):
+        all_prices = [solutions[k].shadow_prices(index) for k, index in self.tied(solutions)]
+        if not all(all_prices):
             return ShadowPrices({}, {})
         better, worse = (max, min) if self.parts[0].model.sense == "maximise" else (min, max)
-        stated = {name: p for part in self.parts for name, p in part.model.parameters.items()}
-        nothing, found = ShadowPrice(0.0, 0.0), {}
-        for name in dict.fromkeys(name for each in every for name in each):
-            less, more = zip(*(each.get(name, nothing) for each in every), strict=True)
-            sides, now = [worse(less), better(more)], stated[name].value
-            allowed = number_of_key(stated[name].key)
+        parameters = {name: p for part in self.parts for name, p in part.model.parameters.items()}
+        nothing, prices = ShadowPrice(0.0, 0.0), {}
+        for name in dict.fromkeys(name for route_prices in all_prices for name in route_prices):
+            less, more = zip(
+                *(route_prices.get(name, nothing) for route_prices in all_prices), strict=True
+            )
+            sides, now = [worse(less), better(more)], parameters[name].value
+            allowed = number_of_key(parameters[name].key)
             for k, end in enumerate((-math.inf, math.inf)):
                 if allowed and not (allowed.whole or allowed.accepts(math.nextafter(now, end))):
                     sides[k] = math.nan
-            found[name] = ShadowPrice(*sides)
-        return ShadowPrices(found, stated)
+            prices[name] = ShadowPrice(*sides)
+        return ShadowPrices(prices, parameters)
 
     def compile(self, engine: str | Engine | None = None) -> "CompiledProgram":
         """Hand the models to an engine once, by default the question's, to be solved often.
@@ -464,13 +473,13 @@ class Program:
 
 def _slots_in_words(model: Model, slot_s: float) -> str:
     """Say what slots require of the unknowns, which the model does not state."""
-    found, cut = [f"in whole slots of {written_out(slot_s)} s"], cut_short(model)
+    words, cut = [f"in whole slots of {written_out(slot_s)} s"], cut_short(model)
     for time in (variable for variable in model.variables if not variable.binary):
         if time.first_slot > 0:
-            found.append(f"{time.symbol} ≥ {written_out(time.first_slot * slot_s)} s")
+            words.append(f"{time.symbol} ≥ {written_out(time.first_slot * slot_s)} s")
         if time.name in cut:
-            found.append(f"the last of {time.symbol} cut short by its bound")
-    return ", ".join(found)
+            words.append(f"the last of {time.symbol} cut short by its bound")
+    return ", ".join(words)
 
 
 class CompiledProgram:
@@ -488,14 +497,14 @@ class CompiledProgram:
             engine.compile(part.model, len(part.routes), **limits)
             for engine, part in zip(self._engines, program.parts, strict=True)
         ]
-        stated = (part.model.parameters for part in program.parts)
-        self._parameters = {name: each for own in stated for name, each in own.items()}
+        parameters_of_parts = (part.model.parameters for part in program.parts)
+        self._parameters = {name: each for own in parameters_of_parts for name, each in own.items()}
         self.parameters = tuple(self._parameters)  # those that `solve` may change, by name
         # Where the itineraries have several declarations, an array is of none of them.
         self._most = len(program.parts[0].routes) if len(program.parts) == 1 else 1
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Copies and pickles are compiled again: what an engine has prepared stays with it."""
+        """Copies and pickles are compiled again: an engine's preparations stay with it."""
         return type(self), (self.program, self.question)
 
     def solve(self, **values: Any) -> Solution:
@@ -510,12 +519,12 @@ class CompiledProgram:
         Returns
         -------
         Solution
-            That of the best itinerary alone.
+            Solution for only the best itinerary.
 
         Raises
         ------
         InputError
-            Listing every name that is no parameter, and every value that it cannot have.
+            Lists every unknown name and every value that a parameter cannot have.
         SolverError
             If the engine fails, or meets numbers that it cannot use.
         """
@@ -527,15 +536,17 @@ class CompiledProgram:
         for engine, solve, part in zip(
             self._engines, self._solves, self.program.parts, strict=True
         ):
-            found = solve(numbers)
+            solution_of_part = solve(numbers)
             if not of_the_package(engine):
-                found = returned(found, engine.name, part.model, len(part.routes), numbers)
-            solutions.append(replace(found, given=numbers))
+                solution_of_part = returned(
+                    solution_of_part, engine.name, part.model, len(part.routes), numbers
+                )
+            solutions.append(replace(solution_of_part, given=numbers))
         for solution in solutions:
             solution.refuse_unusable()
             if Status.UNBOUNDED in solution.statuses:
                 return solution.only(solution.statuses.index(Status.UNBOUNDED))
-        (first, *_), only = solutions, sum(len(each.statuses) for each in solutions) == 1
+        (first, *_), only = solutions, sum(len(solution.statuses) for solution in solutions) == 1
         chosen = (0, 0) if only and first.status.has_answer else self.program.best(solutions)
         if chosen is None:
             for solution in solutions:
@@ -548,10 +559,10 @@ class CompiledProgram:
         return solution if len(solution.statuses) == 1 else solution.only(entry)
 
     def _objection(self, name: str, value: Any) -> str:
-        """Return the fault of a parameter's value; empty if there is none."""
+        """Return the fault of a parameter's value; empty without a fault."""
         if name not in self._parameters:
             hint, known = nearest(name, self._parameters), ", ".join(self._parameters)
-            return f"is no parameter of the program{hint}; there are {known}"
+            return f"is not a parameter of the program{hint}; there are {known}"
         try:
             numbers = np.asarray(None if isinstance(value, bool) else value)
         except ValueError:  # lists of different lengths
@@ -563,7 +574,7 @@ class CompiledProgram:
         allowed = number_of_key(key)
         if allowed is None or all(map(allowed.accepts, np.ravel(value).tolist())):
             return ""
-        return f"{allowed.words}, as {key}"
+        return f"{allowed.words}, like {key}"
 
 
 def entry_of(program: Program, plan: Plan) -> tuple[Part, int]:

@@ -47,17 +47,17 @@ SHORT = 1e-9  # Share of the capacity that brackets and rounding may take from a
 def narrowed(mission: Mission, question: Question) -> Program | None:
     """The program over all routes that may be the best, or that its notes or reasons mention.
 
-    Its plan, or the reasons for none, are those of the program over all routes. None if any route
+    Its plan, or reasons for none, also hold for the program over all routes. None if any route
     may be the best.
     """
-    problem, every = question.problem, mission.buildings.names
+    problem, names = question.problem, mission.buildings.names
     if question.several or question.p1.hover_point != "w_U":
         return None
     places = build_places(mission)
     if isinstance(problem, P3) or problem.trajectory == "direct":
         return _over(mission, question, places, np.zeros(0, dtype=np.intp))
     if problem.building is not None:
-        return _over(mission, question, places, np.array([every.index(problem.building)]))
+        return _over(mission, question, places, np.array([names.index(problem.building)]))
     turns = mission.battery.takes_turns and question.perspective == AVAILABLE
     alike = question.engine == AUTO and question.slot_s is None
     if problem != P1() or question.perspective not in (*PAPER, AVAILABLE) or turns or not alike:
@@ -90,18 +90,18 @@ def narrowed(mission: Mission, question: Question) -> Program | None:
 
 
 def _over(mission: Mission, question: Question, places: Places, buildings: Integers) -> Program:
-    """The program over the routes by way of some buildings alone."""
+    """The program over only the routes by way of some buildings."""
     return declared_program(question, network_by(mission, places, buildings))
 
 
 def _bounds_s(mission: Mission, question: Question, places: Places) -> Floats:
     """By route with a rest: what no Δ exceeds [s], and the figures of `_figures_s`."""
-    count, found = len(mission.buildings), list[Floats]()
+    count, bounds = len(mission.buildings), list[Floats]()
     for begin in range(0, count, AT_ONCE):
         network = network_by(mission, places, np.arange(begin, min(begin + AT_ONCE, count)))
         bound_s = hover_bounds_s(stacked(network), question.perspective)[1:, 0]
-        found.append(np.concatenate([bound_s[None], _figures_s(network)]))
-    return np.concatenate(found, axis=1)
+        bounds.append(np.concatenate([bound_s[None], _figures_s(network)]))
+    return np.concatenate(bounds, axis=1)
 
 
 def _figures_s(network: Network) -> Floats:
@@ -117,7 +117,7 @@ def _figures_s(network: Network) -> Floats:
 
 
 def fewer(network: Network, columns: Columns, question: Question) -> Network | None:
-    """The routes from which `best_of_few` finds most plans of such variants; None without any."""
+    """Routes that give `best_of_few` most plans of such variants; None without any."""
     mission, places, size = network.mission, network.places, FIRST // 2
     known = question.perspective == AVAILABLE and mission.battery.charging == "constant"
     known = known and flight_of(mission).least(0.0) is not None
@@ -146,19 +146,19 @@ def best_of_few(variants: Variants, network: Network, question: Question) -> Bes
     (left,) = np.nonzero(_open(variants, plans["hover_time_s"]))
     at_once = 1 + variants.count * len(routes) // len(network.routes)
     for some in np.split(left, range(at_once, len(left), at_once)):
-        own = Variants(network, {key: values[some] for key, values in variants.columns.items()})
-        for name, values in vars(best_plans(own, question)).items() if len(some) else ():
+        batch = Variants(network, {key: values[some] for key, values in variants.columns.items()})
+        for name, values in vars(best_plans(batch, question)).items() if len(some) else ():
             plans[name][some] = values
     return Best(**plans)
 
 
 def _open(variants: Variants, hover_s: Floats) -> Booleans:
-    """Variants in which other buildings may admit a plan as good as the best of these routes.
+    """Variants where other buildings may give a plan as good as the best of these routes.
 
     No rest leaves more than full wells (`optuav.physics.kibam`), so the available well must not be
     empty after the flight to the hover point, the hover and the next flight, if both wells are full
-    before. Where it falls all along, longer hovers and flights leave less; of the leg between roof
-    and hover point counts what it has drawn when that is the least that any such leg draws.
+    before. Where it falls all along, longer hovers and flights leave less; the leg between roof
+    and hover point counts its charge at the least that any such leg draws.
     """
     mission, table = variants.mission, figures(variants)
     pool, hover_m = vehicle.pool(mission), variants.position_m[:, [HOVER]]

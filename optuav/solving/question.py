@@ -65,12 +65,12 @@ class Question:
 
     @property
     def speed_free(self) -> bool:
-        """Whether the speeds of the legs are sought."""
+        """True if the speeds of the legs are unknowns."""
         return isinstance(self.problem, P1 | P3 | P4) and self.problem.speed == "free"
 
     @property
     def several(self) -> bool:
-        """Whether more or fewer than one rest and one hover in one piece are asked for."""
+        """True unless the question asks for one rest and one hover in one piece."""
         return (self.p1.stops, self.p1.hovers) != (1, 1)
 
 
@@ -88,11 +88,11 @@ def problem_of(stated_as: str | type[Formulation], **stated: Any) -> Formulation
         raise InputError([unknown("problem", stated_as, PROBLEM_NAMES)])
     options = {field: value for field, value in stated.items() if value is not None}
     kinds = dict.fromkeys((*OF_THE_PAPER, kind))
-    taken = {each: {f.name: f for f in fields(each) if f.init} for each in kinds}
+    taken = {name: {f.name: f for f in fields(name) if f.init} for name in kinds}
     faults = []
     for field, value in options.items():
         if field not in taken[kind]:
-            able = [each.__name__ for each in taken if field in taken[each]]
+            able = [name.__name__ for name in taken if field in taken[name]]
             words = f", {' and '.join(able)} {'does' if len(able) == 1 else 'do'}" if able else ""
             words = words or nearest(field, taken[kind])
             faults.append(Fault(field, shown(value), f"problem {name} takes no {field}{words}"))
@@ -106,13 +106,19 @@ def problem_of(stated_as: str | type[Formulation], **stated: Any) -> Formulation
 
 
 def perspectives_of(stated: Any, faults: list[Fault]) -> list[Perspective]:
-    """One perspective, or several; what is wrong with them is among the faults."""
+    """Return one perspective or several; append their faults to `faults`."""
     single = isinstance(stated, str) or not isinstance(stated, Iterable)
-    found, names = [stated] if single else [*stated], tuple(PERSPECTIVES)
-    if not found or any(each in found[:place] for place, each in enumerate(found)):
+    perspectives, names = [stated] if single else [*stated], tuple(PERSPECTIVES)
+    if not perspectives or any(
+        perspective in perspectives[:place] for place, perspective in enumerate(perspectives)
+    ):
         faults.append(Fault("perspective", shown(stated), ASKED))
-    faults += [unknown("perspective", each, names) for each in found if each not in names]
-    return found
+    faults += [
+        unknown("perspective", perspective, names)
+        for perspective in perspectives
+        if perspective not in names
+    ]
+    return perspectives
 
 
 def checked_question(
@@ -125,7 +131,7 @@ def checked_question(
 ) -> Question:
     """The options of `optuav.solve`, completed; refused with all that is wrong with them."""
     chosen = PROBLEMS.get(problem, problem) if isinstance(problem, str) else problem
-    # What has another type is a fault.
+    # A value of another type is a fault.
     stated: Any = (chosen, perspective, slot_s, engine, time_limit_s)
     question = Question(*stated)
     if faults := list(_faults(mission, question)):
@@ -149,13 +155,13 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
             yield from _cycle_faults(mission, problem, question.perspective)
         if type(problem) not in OF_THE_PAPER:
             if isinstance(problem, OF_THE_PAPER):
-                words = "must subclass Formulation itself; its declare may call that of P1 to P4"
+                words = "must subclass Formulation itself; its declare may call P1's to P4's"
                 yield Fault("problem", type(problem).__name__, words)
             elif problem.name in PROBLEM_NAMES:
                 yield Fault("problem", problem.name, "a name of its own, none of the paper's")
     elif isinstance(problem, type) and issubclass(problem, Formulation):
         name = problem.__name__
-        yield Fault("problem", name, f"an instance, as {name}(…), not the class")
+        yield Fault("problem", name, f"must be an instance, such as {name}(…), not the class")
     elif problem == "P4":
         yield Fault("problem", "'P4'", 'P4 with the name of a building, as P4("b1")')
     else:
@@ -166,7 +172,7 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
         if problem.trajectory not in TRAJECTORIES:
             yield unknown("trajectory", problem.trajectory, TRAJECTORIES)
         if problem.order is not None and problem.trajectory == "direct":
-            yield Fault("order", repr(problem.order), "there is no rest on the direct route")
+            yield Fault("order", repr(problem.order), "the direct route has no rest")
     if p1.hover_point not in HOVER_POINTS:
         yield unknown("hover_point", p1.hover_point, HOVER_POINTS)
     if question.perspective not in (names := tuple(PERSPECTIVES)):
@@ -195,12 +201,12 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
         yield from _speed_faults(mission, question.perspective)
     if question.several:
         yield from misfits(("stops", p1.stops, RESTS), ("hovers", p1.hovers, HOVERS))
-        alone = (
+        by_default = (
             ("trajectory", p1.trajectory, ("optimal",)),
             ("order", p1.order, (None,)),
             ("hover_point", p1.hover_point, ("w_U",)),
         )
-        yield from not_with("with several stops", *alone, *searched)
+        yield from not_with("with several stops", *by_default, *searched)
         battery, count = mission.battery, len(mission.buildings)
         if question.perspective == AVAILABLE and battery.takes_turns:
             words = "must be pooled with several stops"
@@ -234,7 +240,7 @@ def _cycle_faults(mission: Mission, problem: Cycle, perspective: str) -> Iterato
 
 
 def not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Iterator[Fault]:
-    """Options that do not go with another; a choice of None alone stands for no value."""
+    """Options that exclude another; a choice of only None stands for no value."""
     for option, value, choices in stated:
         if value not in choices:
             known = [str(choice) for choice in choices if choice is not None]
@@ -244,11 +250,11 @@ def not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Ite
 
 def chosen_engine(model: Model, question: Question) -> Engine:
     """The engine that answers a question about a model; refused if it or none takes it."""
-    found, slots = traits(model), question.slot_s is not None
+    model_traits, slots = traits(model), question.slot_s is not None
     if question.engine == AUTO:
-        return preferred(found, slots)
+        return preferred(model_traits, slots)
     linear = ". The perspectives of the paper are linear: perspective battery, for example"
-    need(question.engine, found, slots, linear * (question.perspective == AVAILABLE))
+    need(question.engine, model_traits, slots, linear * (question.perspective == AVAILABLE))
     return engine(question.engine)
 
 
@@ -264,8 +270,8 @@ def answer(
     if values and outside:
         model, values = model.with_values(values), None  # an engine of a user may print the model
     limits = {"slot_s": question.slot_s, "time_limit_s": question.time_limit_s}
-    found = chosen.solve(model, programmes, values, **limits)
+    solution = chosen.solve(model, programmes, values, **limits)
     if outside:
-        found = returned(found, chosen.name, model, programmes)
+        solution = returned(solution, chosen.name, model, programmes)
     # An engine need not keep the values that were solved for.
-    return found if found.given or not values else replace(found, given=values)
+    return solution if solution.given or not values else replace(solution, given=values)

@@ -37,7 +37,7 @@ from optuav.solving.solve import formulate
 from optuav.status import Status
 
 AGREES_S = 1e-5
-"""Tolerance between the optimum of the chosen route and that of all routes [s]."""
+"""Tolerance between the optima of the chosen route and of all routes [s]."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class RouteChoice:
     Parameters
     ----------
     plan, form, notes
-        The best plan, as `optuav.solve` returns it; ``"hull"`` or ``"big-M"``; how tight that form
+        The best plan, like one of `optuav.solve`; ``"hull"`` or ``"big-M"``; how tight that form
         is, and whether one stop is enough.
     model
         The programme; None where nothing can be flown.
@@ -60,8 +60,8 @@ class RouteChoice:
     Examples
     --------
     >>> import optuav
-    >>> found = optuav.route_choice("paper", perspective="battery")
-    >>> round(found.relaxation_s, 2), round(found.shares["b1 rest-first"], 2)
+    >>> choice = optuav.route_choice("paper", perspective="battery")
+    >>> round(choice.relaxation_s, 2), round(choice.shares["b1 rest-first"], 2)
     (719.54, 1.0)
     """
 
@@ -76,7 +76,7 @@ class RouteChoice:
     def to_file(self, form: str | Path) -> str:
         """Return the text of the programme for other solvers; given a path, write it there too.
 
-        Forms and errors are those of `Program.to_file`.
+        Forms and errors as in `Program.to_file`.
         """
         write = writer(form)
         if self.model is None:
@@ -149,12 +149,12 @@ def route_choice(
     Examples
     --------
     >>> import optuav
-    >>> found = optuav.route_choice("paper", perspective="battery", trajectory="direct")
-    >>> print(f"{found.plan.hover_time_s:.2f} s, relaxed {found.relaxation_s:.2f} s")
+    >>> choice = optuav.route_choice("paper", perspective="battery", trajectory="direct")
+    >>> print(f"{choice.plan.hover_time_s:.2f} s, relaxed {choice.relaxation_s:.2f} s")
     688.85 s, relaxed 688.85 s
     """
-    asked = ("form", form, FORMS), ("perspective", perspective, PAPER)
-    refuse(unknown(*each) for each in asked if each[1] not in each[2])
+    choices = ("form", form, FORMS), ("perspective", perspective, PAPER)
+    refuse(unknown(*choice) for choice in choices if choice[1] not in choice[2])
     from optuav.engines.cvxpy_engine import Cvxpy
 
     program = formulate(
@@ -205,20 +205,20 @@ def route_choice(
 
 
 def _routes(program: Program) -> tuple[list[Route], list[Part]]:
-    """The routes that may be chosen, in the order in which ties are broken, each with its part."""
+    """The routes that may be chosen, in tie-breaking order, each with its part."""
     network, question = program.network, program.question
     routes, parts = list[Route](), list[Part]()
     for number, rests in sorted(
         (int(route), part.rests) for part in program.parts for route in part.routes
     ):
         which = np.array([number])
-        given = quantities(network, which, rests=rests)
-        model = question.problem.model(given, question.perspective)
+        values = quantities(network, which, rests=rests)
+        model = question.problem.model(values, question.perspective)
         building, name = int(network.routes.building[number]), PartedLabel("direct")
         if building >= 0:
             order = f"{network.routes.order(number)}{'' if rests else ', passing by'}"
             name = PartedLabel(network.mission.buildings.names[building], order)
-        whole = Route(name, given)
+        whole = Route(name, values)
         slots = [whole] if question.slot_s is None else [*_in_slots(whole, model, question.slot_s)]
         routes += slots
         parts += [Part(model, which)] * len(slots)
@@ -229,19 +229,19 @@ def _in_slots(route: Route, model: Model, slot_s: float) -> Iterator[Route]:
     """A route for times in whole slots, and one more whose last slot is cut short."""
     # Where the deadline is Δ's own bound, it may cut the last slot short, which whole slots cannot
     # express: Δ is then at the end of that slot, and the cut off the objective.
-    own = own_bounds(model, model.row(0))
+    bounds = own_bounds(model, model.row(0))
     first = {
-        variable.name: max(own[variable.name][0], variable.first_slot * slot_s)
+        variable.name: max(bounds[variable.name][0], variable.first_slot * slot_s)
         for variable in model.variables
     }
-    least_s, bound_s = first["hover_time_s"], own["hover_time_s"][1]
+    least_s, bound_s = first["hover_time_s"], bounds["hover_time_s"][1]
     route = replace(route, least_rest_s=first.get("rest_time_s", 0.0))
     if not math.isfinite(bound_s):
         yield replace(route, hover_s=(least_s, math.inf))
         return
     most_s = slot_s * last_slot(bound_s, slot_s, begun=False)
     yield replace(route, hover_s=(least_s, most_s))
-    if own["hover_time_s"][0] <= bound_s and bound_s > most_s:
+    if bounds["hover_time_s"][0] <= bound_s and bound_s > most_s:
         end_s = slot_s * last_slot(bound_s, slot_s, begun=True)
         *begin, end = PartedLabel(route.name).parts
         name = PartedLabel(*begin, f"{end}, last slot cut short")

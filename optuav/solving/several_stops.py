@@ -61,13 +61,13 @@ def several_stops(
     if question.perspective == AVAILABLE:
         limit_s = question.time_limit_s
         arrays = terrain(network)
-        found = search(arrays, rests, hovers, time_limit_s=limit_s, progress=progress)
-        if found.ended:
-            bound_s = min(found.bound_s, hover_bound_s(arrays, rests, hovers))
-            plans = filter(None, (found.stops, greedy(arrays, rests, hovers)))
+        result = search(arrays, rests, hovers, time_limit_s=limit_s, progress=progress)
+        if result.ended:
+            bound_s = min(result.bound_s, hover_bound_s(arrays, rests, hovers))
+            plans = filter(None, (result.stops, greedy(arrays, rests, hovers)))
             longest = max(plans, key=lambda plan: plan.hover_s, default=None)
-            found = replace(found, stops=longest, bound_s=bound_s)
-        return _plan(program, network, found, most)
+            result = replace(result, stops=longest, bound_s=bound_s)
+        return _plan(program, network, result, most)
     if rests and not find_shortcuts(network):
         plan = program.solve()
         note = "one rest and one hover are enough: no way around is shorter than a leg"
@@ -142,8 +142,8 @@ def _compared(program: Program, network: Network, rests: int, hovers: int) -> Pr
     best = np.take_along_axis(places, worth[places].argmax(axis=0)[None], axis=0)[0]
     building = np.where(best >= FIRST_BUILDING, best - FIRST_BUILDING, -1)
     network = replace(network, routes=_routes(network, places, building))
-    every = np.ones((1, len(network.routes)), bool)
-    parts = tuple(part for part, _ in declarations(question, stacked(network), every))
+    every_route = np.ones((1, len(network.routes)), bool)
+    parts = tuple(part for part, _ in declarations(question, stacked(network), every_route))
     return replace(program, network=network, parts=parts)
 
 
@@ -156,7 +156,7 @@ def _why_none(program: Program) -> Sequence[str]:
 
 
 def _plan(program: Program, network: Network, found: SearchResult, most: str) -> Plan:
-    """The plan of a search result, or that of one rest and one hover where it is as good."""
+    """Return the plan of a search result, or of one rest and one hover if that is as good."""
     question, stops = replace(program.question, engine=ENGINE), found.stops
     if stops is None and found.bound_s <= 0.0:
         why = (f"no plan with {most} keeps the battery and the deadline", *_why_none(program))
@@ -171,7 +171,7 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
         with suppress(SolverError):  # a search that ends early is never worse than this
             one = program.solve()
     if one and one.hover_time_s >= hover_s - TIE_S:
-        # Of equally good plans with one rest and one hover, its own engine finds the shortest.
+        # Among equally good plans with one rest and one hover, its own engine finds the shortest.
         hover_s = one.hover_time_s
     else:
         one = None
@@ -185,7 +185,7 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
         known = {"status": status, "notes": (*one.notes, *notes), "proof": proof, "engine": ENGINE}
         return one.model_copy(update=known | open_)
     if stops is None:
-        none = "without a plan or proof that there is none"
+        none = "without a plan or proof that none exists"
         message = f"the search {found.ended} {none}: {none_longer}"
         if found.ended != INTERRUPTED:
             message += ". Allow more time (time_limit_s), or fewer stops or hovers"
@@ -198,14 +198,14 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
     times_s, net = stops.stays_s[rests], stay_net(network, stops.places[1:-1][rests])
     rest_time_s = float(times_s.sum())
     share = times_s / max(rest_time_s, TINY)
-    given = replace(
+    values = replace(
         quantities(network, np.array([0])),
         rest_current_A=float((net.current_A * share).sum()),
         rest_received_W=float((net.power_W * share).sum()),
     )
     times = stops.hover_s, rest_time_s
     said = {"engine": ENGINE, "proof": proof, "status": status, "notes": notes}
-    plan = plan_for(question, network, flown, given, times, **said, **open_)
+    plan = plan_for(question, network, flown, values, times, **said, **open_)
     return replayed(plan.model_copy(update={"binding": tuple(_binding(plan))}))
 
 

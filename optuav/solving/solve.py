@@ -102,15 +102,15 @@ def solve(
         (direct, no rest), `P4` (one rest on a building) or an instance of one's own `Formulation`.
         ``"P1"``, ``"P2"``, ``"P2-tight"`` and ``"P3"`` stand for these with their defaults.
     perspective
-        ``"available"``: the battery never runs dry nor is overcharged, and what it holds at the
-        end is counted in charge; ``"battery"``, ``"energy"`` or ``"adjusted"``: the paper's, which
-        look at the end alone; ``"wells"``: as ``"battery"``, but step by step through both wells.
+        ``"available"``: the battery never runs dry nor is overcharged, and charge counts its
+        content at the end; ``"battery"``, ``"energy"`` or ``"adjusted"``: the paper's, which check
+        only the end; ``"wells"``: as ``"battery"``, but step by step through both wells.
     slot_s
         Length of the time slots [s], 0.001 to 1e7; None for continuous times.
     engine
         ``"closed-form"``, ``"cvxpy"``, ``"bracket"``, ``"casadi"``, ``"grid"`` (slots; without
         `slot_s` the mission's ``limits.slot_s``) or ``"auto"``: the grid for slots, else the first
-        that takes the model; or an engine with options of its own, as ``Cvxpy(solver="clarabel")``.
+        that takes the model; or an engine with options, such as ``Cvxpy(solver="clarabel")``.
     graph
         A graph from `optuav.graph` that was edited; its figures replace the computed ones.
     time_limit_s
@@ -124,7 +124,7 @@ def solve(
     Plan
         The best plan. Among plans with the same objective (to 1e-6 s) the one with the shortest
         mission, then the fewest stops, then the building that comes first in the mission, then
-        resting first; and the smallest rest that its hover time admits. Without a feasible plan,
+        resting first; and the smallest rest that its hover time allows. Without a feasible plan,
         one that says why.
 
     Raises
@@ -142,16 +142,16 @@ def solve(
     >>> print(f"{plan.hover_time_s:.2f} s, flyable: {plan.flyable}")
     597.27 s, flyable: True
     """
-    known, stated = load(mission), (problem, perspective, slot_s, engine, time_limit_s)
+    known, options = load(mission), (problem, perspective, slot_s, engine, time_limit_s)
     plan = program = None
     if graph is None and len(known.buildings) >= MANY:
         from optuav.solving.promising import narrowed
 
-        program = narrowed(known, checked_question(known, *stated))
+        program = narrowed(known, checked_question(known, *options))
         if program and (program.parts or impossibilities(program.network, one_stop=False)):
             plan = program.solve()
     if plan is None or program is None:
-        program = _program(known, graph, *stated)
+        program = _program(known, graph, *options)
         if program.question.several:
             from optuav.solving.several_stops import several_stops
 
@@ -165,7 +165,7 @@ def solve(
 
 
 def _program(mission: Mission | str | Path, graph: Graph | None, *stated: Any) -> Program:
-    """The problem declared, with one rest and one hover where it admits several."""
+    """Declare the problem, with one rest and one hover if it allows several."""
     known = load(mission)
     question = checked_question(known, *stated)
     if question.speed_free:

@@ -37,11 +37,11 @@ def hover_bounds_at_any_speed_s(speeds: LegSpeeds) -> Floats:
     the tilt z = y1 − ωy and leaves the least of it, which is not above 0 before a leg. Slowly is
     at the least power: slower still, a leg empties the wells more, where y1 falls throughout. Where
     it may not, where hovering charges, and where the stated start has a tilt above 0, the bound is
-    that of charge and deadline.
+    the one from charge and deadline.
     """
     mission, fastest = speeds.network.mission, speeds.fastest
     easiest = np.maximum(speeds.priced(-math.inf), speeds.least)
-    cheapest, slow = (speeds.at(each).legs for each in (speeds.priced(0.0), easiest))
+    cheapest, slow = (speeds.at(price).legs for price in (speeds.priced(0.0), easiest))
     charge_As, t = cheapest.durations_s * cheapest.currents_A, slow.durations_s
     current_A = np.divide(charge_As, t, out=np.zeros_like(t), where=t > 0.0)
     best = speeds.with_legs(replace(slow, currents_A=current_A))
@@ -72,17 +72,17 @@ class SpeedSearch:
 
     def starts(self) -> list[Point]:
         """Named and priced speeds of the promising routes, and their hovers."""
-        found = list[Point]()
+        starts = list[Point]()
         for number, route in enumerate(self.routes.tolist()):
             if self.bounds_s[number] < max(self.best.value - SAME_S, 0.0):
                 break
             points = self.of_route(route).starts(float(self.prices_A[number]))
             hover_s = self._tried(route, points, 0.0).tolist()
-            found += [Point(each, route, at) for each, at in zip(hover_s, points, strict=True)]
-        return [each for each in found if each.value >= 0.0]
+            starts += [Point(each, route, at) for each, at in zip(hover_s, points, strict=True)]
+        return [point for point in starts if point.value >= 0.0]
 
     def top(self) -> Point:
-        """The best speeds found, as shares of the largest; the value is −∞ where there is none."""
+        """The best speeds found, as shares of the largest; the value is −∞ without any."""
         try:
             self.tried = starts = self.starts()
             best_s = dict[int, float]()
@@ -123,7 +123,7 @@ class RouteSpeeds:
         self.speeds, network = speeds, speeds.fastest
         self.most_m_s = speeds.priced(math.inf)
         (legs,) = network.routes.legs
-        self.legs = legs[legs != NO_LEG]  # In the order in which they are flown
+        self.legs = legs[legs != NO_LEG]  # In flight order
         flown, self.segment = np.nonzero(np.isfinite(self.most_m_s.T[self.legs]))
         self.leg = self.legs[flown]
         self.way_m = vector(speeds.ways_m[:, self.segment, self.leg])
@@ -133,14 +133,14 @@ class RouteSpeeds:
 
     def starts(self, price_A: float) -> Floats:
         """Points (point, segment) of the named speeds and of a price of a second [A]."""
-        stated = [*map(self.speeds.named, RULES), self.speeds.priced(price_A)]
-        points = np.array([self.point(each) for each in stated])
+        speeds = [*map(self.speeds.named, RULES), self.speeds.priced(price_A)]
+        points = np.array([self.point(speed) for speed in speeds])
         return np.asarray(points[np.isfinite(points).all(axis=1)])
 
     def point(self, speeds_m_s: Floats) -> Floats:
         """The point of speeds (segment, leg) [m/s]."""
-        own, most = (each[self.segment, self.leg] for each in (speeds_m_s, self.most_m_s))
-        return np.asarray(np.divide(own, most, out=np.ones_like(most), where=most > 0.0))
+        speed, most = (speeds[self.segment, self.leg] for speeds in (speeds_m_s, self.most_m_s))
+        return np.asarray(np.divide(speed, most, out=np.ones_like(most), where=most > 0.0))
 
     @property
     def largest_m_s(self) -> Floats:
@@ -149,9 +149,9 @@ class RouteSpeeds:
 
     def at(self, speeds_m_s: Floats) -> Network:
         """The network with this route, its segments at speeds (segment,) [m/s]."""
-        found = np.full_like(self.most_m_s, np.nan)
-        found[self.segment, self.leg] = speeds_m_s
-        return self.speeds.at(found)
+        all_m_s = np.full_like(self.most_m_s, np.nan)
+        all_m_s[self.segment, self.leg] = speeds_m_s
+        return self.speeds.at(all_m_s)
 
     def hover_times_s(
         self, points: Floats, least_s: float = 0.0, perspective: Perspective = AVAILABLE
@@ -161,11 +161,11 @@ class RouteSpeeds:
         (current_A,), (duration_s,) = loads.currents_A, loads.durations_s
         steps = list[Stage | str]()
         for leg, stay in zip(self.legs, self.stays, strict=True):
-            own = np.flatnonzero(self.leg == leg).tolist()
-            steps += [Stage(-current_A[:, k], duration_s[:, k]) for k in own]
+            segments = np.flatnonzero(self.leg == leg).tolist()
+            steps += [Stage(-current_A[:, k], duration_s[:, k]) for k in segments]
             steps += [stay] if stay else []
         charge_As = (duration_s * current_A).sum(axis=1)
-        given = replace(
+        values = replace(
             self.given,
             flight_time_s=duration_s.sum(axis=1),
             flight_charge_As=charge_As,
@@ -173,6 +173,6 @@ class RouteSpeeds:
             steps=steps,
         )
         if perspective in PAPER:
-            return longest_by_balance(*balance(given, perspective))
-        hover_s, *_ = bracketed(given, len(points), shortest_rest=False, least_s=least_s)
+            return longest_by_balance(*balance(values, perspective))
+        hover_s, *_ = bracketed(values, len(points), shortest_rest=False, least_s=least_s)
         return np.asarray(np.nan_to_num(hover_s, nan=-np.inf))

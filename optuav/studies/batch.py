@@ -41,32 +41,32 @@ LABELS = {
     **{f"soc_{name}": (f"state of charge at the end, perspective {name}", "1") for name in PAPER},
     "building": ("building of the route, of several rests the first", ""),
     "order": ("order of rest and hover", ""),
-    "status": ("what is known of the answer", ""),
-    "reason": ("why there is no plan", ""),
-    "proved": ("whether it is certain that no plan is better, or that there is none", ""),
+    "status": ("status of the answer", ""),
+    "reason": ("reason for no plan", ""),
+    "proved": ("whether it is certain that no plan is better, or that none exists", ""),
     "objective": ("objective of the problem", "s"),
-    "bound": ("what no objective is better than, where the answer is not proved", "s"),
+    "bound": ("bound on the objective, if the answer is not proved", "s"),
 }
-"""The variables: what they are, and the units of those that are measured."""
+"""The variables: their meaning, and the units of measured ones."""
 MEASURED = tuple(name for name, (_, unit) in LABELS.items() if unit)
 CODED = {"building": np.int32, **dict.fromkeys(("order", "status", "reason"), np.int8)}
 """Types of the variables that are numbers of words."""
 KINDS: dict[str, type] = {**CODED, "proved": bool}
 ORDERS = ("none", "rest-first", "hover-first")
-TRIED = 64  # Scenarios by which routes are chosen
+TRIED = 64  # Scenarios that choose the routes
 PROVED = np.isin(STATUSES, [Status.OPTIMAL, Status.INFEASIBLE])
 
 
 class Solved(NamedTuple):
-    """The variables of a batch with all that labels them."""
+    """The variables of a batch with all labels."""
 
-    labels: Mapping[str, Sequence[object]]  # Of perspectives and missions
+    labels: Mapping[str, Sequence[object]]  # Perspectives and missions
     keys: Mapping[str, Floats]
     shape: Mapping[str, int]  # Sizes of all dimensions
     values: Variables
-    buildings: list[str]  # Names by number, and last that of none
+    buildings: list[str]  # Names by number; the last one means none
     facts: Mapping[str, str]
-    unit: str = "s"  # Of the objective
+    unit: str = "s"  # Unit of the objective
 
 
 def batch_arrays(
@@ -87,7 +87,7 @@ def batch_arrays(
         Values by key, or of ``"buildings"``, and whether those with the same place belong together;
         `optuav.batch` says more.
     problem, perspective
-        What is solved, and how charge counts, or several of these; `optuav.solve` explains them.
+        The problem, and how charge counts, or several of these; `optuav.solve` explains them.
 
     Returns
     -------
@@ -106,15 +106,15 @@ def batch_arrays(
     Examples
     --------
     >>> import optuav
-    >>> found = optuav.batch_arrays("paper", {"limits.deadline_s": [60, 900, 1200]})
-    >>> found["hover_time_s"].round(2).tolist()
+    >>> arrays = optuav.batch_arrays("paper", {"limits.deadline_s": [60, 900, 1200]})
+    >>> arrays["hover_time_s"].round(2).tolist()
     [nan, 591.57, 597.27]
-    >>> print(found["reason_words"][found["reason"]][0])
-    the shortest flight alone takes longer than limits.deadline_s
+    >>> print(arrays["reason_words"][arrays["reason"]][0])
+    the shortest flight takes longer than limits.deadline_s
     """
-    found = solved_batch(mission, ranges, problem, perspective, paired)
-    words = {f"{name}_words": np.array(each) for name, each in words_of(found.buildings).items()}
-    return {**found.keys, **found.values, **words}
+    solved = solved_batch(mission, ranges, problem, perspective, paired)
+    words = {f"{name}_words": np.array(each) for name, each in words_of(solved.buildings).items()}
+    return {**solved.keys, **solved.values, **words}
 
 
 def batch(
@@ -135,11 +135,11 @@ def batch(
     ranges
         None for the missions as they are, or values by key, each a list or an array of numbers: any
         numeric key of a mission, places and forces by component as ``"link.device_m[0]"``. A new
-        value removes what depends on the old one, as in `Mission.replace`. Of one mission also
+        value removes what depends on the old one, like `Mission.replace`. One mission also takes
         ``"buildings"``, whole layouts: an array (layout, building, 3) of the positions [m] of all
         its buildings, which keep their names and take their footprints along.
     problem, perspective
-        What is solved, and how charge counts, or several of these; `optuav.solve` explains them.
+        The problem, and how charge counts, or several of these; `optuav.solve` explains them.
     paired
         Whether values with the same place belong together, rather than all combinations; of several
         missions or layouts each then has the values of its own place.
@@ -155,10 +155,10 @@ def batch(
         ``soc_battery``, ``soc_energy`` and ``soc_adjusted``, the state of charge at its end
         [-]; and as numbers, whose words are in the attributes ``flag_meanings`` and ``words``:
         ``building`` and ``order`` of its route (−1 and 0 for none; of several rests the first),
-        ``status``, and ``reason``, why there is no plan (0 where there is one). ``proved`` is true
-        where it is certain that no plan is better, or that there is none. ``objective`` and
-        ``bound`` are those of a `Plan`. Without a plan times, charges and objective are NaN; no
-        scenario is left out. Answers are those of `optuav.solve`, its tie rule included.
+        ``status``, and ``reason``, why it has no plan (0 with a plan). ``proved`` is true
+        if it is certain that no plan is better, or that none exists. ``objective`` and
+        ``bound`` are as in a `Plan`. Without a plan times, charges and objective are NaN; no
+        scenario is left out. Answers equal those from `optuav.solve`, its tie rule included.
 
     Raises
     ------
@@ -169,12 +169,12 @@ def batch(
     Examples
     --------
     >>> import optuav
-    >>> found = optuav.batch(
+    >>> results = optuav.batch(
     ...     "paper",
     ...     {"limits.deadline_s": [600, 1200], "battery.capacity_As": [30_000, 36_000, 42_000]},
     ...     perspective=["battery", "available"],
     ... )
-    >>> dict(found.sizes)
+    >>> dict(results.sizes)
     {'perspective': 2, 'limits.deadline_s': 2, 'battery.capacity_As': 3}
     """
     require("xarray", "labelled datasets")
@@ -182,12 +182,12 @@ def batch(
 
 
 def labelled(found: Solved) -> xarray.Dataset:
-    """The dataset of what was solved."""
+    """Return the solved batch as a dataset."""
     import xarray
 
     dims, words, unit = tuple(found.shape), words_of(found.buildings), {**units(), ROOFS: "m"}
     coordinates = dict[str, Any]()
-    rows = next((each for each in ("mission", "layout") if each in dims), ROW)
+    rows = next((name for name in ("mission", "layout") if name in dims), ROW)
     for key, each in {**found.labels, **found.keys}.items():
         first = key if key in dims else rows
         along = (first, "roof", "axis") if key == ROOFS else (first,)
@@ -210,7 +210,7 @@ def solved_batch(
 ) -> Solved:
     """The best plans of all scenarios of all missions under all perspectives."""
     faults, keys = list[Fault](), dict[str, Floats]()
-    wholes, asked = load_all(mission, faults), perspectives_of(perspective, faults)
+    wholes, perspectives = load_all(mission, faults), perspectives_of(perspective, faults)
     several = "" if isinstance(mission, Mission | str | Path) else "mission"
     if not isinstance(paired, bool):
         faults.append(Fault("paired", shown(paired), "true or false"))
@@ -230,17 +230,17 @@ def solved_batch(
             words = f"{len(wholes)} {several}s, {count} values of each key"
             wrong.append(Fault("paired", words, f"one {several} for each value"))
         rows = ({key: each[n : n + 1] for key, each in values.items()} for n in range(len(wholes)))
-        every = [*map(Scenarios, wholes, rows)]
+        all_scenarios = [*map(Scenarios, wholes, rows)]
     else:
-        stated = (values, {}) if paired else (None, values)
-        every = [Scenarios(whole, *stated) for whole in wholes]
+        ranges_of_each = (values, {}) if paired else (None, values)
+        all_scenarios = [Scenarios(whole, *ranges_of_each) for whole in wholes]
     questions = list[list[Question]]()
-    for each in every:
+    for each in all_scenarios:
         if not wrong:
             with collected(faults):
                 check(each)
         questions.append([])
-        for name in asked:
+        for name in perspectives:
             with collected(faults):
                 questions[-1].append(checked_question(each.mission, problem, name))
     refuse(dict.fromkeys(faults + wrong))
@@ -249,20 +249,20 @@ def solved_batch(
     if isinstance(perspective, str):
         facts["perspective"] = perspective
     else:
-        labels["perspective"] = asked
+        labels["perspective"] = perspectives
     if several == "mission":
         labels |= {"mission": range(len(wholes)), "mission_name": [whole.name for whole in wholes]}
     else:
         facts["mission"] = wholes[0].name
-    shape = {"perspective": len(asked)} if "perspective" in labels else {}
+    shape = {"perspective": len(perspectives)} if "perspective" in labels else {}
     shape |= {ROW if paired else several: len(wholes)} if several else {}
-    shape |= {} if several and paired else every[0].sizes
+    shape |= {} if several and paired else all_scenarios[0].sizes
     names = [*dict.fromkeys(name for whole in wholes for name in whole.buildings.names)]
-    found, size = variables(every, questions, names), tuple(shape.values())
-    reshaped = {name: each.reshape(size) for name, each in found.items()}
+    arrays, size = variables(all_scenarios, questions, names), tuple(shape.values())
+    reshaped = {name: each.reshape(size) for name, each in arrays.items()}
     unit = "s"
     if type(questions[0][0].problem) not in OF_THE_PAPER:
-        parts = formulate(wholes[0], questions[0][0].problem, perspective=asked[0]).parts
+        parts = formulate(wholes[0], questions[0][0].problem, perspective=perspectives[0]).parts
         unit = parts[0].declared.objective_unit if parts else ""
     return Solved(labels, {**keys, **values}, shape, reshaped, [*names, "none"], facts, unit)
 
@@ -279,9 +279,9 @@ def variables(
     numbers = {name: number for number, name in enumerate(buildings)}
     for place, scenarios, asked in _stacked(every, questions):
         # By route: the direct one first, and no plan, −1, last.
-        own = [numbers[name] for name in scenarios.mission.buildings.names]
-        building = np.array([-1, *np.repeat(own, 2), -1])
-        order = np.array([0, *(1, 2) * len(own), 0])
+        own_numbers = [numbers[name] for name in scenarios.mission.buildings.names]
+        building = np.array([-1, *np.repeat(own_numbers, 2), -1])
+        order = np.array([0, *(1, 2) * len(own_numbers), 0])
         for first, variants, plans in best_of(scenarios, asked):
             for question, best in enumerate(plans):
                 begin = place * every[0].count + first
@@ -296,33 +296,33 @@ def variables(
 def _stacked(
     every: Sequence[Scenarios], questions: Sequence[Sequence[Question]]
 ) -> Iterator[tuple[int, Scenarios, Sequence[Question]]]:
-    """Scenarios with the number of their mission, and what is asked.
+    """Scenarios with the number of their mission, and its questions.
 
-    Missions in a row that differ in their buildings alone are one with several towns.
+    Missions in a row that differ only in their buildings are one with several towns.
     """
     first = 0
     while first < len(every):
         one, asked, last = every[first], questions[first], first + 1
         many = one.count * (1 + 2 * len(one.mission.buildings)) > AT_ONCE
-        if not many and all(takes_arrays(one.mission, each) for each in asked):
+        if not many and all(takes_arrays(one.mission, question) for question in asked):
             while last < len(every) and questions[last] == asked and _alike(one, every[last]):
                 last += 1
         if len(group := every[first:last]) > 1:
-            rows = [each.rows for each in group if isinstance(each.rows, Mapping)]
+            rows = [scenarios.rows for scenarios in group if isinstance(scenarios.rows, Mapping)]
             keys = rows[0] if rows else {}
             columns = {key: np.concatenate([row[key] for row in rows]) for key in keys}
-            towns = tuple(each.mission.buildings for each in group)
+            towns = tuple(scenarios.mission.buildings for scenarios in group)
             one = Scenarios(one.mission, columns, one.grid, towns)
         yield first, one, asked
         first = last
 
 
 def _alike(one: Scenarios, other: Scenarios) -> bool:
-    """Whether their missions differ in their names and the places of their buildings alone."""
-    own, found = one.mission, other.mission
-    same = {"buildings": own.buildings, "name": own.name}
-    alike = own.buildings.names == found.buildings.names
-    return alike and found.model_copy(update=same) == own
+    """Return whether missions differ only in their names and the places of their buildings."""
+    mission, other_mission = one.mission, other.mission
+    same = {"buildings": mission.buildings, "name": mission.name}
+    alike = mission.buildings.names == other_mission.buildings.names
+    return alike and other_mission.model_copy(update=same) == mission
 
 
 def best_of(
@@ -333,25 +333,25 @@ def best_of(
     if len(questions) == 1 and scenarios.count > TRIED and not scenarios.towns:
         few = fewer(scenarios.network, scenarios.columns(0, TRIED), questions[0])
     for first, variants in scenarios.variants(few):
-        found = list[Best]()
+        answers = list[Best]()
         for question in questions:
             if takes_arrays(scenarios.base, question):
                 with suppress(SolverError):  # of one scenario: then each is solved by itself
                     if few is None:
-                        found.append(best_plans(variants, question))
+                        answers.append(best_plans(variants, question))
                     else:
-                        found.append(best_of_few(variants, scenarios.network, question))
+                        answers.append(best_of_few(variants, scenarios.network, question))
                     continue
             missions = scenarios.missions(first, variants.count)
-            alone = (vars(best_alone(one, question)).values() for one in missions)
-            found.append(Best(*map(np.concatenate, zip(*alone, strict=True))))
-        yield first, variants, found
+            singly = (vars(best_alone(one, question)).values() for one in missions)
+            answers.append(Best(*map(np.concatenate, zip(*singly, strict=True))))
+        yield first, variants, answers
 
 
 def best_alone(mission: Mission | InputError, question: Question) -> Best:
-    """The best plan of a mission; none of one that contradicts itself. Of several rests, the first.
+    """The best plan of a mission; none if it contradicts itself; with several rests, the first.
 
-    Why there is none is that of the perspective battery with one stop, where it has none either.
+    The reason for none comes from the perspective battery with one stop, if it has none either.
     """
     best = Best.none(1)
 
@@ -386,7 +386,7 @@ def best_alone(mission: Mission | InputError, question: Question) -> Best:
 
 
 def words_of(buildings: list[str]) -> dict[str, list[str]]:
-    """Words by variable and number; the number −1 is that of the last building."""
+    """Words by variable and number; the number −1 means the last building."""
     return {
         "building": buildings,
         "order": [*ORDERS],
@@ -401,11 +401,11 @@ def _flags(name: str, words: Sequence[str]) -> dict[str, Any]:
     if name == "building":
         numbers[-1] = -1
     short = [*REASONS] if name == "reason" else words
-    meanings = " ".join("_".join(each.split()) for each in short)
+    meanings = " ".join("_".join(word.split()) for word in short)
     return {"flag_values": numbers, "flag_meanings": meanings, "words": "\n".join(words)}
 
 
 def units() -> dict[str, str]:
     """Units of all keys as CF writes them."""
-    stated = {key: allowed.unit for key, allowed in numeric_keys().items()}
-    return {key: "1" if unit == "-" else unit for key, unit in stated.items()}
+    written = {key: allowed.unit for key, allowed in numeric_keys().items()}
+    return {key: "1" if unit == "-" else unit for key, unit in written.items()}

@@ -22,10 +22,10 @@ AHEAD = 32  # Calls that wait for a worker, beside two for each thread
 def results(
     function: Function[Result], numbers: Sequence[int], workers: int, scheduler: str | None
 ) -> Generator[tuple[int, Result]]:
-    """Numbers with what a function returns for them, in the order in which the calls end.
+    """Yield each number with the value of a function, in the order of completion.
 
     The calls are made here, by so many processes of this machine, or by the workers of a scheduler,
-    which may come and go: what a worker has not finished, another one does. A scheduler that cannot
+    which may come and go: another worker finishes the work of a lost one. A scheduler that cannot
     be reached is refused before the first is asked for.
     """
     if not numbers or (workers == 1 and scheduler is None):
@@ -33,11 +33,11 @@ def results(
     require("distributed", "several workers and schedulers")
     if scheduler is not None:
         try:
-            with ThreadPoolExecutor(1) as alone:  # A notebook has a loop of its own
-                alone.submit(asyncio.run, _reach(scheduler)).result()
+            with ThreadPoolExecutor(1) as pool:  # A notebook has a loop of its own
+                pool.submit(asyncio.run, _reach(scheduler)).result()
         except Exception as error:  # Each kind of address has errors of its own
-            words = "the address of a Dask scheduler, as tcp://10.0.0.1:8786"
-            if not isinstance(error, ValueError):  # Of which the words are Python's
+            words = "the address of a Dask scheduler, such as tcp://10.0.0.1:8786"
+            if not isinstance(error, ValueError):  # Its words are Python's
                 words += f"; {str(error) or f'no answer within {PATIENCE_S} s'}"
             raise InputError([Fault("scheduler", repr(scheduler), words)]) from None
     return _shared(function, numbers, min(workers, len(numbers)), scheduler)
@@ -84,8 +84,8 @@ async def _reach(scheduler: str) -> None:
     from distributed.security import Security
 
     async def kind() -> str:
-        stated = Security().get_connection_args("client")
-        there = await connect(scheduler, timeout=PATIENCE_S, **stated)
+        options = Security().get_connection_args("client")
+        there = await connect(scheduler, timeout=PATIENCE_S, **options)
         try:
             return str((await send_recv(there, op="identity"))["type"])
         finally:

@@ -36,7 +36,7 @@ AXES: Mapping[str, tuple[str, ...]] = {
     "perspective": tuple(COMPARED),
     "trajectory": ("direct", "traj1", "traj2", "optimal"),
 }
-"""Options by which plans are compared, and their values in the order of the table."""
+"""Options to compare plans by, and their values in the order of the table."""
 ALONE = {
     **dict.fromkeys(("engines", "time_limit_s", "times", "workers"), "method"),
     "periods_s": "schedule",
@@ -54,7 +54,7 @@ GROUNDED = {
     "low": "cannot be flown, less than limits.min_soc is left in both wells together",
     "no": "cannot be flown, optuav solve and optuav audit show why",
 }
-"""What the table says under "flies" if a plan cannot be flown, and what it means."""
+"""Words in the column "flies" for a plan that cannot be flown, and their meaning."""
 
 
 def compare(
@@ -70,12 +70,12 @@ def compare(
     progress: Progress | None = None,
     workers: int = 1,
 ) -> Results:
-    """Compare answers to the problems of a mission: by method, or plans by what is chosen.
+    """Compare answers to the problems of a mission: by method, or plans by the options chosen.
 
     By method, P3, P4 for every building and order, and P1 are solved by the bracket, by CasADi, and
     for each length of slot by the exhaustive grid of Algorithm 1 of the paper. The paper's own
     perspectives are linear: there the closed form takes the place of the bracket, CVXPY joins with
-    linear programmes, and integer ones in slots, of which that of (P1) chooses the route as well,
+    linear programmes, and integer ones in slots, where the one for (P1) also chooses the route,
     and CasADi goes through both wells in ``"battery"``. An answer in continuous times agrees if it
     is the first engine's, one in slots if it is within the bound of the theory and the grid's.
 
@@ -129,8 +129,8 @@ def compare(
     Examples
     --------
     >>> import optuav
-    >>> found = optuav.compare("paper", by="trajectory", perspective="battery")
-    >>> [(row["trajectory"], round(row["hover_time_s"], 2)) for row in found.rows]
+    >>> results = optuav.compare("paper", by="trajectory", perspective="battery")
+    >>> [(row["trajectory"], round(row["hover_time_s"], 2)) for row in results.rows]
     [('direct', 688.85), ('traj1', 715.05), ('traj2', 719.54), ('optimal', 719.54)]
     """
     names = (by,) if isinstance(by, str) else tuple(by)
@@ -142,13 +142,13 @@ def compare(
     studied, counted = load(mission), perspective or AVAILABLE
     if names == ("method",):
         rest = "or another perspective: under available not all engines take it"
-        stated = ((n, getattr(studied.battery, n), only) for n, only in TAKEN_BY_ALL.items())
-        others = (each for each in stated if counted == AVAILABLE and each[1] != each[2])
+        options = ((n, getattr(studied.battery, n), only) for n, only in TAKEN_BY_ALL.items())
+        others = (option for option in options if counted == AVAILABLE and option[1] != option[2])
         refuse(Fault(f"battery.{n}", repr(own), f"{only!r}, {rest}") for n, own, only in others)
         lengths_s, able = SLOTS_S if slots is None else slots, COMPARED[counted]
-        some = able if engines is None else (able[0], *engines)
+        engine_names = able if engines is None else (able[0], *engines)
         return compare_methods(
-            studied, counted, lengths_s, some, time_limit_s, progress, workers, times=times
+            studied, counted, lengths_s, engine_names, time_limit_s, progress, workers, times=times
         )
     if names == ("speed",):
         from optuav.studies.speeds import compare_speeds
@@ -161,8 +161,8 @@ def compare(
         tell(number, len(settings), " ".join(_label(setting)))
         packs = {f"battery.{n}": setting[n] for n in ("schedule", "period_s") if setting.get(n)}
         problem = P1(trajectory=setting.get("trajectory", "optimal"))
-        own = setting.get("perspective", AVAILABLE)
-        plan = solve(studied.replace(packs), problem, perspective=own, slot_s=slot_s)
+        counted_by = setting.get("perspective", AVAILABLE)
+        plan = solve(studied.replace(packs), problem, perspective=counted_by, slot_s=slot_s)
         plans.append(plan)
         row = {
             **setting,
@@ -192,17 +192,17 @@ def _settings(
         turns = [*dict.fromkeys(map(float, [*filter(None, [own_s]), *periods_s]))]
         periods = {name: turns if name == "alternating" else [None] for name in SCHEDULES}
         return [{"schedule": n, "period_s": each} for n, some in periods.items() for each in some]
-    alone = {"perspective": (perspective,), "trajectory": ("optimal",)}
-    axes = (AXES[name] if name in by else alone[name] for name in AXES)
+    by_default = {"perspective": (perspective,), "trajectory": ("optimal",)}
+    axes = (AXES[name] if name in by else by_default[name] for name in AXES)
     return [dict(zip(AXES, pair, strict=True)) for pair in itertools.product(*axes)]
 
 
 def _faults(
     names: tuple[str, ...], perspective: Perspective | None, given: Mapping[str, Any]
 ) -> Iterator[Fault]:
-    """Yield what is out of range, and what does not go with what is compared by."""
+    """Yield values out of range, and options that exclude a comparison."""
     if names not in (("method",), ("schedule",), ("speed",)):
-        words = f"some of {', '.join(AXES)}; or method, schedule or speed alone"
+        words = f"some of {', '.join(AXES)}; or only method, schedule or speed"
         yield from (Fault("by", repr(name), words) for name in names if name not in AXES)
         if not names or len(set(names)) < len(names):
             yield Fault("by", repr(names), f"each once, at least one of {', '.join(AXES)}")
@@ -223,9 +223,9 @@ def _faults(
         yield unknown("perspective", perspective, allowed)
     elif perspective is not None and "perspective" in names:
         yield Fault("perspective", repr(perspective), "is compared by already")
-    counted = next((each for each in COMPARED if each == perspective), AVAILABLE)
+    counted = next((name for name in COMPARED if name == perspective), AVAILABLE)
     able = COMPARED[counted]
-    others = (each for each in given["engines"] or () if each not in able)
+    others = (engine for engine in given["engines"] or () if engine not in able)
     words = f"some of {', '.join(able)} in the perspective {counted}"
     yield from (Fault("engines", repr(other), words) for other in others)
 
@@ -235,9 +235,9 @@ def _tables(found: Results) -> Iterator[str]:
     by_schedule = "schedule" in found.units
     subject = "schedule of the packs" if by_schedule else " and ".join(found.facts["by"])
     yield f"{found.mission.name}: longest hover by {subject}, {counted_in(found.facts['slot_s'])}\n"
-    brings = ["brings [s]"] if by_schedule else []
+    gain_head = ["gain [s]"] if by_schedule else []
     words = [*(["schedule"] if by_schedule else AXES), "flies"]
-    table = [[*words, "Δ [s]", *brings, "T' [s]", "T [s]", "η1 [%]", "by way of"]]
+    table = [[*words, "Δ [s]", *gain_head, "T' [s]", "T [s]", "η1 [%]", "by way of"]]
     grounded, proofs = set[str](), dict[str, dict[str, None]]()
     for row in found.rows:
         label, soc = _label(row), row["soc_battery"]
@@ -247,7 +247,7 @@ def _tables(found: Results) -> Iterator[str]:
             *label[1:],
             flies,
             fixed(row["hover_time_s"]),
-            *(fixed(row["brings_s"], otherwise="–", sign="+") for _ in brings),
+            *(fixed(row["brings_s"], otherwise="–", sign="+") for _ in gain_head),
             *(fixed(row[name]) for name in ("rest_time_s", "mission_time_s")),
             fixed(None if soc is None else 100.0 * soc, otherwise="–"),
             ", ".join(row["route"][1:-1]) or "–",

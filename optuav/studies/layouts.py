@@ -30,7 +30,7 @@ OPTIONS = {
 }
 SQUARES: dict[str, Any] = {"buildings": 10, "heights_m": (60.0, 100.0), "size_m": 40.0}
 TOWN: dict[str, Any] = {"built_up": 0.3, "per_km2": 500.0, "height_scale_m": 15.0}
-"""Options of the kinds uniform and grid, and those of manhattan, with their defaults."""
+"""Options of the kinds uniform and grid, then of manhattan, with their defaults."""
 MOST_TRIES = 1000
 ROOFS = "buildings"  # The key of whole layouts in ranges
 
@@ -51,8 +51,8 @@ def layouts(
 ) -> list[Mission]:
     """Make missions with random buildings in place of all that there are.
 
-    Buildings that would stand around the origin, the destination or the laser are left out, of the
-    kind ``"uniform"`` drawn again; their names are r1, r2, … in the order in which they are drawn,
+    Buildings that would stand around the origin, the destination or the laser are left out; the
+    kind ``"uniform"`` draws them again. Their names are r1, r2, … in the order of drawing,
     in rows along x from the lowest y on.
 
     Parameters
@@ -66,7 +66,7 @@ def layouts(
         buildings at equal distances; ``"manhattan"``: a grid with the statistics of ITU-R P.1410
         [1]_, the crossings of its streets shifted at random.
     area_m
-        The area (x low, y low, x high, y high) [m] in which the centres of buildings lie.
+        The area (x low, y low, x high, y high) [m] for the centres of buildings.
     buildings
         Number of buildings, 1 to 100 000, by default 10; a ``"grid"`` has the largest square number
         up to that. Not for ``"manhattan"``.
@@ -77,8 +77,8 @@ def layouts(
         Length of the sides of a building [m], 0.001 to 1e4, by default 40; not for ``"manhattan"``.
     built_up, per_km2, height_scale_m
         α, the share of the land that is built on, 0 to 1; β, buildings per km²; and γ, the scale of
-        the Rayleigh distribution of heights [m], by default 0.3, 500 and 15, for ``"manhattan"``
-        alone [1]_: sides of 1000 √(α/β) m with streets of 1000/√β m less that between them. A
+        the Rayleigh distribution of heights [m], by default 0.3, 500 and 15, only for
+        ``"manhattan"`` [1]_: sides of 1000 √(α/β) m with streets of 1000/√β m less that between. A
         suburb has 0.1, 750 and 8, a city 0.3, 500 and 15, its centre 0.5, 300 and 20, and
         skyscrapers 0.5, 300 and 50 [2]_.
     seed
@@ -87,7 +87,7 @@ def layouts(
     Returns
     -------
     list of Mission
-        The missions, as `optuav.batch` takes them.
+        The missions, ready for `optuav.batch`.
 
     Raises
     ------
@@ -105,8 +105,8 @@ def layouts(
     --------
     >>> import optuav
     >>> towns = optuav.layouts("paper", 20, buildings=5, seed=1)
-    >>> found = optuav.batch_arrays(towns, {}, perspective="battery")
-    >>> found["hover_time_s"].shape
+    >>> results = optuav.batch_arrays(towns, {}, perspective="battery")
+    >>> results["hover_time_s"].shape
     (20,)
     """
     given: dict[str, Any] = {"buildings": buildings, "heights_m": heights_m, "size_m": size_m}
@@ -140,7 +140,7 @@ def layouts(
         if expected > MOST_ITEMS:
             words = f"at most {MOST_ITEMS} buildings in the area"
             refuse([Fault("per_km2", f"{options['per_km2']:g}", words)])
-    found = []
+    missions = []
     for number in range(count):
         draw = np.random.default_rng([seed, number])
         if kind == "uniform":
@@ -163,8 +163,8 @@ def layouts(
         table: dict[str, Iterable[object]] = {"name": names, "z_m": roofs_m}
         table |= {"x_m": at_m[:, 0], "y_m": at_m[:, 1]}
         table |= dict.fromkeys(("width_m", "depth_m"), np.full(len(at_m), side_m))
-        found.append(base.with_buildings(table))
-    return found
+        missions.append(base.with_buildings(table))
+    return missions
 
 
 def relocated(mission: Mission, roofs_m: object) -> list[Mission]:
@@ -181,7 +181,7 @@ def relocated(mission: Mission, roofs_m: object) -> list[Mission]:
     if not places_m.size or places_m.shape[1:] != (count, 3):
         words = f"an array (layout, {count}, 3) [m]: places of all buildings of the mission"
         refuse([Fault(ROOFS, shown(roofs_m), words)])
-    found, faults = list[Mission](), list[Fault]()
+    missions, faults = list[Mission](), list[Fault]()
     for number, layout_m in enumerate(places_m):
         rows, wrong = mission.buildings.rows(), list[Fault]()
         for row, place_m, before_m in zip(rows, layout_m, mission.buildings.roof_m, strict=True):
@@ -189,17 +189,17 @@ def relocated(mission: Mission, roofs_m: object) -> list[Mission]:
             if len(outline := row.get("footprint_m", ())) > 2:
                 row["footprint_m"] = (np.array(outline) + (place_m - before_m)[:2]).tolist()
         with collected(wrong):
-            found.append(mission.replace({"buildings": rows}))
-        for each in wrong[:1]:
+            missions.append(mission.replace({"buildings": rows}))
+        for fault in wrong[:1]:
             more = f"; and {len(wrong) - 1} more in this layout" if len(wrong) > 1 else ""
-            key = f"layout {number}: {each.key}"
-            faults.append(replace(each, key=key, allowed=f"{each.allowed}{more}"))
+            key = f"layout {number}: {fault.key}"
+            faults.append(replace(fault, key=key, allowed=f"{fault.allowed}{more}"))
     refuse(faults)
-    return found
+    return missions
 
 
 def _ordered(values: object, count: int, number: Number) -> bool:
-    """Whether these are so many numbers, the lower half not above the upper."""
+    """Return whether values are `count` numbers, the lower half not above the upper."""
     values = values.tolist() if isinstance(values, np.ndarray) else values
     if not isinstance(values, tuple | list) or len(values) != count:
         return False
@@ -218,17 +218,17 @@ def _anywhere(
     count: int,
 ) -> Floats:
     """Centres of buildings (building, 2) [m], each drawn again until it stands around no end."""
-    found = np.zeros((0, 2))
+    kept = np.zeros((0, 2))
     for _ in range(MOST_TRIES):
-        if len(found) >= count:
+        if len(kept) >= count:
             break
         more = draw.uniform(low_m, high_m, (count, 2))
-        found = np.concatenate([found, more[_free(mission, more, side_m)]])
-    return found[:count]
+        kept = np.concatenate([kept, more[_free(mission, more, side_m)]])
+    return kept[:count]
 
 
 def _free(mission: Mission, at_m: Floats, side_m: float) -> Booleans:
-    """Which centres (building, 2) [m] are those of buildings around no end of the mission."""
+    """Select centres (building, 2) [m] of buildings around no end of the mission."""
     ends = [mission.route.origin_m, mission.route.destination_m]
     ends += [mission.laser.position_m] if mission.laser else []
     apart_m = np.abs(at_m[:, None] - np.array(ends)[:, :2])

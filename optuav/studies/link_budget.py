@@ -26,7 +26,7 @@ from optuav.network.prisms import prisms
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SAME = 1e-9  # Share of a power by which a limit lowers it at least
+SAME = 1e-9  # Smallest relative decrease of a power that a limit counts for
 POWER = Number("W", ge=-1e9, le=1e9)
 
 
@@ -49,7 +49,7 @@ class Station(NamedTuple):
 class LinkBudget:
     """Light and power on the way from the laser to a place, as its fields.
 
-    `reach_m` gives the distance to which a power arrives, `plot` a picture, `to_frame` a table.
+    `reach_m` gives the reach of a power, `plot` a picture, `to_frame` a table.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class LinkBudget:
         Name of the place, or its coordinates as text.
     distance_m, in_sight
         Distance from the laser [m], and whether no building is in between. The figures below are
-        those of clear sight.
+        for clear sight.
     light_W, after_aperture_W, air
         Light out of the source and behind its aperture [W], and the share that the air lets
         through [-].
@@ -70,8 +70,8 @@ class LinkBudget:
     limit
         Key and value of the limit that lowers the power; None where none does.
     hazard_distance_m, eye_limit_W_m2
-        Distance up to which the beam exceeds the limit for the eye [m], and that limit [W/m²]; NaN
-        where none is known. This is no safety assessment.
+        Distance where the beam falls to the limit for the eye [m], and that limit [W/m²]; NaN
+        if none is known. This is not a safety assessment.
 
     Examples
     --------
@@ -102,7 +102,7 @@ class LinkBudget:
     beam: SpreadingBeam = field(repr=False, compare=False)
 
     def reach_m(self, dc_W: float) -> float:
-        """Return the largest distance [m] at which the DC power is at least so much [W].
+        """Return the largest distance [m] with at least this DC power [W].
 
         It lies on the line to the place, in clear sight; 0 where no distance gives the power,
         infinite where all do. Raises `InputError` for a number beyond ±1e9.
@@ -247,9 +247,9 @@ def _place(mission: Mission, at: Any) -> tuple[str, int, tuple[float, float, flo
         if math.isnan(x):
             raise InputError([Fault("at", shown(at), "a place that exists: none is in reach")])
         return at, max(place - FIRST_BUILDING, CLEAR), (x, y, z)
-    stated = [*at] if isinstance(at, Sequence | np.ndarray) else []
-    if len(stated) != 3 or not all(map(COORDINATE.accepts, stated)):
+    components = [*at] if isinstance(at, Sequence | np.ndarray) else []
+    if len(components) != 3 or not all(map(COORDINATE.accepts, components)):
         words = "the name of a place, or its x, y and z, each"
         raise InputError([Fault("at", shown(at), f"{words} {COORDINATE.words}")])
-    x, y, z = map(float, stated)
+    x, y, z = map(float, components)
     return f"({x:g}, {y:g}, {z:g}) m", CLEAR, (x, y, z)

@@ -51,9 +51,9 @@ def compare_methods(
     *,
     times: bool,
 ) -> Results:
-    """Return the answers to P3, P4 for every building and order, and P1, one row a method.
+    """Return the answers to P3, P4 for every building and order, and P1, one row per method.
 
-    Parameters are those of `optuav.compare`, already checked.
+    The parameters come from `optuav.compare`, already checked.
     """
     methods = [*_methods(slots_s, perspective, engines)]
     on_roofs = [P4(name, order=order) for name in mission.buildings.names for order in ORDERS]
@@ -61,7 +61,7 @@ def compare_methods(
     problems: list[Formulation] = [P1(), *reversed(on_roofs), P3()]
     rows, tell = list[Row](), progress or (lambda *_: None)
     reasons: dict[str, tuple[str, ...]] = {}
-    tasks = [(mission, each, perspective, methods, time_limit_s, times) for each in problems]
+    tasks = [(mission, problem, perspective, methods, time_limit_s, times) for problem in problems]
     answers = run_tasks(_answers, tasks, workers)
     for number, problem in enumerate(problems):
         name = " ".join(filter(None, (problem.name, problem.building, problem.order)))
@@ -90,7 +90,7 @@ def _answers(
     time_limit_s: float | None,
     times: bool,
 ) -> tuple[list[Row], tuple[str, ...]]:
-    """Return the rows of a problem, one a method, and why the reference has no plan."""
+    """Return a problem's rows, one per method, and the reasons if the reference has no plan."""
     for library in ("cvxpy", "casadi"):
         if any(method["engine"] == library for method in methods):
             import_module(library)  # or the first time taken would include the import
@@ -116,12 +116,12 @@ def _methods(
 ) -> Iterator[Row]:
     """Yield the methods, the reference first: name, engine, and length of slots [s] or None."""
     wells = perspective == "battery"  # CasADi goes through both
-    found: list[tuple[str, str, float | None]]
-    found = [("closed form", "closed-form", None), ("bracket", "bracket", None)]
-    found += [("LP", "cvxpy", None), ("CasADi wells" if wells else "CasADi", "casadi", None)]
+    methods: list[tuple[str, str, float | None]]
+    methods = [("closed form", "closed-form", None), ("bracket", "bracket", None)]
+    methods += [("LP", "cvxpy", None), ("CasADi wells" if wells else "CasADi", "casadi", None)]
     for slot_s in map(float, slots_s):
-        found += [(f"grid {slot_s:g} s", "grid", slot_s), (f"MILP {slot_s:g} s", "cvxpy", slot_s)]
-    for name, engine, length_s in found:
+        methods += [(f"grid {slot_s:g} s", "grid", slot_s), (f"MILP {slot_s:g} s", "cvxpy", slot_s)]
+    for name, engine, length_s in methods:
         if engine in engines:
             counted = "wells" if wells and engine == "casadi" else perspective
             yield {"method": name, "engine": engine, "slot_s": length_s, "perspective": counted}
@@ -158,8 +158,8 @@ def _solved(
     options["time_limit_s"] = time_limit_s
     try:
         if method["engine"] == "cvxpy" and isinstance(problem, P1):
-            found = route_choice(mission, **options)
-            return found.plan, "", found.relaxation_s
+            choice = route_choice(mission, **options)
+            return choice.plan, "", choice.relaxation_s
         return solve(mission, problem, engine=method["engine"], **options), "", None
     except SolverError as error:
         return None, str(error), None
@@ -168,7 +168,7 @@ def _solved(
 def _answer(
     plan: Plan | None, words: str, method: Row, reference: str, best_s: float | None, bounds: Bounds
 ) -> dict[str, Any]:
-    """Return what a method answers, whether it is what theory asks, and why."""
+    """Return a method's answer, whether it agrees with theory, and why."""
     hover_s = plan.hover_time_s if plan else None
     allowance_s = ACCURACY_S[method["engine"]] * max(1.0, (hover_s or 0.0) / LONG_S)
     row: dict[str, Any] = {
@@ -185,7 +185,7 @@ def _answer(
         return row
     if best_s is None:
         agrees = hover_s is None
-        words = f"no plan, as by the {reference}" if agrees else "a plan where there is none"
+        words = f"no plan, as by the {reference}" if agrees else "a plan where none exists"
         return row | {"agrees": agrees, "words": words}
     if method["slot_s"] is None:
         if hover_s is None:
@@ -212,8 +212,8 @@ def _mismatch(row: Row, other: Row) -> dict[str, Any]:
         return {}
     if None not in (hover_s, found_s) and abs(hover_s - found_s) <= row["allowance_s"]:
         return {}
-    found = "no plan" if found_s is None else f"Δ = {found_s:.6f} s"
-    return {"agrees": False, "words": f"{other['method']} finds {found}"}
+    answer = "no plan" if found_s is None else f"Δ = {found_s:.6f} s"
+    return {"agrees": False, "words": f"{other['method']} finds {answer}"}
 
 
 def bound(model: Model, parameters: Row, slot_s: float) -> Bound:
@@ -273,7 +273,7 @@ def _tables(found: Results) -> Iterator[str]:
 def _gaps(found: Results) -> Iterator[str]:
     """Yield what slots lose of the hover by problem."""
     slots_s = [*dict.fromkeys(row["slot_s"] for row in found.rows if row["slot_s"])]
-    # Of several methods in the same slots the first
+    # The first of several methods in the same slots
     cells = {(_name(row), row["slot_s"]): row for row in reversed(found.rows)}
     yield "Δ in continuous times; below each length of slot, how much of it is lost [s]"
     table = [["problem", "Δ [s]", *(f"{slot_s:g} s" for slot_s in slots_s), "agree"]]
@@ -314,12 +314,12 @@ def _worth(found: Results) -> Iterator[str]:
         took = (f"{sum(cell['time_s'] for cell in cells):.2f}" for _ in times)
         reference = method == found.rows[0]["method"]
         table.append([method, "reference" if reference else gap, limit, agree, *took])
-        for row in solved:  # Of methods that differ in their slots only, one line
+        for row in solved:  # One line for methods that differ only in their slots
             kind = method.removesuffix(f" {row['slot_s'] or 0.0:g} s")
             proofs.setdefault(kind, {})[row["proof"].partition(";")[0]] = None
     yield from (*tabulated(table), "")
     relaxed = [row["relaxation_s"] for row in found.rows if row["relaxation_s"] is not None]
-    if limits := " or ".join(dict.fromkeys(f"{each:.3f} s" for each in relaxed)):
+    if limits := " or ".join(dict.fromkeys(f"{bound_s:.3f} s" for bound_s in relaxed)):
         yield f"P1 over all routes as one MILP: its LP relaxation bounds Δ by {limits}"
     for kind, words in proofs.items():
         yield f"{kind}: {'; '.join(words).removeprefix(f'{kind}: ')}"

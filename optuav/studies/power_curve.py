@@ -17,7 +17,7 @@ from optuav.plan.summary import tabulated
 from optuav.studies.results import Pictures, Results, ResultsWithFacts
 
 UNITS = {"speed_m_s": "m/s", "power_W": "W", "current_A": "A"}
-STEPS = 100  # Of the speeds up to the cap, if none are stated
+STEPS = 100  # Intervals up to the cap, if no speeds are given
 PRINTED = 11  # Most rows of the printed table
 NAMED = {"best_endurance": "best endurance", "best_range": "best range"}
 FASTEST_M_S = 1e6
@@ -72,7 +72,7 @@ def power_curve(
     Parameters
     ----------
     mission
-        A mission whose flight model has such a curve, as "rotary-wing"; a name or a path also does.
+        A mission whose flight model has such a curve ("rotary-wing" has), its name or path.
     speeds_m_s
         Air speeds [m/s], 0 to 1e6; by default 101 from 0 to ``flight.max_speed_m_s``.
 
@@ -84,7 +84,7 @@ def power_curve(
     Raises
     ------
     InputError
-        If the flight model has no power over speed, or a speed is no such number.
+        If the flight model has no power over speed, or a speed is not such a number.
 
     References
     ----------
@@ -131,9 +131,9 @@ def _show(curve: Results) -> Iterator[str]:
         speed, power = facts[f"{name}_m_s"], facts[f"{name}_power_W"]
         yield f"{words.capitalize():15}{speed:9.2f} m/s in still air  {power:9.2f} W"
     yield ""
-    every = -(-(len(curve.rows) - 1) // (PRINTED - 1)) or 1
+    step = -(-(len(curve.rows) - 1) // (PRINTED - 1)) or 1
     head = [f"{name.partition('_')[0]} [{unit}]" for name, unit in UNITS.items()]
-    lines = ([f"{value:.2f}" for value in row.values()] for row in curve.rows[::every])
+    lines = ([f"{value:.2f}" for value in row.values()] for row in curve.rows[::step])
     yield from tabulated([("", *head), *(("", *line) for line in lines)])
 
 

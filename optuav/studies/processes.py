@@ -20,7 +20,7 @@ WORKERS = Number("-", ge=1, le=1000, whole=True)
 def run_tasks(
     function: Callable[..., Result], tasks: Sequence[tuple[Any, ...]], workers: int
 ) -> Iterator[Result]:
-    """Yield what a module-level function returns for the arguments of each task, in their order.
+    """Yield the value of a module-level function for the arguments of each task, in order.
 
     The calls are made in this process, or by several that import the function on their own.
     """
@@ -29,8 +29,8 @@ def run_tasks(
         return
     with ProcessPoolExecutor(most, get_context("spawn"), stay_with_parent) as pool:
         with interrupts_blocked():
-            found = pool.map(function, *zip(*tasks, strict=True))
-        yield from found
+            results = pool.map(function, *zip(*tasks, strict=True))
+        yield from results
 
 
 @contextmanager

@@ -35,7 +35,7 @@ class Results:
     Parameters
     ----------
     kind
-        What the table holds, for example ``"optuav comparison"``.
+        Kind of the table, for example ``"optuav comparison"``.
     mission
         The mission that was studied.
     facts
@@ -43,7 +43,7 @@ class Results:
     units
         Unit of each column by its name; ``""`` for words and truth values, ``"-"`` for ratios.
     rows
-        The rows, each a mapping with an entry a column; None where there is no value. A row may
+        The rows, each a mapping with an entry per column; None for no value. A row may
         have further entries, which `to_dict` shows.
     show
         Makes the pieces of the printed text: a function of the table.
@@ -53,8 +53,8 @@ class Results:
     Examples
     --------
     >>> import optuav
-    >>> found = optuav.compare("paper", by="trajectory", perspective="battery")
-    >>> found.units["hover_time_s"], found.facts["by"]
+    >>> results = optuav.compare("paper", by="trajectory", perspective="battery")
+    >>> results.units["hover_time_s"], results.facts["by"]
     ('s', ('trajectory',))
     """
 
@@ -76,7 +76,7 @@ class Results:
         from optuav.diagnosis.infeasibility import plain
         from optuav.markup import folded, pairs, paragraph, shown, table
 
-        rows = [[as_cell(each) for each in row.values()] for row in plain(self.records())]
+        rows = [[as_cell(value) for value in row.values()] for row in plain(self.records())]
         facts = pairs((name, as_cell(value)) for name, value in plain(self.facts).items())
         head = f"{self.kind.removeprefix('optuav ')}: {self.mission.name}"
         return shown(paragraph(head), table([*self.units], rows), folded("Facts", facts))
@@ -157,12 +157,12 @@ def as_cell(value: object) -> str | float | None:
     if isinstance(value, Mapping):
         return ", ".join(f"{name} {as_cell(each)}" for name, each in value.items())
     if isinstance(value, list):
-        return ", ".join(str(as_cell(each)) for each in value)
+        return ", ".join(str(as_cell(element)) for element in value)
     return repr(value)
 
 
 def as_csv(records: Sequence[Mapping[str, object]], columns: Sequence[str] = ()) -> str:
-    """Return flat records as comma-separated values; what is missing is an empty field."""
+    """Return flat records as comma-separated values; a missing value is an empty field."""
     text = io.StringIO()
     writer = csv.DictWriter(text, columns or list(records[0]), lineterminator="\n")
     writer.writeheader()
@@ -171,5 +171,5 @@ def as_csv(records: Sequence[Mapping[str, object]], columns: Sequence[str] = ())
 
 
 def fixed(value: float | None, digits: int = 2, *, otherwise: str = NONE, sign: str = "") -> str:
-    """Return a number with `digits` decimals, or another word where there is none."""
+    """Return a number with `digits` decimals, or another word for None."""
     return otherwise if value is None else f"{value:{sign}.{digits}f}"

@@ -51,12 +51,12 @@ def samples(
     mission
         A mission, the name of a shipped one, or the path of a mission file.
     uncertainty
-        Distributions of keys, as for `optuav.sensitivity`: a TOML file or a dict, in which keys may
+        Distributions of keys, as for `optuav.sensitivity`: a TOML file or a dict, whose keys may
         be dotted, as in ``{"limits.deadline_s": {"low": 600, "high": 1800}}``.
     count
         Number of samples, 1 to 1e7.
     method
-        ``"sobol"``: a scrambled Sobol sequence [1]_, of which the first samples are the same for
+        ``"sobol"``: a scrambled Sobol sequence [1]_, whose first samples are the same for
         any count; or ``"latin-hypercube"``: each key has one sample in every of `count` equally
         likely parts of its range [2]_.
     seed
@@ -65,7 +65,7 @@ def samples(
     Returns
     -------
     dict
-        Values by key, one entry a sample, as `optuav.batch` takes them with ``paired=True``. Beside
+        Values by key, one entry per sample, for `optuav.batch` with ``paired=True``. Beside
         an uncertain wavelength the conversion of the laser is held, as in a sensitivity.
 
     Raises
@@ -86,8 +86,8 @@ def samples(
     >>> import optuav
     >>> spread = {"battery.capacity_As": {"percent": 10}, "limits.deadline_s": {"deviation": 60}}
     >>> drawn = optuav.samples("paper", spread, 256)
-    >>> found = optuav.batch_arrays("paper", drawn, perspective="battery", paired=True)
-    >>> f"{found['hover_time_s'].mean():.0f} s of hover on average"
+    >>> results = optuav.batch_arrays("paper", drawn, perspective="battery", paired=True)
+    >>> f"{results['hover_time_s'].mean():.0f} s of hover on average"
     '720 s of hover on average'
     """
     faults = [*misfits(("count", count, COUNT), ("seed", seed, SEED))]
@@ -110,7 +110,7 @@ class Spread:
     low: float
     high: float
     likely: float | None = None  # Most likely value of a triangular distribution
-    # Of a normal distribution about the mission's value, cut off at the range of the key.
+    # Standard deviation about the mission's value, cut off at the range of the key
     deviation: float | None = None
     along: tuple[Key, ...] = ()  # Keys that change by the same factor
 
@@ -131,7 +131,7 @@ class Spread:
         return np.where(share * (high - low) < likely - low, up, down)
 
     def columns(self, values: Floats) -> Iterator[tuple[str, Floats]]:
-        """Yield the values by key, and those of the keys that change along with it."""
+        """Yield the values by key, including keys that change along with it."""
         yield self.key.name, values
         for other in self.along:
             yield other.name, np.clip(other.now * (values / self.key.now), other.low, other.high)
@@ -150,11 +150,11 @@ class Draws:
 
     def values(self, first: int, count: int) -> dict[str, Floats]:
         """Values by key of some samples."""
-        names, found = [each.key.name for each in self.spreads], dict[str, Floats]()
+        names, columns = [spread.key.name for spread in self.spreads], dict[str, Floats]()
         shares = self.points(names, self.seed, first, count)
         for spread, column in zip(self.spreads, shares.T, strict=True):
-            found |= spread.columns(spread.at(column))
-        return with_conversion(self.mission, found)
+            columns |= spread.columns(spread.at(column))
+        return with_conversion(self.mission, columns)
 
 
 def with_conversion(mission: Mission, values: dict[str, Floats]) -> dict[str, Floats]:
@@ -188,16 +188,16 @@ def latin_hypercube(names: Sequence[str], seed: int, _: int, count: int) -> Floa
 
 def independent(names: Sequence[str], seed: int, first: int, count: int) -> Floats:
     """Random points, each key from a stream of its own."""
-    found = np.empty((len(names), count))
-    for name, column in zip(names, found, strict=True):
+    points = np.empty((len(names), count))
+    for name, column in zip(names, points, strict=True):
         stream = np.random.PCG64([seed, crc32(name.encode())])
         stream.advance(first)  # each number takes one step
         np.random.Generator(stream).random(out=column)
-    return found.T
+    return points.T
 
 
 def unstated(mission: Mission) -> Iterator[Spread]:
-    """Yield every key within 10 %, but what is known and what has no range, as whole numbers."""
+    """Yield every key within 10 %, except known ones and ones without a range (whole numbers)."""
     for key in stated_keys(mission).values():
         ends = sorted(float(f"{key.now * share:.12g}") for share in (1.0 - SHARE, 1.0 + SHARE))
         low, high = (min(max(end, key.low), key.high) for end in ends)
@@ -207,11 +207,11 @@ def unstated(mission: Mission) -> Iterator[Spread]:
 
 def completed(mission: Mission, stated: Sequence[Spread]) -> Mission:
     """Return the mission with values for spread keys that it does not state."""
-    keys = (each.key for each in stated)
+    keys = (spread.key for spread in stated)
     return mission.replace({k.name: k.now for k in keys if now_of(mission, k.name) is None})
 
 
-def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tuple[Spread, ...]:
+def spreads(mission: Mission, content: Mapping[str, object] | str | Path) -> tuple[Spread, ...]:
     """Return the spreads that a TOML file or a mapping states, or refuse it with all faults.
 
     A key that the mission does not state is now at its most likely value, or at the middle.
@@ -220,10 +220,10 @@ def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tupl
     "battery.capacity_As": {"percent": 5}}``; other forms as in `optuav.sensitivity`.
     """
     source = ""
-    if not isinstance(stated, Mapping):
-        path = path_of(stated)
-        source, stated = label(path), read_toml(path)
-    found, faults, forms = list[Spread](), list[Fault](), [*dotted(stated)]
+    if not isinstance(content, Mapping):
+        path = path_of(content)
+        source, content = label(path), read_toml(path)
+    spreads_found, faults, forms = list[Spread](), list[Fault](), [*dotted(content)]
     known = stated_keys(mission)
     for name, form in forms:
         middle = _middle(form) if name in numeric_keys().keys() - known.keys() else None
@@ -234,12 +234,12 @@ def spreads(mission: Mission, stated: Mapping[str, object] | str | Path) -> tupl
     known = stated_keys(mission)
     for name, form in forms:
         with collected(faults):
-            found.append(_spread(known, name, form))
-    names = Counter(each.name for spread in found for each in (spread.key, *spread.along))
+            spreads_found.append(_spread(known, name, form))
+    names = Counter(key.name for spread in spreads_found for key in (spread.key, *spread.along))
     words = "varies once, by itself or along another"
     faults += [Fault(name, "", words) for name in sorted(names) if names[name] > 1]
     refuse(replace(fault, source=source) for fault in faults)
-    return tuple(found)
+    return tuple(spreads_found)
 
 
 def _middle(form: object) -> float | None:
@@ -251,7 +251,7 @@ def _middle(form: object) -> float | None:
 
 
 def dotted(stated: Mapping[str, object]) -> Iterator[tuple[str, object]]:
-    """Keys with their values, those of inner tables by dotted names."""
+    """Keys with their values; inner tables give dotted names."""
     for key, content in stated.items():
         name = key if isinstance(key, str) else shown(key)
         if isinstance(content, dict) and "." not in name:
@@ -261,18 +261,18 @@ def dotted(stated: Mapping[str, object]) -> Iterator[tuple[str, object]]:
 
 
 def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
-    """Return the spread of one key, or refuse what is stated."""
+    """Return the spread of one key, or refuse its form."""
     key = _key(known, name)
-    stated = form if isinstance(form, dict) else {}
-    parts = ", ".join(f"{part} = {shown(value)}" for part, value in stated.items())
-    written = f"{{ {parts} }}" if stated else shown(form)
-    numbers = {part: value for part, value in stated.items() if part != "along"}
+    parts_by_name = form if isinstance(form, dict) else {}
+    parts = ", ".join(f"{part} = {shown(value)}" for part, value in parts_by_name.items())
+    written = f"{{ {parts} }}" if parts_by_name else shown(form)
+    numbers = {part: value for part, value in parts_by_name.items() if part != "along"}
     if numbers.keys() not in KINDS or not all(map(FINITE.accepts, numbers.values())):
         raise InputError([Fault(name, written, FORMS)])
     if key.whole:
         raise InputError([Fault(name, written, "a whole number cannot be spread")])
-    along = stated.get("along", [])
-    if not isinstance(along, list) or not all(isinstance(each, str) for each in along):
+    along = parts_by_name.get("along", [])
+    if not isinstance(along, list) or not all(isinstance(key_along, str) for key_along in along):
         raise InputError([Fault(f"{name}.along", shown(along), "a list of keys")])
     if along and key.now == 0.0:
         raise InputError([Fault(f"{name}.along", shown(along), "nothing goes along with 0")])
@@ -284,14 +284,14 @@ def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
     if not (key.low <= low < high <= key.high and low <= numbers.get("likely", low) <= high):
         within = f"within {key.low:g} to {key.high:g} [{key.unit}]"
         raise InputError([Fault(name, written, f"low < high, likely between, {within}")])
-    return Spread(key, low, high, likely, deviation, tuple(_key(known, each) for each in along))
+    return Spread(key, low, high, likely, deviation, tuple(_key(known, other) for other in along))
 
 
 def _key(known: Mapping[str, Key], name: str) -> Key:
     """Return a key that may vary, or refuse its name."""
     if name in known:
         return known[name]
-    alike = [each for each in known if each.startswith(f"{name.partition('.')[0]}.")]
+    alike = [other for other in known if other.startswith(f"{name.partition('.')[0]}.")]
     words = "a number that the mission states, or a component such as wind.force_N[0]; "
     if name in numeric_keys():
         raise InputError([Fault(name, "", "the mission does not state it: state low and high")])

@@ -45,7 +45,7 @@ class Scenarios:
     mission: Mission
     rows: Mapping[str, Floats] | Draws | None = None
     grid: Mapping[str, Floats] = field(default_factory=dict)
-    towns: tuple[Buildings, ...] = ()  # Buildings by row; without any, those of the mission
+    towns: tuple[Buildings, ...] = ()  # Buildings by row; without any, the mission's own
 
     @cached_property
     def row_count(self) -> int:
@@ -67,7 +67,7 @@ class Scenarios:
 
     @cached_property
     def base(self) -> Mission:
-        """The mission with what it does not state itself of the keys."""
+        """The mission completed with the keys that it does not state itself."""
         first, mission = self._first(), self.mission
         return mission.replace({key: first[key] for key in first if now_of(mission, key) is None})
 
@@ -82,69 +82,72 @@ class Scenarios:
         row, *places = np.unravel_index(np.arange(first, first + count), sizes)
         start, stop = int(row[0]), int(row[-1]) + 1
         if isinstance(self.rows, Draws):
-            found = self.rows.values(start, stop - start)
+            drawn = self.rows.values(start, stop - start)
         else:
-            found = {key: values[start:stop] for key, values in (self.rows or {}).items()}
+            drawn = {key: values[start:stop] for key, values in (self.rows or {}).items()}
         if not self.grid:
-            return found
-        found = {key: values[row - start] for key, values in found.items()}
+            return drawn
+        drawn = {key: values[row - start] for key, values in drawn.items()}
         pairs = zip(self.grid.items(), places, strict=True)
-        return found | {key: values[place] for (key, values), place in pairs}
+        return drawn | {key: values[place] for (key, values), place in pairs}
 
     def variants(self, few: Network | None = None) -> Iterator[tuple[int, Variants]]:
         """All of them, some at a time, with the number of the first; of few routes on demand."""
         np.empty(HELD_BYTES, np.uint8)
         network = few or self.network
-        found, at_once = None, max(1, AT_ONCE // len(network.routes))
+        variants, at_once = None, max(1, AT_ONCE // len(network.routes))
         if self.towns:  # Whole towns
             per_town = self.count // len(self.towns)
             at_once = per_town * max(1, at_once // per_town)
         for first in range(0, self.count, at_once):
             columns = self.columns(first, min(at_once, self.count - first))
             if self.towns:
-                some = slice(first // per_town, (first + at_once) // per_town)
-                found = Variants(network, columns, towns=self.towns[some])
+                rows = slice(first // per_town, (first + at_once) // per_town)
+                variants = Variants(network, columns, towns=self.towns[rows])
             else:
-                found = found.others(columns) if found else Variants(network, columns)
-            yield first, found
+                variants = variants.others(columns) if variants else Variants(network, columns)
+            yield first, variants
 
     def columns(self, first: int, count: int) -> Columns:
         """The same with what `Mission.replace` displaces, for the variants of `base`."""
         mission, laser, battery = self.mission, self.mission.laser, self.mission.battery
-        found = self.stated(first, count)
-        if not found:
+        columns = self.stated(first, count)
+        if not columns:
             return {"limits.deadline_s": np.full(count, mission.limits.deadline_s)}
-        if PER_MINUTE in found:
-            found[PER_SECOND] = found.pop(PER_MINUTE) / 60.0
+        if PER_MINUTE in columns:
+            columns[PER_SECOND] = columns.pop(PER_MINUTE) / 60.0
         if (
             isinstance(laser, Laser)
-            and WAVELENGTH in found
-            and f"laser.{COEFFICIENTS[0]}" not in found
+            and WAVELENGTH in columns
+            and f"laser.{COEFFICIENTS[0]}" not in columns
         ):
-            same = found[WAVELENGTH] == laser.wavelength_nm
-            known, which = np.unique(found[WAVELENGTH], return_inverse=True)
+            same = columns[WAVELENGTH] == laser.wavelength_nm
+            known, which = np.unique(columns[WAVELENGTH], return_inverse=True)
             for name in COEFFICIENTS:
-                own = getattr(laser, name)
-                table = [CONVERSIONS.get(each, {}).get(name, own) for each in known.tolist()]
-                found[f"laser.{name}"] = np.where(same, own, np.array(table)[which])
-        sizes = [key for name in SIZES if (key := f"battery.{name}") in found]
+                coefficient = getattr(laser, name)
+                table = [
+                    CONVERSIONS.get(wavelength_nm, {}).get(name, coefficient)
+                    for wavelength_nm in known.tolist()
+                ]
+                columns[f"laser.{name}"] = np.where(same, coefficient, np.array(table)[which])
+        sizes = [key for name in SIZES if (key := f"battery.{name}") in columns]
         for name in ENERGIES if sizes else ():
             stated_J, key = getattr(battery, name), f"battery.{name}"
-            if stated_J is not None and key not in found:
-                same = np.logical_and.reduce([found[e] == now_of(mission, e) for e in sizes])
+            if stated_J is not None and key not in columns:
+                same = np.logical_and.reduce([columns[e] == now_of(mission, e) for e in sizes])
                 if same.any():
-                    found[key] = np.where(same, stated_J, np.nan)
+                    columns[key] = np.where(same, stated_J, np.nan)
         for name in ("available_As", "bound_As"):
             level_As, key = now_of(mission, f"start.{name}"), f"start.{name}"
-            if level_As is not None and key not in found:
-                sizes = [well for well in OF_WELLS if well in found]
-                same = np.logical_and.reduce([found[e] == now_of(mission, e) for e in sizes])
+            if level_As is not None and key not in columns:
+                sizes = [well for well in OF_WELLS if well in columns]
+                same = np.logical_and.reduce([columns[e] == now_of(mission, e) for e in sizes])
                 if not np.all(same):
-                    found[key] = np.where(same, level_As, np.nan)
-        return found
+                    columns[key] = np.where(same, level_As, np.nan)
+        return columns
 
     def missions(self, first: int, count: int) -> Iterator[Mission | InputError]:
-        """Every scenario as a mission of its own, or what is wrong with it."""
+        """Yield every scenario as a mission of its own, or its error."""
         columns, mission = self.stated(first, count), self.mission
         for row in range(count):
             try:
@@ -169,7 +172,7 @@ def check(found: Scenarios) -> None:
         refuse([Fault("", f"{found.count} scenarios", f"at most {MOST}")])
     values, mission = found.stated(0, 1), found.mission
     faults = [
-        Fault(key, "", f"the mission states no {lacking}, of which this is a part")
+        Fault(key, "", f"the mission states no {lacking}, and this key is part of it")
         for key in values
         if (lacking := _lacking(mission, key, values))
     ]
@@ -191,7 +194,7 @@ def _lacking(mission: Mission, key: str, values: Mapping[str, Floats]) -> str:
 
 
 def values_of(ranges: object, faults: list[Fault], *, paired: bool) -> dict[str, Floats]:
-    """Values by key; what is wrong with them for any mission is among the faults."""
+    """Return values by key; append their faults for any mission to `faults`."""
     if not isinstance(ranges, Mapping):
         faults.append(Fault("ranges", shown(ranges), "values by key in a dict"))
         return {}
@@ -211,7 +214,7 @@ def values_of(ranges: object, faults: list[Fault], *, paired: bool) -> dict[str,
 
 
 def _column(key: str, stated: object, allowed: Number) -> tuple[Floats, Fault | None]:
-    """The values of a key, and what is wrong with them."""
+    """Return the values of a key, and their fault."""
     words = f"a list or an array, each {allowed.words}"
     try:
         column = np.asarray(stated)
@@ -228,15 +231,21 @@ def _column(key: str, stated: object, allowed: Number) -> tuple[Floats, Fault | 
 
 
 def _refuse_wavelengths(found: Scenarios) -> None:
-    """Refuse wavelengths for which no conversion is known or stated."""
+    """Refuse wavelengths without a known or stated conversion."""
     stated_rows = {} if isinstance(found.rows, Draws) else found.rows or {}
     values, laser = {**stated_rows, **found.grid}, found.mission.laser
-    stated = [name for name in COEFFICIENTS if f"laser.{name}" in values]
-    if WAVELENGTH not in values or not isinstance(laser, Laser) or len(stated) == len(COEFFICIENTS):
+    coefficients = [name for name in COEFFICIENTS if f"laser.{name}" in values]
+    if (
+        WAVELENGTH not in values
+        or not isinstance(laser, Laser)
+        or len(coefficients) == len(COEFFICIENTS)
+    ):
         return
     known = [*CONVERSIONS, laser.wavelength_nm]
-    unknown = [each for each in values[WAVELENGTH].tolist() if each not in known]
-    if stated or unknown:
-        value = ", ".join(stated) or f"{unknown[0]:g}"
+    unknown = [
+        wavelength_nm for wavelength_nm in values[WAVELENGTH].tolist() if wavelength_nm not in known
+    ]
+    if coefficients or unknown:
+        value = ", ".join(coefficients) or f"{unknown[0]:g}"
         words = f"with all of {', '.join(COEFFICIENTS)}, or none of them and 810 or 1550 nm"
         refuse([Fault(WAVELENGTH, value, words)])

@@ -35,7 +35,7 @@ from optuav.studies.uncertainty import Chances, FixedPlan, chances
 
 SAMPLES = Number("-", ge=1, le=1e8, whole=True)
 WORLD = ("battery", "rotor", "body", "laser", "link", "flight")
-"""Tables of what is measured; [route] and [limits] state what is chosen."""
+"""Tables of measured values; [route] and [limits] hold choices."""
 STEP = 1e-4  # Step of the rates at the value of a key, relative to it
 UNITS = {
     **dict.fromkeys(("key", "unit", "now", "low", "high"), ""),
@@ -67,7 +67,7 @@ def sensitivity(
     uncertainty
         Distributions of keys: a TOML file with the tables and keys of a mission, each key as
         ``{ low = 1, high = 2 }`` (uniform), ``{ low = 1, likely = 1.5, high = 2 }`` (triangular),
-        ``{ deviation = 0.1 }`` (normal about the mission's value, cut off at what is allowed) or
+        ``{ deviation = 0.1 }`` (normal about the mission's value, cut off at the allowed range) or
         ``{ percent = 5 }`` (uniform); ``along = ["table.key"]`` changes other keys by the same
         factor. Or the same as a dict. By default every number that is measured rather than chosen
         is within 10 % of its value; gravity varies only where it is stated. Keys are independent of
@@ -90,10 +90,10 @@ def sensitivity(
         stated one or 10 %), None without a plan; the elasticity, percent of hover time by one
         percent of the key, as a mean over the range; and the local one at the value itself, from
         steps of 0.01 and 0.02 % below it and above it, which differ at a kink (``local_less``,
-        ``local_more``; None where such a step leaves what is possible, ``at_end`` if that is the
+        ``local_more``; None if such a step leaves the possible values, ``at_end`` if that is the
         range of the key). Among the facts are ``hover_time_s``, the longest hover of the mission
-        itself (0 without a plan), and ``chances``, what the samples say: quantiles of the longest
-        hover, how often each route is the best, and the share of samples in which the fixed plan
+        itself (0 without a plan), and ``chances``, from the samples: quantiles of the longest
+        hover, how often each route is the best, and the share of samples where the fixed plan
         can be flown; None if nothing is uncertain.
 
     Raises
@@ -105,8 +105,8 @@ def sensitivity(
     --------
     >>> import optuav
     >>> size = {"battery": {"capacity_As": {"percent": 10}}}
-    >>> found = optuav.sensitivity("paper", size, perspective="battery", samples=100)
-    >>> capacity = next(row for row in found.rows if row["key"] == "battery.capacity_As")
+    >>> results = optuav.sensitivity("paper", size, perspective="battery", samples=100)
+    >>> capacity = next(row for row in results.rows if row["key"] == "battery.capacity_As")
     >>> round(capacity["hover_low_s"], 1), round(capacity["hover_high_s"], 1)
     (649.7, 789.4)
     >>> round(capacity["local_elasticity"], 3)
@@ -125,28 +125,34 @@ def sensitivity(
             words = "pooled, or another perspective: each sample would take seconds"
             faults.append(Fault("battery.schedule", shown(studied.battery.schedule), words))
     refuse(faults)
-    stated = None if uncertainty is None else spreads(studied, uncertainty)
-    studied = completed(studied, stated or ())
-    varied = {each.key.name: each for each in (*unstated(studied), *(stated or ()))}
-    taken = {other.name for spread in stated or () for other in spread.along}
-    alone = [each for name, each in varied.items() if name not in taken]
-    uncertain = stated
+    given_spreads = None if uncertainty is None else spreads(studied, uncertainty)
+    studied = completed(studied, given_spreads or ())
+    varied = {spread.key.name: spread for spread in (*unstated(studied), *(given_spreads or ()))}
+    taken = {other.name for spread in given_spreads or () for other in spread.along}
+    alone_in_turn = [spread for name, spread in varied.items() if name not in taken]
+    uncertain = given_spreads
     if uncertain is None:
-        measured = (each for each in alone if each.key.name.partition(".")[0] in WORLD)
-        uncertain = tuple(each for each in measured if "[" not in each.key.name)
+        measured = (
+            spread for spread in alone_in_turn if spread.key.name.partition(".")[0] in WORLD
+        )
+        uncertain = tuple(spread for spread in measured if "[" not in spread.key.name)
     best = solve(studied, perspective=perspective)
     held = FixedPlan.of(plan or best, studied) if plan or best else None
-    hover_s, found, is_stated = best.hover_time_s if best else 0.0, None, stated is not None
+    hover_s, chances_found, is_stated = (
+        best.hover_time_s if best else 0.0,
+        None,
+        given_spreads is not None,
+    )
     if uncertain:
         draws = Draws(studied, tuple(uncertain), int(samples), int(seed), independent)
-        found = chances(draws, perspective, held, stated=is_stated)
+        chances_found = chances(draws, perspective, held, stated=is_stated)
     facts = {
         "perspective": perspective,
         "hover_time_s": hover_s,
         "plan_hover_time_s": None if held is None else held.hover_time_s,
-        "chances": found,
+        "chances": chances_found,
     }
-    rows = effects(studied, alone, perspective, hover_s)
+    rows = effects(studied, alone_in_turn, perspective, hover_s)
     return Results("optuav sensitivity", studied, facts, UNITS, rows, _tables, _figures)
 
 
@@ -154,10 +160,10 @@ def effects(
     mission: Mission, spreads: Sequence[Spread], perspective: Perspective, hover_time_s: float
 ) -> tuple[Row, ...]:
     """Return the effect of each key on the longest hover, the others held; the largest first."""
-    steps = STEP * np.array([abs(each.key.now) or each.high - each.low for each in spreads])
-    values = np.array([[each.low, each.high, *[each.key.now] * 5] for each in spreads])
+    steps = STEP * np.array([abs(spread.key.now) or spread.high - spread.low for spread in spreads])
+    values = np.array([[spread.low, spread.high, *[spread.key.now] * 5] for spread in spreads])
     values[:, 2:] += steps[:, None] * np.arange(-2.0, 3.0)
-    ends = np.array([[each.key.low, each.key.high] for each in spreads])
+    ends = np.array([[spread.key.low, spread.key.high] for spread in spreads])
     allowed = (values >= ends[:, :1]) & (values <= ends[:, 1:])
     values = np.where(allowed, values, values[:, 4:5])
     question = checked_question(mission, perspective=perspective)
@@ -168,7 +174,7 @@ def effects(
     # To one side each, of second order: at the value itself another limit or route may take over.
     below = (near_s[0] - 4.0 * near_s[1] + 3.0 * near_s[2]) / (2.0 * steps)
     above = (4.0 * near_s[3] - near_s[4] - 3.0 * near_s[2]) / (2.0 * steps)
-    found = list[Row]()
+    rows = list[Row]()
     table = np.transpose([lows_s, highs_s, below, above]).tolist()
     for spread, inside, (low_s, high_s, *rates) in zip(spreads, allowed, table, strict=True):
         key = spread.key
@@ -196,27 +202,27 @@ def effects(
             "local_elasticity": None if has_kink else less if more is None else more,
             "has_kink": has_kink,
             "at_end": at_end,
-            "swing_s": max(abs((each or 0.0) - hover_time_s) for each in (low, high)),
+            "swing_s": max(abs((end_s or 0.0) - hover_time_s) for end_s in (low, high)),
             "along": tuple(other.name for other in spread.along),
         }
-        found.append(row)
-    return tuple(sorted(found, key=lambda row: -row["swing_s"]))
+        rows.append(row)
+    return tuple(sorted(rows, key=lambda row: -row["swing_s"]))
 
 
 def _one_by_one(spreads: Sequence[Spread], values: Floats) -> dict[str, Floats]:
-    """Return columns of scenarios in which one key alone differs, by its row (key, value)."""
+    """Return columns of scenarios where only one key differs, by its row (key, value)."""
     count = values.shape[1]
     columns: dict[str, Floats] = {}
     for number, (spread, own) in enumerate(zip(spreads, values, strict=True)):
         now = {key.name: key.now for key in (spread.key, *spread.along)}
         for name, column in spread.columns(own):
-            every = columns.setdefault(name, np.full(values.size, now[name]))
-            every[count * number : count * (number + 1)] = column
+            values_of_key = columns.setdefault(name, np.full(values.size, now[name]))
+            values_of_key[count * number : count * (number + 1)] = column
     return columns
 
 
 def _tables(found: Results) -> Iterator[str]:
-    """Yield the effects of single keys, then what the samples say."""
+    """Yield the effects of single keys, then the results of the samples."""
     facts, hover_s = found.facts, found.facts["hover_time_s"]
     yield f"{found.mission.name}: what matters most, {facts['perspective']}\n"
     rows = [row for row in found.rows if row["swing_s"] > MOVES_S][:MOST_ROWS]
@@ -242,7 +248,7 @@ def _tables(found: Results) -> Iterator[str]:
         )
         yield f"Local on either side: {'; '.join(sides)}"
     if any(row["key"] == WAVELENGTH for row in rows):
-        yield f"{WAVELENGTH} moves the attenuation alone: slopes and offsets are held"
+        yield f"{WAVELENGTH} moves only the attenuation: slopes and offsets are held"
     if facts["chances"] is not None:
         yield ""
         yield from _chances(facts["chances"], facts["plan_hover_time_s"])

@@ -28,9 +28,9 @@ SLOWEST = 0.2  # Least speed of grid and picture, as a share of the largest
 
 
 def compare_speeds(mission: Mission, perspective: Perspective) -> Results:
-    """Return P1 at named speeds and at free ones, with what CasADi and a grid find.
+    """Return P1 at named speeds and at free ones, with the answers of CasADi and a grid.
 
-    The grid is that of all speeds of the legs on the route of the plan with free speeds.
+    The grid covers all speeds of the legs on the route of the plan with free speeds.
     """
     free = formulate(mission, P1(speed="free"), perspective=perspective)
     assert isinstance(free, FreeSpeedProgram)
@@ -47,8 +47,8 @@ def compare_speeds(mission: Mission, perspective: Perspective) -> Results:
     def add(method: str, hover_s: float | None, speeds: Sequence[float], status: str) -> None:
         known = hover_s is not None and rows and rows[0]["hover_time_s"] is not None
         brings_s = hover_s - rows[0]["hover_time_s"] if hover_s is not None and known else None
-        found = method, hover_s, brings_s, tuple(speeds), status
-        rows.append(dict(zip(UNITS, found, strict=True)))
+        row = method, hover_s, brings_s, tuple(speeds), status
+        rows.append(dict(zip(UNITS, row, strict=True)))
 
     for method, each in plans.items():
         flown = [speed for leg in each.speeds_m_s for speed in leg] if each else []
@@ -79,11 +79,11 @@ def _show(found: Results) -> Iterator[str]:
     """Yield one line a method."""
     perspective = found.facts["perspective"]
     yield f"{found.mission.name}: longest hover by speed of the legs, {perspective}\n"
-    table = [["speed", "Δ [s]", "brings [s]", "legs [m/s]", "answer"]]
+    table = [["speed", "Δ [s]", "gain [s]", "legs [m/s]", "answer"]]
     for row in found.rows:
         speeds = ", ".join(f"{speed_m_s:.2f}" for speed_m_s in row["speeds_m_s"]) or "–"
-        brings = fixed(row["brings_s"], 3, otherwise="–", sign="+")
-        table.append([row["method"], fixed(row["hover_time_s"], 3), brings, speeds, row["status"]])
+        gain = fixed(row["brings_s"], 3, otherwise="–", sign="+")
+        table.append([row["method"], fixed(row["hover_time_s"], 3), gain, speeds, row["status"]])
     yield from tabulated(table, 1, 2)
 
 
@@ -99,13 +99,18 @@ def _draw(found: Results, route: RouteSpeeds | None, plan: Plan) -> Pictures:
     points = np.minimum(speeds[:, None] / np.maximum(most_m_s, 1e-9), 1.0)
     hovers_s = route.hover_times_s(points, 0.0, perspective)
     flown = np.isfinite(hovers_s)
-    own = [speed for leg in plan.speeds_m_s for speed in leg]
+    leg_speeds_m_s = [speed for leg in plan.speeds_m_s for speed in leg]
     curve: Any = flight_of(found.mission).power_over_speed(0.0)
     named = {"best endurance": curve.best_endurance[0], "best range": curve.best_range[0]}
     ax = curves(
         [
             Line("all legs at one speed", speeds[flown], hovers_s[flown]),
-            Line("each leg at its best", own, [plan.hover_time_s] * len(own), "o"),
+            Line(
+                "each leg at its best",
+                leg_speeds_m_s,
+                [plan.hover_time_s] * len(leg_speeds_m_s),
+                "o",
+            ),
         ],
         title=f"Hover over the speed of the legs: {printable(found.mission.name)}",
         x_label="ground speed $V$ [m/s]",

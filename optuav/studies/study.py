@@ -71,14 +71,14 @@ class SweepPlan:
 
     @property
     def is_drawable(self) -> bool:
-        """Whether there are up to three keys, of several values each and one of rows at most."""
+        """True for up to three keys with several values each, at most one of them of rows."""
         keys, grid = len(self.scenarios.stated(0, 1)), len(self.scenarios.grid)
         return keys < 4 and keys - grid < 2 and min(self.scenarios.sizes.values()) > 1
 
     def part(self, number: int) -> range:
         """The scenarios of a part by number."""
-        every = range(self.scenarios.count)
-        return every[number * self.scenarios_per_part :][: self.scenarios_per_part]
+        numbers = range(self.scenarios.count)
+        return numbers[number * self.scenarios_per_part :][: self.scenarios_per_part]
 
 
 def read_plan(study: Path | Mapping[str, object]) -> SweepPlan:
@@ -86,11 +86,11 @@ def read_plan(study: Path | Mapping[str, object]) -> SweepPlan:
     faults, is_file = list[Fault](), isinstance(study, Path)
     path, source = (study, label(study)) if isinstance(study, Path) else (Path(), "study")
     document = read_toml(path) if is_file else to_jsonable_python(study, fallback=_as_list)
-    stated = _stated(document, faults)
+    study_file = _stated(document, faults)
     with collected(faults):
-        plan = _plan(stated, path, faults)
+        plan = _plan(study_file, path, faults)
     stated_in = dict.fromkeys(("count", "seed"), "samples")
-    stated_in |= {key: name for name in TABLES for key, _ in dotted(getattr(stated, name))}
+    stated_in |= {key: name for name in TABLES for key, _ in dotted(getattr(study_file, name))}
     refuse(_placed(fault, stated_in, source) for fault in dict.fromkeys(faults))
     return plan
 
@@ -113,7 +113,9 @@ def _stated(document: Document, faults: list[Fault]) -> StudyFile:
     try:
         return StudyFile.model_validate(document)
     except ValidationError as error:
-        keys = dict.fromkeys(str(each["loc"][0]) for each in error.errors(include_url=False))
+        keys = dict.fromkeys(
+            str(error_line["loc"][0]) for error_line in error.errors(include_url=False)
+        )
     known = StudyFile.model_fields
     for key in keys:
         words = allowed(StudyFile, key) if key in known else f"unknown key{nearest(key, known)}"
@@ -122,9 +124,9 @@ def _stated(document: Document, faults: list[Fault]) -> StudyFile:
 
 
 def _plan(stated: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
-    """The plan that a file states; what is wrong with it is added to the faults, or raised."""
+    """Return the plan that a file states; its faults are added to `faults`, or raised."""
     problem: Formulation = P1()
-    asked = perspectives_of(stated.perspective, faults)
+    perspectives = perspectives_of(stated.perspective, faults)
     if not (stated.grid or stated.paired or stated.samples):
         faults.append(Fault("grid", "", "keys with values here, in [paired] or in [samples]"))
     if stated.paired and stated.samples:
@@ -150,10 +152,10 @@ def _plan(stated: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
     for mission in loaded:
         with collected(wrong):
             drawn = spreads(mission, spread)
-        for each in asked:
+        for perspective in perspectives:
             with collected(faults):
-                questions.append(checked_question(mission, problem, each))
-    keys = Counter(each.name for one in drawn for each in (one.key, *one.along))
+                questions.append(checked_question(mission, problem, perspective))
+    keys = Counter(key.name for spread_of in drawn for key in (spread_of.key, *spread_of.along))
     keys.update([*paired, *grid])
     wrong += [Fault(key, "", "in one of the tables only") for key in keys if keys[key] > 1]
     refuse([*faults, *wrong] if wrong else ())
@@ -181,20 +183,20 @@ def stated_problem(stated: str | Document) -> Formulation:
 
 
 def _ranges(stated: Document, faults: list[Fault]) -> dict[str, Any]:
-    """Values by dotted key, those of tables at equal distances; others are for a batch to judge."""
-    found = dict[str, Any]()
+    """Values by dotted key; tables give equal distances, and a batch judges other forms."""
+    ranges = dict[str, Any]()
     for key, values in dotted(stated):
-        if key in found:
+        if key in ranges:
             faults.append(Fault(key, "", "stated once"))
         elif not isinstance(values, dict):
-            found[key] = values
+            ranges[key] = values
         elif values.keys() == {"low", "high", "count"} and (
             COUNT.accepts(count := values["count"])
             and FINITE.accepts(low := values["low"])
             and FINITE.accepts(high := values["high"])
             and low < high
         ):
-            found[key] = np.linspace(low, high, int(count))
+            ranges[key] = np.linspace(low, high, int(count))
         else:
             faults.append(Fault(key, shown(values), RANGE))
-    return found
+    return ranges

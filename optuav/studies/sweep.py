@@ -110,7 +110,7 @@ def sweep(
     resume: bool = True,
     progress: Progress | None = None,
 ) -> Swept:
-    r"""Find the best plans of all scenarios of a study, in parts of which none is computed twice.
+    r"""Find the best plans of all scenarios of a study, in parts, none of them computed twice.
 
     Parameters
     ----------
@@ -130,12 +130,12 @@ def sweep(
     resume
         Whether parts that are there and whole stay; otherwise all are computed again.
     progress
-        Called with the number of scenarios done, that of all, and words.
+        Called with the number of scenarios done, the total number, and words.
 
     Returns
     -------
     Swept
-        What was done and where, and by perspective the shortest and the longest hover and why
+        The work done and its place, and by perspective the shortest and longest hover and why
         scenarios have no plan: see `optuav.studies.sweep.Swept`.
 
     Raises
@@ -158,13 +158,13 @@ def sweep(
     ...     optuav.sweep(file).parts, optuav.sweep(file).kept
     (2, 2)
     """
-    stated = study if isinstance(study, Mapping) else path_of(study, "study", "a path, or a dict")
-    plan = planned(stated, workers, scheduler)
+    checked = study if isinstance(study, Mapping) else path_of(study, "study", "a path, or a dict")
+    plan = planned(checked, workers, scheduler)
     return run(plan, workers, scheduler, resume, progress)
 
 
 def planned(study: Path | Mapping[str, object], workers: int, scheduler: str | None) -> SweepPlan:
-    """The plan of a study, refused with all its faults and those of who is to do it."""
+    """Return the plan of a study, refused with all faults of the study and its workers."""
     require("pyarrow", "sweeps")
     faults = [*misfits(("workers", workers, WORKERS))]
     if scheduler is not None and workers != 1:
@@ -183,13 +183,13 @@ def run(
     resume: bool,
     progress: Progress | None,
 ) -> Swept:
-    """Do what a plan asks for, less what has been done; see `sweep`."""
-    manifest, directory, every = _manifest(plan), plan.output, plan.scenarios.count
+    """Solve the parts of a plan that are still missing; see `sweep`."""
+    manifest, directory, count = _manifest(plan), plan.output, plan.scenarios.count
     begun, stamp = _is_begun(directory, manifest), manifest["hash"]
-    stored = Parts(directory, stamp, every, plan.scenarios_per_part, len(plan.questions))
-    # All are looked at, as what is no file of ours is refused before anything is computed.
+    stored = Parts(directory, stamp, count, plan.scenarios_per_part, len(plan.questions))
+    # All parts are checked: a file from elsewhere is refused before anything is computed.
     left = [n for n in range(plan.parts) if not stored.is_whole(n) or not resume]
-    kept, done = plan.parts - len(left), every - sum(len(plan.part(n)) for n in left)
+    kept, done = plan.parts - len(left), count - sum(len(plan.part(n)) for n in left)
     call = partial(part_of, plan, stamp, manifest["versions"])
     tell = progress or (lambda *_: None)
     with closing(results(call, left, workers, scheduler)) as found:
@@ -197,12 +197,12 @@ def run(
             files.make_directory(directory)
             text = json.dumps(manifest, indent=1) + "\n"
             files.write_own(directory / MANIFEST, text.encode())
-        tell(done, every, f"{kept} of {plan.parts} parts")
+        tell(done, count, f"{kept} of {plan.parts} parts")
         for parts, (number, content) in enumerate(found, kept + 1):
             files.write_own(stored.path(number), content)
             done += len(plan.part(number))
-            tell(done, every, f"{parts} of {plan.parts} parts")
-    return Swept(directory, stamp, every, plan.parts, kept, *_summary(stored, plan.perspectives))
+            tell(done, count, f"{parts} of {plan.parts} parts")
+    return Swept(directory, stamp, count, plan.parts, kept, *_summary(stored, plan.perspectives))
 
 
 def open_sweep(path: Swept | str | Path) -> xarray.Dataset:
@@ -216,14 +216,14 @@ def open_sweep(path: Swept | str | Path) -> xarray.Dataset:
     Returns
     -------
     xarray.Dataset
-        With the variables, units and words of `optuav.batch`, and its dimensions: one a key of the
+        With the variables, units and words of `optuav.batch`, and dimensions: one per key of the
         grid, before them ``"scenario"`` for rows and samples, and ``"perspective"`` if there are
         several.
 
     Raises
     ------
     InputError
-        If there is no sweep, parts of it are missing or damaged, or xarray or pyarrow is missing.
+        If the sweep or a part of it is missing or damaged, or xarray or pyarrow is missing.
 
     Examples
     --------
@@ -231,19 +231,19 @@ def open_sweep(path: Swept | str | Path) -> xarray.Dataset:
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = pathlib.Path(folder) / "deadlines.toml"
     ...     _ = file.write_text("grid.limits.deadline_s = [600, 900, 1200]")
-    ...     found = optuav.open_sweep(optuav.sweep(file))
-    >>> found.hover_time_s.values.round(1).tolist()
+    ...     results = optuav.open_sweep(optuav.sweep(file))
+    >>> results.hover_time_s.values.round(1).tolist()
     [524.2, 591.6, 597.3]
     """
     require("pyarrow", "sweeps")
     require("xarray", "labelled datasets")
     directory = path.directory if isinstance(path, Swept) else path_of(path)
     about = _read_manifest(directory)
-    study, grid, asked = about.study, about.grid, about.study.perspective
+    study, grid, perspectives = about.study, about.grid, about.study.perspective
     town, *buildings = about.names
     facts = {"mission": town, "problem": repr(stated_problem(study.problem))}
-    labels = {} if isinstance(asked, str) else {"perspective": asked}
-    facts |= {"perspective": asked} if isinstance(asked, str) else {}
+    labels = {} if isinstance(perspectives, str) else {"perspective": perspectives}
+    facts |= {"perspective": perspectives} if isinstance(perspectives, str) else {}
     rows = {ROW: about.rows} if about.rows else {}
     shape = {key: len(each) for key, each in labels.items()} | rows
     shape |= {key: len(values) for key, values in grid.items()}
@@ -256,8 +256,8 @@ def open_sweep(path: Swept | str | Path) -> xarray.Dataset:
     columns = stored.read(
         range(stored.count), {"perspective": [*PERSPECTIVES], **words_of(buildings)}
     )
-    own = {*LABELS, "perspective"}
-    if not own <= columns.keys() <= own | numeric_keys().keys():
+    known = {*LABELS, "perspective"}
+    if not known <= columns.keys() <= known | numeric_keys().keys():
         raise files.refusal(directory, NOT_OURS)
     # A part has one line for each perspective of each scenario.
     values = {
@@ -277,13 +277,15 @@ def part_of(plan: SweepPlan, stamp: str, versions: Mapping[str, str], number: in
     from pyarrow import parquet
 
     _refuse_others(versions, "a worker")
-    part, asked, whole = plan.part(number), plan.perspectives, plan.scenarios
+    part, perspectives, whole = plan.part(number), plan.perspectives, plan.scenarios
     keys, names = whole.stated(part.start, len(part)), whole.mission.buildings.names
-    found = variables([Scenarios(whole.mission, keys)], [plan.questions], names)
-    words = {"perspective": [*map(str, asked)], **words_of([*names])}
-    columns: dict[str, Any] = {key: np.repeat(each, len(asked)) for key, each in keys.items()}
-    columns["perspective"] = np.tile(np.arange(len(asked), dtype=np.int8), len(part))
-    columns |= {name: found[name][:, 0].T.ravel() for name in LABELS}  # No building is null
+    values = variables([Scenarios(whole.mission, keys)], [plan.questions], names)
+    words = {"perspective": [*map(str, perspectives)], **words_of([*names])}
+    columns: dict[str, Any] = {
+        key: np.repeat(each, len(perspectives)) for key, each in keys.items()
+    }
+    columns["perspective"] = np.tile(np.arange(len(perspectives), dtype=np.int8), len(part))
+    columns |= {name: values[name][:, 0].T.ravel() for name in LABELS}  # No building is null
     for name, each in words.items():
         numbers = pa.array(columns[name], mask=columns[name] < 0)
         columns[name] = pa.DictionaryArray.from_arrays(numbers, pa.array(each, pa.string()))
@@ -293,7 +295,7 @@ def part_of(plan: SweepPlan, stamp: str, versions: Mapping[str, str], number: in
         for field in table.schema
     ]
     mark, content = f"{stamp} {number} ", io.BytesIO()
-    # What the library might choose otherwise in time is stated.
+    # Options that the library might default differently one day are given.
     parquet.write_table(
         table.cast(pa.schema(fields, {STAMP: mark + HASH * "0"})),
         content,
@@ -336,7 +338,7 @@ class Parts:
         return self.directory / PART.format(number)
 
     def is_whole(self, number: int) -> bool:
-        """Whether a part is there, to the last byte."""
+        """Return whether a part is complete, to the last byte."""
         path, mark = self.path(number), f"{self.stamp} {number} "
         if not os.path.lexists(path):
             return False
@@ -354,7 +356,7 @@ class Parts:
         import pyarrow as pa
         from pyarrow import parquet
 
-        tables, found = [], Variables()
+        tables, solved = [], Variables()
         for number in numbers:
             with self._opened(number) as file, _damaged(self.path(number)):
                 part = parquet.ParquetFile(file)
@@ -365,8 +367,8 @@ class Parts:
             whole = pa.concat_tables(tables)
             for name, column in zip(whole.column_names, whole.itercolumns(), strict=True):
                 if name not in words:
-                    found[name] = column.to_numpy()
-                    if found[name].dtype.kind not in "biuf":
+                    solved[name] = column.to_numpy()
+                    if solved[name].dtype.kind not in "biuf":
                         raise ValueError
                     continue
                 if not pa.types.is_dictionary(column.type):
@@ -375,8 +377,8 @@ class Parts:
                 place = {word: number for number, word in enumerate(words[name])}
                 places = [*(place[word] for word in coded.dictionary.to_pylist()), -1]
                 kind = CODED.get(name, np.int8)
-                found[name] = np.array(places, kind).take(coded.indices.fill_null(-1))
-        return found
+                solved[name] = np.array(places, kind).take(coded.indices.fill_null(-1))
+        return solved
 
     def _lines(self, number: int) -> int:
         return self.side * min(self.per_part, self.scenarios - number * self.per_part)
@@ -388,7 +390,7 @@ class Parts:
 
 @contextmanager
 def _damaged(path: Path, words: str = NOT_OURS) -> Iterator[None]:
-    """Refuse a file whose content is none that a sweep writes."""
+    """Refuse a file whose content no sweep writes."""
     import pyarrow as pa
 
     try:
@@ -400,34 +402,34 @@ def _damaged(path: Path, words: str = NOT_OURS) -> Iterator[None]:
 def _manifest(plan: SweepPlan) -> Document:
     """Return the manifest kept beside the parts of a study."""
     scenarios = plan.scenarios
-    stated = {
+    content = {
         "rows": scenarios.sizes.get(ROW),
         "grid": {key: values.tolist() for key, values in scenarios.grid.items()},
         "study": plan.document,
     }
     versions = {package: version(package) for package in PACKAGES}
-    head = {"kind": KIND, "format": FORMAT, "hash": _hash(stated), "versions": versions}
-    return {**head, **stated}
+    head = {"kind": KIND, "format": FORMAT, "hash": _hash(content), "versions": versions}
+    return {**head, **content}
 
 
 def _hash(manifest: Document) -> str:
     """Return the data that tell a study with its scenarios from every other."""
-    stated = [manifest[name] for name in ("rows", "grid", "study")]
-    return hashlib.sha256(json.dumps(stated).encode()).hexdigest()
+    identity = [manifest[name] for name in ("rows", "grid", "study")]
+    return hashlib.sha256(json.dumps(identity).encode()).hexdigest()
 
 
 def _is_begun(directory: Path, manifest: Document) -> bool:
-    """Whether a directory holds parts of this sweep; those of anything else are refused."""
+    """Return whether a directory holds parts of this sweep; refuse anything else."""
     with files.refusals(directory, "read"):
-        there = {each.name for each in directory.iterdir()} if directory.is_dir() else set()
+        there = {entry.name for entry in directory.iterdir()} if directory.is_dir() else set()
     if MANIFEST in there:
-        found = _read_manifest(directory)
+        manifest_there = _read_manifest(directory)
         if not there - {MANIFEST, files.TEMPORARY}:
             return False
-        if found.hash != manifest["hash"]:
+        if manifest_there.hash != manifest["hash"]:
             words = "holds the parts of another study: state another output, or delete it"
             raise files.refusal(directory, words)
-        _refuse_others(found.versions, files.label(directory / MANIFEST))
+        _refuse_others(manifest_there.versions, files.label(directory / MANIFEST))
     elif there - {files.TEMPORARY}:
         raise files.refusal(directory, "is not empty, and holds no sweep: state another output")
     return MANIFEST in there
@@ -454,7 +456,7 @@ class Manifest(BaseModel, extra="forbid", strict=True, allow_inf_nan=False):
     def names(self) -> list[str]:
         """Names of the mission, and of its buildings."""
         mission = self.study.mission
-        return [str(each["name"]) for each in (mission, *mission.get("buildings", ()))]
+        return [str(table["name"]) for table in (mission, *mission.get("buildings", ()))]
 
     @property
     def scenarios(self) -> int:
@@ -466,25 +468,25 @@ def _read_manifest(directory: Path) -> Manifest:
     """The manifest of a sweep."""
     path = directory / MANIFEST
     text = files.read_text(path, LARGEST_MANIFEST, own=True)
-    stated = files.parse_json(text, files.label(path), LARGEST_MANIFEST)
-    known = isinstance(stated, dict) and (stated.get("kind"), stated.get("format"))
+    document = files.parse_json(text, files.label(path), LARGEST_MANIFEST)
+    known = isinstance(document, dict) and (document.get("kind"), document.get("format"))
     if known != (KIND, FORMAT):
-        raise files.refusal(path, "is no manifest of a sweep of this version")
-    with _damaged(path, "is damaged: its content is not that of its hash"):
-        found = Manifest.model_validate(stated)
-        perspectives_of(found.study.perspective, faults := list[Fault]())
-        stated_problem(found.study.problem)
-        parts = -(-found.scenarios // found.study.scenarios_per_part)
+        raise files.refusal(path, "is not a manifest of a sweep of this version")
+    with _damaged(path, "is damaged: its content does not match its hash"):
+        manifest = Manifest.model_validate(document)
+        perspectives_of(manifest.study.perspective, faults := list[Fault]())
+        stated_problem(manifest.study.problem)
+        parts = -(-manifest.scenarios // manifest.study.scenarios_per_part)
         if (
             faults
-            or not (found.scenarios <= MOST and parts <= MOST_PARTS)
-            or not found.grid.keys() <= numeric_keys().keys()
-            or found.versions.keys() != {*PACKAGES}
-            or not found.names
-            or found.hash != _hash(stated)
+            or not (manifest.scenarios <= MOST and parts <= MOST_PARTS)
+            or not manifest.grid.keys() <= numeric_keys().keys()
+            or manifest.versions.keys() != {*PACKAGES}
+            or not manifest.names
+            or manifest.hash != _hash(document)
         ):
             raise ValueError
-    return found
+    return manifest
 
 
 def _summary(stored: Parts, asked: Sequence[str]) -> tuple[Document, Document]:
@@ -495,7 +497,7 @@ def _summary(stored: Parts, asked: Sequence[str]) -> tuple[Document, Document]:
     for number in range(stored.count):
         part = stored.read([number], {"reason": words}, ["reason", "hover_time_s"])
         reasons, hover_s = (part[n].reshape(-1, len(asked)) for n in ("reason", "hover_time_s"))
-        counts += [np.bincount(each, minlength=len(words)) for each in reasons.T]
+        counts += [np.bincount(codes, minlength=len(words)) for codes in reasons.T]
         shortest_s = np.fmin(shortest_s, np.fmin.reduce(hover_s))
         longest_s = np.fmax(longest_s, np.fmax.reduce(hover_s))
     ends = {
@@ -509,7 +511,7 @@ def _summary(stored: Parts, asked: Sequence[str]) -> tuple[Document, Document]:
 
 def _refuse_others(versions: Mapping[str, str], source: str) -> None:
     """Refuse packages that are not of the stated versions."""
-    words = "with which the sweep was begun: install it, or state another output"
+    words = "the version that began the sweep: install it, or state another output"
     refuse(
         Fault(package, now, f"{stated}, {words}", source)
         for package, stated in versions.items()

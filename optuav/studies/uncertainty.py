@@ -1,4 +1,4 @@
-"""The hover time under all that is uncertain, and that of a plan that is held fixed."""
+"""The hover time under all uncertain values, and the hover of a fixed plan."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ CONDITIONS = {
 class FixedPlan:
     """A plan whose route, hover point and times [s] stay as they were planned."""
 
-    # The mission with its hover point where the plan has it, and the plan's itinerary alone.
+    # The mission with its hover point where the plan has it, and only the plan's itinerary.
     network: Network
     itinerary: int  # Number of that itinerary among all of the mission
     hover_time_s: float
@@ -53,9 +53,9 @@ class FixedPlan:
     def of(cls, plan: Plan, mission: Mission) -> FixedPlan:
         """Return the plan on a mission, or refuse one for other places or another route."""
         scene, other = (
-            (each.route.origin_m, each.route.destination_m, each.link.device_m, each.buildings)
-            + ((each.laser.position_m,) if each.laser else ())
-            for each in (plan.mission, mission)
+            (one.route.origin_m, one.route.destination_m, one.link.device_m, one.buildings)
+            + ((one.laser.position_m,) if one.laser else ())
+            for one in (plan.mission, mission)
         )
         if scene == other:
             point_m = [float(coordinate) for coordinate in vehicle.hover_point_m(plan.mission)]
@@ -68,23 +68,26 @@ class FixedPlan:
         raise InputError([Fault("plan", " → ".join(plan.route), words)])
 
     def kept(self, variants: Variants, perspective: Perspective = AVAILABLE) -> dict[str, Booleans]:
-        """Return in which variants of the mission the plan keeps each condition.
+        """Return by condition the variants of the mission where the plan keeps it.
 
         Under ``"available"`` it can be flown where it keeps all of them.
         """
-        own = Variants(self.network, variants.columns, variants.coverage_radius_m)
-        every = np.arange(own.count)
+        variants_of_route = Variants(self.network, variants.columns, variants.coverage_radius_m)
+        numbers = np.arange(variants_of_route.count)
         rests = bool(self.network.routes.building[0] >= 0)
-        given = quantities(own, np.zeros_like(every), every, rests=rests)
+        values = quantities(variants_of_route, np.zeros_like(numbers), numbers, rests=rests)
         point = {"hover_time_s": self.hover_time_s}
         if rests:
             point["rest_time_s"] = self.rest_time_s
-        found = {name: np.ones(own.count, bool) for name in (LEGS, *CONDITIONS.values(), ALTITUDE)}
-        found[LEGS] &= own.able[:, 0]
-        for check in evaluated(P1().model(given, perspective), point):
-            # What has no kind bounds the altitude; or the ends, which all routes join.
-            found[CONDITIONS.get(check.constraint.kind, ALTITUDE)] &= check.satisfied
-        return found
+        kept = {
+            name: np.ones(variants_of_route.count, bool)
+            for name in (LEGS, *CONDITIONS.values(), ALTITUDE)
+        }
+        kept[LEGS] &= variants_of_route.able[:, 0]
+        for check in evaluated(P1().model(values, perspective), point):
+            # A row without a kind bounds the altitude; or the ends, which all routes join.
+            kept[CONDITIONS.get(check.constraint.kind, ALTITUDE)] &= check.satisfied
+        return kept
 
 
 @dataclass(frozen=True)
@@ -101,7 +104,7 @@ class Chances:
     no_plan: float  # Share of samples without a plan
     # Share of samples by the route of the best plan; the most frequent first.
     routes: Mapping[str, float]
-    # Share of samples in which the fixed plan keeps each condition, and in which it keeps all of
+    # Share of samples where the fixed plan keeps each condition, and where it keeps all of
     # them; None without a plan.
     kept: Mapping[str, float] | None
     flyable: float | None
@@ -112,7 +115,7 @@ class Chances:
 def chances(
     draws: Draws, perspective: Perspective, plan: FixedPlan | None, *, stated: bool
 ) -> Chances:
-    """Return what the samples say."""
+    """Return the results of the samples."""
     scenarios, samples = Scenarios(draws.mission, draws), draws.count
     question = checked_question(draws.mission, perspective=perspective)
     routes, names = scenarios.network.routes, scenarios.network.places.names

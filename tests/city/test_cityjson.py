@@ -105,13 +105,13 @@ def test_a_flat_outline_has_no_height_but_attributes_may(tmp_path: Path) -> None
     [
         ("metadata", {}, "states no coordinate reference system"),
         ("metadata", {"referenceSystem": "local"}, "a code of EPSG"),
-        ("vertices", [[0, 0, 0]], "is no CityJSON"),
-        ("vertices", "none", "is no CityJSON"),
-        ("CityObjects", {"house": {}}, "is no CityJSON: CityObjects, 'house' is not as specified"),
-        ("CityObjects", {"a": {**PART, "parents": ["a"]}}, "is no CityJSON: CityObjects, 'a'"),
-        ("CityObjects", {"a": {**PART, "geometry": [BEFORE]}}, "is no CityJSON: CityObjects, 'a'"),
+        ("vertices", [[0, 0, 0]], "is not CityJSON"),
+        ("vertices", "none", "is not CityJSON"),
+        ("CityObjects", {"house": {}}, "is not CityJSON: CityObjects, 'house' is not as specified"),
+        ("CityObjects", {"a": {**PART, "parents": ["a"]}}, "is not CityJSON: CityObjects, 'a'"),
+        ("CityObjects", {"a": {**PART, "geometry": [BEFORE]}}, "is not CityJSON: CityObjects, 'a'"),
         ("CityObjects", {}, "has no buildings"),
-        ("transform", {"scale": [1, 1, 1]}, "is no CityJSON"),
+        ("transform", {"scale": [1, 1, 1]}, "is not CityJSON"),
     ],
 )
 def test_what_is_wrong_is_said_once(tmp_path: Path, key: str, value: object, words: str) -> None:
@@ -127,5 +127,5 @@ def test_other_json_is_geojson_or_none(tmp_path: Path) -> None:
     with pytest.raises(optuav.InputError):
         read(file)
     file.write_text("[1, 2]")
-    with pytest.raises(optuav.InputError, match="is no GeoJSON: type is not"):
+    with pytest.raises(optuav.InputError, match="is not GeoJSON: type is not"):
         read(file)

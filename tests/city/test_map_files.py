@@ -103,7 +103,7 @@ def test_no_map_makes_anybody_open_an_address_or_another_file(
         if name == "inside.geojson":
             assert read(file).names == read(packed).names == ("b0",)
         else:
-            refused(file, "is damaged|is none of|known reference|is not JSON|is no GeoJSON")
+            refused(file, "is damaged|has none of|known reference|is not JSON|is not GeoJSON")
             refused(packed, r"packed.zip: |holds 0 maps")
         table = tmp_path / "mission.toml"
         table.write_text(f'schema = 1\nextends = "paper"\nbuildings_file = "{name}"\n')
@@ -166,7 +166,7 @@ def test_lines_are_features_by_number_or_by_their_own(tmp_path: Path) -> None:
     file.write_text(marked)
     assert read(file).names == ("b7", "b8", "b9")
     file.write_text(f"{json.dumps(shapes[0])}\n[]\n")
-    refused(file, "is no GeoJSON: feature 1 is not as specified")
+    refused(file, "is not GeoJSON: feature 1 is not as specified")
 
 
 # What a building is

@@ -290,10 +290,10 @@ def test_files_that_are_no_maps(tmp_path: Path) -> None:
     empty = geojson(tmp_path, [])
     assert len(refusal(empty)) == 1
     (found,) = refusal(tmp_path)
-    assert "is no regular file" in found
+    assert "is not a regular file" in found
     other = tmp_path / "map.kml"
     other.write_text("<kml/>")
-    assert "is none of .gpkg, .shp, .fgb, .pbf, .geojson" in refusal(other)[0]
+    assert "has none of the suffixes .gpkg, .shp, .fgb, .pbf, .geojson" in refusal(other)[0]
 
 
 def test_layers_are_named_where_there_are_several(tmp_path: Path) -> None:

@@ -102,7 +102,7 @@ def test_an_engine_that_fails_is_exit_code_3(monkeypatch: pytest.MonkeyPatch) ->
 def test_nothing_feasible_is_exit_code_1() -> None:
     found = run(*QUICK, "--set", "limits.deadline_s=60")
     assert found.code == 1
-    assert "No problem has a plan: the flight alone takes 75.79 s" in words(found.out)
+    assert "No problem has a plan: the flight takes 75.79 s" in words(found.out)
     assert "none" not in found.out
     assert widest(found.out) <= 80
 
@@ -163,7 +163,7 @@ def test_plans_by_perspective_and_trajectory(folder: Path) -> None:
 def test_plans_by_trajectory_where_there_are_none() -> None:
     found = run("compare", "paper", "--by", "trajectory", "--set", "limits.deadline_s=60")
     assert found.code == 1
-    assert "Because the flight alone takes 75.79 s" in found.out
+    assert "Because the flight takes 75.79 s" in found.out
     assert widest(found.out) <= 80
 
 
@@ -181,7 +181,7 @@ def test_plans_by_trajectory_where_there_are_none() -> None:
         (("--engines", "cvxpy"), "engines = 'cvxpy': some of bracket, casadi, grid in the persp"),
         (
             ("--by", "problem"),
-            "by = 'problem': some of perspective, trajectory; or method, schedule or speed alone",
+            "by = 'problem': some of perspective, trajectory; or only method, schedule or speed",
         ),
         (("--by", "schedule,trajectory"), "by = 'schedule': some of perspective, trajectory; or"),
         (("--by", "trajectory,trajectory"), "each once"),

@@ -233,7 +233,7 @@ def test_what_is_in_order_but_cannot_fly_is_told() -> None:
 
 def test_a_mission_without_a_plan_is_in_order_and_warned_of() -> None:
     for setting, why in {
-        "limits.deadline_s=60": "the flight alone takes 75.79 s, longer than limits.deadline_s",
+        "limits.deadline_s=60": "the flight takes 75.79 s, longer than limits.deadline_s",
         "battery.capacity_As=100": "P1.b state of charge",
     }.items():
         found = run("validate", "paper", "--set", setting)
@@ -303,7 +303,7 @@ def test_power_in_watts_stands_for_a_time_and_what_is_assumed_is_said() -> None:
     sheet = ("--mass-kg", "6", "--cells", "6", "--capacity-mAh", "22000", "--cruise-speed-m-s", "9")
     made = run("new", "mine.toml", "--from", "regimes", *sheet, "--hover-power-W", "900")
     assert made.code == 0
-    assert "laser (5000 W) are those of the mission matrice350" in said(made.out)
+    assert "laser (5000 W) come from the mission matrice350" in said(made.out)
     flight = optuav.load("mine.toml").flight
     assert flight.model == "regimes"
     assert flight.hover_power_W == pytest.approx(900, abs=0.01)

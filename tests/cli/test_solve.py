@@ -88,7 +88,7 @@ def test_settings_are_repeated_and_typed() -> None:
 @pytest.mark.parametrize(
     ("settings", "said"),
     [
-        (["limits.deadline_s=60"], "the flight alone takes 75.79 s"),
+        (["limits.deadline_s=60"], "the flight takes 75.79 s"),
         (["body.mass_kg=50"], "the UAV cannot fly"),
         (["laser=", "limits.min_soc=0.95"], "P1.b state of charge"),
     ],

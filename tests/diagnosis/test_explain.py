@@ -596,7 +596,7 @@ def test_more_stops_that_bring_nothing_leave_the_explanation_of_one() -> None:
     explained = explain(SMALL, optuav.P1(stops=2, hovers=2), perspective="battery")
     alone = explain(SMALL, perspective="battery")
     assert explained.gain_s == 0.0
-    assert "at most 2 rests and 2 hovers bring nothing" in " ".join(str(explained).split())
+    assert "at most 2 rests and 2 hovers gain nothing" in " ".join(str(explained).split())
     assert (explained.prices, explained.constraints) == (alone.prices, alone.constraints)
 
 
@@ -604,7 +604,7 @@ def test_what_is_proved_of_more_stops_is_not_contradicted() -> None:
     """Under ``available``, two rests and two hovers gain nothing in `matrice350`."""
     explained = explain(optuav.load("matrice350"), optuav.P1(stops=2, hovers=2))
     words = " ".join(str(explained).split())
-    assert "at most 2 rests and 2 hovers bring nothing" in words
+    assert "at most 2 rests and 2 hovers gain nothing" in words
     assert "with more stops it may change" in words
     assert "not excluded" not in words
 

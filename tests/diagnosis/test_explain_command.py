@@ -111,7 +111,7 @@ def test_the_command_for_more_stops_can_be_pasted(tmp_path: Path) -> None:
     SMALL.save(tmp_path / "two words.toml")
     asked = (str(tmp_path / "two words.toml"), "--set", "limits.deadline_s=900")
     found = run(*asked).output
-    said = found.partition("What more stops would bring:\n")[2].replace("\\\n", "")
+    said = found.partition("What more stops would gain:\n")[2].replace("\\\n", "")
     _, _, mission, *options = shlex.split(said)
     assert (mission, *options[4:]) == asked
     assert options[:4] == ["--stops", "2", "--hovers", "2"]

@@ -52,7 +52,7 @@ def test_the_objective_is_that_of_the_values_whatever_an_engine_says() -> None:
         (lambda found: replace(found, statuses=["optimal"] * len(found.statuses)), "Status"),
         (
             lambda found: replace(found, values={k: v + np.nan for k, v in found.values.items()}),
-            "returned values that are no numbers",
+            "returned values that are not numbers",
         ),
     ],
 )

@@ -417,7 +417,7 @@ NO_ENGINE = r"engine = .*: a name, or an object with name, takes \(a Capability\
     ("given", "words"),
     [
         (Unfit(), NO_ENGINE),
-        (optuav.Grid, r"engine = .*: an instance, as Grid\(\), not the class"),
+        (optuav.Grid, r"engine = .*: must be an instance, such as Grid\(\), not the class"),
         (3, NO_ENGINE),
     ],
 )

@@ -138,7 +138,7 @@ def test_limits_have_words_roles_and_symbols(paper: Mission, by_battery: dict[st
         ),
         (
             {"changes": {"battery.capacity_As": 3000.0}},
-            "✕ no plan: the battery is too small for the flight alone",
+            "✕ no plan: the battery is too small even for the flight",
         ),
         (
             {"changes": {"link.device_m": [1000, 3000, 900]}},

@@ -464,7 +464,7 @@ def test_a_check_of_several_routes_names_those_that_violate() -> None:
 def test_a_plan_is_no_point() -> None:
     """It flies one of the routes, and the point would be held against all of them."""
     program = optuav.formulate("paper", "P3", perspective="battery")
-    with pytest.raises(optuav.InputError, match=r"values by name, as {'hover_time_s': plan\."):
+    with pytest.raises(optuav.InputError, match=r"values by name, such as {'hover_time_s': plan\."):
         program.check(program.solve())  # type: ignore[arg-type]
 
 

@@ -307,7 +307,7 @@ SECONDS = "a number, 0 <= x <= 1e7 [s]"
             )
         ),
         (STOP.replace('"b1"', "9"), "stops.0.at = 9: the name of a place"),
-        (STOP.replace('"b1"', '"b99"'), "stops.0.at = 'b99': is no place of the mission paper"),
+        (STOP.replace('"b1"', '"b99"'), "stops.0.at = 'b99': is not a place of the mission paper"),
         (STOP.replace('"rest"', '"Rest"'), 'stops.0.kind = \'Rest\': "rest" or "hover"'),
     ],
 )
@@ -343,7 +343,7 @@ def test_the_mission_of_an_itinerary_is_refused_as_its_key(tmp_path: Path) -> No
 def test_a_json_file_is_a_plan_or_nothing(content: str, tmp_path: Path) -> None:
     path = tmp_path / "plan.json"
     path.write_text(content, "utf-8")
-    with pytest.raises(InputError, match='is no plan: "kind": "optuav plan" is missing'):
+    with pytest.raises(InputError, match='is not a plan: "kind": "optuav plan" is missing'):
         optuav.audit(path)
 
 
@@ -398,7 +398,7 @@ def test_an_itinerary_is_a_dict_and_json_as_well_as_toml(tmp_path: Path) -> None
             {**stated, "mission": {"limits": {"min_soc": 2}}},
             r"a dict: mission\.limits\.min_soc = 2",
         ),
-        ({**stated, "stops": [{**stops[0], "at": "b99"}]}, r"stops\.0\.at = 'b99': is no place"),
+        ({**stated, "stops": [{**stops[0], "at": "b99"}]}, r"stops\.0\.at = 'b99': is not a place"),
         ({"schema": 1}, "mission: is missing"),
         ([stated], "a dict, or the path"),
     ):

@@ -130,7 +130,7 @@ def test_better_than_the_best_known_is_said_only_within_the_bound() -> None:
     assert why.startswith("impossible: it is proved that no plan hovers longer than 510.000 s")
     none = replace(known, status="infeasible", hover_s=None, bound_s=None, stops=())
     (why,) = checked(mission, none, 577.0, stops).wrong
-    assert why.startswith("impossible: it is proved that there is no plan")
+    assert why.startswith("impossible: it is proved that no plan exists")
     (why,) = checked(mission, open_, 620.0, [Stop("hover", "hover", 620.0)]).wrong
     assert "runs dry" in why
 
@@ -154,8 +154,8 @@ def test_a_plan_past_the_hover_point_says_nothing_of_the_proof(file: Path) -> No
     ("content", "faults"),
     [
         ("{", ["is not JSON"]),
-        ("[]", ["is no object"]),
-        (text(solution(hover(1.0))).replace("1.0", "NaN"), ["NaN is no JSON number"]),
+        ("[]", ["is not an object"]),
+        (text(solution(hover(1.0))).replace("1.0", "NaN"), ["NaN is not a JSON number"]),
         (text(solution(hover(1.0)))[:-1] + ', "kind": ""}', ["states the key 'kind' more than"]),
         (text(solution(hover(1.0))).replace("1.0", "1e999"), ["solutions.0.hover_s", "duration_s"]),
         (text(solution(hover(-1.0))), ["solutions.0.hover_s", "solutions.0.stops.0.duration_s"]),

@@ -297,7 +297,7 @@ def test_every_plan_with_a_beam_speaks_of_the_eye() -> None:
     notes = optuav.solve(ROUND).notes
     (eye,) = (note for note in notes if "the eye" in note)
     assert eye.startswith("the beam exceeds the limit for the eye, 50 W/m², up to 41.13 km")
-    assert eye.endswith("this is no safety assessment")
+    assert eye.endswith("this is not a safety assessment")
     assert not any("upper bound" in note for note in notes)
     turbulent = optuav.solve(ROUND.replace({"laser.turbulence_cn2": 1e-15})).notes
     assert any("upper bound" in note for note in turbulent)

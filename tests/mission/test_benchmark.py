@@ -59,7 +59,7 @@ def test_the_set_has_what_its_page_says() -> None:
 
 
 REASONS = (
-    "the flight alone takes",
+    "the flight takes",
     "state of charge",
     "not dry",
     "the device is out of reach",

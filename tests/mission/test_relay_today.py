@@ -33,7 +33,7 @@ def test_the_plan_flies_within_the_airframe() -> None:
     assert plan.flyable
     assert plan.peak_speed_m_s <= 23.0
     assert optuav.audit(plan).flyable
-    assert any("no safety assessment" in note for note in plan.notes)
+    assert any("not a safety assessment" in note for note in plan.notes)
 
 
 def test_hovering_for_ever_takes_more_light_than_was_shown() -> None:

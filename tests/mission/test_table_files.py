@@ -143,9 +143,9 @@ def test_faults_of_a_mission_and_of_its_table_are_told_together(tmp_path: Path) 
     ("stated", "words"),
     [
         ('"none.csv"', "buildings_file = 'none.csv': "),
-        ('"."', "is no regular file"),
+        ('"."', "is not a regular file"),
         ("3", "buildings_file = 3: a path relative to this file"),
-        ('"block.toml"', "is none of .csv, .parquet"),
+        ('"block.toml"', "has none of the suffixes .csv, .parquet"),
         ('"a\\u0000b.csv"', "there is no such file"),
     ],
 )
@@ -247,7 +247,7 @@ def test_a_map_that_does_not_fit_is_refused(geopandas: Any, tmp_path: Path) -> N
         for content in ("no map", f'{{"type": "FeatureCollection", "features": [{broken}]}}'):
             (told,) = refusal(written(tmp_path / "no map", name, content))
             assert f"{name}: " in told
-            assert re.search("is no table that|is damaged|is not JSON|in degree", told)
+            assert re.search("is not a table that|is damaged|is not JSON|in degree", told)
 
 
 def test_a_parquet_file_without_geometry_has_the_columns_of_csv(tmp_path: Path) -> None:

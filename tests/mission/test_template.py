@@ -67,7 +67,7 @@ def test_only_the_first_building_is_explained() -> None:
     """The others are short."""
     text = template(optuav.load("paper"), "mine")
     assert text.count("[[buildings]]") == 10
-    assert text.count("# Where the UAV rests") == 1
+    assert text.count("# Resting place of the UAV") == 1
 
 
 def test_numbers_look_as_a_person_writes_them() -> None:

@@ -238,7 +238,7 @@ def test_a_mission_that_cannot_be_flown_gets_a_report(tmp_path: Path) -> None:
     """The reason comes first, and every section that is not there is named with it."""
     optuav.reproduce(tmp_path, mission=small(**{"limits.deadline_s": 70.0}))
     text = report(tmp_path)
-    reason = "the flight alone takes 75.79 s, longer than limits.deadline_s = 70 s"
+    reason = "the flight takes 75.79 s, longer than limits.deadline_s = 70 s"
     first, _, rest = text.partition("## Not shown")
     assert f"small has no plan: {reason}" in first
     assert text.count(reason) == 2
@@ -342,7 +342,7 @@ def test_command_line(tmp_path: Path) -> None:
     late.write_text('schema = 1\nextends = "paper"\n[limits]\ndeadline_s = 70\n', "utf-8")
     ran = run("reproduce", "--out", str(tmp_path), "--only", "wind", "--mission", str(late))
     assert ran.code == 1
-    assert "late has no plan: the flight alone takes 75.79 s" in ran.out
+    assert "late has no plan: the flight takes 75.79 s" in ran.out
     assert "one of" in refused("reproduce", "--only", "nothing", "--out", str(tmp_path))
     assert "nosuch" in refused("reproduce", "--mission", "nosuch", "--out", str(tmp_path))
     ledger = refused("reproduce", "--only", "ledger", "--mission", "paper", "--out", str(tmp_path))

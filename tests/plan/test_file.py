@@ -138,14 +138,14 @@ def test_times_are_null_where_there_is_no_plan(kind: str) -> None:
         (b"[" * 100_000, "is not JSON"),
         (b"9" * 5000, "a whole number has more than 4300 digits"),
         (b'{"kind": "optuav plan", "a": {"b": 1, "b": 2}}', "states the key 'b' more than once"),
-        (b"[]", "is no plan"),
-        (b"null", "is no plan"),
+        (b"[]", "is not a plan"),
+        (b"null", "is not a plan"),
         (b"{}", '"kind": "optuav plan" is missing'),
         (b'{"kind": "optuav plan"}', "schema: 1 is the only"),
         (b'{"kind": "optuav plan", "schema": 2}', "schema = 2: 1"),
         (TEXTS["optimal"].replace("719.5", "NaN719.5").encode(), "is not JSON"),
-        (b'{"kind": "optuav plan", "schema": 1, "slot_s": NaN}', "NaN is no JSON number"),
-        (b'{"kind": "optuav plan", "schema": 1, "slot_s": -Infinity}', "-Infinity is no JSON"),
+        (b'{"kind": "optuav plan", "schema": 1, "slot_s": NaN}', "NaN is not a JSON number"),
+        (b'{"kind": "optuav plan", "schema": 1, "slot_s": -Infinity}', "-Infinity is not a JSON"),
     ],
 )
 def test_a_file_that_is_no_plan(content: bytes, words: str, tmp_path: Path) -> None:

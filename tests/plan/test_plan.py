@@ -210,7 +210,7 @@ def with_phases(change: Any) -> Plan:
         (lambda p: p[:1] + p[2:][::-1], "begins elsewhere than the one before it ends"),
         (lambda p: (p[1],), "at least one is a flight"),
         (lambda p: (), "a plan that is optimal needs phases and soc"),
-        (lambda p: (replace(p[0], end_place="b99"),), "'b99' is no place"),
+        (lambda p: (replace(p[0], end_place="b99"),), "'b99' is not a place"),
         (lambda p: (replace(p[0], kind="rest"),), "a rest ends where it begins"),
         (lambda p: (replace(p[0], bound_As=(1.0, 2.0)),), "one entry a pack"),
     ],

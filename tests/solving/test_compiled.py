@@ -129,7 +129,7 @@ def test_figures_of_every_itinerary_may_change() -> None:
     [
         (
             {"deadline": 900.0},
-            r"deadline = 900.0: is no parameter .*; there are .*deadline_s",
+            r"deadline = 900.0: is not a parameter .*; there are .*deadline_s",
         ),
         ({"deadline_s": math.nan}, "deadline_s = nan: a finite number"),
         ({"deadline_s": math.inf}, "deadline_s = inf: a finite number"),
@@ -140,11 +140,14 @@ def test_figures_of_every_itinerary_may_change() -> None:
         ({"deadline_s": [[900.0]]}, "a finite number"),
         ({"deadline_s": []}, "a finite number"),
         ({"deadline_s": [900.0, math.nan]}, "a finite number"),
-        ({"deadline_s": -1.0}, r"deadline_s = -1.0: a number, 0 < x <= 1e7 \[s\], as limits.dead"),
+        (
+            {"deadline_s": -1.0},
+            r"deadline_s = -1.0: a number, 0 < x <= 1e7 \[s\], like limits.dead",
+        ),
         ({"deadline_s": 0}, r"deadline_s = 0: a number, 0 < x"),
-        ({"min_soc": 2.0}, r"min_soc = 2.0: a number, 0 <= x < 1 \[-\], as limits.min_soc"),
+        ({"min_soc": 2.0}, r"min_soc = 2.0: a number, 0 <= x < 1 \[-\], like limits.min_soc"),
         ({"min_soc": 1.0}, r"min_soc = 1.0"),
-        ({"packs": 2.5}, r"packs = 2.5: a whole number, 1 <= x <= 1000 \[-\], as battery.packs"),
+        ({"packs": 2.5}, r"packs = 2.5: a whole number, 1 <= x <= 1000 \[-\], like battery.packs"),
         ({"packs": 0}, r"packs = 0: a whole number"),
         ({"capacity_As": 0.0}, r"capacity_As = 0.0: a number, 0.001 <= x <= 1e9 \[A s\]"),
     ],
@@ -259,7 +262,7 @@ def test_a_point_with_an_unknown_name_is_refused() -> None:
     with pytest.raises(InputError) as refusal:
         program.check({"hover_time_s": 10.0, "deadline": 3.0, "rest_current_A": 1.0})
     assert [fault.key for fault in refusal.value.faults] == ["deadline", "rest_current_A"]
-    assert "is no parameter of the program; there are" in str(refusal.value)
+    assert "is not a parameter of the program; there are" in str(refusal.value)
     late = program.check({"hover_time_s": 10.0, "deadline_s": 3.0})
     assert not all(row.satisfied for row in late)
 
@@ -274,7 +277,7 @@ def test_copies_of_a_compiled_program_solve_alike(engine: Any, again: Any) -> No
     found, twin = compiled.solve(deadline_s=900.0), again(compiled)
     assert twin.solve(deadline_s=900.0).point(0) == pytest.approx(found.point(0), abs=1e-6)
     assert (twin.question, twin.parameters) == (compiled.question, compiled.parameters)
-    with pytest.raises(InputError, match="is no parameter of the program"):
+    with pytest.raises(InputError, match="is not a parameter of the program"):
         twin.solve(deadline=900.0)
 
 

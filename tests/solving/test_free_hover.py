@@ -243,7 +243,7 @@ def test_out_of_time_the_best_point_so_far_is_flown(monkeypatch: pytest.MonkeyPa
 
 
 def test_out_of_time_without_a_plan_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    """w_U has no plan and no point was tried: neither a plan nor proof that there is none."""
+    """w_U has no plan and no point was tried: neither a plan nor proof that none exists."""
     clock = itertools.count()
     monkeypatch.setattr(hover_points.time, "monotonic", lambda: float(next(clock)))
     mission = PAPER.replace(VARIANTS["screened"])

@@ -19,7 +19,7 @@ from optuav.solving import packs_by_schedule
 from optuav.status import Status
 
 PAPER = optuav.load("paper")
-NEITHER = "neither a plan nor proof that there is none"
+NEITHER = "neither a plan nor proof that none exists"
 
 
 class Curved(Formulation):

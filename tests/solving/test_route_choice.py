@@ -55,7 +55,7 @@ def test_no_route_is_no_plan() -> None:
     found = optuav.route_choice(three_buildings(deadline_s=60.0), perspective="battery")
     assert found.plan.status is Status.INFEASIBLE
     assert (found.relaxation_s, found.gap_s) == (None, None)
-    assert "the flight alone takes 75.79 s" in str(found)
+    assert "the flight takes 75.79 s" in str(found)
 
 
 def test_what_is_not_linear_or_no_form_is_refused_at_once() -> None:

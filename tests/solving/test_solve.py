@@ -282,7 +282,7 @@ def test_every_pair_of_options_is_answered_or_refused(problem: str) -> None:
     [
         ({"problem": "P5"}, "problem = 'P5'"),
         ({"problem": None}, "problem = None"),
-        ({"problem": Formulation}, "an instance, as Formulation"),
+        ({"problem": Formulation}, "must be an instance, such as Formulation"),
         ({"trajectory": "traj3"}, "did you mean 'traj1'|'traj2'"),
         ({"problem": "P4"}, "P4 with the name of a building"),
         ({"problem": "P4", "building": "b99"}, "the mission's buildings are: b1, b2"),

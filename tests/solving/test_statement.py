@@ -81,7 +81,7 @@ def test_where_no_route_has_an_answer_the_shortest_flight_is_told() -> None:
     mission = optuav.load("paper").replace({"limits.deadline_s": 60})
     text = optuav.formulate(mission, "P1", perspective="battery").to_file("lp")
     assert "route origin -> hover -> destination" in text
-    assert "no route has an answer; that of the shortest flight of 21 routes" in text
+    assert "no route has an answer; the shortest flight of 21 routes" in text
 
 
 def test_what_is_not_linear_is_refused_before_anything_is_solved() -> None:

@@ -125,7 +125,10 @@ def test_what_is_no_scheduler_is_one_error_in_time(
             await worker.listen("tcp://127.0.0.1:0")
             page = HTTPServer(("127.0.0.1", 0), BaseHTTPRequestHandler)
             where = address.format(http=f"127.0.0.1:{page.server_port}", worker=worker.address)
-            with page, pytest.raises(InputError, match="the address of a Dask scheduler, as tcp"):
+            with (
+                page,
+                pytest.raises(InputError, match="the address of a Dask scheduler, such as tcp"),
+            ):
                 await asyncio.to_thread(cluster.results, lambda n: n, [1], 1, where)
 
     asyncio.run(asyncio.wait_for(refused(), 10.0))

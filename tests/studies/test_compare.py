@@ -111,7 +111,7 @@ def test_one_choice_alone_keeps_the_other(
 @pytest.mark.parametrize(
     ("by", "perspective", "words"),
     [
-        (("problem",), "battery", "or method, schedule or speed alone"),
+        (("problem",), "battery", "or only method, schedule or speed"),
         ((), "battery", "at least one of"),
         (("trajectory", "trajectory"), "battery", "each once"),
         (("trajectory",), "wells", "one of battery, energy, adjusted, available"),
@@ -137,7 +137,7 @@ def test_where_there_is_no_plan_the_table_says_why() -> None:
     found = optuav.compare(mission, by="trajectory", perspective="battery")
     assert [row["hover_time_s"] for row in found.rows] == [None] * 4
     assert str(found).count("none") == 12
-    assert "Because the flight alone takes 75.79 s" in str(found)
+    assert "Because the flight takes 75.79 s" in str(found)
     assert found.records()[0]["soc_battery"] is None
 
 

@@ -178,7 +178,7 @@ def test_table_display_and_picture() -> None:
     frame = found.to_frame().set_index("quantity")
     assert frame.loc["DC power", "value"] == found.dc_W == pytest.approx(300.0)
     assert "receiver.max_power_W = 300 W limits the power" in found._repr_html_()
-    assert "no safety assessment" in found._repr_html_()
+    assert "not a safety assessment" in found._repr_html_()
     ax = found.plot()
     heights = [bar.get_height() for bar in ax.patches[::2]]
     expected = [5000.0, 2000.0, found.after_aperture_W, found.after_aperture_W]

@@ -226,8 +226,8 @@ def test_what_is_infeasible_for_all_agrees_and_says_why() -> None:
     assert found.facts["agrees"]
     assert all(row["hover_time_s"] is None for row in found.rows)
     assert {row["status"] for row in found.rows} == {"infeasible"}
-    assert "the flight alone takes 75.79 s" in found.facts["reasons"]["P1"][0]
-    assert "the flight alone takes 75.79 s" in str(found)
+    assert "the flight takes 75.79 s" in found.facts["reasons"]["P1"][0]
+    assert "the flight takes 75.79 s" in str(found)
 
 
 def test_of_what_cannot_fly_everything_agrees_that_there_is_no_plan() -> None:
@@ -403,8 +403,7 @@ def test_where_nothing_is_feasible_one_sentence_takes_the_place_of_the_tables() 
     assert head.startswith("paper")
     assert not gap
     assert " ".join(map(str.strip, words)) == (
-        "No problem has a plan: the flight alone takes 75.79 s, longer than "
-        "limits.deadline_s = 60 s."
+        "No problem has a plan: the flight takes 75.79 s, longer than limits.deadline_s = 60 s."
     )
     assert last == "All 12 answers agree that nothing is feasible."
 
@@ -414,7 +413,7 @@ def test_reasons_of_single_problems_are_shown_once_each() -> None:
     found = in_battery(two_buildings(limits__deadline_s=80), slots_s=(1.0,), engines=("grid",))
     text = " ".join(str(found).split())
     assert text.endswith("All 12 answers agree, 4 of them with a plan.")
-    assert "P4 b1 rest-first has no plan: the flight alone takes 88.32 s" in text
+    assert "P4 b1 rest-first has no plan: the flight takes 88.32 s" in text
     assert text.count("has no plan:") == 4
 
 

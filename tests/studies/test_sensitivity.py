@@ -50,7 +50,7 @@ def test_the_perspective_is_available_by_default() -> None:
 def test_a_note_says_that_a_wavelength_holds_the_slopes(monkeypatch: pytest.MonkeyPatch) -> None:
     """A mission with another wavelength has to state them again."""
     monkeypatch.setattr("optuav.studies.sensitivity.MOST_ROWS", 24)
-    text = "laser.wavelength_nm moves the attenuation alone: slopes and offsets are held"
+    text = "laser.wavelength_nm moves only the attenuation: slopes and offsets are held"
     assert text in str(of("matrice350"))
     assert text not in str(of("paper"))
 

@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from optuav.physics.beams.gaussian import Chain
     from optuav.physics.quantity import Quantity, Vector
 
-ROUNDING = 1e-9  # Share of D² by which χA may exceed it
+ROUNDING = 1e-9  # Relative excess of χA over D² that rounding may cause
 
 
 class DivergingLaser(LaserTable):
-    """A laser with a beam of a constant divergence, whose power is that of its light."""
+    """A laser with a beam of a constant divergence, whose power is its light power."""
 
     beam: Annotated[Literal["divergence"], BEAM]
     aperture_m: Breadth
@@ -105,10 +105,10 @@ class DivergingBeam(SpreadingBeam):
     def breaches(cls, document: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], str]]:
         laser, receiver = document["laser"], document.get("receiver")
         table = receiver if isinstance(receiver, dict) else {}
-        stated = laser.get("aperture_m"), table.get("area_m2"), table.get("optics_efficiency", 1.0)
-        if not all(isinstance(number, int | float) for number in stated):
+        sizes = laser.get("aperture_m"), table.get("area_m2"), table.get("optics_efficiency", 1.0)
+        if not all(isinstance(number, int | float) for number in sizes):
             return
-        D, A, χ = stated
+        D, A, χ = sizes
         if χ * A > (1.0 + ROUNDING) * D**2:
             words = f"x * receiver.optics_efficiency <= laser.aperture_m² = {D**2:g} [m2]"
             yield ("receiver", "area_m2"), f"a number, {words}"

@@ -106,7 +106,7 @@ class GaussianBeam(SpreadingBeam):
         return names[np.argmin(self._shares(self.keys.power_W, distance_m, most_W), axis=0)]
 
     def _shares(self, power_W: float, distance_m: Quantity, most_W: Quantity) -> Quantity:
-        """Shares (limit, place) of the arriving light at which each limit acts."""
+        """Shares (limit, place) of the arriving light where each limit acts."""
         import numpy as np
 
         from optuav.physics.beams.gaussian import aperture_share, largest_shares

@@ -26,13 +26,13 @@ class Recipe:
     Parameters
     ----------
     name, family, about
-        The name that `optuav.load` takes, the family, and what its missions are.
+        The name that `optuav.load` takes, the family, and its description.
     extends, changes, without
-        The shipped mission that it extends, what it changes, and the tables that it removes.
+        The shipped mission that it extends, its changes, and the tables that it removes.
     town
         The options of `town`; None where the buildings stay.
     problems, perspectives
-        The problems, as ``"P1"`` or ``"P4 building=b1"``, each asked in all the perspectives.
+        The problems, such as ``"P1"`` or ``"P4 building=b1"``, each asked in all the perspectives.
     """
 
     name: str
@@ -60,16 +60,19 @@ class Recipe:
 @cache
 def recipes() -> dict[str, Recipe]:
     """All recipes by name, in the order of the list."""
-    found = {}
+    by_name = {}
     for family, table in read_toml(FILE).items():
         lines = table.pop("missions")
         for line in lines:
-            stated = {**SHARED, **table, **line}
-            options: dict[str, Any] = {key: stated.pop(key) for key in SHARED}
-            options |= {"without": stated.pop("without", ()), "town": stated.pop("town", None)}
-            name = f"{SET}{family}-{stated.pop('name')}"
-            found[name] = Recipe(name=name, family=family, changes=stated, **options)
-    return found
+            options_of_line = {**SHARED, **table, **line}
+            options: dict[str, Any] = {key: options_of_line.pop(key) for key in SHARED}
+            options |= {
+                "without": options_of_line.pop("without", ()),
+                "town": options_of_line.pop("town", None),
+            }
+            name = f"{SET}{family}-{options_of_line.pop('name')}"
+            by_name[name] = Recipe(name=name, family=family, changes=options_of_line, **options)
+    return by_name
 
 
 def recipe_of(name: str) -> Recipe:

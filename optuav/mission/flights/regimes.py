@@ -35,7 +35,7 @@ class RegimeFlight(FlightTable):
     acceleration_m_s2: Acceleration
     """Acceleration and braking of a leg [m/s²]."""
     max_speed_m_s: Speed | None = None
-    """Largest speed of a leg [m/s]; without it there is no cap."""
+    """Largest speed of a leg [m/s]; without it speed has no cap."""
     flight_current_A: LoadCurrent
     """Current in flight [A]."""
     flight_power_W: LoadPower

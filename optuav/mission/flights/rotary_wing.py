@@ -141,7 +141,7 @@ class RotaryWing(CruisingModel):
         from optuav.physics import rotary_wing
 
         keys, wind_m_s = self.stated, self.mission.wind.velocity_m_s
-        # A climb or a descent may take longer; what it draws does not depend on the speed.
+        # A climb or a descent may take longer; its power does not depend on the speed.
         most_m_s = self.named_speed_m_s(way_m, "max")
         easiest_m_s = rotary_wing.best_endurance(self.wing, keys.max_speed_m_s)
         return rotary_wing.priced_speed(
@@ -250,5 +250,5 @@ class RotaryWing(CruisingModel):
 
 
 def _blows(wind_m_s: Vector) -> bool:
-    """Whether there is a wind; one that varies may blow."""
+    """Return whether a wind blows; a variable wind counts."""
     return any(not isinstance(component, int | float) or component for component in wind_m_s)

@@ -25,7 +25,7 @@ class RotorFlight(FlightTable):
     model: Annotated[Literal["rotors"], MODEL] = "rotors"
     """Flight model: "rotors" computes loads and legs from [rotor] and [body]."""
     max_speed_m_s: Speed | None = None
-    """Largest speed over ground of a leg [m/s]; without it there is no cap."""
+    """Largest speed over ground of a leg [m/s]; without it speed has no cap."""
 
 
 class Rotors(FlightModel):
@@ -63,7 +63,7 @@ class Rotors(FlightModel):
 
     @property
     def largest_level_wind_N(self) -> float:
-        """Largest level wind in which the rotors hold the place [N]; NaN for too weak rotors."""
+        """Largest level wind that the rotors can withstand [N]; NaN for too weak rotors."""
         from optuav.physics.rotor import largest_wind
 
         return float(largest_wind(self.motor, self.airframe.weight_N, (1.0, 0.0, 0.0)))

@@ -53,10 +53,10 @@ def disc_irradiance(beam: Divergence, distance_m: Quantity) -> Quantity:
 def reach(
     beam: Divergence, light_W: Quantity, attenuation_per_km: Quantity, needed_W: Quantity
 ) -> Quantity:
-    """Largest distance [m] at which a power [W] is received; numbers and arrays.
+    """Largest distance [m] that receives a power [W]; numbers and arrays.
 
     With u = D + dΔθ and β = α/(2Δθ) it is βu e^(βu) = β √(χAP/P_r) e^(βD), so βu is a value of
-    Lambert's W. Its logarithm is what is solved: e^(βD) is no number where air takes more than the
+    Lambert's W. Its logarithm is solved for: e^(βD) overflows where air takes more than the
     divergence. 0 where the power is never reached, infinite where it always is.
     """
     from scipy.special import wrightomega

@@ -37,7 +37,7 @@ class Emitter(NamedTuple):
 
 
 class Receiver(NamedTuple):
-    """A round receiver and what it can stand; efficiencies are in (0, 1]."""
+    """A round receiver and its limits; efficiencies are in (0, 1]."""
 
     radius_m: Quantity  # a [m], > 0
     optics_efficiency: Quantity = 1.0
@@ -53,7 +53,7 @@ class Receiver(NamedTuple):
 
 
 def default_waist(aperture_m: Quantity) -> Quantity:
-    """w_0 = D/(2√2) [m], of which the aperture passes 98.17 %."""
+    """w_0 = D/(2√2) [m], whose aperture passes 98.17 %."""
     return aperture_m / math.sqrt(8.0)
 
 
@@ -63,7 +63,7 @@ def aperture_share(emitter: Emitter) -> Quantity:
 
 
 def width(emitter: Emitter, distance_m: Quantity) -> Quantity:
-    """Radius w at 1/e² of the intensity [m] at a distance d [m] ≥ 0, by diffraction alone [1]_."""
+    """Radius w at 1/e² of the intensity [m] at a distance d [m] ≥ 0, only by diffraction [1]_."""
     length = np.pi * emitter.waist_m**2 / (emitter.m2 * 1e-9 * emitter.wavelength_nm)
     return emitter.waist_m * np.sqrt(1.0 + (distance_m / length) ** 2)
 
@@ -144,7 +144,7 @@ def chain(
 def largest_shares(
     receiver: Receiver, arriving_W: Quantity, most_W: Quantity
 ) -> tuple[Quantity, Quantity, Quantity]:
-    """Shares of the arriving light [W] at which each limit acts, above 1 where it never does.
+    """Shares of the arriving light [W] where each limit acts, above 1 where it never does.
 
     In turn the irradiance, the DC power of the receiver and the DC power that can be used [W].
     """
@@ -164,7 +164,7 @@ def received_power(
 ) -> Quantity:
     """Mean DC power [W] at a distance [m], with the light of each moment within all limits.
 
-    Arguments are those of `chain`; the battery takes at most `most_W` [W].
+    Arguments as for `chain`; the battery takes at most `most_W` [W].
     """
     air = transmission(attenuation_per_km, distance_m)
     arriving_W = power_W * emitter.source_efficiency * aperture_share(emitter) * air

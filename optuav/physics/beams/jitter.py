@@ -1,6 +1,6 @@
 """Mean of limited light under jitter: numbers and arrays.
 
-The centre of a Gaussian beam is displaced by r, whose law is that of Rayleigh, and a disc of a
+The centre of a Gaussian beam is displaced by r, with Rayleigh's law, and a disc of a
 radius a then gets the share s(r), with −s′(r) = (4a/w²) exp(−2(a² + r²)/w²) I₁(4ar/w²).
 """
 
@@ -16,7 +16,7 @@ REACH = 7.5
 """Standard deviations beyond which a normal density is left out: less than 1e-12 of it."""
 FARTHEST = 8.5  # Displacement in standard deviations per axis; 2e-16 of the law lie beyond
 STEPS, NEAR = 24, 1e-6
-"""For the displacement at which a limit begins to act, and a step that is small enough as a share
+"""Steps for the displacement where a limit begins to act, and a step small enough as a share
 of the standard deviation: an error there counts in its square."""
 AT_ONCE = 256  # Places that are computed together: as many as fit the cache
 
@@ -31,8 +31,8 @@ def limited_share(
 ) -> Quantity:
     """E min(s(r), most), for a disc of a radius a [m] and displacements of σd [m] per axis.
 
-    The squared widths [m²] are those of a mixture, w² + blur·S. `mean` is the answer where nothing
-    is displaced or the limit is no limit.
+    The squared widths [m²] form a mixture, w² + blur·S. `mean` is the answer where nothing
+    is displaced or the limit never acts.
     """
     figures = np.broadcast_arrays(mean, radius_m, squared_width_m2, blur_m2, wander_m, most)
     result, *rows = (np.array(figure, dtype=float).ravel() for figure in figures)
@@ -44,24 +44,24 @@ def limited_share(
         w2 = w2 + blur * S
         # Where it acts at no displacement or at all of them, the mean is the answer.
         least, largest = _beyond(a, w2, FARTHEST * away, 0.0), -np.expm1(-2.0 * a**2 / w2)
-        some = (least @ weights < most[:, 0]) & (most[:, 0] < largest @ weights)
-        if some.any():
-            own = (argument[some] for argument in (a, w2, away, most))
-            result[part[some]] = _limited(weights, *own)
+        acts = (least @ weights < most[:, 0]) & (most[:, 0] < largest @ weights)
+        if acts.any():
+            figures_limited = (argument[acts] for argument in (a, w2, away, most))
+            result[part[acts]] = _limited(weights, *figures_limited)
     return result.reshape(figures[0].shape)[()]
 
 
 def _limited(weights: Floats, a: Floats, w2: Floats, away: Floats, most: Floats) -> Floats:
-    """E min(s(r), most): the limit acts up to the displacement at which s(r) falls to it.
+    """E min(s(r), most): the limit acts up to the displacement where s(r) falls to it.
 
-    Beyond, by parts, the mean of s is that of its slope. Figures are (place, 1 or part of the
+    Beyond, by parts, the mean of s is the mean of its slope. Figures are (place, 1 or part of the
     mixture).
     """
 
     def beyond(r: Floats, precision: Quantity = 0.0) -> Floats:
         return (_beyond(a, w2, r, precision) @ weights)[:, np.newaxis]
 
-    # Newton's steps from the rim of the disc, halving where they lead out of what is known.
+    # Newton's steps from the rim of the disc, halving where they leave the known interval.
     low, high, r = np.zeros_like(a), FARTHEST * away, np.minimum(a, FARTHEST * away)
     for _ in range(STEPS):
         excess = beyond(r) - most

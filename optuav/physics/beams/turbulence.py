@@ -2,8 +2,8 @@
 
 A long exposure multiplies the transfer function of a beam by exp(−c κ^(5/3)). That is the
 characteristic function of an isotropic 5/3-stable law, which is a mixture of normal laws:
-exp(−t^(5/3)) = E exp(−S t²), where S is positive and 5/6-stable [1]_. So what a Gaussian beam does
-in closed form, a blurred one does as a mean over S, with neither Bessel function nor oscillation.
+exp(−t^(5/3)) = E exp(−S t²), where S is positive and 5/6-stable [1]_. So a closed form for a
+Gaussian beam becomes a mean over S for a blurred one, with neither Bessel function nor oscillation.
 
 References
 ----------
@@ -24,7 +24,7 @@ SPHERICAL = 1.09275
 """Factor of C_n² k² d r^(5/3) in the structure function of a spherical wave, 3/8 of 2.914."""
 
 STEP, FIRST, LAST = 0.4, -17, 70
-"""Trapezoidal rule in a variable in which the density of ln S is analytic: errors stay below
+"""Trapezoidal rule in a variable that makes the density of ln S analytic: errors stay below
 1e-10 of each mean."""
 
 
