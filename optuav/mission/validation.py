@@ -131,6 +131,15 @@ def validate(
         breaches += breaches_of(model, error, stated)
         if whole and SECTIONS.keys() <= model.model_fields.keys():
             breaches += rules(without(stated.document, {key for key, _ in breaches}))
+            # Of a table that has no place in the mission, nothing is missing.
+            refused = {key for key, _ in breaches if len(key) == 1}
+            breaches = [
+                breach
+                for breach in breaches
+                if len(breach.key) == 1
+                or breach.key[:1] not in refused
+                or stated.value(breach.key) is not UNKNOWN
+            ]
         elif not whole:
             breaches = [breach for breach in breaches if stated.value(breach.key) is not UNKNOWN]
     raise InputError([*faults, *stated.faults(breaches)])
@@ -171,10 +180,19 @@ def breaches_of(
             form = table_keys(name).get(str(key[-1]))
             words = allowed(form, str(key[-1])) if form else table(name)
         if stated.value(key) is UNKNOWN:
+            if _is_misspelt(name, stated):
+                continue  # Nobody knows what the form that is meant lacks
             by = stated.displaced.get(key)
             why = f"; a new {by} displaces the old one, state both" if by else ""
             words = f"is missing; {words}{why}"
         yield Breach(key, words)
+
+
+def _is_misspelt(table: str, stated: StatedMission) -> bool:
+    """Whether a table states a form that does not exist."""
+    choice = CHOICES.get(table)
+    form = stated.value((table, choice.key)) if choice else UNKNOWN
+    return choice is not None and form is not UNKNOWN and form not in [*choice.models]
 
 
 def _key(location: tuple[int | str, ...]) -> Key:

@@ -100,6 +100,9 @@ def test_tables_that_belong_together() -> None:
     only = 'receiver = a table: only with laser.beam = "gaussian" or "divergence"'
     assert only in faults(PAPER, {"receiver": {"radius_m": 0.2}})
     assert only in faults(ROUND, {"laser": None})
+    assert faults(PAPER, {"laser.beam": "gauss"}).splitlines() == [
+        'laser.beam = \'gauss\': "gaussian" or "divergence"'
+    ]
 
 
 @pytest.mark.parametrize("changes", [GAUSSIAN, DIVERGENCE])
