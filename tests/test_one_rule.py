@@ -54,7 +54,7 @@ DOORS: dict[str, Door] = {
         lambda x: optuav.sensitivity("paper", x, samples=8), "uncertainty", none=True
     ),
     "sensitivity: plan": Door(
-        lambda x: optuav.sensitivity("paper", {}, samples=8, plan=x), P, none=True
+        lambda x: optuav.sensitivity("mission.toml", {}, samples=8, plan=x), P, none=True
     ),
     "place_laser": Door(lambda x: optuav.place_laser(x, [[1000, 0, 50]]), "mission, missions"),
     "link_budget": Door(lambda x: optuav.link_budget(x, "hover"), ""),
@@ -106,7 +106,7 @@ DOORS: dict[str, Door] = {
     "plots.fleet_turns": Door(lambda x: plots.fleet_turns(x, title=""), ""),
     "plots.curves": Door(lambda x: plots.curves(x, title="", x_label="", y_label=""), ""),
     "plots.save": Door(lambda x: plots.save(x, "drawn.svg"), "axes, drawn"),
-    "plots.save: path": Door(lambda x: plots.save(plots.mission_map("paper"), x), "picture"),
+    "plots.save: path": Door(lambda x: plots.save(plots.mission_map("mission.toml"), x), "picture"),
     "plots.save_figures": Door(lambda x: plots.save_figures(x, "out"), "axes by name", empty=True),
     "plots.save_figures: folder": Door(lambda x: plots.save_figures([], x), "folder", empty=True),
     "power_curve": Door(optuav.power_curve, ""),

@@ -34,7 +34,8 @@ def test_eight_hours_of_paper() -> None:
     assert hover_bound_s(day, 100, 100) == pytest.approx(3305.80, abs=5e-3)
 
 
-@few(12)
+@pytest.mark.campaign
+@few(12, 100)
 @given(st.integers(0, 10**6))
 def test_the_bound_holds_and_greedy_plans_are_feasible(seed: int) -> None:
     """Random batteries and deadlines: greedy ≤ search ≤ bound; no limit breaks."""

@@ -63,7 +63,8 @@ def free(mission: Mission, problem: Any = ANY, **options: Any) -> optuav.Plan:
     return plan
 
 
-@few(20)
+@pytest.mark.campaign
+@few(20, 200)
 @given(winged())
 def test_no_speed_of_a_grid_is_better(mission: Mission) -> None:
     """(P1) under `battery` is proved optimal, and no speeds of any route hover longer."""
@@ -115,7 +116,8 @@ def test_the_argument_holds_in_power(mission: Mission, perspective: Any) -> None
         assert less.hover_time_s <= plan.hover_time_s + 1e-9
 
 
-@few(6)
+@pytest.mark.campaign
+@few(6, 100)
 @given(winged())
 def test_under_available_the_search_is_between_grid_and_bound(mission: Mission) -> None:
     """No named speed and no speed of a grid hovers longer, by wells of the tests' own."""

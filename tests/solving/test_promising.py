@@ -111,7 +111,8 @@ def test_most_routes_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(everything.network.routes) == 21
 
 
-@few(4)
+@pytest.mark.campaign
+@few(4, 100)
 @given(seed=st.integers(0, 10_000))
 def test_few_routes_give_the_plans_of_all_routes(seed: int) -> None:
     """In every variant, whatever varies: no route that is left out is the best in any of them."""

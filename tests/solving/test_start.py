@@ -4,13 +4,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import optuav
 from optuav.errors import InputError
 from optuav.network import vehicle
+from tests.examples import few
 
 PAPER = optuav.load("paper")
 FULL = {"start.available_As": 57_600.0, "start.bound_As": 14_400.0}
@@ -69,7 +70,8 @@ def test_full_wells_at_the_start_change_nothing() -> None:
     assert [plan.hover_time_s for plan in plans] == pytest.approx([597.2697797883459] * 3, abs=1e-8)
 
 
-@settings(max_examples=6, deadline=None)
+@pytest.mark.campaign
+@few(6, 100)
 @given(st.floats(0.3, 1), st.floats(0.3, 1), st.sampled_from([1, 2]))
 def test_batch_and_several_stops_agree_with_single_solves(y1: float, y2: float, stops: int) -> None:
     """The same start by batch, by solve and by the search; more stops are never worse."""
