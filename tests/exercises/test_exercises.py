@@ -186,7 +186,7 @@ WITNESSES: dict[str, list[tuple[Any, str]]] = {
     "31.1": [(0.0, "after a cycle the bound well is ")],
     "32.1": [(1.0, "1 W: too small"), (90_000.0, "90000 W: too large")],
     "33.1": [
-        ({"home_As": 72_000.0, "dry_As": 1.0}, "that is more than all charge"),
+        ({"home_As": 72_000.0, "dry_As": 1.0}, "that is more than the whole charge"),
         ({"home_As": 9000.0, "dry_As": 9010.0}, "they are -10 A s apart"),
         ({"home_As": 20.0, "dry_As": 10.0}, "20 A s run dry on the way"),
     ],
@@ -758,7 +758,7 @@ def test_a_branch_that_is_not_bounded_is_named() -> None:
     weak = {"charge": Fraction(task["near"], task["near_As"])}
     weak["bounds of f"] = weak["charge"] * task["far_As"] - task["far"]
     grade = exercises.check("12.1", [first, weak])
-    assert grade.words.startswith("second branch: no slots have a value above ")
+    assert grade.words.startswith("second branch: no choice has a value above ")
     assert "two dicts of numbers by name: charge, near slots, branch" in refused("12.1", first)
 
 
