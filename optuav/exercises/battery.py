@@ -214,8 +214,11 @@ class _ShortRest(optuav.Formulation):
 def _one_rest(task: Task, plan: Itinerary) -> Conditions:
     most_s = float(task["rest_s"])
     for stop in plan.stops:
-        words = f"it rests for {stop.duration_s:.1f} s"
-        yield Condition(stop.kind != "rest" or stop.duration_s <= most_s, words, "see the task")
+        words, hint = (
+            f"it rests for {stop.duration_s:.1f} s",
+            f"a rest may last {most_s:g} s at most",
+        )
+        yield Condition(stop.kind != "rest" or stop.duration_s <= most_s, words, hint)
     best = optuav.solve(task.mission, _ShortRest(most_s))
     yield from longest(plan, best.hover_time_s, 0.995)
 
