@@ -18,9 +18,12 @@ from unittest.mock import patch
 
 from make_lessons import SOURCES, cells
 
+import optuav
 from optuav import Itinerary, exercises
+from optuav.modelling import Model
 
 sys.path.append(str(SOURCES))  # For the helpers of lessons
+HEADING = "# %% [markdown]\n# ## Exercises\n"
 STUDENT = re.compile(r'^student = ""$', re.MULTILINE)
 
 
@@ -28,19 +31,22 @@ def keys(students: Sequence[str], lessons: Sequence[str]) -> Iterator[tuple[str,
     """Yield student, number and answer, exercise by exercise for each student."""
     for lesson in lessons:
         (path,) = SOURCES.glob(f"{lesson}_*.py")
-        code = [each.source for each in cells(path.read_text("utf-8")) if each.kind == "code"]
-        first = next(at for at, source in enumerate(code) if STUDENT.search(source))
-        names: dict[str, Any] = {"__name__": path.stem, "__file__": str(path)}
-        _run(path, code[:first], names)
         for student in students:
-            own = [STUDENT.sub(f"student = {student!r}", source) for source in code[first:]]
-            for number, answer in _run(path, own, {**names}):
+            for number, answer in answers_of(path, student):
                 yield student, number, answer
 
 
-def _run(path: Path, code: Sequence[str], names: dict[str, Any]) -> list[tuple[str, object]]:
-    """Run cells of a lesson without a word, and return the answers that they have checked."""
+def exercise_cells(path: Path) -> list[str]:
+    """Return the cells of code of a lesson's exercises; they need nothing of the lesson."""
+    _, heading, exercises_of_lesson = path.read_text("utf-8").partition(HEADING)
+    found = cells(f"{heading}{exercises_of_lesson}")
+    return [cell.source for cell in found if cell.kind == "code"]
+
+
+def answers_of(path: Path, student: str) -> list[tuple[str, object]]:
+    """Run the worked solutions of a lesson, and return their answers by number."""
     answers = list[tuple[str, object]]()
+    names: dict[str, Any] = {"__name__": path.stem, "optuav": optuav}
     check = exercises.check
 
     def checked(number: str, answer: object, student: str = "") -> exercises.Grade:
@@ -50,13 +56,14 @@ def _run(path: Path, code: Sequence[str], names: dict[str, Any]) -> list[tuple[s
         return grade
 
     with redirect_stdout(StringIO()), patch.object(exercises, "check", checked):
-        for source in code:
-            exec(compile(source, str(path), "exec"), names)
+        for source in exercise_cells(path):
+            own = STUDENT.sub(f"student = {student!r}", source)
+            exec(compile(own, str(path), "exec", dont_inherit=True), names)
     return answers
 
 
 def shown(answer: object) -> str:
-    """Return an answer in a line: numbers of four decimals at most, and objects by name."""
+    """Return an answer as text: numbers of four decimals at most, and a model in full."""
     if isinstance(answer, bool | str):
         return str(answer)
     if isinstance(answer, int | float):
@@ -67,6 +74,8 @@ def shown(answer: object) -> str:
         return ", ".join(map(shown, answer))
     if isinstance(answer, dict):
         return "; ".join(f"{name}: {value}" for name, value in answer.items())
+    if isinstance(answer, Model):
+        return str(answer)
     if isinstance(answer, type):
         return f"class {answer.__name__}"
     return repr(answer)

@@ -158,12 +158,13 @@ print(task)
 # %%
 answer_1 = ...
 ### BEGIN SOLUTION
-# Halve the interval between a hover that can be flown and one that cannot.
+# The longer the hover, the less is left: halve an interval of hovers.
 low_s, high_s = 0.0, 1000.0
-while high_s - low_s > 1.0:
+while high_s - low_s > 0.1:
     hover_s = 0.5 * (low_s + high_s)
-    itinerary = optuav.Itinerary(task.mission, [optuav.judge.Stop("hover", "hover", hover_s)])
-    low_s, high_s = (hover_s, high_s) if optuav.audit(itinerary).flyable else (low_s, hover_s)
+    flight = optuav.Itinerary(task.mission, [optuav.judge.Stop("hover", "hover", hover_s)])
+    is_more = optuav.replay(flight).trace.available_As[-1, 0] > task["left_As"]
+    low_s, high_s = (hover_s, high_s) if is_more else (low_s, hover_s)
 answer_1 = [("hover", "hover", low_s)]
 ### END SOLUTION
 

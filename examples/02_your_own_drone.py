@@ -166,10 +166,16 @@ print(task)
 # %%
 answer_1 = ...
 ### BEGIN SOLUTION
+# The larger the current, the shorter the hover: halve an interval of currents.
 stated_A = task.mission.flight.hover_current_A
-hungry = task.mission.replace({"flight.hover_current_A": stated_A * (1 + task["more"])})
-long_s, short_s = (optuav.solve(each, "P3").hover_time_s for each in (task.mission, hungry))
-answer_1 = 100 * (1 - short_s / long_s)
+longest_s = optuav.solve(task.mission, "P3").hover_time_s
+low, high = 0.0, 0.5
+while high - low > 1e-5:
+    more = 0.5 * (low + high)
+    hungry = task.mission.replace({"flight.hover_current_A": stated_A * (1 + more)})
+    hover_s = optuav.solve(hungry, "P3").hover_time_s
+    low, high = (more, high) if hover_s > (1 - task["less"]) * longest_s else (low, more)
+answer_1 = 100 * low
 ### END SOLUTION
 
 # %%

@@ -156,17 +156,19 @@ print(task)
 # %%
 answer_1 = ...
 ### BEGIN SOLUTION
-# A rest of some 140 s just fills the well; then halve an interval of hovers.
+# Fly a rest that is too long, and see when so much is missing; it begins at the end of a leg.
+import numpy as np
+
 from optuav.judge import Stop
 
-low_s, high_s = 0.0, 1000.0
-while high_s - low_s > 0.5:
-    hover_s = 0.5 * (low_s + high_s)
-    stops = Stop("b1", "rest", 142.0), Stop("hover", "hover", hover_s)
-    flyable = optuav.audit(optuav.Itinerary(task.mission, stops)).flyable
-    low_s, high_s = (hover_s, high_s) if flyable else (low_s, hover_s)
+stops = Stop("b1", "rest", 300.0), Stop("hover", "hover", 60.0)
+flight = optuav.replay(optuav.Itinerary(task.mission, stops))
+rest, wells_As = flight.phases[1], flight.trace.available_As[:, 0]
+during = (flight.trace.time_s >= rest.start_s) & (flight.trace.time_s <= rest.end_s)
+missing_As = wells_As[0] - wells_As
+time_s = np.interp(-task["room_As"], -missing_As[during], flight.trace.time_s[during])
 letter = next(key for key, reason in task.reasons.items() if "Full" in reason)
-answer_1 = letter, [("b1", "rest", 142.0), ("hover", "hover", low_s)]
+answer_1 = letter, time_s - rest.start_s
 ### END SOLUTION
 
 # %%
@@ -184,11 +186,11 @@ answer_2 = ...
 # until the audit agrees.
 hover_s = 900.0
 while True:
-    stops = Stop("hover", "hover", hover_s), Stop("b10", "rest", 270.0)
+    stops = Stop("hover", "hover", hover_s), Stop("b10", "rest", task["rest_s"])
     answer_2 = optuav.Itinerary(task.mission, stops)
     if optuav.audit(answer_2):
         break
-    hover_s -= 2.0
+    hover_s -= 1.0
 ### END SOLUTION
 
 # %%

@@ -197,6 +197,7 @@ answer_1.maximise(hover)
 drawn_As = task["hover_A"] * hover - task["rest_A"] * rest
 answer_1.subject_to("charge", drawn_As <= task["usable_As"], unit="A s")
 answer_1.subject_to("deadline", hover + rest <= task["left_s"], unit="s")
+answer_1.subject_to("cool motors", rest >= task["cool_s"] / 100 * hover, unit="s")
 ### END SOLUTION
 
 # %%

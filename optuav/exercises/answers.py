@@ -27,6 +27,12 @@ class Form(NamedTuple):
 LARGEST = 300  # Power of ten from which on a decimal is refused
 MOST_PARTS = 10**6  # Largest denominator of the fraction that a float is read as
 STOP = '("b1", "rest", 100.0)'
+ROUNDED = 0.01  # Relative distance from the truth that rounding may explain
+FACTORS = {100.0: "a factor of 100", 1000.0: "a factor of 1000"}
+FACTORS_OF_UNITS = {
+    "s": {60.0: "minutes for seconds", 3600.0: "hours for seconds"},
+    "A s": {3600.0: "ampere-hours for ampere-seconds"},
+}
 
 
 def number_of(value: object) -> object:
@@ -60,6 +66,25 @@ def figure(unit: str = "", least: float = -math.inf, most: float = math.inf) -> 
         return value
 
     return Form("10.0", read)
+
+
+def is_close(value: float, other: float, within: float) -> bool:
+    """Whether two figures agree within an amount, with room for the last digits."""
+    return math.isfinite(other) and abs(value - other) <= within * (1.0 + 1e-9)
+
+
+def missed(value: float, truth: float, within: float, unit: str) -> tuple[str, str]:
+    """Return how a figure misses the truth, and a hint where rounding or a unit explains it."""
+    tolerance, near = f"within {within:.3g} {unit}".rstrip(), ROUNDED * abs(truth)
+    if is_close(value, truth, near):
+        hint = f"keep all digits until the end, and answer {tolerance}"
+        return f"close, but not {tolerance}: it looks rounded", hint
+    for factor, words in (FACTORS | FACTORS_OF_UNITS.get(unit, {})).items():
+        if any(is_close(x, truth, near) for x in (value * factor, value / factor)):
+            return f"off by {words}", f"the unit is {unit}"
+    if is_close(-value, truth, within):
+        return "the sign is wrong", ""
+    return "too large" if value > truth else "too small", ""
 
 
 def figures(**ranges: tuple[str, float, float]) -> Form:
@@ -116,6 +141,8 @@ def _itinerary(task: Task, answer: object) -> Itinerary:
         if answer.mission != task.mission:
             _refuse(answer, "an itinerary that flies task.mission")
         answer = answer.stops
+    if isinstance(answer, tuple) and len(answer) == 3 and isinstance(answer[1], str):
+        _refuse(answer, f"a list of stops, such as [{STOP}]")
     if not isinstance(answer, Sequence) or isinstance(answer, str):
         _refuse(answer, f"an optuav.Itinerary, or stops in order such as {STOP}")
     stops = list[Any]()

@@ -1,4 +1,4 @@
-"""Declare: a problem with the feasible set and the optimum of another that is stated otherwise."""
+"""Declare: a problem with the same feasible set and the same optimum as another statement."""
 
 import copy
 from collections.abc import Collection, Mapping, Sequence
@@ -21,15 +21,15 @@ from optuav.solving import Program, formulate
 from optuav.solving.parts import Part
 
 SIDE = 13  # Values of each unknown on the grid of points, in equal steps
-BEYOND = 0.25  # How far the grid goes beyond the feasible sets, relative to their width
-HALVED = 12  # How often a step of the grid is halved where a limit crosses it
-AMBIGUOUS = 1e-6  # Slack below which a point is left out, relative to max(1, |right side|)
-SAME = 1e-5  # How far two optima may differ, relative to max(1, |optimum|)
+BEYOND = 0.25  # Margin of the grid around the feasible sets, relative to their width
+HALVED = 12  # Halvings of a grid step that a limit crosses
+AMBIGUOUS = 1e-6  # Least slack of a point that is compared, relative to max(1, |right side|)
+SAME = 1e-5  # Largest difference of two equal optima, relative to max(1, |optimum|)
 
 
 @dataclass(frozen=True)
 class Declare(Exercise):
-    """An exercise whose answer is equivalent to a model, or to a program of one route.
+    """Exercise whose answer is equivalent to a model, or to a program of one route.
 
     The decorated function returns the model or the program.
     """
@@ -43,7 +43,7 @@ class Declare(Exercise):
 
 
 def _grade(asked: Program | Model, task: Task, answer: object) -> Grade:
-    """The grade of a formulation or a model."""
+    """Return the grade of a formulation or a model."""
     wanted = asked if isinstance(asked, Model) else _of_one_route(asked.parts[0])
     names = {variable.name for variable in wanted.variables}
     unknowns = f"a problem with the unknowns {', '.join(sorted(names))}"
@@ -55,10 +55,12 @@ def _grade(asked: Program | Model, task: Task, answer: object) -> Grade:
     for variable in wanted.variables:
         if variable.binary != binary[variable.name]:
             words = f"{variable.name} is {'not ' if variable.binary else ''}binary in your problem"
-            return Grade.wrong(task, words, "which values may it take: two, or all between them?")
+            return Grade.wrong(
+                task, words, "may it take only the values 0 and 1, or every value between them?"
+            )
     if not model.has_objective:
         words = "your problem has no objective"
-        return Grade.wrong(task, words, "model.maximise or model.minimise states one")
+        return Grade.wrong(task, words, "state one with model.maximise or model.minimise")
     best = _solved(wanted)
     points = _points(wanted, model, best.point(0))
     differs = _difference(task, points, check(wanted, points), check(model, points))
@@ -67,29 +69,33 @@ def _grade(asked: Program | Model, task: Task, answer: object) -> Grade:
     own = _solved(model)
     if not own.status.has_answer:
         words = f"the feasible set is right, but your problem is {own.status.value}"
-        return Grade.wrong(task, words, "look at the objective")
+        return Grade.wrong(task, words, "check the objective")
     reached = float(np.asarray(evaluate(wanted.objective, own.point(0))))
     if abs(reached - best.objective[0]) > SAME * max(1.0, abs(best.objective[0])):
         at = _words({name: values[0] for name, values in own.values.items()})
-        words = f"the feasible set is right, but the optimum is another; yours is {at}"
-        return Grade.wrong(task, words, "look at what is maximised or minimised")
+        words = f"the feasible set is right, but the optimum is wrong; yours is {at}"
+        return Grade.wrong(task, words, "check the quantity that you maximise or minimise")
     if not _orders_alike(wanted, model, points):
-        words = "feasible set and best point are right, but the objective is another"
-        return Grade.wrong(task, words, "compare the objective, coefficient by coefficient")
+        words = "the feasible set and the best point are right, but the objective is wrong"
+        return Grade.wrong(task, words, "compare each coefficient of the objective with the task")
     count = next(iter(points.values())).size
     return Grade.correct(task, f"same feasible set at {count} points, same optimum")
 
 
 def _model_of(answer: object, asked: Program | Model, unknowns: str, task: Task) -> Model:
-    """The model that an answer declares, a formulation for the route of the program.
+    """Return the model that an answer declares; a formulation is declared on the program's route.
 
-    Where it declares no rest there is no such route, and the unknowns that it needs are named.
+    A formulation without a rest has no such route: the error names the unknowns that are needed.
     """
     if isinstance(answer, Model):
         return answer
     words = "a Model of optuav.modelling"
     if isinstance(asked, Program):
-        if isinstance(answer, type) and issubclass(answer, Formulation) and not _needs(answer):
+        if isinstance(answer, type) and issubclass(answer, Formulation):
+            if needed := _needed(answer):
+                example = f"{answer.__name__}({', '.join(f'{name}=...' for name in needed)})"
+                words = f"an object, such as {example}, because {' and '.join(needed)} must be set"
+                raise InputError([Fault("answer", shown(answer), words)])
             answer = answer()
         open_ = {"building", "order"}
         if isinstance(answer, Formulation) and open_ <= {f.name for f in fields(answer) if f.init}:
@@ -105,16 +111,17 @@ def _model_of(answer: object, asked: Program | Model, unknowns: str, task: Task)
     raise InputError([Fault("answer", shown(answer), words)])
 
 
-def _needs(kind: type[Formulation]) -> bool:
-    """Whether a class has a field that must be stated."""
-    return any(
-        field.init and field.default is MISSING and field.default_factory is MISSING
+def _needed(kind: type[Formulation]) -> list[str]:
+    """Return the fields of a class that have no default."""
+    return [
+        field.name
         for field in fields(kind)
-    )
+        if field.init and field.default is MISSING and field.default_factory is MISSING
+    ]
 
 
 def _of_one_route(part: Part) -> Model:
-    """The declaration with the numbers of its first route."""
+    """Return the declaration with the numbers of its first route."""
     return part.model.with_values(part.model.row(0))
 
 
@@ -123,7 +130,7 @@ def _solved(model: Model) -> Solution:
 
 
 def _extent(model: Model, name: str) -> tuple[float, ...]:
-    """Least and largest feasible value of an unknown, each where there is one."""
+    """Return the least and the largest feasible value of an unknown, if they exist."""
     found = list[float]()
     for sense in ("minimise", "maximise"):
         one = copy.copy(model)
@@ -135,7 +142,7 @@ def _extent(model: Model, name: str) -> tuple[float, ...]:
 
 
 def _axis(known: Collection[float], typical: float) -> Floats:
-    """Values of an unknown from below all known ones to above them, and these too."""
+    """Return values of an unknown around all known values, and the known values."""
     least, most = min(known), max(known)
     width = most - least or max(abs(most), typical)
     equal = np.linspace(least - BEYOND * width, most + BEYOND * width, SIDE)
@@ -143,9 +150,9 @@ def _axis(known: Collection[float], typical: float) -> Floats:
 
 
 def _points(model: Model, answer: Model, best: Mapping[str, float]) -> dict[str, Floats]:
-    """A grid around both feasible sets, and points on either side of the limits along its lines.
+    """Return a grid around both feasible sets, and points on both sides of limits on its lines.
 
-    Of a binary unknown both values; of one without a largest value up to twice that of the optimum.
+    A binary unknown takes both values; one without a largest value, up to twice its optimum.
     """
     typical = float(np.mean([abs(x) for x in best.values() if x] or [1.0]))
     axes = list[Floats]()
@@ -165,7 +172,7 @@ def _points(model: Model, answer: Model, best: Mapping[str, float]) -> dict[str,
 
 
 def _at_limits(model: Model, grid: Floats, names: Sequence[str]) -> list[Floats]:
-    """Points on either side of a model's limits, where these cross the lines of a grid."""
+    """Return points on both sides of a model's limits, where they cross the lines of a grid."""
 
     def holds(points: Floats) -> Booleans:
         return _all(check(model, dict(zip(names, points, strict=True))), points[0].shape)
@@ -192,14 +199,14 @@ def _at_limits(model: Model, grid: Floats, names: Sequence[str]) -> list[Floats]
 
 
 def _all(rows: Checks, shape: tuple[int, ...]) -> Booleans:
-    """Whether all constraints hold, by point."""
+    """Return whether all constraints hold at each point."""
     return np.asarray(np.all([np.broadcast_to(row.satisfied, shape) for row in rows], axis=0))
 
 
 def _difference(
     task: Task, points: Mapping[str, Floats], wanted: Checks, stated: Checks
 ) -> Grade | None:
-    """The first point at which one statement holds and the other does not."""
+    """Return a grade that names the first point that only one of the statements allows."""
     shape = next(iter(points.values())).shape
     holds, own = _all(wanted, shape), _all(stated, shape)
     clear = [np.broadcast_to(_is_clear(row), shape) for row in (*wanted, *stated)]
@@ -216,12 +223,12 @@ def _difference(
         return Grade.wrong(task, words, f"it violates your constraint {broken!r}")
     words = f"your problem allows {at}, which is not feasible"
     return Grade.wrong(
-        task, words, "put these values into each sentence of the task, and into yours"
+        task, words, "put these values into each sentence of the task, and into your problem"
     )
 
 
 def _orders_alike(wanted: Model, model: Model, points: Mapping[str, Floats]) -> bool:
-    """Whether of two feasible points both objectives prefer the same; twice one is the other."""
+    """Whether both objectives prefer the same of any two feasible points, such as f and 2 f."""
     holds = _all(check(wanted, points), next(iter(points.values())).shape)
     inside = {name: values[holds] for name, values in points.items()}
     asked, own = (
@@ -234,7 +241,7 @@ def _orders_alike(wanted: Model, model: Model, points: Mapping[str, Floats]) -> 
 
 
 def _is_clear(row: Check) -> Booleans:
-    """Whether rounding cannot decide if a constraint holds; it leaves nothing of a slack of 0."""
+    """Whether a constraint has a slack of 0, or one that is too large for rounding to decide."""
     size = np.abs(row.slack)
     return np.asarray((size == 0.0) | (size > AMBIGUOUS * np.maximum(1.0, np.abs(row.right))))
 

@@ -23,7 +23,7 @@ from optuav.exercises.prove import (
     text_of,
     two_proofs,
 )
-from optuav.exercises.witness import Condition, Conditions, Witness, flown, within
+from optuav.exercises.witness import Condition, Conditions, Witness, longest, within
 from optuav.judge import Itinerary
 from optuav.modelling import Model
 from optuav.solving import Program
@@ -43,20 +43,26 @@ P4 = (
 
 @Declare(
     "05.1",
-    "Declare a Model with the unknowns hover_time_s and rest_time_s: the longest hover, where "
-    "hovering draws {hover_A} A and resting returns {rest_A} A, at most {usable_As} A s may be "
-    "drawn in all, and both together last {left_s} s at most.",
-    {**CURRENTS, "usable_As": range(40_000, 59_001, 1000), "left_s": range(1000, 1401, 50)},
+    "Declare a Model with the unknowns hover_time_s and rest_time_s: the longest hover. Hovering "
+    "draws {hover_A} A, resting returns {rest_A} A, and the battery gives {usable_As} A s at most. "
+    "Hover and rest together last {left_s} s at most. The motors cool only while the drone rests: "
+    "every 100 s of hover need at least {cool_s} s of rest.",
+    {
+        **{**CURRENTS, "usable_As": range(40_000, 59_001, 1000), "left_s": range(1000, 1401, 50)},
+        "cool_s": range(40, 121, 5),
+    },
 )
 def _longest_hover(task: Task) -> Model:
-    return linear(task, P4)
+    return linear(task, (*P4, "cool: {cool_s} Δ − 100 T' ≤ 0"))
 
 
 @Declare(
     "05.2",
-    "Declare a formulation: as P4, with wells that must not run dry or be charged past full, but "
-    "the UAV is to be back {margin_s} s before the deadline. It is compared with P4 on "
-    "{building}, hover first, in the perspective available.",
+    "Declare a formulation: the longest hover with the constraints of P4, but the UAV must be back "
+    "{margin_s} s before the deadline. P4 also keeps the wells from running dry and from being "
+    "charged past full: `given.keep_wells(model, 'wells', hover, rest)` states these limits. The "
+    "grader compares your formulation with the right one on the route that hovers first and then "
+    "rests on {building}, in the perspective `available`.",
     {"margin_s": range(20, 201, 5), "building": tuple(f"b{k}" for k in range(1, 11))},
 )
 def _early(task: Task) -> Program:
@@ -65,28 +71,48 @@ def _early(task: Task) -> Program:
     return optuav.formulate(sooner, optuav.P4(task["building"], order="hover-first"))
 
 
-_one_unknown = prove(
+NO_REST = (
+    "longest hover without a rest",
+    "max Δ",
+    "charge: {hover_A} Δ ≤ {usable_As}",
+    "energy: {hover_W} Δ ≤ {energy_J}",
+    "deadline: Δ ≤ 1100",
+)
+
+
+@Witness(
     "06.1",
-    "Prove the optimum by the multiplier of each constraint, unrounded. Which of the limits binds?",
+    "Give two proofs, each as the multiplier of each constraint by its label, unrounded: one that "
+    "bounds the hover by the optimum, and a weaker one that bounds it by exactly {claim_s} s.",
     {
         "hover_A": range(60, 121),
         "usable_As": range(50_000, 60_001, 500),
         "hover_W": range(800, 1501, 7),
         "energy_J": range(600_000, 800_001, 5000),
+        "over_s": range(10, 61),
+        "claim_s": lambda each: (
+            each["over_s"]
+            + min(each["usable_As"] // each["hover_A"], each["energy_J"] // each["hover_W"])
+        ),
     },
-    (
-        "longest hover without a rest",
-        "max Δ",
-        "charge: {hover_A} Δ ≤ {usable_As}",
-        "energy: {hover_W} Δ ≤ {energy_J}",
-        "deadline: Δ ≤ 1100",
-    ),
+    form=two_proofs(*NO_REST),
+    programme=NO_REST,
 )
+def _two_bounds(task: Task, proofs: list[dict[str, Fraction]]) -> Conditions:
+    model, (best, weaker) = linear(task, NO_REST), proofs
+    yield from (
+        each._replace(words=f"first proof: {each.words}") for each in optimality(model, best)
+    )
+    proof, condition = added(model, weaker, objective(model))
+    yield condition._replace(words=f"second proof: {condition.words}")
+    words = f"second proof: it bounds the hover by {text_of(proof.limit)} s"
+    yield Condition(proof.limit == task["claim_s"], words, "mix the bounds of two constraints")
+
 
 _two_lines = prove(
     "07.1",
-    "Prove the optimum of this P4 by the multiplier of each constraint, unrounded. Those of "
-    "bounds may be left out where they are 0.",
+    "Prove the optimum of this P4: give the multiplier of each constraint by its label, unrounded. "
+    "You may leave out multipliers that are 0.",
     NUMBERS,
     P4,
 )
@@ -94,18 +120,20 @@ _two_lines = prove(
 
 @Witness(
     "07.2",
-    "Here the best plan just stops resting: the price of the deadline has a kink. Why? The "
-    "witness is two proofs of the same optimum: multipliers by label with the least possible "
-    "price of the deadline, and with the largest.",
+    "With these numbers the best plan only just needs no rest, and the price of the deadline has a "
+    "kink. Why? The witness is two proofs of the same optimum as multipliers by label: one with "
+    "the lowest possible price of the deadline, and one with the highest.",
     {
         **CURRENTS,
         "left_s": range(500, 801),
         "usable_As": lambda drawn: drawn["hover_A"] * drawn["left_s"],
     },
     reasons={
-        "A second less is lost to the hover; a second more also has to earn its own charge.": "",
-        "The longest hover jumps there.": "solve with a little less and a little more time",
-        "The laser charges with another current from there on.": "resting returns the same current",
+        "A second less shortens the hover; a second more must also earn its own charge.": "",
+        "The longest hover jumps at this deadline, so that its slope is not "
+        "defined there.": "solve with a little less and a little more time",
+        "From this deadline on, the laser charges the battery with a larger current.": "resting "
+        "returns the same current at every deadline",
     },
     form=two_proofs(*P4),
     programme=P4,
@@ -115,7 +143,7 @@ def _kink(task: Task, proofs: list[dict[str, Fraction]]) -> Conditions:
         yield from optimality(linear(task, P4), proof)
     prices = [proof.get("deadline", Fraction(0)) for proof in proofs]
     ends = [Fraction(task["rest_A"], task["hover_A"] + task["rest_A"]), Fraction(1)]
-    hint = "at an end, a multiplier of another constraint is 0: which may be?"
+    hint = "at the lowest and the highest price, another multiplier is 0: which one?"
     words = f"both prove the optimum, with the prices {' and '.join(map(text_of, prices))}"
     yield Condition(prices == ends, words, hint, None, True)
 
@@ -144,8 +172,8 @@ def _dual(task: Task) -> Model:
 
 _short_rest = prove(
     "08.2",
-    "Satisfy all KKT conditions of this programme: give hover_time_s, rest_time_s and the "
-    "multiplier of each constraint by its label, all in one dict.",
+    "Satisfy all KKT conditions of this linear programme: give hover_time_s, rest_time_s and the "
+    "multiplier of each constraint by its label, in one dict.",
     SHORT_REST,
     (*P4, "longest rest: T' ≤ {most_s}"),
     with_point=True,
@@ -155,14 +183,16 @@ _short_rest = prove(
 @Witness(
     "09.1",
     "One pack of `paper` holds {battery.capacity_As} A s. Slots of {coarse_s} s cut the direct "
-    "hover short: optuav.solve(task.mission, 'P3', slot_s={coarse_s}). Finer slots may do worse. "
-    "Why? The witness is the length [s] of a finer slot, at least half as long, with which the "
-    "hover is shorter and loses at least 97 % of one slot.",
+    "hover short: `optuav.solve(task.mission, 'P3', slot_s={coarse_s})`. Finer slots can give a "
+    "shorter hover. Why? The witness is the length [s] of such a finer slot, at least half as "
+    "long, with which the hover loses at least 97 % of one slot.",
     {"battery.capacity_As": range(30_000, 42_001, 100), "coarse_s": range(30, 61)},
     reasons={
-        "Whole coarse slots are whole fine ones only if the one length divides the other.": "",
-        "More cells are visited, and the search misses some.": "Algorithm 1 tries every cell",
-        "Rounding errors of many slots add up.": "less than a slot is lost, however many there are",
+        "Coarse slots are whole fine slots only if one length divides the other.": "",
+        "Finer slots give more cells to visit, and the search then misses some "
+        "of them.": "Algorithm 1 tries every cell",
+        "Each slot has a rounding error, and the errors of many fine slots add up.": "less than "
+        "one slot is lost, however many there are",
     },
     form=figure("s", 15.0, 60.0),
 )
@@ -196,21 +226,24 @@ def _feasible(task: Task, hovers_s: Floats) -> Booleans:
 
 @Witness(
     "10.1",
-    "On the mission with the strong laser, task.mission, the feasible set of P4 on b9, hover "
-    "first, is not convex. Why? The witness is two hovers that can both be flown before a rest of "
-    "{rest_s} s, while the hover halfway, of {middle_s} s, cannot.",
+    "With the strong laser of `task.mission`, the feasible set of P4 on b9, hover first, is not "
+    "convex. Why? The witness is two hovers that can be flown before a rest of {rest_s} s, while "
+    "the hover halfway between them, of {middle_s} s, cannot.",
     {"rest_s": decimals(53.0, 55.0, 0.25), "middle_s": decimals(505.0, 525.0, 0.25)},
     fixed=STRONG_LASER,
     reasons={
-        "Bound charge flows over first, so after middling hovers the rest finds a fuller well.": "",
-        "The deadline cuts a piece out of the middle.": "it is linear: it cuts off one side only",
-        "The charge at the end is not linear in the times.": "the total charge is",
+        "Bound charge flows over first, so the rest after a middling hover finds a fuller "
+        "well.": "",
+        "The deadline excludes the hovers in the middle, and allows those on either side of "
+        "it.": "the deadline is linear: it cuts off one side only",
+        "The charge at the end is a product of both times, so its level curves are bent.": "the "
+        "total charge is linear in the times",
     },
     form=figures(short_s=("s", 0.0, 1200.0), long_s=("s", 0.0, 1200.0)),
 )
 def _not_convex(task: Task, point: Mapping[str, float]) -> Conditions:
     short_s, long_s = point["short_s"], point["long_s"]
-    middle_s, hint = 0.5 * (short_s + long_s), "as far from the one as from the other"
+    middle_s, hint = 0.5 * (short_s + long_s), "choose them equally far from the hover halfway"
     yield within("the hover halfway", middle_s, task["middle_s"], 0.01, "s", hint)
     short, long, middle = _feasible(task, np.array([short_s, long_s, middle_s])).tolist()
     hint = "program.check says which constraint fails"
@@ -221,9 +254,9 @@ def _not_convex(task: Task, point: Mapping[str, float]) -> Conditions:
 
 @Predict(
     "10.2",
-    "On the mission with the strong laser, task.mission, the rest on b9 lasts {rest_s} s, and "
-    "only the hover before it is free. A walk uphill starts at a hover of 5 s. At which hover [s] "
-    "does it stop?",
+    "With the strong laser of `task.mission`, the rest on b9 lasts {rest_s} s, and only the hover "
+    "before it is free. A local search starts at a hover of 5 s and lengthens it step by step "
+    "while it can be flown. At which hover [s] does the search stop?",
     {"rest_s": decimals(52.0, 55.0, 0.01)},
     fixed=STRONG_LASER,
     unit="s",
@@ -233,8 +266,8 @@ def _stuck(task: Task) -> Predictions:
     hovers_s = np.linspace(5.0, 1100.0, 10_951)
     feasible = _feasible(task, hovers_s)
     ends_s = hovers_s[:-1][feasible[:-1] & ~feasible[1:]]
-    yield float(ends_s[0]), "it stops where no step up is feasible: look along the hovers"
-    yield float(ends_s[-1]), "no way that leads up all the time goes there from 5 s"
+    yield float(ends_s[0]), "it stops at the first hover from which no longer step is feasible"
+    yield float(ends_s[-1]), "a gap of hovers that cannot be flown lies between 5 s and there"
 
 
 RELAXED = (
@@ -252,9 +285,9 @@ def _point(task: Task, answer: object) -> dict[str, Fraction]:
 
 @Witness(
     "11.1",
-    "With λ = 1 the first route bounds the hover by {first_s} s, and with λ = 0 the second one by "
-    "{second_s} s; M = {M}. The relaxation promises more than both. Why? The witness is a best "
-    "point of the relaxation, in whole numbers and Fractions; by_way is λ.",
+    "With λ = 1 the first route bounds the hover by {first_s} s, and with λ = 0 the second route "
+    "bounds it by {second_s} s; M = {M}. The relaxation promises more than both. Why? The witness "
+    "is an optimal point of the relaxation, in whole numbers and Fractions; by_way is λ.",
     {
         "first_s": range(600, 701, 3),
         "second_s": range(702, 803, 3),
@@ -262,8 +295,10 @@ def _point(task: Task, answer: object) -> dict[str, Fraction]:
     },
     reasons={
         "A fraction of λ relaxes both rows at once, each by its part of M.": "",
-        "Half of each route hovers longer than either.": "that mixture is no better than one",
-        "M is too small to switch a row off.": "put λ = 0 and λ = 1 into both rows",
+        "A drone that flies half of each route hovers longer than on either route.": "a mixture "
+        "of two routes hovers no longer than the better one",
+        "M is too small, so that one row still binds where it should be off.": "put λ = 0 and λ = "
+        "1 into both rows",
     },
     form=Form("{'hover_time_s': 700, 'by_way': Fraction(1, 3)}", _point),
     programme=RELAXED,
@@ -271,7 +306,7 @@ def _point(task: Task, answer: object) -> dict[str, Fraction]:
 def _relaxation(task: Task, point: dict[str, Fraction]) -> Conditions:
     yield feasibility(linear(task, RELAXED), point)[1]
     best_s = Fraction(task["first_s"] + task["second_s"] + task["M"], 2)  # The mean of both rows
-    hint = "both rows bound Δ; for which λ is the nearer one farthest?"
+    hint = "both rows bound Δ: for which λ is the lower bound of the two highest?"
     words = f"the point is feasible, with a hover of {text_of(point['hover_time_s'])} s"
     yield Condition(point["hover_time_s"] == best_s, words, hint, None, True)
 
@@ -279,9 +314,9 @@ def _relaxation(task: Task, point: dict[str, Fraction]) -> Conditions:
 @Declare(
     "11.2",
     "Declare a Model with the unknowns hover_time_s, rest_time_s and by_way (binary): the longest "
-    "hover, where by_way = 1 is a route with a rest and by_way = 0 the direct one. On both, "
-    "{hover_A} Δ − {rest_A} T' ≤ Q and Δ + T' ≤ T. By way, Q = {usable_As} A s and T = {left_s} "
-    "s; direct, Q is 1000 A s more and T is 20 s more, but T' = 0.",
+    "hover, where by_way = 1 is a route with a rest and by_way = 0 is the direct route. On both, "
+    "{hover_A} Δ − {rest_A} T' ≤ Q and Δ + T' ≤ T. On the route with a rest, Q = {usable_As} A s "
+    "and T = {left_s} s. On the direct route, Q is 1000 A s more, T is 20 s more, and T' = 0.",
     NUMBERS,
 )
 def _choice(task: Task) -> Model:
@@ -298,14 +333,14 @@ def _choice(task: Task) -> Model:
 @Witness(
     "11.3",
     "The roofs b9 and b10 are closed, and one pack holds {battery.capacity_As} A s. Which "
-    "building is best now, before or after the hover? Design an itinerary that can be flown and "
-    "hovers at least 99.5 % of the best with one rest.",
+    "building is best now, and before or after the hover? Design an itinerary with at most one "
+    "rest that can be flown and hovers at least 99.5 % of the longest such hover.",
     {"battery.capacity_As": range(30_000, 42_001, 40)},
     fixed={"buildings.b9": None, "buildings.b10": None},
     form=ITINERARY,
 )
 def _closed_roofs(task: Task, plan: Itinerary) -> Conditions:
-    yield from flown(plan, optuav.solve(task.mission).hover_time_s, 0.995)
+    yield from longest(plan, optuav.solve(task.mission).hover_time_s, 0.995)
 
 
 SLOTS: Draws = {
@@ -338,10 +373,10 @@ BRANCHES = ("branch: f ≤ {whole}", "branch: −f ≤ −{next}")
 
 @Witness(
     "12.1",
-    "n and f are whole numbers of slots at a near and at a far device, and some slots have the "
-    "value {value}. Prove by one branching that none have more: multipliers by label in the "
-    "branch with the row f ≤ {whole}, and in the one with −f ≤ −{next}. The label of these rows "
-    "is 'branch'.",
+    "n and f are whole numbers of slots at a near and at a far device, and some choice of them has "
+    "the value {value}. Prove by one branching that no choice has a higher value: give multipliers "
+    "by label for the branch with the additional row f ≤ {whole}, and for the branch with −f ≤ "
+    "−{next}. The label of the additional row is 'branch'.",
     SLOTS,
     form=two_proofs(*VALUE, BRANCHES[0]),
     programme=VALUE,
@@ -351,16 +386,16 @@ def _branches(task: Task, proofs: list[dict[str, Fraction]]) -> Conditions:
         model = linear(task, (*VALUE, row))
         proof, condition = added(model, multipliers, objective(model))
         yield condition._replace(words=f"{name} branch: {condition.words}")
-        words = f"{name} branch: no slots have a value above {text_of(proof.limit)}"
+        words = f"{name} branch: no choice has a value above {text_of(proof.limit)}"
         hint = f"the bound must not exceed {task['value']}"
         yield Condition(proof.limit <= task["value"], words, hint)
 
 
 _conflict = prove(
     "13.1",
-    "Prove that no times satisfy all constraints: give a multiplier of each that is needed, so "
-    "that the sum is false. The bounds of a time are constraints as well, with the labels 'bounds "
-    "of Δ' and \"bounds of T'\". Whole numbers and Fractions are exact.",
+    "Prove that no times satisfy all constraints: give multipliers with which the sum of the "
+    "constraints is false. The bounds of the times are constraints as well, with the labels "
+    "'bounds of Δ' and \"bounds of T'\". Whole numbers and Fractions are exact.",
     {**CURRENTS, "short_As": range(1500, 2501, 50), "left_s": range(50, 121, 5)},
     (
         "a hover for which there is neither charge nor time",
@@ -389,9 +424,10 @@ class _AtLeast(optuav.Formulation):
 
 @Declare(
     "14.1",
-    "Declare a formulation: the least rest with which the UAV hovers for at least {wanted_s} s, "
-    "keeps the charge that it has to keep and its wells within their limits, and is back in time. "
-    "It is compared on b10, hover first, in the perspective available.",
+    "Declare a formulation: the shortest rest with which the UAV hovers for at least {wanted_s} s, "
+    "keeps its charge at or above the required one and its wells within their limits, and is back "
+    "in time. The grader compares your formulation with the right one on the route that hovers "
+    "first and then rests on b10, in the perspective `available`.",
     {"wanted_s": decimals(480.0, 590.0, 0.5)},
 )
 def _wanted(task: Task) -> Program:
@@ -420,8 +456,8 @@ _cells = prove(
     "A2.1",
     "A table prints the charge that is left after hovers of {first_s} s, {second_s} s and "
     "{third_s} s on one path: {first:.2f} %, {second:.2f} % and {third:.2f} %, rounded to two "
-    "decimals. Prove that no flight (q %) and no current (r % per second) give all three: "
-    "multipliers with which the sum is false.",
+    "decimals. Prove that no flight (q %) and no current (r % per second) give all three: find "
+    "multipliers with which the sum of the constraints is false.",
     PRINTED,
     (
         "a flight and a current that give the table",

@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from optuav.errors import Fault, InputError
-from optuav.exercises.answers import Form
+from optuav.exercises.answers import Form, is_close, missed
 from optuav.exercises.exercise import Exercise, Grade, Kind, Task
 from optuav.exercises.linear import linear
 from optuav.judge import Itinerary, audit
@@ -59,15 +59,18 @@ class Witness(Exercise):
 
     @np.errstate(all="ignore")  # A witness may be far from where formulas are meant to be used
     def grade(self, task: Task, answer: object) -> Grade:
-        """Return the grade of a witness: the first condition that it breaks."""
+        """Return the grade of a witness: the first condition that it breaks, then its reason."""
+        objection = ""
         if task.reasons:
             reason, answer = self._reason(task, answer)
-            if hint := self.reasons[reason]:
-                return Grade.wrong(task, "it is not this reason", hint)
+            objection = self.reasons[reason]
         last = Condition(True, "")
         for last in self.function(task, self.form.read(task, answer)):
             if not last.holds:
                 return Grade.wrong(task, last.words, last.hint, last.score or 0.0)
+        if objection:  # Only now, so that nobody can test letters without a witness
+            words = "the witness is right, but the reason does not hold"
+            return Grade.wrong(task, words, objection)
         score = 1.0 if last.score is None else last.score
         return Grade.correct(task, last.words if last.is_fact else "", score)
 
@@ -81,26 +84,39 @@ class Witness(Exercise):
         raise InputError([Fault("answer", shown(answer), words)])
 
 
-def flown(itinerary: Itinerary, best_s: float, least: float, rests: int = 1) -> Conditions:
-    """Yield whether an itinerary flies, rests so often at most, and hovers a share of the best."""
+def flown(itinerary: Itinerary, rests: int = 1) -> Conditions:
+    """Yield whether an itinerary can be flown, and rests so often at most."""
     audited = audit(itinerary)
-    if not audited or audited.replay is None:
+    if not audited:
         events = audited.replay.violations if audited.replay else audited.events
         words = f"it cannot be flown: at {events[0].time_s:.1f} s {events[0].words}"
         yield Condition(False, words, "optuav.audit(itinerary) lists all violations")
-        return
-    own = sum(phase.kind == "rest" for phase in audited.replay.phases)
-    words = f"it can be flown, but has {own} rests"
+    own = sum(stop.kind == "rest" for stop in itinerary.stops)
+    words = f"it can be flown, but has {own} rest{'s' * (own != 1)}"
     yield Condition(own <= rests, words, f"the most rests allowed: {rests}")
-    share = audited.replay.times_s["hover_time_s"] / best_s
+
+
+def longest(itinerary: Itinerary, best_s: float, least: float, rests: int = 1) -> Conditions:
+    """Yield whether an itinerary can be flown, and hovers for a share of the longest time."""
+    yield from flown(itinerary, rests)
+    hover_s = sum(stop.duration_s for stop in itinerary.stops if stop.kind == "hover")
+    share = hover_s / best_s
     percent = math.floor(1000.0 * share + 1e-6) / 10.0  # 98.96 is less than 99, and reads so
     words = f"it can be flown, and hovers for {percent:.1f} % of the longest time"
     hint = f"at least {100.0 * least:g} % are required"
     yield Condition(share >= least, words, hint, min(share, 1.0), True)
 
 
+def equals(value: float, truth: float, within: float, unit: str, hint: str) -> Condition:
+    """Return whether a figure is the true one, within an amount, without naming the truth."""
+    words, reason = missed(value, truth, within, unit)
+    return Condition(is_close(value, truth, within), f"{value:g} {unit}: {words}", reason or hint)
+
+
 def within(name: str, value: float, wanted: float, by: float, unit: str, hint: str) -> Condition:
     """Return whether a quantity of a witness has the wanted value, within an amount."""
-    words = f"{name} is {value:.6g} {unit}".rstrip()
+    holds = abs(value - wanted) <= by
+    side = "" if holds or math.isnan(value) else ", too much" if value > wanted else ", too little"
+    words = f"{name} is {value:.6g} {unit}".rstrip() + side
     hint = f"{wanted:.6g} ± {by:.3g} {unit} is required; {hint}"
-    return Condition(abs(value - wanted) <= by, words, hint, None, True)
+    return Condition(holds, words, hint, None, True)

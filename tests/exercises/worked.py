@@ -2,61 +2,44 @@
 
 from __future__ import annotations
 
-import importlib.util
-import io
+import importlib
 import sys
 from collections.abc import Mapping
-from contextlib import redirect_stdout
 from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-import optuav
-
 ROOT = Path(__file__).parents[2]
 
 
-@cache
+def script(name: str) -> ModuleType:
+    """Return a script of the documentation as a module."""
+    if str(ROOT / "docs") not in sys.path:
+        sys.path.append(str(ROOT / "docs"))
+    return importlib.import_module(name)
+
+
 def editions() -> ModuleType:
-    """``docs/make_lessons.py``."""
-    path = ROOT / "docs" / "make_lessons.py"
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    assert spec
-    assert spec.loader
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # Its dataclasses look for it there
-    spec.loader.exec_module(module)
-    return module
+    """Return ``docs/make_lessons.py``."""
+    return script("make_lessons")
 
 
 @cache
 def sections() -> Mapping[str, list[str]]:
-    """Of every lesson with exercises the cells of code from their heading on, by its stem."""
-    found = {}
-    for path in sorted((ROOT / "examples").glob("*.py")):
-        cells = editions().cells(path.read_text("utf-8"))
-        headed = [k for k, each in enumerate(cells) if each.source.startswith("## Exercises\n")]
-        if headed:
-            found[path.stem] = [each.source for each in cells[headed[0] :] if each.kind == "code"]
-    return found
+    """Return the cells of code of the exercises of every lesson that has some, by its stem."""
+    paths = sorted((ROOT / "examples").glob("*.py"))
+    found = {path.stem: script("make_keys").exercise_cells(path) for path in paths}
+    return {name: cells for name, cells in found.items() if cells}
 
 
 def worked(number: str, student: str = "") -> Any:
-    """The answer of the worked solution of an exercise to a student's numbers."""
-    lesson = number.partition(".")[0]
-    (name,) = (each for each in sections() if each.startswith(f"{lesson}_"))
-    return _answers(name, student)[number]
+    """Return the answer of the worked solution of an exercise to a student's numbers."""
+    return _answers(number.partition(".")[0], student)[number]
 
 
 @cache
-def _answers(name: str, student: str) -> Mapping[str, Any]:
-    """The answers of a lesson's worked solutions, by number."""
-    space: dict[str, Any] = {"optuav": optuav}
-    found = {}
-    with redirect_stdout(io.StringIO()):
-        for source in sections()[name]:
-            exec(source.replace('student = ""', f"student = {student!r}"), space)
-            if check := editions().CHECK.search(source):
-                found[check[2]] = space[check[3]]
-    return found
+def _answers(lesson: str, student: str) -> Mapping[str, Any]:
+    """Return the answers of a lesson's worked solutions by number, as the keys have them."""
+    keys = script("make_keys").keys([student], [lesson])
+    return {number: answer for _, number, answer in keys}
