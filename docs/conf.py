@@ -6,6 +6,7 @@ import json
 import os
 import re
 import sys
+from base64 import b64decode, b64encode
 from hashlib import sha256
 from html import unescape
 from os.path import relpath
@@ -20,6 +21,7 @@ from optuav.modelling.writer import Latex, parts_of
 
 DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS))
+from make_dark import dark  # noqa: E402
 from make_explorer import page as explorer  # noqa: E402
 from make_fall import page as fall  # noqa: E402
 from make_lessons import for_notebooks  # noqa: E402
@@ -51,7 +53,10 @@ NAME = re.compile(r'(?:<span class="pre">|<h1>)[^<]+')
 BREAK = re.compile(r"((?<=\w)[./](?=[^\W\d])|(?<=[\w)])[_(](?=\w{3}))")
 BARE = ("teaching-slides", "teaching-sheet", "teaching-homework")
 """Pages to project or to print, without menus."""
-DRAWN = re.compile(r"\bplots\.([a-z]\w*)\(")
+DRAWN = re.compile(r"^([\w.]+)\(", re.MULTILINE)
+TITLE = re.compile(r'\btitle="([^"]+)"')
+HELPER = re.compile(r'^def (\w+)\(.*?^    """(.*?)(?:\.$|\.?""")', re.MULTILINE | re.DOTALL)
+IMAGE = re.compile(r'<img\b[^>]*?\bsrc="(data:image/(?:png|gif);base64,)?([^"]+)"[^>]*>')
 PICTURE = re.compile(r'(?<=<p>)<img [^>]*src="([^"]+)"[^>]*>')
 INLINE = re.compile(r'<a class="headerlink".*?</a>|</?(?:a|code|em|span|strong|wbr)\b[^>]*>')
 MARK = re.compile(r"<(script|style|svg|math)\b.*?</\1>|<[^>]*>", re.DOTALL)
@@ -64,6 +69,8 @@ NUMBER = re.compile(
 
 texts: dict[str, str] = {}
 """Text of each page that is written."""
+turned: set[str] = set()
+"""Names of pictures that have one for dark pages."""
 
 
 def code() -> str:
@@ -197,7 +204,7 @@ def with_formulas(found: re.Match[str]) -> str:
 def describe(app: Any, tree: nodes.document, page: str) -> None:
     """Give the pictures of lessons words for readers who do not see them.
 
-    They are the first line of the function that draws, and the paragraph above its cell.
+    They are the title or else the first line of the function that draws, and the paragraph above.
     """
     for image in tree.findall(nodes.image):
         cell = image.parent
@@ -206,26 +213,65 @@ def describe(app: Any, tree: nodes.document, page: str) -> None:
         if cell is None:
             continue
         source = next(cell.findall(nodes.literal_block)).astext()
-        drawn = [getattr(optuav.plots, name).__doc__ for name in DRAWN.findall(source)]
-        words = [drawn[-1].partition("\n")[0].removeprefix("Draw ")] if drawn else []
+        words = TITLE.findall(source)[-1:] or [
+            told for name in DRAWN.findall(source)[-1:] if (told := purpose(name, page))
+        ]
         above = cell.parent[: cell.parent.index(cell)][-1:]
         words += [each.astext() for each in above if isinstance(each, nodes.paragraph)]
-        told = " ".join(each for each in words if not each.startswith("Before you run"))
+        told = ". ".join(
+            each.rstrip(".:") for each in words if not each.startswith("Before you run")
+        )
         title = next(cell.parent.findall(nodes.title)).astext()
         words = re.sub(r"\s+", " ", told) or f"Picture of the section {title}"
         image["alt"] = words[0].upper() + words[1:]
 
 
+def purpose(called: str, page: str) -> str:
+    """The purpose of a function of the package's pictures, of a lesson, or of its helpers."""
+    name = called.rpartition(".")[2]
+    drawn = getattr(optuav.plots, name, None)
+    if drawn:
+        return drawn.__doc__.partition("\n")[0].removeprefix("Draw ")
+    known = dict[str, str]()
+    for path in (DOCS / f"{page}.py", *sorted((DOCS / "lessons" / "helpers").glob("*.py"))):
+        for own, words in HELPER.findall(path.read_text("utf-8")):
+            known |= {f"{path.stem}.{own}": words, own: words}
+    return known.get(called, known.get(name, "")).removeprefix("Draw ")
+
+
 def complete_page(
     app: Any, page: str, template: str, context: dict[str, Any], tree: Any
 ) -> str | None:
-    """Link pictures to their files, keep the text for excerpts, and name the template."""
+    """Link pictures to their files, add those for the dark, and keep the text for excerpts."""
     if "body" not in context:
         return None
     context["body"] = PICTURE.sub(r'<a href="\1">\g<0></a>', context["body"])
+    context["body"] = IMAGE.sub(twins, context["body"])
     words = MARK.sub(" ", INLINE.sub("", context["body"]))
     texts[page] = re.sub(r"\s+", " ", unescape(words)).strip()
     return "bare.html" if page in BARE else None
+
+
+def twins(image: re.Match[str]) -> str:
+    """A picture for light pages, and the same for dark ones."""
+    encoded, source = image.groups()
+    if encoded:
+        other = b64encode(dark(b64decode(source))).decode()
+    elif source.endswith(".png"):
+        other = f"{source.removesuffix('.png')}-dark.png"
+        turned.add(Path(source).name)
+    else:
+        return image[0]
+    light = image[0].replace("<img", '<img class="only-light"', 1)
+    return light + image[0].replace("<img", '<img class="only-dark"', 1).replace(source, other, 1)
+
+
+def store_twins(app: Any, failed: Exception | None) -> None:
+    """Write the pictures for dark pages beside those for light ones."""
+    if failed is None and app.builder.name == "html":
+        for name in turned:
+            path = Path(app.outdir) / "_images" / name
+            path.with_name(f"{path.stem}-dark.png").write_bytes(dark(path.read_bytes()))
 
 
 def store_texts(app: Any, failed: Exception | None) -> None:
@@ -281,4 +327,5 @@ def setup(app: Any) -> None:
     app.connect("autodoc-skip-member", skipped)
     app.connect("build-finished", store_explorer)
     app.connect("build-finished", store_redirects)
+    app.connect("build-finished", store_twins)
     app.connect("build-finished", store_texts)

@@ -36,6 +36,7 @@ PICTURE = """\
 <title id="fall-title">{title}</title>
 <path class="ground" d="M{left} {ground}H{right}"/>
 {buildings}
+<path class="casing" d="{way}"/>
 <path class="way" d="{way}"/>
 <path class="device" d="M{hover_x} {ground}l-7 0 7 -12 7 12z"/>
 <text x="{hover_x}" y="{below}" class="middle">device</text>
@@ -64,7 +65,8 @@ STYLE = """
 .fall .end {{text-anchor: end}}
 .fall text.dry {{fill: {dry}; font-weight: bold}}
 .fall :is(.ground, .way, .vessel, .now) {{fill: none; stroke: currentColor; stroke-width: 1.5}}
-.fall .way {{stroke: {flight}; stroke-dasharray: 4 4}}
+.fall .casing {{fill: none; stroke: {casing}; stroke-width: 5}}
+.fall .way {{stroke: {flight}; stroke-width: 2.5}}
 .fall .building {{fill: {line}}}
 .fall .device {{fill: {flies}}}
 .fall .laser {{fill: {laser}}}
@@ -227,7 +229,7 @@ def _time(kind: str, first: float, last: float) -> str:
 
 def _style(frames: dict[str, list[tuple[float, str]]], lit: dict[str, tuple[float, float]]) -> str:
     """Where everything is at the end, and before that if readers do not mind motion."""
-    roles = ("dry", "flight", "line", "flies", "laser", "available", "bound")
+    roles = ("dry", "flight", "line", "flies", "laser", "available", "bound", "casing")
     steps = {
         name: "\n".join(f"{at:.2f}% {{transform: {where}}}" for at, where in each)
         for name, each in frames.items()

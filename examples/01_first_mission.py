@@ -10,7 +10,7 @@
 #
 # - load a mission and look up what it states;
 # - solve it and read the plan: where, when, for how long, and which limits bind;
-# - distinguish what a perspective promises from a plan that can be flown;
+# - distinguish a plan that is only promised from one that can be flown;
 # - change a value and say why the answer changes.
 #
 # Many cells are preceded by a question. Write your answer down *before* you run the cell: a wrong
@@ -30,10 +30,10 @@ mission
 # %% [markdown]
 # ## Solve
 #
-# `solve` compares the direct flight with a rest on every building, before the hover point and
-# after it, and returns the plan with the longest hover. The paper calls the direct flight problem
-# (P3), a rest on one building (P4), and the best of all (P1). `solve(mission, "P3")` solves only
-# the first.
+# `solve` compares the direct flight with a rest on every building, before the hover point and after
+# it, and returns the plan with the longest hover. Problem (P3) of the paper is the direct flight,
+# (P4) has a rest on one building, and (P1) is the best of all. `solve(mission, "P3")` solves only
+# the direct flight.
 #
 # **Before you run:** hovering draws 88 A from the two packs, net of what the laser gives meanwhile.
 # How long could the drone hover if it did not have to fly anywhere? Will the plan reach that time?
@@ -81,8 +81,9 @@ optuav.plots.wells([promised, plan])
 # %% [markdown]
 # ## Check it by hand
 #
-# Two limits bind in the paper's perspective, and you can check both from the phases. Currents are
-# counted into the battery: negative while hovering, positive while resting in sight of the laser.
+# Two limits bind in the paper's perspective, and you can check both from the phases. A current is
+# positive if it charges the battery: negative while hovering, positive while resting in sight of
+# the laser.
 #
 # First the charge: what all phases draw, and what the mission allows.
 
@@ -111,18 +112,20 @@ price
 # A mission never changes; `replace` makes a new one. `compare` solves it in every perspective. Two
 # of them count energy in place of charge; an [appendix](A1_energy_or_battery.py) explains them.
 #
-# **Before you run:** the deadline is now 800 s in place of 1200 s. Will the drone of the
-# perspective `battery` still rest? And does the plan that can be flown lose hover time?
+# **Before you run:** the deadline is now 800 s in place of 1200 s. Will the drone still rest
+# in the perspective `battery`? And does the plan that can be flown lose hover time?
 
 # %%
 hurried = mission.replace({"limits.deadline_s": 800})
 sooner = optuav.compare(hurried, by="perspective")
-sooner
+columns = ["perspective", "flyable", "hover_time_s", "rest_time_s", "mission_time_s", "route"]
+sooner.to_frame()[columns].round(2)
 
 # %% [markdown]
 # There is too little time left for the rest that the paper's plan needs: the direct flight wins,
-# and only charge binds. The plan that can be flown keeps a rest, a shorter one on another roof. The
-# well limits it, and time hardly does.
+# and only charge binds. The plan that can be flown loses 17 s of hover: by b10 it would land too
+# late, so it rests on b2, for a shorter time. There the available well is empty twice again, and
+# the drone lands before the deadline.
 #
 # Sliders answer more questions than cells do. In a notebook of your own, run
 #

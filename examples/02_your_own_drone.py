@@ -1,9 +1,9 @@
 # %% [markdown]
 # # Your own drone
 #
-# A datasheet states a mass, a battery and a flight time. That is enough for a mission, because
-# capacity over time is a current. This page takes you from ten numbers to a plan, and asks whether
-# a laser is worth the weight of its receiver.
+# A datasheet states a mass, a battery and a flight time. That is enough for a mission: its capacity
+# divided by its flight time is a current. This page takes you from ten numbers to a plan, and asks
+# whether a laser is worth the weight of its receiver.
 #
 # **Before this lesson:** [A first mission](01_first_mission.py).
 # **Time:** 30 minutes.
@@ -71,7 +71,7 @@ mission.flight.hover_current_A, mission.flight.hover_power_W
 # The datasheet says nothing about the other numbers. Places, link, wells of the battery and
 # acceleration are those of the shipped mission `matrice350`. `optuav new FILE --from regimes`
 # writes a file in which you can replace each, with the assumptions at its head. These tables are
-# the same in both missions:
+# the same in both missions; `flight` and `battery` also hold numbers of the datasheet, and differ:
 
 # %%
 shipped = optuav.load("matrice350")

@@ -44,16 +44,16 @@ vessels({"a small cell": (cell, cell.full, 0.5), "a drone": (drone, drone.full, 
 #
 # $$k_F \left( \frac{y_2}{1 - \omega} - \frac{y_1}{\omega} \right),$$
 #
-# so $k_F$ is the flow for a unit of difference. The two heights approach each other at the rate
-# $k' = k_F / (\omega (1 - \omega))$. Measurements usually state $k'$, which tells how fast a
-# battery recovers; $k_F$ tells how many amperes flow.
+# so $k_F$ is the flow [A] per 1 A s of difference between the heights. The two heights approach
+# each other at the rate $k' = k_F / (\omega (1 - \omega))$. Measurements usually state $k'$, which
+# tells how fast a battery recovers; $k_F$ tells how many amperes flow.
 #
 # ## Drained fast, it stops with charge left
 #
 # The small cell has 5.5 A min, a sixth of it available, with k' = 0.122 per minute.
 #
-# **Before you run:** if all charge were of use, 0.5 A would last for eleven minutes. How long does
-# it last? Does half the current last twice as long, less, or longer?
+# **Before you run:** if all charge could be used, 0.5 A would last for eleven minutes. How long
+# does it last? Does half the current last twice as long, less, or longer?
 
 # %%
 currents_A = np.array([0.125, 0.25, 0.5, 1.0])

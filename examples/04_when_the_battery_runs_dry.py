@@ -1,8 +1,7 @@
 # %% [markdown]
 # # When the battery runs dry
 #
-# The paper's best plan keeps 5 % of the charge to the end, and yet nobody can fly it: the charge is
-# in the well that the rotors cannot draw from.
+# The paper's best plan keeps 5 % of the charge to the end, and yet nobody can fly it.
 #
 # **Before this lesson:** [A first mission](01_first_mission.py),
 # [Two wells](03_two_wells.py).
@@ -66,10 +65,10 @@ most_A, hover_A, hover_A / most_A
 # %% [markdown]
 # ## Past full as well
 #
-# A rest does not help. (P4) has a rest on one building, in one of two orders: *rest first*, before
-# the hover, or *hover first*, with the rest on the way home. In the paper's best plan the rest
-# comes first, on b1, when the well is still nearly full. The plan relies on charge that does not
-# fit into the well, and it runs dry as well.
+# A rest *before* the hover does not help. (P4) has a rest on one building, in one of two orders:
+# *rest first*, before the hover, or *hover first*, with the rest on the way home. In the paper's
+# best plan the rest comes first, on b1, when the well is still nearly full. The plan relies on
+# charge that does not fit into the well, and it runs dry as well.
 
 # %%
 optuav.replay(promised["P1"])
@@ -126,8 +125,7 @@ optuav.audit(longer)
 # A shadow price is the hover time that one more unit of a number gives. The table has five numbers
 # of the battery and the mission, and the hover that one percent more of each gives.
 #
-# **Before you run:** two of the five have no price at all. Which two limits does the plan not
-# reach?
+# **Before you run:** which of the five give no hover at all, and which one gives the most?
 
 # %%
 program = optuav.formulate(mission, "P1", perspective="available")

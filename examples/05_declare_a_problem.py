@@ -32,7 +32,8 @@ from optuav.physics import kibam
 # Later the tree is evaluated with numbers, written as text, or filled with the symbols of a solver.
 # `>=` builds a constraint, which is neither true nor false before the unknowns have values.
 #
-# **Before you run:** hovering for ten minutes draws 90 A. What share of 60 000 A s is left?
+# **Before you run:** a hover of ten minutes draws 90 A throughout. What share of 60 000 A s is
+# left?
 
 # %%
 model = Model("Longest hover with a rest")
@@ -62,7 +63,8 @@ answer
 # ## The statement
 #
 # Every constraint has a label and a unit. `let` names an intermediate quantity, so that the printed
-# programme stays short: it appears by its symbol, and is written out once.
+# programme stays short: it appears by its symbol, and is written out once. `prefer_small` chooses
+# among equally good points: the one with the shortest rest.
 
 # %%
 model.maximise(hover)
@@ -112,10 +114,12 @@ optuav.plots.plane(model, model.row(0), slot_s=30.0)
 # ## Which engines take it?
 #
 # Nobody declares a model linear: optuav finds that from its trees. The physics functions take
-# numbers and symbols alike. With the two wells of the battery, the same problem is no longer
-# linear, and the model says which constraint is not.
+# numbers and symbols alike. The second model below has the two wells of the battery and no rest. It
+# is no longer linear, but *smooth*: its constraint can be differentiated. The model says which
+# constraint is not linear. `closed-form` and `cvxpy` take linear models; `bracket` halves an
+# interval with a proof, and `casadi` follows derivatives to a local optimum.
 #
-# **Before you run:** which engine can take the first model and not the second, and why?
+# **Before you run:** which engines can take the first model and not the second, and why?
 
 # %%
 wells = Model("Longest hover that leaves charge in the available well")

@@ -27,8 +27,8 @@ program
 # %% [markdown]
 # ## By hand
 #
-# The drone may draw all charge down to η0. The legs take their share, and the hover current draws
-# the rest.
+# The drone may draw all charge down to the share η0. The legs take their share, and the hover
+# current draws the rest.
 #
 # **Before you run:** take B = 72 000 A s, η0 = 5 %, and the numbers of the programme above (open
 # *where*), and divide. Does the deadline of 1200 s matter?
@@ -47,11 +47,7 @@ time_left_s = float(numbers["deadline_s"] - numbers["flight_time_s"])
 # `closed-form` visits the vertices of a linear programme, `cvxpy` passes it to a simplex code, and
 # `grid` tries every whole slot of a second, as the paper does. Each states its proof.
 #
-# The proof by duality is a number for each constraint, its *multiplier*. The two constraints are
-# $I_\mathrm{hv} \Delta \le$ usable charge and $\Delta \le$ time left. The first, times
-# $1 / I_\mathrm{hv}$, and the second, times 0, add up to Δ ≤ the number above: no hover is longer.
-#
-# **Before you run:** which of the three will disagree with your number?
+# **Before you run:** by how much will each of the three differ from your number?
 
 # %%
 plans = {
@@ -67,6 +63,12 @@ def answers(plans):
 
 
 answers(plans.values())
+
+# %% [markdown]
+# `grid` finds the best whole second, which is below the best of all. The proof by duality is a
+# number for each constraint, its *multiplier*. The two constraints are $I_\mathrm{hv} \Delta \le$
+# usable charge and $\Delta \le$ time left. Multiplied by these numbers they add up to Δ ≤ the
+# optimum: no hover is longer.
 
 # %% [markdown]
 # ## The fourth: through both wells
@@ -94,11 +96,12 @@ fourth = wells.solve()
 answers([fourth])
 
 # %% [markdown]
-# In continuous times all agree to a microsecond, and they must. What leaves one well enters the
-# other: $dy_1/dt + dy_2/dt = I$. The sum counts coulombs and does not depend on the flow between
-# the wells. So this optimum is global. The argument shows that, and not the solver.
+# The three engines that do not count whole seconds agree to a microsecond, and they must. What
+# leaves one well enters the other: $dy_1/dt + dy_2/dt = I$. The sum counts coulombs and does not
+# depend on the flow between the wells. So this optimum is global. The argument shows that, and not
+# the solver.
 #
-# **Before you run:** does the answer change if nothing flows between the wells, or much?
+# **Before you run:** does the answer change if nothing flows between the wells, or if much does?
 
 # %%
 rates_per_s = (0.0, 4.5e-5, 1e-2)

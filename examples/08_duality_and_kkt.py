@@ -53,7 +53,7 @@ I_hv, I_rest = numbers["hover_current_A"], numbers["rest_current_A"]
 optuav.plots.plane(program.parts[0].model, numbers, [program.solve()])
 
 # %% [markdown]
-# ## Weak duality: any weights bound
+# ## Weak duality: any weights give a bound
 #
 # Multiply the charge by $y_1 \ge 0$ and the deadline by $y_2 \ge 0$ and add:
 #

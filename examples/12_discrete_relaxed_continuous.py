@@ -95,7 +95,7 @@ LEFT_S = 1100.0
 lengths_s = [100.0, 10.0, 1.0]
 pd.DataFrame(
     {
-        f"{k} unknown": [math.comb(int(LEFT_S / slot_s), k) for slot_s in lengths_s]
+        f"{k} unknown{'s' * (k > 1)}": [math.comb(int(LEFT_S / slot_s), k) for slot_s in lengths_s]
         for k in (1, 2, 3, 4)
     },
     index=pd.Index(lengths_s, name="slot [s]"),

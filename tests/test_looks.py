@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import re
+from importlib import import_module
+from io import BytesIO
 from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image, ImageColor
 
 import optuav
 from optuav.looks import LIMITS, LOOKS, SERIES, colour, variables
@@ -134,3 +138,19 @@ def test_pictures_draw_limits_as_the_table_has_them() -> None:
     for role, dashed in (("charge", True), ("overfull", True), ("dry", False)):
         assert drawn[LOOKS[role].light.lower()] == dashed
     assert LOOKS["dry"].light in plan._repr_html_()
+
+
+def test_pictures_for_dark_pages_have_the_colours_of_the_dark(monkeypatch: Any) -> None:
+    """Wells keep their colours, and white becomes the ground."""
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    maker = import_module("make_dark")
+    roles = ("charge", "dry", "overfull", "laser", "available", "bound", "flight", "hover", "rest")
+    picture = Image.new("RGB", (len(roles) + 1, 1), "white")
+    for at, role in enumerate(roles):
+        picture.putpixel((at, 0), ImageColor.getrgb(LOOKS[role].light))
+    written = BytesIO()
+    picture.save(written, "png")
+    dark = Image.open(BytesIO(maker.dark(written.getvalue())))
+    shown = [dark.getpixel((at, 0)) for at in range(len(roles) + 1)]
+    expected = [ImageColor.getrgb(LOOKS[role].dark) for role in roles]
+    assert shown == [*expected, (20, 24, 30)]

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image
 
 from tests.explorer import conftest as explorer
 
@@ -165,9 +166,19 @@ def test_a_wide_table_shows_that_it_scrolls(opened: Any) -> None:
     assert set(shown) == {"local, local, scroll, scroll"}
 
 
-def test_pictures_are_turned_in_the_dark(opened: Any) -> None:
-    page = opened.page("gallery.html", theme="dark")
-    assert "invert" in page.evaluate("getComputedStyle(document.querySelector('p img')).filter")
+@pytest.mark.parametrize("place", ["gallery.html", LESSON, "teaching-slides.html"])
+def test_pictures_have_the_ground_of_a_dark_page(opened: Any, place: str) -> None:
+    page = opened.page(place, theme="dark")
+    names, ground = page.evaluate(
+        "[[...document.querySelectorAll('article img, section img')].filter("
+        "each => each.checkVisibility()).map(each => each.getAttribute('src')),"
+        " getComputedStyle(document.body).backgroundColor]"
+    )
+    assert names
+    channels = tuple(map(int, re.findall(r"\d+", ground)))
+    for name in names:
+        assert name.endswith("-dark.png")
+        assert Image.open((SITE / place).parent / name).getpixel((0, 0)) == channels
 
 
 def test_slides_are_turned_by_keys(opened: Any) -> None:

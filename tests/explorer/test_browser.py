@@ -391,6 +391,10 @@ def test_stored_answers_are_shown_from_a_file(browser: Any, tmp_path: Path) -> N
     playwright.expect(page.locator(".faults")).to_contain_text("900, 1200")
     assert page.get_by_role("button", name="Plan (JSON)").count() == 0
     assert page.locator("circle[data-key]").count() == 0
+    page.get_by_role("button", name="Reset").click()
+    page.keyboard.press("l")
+    page.keyboard.press("1")
+    says(page, "719.54 s of hover promised; ✕ falls")
     assert errors == []
     page.close()
 

@@ -443,6 +443,35 @@ def test_a_link_chooses_the_controls_of_a_lecture(open_page: Open) -> None:
     )
 
 
+def test_space_flies_after_a_choice_in_a_lecture(open_page: Open) -> None:
+    """Whether the choice is a row of buttons or a menu, which keeps the focus."""
+    page = open_page(1400, "light", "?lecture=perspective,limits.deadline_s,problem", 900)
+    drone = page.locator("figure.map .drone")
+    page.locator(".chosen .segments button", has_text="charge at the end").click()
+    playwright.expect(page.locator("header .verdict")).to_contain_text("✕ falls")
+    page.keyboard.press(" ")
+    playwright.expect(drone).to_contain_text("falls at 1095 s")
+    page.locator(".chosen .choice[data-name=problem] select").select_option("P3")
+    playwright.expect(page.locator("header .verdict")).to_contain_text("688.85 s")
+    page.locator(".chosen .choice[data-name=problem] select").focus()
+    page.keyboard.press(" ")
+    playwright.expect(drone).to_contain_text("falls at 660 s")
+
+
+def test_a_slider_of_a_lecture_keeps_the_focus(open_page: Open) -> None:
+    """A second step of the arrows needs it."""
+    page = open_page(1400, "light", "?lecture", 900)
+    slider = page.locator(".chosen input[type=range]").first
+    start = float(slider.input_value())
+    slider.focus()
+    page.keyboard.press("ArrowLeft")
+    rests(page)
+    page.keyboard.press("ArrowLeft")
+    rests(page)
+    step = float(slider.get_attribute("step"))
+    assert float(slider.input_value()) == start - 2 * step
+
+
 def test_in_a_page_of_the_site_the_controls_are_a_sheet(open_page: Open) -> None:
     """And the pictures stay whole above it."""
     page = opened(open_page, "site")

@@ -12,6 +12,7 @@ export class Controls {
   #session;
   #fields = new Map();
   #sections = {};
+  #lent = "";
   #id = `optuav-${++instances}`;
 
   constructor(session) {
@@ -260,8 +261,11 @@ export class Controls {
     }
   }
 
-  // In a lecture some fields stand in a bar of their own, and go back to where they were.
+  // In a lecture some fields stand in a bar of their own, and go back to where they were. A field that
+  // is moved loses the focus.
   lend(names, bar) {
+    if (names.join() === this.#lent) return;
+    this.#lent = names.join();
     for (const field of this.#fields.values()) {
       field.home?.replaceWith(field.element);
       field.home = null;

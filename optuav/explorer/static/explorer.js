@@ -94,8 +94,9 @@ function render({model, el}) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (event.key === "Escape") escape();
     const {tagName, type} = event.target;
-    const typing = /^(INPUT|SELECT|TEXTAREA)$/.test(tagName) && type !== "range";
-    const acts = event.key === " " && /^(BUTTON|SUMMARY)$/.test(tagName);
+    const flies = lecture && event.key === " " && event.target.closest(".chosen"); // After each choice
+    const typing = /^(INPUT|SELECT|TEXTAREA)$/.test(tagName) && type !== "range" && !flies;
+    const acts = event.key === " " && /^(BUTTON|SUMMARY)$/.test(tagName) && !flies;
     if (typing || acts) return;
     const preset = lecture && [...presets.children].find(({dataset}) => dataset.digit === event.key);
     const {pin, lock, symbols} = toggles;
@@ -138,7 +139,7 @@ function render({model, el}) {
   function answered(foreign) {
     controls.fill(foreign);
     if (!menu.children.length) menu.append(...shareMenu(root, session, model));
-    if (!presets.children.length && !session.stored) {
+    if (!presets.children.length) {
       presets.append(...session.shown.presets.slice(1).map(presetButton));
     }
     if (invited) teach(true);
