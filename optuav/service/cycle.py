@@ -322,6 +322,8 @@ def coverage(
     for name, value, allowed in (("swap_s", swap_s, DURATION), ("pad_power_W", pad_power_W, POWER)):
         if value is not None and not allowed.accepts(value):
             faults.append(Fault(name, shown(value), f"{allowed.words}, or None"))
+    if not isinstance(lit_hover, bool):
+        faults.append(Fault("lit_hover", shown(lit_hover), "must be True or False"))
     if swap_s is not None and pad_power_W is not None:
         faults.append(Fault("pad_power_W", shown(pad_power_W), "either swap_s or pad_power_W"))
     whole = load(mission)

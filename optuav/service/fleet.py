@@ -27,6 +27,7 @@ UNITS |= {"wait_s": "s"}
 TIMES = [*UNITS][1:]
 DAY_S = 86_400.0
 ROUNDING = 1e-9  # Relative, by which a count may be above a whole number
+MOST = 100_000  # Drones of a fleet
 MOST_A = 1e9  # Current of a pad beyond which none is strong enough [A]
 
 
@@ -130,6 +131,11 @@ def fleet_of(cycle: Results, visit: Visit, plan: Plan, share: float, overlap_s: 
         raise InputError([Fault("overlap_s", shown(overlap_s), words)])
     every_s = (hover_s - overlap_s) / share
     drones = upwards(cycle.facts["period_s"] / every_s)
+    if drones > MOST:
+        words = (
+            f"a ring needs {drones} drones, more than {MOST}: state a smaller share or overlap_s"
+        )
+        raise NoPlanError(words)
     wait_s = max(drones * every_s - cycle.facts["period_s"], 0.0)
     place_s = rest_s if visit.swap_s is not None else rest_s + wait_s
     places = upwards(place_s / every_s)

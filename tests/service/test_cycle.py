@@ -149,6 +149,7 @@ def test_the_table_the_picture_and_the_page() -> None:
         ({}, {"swap_s": 0}, "swap_s = 0: a number, 0 < x <= 1e7"),
         ({}, {"pad_power_W": -5}, "pad_power_W = -5"),
         ({}, {"swap_s": 10, "pad_power_W": 5}, "either swap_s or pad_power_W"),
+        ({}, {"lit_hover": "no"}, "lit_hover = 'no': must be True or False"),
         ({"battery.schedule": "round-robin"}, {}, "battery.schedule = 'round-robin': "),
         ({"buildings": []}, {}, "buildings = 0 in the mission: at least one"),
         ({"laser.power_W": 1}, {}, "laser.power_W = 1: nothing charges"),

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import optuav
-from optuav.errors import InputError
+from optuav.errors import InputError, NoPlanError
 from optuav.judge.fleets import busiest, longest_gap
 
 SHIPPED = ["paper", "paper-table2", "matrice350"]
@@ -139,6 +139,13 @@ def test_bad_fleets_are_refused(asked: Any, words: str) -> None:
     with pytest.raises(InputError) as refusal:
         optuav.coverage("matrice350").fleet(**asked)
     assert words in str(refusal.value)
+
+
+def test_a_fleet_without_end_is_refused() -> None:
+    """An overlap next to the hover leaves no time between two starts."""
+    cycle = optuav.coverage("matrice350")
+    with pytest.raises(NoPlanError, match="more than 100000"):
+        cycle.fleet(1.0, cycle.hover_s * (1.0 - 1e-9))
 
 
 def test_bad_days_drones_and_shares_are_refused() -> None:
