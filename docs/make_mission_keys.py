@@ -22,7 +22,7 @@ from optuav.mission.schema import CONVERSIONS, RATE_PER_MINUTE, LaserTable, Miss
 PAGE = Path(__file__).parent / "mission-keys.md"
 START, END = "<!-- keys: written by make_mission_keys.py -->\n", "<!-- end of keys -->\n"
 
-HEAD = ("| key | what it is | what it may be | if left out |", "|---|---|---|---|")
+HEAD = ("| key | meaning | allowed values | if left out |", "|---|---|---|---|")
 INSTEAD = {
     "flow_rate_per_s": "state flow_rate_per_min",
     "visibility_km": "state attenuation_per_km",

@@ -198,7 +198,7 @@ def commands() -> Iterator[Row]:
 
 def options_of(command: str) -> Iterator[Row]:
     """Every argument and option of a command."""
-    yield ("option", "what it is", "default")
+    yield ("option", "meaning", "default")
     for each in program(command).params:
         if isinstance(each, TyperArgument):
             own = f"`{each.default}`" if isinstance(each.default, str) else NONE
@@ -343,7 +343,7 @@ def quantities() -> Iterator[Row]:
     page = Path(__file__).with_name("nomenclature.md").read_text("utf-8")
     row = re.compile(r"^\| .+? (?<!\\)\| (.*?) \|.*`Quantities\.(\w+)`", re.MULTILINE)
     words = {name: text for text, name in row.findall(page)}
-    yield ("in `declare`", "symbol", "unit", "mission key", "what it is")
+    yield ("in `declare`", "symbol", "unit", "mission key", "meaning")
     for each in fields(Quantities):
         if known := each.metadata:
             what = words[each.name]
@@ -356,7 +356,7 @@ def quantities() -> Iterator[Row]:
 
 def families() -> Iterator[Row]:
     """The families of the benchmark set."""
-    yield ("family", "missions", "roofs", "what they are")
+    yield ("family", "missions", "roofs", "description")
     for family, group in itertools.groupby(recipes().values(), lambda each: each.family):
         members = [*group]
         roofs = sorted(len(optuav.load(each.name).buildings) for each in members)

@@ -269,7 +269,7 @@ def test_tables_of_keys_are_complete() -> None:
     fields = [key for name in TABLES for key in table_keys(name)]
     expected = [*fields, "flow_rate_per_min", "name", "description", "crs"]
     assert sorted(row["key"] for row in rows) == sorted(expected)
-    assert all(row["what it is"] and row["what it may be"] for row in rows)
+    assert all(row["meaning"] and row["allowed values"] for row in rows)
 
 
 def test_contract_of_the_graph_is_the_graph() -> None:

@@ -39,7 +39,7 @@ def greedy(
 
 
 def _likeliest(terrain: Terrain) -> list[int]:
-    """Buildings with the largest share of hovering in a cycle, by only charge."""
+    """Buildings with the largest share of hovering in a cycle, counting only charge."""
     charge_As, gained_A = _charges(terrain), terrain.stay_current_A[FIRST_BUILDING:]
     drawn_A, size_As = -terrain.stay_current_A[HOVER], float(terrain.battery.capacity_As)
     flights = (

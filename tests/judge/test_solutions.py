@@ -171,7 +171,7 @@ def test_a_plan_past_the_hover_point_says_nothing_of_the_proof(file: Path) -> No
         (text(solution(hover(1.0), problem="P4 building=b1")), ["P1, P3, P2-tight"]),
         (text(solution(hover(1.0), problem=[1])), ["solutions.0.problem"]),
         (text(solution(hover(1.0), perspective="wells")), ["solutions.0.perspective"]),
-        (text(solution(hover(1.0, "b99"))), ["no place of the mission set/deadline-1200"]),
+        (text(solution(hover(1.0, "b99"))), ["not a place of the mission set/deadline-1200"]),
         (text(solution(hover(1.0), hover_s=True)), ["solutions.0.hover_s"]),
         (text(solution(hover(1.0), hover_s=None)), ["solutions.0.stops"]),
         (text(solution(hover(1.0)), solution(hover(2.0))), ["solutions.0 answers the same"]),
