@@ -302,8 +302,8 @@ def _ways(
     if rule != "ignore":
         ends_m = np.array([[place.position_m for place in pair] for pair in ends])
         own_buildings = np.array([[place.building for place in pair] for pair in ends])
-        below = [roofs_below(mission.buildings, ends_m[:, side]) for side in (0, 1)]
-        roofs = np.where(own_buildings == CLEAR, np.stack(below, axis=1), own_buildings)
+        roofs, unknown = own_buildings.copy(), own_buildings == CLEAR
+        roofs[unknown] = roofs_below(mission.buildings, ends_m[unknown])
         blockers = crossed(prisms(mission.buildings), ends_m[:, 0], ends_m[:, 1], roofs)
         if rule != "refuse" and any(move.waypoints_m is None for move in planned):
             lines = np.arange(2 * len(ends)).reshape(-1, 2)
