@@ -1,4 +1,4 @@
-"""Boxes of uncertain numbers: what is stated, their corners, and samples of them."""
+"""Boxes of uncertain numbers, with their corners and samples."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ class Box(NamedTuple):
 
     @property
     def numbers(self) -> dict[str, tuple[float, float]]:
-        """Ends of everything that is uncertain, by name."""
-        stated = {name: ends for name, ends in self.factors.items() if ends[0] < ends[1]}
-        return stated | {spread.key.name: (spread.low, spread.high) for spread in self.spreads}
+        """Ends of all uncertain numbers, by name."""
+        factors = {name: ends for name, ends in self.factors.items() if ends[0] < ends[1]}
+        return factors | {spread.key.name: (spread.low, spread.high) for spread in self.spreads}
 
     @property
     def holds_now(self) -> bool:
@@ -68,11 +68,13 @@ def _about_middle(low: float, high: float, share: float) -> tuple[float, float]:
     return middle - reach, middle + reach
 
 
-def box_of(mission: Mission, stated: Mapping[str, object] | str | Path) -> Box:
-    """The box that a mapping or a file states, or a refusal with all faults."""
+def box_of(mission: Mission, uncertainty: Mapping[str, object] | str | Path) -> Box:
+    """Return the box that a mapping or a file states, or refuse it with all faults."""
     words = "ranges by key, or the path of a TOML file with them"
-    of_kind("uncertainty", stated, Mapping | str | Path, words)
-    table = dict(stated) if isinstance(stated, Mapping) else read_toml(path_of(stated))
+    of_kind("uncertainty", uncertainty, Mapping | str | Path, words)
+    table = (
+        dict(uncertainty) if isinstance(uncertainty, Mapping) else read_toml(path_of(uncertainty))
+    )
     factors, faults, keys = dict.fromkeys(FACTORS, (1.0, 1.0)), list[Fault](), tuple[Spread, ...]()
     if not table:
         faults.append(Fault("uncertainty", "", "at least one key or factor with its range"))
@@ -80,9 +82,9 @@ def box_of(mission: Mission, stated: Mapping[str, object] | str | Path) -> Box:
         if name in table:
             form = table.pop(name)
             if (ends := _factor(form)) is None:
-                words = "{ percent = p }, 0 < p < 100; or { low = a, high = b }, 0 < a < b"
+                words = "must be { percent = p }, 0 < p < 100, or { low = a, high = b }, 0 < a < b"
                 pairs = form.items() if isinstance(form, dict) else ()
-                value = ", ".join(f"{key} = {shown(each)}" for key, each in pairs)
+                value = ", ".join(f"{key} = {shown(number)}" for key, number in pairs)
                 faults.append(Fault(name, f"{{ {value} }}" if value else shown(form), words))
             else:
                 factors[name] = ends
@@ -93,7 +95,7 @@ def box_of(mission: Mission, stated: Mapping[str, object] | str | Path) -> Box:
 
 
 def _factor(form: object) -> tuple[float, float] | None:
-    """Both ends of a factor; None if they are stated otherwise."""
+    """Return both ends of a factor; None if it has another form."""
     numbers = form if isinstance(form, dict) else {}
     if not all(Number("-", gt=0.0, le=1e6).accepts(number) for number in numbers.values()):
         return None

@@ -79,8 +79,8 @@ class Coverage(ResultsWithFacts):
     Examples
     --------
     >>> import optuav
-    >>> found = optuav.coverage("paper")
-    >>> f"{found.share:.6%} at {found.building}: hover {found.hover_s:.1f} s"
+    >>> cycle = optuav.coverage("paper")
+    >>> f"{cycle.share:.6%} at {cycle.building}: hover {cycle.hover_s:.1f} s"
     '9.448002% at b9: hover 608.3 s'
     """
 
@@ -103,7 +103,7 @@ class Coverage(ResultsWithFacts):
         return _planned(self.mission, self.visit, self.facts)
 
     def _ending(self) -> Visit:
-        """The visit; refused where the hover never ends."""
+        """Return the visit, or refuse a hover that never ends."""
         if self.visit is None:
             raise NoPlanError(f"one drone is enough, it never lands: {ENDLESS}")
         return self.visit
@@ -128,9 +128,9 @@ class Coverage(ResultsWithFacts):
         Raises
         ------
         InputError
-            If share or overlap is no such number.
+            If share or overlap is out of range.
         NoPlanError
-            If the hover never ends.
+            If the hover never ends, or the ring needs more than 100 000 drones.
         """
         return fleet_of(self, self._ending(), self.plan, share, overlap_s)
 
@@ -193,7 +193,7 @@ class Coverage(ResultsWithFacts):
         Raises
         ------
         InputError
-            If the hours are no such number, something other than the mission's laser charges, or
+            If the hours are out of range, something other than the mission's laser charges, or
             the perspective is not ``"available"``.
         NoPlanError
             If the hover never ends, or no hover fits into the day.
@@ -210,9 +210,9 @@ class Coverage(ResultsWithFacts):
     def event(self, hours: float, drones: int | None = None) -> Event:
         """Find the fewest drones that cover some hours without a gap, all full at the start.
 
-        Drones hover in turn, each for as long as a linear programme says; charge alone gives a
-        number of drones that is surely needed. The judge then flies the roster through the wells;
-        where it falls, hovers are made shorter, and where that is not enough, a drone is added.
+        Drones hover in turn, each for as long as a linear programme says. Charge alone gives a
+        lower bound on their number. The judge then flies the roster through the wells. If the
+        roster runs dry, hovers are made shorter; if that is not enough, a drone is added.
 
         Parameters
         ----------
@@ -230,7 +230,7 @@ class Coverage(ResultsWithFacts):
         Raises
         ------
         InputError
-            If a number is none of these, or the perspective is ``"battery"``.
+            If a number is out of range, or the perspective is ``"battery"``.
         NoPlanError
             If so many drones do not suffice, or the hover never ends.
 
@@ -260,7 +260,7 @@ class Coverage(ResultsWithFacts):
         Raises
         ------
         InputError
-            If a number is none of these.
+            If a number is out of range.
         NoPlanError
             If no power suffices, or the hover never ends.
         """
@@ -303,7 +303,7 @@ def coverage(
     Raises
     ------
     InputError
-        If an option is no such value, the packs take turns, no building is in reach, or nothing
+        If an option has no such value, the packs take turns, no building is in reach, or nothing
         charges there.
     NoPlanError
         If the drone cannot fly, or no building allows a hover that can be repeated.
@@ -326,16 +326,16 @@ def coverage(
         faults.append(Fault("lit_hover", shown(lit_hover), "must be True or False"))
     if swap_s is not None and pad_power_W is not None:
         faults.append(Fault("pad_power_W", shown(pad_power_W), "either swap_s or pad_power_W"))
-    whole = load(mission)
-    refuse([*faults, *schedule_faults(whole)])
-    network = flyable_network(whole)
+    loaded = load(mission)
+    refuse([*faults, *schedule_faults(loaded)])
+    network = flyable_network(loaded)
     lit = lit_hover and swap_s is None and pad_power_W is None
     flows = _Flows(network, lit, pad_power_W)
     charged_by = "pad" if pad_power_W is not None else "laser" if swap_s is None else "exchange"
     options = {"charged_by": charged_by, "lit_hover": lit, "perspective": perspective}
     if flows.hover_A <= 0.0:
         facts = dict(zip(FACTS, NEVER_LANDS, strict=True)) | options
-        return Coverage("optuav coverage", whole, facts, UNITS, (), _show, _draw)
+        return Coverage("optuav coverage", loaded, facts, UNITS, (), _show, _draw)
     best, bound = _best([*_visits(network, flows, perspective, swap_s)])
     hover_s = best.longest_s
     assert hover_s is not None
@@ -357,7 +357,7 @@ def coverage(
     limit_share = float(1.0 / (1.0 + flows.hover_A / most_A))
     values = share, bound, limit_share, best.building, *times_s, *socs, status.value, proof
     facts = dict(zip(FACTS, values, strict=True)) | options
-    return Coverage("optuav coverage", whole, facts, UNITS, tuple(rows), _show, _draw, visit=best)
+    return Coverage("optuav coverage", loaded, facts, UNITS, tuple(rows), _show, _draw, visit=best)
 
 
 class _Flows:
@@ -377,7 +377,7 @@ class _Flows:
 def _visits(
     network: Network, flows: _Flows, perspective: Perspective, swap_s: float | None
 ) -> Iterator[Visit]:
-    """The visits from every building in reach that charges."""
+    """Yield the visit from every building in reach that charges."""
     legs, mission, pool = network.legs, network.mission, vehicle.pool(network.mission)
     number = 2 + 4 * np.arange(len(mission.buildings))
     reach = legs.flyable[number + 1] & legs.flyable[number + 2]
@@ -386,7 +386,7 @@ def _visits(
         raise InputError([Fault("buildings", f"{len(reach)} in the mission", words)])
     charges = reach & ((flows.rest_A > 0.0) | (swap_s is not None))
     if not charges.any():
-        words = "nothing charges a drone that rests: the laser must see a roof, or state a pad"
+        words = "nothing charges a resting drone: the laser must see a roof, or state a pad"
         key = "laser" if mission.laser is None else "laser.power_W"
         value = "" if mission.laser is None else f"{mission.laser.power_W:g}"
         raise InputError([Fault(key, value, f"{words} (pad_power_W) or an exchange (swap_s)")])
@@ -399,7 +399,7 @@ def _visits(
 
 
 def _best(visits: list[Visit]) -> tuple[Visit, float]:
-    """The visit with the largest share, the first of equals, and a share that none exceeds."""
+    """Return the first visit with the largest share, and a share that no visit exceeds."""
 
     def by_charge(visit: Visit) -> float:
         return visit.share(visit.balanced_s) if visit.balanced_s > 0.0 else -math.inf
@@ -421,11 +421,11 @@ def _best(visits: list[Visit]) -> tuple[Visit, float]:
 
 
 def _planned(mission: Mission, visit: Visit, facts: Any) -> Plan:
-    """One cycle as a plan of the mission that begins and ends on the building."""
+    """Return one cycle as a plan of the mission that begins and ends on the building."""
     roof_m = mission.buildings.roof_m[mission.buildings.names.index(visit.building)].tolist()
     hover_m = [float(coordinate) for coordinate in vehicle.hover_point_m(mission)]
     wells = visit.wells(facts["hover_s"])
-    own = mission.replace(
+    cycled = mission.replace(
         {
             "route.origin_m": roof_m,
             "route.destination_m": roof_m,
@@ -434,27 +434,28 @@ def _planned(mission: Mission, visit: Visit, facts: Any) -> Plan:
             "start": {"available_As": wells.available_As, "bound_As": wells.bound_As},
         }
     )
-    network = build_network(own)
+    network = build_network(cycled)
     rests, number = visit.swap_s is None, 0
     if rests:
         routes = network.routes
-        building = own.buildings.names.index(visit.building)
+        building = cycled.buildings.names.index(visit.building)
         number = int(np.flatnonzero((routes.building == building) & ~routes.rest_first)[0])
     times_s = facts["hover_s"], facts["rest_s"] if rests else 0.0
     net_A = {"hover": -visit.hover_A, "rest": visit.rest_A}
-    phases = [_stated(own, phase, net_A) for phase in route_phases(network, number, *times_s)]
-    flown = simulated(own, phases)
-    received_W = flown[1].power_W + float(vehicle.hover_load(own).power_W)
-    given = replace(
+    phases = [
+        _with_currents(cycled, phase, net_A) for phase in route_phases(network, number, *times_s)
+    ]
+    flown = simulated(cycled, phases)
+    received_W = flown[1].power_W + float(vehicle.hover_load(cycled).power_W)
+    table = replace(
         quantities(network, np.array([number]), rests=rests, steps=False),
         hover_current_A=visit.hover_A,
         hover_received_W=received_W,
         rest_current_A=visit.rest_A,
         rest_received_W=flown[3].power_W if rests else 0.0,
     )
-    stated = any(phase.edited for phase in flown)
     return Plan(
-        mission=own,
+        mission=cycled,
         problem="Cycle",
         trajectory=None,
         building=visit.building,
@@ -464,27 +465,27 @@ def _planned(mission: Mission, visit: Visit, facts: Any) -> Plan:
         engine="coverage",
         proof=facts["proof"],
         status=Status(facts["status"]),
-        notes=(DARK,) if stated else (),
+        notes=(DARK,) if any(phase.edited for phase in flown) else (),
         phases=flown,
-        soc={name: float(np.squeeze(PERSPECTIVES_OF[name](given, *times_s))) for name in PAPER},
+        soc={name: float(np.squeeze(PERSPECTIVES_OF[name](table, *times_s))) for name in PAPER},
     )
 
 
-def _stated(mission: Mission, phase: Phase, net_A: dict[str, float]) -> Phase:
-    """A stay with the currents of the cycle where those of the mission are others."""
+def _with_currents(mission: Mission, phase: Phase, net_A: dict[str, float]) -> Phase:
+    """Return a stay with the current of the cycle if the mission has another one."""
     (stage,) = phase.stages if phase.kind != "flight" else (None,)
     if stage is None or math.isclose(stage.current_A, net_A[phase.kind], rel_tol=1e-12):
         return phase
-    own_A = net_A[phase.kind]
+    cycle_A = net_A[phase.kind]
     drawn = vehicle.hover_load(mission) if phase.kind == "hover" else flight_of(mission).rest()
-    power_W = (own_A + float(drawn.current_A)) * mission.battery.nominal_voltage_V
-    net = Flow(own_A, power_W - float(drawn.power_W))
+    power_W = (cycle_A + float(drawn.current_A)) * mission.battery.nominal_voltage_V
+    net = Flow(cycle_A, power_W - float(drawn.power_W))
     return replace(phase, stages=(PhaseStage(stage.duration_s, *net),), edited=True)
 
 
-def _show(found: Results) -> Iterator[str]:
-    facts = found.facts
-    yield f"Coverage by one drone: {printable(found.mission.name)}"
+def _show(results: Results) -> Iterator[str]:
+    facts = results.facts
+    yield f"Coverage by one drone: {printable(results.mission.name)}"
     if facts["building"] is None:
         yield f"Share       100 %: it hovers for ever, {ENDLESS}"
         return
@@ -500,18 +501,18 @@ def _show(found: Results) -> Iterator[str]:
         yield f"Free legs   would give {facts['limit_share']:.2%}"
     yield f"Proof       {facts['status']}: {facts['proof']}"
     yield ""
-    lines = [[row["kind"], *(f"{row[name]:.2f}" for name in [*UNITS][1:])] for row in found.rows]
+    lines = [[row["kind"], *(f"{row[name]:.2f}" for name in [*UNITS][1:])] for row in results.rows]
     heads = ["phase", "duration [s]", "y1 [A s]", "y2 [A s]"]
     yield from tabulated([heads, *lines])
 
 
-def _draw(found: Results) -> Pictures:
+def _draw(cycle: Results) -> Pictures:
     """Both wells over two periods."""
-    assert isinstance(found, Coverage)
-    if found.visit is None:
+    assert isinstance(cycle, Coverage)
+    if cycle.visit is None:
         return
-    simulated_once = replay(found.plan)
-    flights = [(simulated_once, 0.0), (simulated_once, found.period_s)]
+    simulated_once = replay(cycle.plan)
+    flights = [(simulated_once, 0.0), (simulated_once, cycle.period_s)]
     levels = [Level("available well", "available", flights), Level("bound well", "bound", flights)]
-    title = f"Two periods of the endless cycle, {found.share:.2%} covered"
-    yield "cycle.png", draw_levels(found, title, levels)
+    title = f"Two periods of the endless cycle, {cycle.share:.2%} covered"
+    yield "cycle.png", draw_levels(cycle, title, levels)

@@ -83,9 +83,9 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
     .. [1] W. Jaafar, H. Yanikomeroglu, "Dynamics of laser-charged UAVs: a battery perspective",
        IEEE Internet of Things Journal, 2021.
     """
-    whole = load(mission)
-    refuse(schedule_faults(whole))
-    network, battery = flyable_network(whole), vehicle.pool(whole)
+    loaded = load(mission)
+    refuse(schedule_faults(loaded))
+    network, battery = flyable_network(loaded), vehicle.pool(loaded)
     legs, places = network.legs, network.places
     (arriving,) = np.flatnonzero((legs.start == ORIGIN) & (legs.end == HOVER)).tolist()
     landing = legs.flyable & (legs.start == HOVER)
@@ -94,15 +94,15 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
         words = "to the hover point" if not legs.flyable[arriving] else "back from the hover point"
         raise NoPlanError(f"no leg {words} can be flown: optuav explain names what is in the way")
 
-    charge, least_As = vehicle.start(whole), whole.limits.min_soc * float(battery.capacity_As)
+    charge, least_As = vehicle.start(loaded), loaded.limits.min_soc * float(battery.capacity_As)
     lowest_As = math.inf
     for stage in legs.stages_of(arriving):
         charge = tilted_after(battery, charge, stage)
         lowest_As = min(lowest_As, float(charge.wells(battery).available_As))
     if lowest_As < -MOST * float(battery.capacity_As):
-        raise NoPlanError("the available well is empty before the drone comes to the hover point")
+        raise NoPlanError("the available well runs dry before the drone reaches the hover point")
     received_A = float(places.charge_current_A[HOVER])
-    hover_A = float(vehicle.hover_load(whole).current_A) - received_A
+    hover_A = float(vehicle.hover_load(loaded).current_A) - received_A
     rows = list[dict[str, Any]]()
     for leg in sorted(np.flatnonzero(landing).tolist(), key=lambda leg: int(legs.end[leg])):
         way = legs.stages_of(leg)
@@ -123,7 +123,7 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
         **{name: best[name] for name in ("latest_s", "place")},
         **{"available_As": available_As, "bound_As": bound_As, "hover_current_A": hover_A},
     }
-    return ResultsWithFacts("optuav return", whole, facts, UNITS, tuple(rows), _show, _draw)
+    return ResultsWithFacts("optuav return", loaded, facts, UNITS, tuple(rows), _show, _draw)
 
 
 def _before(moment_s: float, other_s: float | None) -> bool:
@@ -156,7 +156,7 @@ def _by_well(battery: Battery, charge: Tilted, hover_A: float, way: Sequence[Sta
         latest.append(_last_zero(battery, fixed_As, e, tilt_As, hover_A))
     if None in latest:
         return rules[latest.index(None)]
-    times_s = [each for each in latest if each is not None]
+    times_s = [moment_s for moment_s in latest if moment_s is not None]
     first = int(np.argmin(times_s))
     hover = Stage(-hover_A, times_s[first]) if math.isfinite(times_s[first]) else Stage(0.0, 0.0)
     left = tilted_after(battery, charge, hover).wells(battery)
@@ -222,7 +222,7 @@ def _show(times: Results) -> Iterator[str]:
 
 
 def _draw(times: Results) -> Pictures:
-    """What the rule leaves at the landing over the moment of leaving, for two places."""
+    """Draw the margin of the rule at the landing over the moment of leaving, for two places."""
     from optuav.plots import Line, curves
 
     facts, rows = times.facts, {row["place"]: row for row in times.rows}

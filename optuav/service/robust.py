@@ -64,17 +64,18 @@ class RobustPlan(ResultsWithFacts):
     Parameters
     ----------
     hover_s, rest_s, route
-        Of the plan [s], and its places.
+        Times of the plan [s], and its places.
     nominal_hover_s, price_s
-        Longest hover if every number is as the mission states it, and what certainty costs [s].
+        Longest hover if every number is as the mission states it, and the hover that doubt costs
+        [s].
     corners, samples, flyable
-        How many corners the plan is declared for; how many samples of the box were flown, and the
-        share of them in which it keeps every limit.
+        Number of corners that the plan is declared for; number of samples of the box that were
+        flown, and the share of them in which the plan keeps every limit.
     reach_share
         The plan is declared for a box about the same middle with this share of the reach to either
         side; 1 without a chance.
     risk_bound, confidence
-        A share of the box that the plan fails in no more than, at this confidence.
+        Upper bound on the share of the box in which the plan fails, and its confidence.
     """
 
     plan: Plan = field(kw_only=True, repr=False)  # Flown with the numbers of the mission
@@ -148,8 +149,8 @@ def robust(
     --------
     >>> import optuav
     >>> box = {"drain": {"percent": 5}, "charge": {"percent": 10}}
-    >>> found = optuav.robust("paper", box)
-    >>> f"{found.hover_s:.3f} s, {found.price_s:.1f} s less than without doubt"
+    >>> robust = optuav.robust("paper", box)
+    >>> f"{robust.hover_s:.3f} s, {robust.price_s:.1f} s less than without doubt"
     '555.810 s, 41.5 s less than without doubt'
     """
     faults = [*misfits(("samples", samples, SAMPLES), ("seed", seed, SEED))]
@@ -163,23 +164,25 @@ def robust(
     if perspective not in (AVAILABLE, "battery"):
         faults.append(unknown("perspective", perspective, (AVAILABLE, "battery")))
     with collected(faults):
-        whole = load(mission)
+        loaded = load(mission)
         for name, only in (("schedule", "pooled"), ("charging", "constant")):
-            if (now := getattr(whole.battery, name)) != only:
+            if (now := getattr(loaded.battery, name)) != only:
                 faults.append(Fault(f"battery.{name}", shown(now), f"must be {only!r} here"))
-        box = box_of(whole, uncertainty)
+        box = box_of(loaded, uncertainty)
     refuse(faults)
-    whole = completed(whole, box.spreads)
-    question = checked_question(whole, problem, perspective)
+    loaded = completed(loaded, box.spreads)
+    question = checked_question(loaded, problem, perspective)
     several = question.several or question.speed_free or question.p1.hover_point != "w_U"
     if question.problem.name not in PROBLEMS_TAKEN or several:
-        words = f"one of {', '.join(PROBLEMS_TAKEN)}, with one rest, one hover and a hover point"
+        words = (
+            f"must be {', '.join(PROBLEMS_TAKEN)} with one rest, one hover, w_U and stated speeds"
+        )
         raise InputError([Fault("problem", question.problem.name, words)])
-    hover_m = [float(coordinate) for coordinate in vehicle.hover_point_m(whole)]
-    nominal = solve(whole, question.problem, perspective=perspective)
+    hover_m = [float(coordinate) for coordinate in vehicle.hover_point_m(loaded)]
+    nominal = solve(loaded, question.problem, perspective=perspective)
     if not all(map(math.isfinite, hover_m)) or not nominal:
         raise NoPlanError(f"no plan even without doubt: {'; '.join(nominal.reasons)}")
-    network = flyable_network(whole.replace({"route.hover_m": hover_m}))
+    network = flyable_network(loaded.replace({"route.hover_m": hover_m}))
     count, search, share = int(samples), _Search(question, network), 1.0
     routes = np.flatnonzero(allowed(stacked(network), question.problem)[0])
     if chance is None:
@@ -216,7 +219,7 @@ def robust(
         gain_s = 0.0 if certain is None else certain.hover_s - hover_s
         rows.append(dict(zip(UNITS, (name, *ends, gain_s), strict=True)))
     rows.sort(key=lambda row: -row["gain_s"])
-    return RobustPlan("optuav robust", whole, facts, UNITS, tuple(rows), _show, _draw, plan=plan)
+    return RobustPlan("optuav robust", loaded, facts, UNITS, tuple(rows), _show, _draw, plan=plan)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -230,16 +233,16 @@ class _Robust(Formulation):
         """State charge, dry and deadline at the emptiest corners, past full at the fullest."""
         hover, rest = given.hover_and_rest(model)
         model.maximise(hover)
-        for number, own in enumerate(self.emptiest, start=1):
-            left = PERSPECTIVES[given.perspective](own, hover, rest) >= own.min_soc
+        for number, corner in enumerate(self.emptiest, start=1):
+            left = PERSPECTIVES[given.perspective](corner, hover, rest) >= corner.min_soc
             model.subject_to(f"charge, corner {number}", left, kind="state of charge")
-            in_time = hover + rest <= own.time_left
+            in_time = hover + rest <= corner.time_left
             model.subject_to(f"deadline, corner {number}", in_time, unit="s", kind="deadline")
         if given.perspective != AVAILABLE:
             return
-        for kind, every in (("dry", self.emptiest), ("past full", self.fullest)):
-            for number, own in enumerate(every, start=1):
-                for limit in well_limits(own, hover, rest):
+        for kind, corners in (("dry", self.emptiest), ("past full", self.fullest)):
+            for number, corner in enumerate(corners, start=1):
+                for limit in well_limits(corner, hover, rest):
                     if limit.kind == kind:
                         label = f"{kind}, corner {number}, step {limit.step + 1}"
                         model.subject_to(label, limit.relation, kind=kind)
@@ -317,9 +320,9 @@ class _Search:
         )
         rests = bool(self.network.routes.building[routes[0]] >= 0)
         shared = np.tile(routes, programmes // len(routes))
-        given = quantities(self.network, shared, rests=rests, steps=False)
+        table = quantities(self.network, shared, rests=rests, steps=False)
         able = np.asarray(np.reshape(emptiest[1], (-1, programmes)).all(axis=0))
-        return problem.model(given, self.question.perspective), able
+        return problem.model(table, self.question.perspective), able
 
     def figures(self, points: Points, routes: Integers) -> tuple[Quantities, Booleans]:
         """Figures with currents multiplied, all routes at a point after each other.
@@ -380,16 +383,16 @@ class _Search:
     def kept(self, plan: RobustTimes, points: Points) -> Booleans:
         """At which points the plan keeps every limit."""
         times_s = plan.hover_s, plan.rest_s
-        given, kept = self.figures(points, np.array([plan.route]))
-        left = PERSPECTIVES[self.question.perspective](given, *times_s)
-        kept = kept & np.asarray(left >= given.min_soc - KEPT)
-        kept &= np.asarray(sum(times_s) <= given.time_left + KEPT * given.deadline_s)
+        table, kept = self.figures(points, np.array([plan.route]))
+        left = PERSPECTIVES[self.question.perspective](table, *times_s)
+        kept = kept & np.asarray(left >= table.min_soc - KEPT)
+        kept &= np.asarray(sum(times_s) <= table.time_left + KEPT * table.deadline_s)
         if self.question.perspective == AVAILABLE:
-            for step, wells in zip(given.steps, levels(given, *times_s), strict=True):
-                share = wells.available_As / given.battery_As
+            for step, wells in zip(table.steps, levels(table, *times_s), strict=True):
+                share = wells.available_As / table.battery_As
                 kept &= np.asarray(share >= -KEPT)
                 if isinstance(step, str):
-                    kept &= np.asarray(share <= given.available_fraction + KEPT)
+                    kept &= np.asarray(share <= table.available_fraction + KEPT)
         return np.asarray(kept, dtype=bool)
 
 
@@ -421,9 +424,9 @@ def _risk_bound(samples: int, failures: int, confidence: float) -> float:
     return float(special.betaincinv(failures + 1, samples - failures, confidence))
 
 
-def _show(found: Results) -> Iterator[str]:
-    facts = found.facts
-    yield f"Robust plan: {printable(found.mission.name)}"
+def _show(robust: Results) -> Iterator[str]:
+    facts = robust.facts
+    yield f"Robust plan: {printable(robust.mission.name)}"
     yield f"Route       {' → '.join(map(printable, facts['route']))}"
     yield f"Hover       {facts['hover_s']:.3f} s, rest {facts['rest_s']:.3f} s"
     nominal = f"{facts['nominal_hover_s']:.3f} s without doubt"
@@ -434,14 +437,14 @@ def _show(found: Results) -> Iterator[str]:
     sure = f"with a confidence of {facts['confidence']:g}"
     yield f"Risk        at most {facts['risk_bound']:.2%} of the box, {sure}\n"
     lines = [["if this were certain", "low", "high", "hover gained [s]"]]
-    for row in found.rows:
+    for row in robust.rows:
         lines.append([row["number"], f"{row['low']:g}", f"{row['high']:g}", f"{row['gain_s']:.3f}"])
     yield from tabulated(lines, longest=34)
 
 
-def _draw(found: Results) -> Pictures:
+def _draw(robust: Results) -> Pictures:
     """Both wells of the plan with the numbers of the mission."""
     from optuav import plots
 
-    assert isinstance(found, RobustPlan)
-    yield "robust.png", plots.wells(found.plan)[0]
+    assert isinstance(robust, RobustPlan)
+    yield "robust.png", plots.wells(robust.plan)[0]

@@ -20,7 +20,7 @@ from optuav.service.fleet import OVERLAP, SHARE, upwards
 from optuav.studies.results import NONE, Pictures, Results, ResultsWithFacts
 
 PRICED = ("drone", "laser", "pad", "charger", "battery_set", "tether")
-"""What has a price: a drone without its packs, a beam, a pad by cable, a charger for packs outside
+"""Names of prices: a drone without its packs, a beam, a pad by cable, a charger for packs outside
 a drone, the packs of one drone, and a tethered drone in place of all of them."""
 PRICE = Number("-", ge=0.0, le=1e12)
 COUNTS = ("drones", "beams", "pads", "bays", "chargers", "battery_sets")
@@ -86,33 +86,37 @@ def size_fleet(
     with collected(faults):
         stated = None if prices is None else _prices(prices)
     refuse(faults)
-    whole, why, cycles = load(mission), dict[str, str](), dict[str, Coverage]()
+    loaded, why, cycles = load(mission), dict[str, str](), dict[str, Coverage]()
     ways: dict[str, dict[str, Any]] = {
         "laser, lit hover": {},
         "laser, dark hover": {"lit_hover": False},
-        "pad": {"pad_power_W": whole.battery.charge_current_A * whole.battery.nominal_voltage_V},
+        "pad": {"pad_power_W": loaded.battery.charge_current_A * loaded.battery.nominal_voltage_V},
         "swap": {"swap_s": swap_s},
     }
     for name, options in ways.items():
         try:
-            cycles[name] = coverage(whole, **options)
+            cycles[name] = coverage(loaded, **options)
         except (InputError, NoPlanError) as error:
             why[name] = str(error)
     rows = [
         _row(name, cycles.get(name), stated, share, overlap_s, why.get(name, "")) for name in ways
     ]
     if all(row["why"] for row in rows):
-        words = "; ".join(f"{row['technology']}: {row['why']}" for row in rows)
-        raise InputError(f"no technology serves this mission so: {words}")
+        reasons = dict[str, list[str]]()
+        for row in rows:
+            reasons.setdefault(row["why"], []).append(row["technology"])
+        lines = [f"{' and '.join(names)}: {words}" for words, names in reasons.items()]
+        words = "\n".join(lines if len(lines) > 1 else reasons)
+        raise InputError(f"no way to charge serves this mission:\n{words}")
     if stated is not None:
         alone = dict.fromkeys(UNITS) | {"technology": "tether", "why": ""}
         rows.append(alone | {"cost": stated["tether"] * math.ceil(share)})
     facts = {"share": share, "overlap_s": overlap_s, "swap_s": swap_s, "prices": stated}
 
     def draw(_: Results) -> Pictures:
-        return _draw(whole, cycles, stated, share, overlap_s)
+        return _draw(loaded, cycles, stated, share, overlap_s)
 
-    return ResultsWithFacts("optuav fleet sizes", whole, facts, UNITS, tuple(rows), _show, draw)
+    return ResultsWithFacts("optuav fleet sizes", loaded, facts, UNITS, tuple(rows), _show, draw)
 
 
 def _prices(prices: Mapping[str, float] | str | Path) -> Mapping[str, Any]:
@@ -201,7 +205,7 @@ def _draw(
     shares = np.linspace(0.0, max(share, 1.0), SHARES + 1)[1:].tolist()
     figure, lines = "drones" if prices is None else "cost", list[Line]()
     for name, cycle in cycles.items():
-        rows = [_row(name, cycle, prices, each, overlap_s, "") for each in shares]
+        rows = [_row(name, cycle, prices, part, overlap_s, "") for part in shares]
         known = [(x, row[figure]) for x, row in zip(shares, rows, strict=True) if not row["why"]]
         if known:
             lines.append(Line(name, [x for x, _ in known], [y for _, y in known]))

@@ -32,7 +32,7 @@ def test_exit_codes(capsys: pytest.CaptureFixture[str]) -> None:
     """1 where no hover point is reached, 2 for bad input, each with one clear line."""
     empty = ("--set", "start.available_As=100", "--set", "start.bound_As=14400")
     assert run("paper", *empty) == 1
-    assert "empty before" in capsys.readouterr().err
+    assert "runs dry before" in capsys.readouterr().err
     assert run("nowhere") == 2
     assert run("paper", "--save", "r.png") == 2
     assert "Traceback" not in capsys.readouterr().err

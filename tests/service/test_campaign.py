@@ -62,7 +62,7 @@ def ends(plan: optuav.Plan) -> Iterator[tuple[float, float, str]]:
 
 
 @pytest.mark.campaign
-@few(25)
+@few(10)
 @given(missions(), OPTIONS, st.floats(0.05, 3.0), st.sampled_from([0.0, 0.1, 0.5]))
 def test_cycles_and_fleets(
     mission: optuav.Mission, options: Any, share: float, overlap: float
@@ -102,7 +102,7 @@ def test_cycles_and_fleets(
 
 
 @pytest.mark.campaign
-@few(3)
+@few(2)
 @given(
     missions(), st.sampled_from([{}, {"pad_power_W": 400.0}, {"swap_s": 90.0}]), st.floats(0.1, 3.0)
 )
@@ -132,7 +132,7 @@ def test_events_and_days(mission: optuav.Mission, options: Any, hours: float) ->
 
 
 @pytest.mark.campaign
-@few(12)
+@few(8)
 @given(
     missions(),
     st.sampled_from(["P1", "P3"]),
@@ -165,7 +165,7 @@ def test_robust_plans(
 
 
 @pytest.mark.campaign
-@few(25)
+@few(10)
 @given(missions())
 def test_last_moments(mission: optuav.Mission) -> None:
     """The direct hover of the last moment can be flown, a thousandth longer it cannot."""

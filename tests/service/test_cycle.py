@@ -4,13 +4,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import optuav
 from optuav.errors import InputError, NoPlanError
 from optuav.physics.kibam import Stage
 from tests.cycles import flown, random_visit
+from tests.examples import few
 
 SHIPPED = ["paper", "paper-table2", "paper-drag", "matrice350"]
 
@@ -55,7 +56,7 @@ def test_the_judge_flies_every_cycle_to_the_same_wells(mission: str, options: An
     assert optuav.audit(found.plan.to_dict())
 
 
-@settings(max_examples=60, deadline=None)
+@few(25)
 @given(st.integers(0, 10**6))
 def test_no_other_cycle_covers_more(seed: int) -> None:
     """Brute force over hovers: those that pass in the wells' own equations are no longer."""
@@ -80,7 +81,7 @@ def test_no_other_cycle_covers_more(seed: int) -> None:
             assert hover_s > longest_s * (1 - 1e-9)
 
 
-@settings(max_examples=40, deadline=None)
+@few(20)
 @given(st.integers(0, 10**6))
 def test_mixed_cycles_are_no_better_by_charge(seed: int) -> None:
     """By charge, a cycle of several hovers on several buildings covers at most the best share."""

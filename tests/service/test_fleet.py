@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 import optuav
 from optuav.errors import InputError, NoPlanError
 from optuav.judge.fleets import busiest, longest_gap
+from tests.examples import few
 
 SHIPPED = ["paper", "paper-table2", "matrice350"]
 
@@ -71,7 +72,7 @@ def test_staggered_devices_need_fewer_than_the_published_rule(
     assert fleet.beams == fleet.places + devices
 
 
-@settings(max_examples=60, deadline=None)
+@few(15)
 @given(
     st.floats(10, 3000), st.floats(1, 300), st.floats(10, 9000), st.floats(0.05, 3),
     st.floats(0, 0.9),

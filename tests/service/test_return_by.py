@@ -134,7 +134,7 @@ def test_what_has_no_last_moment_is_told() -> None:
     paper = optuav.load("paper")
     with pytest.raises(InputError, match=r"battery\.schedule"):
         optuav.return_by(paper.replace({"battery.schedule": "sequential"}))
-    with pytest.raises(NoPlanError, match="empty before"):
+    with pytest.raises(NoPlanError, match="runs dry before"):
         optuav.return_by(paper.replace({"start": {"available_As": 100.0, "bound_As": 14_400.0}}))
     low = paper.replace({"start": {"available_As": 6000.0, "bound_As": 100.0}})
     assert optuav.return_by(low).rows[0]["latest_s"] is None

@@ -63,7 +63,7 @@ def test_wrong_prices_and_numbers_are_named_all_at_once(tmp_path: Path) -> None:
     for wrong in ({"share": 0.0}, {"share": 1001}, {"overlap_s": -1.0}, {"swap_s": 0.0}):
         with pytest.raises(InputError, match=next(iter(wrong))):
             optuav.size_fleet("paper", **wrong)
-    with pytest.raises(InputError, match="no technology"):
+    with pytest.raises(InputError, match="no way to charge"):
         optuav.size_fleet("paper", overlap_s=1e5)
 
 
