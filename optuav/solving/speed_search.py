@@ -60,10 +60,12 @@ class SpeedSearch:
     def __init__(self, speeds: LegSpeeds, routes: Integers, time_limit_s: float | None) -> None:
         mission = speeds.network.mission.replace({"battery.charging": "constant"})
         self.speeds = LegSpeeds(replace(speeds.network, mission=mission))
-        bounds_s = hover_bounds_at_any_speed_s(speeds)[routes]
+        # What is proved by charge and deadline alone holds for the wells too.
+        priced = route_prices(self.speeds, routes, "battery")
+        bounds_s = np.minimum(hover_bounds_at_any_speed_s(speeds)[routes], priced.bound_s)
         order = np.argsort(-bounds_s, kind="stable")
         self.routes, self.bounds_s = routes[order], bounds_s[order]
-        self.prices_A = route_prices(self.speeds, self.routes, "battery").price_A
+        self.prices_A = priced.price_A[order]
         self.latest = time.monotonic() + (time_limit_s or math.inf)
         self.ended = False  # Whether the time limit ended it
         self.best = Point(-math.inf, 0, np.zeros(0))  # So far

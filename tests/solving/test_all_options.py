@@ -457,6 +457,8 @@ def check(number: int) -> str:
                 assert kind in {event.kind for event in optuav.audit(document).violations}, kind
     if all(plans):
         assert plans[1].hover_time_s <= plans[0].hover_time_s + SAME_S
+        if choice["flight"] == "free" and plans[1].bound is not None:
+            assert plans[1].bound <= plans[0].hover_time_s + SAME_S
     if rng.random() < 0.5:
         slow = turns or choice["flight"] == "free" or choice["problem"] == "two stops"
         both = not slow or rng.random() < 0.2

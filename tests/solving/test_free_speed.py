@@ -139,6 +139,8 @@ def test_under_available_the_search_is_between_grid_and_bound(mission: Mission) 
         assert plan.status == "locally_optimal"
         assert plan.bound is not None
         assert plan.bound >= plan.hover_time_s
+        by_charge = free(mission, perspective="battery")  # Which knows fewer limits
+        assert plan.bound <= by_charge.hover_time_s + 1e-5
 
 
 @few(4)
