@@ -205,12 +205,17 @@ def robust(
     plan = route_plan(question, network, route, (hover_s, rest_s), **how)
     plan = replayed(plan, must_fly=box.holds_now)
     facts = {
-        **{"hover_s": hover_s, "rest_s": rest_s, "route": tuple(plan.route)},
+        "hover_s": hover_s,
+        "rest_s": rest_s,
+        "route": tuple(plan.route),
         "nominal_hover_s": nominal.hover_time_s,
         "price_s": nominal.hover_time_s - hover_s,
-        **{"corners": corners_of(network, box).size, "samples": count},
+        "corners": corners_of(network, box).size,
+        "samples": count,
         "flyable": float(kept.mean()),
-        **{"chance": chance, "reach_share": share, "confidence": confidence},
+        "chance": chance,
+        "reach_share": share,
+        "confidence": confidence,
         "risk_bound": _risk_bound(count, int(np.count_nonzero(~kept)), confidence),
     }
     rows = list[dict[str, Any]]()
