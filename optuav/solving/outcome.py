@@ -387,7 +387,7 @@ def more_stops_may_help(
     turns = mission.battery.takes_turns and perspective == AVAILABLE
     if turns or perspective not in (*PAPER, AVAILABLE) or not mission.buildings:
         return False
-    if impossibilities(network, one_stop=False):
+    if not plan and impossibilities(network, one_stop=False):
         return False
     if perspective == AVAILABLE:
         hovers_s, _ = by_balance(network)
