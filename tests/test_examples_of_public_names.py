@@ -15,6 +15,7 @@ import pytest
 import optuav
 from optuav.calibration import Panel
 from optuav.diagnosis import Repair
+from optuav.diagnosis.key_prices import KeyPrice
 from optuav.diagnosis.parameter_prices import Price
 from optuav.diagnosis.report import Explanation
 from optuav.engines.prices import Residuals, ShadowPrice, ShadowPrices
@@ -78,6 +79,7 @@ RECORDS: list[Any] = [
         PhaseStage,
     ),
     *(
+        KeyPrice,
         Price,
         Repair,
         Residuals,

@@ -58,6 +58,14 @@ def _optimum(explained: Explanation) -> Iterator[Element]:
         heads = ("parameter", "value", "less", "more")
         head = f"Prices: {explained.objective} per unit of a parameter, the others held"
         yield folded(head, table(heads, worth), *again, is_open=True)
+    percents = [
+        (row.key, with_unit(row.value, row.unit), *map(signed, (row.less, row.more)))
+        for row in explained.key_prices
+    ]
+    if percents:
+        heads = ("key", "value", "1 % less", "1 % more")
+        head = f"Keys of flight and beam: {explained.objective} by a percent, solved again"
+        yield folded(head, table(heads, percents))
 
 
 def _no_plan(explained: Explanation) -> Iterator[Element]:

@@ -13,6 +13,7 @@ import numpy as np
 from formulations.formulation import Formulation
 from formulations.soc import AVAILABLE, StepEnd
 from optuav.diagnosis.infeasibility import bound, conflicts, is_own, parameters_in
+from optuav.diagnosis.key_prices import key_prices
 from optuav.diagnosis.parameter_prices import prices
 from optuav.diagnosis.repair import MissionQuestion, repairs
 from optuav.diagnosis.report import Explanation, Side
@@ -356,6 +357,7 @@ def _optimum(
         constraints=tuple(_sides(program, part, entry, {**row, **point})),
         bound=bound(part.model, row, solution.binding_labels(entry)),
         prices=prices(program, solutions, tied[0], brief=brief),
+        key_prices=() if brief else key_prices(program.question, program.network),
         notes=tuple(notes),
     )
 

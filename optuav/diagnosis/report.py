@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass, field
 
 from formulations.soc import LABELS
 from optuav.diagnosis.infeasibility import Certificate, Conflict, number_text, plain
+from optuav.diagnosis.key_prices import KeyPrice
 from optuav.diagnosis.parameter_prices import Price
 from optuav.diagnosis.repair import Repair
 from optuav.diagnosis.sentences import binding
@@ -72,6 +73,8 @@ class Explanation:
         With a plan: why nothing is better; None where the programme is not linear.
     prices
         With a plan: the worth of the parameters of its programme.
+    key_prices
+        With a plan: what one percent of the keys of flight model, beam and drag brings.
     notes
         Remarks for the reader.
     more_stops_open
@@ -101,6 +104,7 @@ class Explanation:
     constraints: tuple[Side, ...] = ()
     bound: Certificate | None = None
     prices: tuple[Price, ...] = ()
+    key_prices: tuple[KeyPrice, ...] = ()
     notes: tuple[str, ...] = ()
     more_stops_open: bool = False
     gain_s: float | None = None
@@ -148,7 +152,9 @@ class Explanation:
         names = ["problem", "trajectory", "building", "order", "perspective", "slot_s", "proof"]
         names += ["hover_time_s", "rest_time_s", "route"] if plan else ["reasons"]
         own_fields = (
-            ["objective", "constraints", "bound", "prices"] if plan else ["conflicts", "repairs"]
+            ["objective", "constraints", "bound", "prices", "key_prices"]
+            if plan
+            else ["conflicts", "repairs"]
         )
         own_fields += ["more_stops_open", "gain_s", "doubt_costs_s", "notes"]
         plan_fields = {name: getattr(plan, name) for name in names}
@@ -277,6 +283,20 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
         head = wrapped("Proof", "on this route no point that satisfies all of these is better:")
         yield [*head, *_columns(_in_words(explained.bound))]
     yield from _prices(explained)
+    if explained.key_prices:
+        yield _key_prices(explained)
+
+
+def _key_prices(explained: Explanation) -> list[str]:
+    """The worth of a percent of the keys that have one, and the names of the others."""
+    worth = [row for row in explained.key_prices if row.size]
+    rows = (
+        (row.key, with_unit(row.value, row.unit), signed(float(f"{row.more:.3g}"))) for row in worth
+    )
+    without = ", ".join(row.key for row in explained.key_prices if not row.size)
+    head = f"{explained.objective} by 1 % more of a key, solved again over all routes:"
+    lines = [*wrapped("One percent", head), *_columns(rows)] if worth else []
+    return [*lines, *(wrapped("No effect", without) if without else [])]
 
 
 def _prices(explained: Explanation) -> Iterator[list[str]]:
