@@ -44,7 +44,8 @@ MAPS = (*HEADS, *TEXTS, *LINES)
 POLYGON = shapely.GeometryType.POLYGON  # Collections have larger numbers
 HALF_TURN = 180.0  # deg
 MOST_CROSSINGS = 100_000  # Crossings in one file: mending takes time and memory by their number
-AT_ONCE = 64  # Edges whose crossings are counted before the limit is looked at
+MOST_PAIRS = 5_000_000  # Pairs of edges, with overlapping boxes, that are compared for it
+AT_ONCE = 64  # Edges that are compared before the limits are checked
 OF_OPENSTREETMAP = {"height": "height", "levels": "building:levels"}
 TAGS = "other_tags"  # Where GDAL puts the tags of OpenStreetMap that have no column
 
@@ -339,25 +340,35 @@ def _mended(
     broken = np.asarray(~shapely.is_valid(shapes) & ~shapely.is_missing(shapes))
     shapes = shapes.copy()
     if (at := _too_tangled(shapes[broken])) is not None:
-        words = f"outlines that cross themselves up to {MOST_CROSSINGS} times are mended, not this"
+        words = f"is too tangled to be mended: the outlines of a file may have {MOST_CROSSINGS} "
+        words += f"crossings and {MOST_PAIRS} pairs of edges side by side; simplify this outline"
         raise InputError([Fault(f"feature {names[broken][at]}", "", words, label(file))])
     shapes[broken] = shapely.make_valid(shapes[broken], method="structure", keep_collapsed=False)
     return shapes, broken
 
 
 def _too_tangled(shapes: npt.NDArray[np.object_]) -> int | None:
-    """The number of the first shape with too many crossings of its edges, by then."""
+    """The number of the first shape that makes too much work together with those before it.
+
+    Every shape is scaled to a cell of its own, so that it is compared with no other.
+    """
     parts, of = _parts(shapes)
     rings, part = shapely.get_rings(parts, return_index=True)
     corners, ring = shapely.get_coordinates(rings, return_index=True)
-    of, joined = of[part[ring[1:]]], ring[1:] == ring[:-1]
+    ends = shapely.bounds(shapes)
+    low, size = ends[:, :2], ends[:, 2:] - ends[:, :2]
+    of, joined = of[part[ring]], ring[1:] == ring[:-1]
+    corners = (corners - low[of]) / np.where(size > 0.0, size, 1.0)[of]
+    corners[:, 0] += 2.0 * of
     edges = shapely.linestrings(np.stack([corners[:-1], corners[1:]], axis=1)[joined])
-    of, tree, most = of[joined], shapely.STRtree(edges), 2 * MOST_CROSSINGS
+    of, tree = of[1:][joined], shapely.STRtree(edges)
+    crossings, pairs = 2 * MOST_CROSSINGS, 2 * MOST_PAIRS  # Each is met from both sides
     for first in range(0, len(edges), AT_ONCE):
-        edge, others = tree.query(edges[first : first + AT_ONCE], predicate="intersects")
-        # Each meets itself and its neighbours.
-        most += 3 * AT_ONCE - int((of[first + edge] == of[others]).sum())
-        if most < 0:
+        some = edges[first : first + AT_ONCE]
+        pairs -= tree.query(some).shape[1]
+        if pairs >= 0:  # Each meets itself and its neighbours
+            crossings += 3 * AT_ONCE - tree.query(some, predicate="intersects").shape[1]
+        if min(pairs, crossings) < 0:
             return int(of[first])
     return None
 

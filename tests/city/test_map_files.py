@@ -200,11 +200,41 @@ def test_an_outline_that_crosses_itself_everywhere_is_refused(tmp_path: Path) ->
     """Mended, it would take minutes and gigabytes; one that is only large is read."""
     corners = np.random.default_rng(1).uniform(0.0, 100.0, (3000, 2)).tolist()
     tangled = geojson(tmp_path, [(TALL, square(200)), (TALL, polygon(ring(corners)))])
-    refused(tangled, "feature 1: outlines that cross themselves up to 100000 times are mended")
+    refused(
+        tangled, "feature 1: is too tangled to be mended: .* 100000 crossings and 5000000 pairs"
+    )
     around = np.linspace(0.0, 2.0 * np.pi, 3000, endpoint=False)
     circle = np.column_stack([np.cos(around), np.sin(around)]) * 90.0
     circle[[10, 11]] = circle[[11, 10]]
     assert read(geojson(tmp_path, [(TALL, polygon(ring(circle.tolist())))])).mended
+
+
+def test_outlines_over_each_other_are_compared_with_themselves_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """20 rings of 100 edges have 20 * 100² ordered pairs, and their crossings are each one's own.
+
+    Edges side by side that hardly cross have a limit of their own.
+    """
+    search, pairs = shapely.STRtree.query, list[int]()
+
+    def counted(tree: shapely.STRtree, *args: object, **options: object) -> object:
+        found = search(tree, *args, **options)
+        pairs.append(found.shape[-1])
+        return found
+
+    monkeypatch.setattr(shapely.STRtree, "query", counted)
+    rings = np.random.default_rng(1).uniform(0.0, 100.0, (20, 100, 2)).tolist()
+    town = geojson(tmp_path, [(TALL, polygon(ring(corners))) for corners in rings])
+    assert len({name.partition("-")[0] for name in read(town).mended}) == 20
+    assert sum(pairs) < 2 * 20 * 100**2  # Those with overlapping boxes, and those that cross
+    along, ends = np.linspace(0.0, 20.0, 200), np.where(np.arange(200) % 2, 99.0, -99.0)
+    hatch = np.column_stack([ends + along, ends - along])
+    hatch[100] += [1.0, -1.0]  # Over its neighbours
+    town = geojson(tmp_path, [(TALL, square(200)), (TALL, polygon(ring(hatch.tolist())))])
+    assert "b1" in read(town).mended
+    monkeypatch.setattr(sys.modules["optuav.city.read"], "MOST_PAIRS", 5_000)
+    refused(town, "feature 1: is too tangled to be mended")
 
 
 def test_a_zip_holds_one_map_of_a_size_that_is_unpacked(
