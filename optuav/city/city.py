@@ -65,7 +65,8 @@ class City:
     left_out
         Features that have no area: their numbers.
     not_built
-        Features whose column ``building`` is empty or denies it: their numbers.
+        Features whose column ``building`` is missing, blank, ``no``, ``false`` or ``0``: their
+        numbers.
 
     Examples
     --------

@@ -31,20 +31,21 @@ from optuav.mission.earth import DEGREES, plane
 from optuav.mission.files import label, refusal, refusals
 from optuav.mission.maps import HEADS, LARGEST, LINES, TEXTS, check_map, document_of, features
 from optuav.mission.messages import counted, listed, misfits, nearest, path_of, shown
-from optuav.mission.schema import Number
+from optuav.mission.schema import MOST_CORNERS, Number
 
 HEIGHT = Number("m", gt=0, le=1e6)
 FARTHEST_M = 1e6  # Largest distance of a building from the origin of a mission
 DECIMALS = 3  # Decimals of corners [m], so that they are the same on any processor
 AREAS = ("Polygon", "MultiPolygon", "Unknown")
-NOT_BUILT = ("no", "false", "0", "0.0")  # Values of the column building
+NOT_BUILT = ("", "no", "false", "0", "0.0")  # Values of the column building
 ZIPS = (".zip", ".shz")
 BROKEN_ZIP = (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError)
 MAPS = (*HEADS, *TEXTS, *LINES)
 POLYGON = shapely.GeometryType.POLYGON  # Collections have larger numbers
 HALF_TURN = 180.0  # deg
 MOST_CROSSINGS = 100_000  # Crossings in one file: mending takes time and memory by their number
-AT_ONCE = 64  # Edges whose crossings are counted before the limit is looked at
+MOST_PAIRS = 5_000_000  # Pairs of edges, with overlapping boxes, that are compared for it
+AT_ONCE = 64  # Edges that are compared before the limits are checked
 OF_OPENSTREETMAP = {"height": "height", "levels": "building:levels"}
 TAGS = "other_tags"  # Where GDAL puts the tags of OpenStreetMap that have no column
 
@@ -64,8 +65,8 @@ def read(
     """Read the buildings of a map, and project them to metres.
 
     Every polygon is a building; one of several polygons is as many buildings of the same height.
-    Where the features have a column ``building``, as OpenStreetMap's, those count that have a
-    value other than ``no``, ``false`` or ``0`` in it. Courtyards count as built over.
+    Where the features have a column ``building``, such as OpenStreetMap's, a feature counts if its
+    value is not missing, blank, ``no``, ``false`` or ``0``. Courtyards count as built over.
 
     Parameters
     ----------
@@ -117,21 +118,17 @@ def read(
     bbox = tuple(bbox.tolist()) if isinstance(bbox, np.ndarray) else bbox
     origin = tuple(origin.tolist()) if isinstance(origin, np.ndarray) else origin
     is_frame = isinstance(path, geopandas.GeoDataFrame)
-    texts = ("path", "" if is_frame else path), ("height", height), ("levels", levels)
-    faults = [
-        Fault(n, shown(each), "a text") for n, each in texts if not isinstance(each, str | Path)
-    ]
-    system, unread = None if crs is None else _system(crs), bool(faults)
+    columns, file = {"height": height, "levels": levels}, Path("GeoDataFrame")
+    faults = [Fault(n, shown(x), "a text") for n, x in columns.items() if not isinstance(x, str)]
+    system = None if crs is None else _system(crs)
     if crs is not None and system is None:
         words = 'a coordinate reference system that pyproj knows, such as "EPSG:25832"'
         faults.append(Fault("crs", shown(crs), words))
     faults += _faults(level_height_m, default_height_m, bbox, origin)
-    if not unread:
-        file = Path("GeoDataFrame")
-        with collected(faults):
-            file = file if is_frame else path_of(path)
-            within = bbox if crs is None and not faults else None
-            frame = _own(path, file, layer) if is_frame else _features(file, layer, within)
+    with collected(faults):
+        file = file if is_frame else path_of(path, words="a path or a GeoDataFrame")
+        within = bbox if crs is None and not faults else None
+        frame = _own(path, file, layer) if is_frame else _features(file, layer, within)
     refuse(faults)
     frame, not_built = _built(frame)
     frame = _placed(file, frame, system)
@@ -143,8 +140,12 @@ def read(
     if bbox is not None:
         frame = frame[frame.intersects(shapely.box(*bbox))]
     if not len(frame):
-        raise refusal(file, f"has no buildings{'' if bbox is None else ' within bbox'}")
-    refuse(_nowhere(file, frame, height=height, levels=levels))
+        if bbox is not None:
+            raise InputError(
+                [Fault("bbox", shown(bbox), "no building reaches into it", label(file))]
+            )
+        raise refusal(file, "has no buildings")
+    refuse(_nowhere(file, frame, columns))
     roof_m, of_levels = _heights(frame, height, levels, level_height_m)
     unknown = np.isnan(roof_m)
     if default_height_m is None:
@@ -162,7 +163,7 @@ def read(
     ends = np.array([(x, y, *origin) for x in (west, east) for y in (south, north)]).T
     if max(pyproj.Geod(ellps="WGS84").inv(*ends)[2]) > FARTHEST_M:
         words = f"has buildings more than {FARTHEST_M / 1e3:g} km from longitude, latitude"
-        raise refusal(file, f"{words} = {origin}: state a part of it by bbox, or another origin")
+        raise refusal(file, f"{words} = {origin}: state a part of it by bbox, or a nearer origin")
     shapes = frame.geometry.to_crs(plane(origin)).to_numpy()
     # Edges that are straight on one map are bent on another, and rounding moves corners.
     shapes = shapely.transform(shapes, lambda at_m: np.round(at_m, DECIMALS))
@@ -172,13 +173,14 @@ def read(
     parts, of = parts[areas], of[areas]
     if not len(parts):
         raise refusal(file, "has no buildings larger than a millimetre")
+    footprints = np.asarray(shapely.polygons(shapely.get_exterior_ring(parts)))
+    refuse(_detailed(footprints, frame.index[of], file))
     names = _names(frame.index, of)
 
     def of_those(chosen: npt.ArrayLike) -> tuple[str, ...]:
         return tuple(names[k] for k in np.flatnonzero(chosen).tolist())
 
     courtyards = shapely.get_num_interior_rings(parts) > 0
-    footprints = np.asarray(shapely.polygons(shapely.get_exterior_ring(parts)))
     return City(
         tuple(names),
         np.column_stack([_points_on(footprints), roof_m[of]]),
@@ -231,7 +233,8 @@ def _features(file: Path, layer: str | None, bbox: Any) -> Any:
                 raise InputError(faults) from None
     if ending in (*TEXTS, *LINES):
         if layer is not None:
-            raise InputError([Fault("layer", shown(layer), "a GeoPackage has some", label(file))])
+            words = "GeoJSON and CityJSON have no layers; leave it out"
+            raise InputError([Fault("layer", shown(layer), words, label(file))])
         document = document_of(file)
         is_city = isinstance(document, dict) and document.get("type") == "CityJSON"
         return solids(document, file) if is_city else features(document, file)
@@ -339,27 +342,45 @@ def _mended(
     broken = np.asarray(~shapely.is_valid(shapes) & ~shapely.is_missing(shapes))
     shapes = shapes.copy()
     if (at := _too_tangled(shapes[broken])) is not None:
-        words = f"outlines that cross themselves up to {MOST_CROSSINGS} times are mended, not this"
+        words = f"is too tangled to be mended: the outlines of a file may have {MOST_CROSSINGS} "
+        words += f"crossings and {MOST_PAIRS} pairs of edges side by side; simplify this outline"
         raise InputError([Fault(f"feature {names[broken][at]}", "", words, label(file))])
     shapes[broken] = shapely.make_valid(shapes[broken], method="structure", keep_collapsed=False)
     return shapes, broken
 
 
 def _too_tangled(shapes: npt.NDArray[np.object_]) -> int | None:
-    """The number of the first shape with too many crossings of its edges, by then."""
+    """The number of the first shape that makes too much work together with those before it.
+
+    Every shape is scaled to a cell of its own, so that it is compared with no other.
+    """
     parts, of = _parts(shapes)
     rings, part = shapely.get_rings(parts, return_index=True)
     corners, ring = shapely.get_coordinates(rings, return_index=True)
-    of, joined = of[part[ring[1:]]], ring[1:] == ring[:-1]
+    ends = shapely.bounds(shapes)
+    low, size = ends[:, :2], ends[:, 2:] - ends[:, :2]
+    of, joined = of[part[ring]], ring[1:] == ring[:-1]
+    corners = (corners - low[of]) / np.where(size > 0.0, size, 1.0)[of]
+    corners[:, 0] += 2.0 * of
     edges = shapely.linestrings(np.stack([corners[:-1], corners[1:]], axis=1)[joined])
-    of, tree, most = of[joined], shapely.STRtree(edges), 2 * MOST_CROSSINGS
+    of, tree = of[1:][joined], shapely.STRtree(edges)
+    crossings, pairs = 2 * MOST_CROSSINGS, 2 * MOST_PAIRS  # Each is met from both sides
     for first in range(0, len(edges), AT_ONCE):
-        edge, others = tree.query(edges[first : first + AT_ONCE], predicate="intersects")
-        # Each meets itself and its neighbours.
-        most += 3 * AT_ONCE - int((of[first + edge] == of[others]).sum())
-        if most < 0:
+        some = edges[first : first + AT_ONCE]
+        pairs -= tree.query(some).shape[1]
+        if pairs >= 0:  # Each meets itself and its neighbours
+            crossings += 3 * AT_ONCE - tree.query(some, predicate="intersects").shape[1]
+        if min(pairs, crossings) < 0:
             return int(of[first])
     return None
+
+
+def _detailed(footprints: npt.NDArray[np.object_], names: Any, file: Path) -> Iterator[Fault]:
+    """Yield a fault for each outline with more corners than a mission takes."""
+    corners = shapely.get_num_coordinates(footprints) - 1
+    for k in np.flatnonzero(corners > MOST_CORNERS):
+        words = f"an outline has {corners[k]} corners, more than {MOST_CORNERS}; simplify it"
+        yield Fault(f"feature {names[k]}", "", words, label(file))
 
 
 def _parts(shapes: npt.NDArray[np.object_]) -> tuple[npt.NDArray[np.object_], Integers]:
@@ -414,7 +435,7 @@ def _stated(frame: Any, name: str) -> Any:
     return pd.Series(math.nan, frame.index)
 
 
-def _nowhere(file: Path, frame: Any, **named: str) -> Iterator[Fault]:
+def _nowhere(file: Path, frame: Any, named: dict[str, str]) -> Iterator[Fault]:
     """Columns that are asked for, and are neither there nor a tag."""
     known = frame.columns.drop([frame.geometry.name, "mended"])
     for option, name in named.items():

@@ -115,8 +115,10 @@ def written_out(value: float) -> str:
 
 
 def path_of(stated: Any, name: str = "path", words: str = "a path") -> Path:
-    """A path, see `expanded`; refused if it is not one."""
-    return expanded(of_kind(name, stated, str | Path, words), name)
+    """A path, see `expanded`; refused if it is not one, or empty."""
+    if not str(of_kind(name, stated, str | Path, words)):
+        raise InputError([Fault(name, shown(stated), words)])
+    return expanded(stated, name)
 
 
 def paths_of(stated: Any, name: str) -> list[Path]:
@@ -164,5 +166,6 @@ def shown(value: object, depth: int = 2) -> str:
             return value.isoformat()
         case _:
             with suppress(ValueError):  # of a number of too many digits inside
-                return reprlib.repr(value)
+                if (text := reprlib.repr(value)).isprintable():  # No table of many lines
+                    return text
             return f"a {type(value).__name__}"

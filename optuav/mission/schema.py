@@ -130,7 +130,9 @@ Switch = Annotated[bool, Strict(), Allowed("true or false")]
 # Space
 _THREE = "three numbers [x, y, z], each |x| <= 1e6"
 COORDINATE, ALTITUDE = Number("m", ge=-1e6, le=1e6), Number("m", ge=0, le=1e6)
-LENGTH, CORNERS = Number("m", ge=1e-3, le=1e6), Len(3, 10_000)
+LENGTH = Number("m", ge=1e-3, le=1e6)
+MOST_CORNERS = 10_000
+CORNERS = Len(3, MOST_CORNERS)
 Coordinate = Annotated[float, COORDINATE]
 Altitude = Annotated[float, ALTITUDE]
 Length = Annotated[float, LENGTH]

@@ -288,7 +288,6 @@ def tornado(rows: Sequence[Mapping[str, Any]], hover_time_s: float, mission: str
     handles = [Patch(label=words, color=colour, linewidth=0.0) for words, colour in ends]
     ax.legend(handles=handles, loc="lower right", ncols=2)
     ax.xaxis.grid(True, linewidth=0.3, color=GREY)
-    ax.set_axisbelow(True)
     style.settle(ax)
     gap = 4.0 * TIP_PT * style.root(ax).dpi / style.POINTS_PER_INCH
     widest = max((gap + text.get_window_extent().width for text in ax.texts), default=0.0)

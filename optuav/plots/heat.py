@@ -36,6 +36,7 @@ HOVER = "hover Δ [s]"
 LONGEST = f"longest {HOVER}"
 BELOW: Look = {"loc": "outside lower left", "ncols": 3}  # Place of a legend
 MOST_PANELS, PANELS_ACROSS = 12, 3  # Size of small multiples
+LONG_LABEL = 40  # Characters of a label that is as long as a row of them is high
 ROWS = ("scenario",)  # Dimension of rows of values
 
 
@@ -114,8 +115,8 @@ def _drawn(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
             yield f"hover-{name}.png", heat_map(x, y, table, labels, title)
         else:
             tables = values.transpose(few, second, first)
-            at = f"{few} = {{:.6g}} {units[few].replace('1', '')}".rstrip()
-            yield f"hover-{name}.png", _multiples(x, y, tables, labels, title, at)
+            heading = f"{title}\none panel per value of {few} [{bracketed(units[few])}]"
+            yield f"hover-{name}.png", _multiples(x, y, tables, labels, heading)
 
 
 def bracketed(unit: str) -> str:
@@ -130,31 +131,30 @@ def _multiples(
     tables: xarray.DataArray,
     labels: tuple[str, str, str],
     title: str,
-    at: str,
 ) -> Axes:
     """Draw maps beside each other, one per value of the first key of the tables, on one scale."""
     count = min(MOST_PANELS, len(tables))
     chosen = tables[np.linspace(0, len(tables) - 1, count).round().astype(int)]
     columns, known = 2 if count == 4 else min(count, PANELS_ACROSS), np.isfinite(chosen.to_numpy())
-    page = style.page(0.9 + 2.0 * -(-count // columns))
+    page = style.page(1.05 + 2.0 * -(-count // columns))
     grid = page.subplots(-(-count // columns), columns, sharex=True, sharey=True, squeeze=False)
     panels: list[Axes] = [*grid.flat[:count]]
     for ax in grid.flat[count:]:
         ax.remove()
     scale = Normalize(float(chosen.min()), float(chosen.max())) if known.any() else Normalize(0, 1)
-    for ax, table in zip(panels, chosen, strict=True):
-        heading = at.format(float(table[tables.dims[0]]))
-        heat_map(x, y, table.to_numpy(), ("", "", ""), heading, ax, scale)
-        ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]])
-        ax.tick_params(labelbottom=ax in panels[-columns:])
     bar = page.colorbar(ScalarMappable(scale, COLOURS), ax=panels, label=labels[2], shrink=0.9)
     bar.outline.set_linewidth(0.4)
     if not known.all():
         page.legend(handles=[without_value("no plan")], **BELOW)
-    counted_words = f", {count} of {len(tables)} values" * (count < len(tables))
-    page.suptitle(f"{title}{counted_words}", x=0.01, ha="left", fontsize="large")
+    counted_words = f", {count} of {len(tables)}" * (count < len(tables))
+    page.suptitle(f"{title}{counted_words}", x=0.01, ha="left", fontsize="medium")
     page.supxlabel(labels[0], fontsize="medium")
-    page.supylabel(labels[1], fontsize="medium")
+    upwards = labels[1] if len(labels[1]) < LONG_LABEL else labels[1].replace(" [", "\n[")
+    page.supylabel(upwards, fontsize="medium")
+    for ax, table in zip(panels, chosen, strict=True):
+        heading = style.grouped(float(table[tables.dims[0]]))
+        heat_map(x, y, table.to_numpy(), ("", "", ""), heading, ax, scale)
+        ax.tick_params(labelbottom=ax in panels[-columns:])
     style.settle(panels[0])
     return panels[0]
 
@@ -172,14 +172,15 @@ def heat_map(
     """Draw a quantity over two others as colours, with contours at round values.
 
     Of growing numbers x and y, which are the middles of cells, and values (y, x), hatched where
-    they are NaN; with labels of all three. By default on a page of its own with a legend, from the
-    first value of x and y to the last, as what lies beyond may not be allowed; without a bar of
-    colours where their scale is stated.
+    they are NaN; with labels of all three. By default on a page of its own with a legend. On a page
+    of its own, or with a scale of colours, which has its bar elsewhere, from the first value of x
+    and y to the last, as what lies beyond may not be allowed.
     """
     known, columns, rows = np.isfinite(values), _edges(x), _edges(y)
-    ends = columns[[0, -1]], rows[[0, -1]]
+    own = ax is None or scale is not None
+    ends = (x[[0, -1]], y[[0, -1]]) if own else (columns[[0, -1]], rows[[0, -1]])
     if ax is None:
-        ax, ends = style.page(4.4).subplots(), (x[[0, -1]], y[[0, -1]])
+        ax = style.page(4.4).subplots()
         if not known.all():
             style.root(ax).legend(handles=[without_value("no plan")], **BELOW)
     ax.set(title=title, xlabel=labels[0], ylabel=labels[1])
@@ -195,6 +196,7 @@ def heat_map(
         bars[0].outline.set_linewidth(0.4)
     style.group_thousands(ax)
     style.settle(ax)
+    style.thin_ticks(ax)
     ends_of = values if scale is None else np.array([scale.vmin, scale.vmax], dtype=float)
     inside = [
         level for level in contour_levels(ends_of) if known.any() and np.nanmin(values) < level

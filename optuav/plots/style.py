@@ -3,6 +3,7 @@
 import io
 import itertools
 import math
+import re
 from base64 import b64encode
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -23,7 +24,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 from matplotlib.transforms import Bbox
 from matplotlib.typing import LineStyleType
 
@@ -56,6 +57,7 @@ DOTS_PER_INCH = 200
 LEGEND_PT, NAMES_PT = 20.0, 16.0
 """Room for one line of a legend, or for names, between axes and title [pt]."""
 LONGEST_NAME = 24
+MOST_TICKS = 8
 TINT = 0.15
 TIME = "time since take-off $t$ [s]"
 
@@ -197,14 +199,26 @@ def _letters() -> frozenset[int]:
 
 def group_thousands(*axes: Axes) -> None:
     """Set the thousands of long tick labels apart, on both axes."""
-
-    def grouped(value: float, _position: float | None) -> str:
-        separator = "," if abs(value) >= 1e4 else ""
-        return minus(f"{value:{separator}.10g}").replace(",", "\N{THIN SPACE}")
-
     for ax in axes:
         for axis in (ax.xaxis, ax.yaxis):
-            axis.set_major_formatter(FuncFormatter(grouped))
+            axis.set_major_formatter(FuncFormatter(lambda value, _: grouped(value)))
+
+
+def grouped(value: float) -> str:
+    """A number as a label, its thousands set apart if it is long."""
+    text = minus(f"{value:{',' if abs(value) >= 1e4 else ''}.10g}")
+    return re.sub(r"e\+?(\D?)0*", r"e\1", text).replace(",", "\N{THIN SPACE}")
+
+
+def thin_ticks(ax: Axes) -> None:
+    """Leave fewer numbers along settled axes while two of them touch."""
+    for count in range(MOST_TICKS, 0, -1):
+        low, high = sorted(ax.get_xlim())
+        shown = [tick for tick in ax.xaxis.get_major_ticks() if low <= tick.get_loc() <= high]
+        boxes = [tick.label1.get_window_extent().padded(CLEARANCE) for tick in shown]
+        if not any(one.overlaps(other) for one, other in itertools.pairwise(boxes)):
+            return
+        ax.xaxis.set_major_locator(MaxNLocator(count, steps=[1, 2, 2.5, 5, 10]))
 
 
 def minus(text: str) -> str:

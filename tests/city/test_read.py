@@ -117,7 +117,9 @@ def test_a_box_keeps_what_reaches_into_it(tmp_path: Path) -> None:
     assert read(metres, bbox=box).names == ("b2", "b3", "b4")
     assert read(metres, bbox=np.array(box), origin=np.array(box[:2])).origin == box[:2]
     assert shapely.area(read(degrees, bbox=box).footprints) == pytest.approx(400, abs=0.5)
-    assert refusal(degrees, bbox=(0.0, 0.0, 1.0, 1.0))[0].endswith("has no buildings within bbox")
+    assert refusal(degrees, bbox=(0.0, 0.0, 1.0, 1.0))[0].endswith(
+        "bbox = [0.0, 0.0, 1.0, 1.0]: no building reaches into it"
+    )
 
 
 # What counts as a building
@@ -274,11 +276,11 @@ def test_all_that_is_wrong_with_the_question_is_said_at_once() -> None:
         "default_height_m",
         "bbox",
         "origin",
+        "nowhere.gpkg: there is no such file",
     ]
 
 
 def test_files_that_are_no_maps(tmp_path: Path) -> None:
-    assert refusal(None) == ["path = None: a text"]
     assert refusal(tmp_path / "none.gpkg") == [f"{tmp_path / 'none.gpkg'}: there is no such file"]
     text = tmp_path / "map.gpkg"
     text.write_text("not a map")

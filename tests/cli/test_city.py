@@ -111,7 +111,10 @@ def test_the_options_of_reading_are_passed_on(town: Path, tmp_path: Path) -> Non
     assert run("city", str(bare), *SITE, *options).code == 0
     (building,) = optuav.load(file).buildings
     assert (building.name, building.position_m[2]) == ("b0", 9.0)
-    assert "layer = 'roads'" in refused("city", str(town), *SITE, "--layer", "roads")
+    away = refused("city", str(bare), *SITE, "--default-height-m", "9", "--bbox", "1,2,3,4")
+    assert "--bbox = [1.0, 2.0, 3.0, 4.0]: no building reaches into it" in away
+    words = refused("city", str(town), *SITE, "--layer", "roads")
+    assert "--layer = 'roads': GeoJSON and CityJSON have no layers; leave it out" in words
     assert "--crs = 'x'" in refused("city", str(town), *SITE, "--crs", "x")
 
 

@@ -42,6 +42,13 @@ def test_every_perspective_is_told_by_more_than_its_colour() -> None:
     assert len({*widths}) == 3
 
 
+def test_curves_are_drawn_over_the_grid() -> None:
+    """Wide lines would look double beneath it."""
+    for ax in plots.distribution(optuav.batch("paper", DEADLINES)):
+        assert {line.get_visible() for line in ax.yaxis.get_gridlines()} == {True}
+        assert ax.yaxis.get_zorder() < min(each.get_zorder() for each in [*ax.lines, *ax.patches])
+
+
 def test_any_number_of_a_batch_is_drawn() -> None:
     found = optuav.batch("paper", DEADLINES)
     for name, each in found.data_vars.items():

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import optuav
 from optuav import plots
@@ -60,9 +62,10 @@ def test_three_keys_are_small_multiples_on_one_scale() -> None:
     assert name == "hover-available.png"
     panels = [ax for ax in first.figure.axes if ax.get_title(loc="left")]
     assert [ax.get_title(loc="left") for ax in panels] == [
-        "limits.min_soc = 0.1",
-        "limits.min_soc = 0.3",
+        "0.1",
+        "0.3",
     ]
+    assert "one panel per value of limits.min_soc [-]" in first.figure.get_suptitle()
     (scale,) = {ax.images[0].get_clim() for ax in panels}
     values = found.hover_time_s.values
     assert scale == pytest.approx((np.nanmin(values), np.nanmax(values)))
@@ -74,7 +77,48 @@ def test_three_keys_are_small_multiples_on_one_scale() -> None:
     many["limits.deadline_s"] = many["battery.capacity_As"] = np.linspace(1e3, 2e3, 15)
     ((_, first),) = plots.swept(optuav.batch("paper", many))
     assert len([ax for ax in first.figure.axes if ax.get_title(loc="left")]) == 12
-    assert "12 of 14 values" in first.figure.get_suptitle()
+    assert "[-], 12 of 14" in first.figure.get_suptitle()
+
+
+LONG = "rotor.drag_coefficient_Nm_s2_rad2"
+SMALL = np.linspace(2.2e-8, 2.7e-8, 5)
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {
+            "limits.deadline_s": [600.0, 800.0, 1000.0, 1200.0],
+            "battery.capacity_As": [30_000.0, 36_000.0, 42_000.0],
+            "laser.power_W": [500.0, 1000.0, 2000.0],
+        },
+        {LONG: SMALL, "laser.power_W": [500.0, 1000.0, 2000.0], "limits.deadline_s": [600, 900]},
+        {
+            "laser.power_W": [5e5, 1e6, 2e6, 1e7],
+            LONG: SMALL,
+            "battery.capacity_As": [3e4, 4e4, 5e4],
+        },
+        {
+            "laser.power_W": [5e2, 1e3, 2e3, 4e3],
+            "limits.min_soc": [0.1, 0.15, 0.3, 0.4],
+            LONG: SMALL[:3],
+        },
+        {
+            LONG: SMALL,
+            "limits.deadline_s": np.linspace(60, 1200, 7),
+            "limits.min_soc": np.linspace(0, 0.9, 5),
+        },
+        {LONG: [2.2345678e-8, 2.2345679e-8, 2.23456795e-8], "laser.power_W": [500.0, 1e3]},
+    ],
+)
+def test_no_text_on_text(keys: dict[str, Any], overlaps: Callable[[Figure], list[Any]]) -> None:
+    """Of small multiples, and of one map with small numbers on its axes."""
+    ((_, ax),) = plots.swept(optuav.batch("paper", keys))
+    assert overlaps(ax.figure) == []
+    for panel in ax.figure.axes:
+        boxes = [text.get_window_extent() for text in panel.texts]  # Names of contours
+        assert all(panel.bbox.x0 <= box.x0 <= box.x1 <= panel.bbox.x1 for box in boxes)
+        assert all(panel.bbox.y0 <= box.y0 <= box.y1 <= panel.bbox.y1 for box in boxes)
 
 
 def test_a_hover_that_is_not_the_longest_is_not_called_so() -> None:
