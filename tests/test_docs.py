@@ -67,8 +67,9 @@ def script(name: str) -> ModuleType:
 # What the pages run and show
 
 
-LONG = ("gallery.md", "how-we-know.md", "options.md", "packs.md", "sensitivity.md")
-"""Pages whose examples take more than five seconds."""
+LONG = ("batch.md", "coverage.md", "drone-of-today.md", "gallery.md", "how-we-know.md")
+LONG += ("options.md", "packs.md", "sensitivity.md")
+"""Pages whose examples take more than three seconds."""
 
 
 @pytest.mark.slow

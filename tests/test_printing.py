@@ -34,13 +34,14 @@ siting = optuav.place_laser([paper, paper], [[1000, 0, 50], [0, 0, 50]], lasers=
 compared = optuav.compare(paper, by="perspective")
 task = exercises.task("07.1")
 grades = exercises.check("07.1", {}), exercises.check("02.1", 1.0)
+ledger, table = optuav.ledger(), optuav.ledger("table1")
 for encoding in sys.argv[1:]:
     sys.stdout.reconfigure(encoding=encoding)
     print(paper, plan, program, answer, program.parts[0].model, choice, optuav.shipped(), sep="\\n")
     print(checks, checks[0], repr(plan), optuav.audit(plan), optuav.solve(late), sep="\\n")
     print(*whys, *optuav.replay(plan).events, sep="\\n")
     print(paper.summary(), plan.summary(), sep="\\n")
-    print(optuav.ledger().summary, optuav.ledger().details, optuav.ledger("table1"), sep="\\n")
+    print(ledger.summary, ledger.details, table, sep="\\n")
     print(siting, siting.summary(), compared, task, *grades, sep="\\n")
     try:
         paper.replace({"limits.deadline_s": "≤ Δ"})

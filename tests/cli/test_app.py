@@ -49,7 +49,7 @@ def test_the_help_of_compare_lists_the_engines_that_it_takes() -> None:
         ("solve", "paper", "--save", "plan.json"),
         ("solve", "paper", "--set", "limits.deadline_s=60"),
         ("explain", "paper", "--perspective", "battery"),
-        ("explain", "paper", "--perspective", "battery", "--set", "limits.deadline_s=60"),
+        ("explain", "paper", "--problem", "P3", "--set", "limits.deadline_s=60"),
         ("compare", "paper", "--by", "trajectory", "--perspective", "battery"),
         ("compare", "paper", "--slots", "60", "--engines", "closed-form,grid"),
         ("sensitivity", "paper", "--perspective", "battery", "--samples", "100"),

@@ -9,6 +9,7 @@ from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from hashlib import sha256
+from itertools import islice
 from typing import Any
 from xml.etree import ElementTree
 
@@ -57,7 +58,7 @@ def test_few_exercises_are_predictions() -> None:
     assert others == {n.partition(".")[0] for n in NUMBERS if KINDS[n] != "predict"}
 
 
-@pytest.mark.parametrize("student", STUDENTS)
+@pytest.mark.parametrize("student", STUDENTS[:2])
 @pytest.mark.parametrize("number", NUMBERS)
 def test_the_worked_solution_is_correct(number: str, student: str) -> None:
     grade = exercises.check(number, worked(number, student), student)
@@ -84,10 +85,11 @@ def test_worked_solutions_are_correct_for_a_whole_school() -> None:
 
 @pytest.mark.parametrize("number", NUMBERS)
 def test_a_copied_answer_fails(number: str) -> None:
-    """With the numbers of four of five others at least."""
+    """With the numbers of four of five others at least; most fail before the fifth is asked."""
     answer = worked(number, "ada")
     others = ("grace", "emmy", "kurt", "alan", "sofia")
-    assert sum(not exercises.check(number, answer, each) for each in others) >= 4
+    failed = (each for each in others if not exercises.check(number, answer, each))
+    assert len([*islice(failed, 4)]) == 4
 
 
 def exercise(number: str) -> Any:

@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[2]
 LESSONS = {path.stem: path for path in (ROOT / "examples").glob("*.py")}
 
 slow, soak = pytest.mark.slow, pytest.mark.soak
-"""Those about packs, samples and clusters, which have tests of their own, run in `make soak`."""
+"""Those of subjects that have tests of their own run in `make soak`; `make docs` runs each lesson."""
 
 
 @pytest.fixture
@@ -221,7 +221,7 @@ def test_11_which_building_milp(ran: Any) -> None:
     assert "more than one stop" in ran.edited.notes[-1]
 
 
-@slow
+@soak
 def test_13_why_infeasible(ran: Any) -> None:
     assert (bool(ran.plan), ran.plan.status.value) == (False, "infeasible")
     assert round(ran.slacks["P4.b deadline"].iloc[-1], 3) == -47.645
@@ -309,7 +309,7 @@ def test_16_two_packs(ran: Any) -> None:
     assert [int(each.carrier[0]) for each in ran.flown.stretches[1] if each.emptied[0]] == [0]
 
 
-@slow
+@soak
 def test_17_audit_somebody_elses_plan(ran: Any) -> None:
     dry, late = ran.verdict.violations
     assert (dry.kind, late.kind) == ("empty", "deadline")
@@ -323,7 +323,7 @@ def test_17_audit_somebody_elses_plan(ran: Any) -> None:
     assert "phases[1].stages[0].current_A" in lie.words
 
 
-@slow
+@soak
 def test_18_is_one_stop_enough(ran: Any) -> None:
     for name, plan in ran.one.items():
         assert ran.more[name].phases == plan.phases
@@ -426,7 +426,7 @@ def test_24_random_layouts_with_confidence(ran: Any) -> None:
     assert ran.arrays["proved"].all()
 
 
-@slow
+@soak
 def test_25_a_real_town(ran: Any) -> None:
     assert len(ran.city.assumed_heights) >= 316  # Some are of several parts
     assert math.isclose(ran.by_hand, 360.8, rel_tol=0.01)
@@ -441,7 +441,7 @@ def test_25_a_real_town(ran: Any) -> None:
     assert np.ptp([*ran.guesses_s.values()]) < 0.01 * ran.plan.hover_time_s
 
 
-@slow
+@soak
 def test_26_where_to_put_the_laser(ran: Any) -> None:
     assert ran.one.gap == 0.0
     assert ran.one.selection.sites == (int(ran.means_s.argmax()),)
@@ -475,7 +475,7 @@ def test_27_on_a_cluster(ran: Any) -> None:
     assert by["available"] < by["battery"]
 
 
-@slow
+@soak
 def test_28_how_far_does_a_laser_reach(ran: Any) -> None:
     """The reach of light that spreads by known angles, in closed form; each effect costs some."""
     laser, receiver = ran.mission.laser, ran.mission.receiver
@@ -547,7 +547,7 @@ def test_29_how_fast_to_fly(ran: Any) -> None:
     assert (np.nanmax(ran.hover_s, axis=1) - by_rule.max(axis=0) < 30.0).all()
 
 
-@slow
+@soak
 def test_30_over_the_houses(ran: Any) -> None:
     """The apex by similar triangles, 5 m above the roof and 5 m beside it; what a stop costs."""
     assert not ran.refused
@@ -713,7 +713,7 @@ def test_08_duality_and_kkt(ran: Any) -> None:
     assert (near(ran.kink.less, 1.0, 6), near(ran.kink.more, 0.102134, 6)) == (True, True)
 
 
-@slow
+@soak
 def test_12_discrete_relaxed_continuous(ran: Any) -> None:
     """Times are the machine's; counts, bounds and answers are not: here by trying all cells."""
     tree, h = ran.minutes, np.arange(1, 19)

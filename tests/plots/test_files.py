@@ -86,7 +86,7 @@ def test_a_twin_is_not_drawn_again(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 def test_packs_that_take_turns_are_drawn_as_such(tmp_path: Path) -> None:
     """There is no pooled battery whose wells could be shown; a single pack is one."""
     direct = optuav.load("paper").replace({"battery.schedule": "round-robin"})
-    plan = optuav.solve(direct, "P3", slot_s=50)
+    plan = optuav.solve(direct, "P3", slot_s=200)
     written = plots.save_pictures(plan, tmp_path / "two")
     assert [path.name for path in written] == ["map.png", "packs.png", "leg.png"]
     alone = optuav.solve(direct.replace({"battery.packs": 1}), "P3", perspective="battery")

@@ -64,7 +64,7 @@ def free(mission: Mission, problem: Any = ANY, **options: Any) -> optuav.Plan:
 
 
 @pytest.mark.campaign
-@few(20, 200)
+@few(8, 200)
 @given(winged())
 def test_no_speed_of_a_grid_is_better(mission: Mission) -> None:
     """(P1) under `battery` is proved optimal, and no speeds of any route hover longer."""
@@ -100,7 +100,7 @@ def test_as_good_as_all_speeds_and_better_than_named_ones(mission: Mission) -> N
         assert not named or hover_s >= named.hover_time_s - 1e-6
 
 
-@few(10)
+@few(5)
 @given(winged(), st.sampled_from(["energy", "adjusted"]))
 def test_the_argument_holds_in_power(mission: Mission, perspective: Any) -> None:
     """Charge at the nominal voltage is energy; against a stated energy it counts more."""
@@ -117,7 +117,7 @@ def test_the_argument_holds_in_power(mission: Mission, perspective: Any) -> None
 
 
 @pytest.mark.campaign
-@few(6, 100)
+@few(3, 100)
 @given(winged())
 def test_under_available_the_search_is_between_grid_and_bound(mission: Mission) -> None:
     """No named speed and no speed of a grid hovers longer, by wells of the tests' own."""
@@ -143,7 +143,7 @@ def test_under_available_the_search_is_between_grid_and_bound(mission: Mission) 
         assert plan.bound <= by_charge.hover_time_s + 1e-5
 
 
-@few(4)
+@few(2)
 @given(winged())
 def test_under_available_the_direct_route_is_as_good_as_all_speeds(mission: Mission) -> None:
     """Within 0.01 s of grids ever closer around the best, and the bound is above them."""
@@ -211,7 +211,7 @@ TIGHT = WINGED.replace(
 
 def test_a_file_holds_the_speeds_and_a_changed_one_is_found(tmp_path: Path) -> None:
     """Slower, faster than stated, faster than possible, and left out."""
-    plan = free(TIGHT, optuav.P4("b1", speed="free"))
+    plan = free(TIGHT, optuav.P4("b1", speed="free"), perspective="battery")
     path = plan.save(tmp_path / "plan.json")
     assert optuav.load_plan(path) == plan
     assert all(len(speeds) == 1 for speeds in plan.speeds_m_s)

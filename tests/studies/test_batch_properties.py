@@ -74,7 +74,7 @@ def test_what_varies_is_solved_as_alone(drawn: Any, perspective: str) -> None:
         assert_same(found, number, optuav.solve(one, perspective=perspective))
 
 
-@pytest.mark.campaign
+@pytest.mark.soak
 @given(scenarios(2), st.sampled_from(PROBLEMS))
 @few(3, 100)
 def test_every_problem_is_solved_as_alone(drawn: Any, asked: tuple[Any, str]) -> None:
