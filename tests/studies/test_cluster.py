@@ -80,7 +80,7 @@ def test_two_processes_call_what_one_calls() -> None:
         raise InputError([Fault("key", str(number), "another")])
 
     with pytest.raises(InputError, match="key = 7: another"):
-        list(cluster.results(refused, [7], 1, None))
+        list(cluster.results(refused, [7], 2, None))
 
 
 def test_one_process_needs_no_cluster(monkeypatch: pytest.MonkeyPatch) -> None:
