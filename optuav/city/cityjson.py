@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ import pandas as pd
 import pyproj
 import shapely
 
+from optuav.city.outlines import mended
 from optuav.errors import Fault, InputError
 from optuav.mission.files import refusal
 from optuav.mission.maps import UNREADABLE, table
@@ -48,7 +50,8 @@ def solids(document: dict[str, Any], file: Path) -> Any:
                 prism = _prism(each["geometry"], corners_m)
                 rows.append((name, _whole(name, objects), *prism, each.get("attributes", {})))
         columns = zip(*rows, strict=True) if rows else ((),) * 6
-        names, wholes, outlines, low_m, high_m, known = map(list, columns)
+        names, wholes, surfaces, low_m, high_m, known = map(list, columns)
+        outlines = _from_above(surfaces, names, file)
         at = "metadata"
         frame = table(known, names, outlines, _crs(document), file)
         ground_m = pd.Series(low_m, dtype=float).groupby(wholes).transform("min").to_numpy()
@@ -74,8 +77,17 @@ def _whole(name: str, objects: Mapping[str, Any]) -> str:
     raise ValueError
 
 
-def _prism(geometries: list[dict[str, Any]], corners_m: Any) -> tuple[Any, float, float]:
-    """Outline from above, of no area where no surface has any; lowest and highest corner [m]."""
+def _from_above(surfaces: list[list[Any]], names: list[str], file: Path) -> list[Any]:
+    """The outline of each building from above, of no area where no surface has any."""
+    counts = [*map(len, surfaces)]
+    shapes = np.array([*chain.from_iterable(surfaces)], dtype=object)
+    shapes, _ = mended(shapes, np.repeat(np.array(names, dtype=object), counts), file)
+    ends = np.cumsum(counts, dtype=int)
+    return [shapely.union_all(shapes[n - count : n]) for n, count in zip(ends, counts, strict=True)]
+
+
+def _prism(geometries: list[dict[str, Any]], corners_m: Any) -> tuple[list[Any], float, float]:
+    """Surfaces that have an area from above, and the lowest and highest corner [m]."""
     best = max(geometries, key=lambda each: float(each.get("lod", 0)))
     rings = [*_outer_rings(best["boundaries"])]
     seen = [shapely.Polygon(corners_m[ring, :2]) for ring in rings if len(ring) > 2]
@@ -84,10 +96,8 @@ def _prism(geometries: list[dict[str, Any]], corners_m: Any) -> tuple[Any, float
         raise IndexError
     used_m = corners_m[used, 2]
     # Walls are lines from above.
-    outline = shapely.union_all(
-        [shapely.make_valid(polygon) for polygon in seen if polygon.area > 0.0]
-    )
-    return outline, float(used_m.min()), float(used_m.max())
+    flat = [polygon for polygon in seen if polygon.area > 0.0]
+    return flat, float(used_m.min()), float(used_m.max())
 
 
 def _outer_rings(boundaries: Any) -> Iterator[list[int]]:

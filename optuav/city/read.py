@@ -26,6 +26,7 @@ import shapely
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.city.city import ON_EARTH, City, on_earth
 from optuav.city.cityjson import FARTHEST, solids
+from optuav.city.outlines import mended, parts_of
 from optuav.errors import Fault, InputError, collected, refuse
 from optuav.mission.earth import DEGREES, plane
 from optuav.mission.files import label, refusal, refusals
@@ -41,11 +42,7 @@ NOT_BUILT = ("", "no", "false", "0", "0.0")  # Values of the column building
 ZIPS = (".zip", ".shz")
 BROKEN_ZIP = (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError)
 MAPS = (*HEADS, *TEXTS, *LINES)
-POLYGON = shapely.GeometryType.POLYGON  # Collections have larger numbers
 HALF_TURN = 180.0  # deg
-MOST_CROSSINGS = 100_000  # Crossings in one file: mending takes time and memory by their number
-MOST_PAIRS = 5_000_000  # Pairs of edges, with overlapping boxes, that are compared for it
-AT_ONCE = 64  # Edges that are compared before the limits are checked
 OF_OPENSTREETMAP = {"height": "height", "levels": "building:levels"}
 TAGS = "other_tags"  # Where GDAL puts the tags of OpenStreetMap that have no column
 
@@ -167,8 +164,8 @@ def read(
     shapes = frame.geometry.to_crs(plane(origin)).to_numpy()
     # Edges that are straight on one map are bent on another, and rounding moves corners.
     shapes = shapely.transform(shapes, lambda at_m: np.round(at_m, DECIMALS))
-    shapes, bent = _mended(shapes, frame.index, file)
-    parts, of = _parts(shapes)
+    shapes, bent = mended(shapes, frame.index, file)
+    parts, of = parts_of(shapes)
     areas = np.asarray(shapely.area(parts) > 0.0)
     parts, of = parts[areas], of[areas]
     if not len(parts):
@@ -330,49 +327,9 @@ def _built(frame: Any) -> tuple[Any, Any]:
 
 def _with_areas(frame: Any, file: Path) -> Any:
     """The features that have an area, with valid outlines; the column `mended` tells which were."""
-    shapes, mended = _mended(frame.geometry.to_numpy(), frame.index, file)
+    shapes, broken = mended(frame.geometry.to_numpy(), frame.index, file)
     frame = frame.set_geometry(geopandas.GeoSeries(shapes, frame.index, frame.crs))
-    return frame.assign(mended=mended)[shapely.area(shapes) > 0.0]
-
-
-def _mended(
-    shapes: npt.NDArray[np.object_], names: Any, file: Path
-) -> tuple[npt.NDArray[np.object_], Booleans]:
-    """Valid shapes, and which of them were not valid."""
-    broken = np.asarray(~shapely.is_valid(shapes) & ~shapely.is_missing(shapes))
-    shapes = shapes.copy()
-    if (at := _too_tangled(shapes[broken])) is not None:
-        words = f"is too tangled to be mended: the outlines of a file may have {MOST_CROSSINGS} "
-        words += f"crossings and {MOST_PAIRS} pairs of edges side by side; simplify this outline"
-        raise InputError([Fault(f"feature {names[broken][at]}", "", words, label(file))])
-    shapes[broken] = shapely.make_valid(shapes[broken], method="structure", keep_collapsed=False)
-    return shapes, broken
-
-
-def _too_tangled(shapes: npt.NDArray[np.object_]) -> int | None:
-    """The number of the first shape that makes too much work together with those before it.
-
-    Every shape is scaled to a cell of its own, so that it is compared with no other.
-    """
-    parts, of = _parts(shapes)
-    rings, part = shapely.get_rings(parts, return_index=True)
-    corners, ring = shapely.get_coordinates(rings, return_index=True)
-    ends = shapely.bounds(shapes)
-    low, size = ends[:, :2], ends[:, 2:] - ends[:, :2]
-    of, joined = of[part[ring]], ring[1:] == ring[:-1]
-    corners = (corners - low[of]) / np.where(size > 0.0, size, 1.0)[of]
-    corners[:, 0] += 2.0 * of
-    edges = shapely.linestrings(np.stack([corners[:-1], corners[1:]], axis=1)[joined])
-    of, tree = of[1:][joined], shapely.STRtree(edges)
-    crossings, pairs = 2 * MOST_CROSSINGS, 2 * MOST_PAIRS  # Each is met from both sides
-    for first in range(0, len(edges), AT_ONCE):
-        some = edges[first : first + AT_ONCE]
-        pairs -= tree.query(some).shape[1]
-        if pairs >= 0:  # Each meets itself and its neighbours
-            crossings += 3 * AT_ONCE - tree.query(some, predicate="intersects").shape[1]
-        if min(pairs, crossings) < 0:
-            return int(of[first])
-    return None
+    return frame.assign(mended=broken)[shapely.area(shapes) > 0.0]
 
 
 def _detailed(footprints: npt.NDArray[np.object_], names: Any, file: Path) -> Iterator[Fault]:
@@ -381,15 +338,6 @@ def _detailed(footprints: npt.NDArray[np.object_], names: Any, file: Path) -> It
     for k in np.flatnonzero(corners > MOST_CORNERS):
         words = f"an outline has {corners[k]} corners, more than {MOST_CORNERS}; simplify it"
         yield Fault(f"feature {names[k]}", "", words, label(file))
-
-
-def _parts(shapes: npt.NDArray[np.object_]) -> tuple[npt.NDArray[np.object_], Integers]:
-    """The single shapes that others consist of, and the number of the shape of each."""
-    parts, of = shapes, np.arange(len(shapes))
-    while (shapely.get_type_id(parts) > POLYGON).any():  # What collections collect
-        parts, within = shapely.get_parts(parts, return_index=True)
-        of = of[within]
-    return parts, of
 
 
 def _points_on(footprints: npt.NDArray[np.object_]) -> Floats:

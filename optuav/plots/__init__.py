@@ -23,17 +23,8 @@ from optuav.plots.planes import plane
 from optuav.plots.positions import hover_map, sites
 from optuav.plots.profiles import LegAxes, ProfileAxes, leg, profile
 
-__all__ = ["Bar", "FitAxes", "LegAxes", "Line", "MapAxes", "Mark", "Turn"]
-__all__ += ["ProfileAxes", "bars", "curves", "distribution", "fit", "fleet_turns", "hover_map"]
-__all__ += [
-    "leg",
-    "mission_map",
-    "packs",
-    "plane",
-    "profile",
-    "save",
-    "save_animation",
-    "save_figures",
-]
+__all__ = ["Bar", "FitAxes", "LegAxes", "Line", "MapAxes", "Mark", "ProfileAxes", "Turn"]
+__all__ += ["bars", "curves", "distribution", "fit", "fleet_turns", "hover_map", "leg"]
+__all__ += ["mission_map", "packs", "plane", "profile", "save", "save_animation", "save_figures"]
 __all__ += ["save_pictures", "sites", "swept", "trajectories", "wells"]
 __dir__ = __all__.copy

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import random
 from pathlib import Path
 from typing import Any
 
@@ -128,4 +129,16 @@ def test_other_json_is_geojson_or_none(tmp_path: Path) -> None:
         read(file)
     file.write_text("[1, 2]")
     with pytest.raises(optuav.InputError, match="is not GeoJSON: type is not"):
+        read(file)
+
+
+def test_a_surface_that_crosses_itself_everywhere_is_refused(tmp_path: Path) -> None:
+    """As in any other map: mended, it would take minutes."""
+    town, chance = document(tower=PART | {"type": "Building"}), random.Random(1)
+    first = len(CORNERS)
+    town["vertices"] += [[chance.randrange(9999), chance.randrange(9999), 0] for _ in range(1500)]
+    tangled = {**FLAT, "boundaries": [[[*range(first, first + 1500)]]]}
+    town["CityObjects"]["tangle"] = {"type": "Building", "geometry": [tangled]}
+    (file := tmp_path / "town.json").write_text(json.dumps(town))
+    with pytest.raises(optuav.InputError, match="feature tangle: is too tangled to be mended"):
         read(file)

@@ -259,7 +259,7 @@ def test_outlines_over_each_other_are_compared_with_themselves_only(
     hatch[100] += [1.0, -1.0]  # Over its neighbours
     town = geojson(tmp_path, [(TALL, square(200)), (TALL, polygon(ring(hatch.tolist())))])
     assert "b1" in read(town).mended
-    monkeypatch.setattr(sys.modules["optuav.city.read"], "MOST_PAIRS", 5_000)
+    monkeypatch.setattr(sys.modules["optuav.city.outlines"], "MOST_PAIRS", 5_000)
     refused(town, "feature 1: is too tangled to be mended")
 
 
