@@ -208,7 +208,7 @@ def _programme(
     objective = np.append(np.zeros(2 * count), -1.0)
     rows: Any = sparse.bmat(blocks, format="csc")
     answer = linprog(
-        objective, rows, np.concatenate(limits), total, [until_s], bounds, method="highs"
+        objective, rows, np.concatenate(limits), total, [until_s], bounds, method="highs-ipm"
     )
     return None if answer.x is None else np.asarray(answer.x)[:count]
 

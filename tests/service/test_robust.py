@@ -176,6 +176,16 @@ def test_explain_names_the_number_that_costs_most() -> None:
         optuav.explain(found, "P3")
 
 
+def test_a_deviation_has_a_box_that_its_samples_do_not_leave() -> None:
+    """Two deviations to either side; a normal sample is beyond in one case of twenty-two."""
+    found = optuav.robust("paper", {"battery.capacity_As": {"deviation": 1000.0}}, "P3")
+    ends = found.rows[0]["low"], found.rows[0]["high"]
+    assert ends == pytest.approx((34_000.0, 38_000.0))
+    assert found.flyable == 1.0
+    small = optuav.load("paper").replace({"battery.capacity_As": 34_000.0})
+    assert found.hover_s == pytest.approx(optuav.solve(small, "P3").hover_time_s, abs=1e-6)
+
+
 def test_bad_input(tmp_path: Path) -> None:
     """One clear error, with all that is wrong."""
     wrong: Any

@@ -218,27 +218,38 @@ def test_a_box_of_capacities_is_planned_for_the_smallest(low: float, high: float
 
 
 @pytest.mark.parametrize(
-    ("mission", "key", "reach"),
+    ("mission", "key", "problem", "reach"),
     [
-        ("paper", "wind.force_N", 1.0),
-        ("paper-drag", "wind.force_N", 1.0),
-        ("relay-today", "wind.velocity_m_s", 5.0),
+        ("paper", "wind.force_N", "P3", 1.0),
+        ("paper-drag", "wind.force_N", "P3", 1.0),
+        ("relay-today", "wind.velocity_m_s", "P3", 5.0),
+        ("paper", "route.origin_m", "P1", 100.0),
+        ("paper", "laser.position_m", "P1", 200.0),
+        ("matrice350", "laser.position_m", "P1", 150.0),
     ],
 )
-def test_plans_for_corners_of_the_wind_hold_within(mission: str, key: str, reach: float) -> None:
-    """The judge flies the plan in random winds of the box, and in no wind.
+def test_plans_hold_where_the_worst_point_is_no_corner(
+    mission: str, key: str, problem: Any, reach: float
+) -> None:
+    """The judge flies the plan on a grid within and at random points; corners would not do.
 
-    A helicopter in no wind draws most of all: the corners alone would not do.
+    A helicopter draws most in no wind, a rest fills most next to a laser, and roofs hide a beam.
     """
-    box = {f"{key}[{axis}]": {"low": -reach, "high": 0.6 * reach} for axis in (0, 1)}
-    robust = optuav.robust(mission, box, "P3", samples=300)
+    table, _, name = key.partition(".")
+    middle = np.array(getattr(getattr(optuav.load(mission), table), name))
+    box = {
+        f"{key}[{axis}]": {"low": middle[axis] - reach, "high": middle[axis] + 0.6 * reach}
+        for axis in (0, 1)
+    }
+    robust = optuav.robust(mission, box, problem, samples=3000)
     assert robust.flyable == 1.0
-    winds = np.random.default_rng(0).uniform(-reach, 0.6 * reach, (12, 2))
     stops = [optuav.Stop(stop.at, stop.kind, stop.duration_s) for stop in robust.plan.stops]
-    for wind in [np.zeros(2), *winds]:
-        other = robust.plan.mission.replace({key: [*wind.tolist(), 0.0]})
+    steps = np.linspace(-reach, 0.6 * reach, 5)
+    within = np.random.default_rng(0).uniform(-reach, 0.6 * reach, (12, 2))
+    for step in [np.zeros(2), *within, *np.array([*itertools.product(steps, steps)])]:
+        other = robust.plan.mission.replace({key: [*(middle[:2] + step).tolist(), middle[2]]})
         replay = optuav.replay(optuav.Itinerary(other, stops))
-        assert replay.flyable, (wind, replay.violations)
+        assert replay.flyable, (step, replay.violations)
 
 
 @few(8)
