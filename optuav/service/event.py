@@ -34,6 +34,7 @@ SHORTER = (1.0, 0.99, 0.97, 0.95, 0.9, 0.8, 0.7, 0.6)
 """Shares of the longest hover from full wells to which hovers are kept, until a replay holds."""
 ROUNDING = 1e-6  # Share of the capacity
 RUN = 0.75  # Share of all hovers that a run holds, beside the run of all
+LARGE = 500  # Hovers from which an interior point is found sooner than by the simplex method
 MORE = 2  # Hovers beyond the fewest that are tried, per drone
 
 
@@ -207,8 +208,9 @@ def _programme(
     bounds = [(0.0, longest_s)] * count + [(0.0, size_As)] * (count + 1)
     objective = np.append(np.zeros(2 * count), -1.0)
     rows: Any = sparse.bmat(blocks, format="csc")
+    method = "highs-ds" if count < LARGE else "highs-ipm"
     answer = linprog(
-        objective, rows, np.concatenate(limits), total, [until_s], bounds, method="highs-ipm"
+        objective, rows, np.concatenate(limits), total, [until_s], bounds, method=method
     )
     return None if answer.x is None else np.asarray(answer.x)[:count]
 
