@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -208,7 +208,7 @@ def _programme(
     bounds = [(0.0, longest_s)] * count + [(0.0, size_As)] * (count + 1)
     objective = np.append(np.zeros(2 * count), -1.0)
     rows: Any = sparse.bmat(blocks, format="csc")
-    method = "highs-ds" if count < LARGE else "highs-ipm"
+    method: Literal["highs-ds", "highs-ipm"] = "highs-ds" if count < LARGE else "highs-ipm"
     answer = linprog(
         objective, rows, np.concatenate(limits), total, [until_s], bounds, method=method
     )
