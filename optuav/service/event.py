@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.errors import MOST_SHOWN, Fault, NoPlanError, printable, refuse
+from optuav.errors import Fault, NoPlanError, printable, refuse
 from optuav.judge.fleets import FleetReplay, replay_fleet
 from optuav.mission.messages import misfits, shown
 from optuav.mission.schema import Number
 from optuav.physics.kibam import Stage, Wells, step, tapered
 from optuav.plan import Plan
-from optuav.plan.summary import tabulated
-from optuav.service.fleet import repeated
+from optuav.service.fleet import repeated, turns_shown
 from optuav.service.levels import Level, draw_levels
 from optuav.service.visit import Visit
 from optuav.studies.results import Pictures, Results, ResultsWithFacts
@@ -241,12 +240,7 @@ def _show(event: Results) -> Iterator[str]:
     yield f"{facts['hours']:g} h without a gap: {printable(event.mission.name)}"
     yield f"Drones      {facts['drones']}; charge alone requires at least {facts['least_drones']}"
     yield f"Hovers      {len(event.rows)}, up to {facts['longest_hover_s']:.2f} s\n"
-    lines = [
-        [str(row["drone"]), *(f"{row[name]:.2f}" for name in [*UNITS][1:])] for row in event.rows
-    ]
-    yield from tabulated([["drone", "from [s]", "hover [s]", "rest [s]"], *lines[:MOST_SHOWN]])
-    if len(lines) > MOST_SHOWN:
-        yield f"and {len(lines) - MOST_SHOWN} more"
+    yield from turns_shown(["drone", "from [s]", "hover [s]", "rest [s]"], event.rows)
 
 
 def _draw(event: Results) -> Pictures:
