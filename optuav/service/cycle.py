@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -433,26 +433,28 @@ def _best(visits: list[Visit]) -> tuple[Visit, float, float]:
     return *best[0], bound
 
 
-def _planned(mission: Mission, visit: Visit, facts: Any) -> Plan:
-    """Return one cycle as a plan of the mission that begins and ends on the building."""
+def _from_roof(mission: Mission, visit: Visit, facts: Mapping[str, Any]) -> Mission:
+    """Return the mission that begins and ends on the building, with the wells of the cycle."""
     roof_m = mission.buildings.roof_m[mission.buildings.names.index(visit.building)].tolist()
-    hover_m = [float(coordinate) for coordinate in vehicle.hover_point_m(mission)]
-    wells = visit.wells(facts["hover_s"])
-    cycled = mission.replace(
+    return mission.replace(
         {
             "route.origin_m": roof_m,
             "route.destination_m": roof_m,
-            "route.hover_m": hover_m,
+            "route.hover_m": [*map(float, vehicle.hover_point_m(mission))],
             "limits.deadline_s": min(max(facts["period_s"], mission.limits.deadline_s), 1e7),
-            "start": {"available_As": wells.available_As, "bound_As": wells.bound_As},
+            "start": visit.wells(facts["hover_s"])._asdict(),
         }
     )
-    network = build_network(cycled)
-    rests, number = visit.swap_s is None, 0
+
+
+def _planned(mission: Mission, visit: Visit, facts: Mapping[str, Any]) -> Plan:
+    """Return one cycle as a plan of the mission that begins and ends on the building."""
+    cycled = _from_roof(mission, visit, facts)
+    network, rests, number = build_network(cycled), visit.swap_s is None, 0
     if rests:
-        routes = network.routes
         building = cycled.buildings.names.index(visit.building)
-        number = int(np.flatnonzero((routes.building == building) & ~routes.rest_first)[0])
+        on_it = (network.routes.building == building) & ~network.routes.rest_first
+        number = int(np.flatnonzero(on_it)[0])
     times_s = facts["hover_s"], facts["rest_s"] if rests else 0.0
     net_A = {"hover": -visit.hover_A, "rest": visit.rest_A}
     phases = [

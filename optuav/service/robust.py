@@ -151,8 +151,9 @@ def robust(
         raise NoPlanError(f"no plan even without doubt: {'; '.join(nominal.reasons)}")
     hover_m = vehicle.hover_point_m(loaded)
     network = flyable_network(loaded.replace({"route.hover_m": [*map(float, hover_m)]}))
-    search, share = Search(question, network), 1.0
+    search = Search(question, network)
     routes = np.flatnonzero(allowed(stacked(network), question.problem)[0])
+    share, times = 1.0, None
     if chance is None:
         times, _ = search.holding(routes, box)
     else:
@@ -167,17 +168,12 @@ def robust(
     plan = route_plan(question, network, times.route, stays_s, **times.how)
     plan = replayed(plan, must_fly=box.holds_now)
     facts = {
-        "hover_s": times.hover_s,
-        "rest_s": times.rest_s,
-        "route": tuple(plan.route),
+        **{"hover_s": times.hover_s, "rest_s": times.rest_s, "route": tuple(plan.route)},
         "nominal_hover_s": nominal.hover_time_s,
         "price_s": nominal.hover_time_s - times.hover_s,
         "corners": corners_of(loaded, box).count,
-        "samples": count,
-        "flyable": float(kept.mean()),
-        "chance": chance,
-        "reach_share": share,
-        "confidence": confidence,
+        **{"samples": count, "flyable": float(kept.mean()), "chance": chance},
+        **{"reach_share": share, "confidence": confidence},
         "risk_bound": _risk_bound(count, int(np.count_nonzero(~kept)), confidence),
     }
     rows = sorted(_gains(search, times, box), key=lambda row: -row["gain_s"])
@@ -269,6 +265,8 @@ def _show(robust: Results) -> Iterator[str]:
     part = "" if facts["chance"] is None else f" at {facts['reach_share']:.1%} of its reach"
     held = f"{facts['flyable']:.2%} of {facts['samples']} samples of the box"
     yield f"Holds       at {2 * facts['corners']} corners{part}, and in {held}"
+    if facts["chance"] is None and facts["flyable"] < 1.0:
+        yield "Beware      not in the whole box: state smaller ranges, or a chance"
     sure = f"with a confidence of {facts['confidence']:g}"
     yield f"Risk        at most {facts['risk_bound']:.2%} of the box, {sure}\n"
     lines = [["if this were certain", "low", "high", "hover gained [s]"]]

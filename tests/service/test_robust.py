@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -184,6 +185,13 @@ def test_a_deviation_has_a_box_that_its_samples_do_not_leave() -> None:
     assert found.flyable == 1.0
     small = optuav.load("paper").replace({"battery.capacity_As": 34_000.0})
     assert found.hover_s == pytest.approx(optuav.solve(small, "P3").hover_time_s, abs=1e-6)
+
+
+def test_a_plan_that_fresh_samples_break_says_so() -> None:
+    """Without a chance the word is the whole box; no such plan is known, so facts are changed."""
+    found = optuav.robust("paper", {"drain": {"percent": 5}}, "P3", samples=50)
+    assert "Beware" not in str(found)
+    assert "not in the whole box" in str(replace(found, facts={**found.facts, "flyable": 0.98}))
 
 
 def test_bad_input(tmp_path: Path) -> None:
