@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,10 +17,9 @@ from optuav.mission import Mission
 from optuav.mission.files import read_toml
 from optuav.mission.messages import of_kind, path_of, shown
 from optuav.mission.schema import Number
-from optuav.network.network import Network
-from optuav.network.variants import Variants
+from optuav.network.variants import Columns
 from optuav.physics.quantity import Quantity
-from optuav.studies.samples import Draws, Spread, independent, spreads
+from optuav.studies.samples import Draws, Spread, independent, spreads, with_conversion
 
 FACTORS = ("drain", "charge")
 LEVELS = {"battery.available_fraction": 5, "battery.flow_rate_per_s": 5}
@@ -47,6 +46,12 @@ class Box(NamedTuple):
         return all(low <= 1.0 <= high for low, high in self.factors.values()) and all(
             spread.low <= spread.key.now <= spread.high for spread in self.spreads
         )
+
+    @property
+    def extremes(self) -> tuple[tuple[float, float], ...]:
+        """Drain and charge that leave least in the battery, and those that leave most."""
+        (drain_low, drain_high), (charge_low, charge_high) = (self.factors[k] for k in FACTORS)
+        return (drain_high, charge_low), (drain_low, charge_high)
 
     def shrunk(self, share: float) -> Box:
         """The box shrunk about its middle to a share of its reach."""
@@ -91,6 +96,13 @@ def box_of(mission: Mission, uncertainty: Mapping[str, object] | str | Path) -> 
     with collected(faults):
         keys = spreads(mission, table) if table else ()
     refuse(faults)
+    # Samples of a normal distribution stay in the box too
+    keys = tuple(
+        replace(spread, key=replace(spread.key, low=spread.low, high=spread.high))
+        if spread.deviation is not None
+        else spread
+        for spread in keys
+    )
     return Box(keys, factors)
 
 
@@ -106,31 +118,33 @@ def _factor(form: object) -> tuple[float, float] | None:
     return None
 
 
-class Points(NamedTuple):
-    """Points of a box: variants of the mission by its keys, and both factors at each."""
-
-    variants: Variants
-    drain: Quantity
-    charge: Quantity
-
-
-class Corners(NamedTuple):
-    """All corners of the keys, with the factors that leave least and most in the battery.
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Points of the keys of a box, and the factors to try with each.
 
     Levels of ω and k_F come one after the other at the same corner of the other keys.
     """
 
-    emptiest: Points
-    fullest: Points
-    levels: int  # Pairs of values of ω and k_F among the corners
+    columns: Columns
+    factors: tuple[tuple[Quantity, Quantity], ...]
+    """Drain and charge: the first pair leaves least in the battery, the last one most."""
+    levels: int = 1  # Pairs of values of ω and k_F among the corners
 
     @property
-    def size(self) -> int:
-        """Number of corners of the keys."""
-        return self.emptiest.variants.count
+    def count(self) -> int:
+        """Number of points."""
+        return len(next(iter(self.columns.values())))
+
+    def and_at(self, others: Points) -> Points:
+        """The points, and others with the same factors, each at every level."""
+        both = {
+            key: np.concatenate([values, others.columns[key].repeat(self.levels)])
+            for key, values in self.columns.items()
+        }
+        return replace(self, columns=both)
 
 
-def corners_of(network: Network, box: Box) -> Corners:
+def corners_of(mission: Mission, box: Box) -> Points:
     """The corners of a box, or a refusal if there are too many."""
     keys = sorted(box.spreads, key=lambda spread: spread.key.name in LEVELS)
     values = [_values(key) for key in keys]
@@ -138,16 +152,8 @@ def corners_of(network: Network, box: Box) -> Corners:
         words = f"must be at most {MOST} corners: 7 keys, or fewer with ω, k_F or wind"
         raise InputError([Fault("uncertainty", f"{count} corners", words)])
     points = np.array([*itertools.product(*values)])
-    columns = {} if keys else _as_stated(network.mission, 1)
-    for number, spread in enumerate(keys):
-        columns |= spread.columns(points[:, number])
-    variants = Variants(network, columns)
-    (drain_low, drain_high), (charge_low, charge_high) = (box.factors[name] for name in FACTORS)
-    return Corners(
-        Points(variants, drain_high, charge_low),
-        Points(variants, drain_low, charge_high),
-        math.prod(LEVELS.get(key.key.name, 1) for key in keys),
-    )
+    levels = math.prod(LEVELS.get(key.key.name, 1) for key in keys)
+    return Points(_columns(mission, keys, points), box.extremes, levels)
 
 
 def _values(spread: Spread) -> Floats:
@@ -158,15 +164,27 @@ def _values(spread: Spread) -> Floats:
     return np.linspace(*ends, LEVELS.get(name, 2))
 
 
-def samples_of(network: Network, box: Box, first: int, count: int, seed: int) -> Points:
+def points_within(mission: Mission, box: Box, shares: Floats) -> Points:
+    """Points of the keys (point, key) by shares of their ranges, with both ends of the factors."""
+    low, high = np.transpose([(spread.low, spread.high) for spread in box.spreads])
+    return Points(_columns(mission, box.spreads, low + shares * (high - low)), box.extremes)
+
+
+def samples_of(mission: Mission, box: Box, first: int, count: int, seed: int) -> Points:
     """Samples of the keys and of both factors, from a number on."""
-    mission, columns = network.mission, _as_stated(network.mission, count)
-    if box.spreads:
-        columns = Draws(mission, box.spreads, count, seed, independent).values(first, count)
+    columns = Draws(mission, box.spreads, count, seed, independent).values(first, count)
     shares = independent(FACTORS, seed, first, count)
     low, high = np.transpose([box.factors[name] for name in FACTORS])
     drain, charge = (low + shares * (high - low)).T
-    return Points(Variants(network, columns), drain, charge)
+    return Points(columns or _as_stated(mission, count), ((drain, charge),))
+
+
+def _columns(mission: Mission, keys: Sequence[Spread], points: Floats) -> dict[str, Floats]:
+    """Values by key of points (point, key)."""
+    columns = dict[str, Floats]()
+    for spread, values in zip(keys, points.T, strict=True):
+        columns |= spread.columns(values)
+    return with_conversion(mission, columns) or _as_stated(mission, len(points))
 
 
 def _as_stated(mission: Mission, count: int) -> dict[str, Floats]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -316,17 +316,7 @@ def coverage(
     >>> f"{today.share:.1%} with the laser, {swapped.share:.1%} with new packs in two minutes"
     '25.4% with the laser, 86.8% with new packs in two minutes'
     """
-    faults = list[Fault]()
-    if perspective not in PERSPECTIVES:
-        faults.append(unknown("perspective", perspective, PERSPECTIVES))
-    for name, value, allowed in (("swap_s", swap_s, DURATION), ("pad_power_W", pad_power_W, POWER)):
-        if value is not None and not allowed.accepts(value):
-            faults.append(Fault(name, shown(value), f"{allowed.words}, or None"))
-    if not isinstance(lit_hover, bool):
-        faults.append(Fault("lit_hover", shown(lit_hover), "must be True or False"))
-    if swap_s is not None and pad_power_W is not None:
-        faults.append(Fault("pad_power_W", shown(pad_power_W), "either swap_s or pad_power_W"))
-    loaded = load(mission)
+    loaded, faults = load(mission), _option_faults(perspective, swap_s, lit_hover, pad_power_W)
     refuse([*faults, *schedule_faults(loaded)])
     network = flyable_network(loaded)
     lit = lit_hover and swap_s is None and pad_power_W is None
@@ -336,28 +326,51 @@ def coverage(
     if flows.hover_A <= 0.0:
         facts = dict(zip(FACTS, NEVER_LANDS, strict=True)) | options
         return Coverage("optuav coverage", loaded, facts, UNITS, (), _show, _draw)
-    best, bound = _best([*_visits(network, flows, perspective, swap_s)])
-    hover_s = best.longest_s
-    assert hover_s is not None
-    rows, charge = list[dict[str, Any]](), best.periodic(hover_s)
-    for kind, stages in best.phases(hover_s):
-        charge = tilted_after(best.battery, charge, *stages)
-        lasts_s = sum(stage.duration_s for stage in stages)
-        row = kind, lasts_s, *map(float, charge.wells(best.battery))
-        rows.append(dict(zip(UNITS, row, strict=True)))
-    if swap_s is not None:
-        row = "swap", swap_s, *map(float, best.battery.full)
-        rows.append(dict(zip(UNITS, row, strict=True)))
-    share, most_A = best.share(hover_s), math.inf if swap_s is not None else flows.rest_A.max()
-    charges_As = best.wells(hover_s).total_As, rows[2]["available_As"] + rows[2]["bound_As"]
-    socs = (float(charge_As / best.battery.capacity_As) for charge_As in charges_As)
-    times_s = hover_s, best.rest_s(hover_s), best.flight_s, best.period_s(hover_s)
-    status = Status.OPTIMAL if bound - share <= CLOSE else Status.FEASIBLE
-    proof = SWAPPED if swap_s is not None else PROOFS[perspective]
+    best, hover_s, bound = _best([*_visits(network, flows, perspective, swap_s)])
+    most_A = math.inf if swap_s is not None else flows.rest_A.max()
     limit_share = float(1.0 / (1.0 + flows.hover_A / most_A))
-    values = share, bound, limit_share, best.building, *times_s, *socs, status.value, proof
-    facts = dict(zip(FACTS, values, strict=True)) | options
-    return Coverage("optuav coverage", loaded, facts, UNITS, tuple(rows), _show, _draw, visit=best)
+    facts = _facts(best, hover_s, bound, limit_share) | options
+    rows = tuple(dict(zip(UNITS, row, strict=True)) for row in _rows(best, hover_s))
+    return Coverage("optuav coverage", loaded, facts, UNITS, rows, _show, _draw, visit=best)
+
+
+def _option_faults(
+    perspective: str, swap_s: float | None, lit_hover: bool, pad_power_W: float | None
+) -> Iterator[Fault]:
+    """Yield options that have no such value, or exclude each other."""
+    if perspective not in PERSPECTIVES:
+        yield unknown("perspective", perspective, PERSPECTIVES)
+    for name, value, allowed in (("swap_s", swap_s, DURATION), ("pad_power_W", pad_power_W, POWER)):
+        if value is not None and not allowed.accepts(value):
+            yield Fault(name, shown(value), f"{allowed.words}, or None")
+    if not isinstance(lit_hover, bool):
+        yield Fault("lit_hover", shown(lit_hover), "must be True or False")
+    if swap_s is not None and pad_power_W is not None:
+        yield Fault("pad_power_W", shown(pad_power_W), "either swap_s or pad_power_W")
+
+
+def _facts(visit: Visit, hover_s: float, bound: float, limit_share: float) -> dict[str, Any]:
+    """The facts of the best cycle."""
+    share, size_As = visit.share(hover_s), float(visit.battery.capacity_As)
+    departing = visit.periodic(hover_s)
+    *_, landing = visit.carried(departing, *visit.stages(hover_s))
+    socs = (float(charge.total_As) / size_As for charge in (departing, landing))
+    times_s = hover_s, visit.rest_s(hover_s), visit.flight_s, visit.period_s(hover_s)
+    status = Status.OPTIMAL if bound - share <= CLOSE else Status.FEASIBLE
+    proof = PROOFS[visit.perspective] if visit.swap_s is None else SWAPPED
+    values = share, bound, limit_share, visit.building, *times_s, *socs, status.value, proof
+    return dict(zip(FACTS, values, strict=True))
+
+
+def _rows(visit: Visit, hover_s: float) -> Iterator[tuple[object, ...]]:
+    """Yield kind, duration [s] and both wells at the end [A s] of every phase of a cycle."""
+    charge = visit.periodic(hover_s)
+    for kind, stages in visit.phases(hover_s):
+        charge = tilted_after(visit.battery, charge, *stages)
+        wells = map(float, charge.wells(visit.battery))
+        yield kind, sum(stage.duration_s for stage in stages), *wells
+    if visit.swap_s is not None:
+        yield "swap", visit.swap_s, *map(float, visit.battery.full)
 
 
 class _Flows:
@@ -398,13 +411,13 @@ def _visits(
         yield Visit(name, pool, out, back, *currents_A, least_As, perspective, swap_s)
 
 
-def _best(visits: list[Visit]) -> tuple[Visit, float]:
-    """Return the first visit with the largest share, and a share that no visit exceeds."""
+def _best(visits: list[Visit]) -> tuple[Visit, float, float]:
+    """Return the first visit with the largest share, its hover [s], and a share none exceeds."""
 
     def by_charge(visit: Visit) -> float:
         return visit.share(visit.balanced_s) if visit.balanced_s > 0.0 else -math.inf
 
-    best, share, bound = None, 0.0, 0.0
+    best, share, bound = list[tuple[Visit, float]](), 0.0, 0.0
     for visit in sorted(visits, key=by_charge, reverse=True):
         if by_charge(visit) <= share:
             break
@@ -413,33 +426,35 @@ def _best(visits: list[Visit]) -> tuple[Visit, float]:
         bound = max(bound, most)
         hover_s = visit.longest_s
         if hover_s and visit.share(hover_s) > share * (1.0 + 1e-12):
-            best, share = visit, visit.share(hover_s)
-    if best is None:
+            best, share = [(visit, hover_s)], visit.share(hover_s)
+    if not best:
         words = "no building allows a hover that can be repeated: the legs need too much charge"
         raise NoPlanError(f"{words} (battery.capacity_As, limits.min_soc)")
-    return best, bound
+    return *best[0], bound
 
 
-def _planned(mission: Mission, visit: Visit, facts: Any) -> Plan:
-    """Return one cycle as a plan of the mission that begins and ends on the building."""
+def _from_roof(mission: Mission, visit: Visit, facts: Mapping[str, Any]) -> Mission:
+    """Return the mission that begins and ends on the building, with the wells of the cycle."""
     roof_m = mission.buildings.roof_m[mission.buildings.names.index(visit.building)].tolist()
-    hover_m = [float(coordinate) for coordinate in vehicle.hover_point_m(mission)]
-    wells = visit.wells(facts["hover_s"])
-    cycled = mission.replace(
+    return mission.replace(
         {
             "route.origin_m": roof_m,
             "route.destination_m": roof_m,
-            "route.hover_m": hover_m,
+            "route.hover_m": [*map(float, vehicle.hover_point_m(mission))],
             "limits.deadline_s": min(max(facts["period_s"], mission.limits.deadline_s), 1e7),
-            "start": {"available_As": wells.available_As, "bound_As": wells.bound_As},
+            "start": visit.wells(facts["hover_s"])._asdict(),
         }
     )
-    network = build_network(cycled)
-    rests, number = visit.swap_s is None, 0
+
+
+def _planned(mission: Mission, visit: Visit, facts: Mapping[str, Any]) -> Plan:
+    """Return one cycle as a plan of the mission that begins and ends on the building."""
+    cycled = _from_roof(mission, visit, facts)
+    network, rests, number = build_network(cycled), visit.swap_s is None, 0
     if rests:
-        routes = network.routes
         building = cycled.buildings.names.index(visit.building)
-        number = int(np.flatnonzero((routes.building == building) & ~routes.rest_first)[0])
+        on_it = (network.routes.building == building) & ~network.routes.rest_first
+        number = int(np.flatnonzero(on_it)[0])
     times_s = facts["hover_s"], facts["rest_s"] if rests else 0.0
     net_A = {"hover": -visit.hover_A, "rest": visit.rest_A}
     phases = [

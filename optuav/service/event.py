@@ -6,19 +6,18 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from optuav.arrays import Floats
-from optuav.errors import MOST_SHOWN, Fault, NoPlanError, printable, refuse
+from optuav.errors import Fault, NoPlanError, printable, refuse
 from optuav.judge.fleets import FleetReplay, replay_fleet
 from optuav.mission.messages import misfits, shown
 from optuav.mission.schema import Number
 from optuav.physics.kibam import Stage, Wells, step, tapered
 from optuav.plan import Plan
-from optuav.plan.summary import tabulated
-from optuav.service.fleet import repeated
+from optuav.service.fleet import repeated, turns_shown
 from optuav.service.levels import Level, draw_levels
 from optuav.service.visit import Visit
 from optuav.studies.results import Pictures, Results, ResultsWithFacts
@@ -34,6 +33,7 @@ SHORTER = (1.0, 0.99, 0.97, 0.95, 0.9, 0.8, 0.7, 0.6)
 """Shares of the longest hover from full wells to which hovers are kept, until a replay holds."""
 ROUNDING = 1e-6  # Share of the capacity
 RUN = 0.75  # Share of all hovers that a run holds, beside the run of all
+LARGE = 500  # Hovers from which an interior point is found sooner than by the simplex method
 MORE = 2  # Hovers beyond the fewest that are tried, per drone
 
 
@@ -207,8 +207,9 @@ def _programme(
     bounds = [(0.0, longest_s)] * count + [(0.0, size_As)] * (count + 1)
     objective = np.append(np.zeros(2 * count), -1.0)
     rows: Any = sparse.bmat(blocks, format="csc")
+    method: Literal["highs-ds", "highs-ipm"] = "highs-ds" if count < LARGE else "highs-ipm"
     answer = linprog(
-        objective, rows, np.concatenate(limits), total, [until_s], bounds, method="highs"
+        objective, rows, np.concatenate(limits), total, [until_s], bounds, method=method
     )
     return None if answer.x is None else np.asarray(answer.x)[:count]
 
@@ -239,12 +240,7 @@ def _show(event: Results) -> Iterator[str]:
     yield f"{facts['hours']:g} h without a gap: {printable(event.mission.name)}"
     yield f"Drones      {facts['drones']}; charge alone requires at least {facts['least_drones']}"
     yield f"Hovers      {len(event.rows)}, up to {facts['longest_hover_s']:.2f} s\n"
-    lines = [
-        [str(row["drone"]), *(f"{row[name]:.2f}" for name in [*UNITS][1:])] for row in event.rows
-    ]
-    yield from tabulated([["drone", "from [s]", "hover [s]", "rest [s]"], *lines[:MOST_SHOWN]])
-    if len(lines) > MOST_SHOWN:
-        yield f"and {len(lines) - MOST_SHOWN} more"
+    yield from turns_shown(["drone", "from [s]", "hover [s]", "rest [s]"], event.rows)
 
 
 def _draw(event: Results) -> Pictures:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from optuav.errors import MOST_SHOWN, Fault, InputError, NoPlanError, printable, refuse
 from optuav.judge.fleets import FleetReplay, replay_fleet
@@ -24,7 +24,6 @@ OVERLAP = Number("s", ge=0, le=1e7)
 COUNT = Number("-", ge=1, le=10_000, whole=True)
 UNITS = {"drone": "-", "offset_s": "s", "flight_s": "s", "hover_s": "s", "rest_s": "s"}
 UNITS |= {"wait_s": "s"}
-TIMES = [*UNITS][1:]
 DAY_S = 86_400.0
 ROUNDING = 1e-9  # Relative, by which a count may be above a whole number
 MOST = 100_000  # Drones of a fleet
@@ -124,30 +123,21 @@ def fleet_of(cycle: Results, visit: Visit, plan: Plan, share: float, overlap_s: 
     By Little's law: mean numbers in the air and on the ground are the rate of starts times the
     durations, and a ring attains the next whole numbers.
     """
-    refuse(misfits(("share", share, SHARE), ("overlap_s", overlap_s, OVERLAP)))
-    hover_s, rest_s = cycle.facts["hover_s"], cycle.facts["rest_s"]
-    if overlap_s >= hover_s:
-        words = f"must be less than the hover of a cycle, {hover_s:.6g} s"
-        raise InputError([Fault("overlap_s", shown(overlap_s), words)])
-    every_s = (hover_s - overlap_s) / share
-    drones = upwards(cycle.facts["period_s"] / every_s)
+    every_s = _starts_every_s(cycle.facts["hover_s"], share, overlap_s)
+    hover_s, rest_s, period_s = (cycle.facts[name] for name in ("hover_s", "rest_s", "period_s"))
+    drones = upwards(period_s / every_s)
     if drones > MOST:
-        words = (
-            f"a ring needs {drones} drones, more than {MOST}: state a smaller share or overlap_s"
-        )
-        raise NoPlanError(words)
-    wait_s = max(drones * every_s - cycle.facts["period_s"], 0.0)
-    place_s = rest_s if visit.swap_s is not None else rest_s + wait_s
-    places = upwards(place_s / every_s)
-    beams = 0
-    if cycle.facts["charged_by"] == "laser":
-        beams = places + (math.ceil(share - ROUNDING) if cycle.facts["lit_hover"] else 0)
-    offsets = tuple(every_s * number for number in range(drones))
+        words = f"a ring needs {drones} drones, more than {MOST}"
+        raise NoPlanError(f"{words}: state a smaller share or overlap_s")
+    wait_s = max(drones * every_s - period_s, 0.0)
+    places = upwards((rest_s if visit.swap_s is not None else rest_s + wait_s) / every_s)
+    lit = math.ceil(share - ROUNDING) if cycle.facts["lit_hover"] else 0
+    offsets_s = tuple(every_s * number for number in range(drones))
     facts = {
         "drones": drones,
         "places": places,
-        "beams": beams,
-        "offsets_s": offsets,
+        "beams": places + lit if cycle.facts["charged_by"] == "laser" else 0,
+        "offsets_s": offsets_s,
         "starts_every_s": every_s,
         "share": hover_s / every_s,
         "asked_share": share,
@@ -158,12 +148,21 @@ def fleet_of(cycle: Results, visit: Visit, plan: Plan, share: float, overlap_s: 
         "building": visit.building,
     }
     times_s = (visit.flight_s, hover_s, rest_s, wait_s)
-    rows = [
+    rows = tuple(
         dict(zip(UNITS, (number, offset_s, *times_s), strict=True))
-        for number, offset_s in enumerate(offsets, start=1)
-    ]
-    kind, mission = "optuav fleet", cycle.mission
-    return Fleet(kind, mission, facts, UNITS, tuple(rows), _show, _draw, plan=plan, visit=visit)
+        for number, offset_s in enumerate(offsets_s, start=1)
+    )
+    table = "optuav fleet", cycle.mission, facts, UNITS, rows, _show, _draw
+    return Fleet(*table, plan=plan, visit=visit)
+
+
+def _starts_every_s(hover_s: float, share: float, overlap_s: float) -> float:
+    """Return the time between two starts, (h − o)/c [s], or refuse the numbers."""
+    refuse(misfits(("share", share, SHARE), ("overlap_s", overlap_s, OVERLAP)))
+    if overlap_s >= hover_s:
+        words = f"must be less than the hover of a cycle, {hover_s:.6g} s"
+        raise InputError([Fault("overlap_s", shown(overlap_s), words)])
+    return (hover_s - overlap_s) / share
 
 
 def upwards(count: float) -> int:
@@ -241,20 +240,24 @@ def _show(fleet: Results) -> Iterator[str]:
     yield f"Places      {facts['places']} on {printable(facts['building'])}, {facts['beams']} beams"
     yield f"Gap         {facts['longest_gap_s']:.2f} s at most"
     yield ""
-    lines = [[str(row["drone"]), *(f"{row[name]:.2f}" for name in TIMES)] for row in fleet.rows]
-    heads = [name.replace("_s", " [s]") for name in UNITS]
-    yield from tabulated([heads, *lines[:MOST_SHOWN]])
-    if len(lines) > MOST_SHOWN:
-        yield f"and {len(lines) - MOST_SHOWN} more"
+    yield from turns_shown([name.replace("_s", " [s]") for name in UNITS], fleet.rows)
+
+
+def turns_shown(heads: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """Yield a table of drones and times [s], as many rows as fit a page."""
+    first = (
+        [str(number), *(f"{time_s:.2f}" for time_s in times_s)]
+        for number, *times_s in (row.values() for row in rows[:MOST_SHOWN])
+    )
+    yield from tabulated([heads, *first])
+    if len(rows) > MOST_SHOWN:
+        yield f"and {len(rows) - MOST_SHOWN} more"
 
 
 def _draw(fleet: Results) -> Pictures:
     from optuav.plots.fleets import Turn, fleet_turns
 
     facts = fleet.facts
-    turns = [
-        Turn(row["offset_s"], row["flight_s"], row["hover_s"], row["rest_s"], row["wait_s"])
-        for row in fleet.rows
-    ]
+    turns = [Turn(*times_s) for _, *times_s in (row.values() for row in fleet.rows)]
     title = f"{facts['drones']} drones of {printable(fleet.mission.name)}"
     yield "fleet.png", fleet_turns(turns, title=title)

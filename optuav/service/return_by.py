@@ -12,6 +12,7 @@ import numpy as np
 from optuav.errors import NoPlanError, printable, refuse
 from optuav.mission import Mission, load
 from optuav.network import vehicle
+from optuav.network.legs import Legs
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells, levelling, tilted_after
 from optuav.plan.summary import tabulated
@@ -86,36 +87,18 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
     loaded = load(mission)
     refuse(schedule_faults(loaded))
     network, battery = flyable_network(loaded), vehicle.pool(loaded)
-    legs, places = network.legs, network.places
-    (arriving,) = np.flatnonzero((legs.start == ORIGIN) & (legs.end == HOVER)).tolist()
-    landing = legs.flyable & (legs.start == HOVER)
-    landing &= (legs.end == DESTINATION) | (legs.end >= FIRST_BUILDING)
-    if not legs.flyable[arriving] or not landing.any():
-        words = "to the hover point" if not legs.flyable[arriving] else "back from the hover point"
-        raise NoPlanError(f"no leg {words} can be flown: optuav explain names what is in the way")
-
-    charge, least_As = vehicle.start(loaded), loaded.limits.min_soc * float(battery.capacity_As)
-    lowest_As = math.inf
-    for stage in legs.stages_of(arriving):
-        charge = tilted_after(battery, charge, stage)
-        lowest_As = min(lowest_As, float(charge.wells(battery).available_As))
-    if lowest_As < -MOST * float(battery.capacity_As):
-        raise NoPlanError("the available well runs dry before the drone reaches the hover point")
-    received_A = float(places.charge_current_A[HOVER])
+    arriving, landing = _ways(network.legs)
+    charge = _arrived(loaded, network.legs.stages_of(arriving))
+    received_A = float(network.places.charge_current_A[HOVER])
     hover_A = float(vehicle.hover_load(loaded).current_A) - received_A
+    least_As = loaded.limits.min_soc * float(battery.capacity_As)
     rows = list[dict[str, Any]]()
-    for leg in sorted(np.flatnonzero(landing).tolist(), key=lambda leg: int(legs.end[leg])):
-        way = legs.stages_of(leg)
-        dry, low = (
-            _by_well(battery, charge, hover_A, way),
-            _by_charge(charge, hover_A, way, least_As),
-        )
-        times_s = dry.latest_s, low.latest_s
-        first = dry if dry.latest_s is None or _before(dry.latest_s, low.latest_s) else low
-        binds = "available well" if first is dry else "charge"
-        latest_s = None if None in times_s else first.latest_s
-        flight_s = float(legs.duration_s[leg])
-        row = places.names[legs.end[leg]], flight_s, *times_s, latest_s, binds, *first[1:]
+    for leg in landing:
+        way = network.legs.stages_of(leg)
+        by_well = _by_well(battery, charge, hover_A, way)
+        by_charge = _by_charge(charge, hover_A, way, least_As)
+        place, flight_s = network.legs.end[leg], float(network.legs.duration_s[leg])
+        row = network.places.names[place], flight_s, *_earlier(by_well, by_charge)
         rows.append(dict(zip(UNITS, row, strict=True)))
     best = max(rows, key=lambda row: -1.0 if row["latest_s"] is None else row["latest_s"])
     available_As, bound_As = map(float, charge.wells(battery))
@@ -126,9 +109,36 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
     return ResultsWithFacts("optuav return", loaded, facts, UNITS, tuple(rows), _show, _draw)
 
 
-def _before(moment_s: float, other_s: float | None) -> bool:
-    """Whether a moment comes before another, which may be too late at once."""
-    return other_s is not None and moment_s < other_s
+def _ways(legs: Legs) -> tuple[int, list[int]]:
+    """Return the leg to the hover point, and those from there in the order of places."""
+    (arriving,) = np.flatnonzero((legs.start == ORIGIN) & (legs.end == HOVER)).tolist()
+    lands = (legs.end == DESTINATION) | (legs.end >= FIRST_BUILDING)
+    landing = np.flatnonzero(legs.flyable & (legs.start == HOVER) & lands).tolist()
+    if not legs.flyable[arriving] or not landing:
+        words = "to the hover point" if not legs.flyable[arriving] else "back from the hover point"
+        raise NoPlanError(f"no leg {words} can be flown: optuav explain names what is in the way")
+    return arriving, sorted(landing, key=lambda leg: int(legs.end[leg]))
+
+
+def _arrived(mission: Mission, way: Sequence[Stage]) -> Tilted:
+    """Return the charge on arrival at the hover point, or refuse a well that runs dry before."""
+    battery, charge = vehicle.pool(mission), vehicle.start(mission)
+    for stage in way:
+        charge = tilted_after(battery, charge, stage)
+        if float(charge.wells(battery).available_As) < -MOST * float(battery.capacity_As):
+            raise NoPlanError(
+                "the available well runs dry before the drone reaches the hover point"
+            )
+    return charge
+
+
+def _earlier(by_well: Rule, by_charge: Rule) -> tuple[object, ...]:
+    """Return both moments and the earlier, which limit binds, and its monitor; see `UNITS`."""
+    dry_s, soc_s = moments_s = by_well.latest_s, by_charge.latest_s
+    dry_first = dry_s is None or (soc_s is not None and dry_s < soc_s)
+    rule = by_well if dry_first else by_charge
+    binds = "available well" if rule is by_well else "charge"
+    return *moments_s, None if None in moments_s else rule.latest_s, binds, *rule[1:]
 
 
 def _by_charge(charge: Tilted, hover_A: float, way: Sequence[Stage], least_As: float) -> Rule:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -86,37 +86,46 @@ def size_fleet(
     with collected(faults):
         stated = None if prices is None else _prices(prices)
     refuse(faults)
-    loaded, why, cycles = load(mission), dict[str, str](), dict[str, Coverage]()
+    loaded, service = load(mission), _Service(share, overlap_s, stated)
+    cycles = dict(_cycles(loaded, swap_s))
+    rows = [service.row(name, cycle) for name, cycle in cycles.items()]
+    if all(row["why"] for row in rows):
+        raise _no_way(rows)
+    if stated is not None:
+        alone = dict.fromkeys(UNITS) | {"technology": "tether", "why": ""}
+        rows.append(alone | {"cost": service.tether_cost(share)})
+    facts = {"share": share, "overlap_s": overlap_s, "swap_s": swap_s, "prices": stated}
+
+    def draw(_: Results) -> Pictures:
+        return _draw(loaded, cycles, service)
+
+    return ResultsWithFacts("optuav fleet sizes", loaded, facts, UNITS, tuple(rows), _show, draw)
+
+
+def _cycles(mission: Mission, swap_s: float) -> Iterator[tuple[str, Coverage | str]]:
+    """Yield the cycle of each technology, or why there is none."""
+    battery = mission.battery
     ways: dict[str, dict[str, Any]] = {
         "laser, lit hover": {},
         "laser, dark hover": {"lit_hover": False},
-        "pad": {"pad_power_W": loaded.battery.charge_current_A * loaded.battery.nominal_voltage_V},
+        "pad": {"pad_power_W": battery.charge_current_A * battery.nominal_voltage_V},
         "swap": {"swap_s": swap_s},
     }
     for name, options in ways.items():
         try:
-            cycles[name] = coverage(loaded, **options)
+            yield name, coverage(mission, **options)
         except (InputError, NoPlanError) as error:
-            why[name] = str(error)
-    rows = [
-        _row(name, cycles.get(name), stated, share, overlap_s, why.get(name, "")) for name in ways
-    ]
-    if all(row["why"] for row in rows):
-        reasons = dict[str, list[str]]()
-        for row in rows:
-            reasons.setdefault(row["why"], []).append(row["technology"])
-        lines = [f"{' and '.join(names)}: {words}" for words, names in reasons.items()]
-        words = "\n".join(lines if len(lines) > 1 else reasons)
-        raise InputError(f"no way to charge serves this mission:\n{words}")
-    if stated is not None:
-        alone = dict.fromkeys(UNITS) | {"technology": "tether", "why": ""}
-        rows.append(alone | {"cost": stated["tether"] * math.ceil(share)})
-    facts = {"share": share, "overlap_s": overlap_s, "swap_s": swap_s, "prices": stated}
+            yield name, str(error)
 
-    def draw(_: Results) -> Pictures:
-        return _draw(loaded, cycles, stated, share, overlap_s)
 
-    return ResultsWithFacts("optuav fleet sizes", loaded, facts, UNITS, tuple(rows), _show, draw)
+def _no_way(rows: Sequence[Mapping[str, Any]]) -> InputError:
+    """Return the refusal of a mission that no technology serves, with every reason once."""
+    reasons = dict[str, list[str]]()
+    for row in rows:
+        reasons.setdefault(row["why"], []).append(row["technology"])
+    lines = [f"{' and '.join(names)}: {words}" for words, names in reasons.items()]
+    words = "\n".join(lines if len(lines) > 1 else reasons)
+    return InputError(f"no way to charge serves this mission:\n{words}")
 
 
 def _prices(prices: Mapping[str, float] | str | Path) -> Mapping[str, Any]:
@@ -140,42 +149,47 @@ def _price_faults(prices: Mapping[str, object]) -> Iterator[Fault]:
             yield Fault(f"prices.{name}", shown(prices[name]), PRICE.words)
 
 
-def _row(
-    name: str,
-    cycle: Coverage | None,
-    prices: Mapping[str, float] | None,
-    share: float,
-    overlap_s: float,
-    why: str,
-) -> dict[str, Any]:
-    """The counts of a technology, and its cost."""
-    row: dict[str, Any] = dict.fromkeys(UNITS) | {"technology": name, "why": why}
-    if cycle is None:
+class _Service(NamedTuple):
+    """A share of the time that a fleet covers, the overlap of hovers [s], and prices, if any."""
+
+    share: float
+    overlap_s: float
+    prices: Mapping[str, Any] | None
+
+    def row(self, technology: str, cycle: Coverage | str) -> dict[str, Any]:
+        """The counts of a technology and its cost, or why there are none."""
+        row: dict[str, Any] = dict.fromkeys(UNITS) | {"technology": technology, "why": ""}
+        if isinstance(cycle, str):
+            return row | {"why": cycle}
+        try:
+            fleet = cycle.fleet(self.share, self.overlap_s)
+        except (InputError, NoPlanError) as error:
+            return row | {"why": str(error)}
+        chargers = self.chargers(cycle) if cycle.charged_by == "exchange" else 0
+        row |= {
+            "drones": fleet.drones,
+            "beams": fleet.beams,
+            "pads": fleet.places if cycle.charged_by == "pad" else 0,
+            "bays": fleet.places if cycle.charged_by == "exchange" else 0,
+            "chargers": chargers,
+            "battery_sets": fleet.drones + chargers,
+        }
+        if self.prices is not None:
+            row["cost"] = sum(row[count] * self.prices[price] for count, price in PRICE_OF.items())
         return row
-    try:
-        fleet = cycle.fleet(share, overlap_s)
-    except (InputError, NoPlanError) as error:
-        return row | {"why": str(error)}
-    swaps = cycle.charged_by == "exchange"
-    chargers = 0
-    if swaps:
+
+    def chargers(self, cycle: Coverage) -> int:
+        """Chargers for packs outside a drone: ⌈c·D/I_ch/(h − o)⌉, D the charge of a visit."""
         battery = cycle.mission.battery
         visit_As = (cycle.soc_at_departure - cycle.soc_at_landing) * battery.packs
         visit_As *= battery.capacity_As
-        each_s = visit_As / battery.charge_current_A
-        chargers = upwards(share * each_s / (cycle.hover_s - overlap_s))
-    places = fleet.places
-    row |= {
-        "drones": fleet.drones,
-        "beams": fleet.beams,
-        "pads": places if cycle.charged_by == "pad" else 0,
-        "bays": places if swaps else 0,
-        "chargers": chargers,
-        "battery_sets": fleet.drones + chargers,
-    }
-    if prices is not None:
-        row["cost"] = sum(row[count] * prices[price] for count, price in PRICE_OF.items())
-    return row
+        every_s = (cycle.hover_s - self.overlap_s) / self.share
+        return upwards(visit_As / battery.charge_current_A / every_s)
+
+    def tether_cost(self, share: float) -> float:
+        """Cost of a tethered drone for each device."""
+        assert self.prices is not None
+        return float(self.prices["tether"] * math.ceil(share))
 
 
 def _show(table: Results) -> Iterator[str]:
@@ -192,32 +206,28 @@ def _show(table: Results) -> Iterator[str]:
         yield from (f"{name}: {words}" for name, words in whys.items())
 
 
-def _draw(
-    mission: Mission,
-    cycles: Mapping[str, Coverage],
-    prices: Mapping[str, float] | None,
-    share: float,
-    overlap_s: float,
-) -> Pictures:
+def _draw(mission: Mission, cycles: Mapping[str, Coverage | str], service: _Service) -> Pictures:
     """Cost, or the number of drones without prices, over the share."""
     from optuav.plots import Line, curves
 
-    shares = np.linspace(0.0, max(share, 1.0), SHARES + 1)[1:].tolist()
-    figure, lines = "drones" if prices is None else "cost", list[Line]()
+    shares = np.linspace(0.0, max(service.share, 1.0), SHARES + 1)[1:].tolist()
+    priced, lines = service.prices is not None, list[Line]()
     for name, cycle in cycles.items():
-        rows = [_row(name, cycle, prices, part, overlap_s, "") for part in shares]
-        known = [(x, row[figure]) for x, row in zip(shares, rows, strict=True) if not row["why"]]
+        rows = [(part, service._replace(share=part).row(name, cycle)) for part in shares]
+        known = [
+            (part, row["cost" if priced else "drones"]) for part, row in rows if not row["why"]
+        ]
         if known:
             lines.append(Line(name, [x for x, _ in known], [y for _, y in known]))
-    if prices is not None:
-        lines.append(Line("tether", shares, [prices["tether"] * math.ceil(x) for x in shares]))
+    if priced:
+        lines.append(Line("tether", shares, [*map(service.tether_cost, shares)]))
     yield (
         "sizes.png",
         curves(
             lines,
             title=f"Fleets by the share of the time that they cover: {printable(mission.name)}",
             x_label="mean number of drones that hover",
-            y_label="drones" if prices is None else "cost [currency of the prices]",
+            y_label="cost [currency of the prices]" if priced else "drones",
             y_from_zero=True,
         ),
     )

@@ -78,7 +78,10 @@ def test_staggered_devices_need_fewer_than_the_published_rule(
     st.floats(0, 0.9),
 )  # fmt: skip
 def test_counts_by_brute_force(h: float, T: float, r: float, share: float, part: float) -> None:
-    """The smallest ring in which every drone is back in time, by trying them."""
+    """The smallest ring in which every drone is back in time, by trying them.
+
+    Places are counted at many moments of the schedule; a bay is free once the pack is exchanged.
+    """
     cycle = optuav.coverage("paper")
     facts = {**cycle.facts, "hover_s": h, "flight_s": T, "rest_s": r, "period_s": h + T + r}
     fleet = replace(cycle, facts=facts).fleet(share, part * h)
@@ -86,6 +89,15 @@ def test_counts_by_brute_force(h: float, T: float, r: float, share: float, part:
     drones = next(k for k in range(1, 10_000) if k * every_s >= (h + T + r) * (1 - 1e-8))
     assert abs(fleet.drones - drones) <= (abs((h + T + r) / every_s - fleet.drones) < 1e-6)
     assert fleet.starts_every_s == pytest.approx(every_s)
+    swapped = replace(cycle, facts=facts, visit=replace(cycle.visit, swap_s=r))
+    moments_s = np.arange(1, 400) / 401 * every_s
+    turn_s = fleet.drones * every_s
+    for ring, stay_s in ((fleet, turn_s - h - T), (swapped.fleet(share, part * h), r)):
+        landed_s = h + T + every_s * np.arange(-2 * fleet.drones - 2, 1)[:, None]
+        moment_s = moments_s + h + T
+        used = ((landed_s <= moment_s) & (moment_s < landed_s + stay_s)).sum(axis=0)
+        near = abs(stay_s / every_s - round(stay_s / every_s)) < 0.01  # Between two moments
+        assert ring.places in ((used.max(), used.max() + 1) if near else (max(used.max(), 1),))
 
 
 def test_known_pads() -> None:

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -176,6 +177,23 @@ def test_explain_names_the_number_that_costs_most() -> None:
         optuav.explain(found, "P3")
 
 
+def test_a_deviation_has_a_box_that_its_samples_do_not_leave() -> None:
+    """Two deviations to either side; a normal sample is beyond in one case of twenty-two."""
+    found = optuav.robust("paper", {"battery.capacity_As": {"deviation": 1000.0}}, "P3")
+    ends = found.rows[0]["low"], found.rows[0]["high"]
+    assert ends == pytest.approx((34_000.0, 38_000.0))
+    assert found.flyable == 1.0
+    small = optuav.load("paper").replace({"battery.capacity_As": 34_000.0})
+    assert found.hover_s == pytest.approx(optuav.solve(small, "P3").hover_time_s, abs=1e-6)
+
+
+def test_a_plan_that_fresh_samples_break_says_so() -> None:
+    """Without a chance the word is the whole box; no such plan is known, so facts are changed."""
+    found = optuav.robust("paper", {"drain": {"percent": 5}}, "P3", samples=50)
+    assert "Beware" not in str(found)
+    assert "not in the whole box" in str(replace(found, facts={**found.facts, "flyable": 0.98}))
+
+
 def test_bad_input(tmp_path: Path) -> None:
     """One clear error, with all that is wrong."""
     wrong: Any
@@ -194,6 +212,8 @@ def test_bad_input(tmp_path: Path) -> None:
         optuav.robust("paper", box, samples=0)
     with pytest.raises(InputError, match=r"at least 459 for a chance of 0\.99"):
         optuav.robust("paper", box, chance=0.99, samples=458)
+    with pytest.raises(InputError, match=r"at least 299 for a chance of 0\.99"):
+        optuav.robust("paper", box, chance=0.99, confidence=0.95, samples=298)
     for chance in (0.0, 1.0, math.nan, "much"):
         with pytest.raises(InputError, match="chance"):
             optuav.robust("paper", box, chance=chance)

@@ -15,6 +15,7 @@ from optuav.physics.kibam import Battery, Stage
 from optuav.service.visit import Visit
 from tests.cycles import flown, random_visit
 from tests.examples import few
+from tests.service.test_robust import flown as euler
 
 SEEDS = st.integers(0, 10**6)
 
@@ -122,6 +123,104 @@ def test_more_drawn_and_less_charged_is_never_fuller(seed: int) -> None:
         assert high <= most + 1e-9
 
 
+@few(20)
+@given(SEEDS)
+def test_a_longer_hover_repeats_from_no_level_of_charge(seed: int) -> None:
+    """The tilt has one periodic solution and the level is free: all levels of it are tried."""
+    visit = random_visit(np.random.default_rng(seed))
+    if not visit.longest_s or visit.longest_s > visit.most_s * (1.0 - 1e-4):
+        return  # Charge binds: seen by other tests
+    hover_s, battery = visit.longest_s * (1.0 + 1e-5) + 1e-3, visit.battery
+    B, share = battery.capacity_As, battery.available_fraction
+    stages = [*visit.stages(hover_s), Stage(visit.rest_A, visit.rest_s(hover_s))]
+    wells = full(visit)
+    for _ in range(2000):  # Brute force: flown until it repeats
+        before, wells = wells, flown(visit, stages, wells)[-1]
+        if abs(wells[0] - before[0]) < 1e-13 * B:
+            break
+    for moved_As in np.linspace(-1.0, 1.0, 400) * B:
+        start = wells[0] + share * moved_As, wells[1] + (1.0 - share) * moved_As
+        ends = [start, *flown(visit, stages, start)]
+        too_full = max(y1 for y1, _ in ends) > share * B * (1.0 + 1e-12)
+        dry = min(y1 for y1, _ in ends) < 0.0
+        assert too_full or dry or sum(ends[-2]) < visit.least_As
+
+
+@few(8)
+@given(SEEDS)
+def test_a_charger_that_tapers_covers_no_more(seed: int) -> None:
+    """A longer hover, with the longest rest that would pay, is flown until it fails.
+
+    In small steps, whose current is cut where y1 would pass ωB: a little more than a taper gives.
+    """
+    rng = np.random.default_rng(seed)
+    visit = random_visit(rng)
+    if not visit.longest_s or visit.longest_s > visit.most_s * (1.0 - 1e-4):
+        return
+    hover_s = visit.longest_s + rng.uniform(0.1, 1.0) * (visit.most_s - visit.longest_s)
+    step_s = (hover_s / visit.share(visit.longest_s) - hover_s - visit.flight_s) / 60
+    full_As, wells = full(visit)[0], full(visit)
+    for _ in range(1500):
+        before, ends = wells, flown(visit, [*visit.stages(hover_s)], wells)
+        wells = ends[-1]
+        if min(y1 for y1, _ in ends) < 0.0 or sum(wells) < visit.least_As:
+            return
+        for _ in range(60):
+            y1, y2 = flown(visit, [Stage(visit.rest_A, step_s)], wells)[-1]
+            wells = min(y1, full_As), y2
+        assert wells != before, "it repeats and covers more"
+
+
+@few(20)
+@given(SEEDS)
+def test_the_longest_hover_from_full_wells_by_marching(seed: int) -> None:
+    """Charge and wells at the end of all hovers of a grid; in `battery` (F − Q)/I_h again."""
+    visit = random_visit(np.random.default_rng(seed))
+    for other in (visit, replace(visit, perspective="battery")):
+        longest_s = -1.0 if other.from_full_s is None else other.from_full_s[0]
+        for hover_s in np.arange(0.5, 240.0) * max(longest_s, 1.0) / 200.0:
+            ends = flown(other, [*other.stages(float(hover_s))], full(other))
+            dry = other.perspective != "battery" and min(y1 for y1, _ in ends) < 0.0
+            assert bool(not dry and sum(ends[-1]) >= other.least_As) == (hover_s <= longest_s)
+
+
+@few(20)
+@given(SEEDS)
+def test_the_monitor_knows_the_well_at_the_landing(seed: int) -> None:
+    """a·y1 + b·y2 − g is y1 at the landing for any wells, by Euler steps through the leg back."""
+    rng, mission = np.random.default_rng(seed), optuav.load("paper")
+    row = optuav.return_by(mission).rows[0]
+    plan = optuav.solve(mission, "P3", perspective="battery")
+    B, ω, k_F = 72_000.0, 0.8, 4.5e-5
+    y1, y2 = before = ω * B * rng.uniform(), (1.0 - ω) * B * rng.uniform()
+    for stage in plan.phases[-1].stages:
+        for _ in range(4000):
+            flow, dt = k_F * (y2 / (1.0 - ω) - y1 / ω), stage.duration_s / 4000
+            y1, y2 = y1 + dt * (flow + stage.current_A), y2 - dt * flow
+    left_As = row["a"] * before[0] + row["b"] * before[1] - row["g_As"]
+    assert left_As == pytest.approx(y1, abs=1e-5 * B)
+
+
+def test_plans_of_larger_boxes_hold_wherever_plans_of_smaller_ones_do() -> None:
+    """The safe sets are nested, so that one order statistic decides; by Euler steps."""
+    rng = np.random.default_rng(1)
+    problem = optuav.P4("b1", order="rest-first")
+    plans = [
+        optuav.robust(
+            "paper", {"drain": {"percent": reach}, "charge": {"percent": 2 * reach}}, problem,
+            samples=10,
+        ).plan
+        for reach in (2.0, 5.0, 8.0)
+    ]  # fmt: skip
+    for _ in range(12):
+        drain, charge = rng.uniform(0.88, 1.12), rng.uniform(0.76, 1.24)
+        holds = []
+        for plan in plans:
+            least, fullest, left = euler(plan, drain, charge)
+            holds.append(least >= 0.0 and fullest <= 1.0 and left >= 0.05)
+        assert holds == sorted(holds)
+
+
 @few(8)
 @given(st.floats(0.1, 3.0), st.integers(0, 30))
 def test_pads_by_charge_in_closed_form(share: float, more: int) -> None:
@@ -218,27 +317,38 @@ def test_a_box_of_capacities_is_planned_for_the_smallest(low: float, high: float
 
 
 @pytest.mark.parametrize(
-    ("mission", "key", "reach"),
+    ("mission", "key", "problem", "reach"),
     [
-        ("paper", "wind.force_N", 1.0),
-        ("paper-drag", "wind.force_N", 1.0),
-        ("relay-today", "wind.velocity_m_s", 5.0),
+        ("paper", "wind.force_N", "P3", 1.0),
+        ("paper-drag", "wind.force_N", "P3", 1.0),
+        ("relay-today", "wind.velocity_m_s", "P3", 5.0),
+        ("paper", "route.origin_m", "P1", 100.0),
+        ("paper", "laser.position_m", "P1", 200.0),
+        ("matrice350", "laser.position_m", "P1", 150.0),
     ],
 )
-def test_plans_for_corners_of_the_wind_hold_within(mission: str, key: str, reach: float) -> None:
-    """The judge flies the plan in random winds of the box, and in no wind.
+def test_plans_hold_where_the_worst_point_is_no_corner(
+    mission: str, key: str, problem: Any, reach: float
+) -> None:
+    """The judge flies the plan on a grid within and at random points; corners would not do.
 
-    A helicopter in no wind draws most of all: the corners alone would not do.
+    A helicopter draws most in no wind, a rest fills most next to a laser, and roofs hide a beam.
     """
-    box = {f"{key}[{axis}]": {"low": -reach, "high": 0.6 * reach} for axis in (0, 1)}
-    robust = optuav.robust(mission, box, "P3", samples=300)
+    table, _, name = key.partition(".")
+    middle = np.array(getattr(getattr(optuav.load(mission), table), name))
+    box = {
+        f"{key}[{axis}]": {"low": middle[axis] - reach, "high": middle[axis] + 0.6 * reach}
+        for axis in (0, 1)
+    }
+    robust = optuav.robust(mission, box, problem, samples=3000)
     assert robust.flyable == 1.0
-    winds = np.random.default_rng(0).uniform(-reach, 0.6 * reach, (12, 2))
     stops = [optuav.Stop(stop.at, stop.kind, stop.duration_s) for stop in robust.plan.stops]
-    for wind in [np.zeros(2), *winds]:
-        other = robust.plan.mission.replace({key: [*wind.tolist(), 0.0]})
+    steps = np.linspace(-reach, 0.6 * reach, 5)
+    within = np.random.default_rng(0).uniform(-reach, 0.6 * reach, (12, 2))
+    for step in [np.zeros(2), *within, *np.array([*itertools.product(steps, steps)])]:
+        other = robust.plan.mission.replace({key: [*(middle[:2] + step).tolist(), middle[2]]})
         replay = optuav.replay(optuav.Itinerary(other, stops))
-        assert replay.flyable, (wind, replay.violations)
+        assert replay.flyable, (step, replay.violations)
 
 
 @few(8)
