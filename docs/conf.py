@@ -25,6 +25,7 @@ from make_dark import dark  # noqa: E402
 from make_explorer import page as explorer  # noqa: E402
 from make_fall import page as fall  # noqa: E402
 from make_lessons import for_notebooks  # noqa: E402
+from make_map import page as map_of_mission  # noqa: E402
 
 ROOT = DOCS.parent
 COPIES = {
@@ -165,7 +166,8 @@ def copy_pages() -> None:
             if path.is_file() and path not in ORIGINALS:
                 path.unlink()
     (DOCS / "_build").mkdir(exist_ok=True)
-    (DOCS / "_build" / "fall.html").write_text(fall(), "utf-8")
+    for name, drawn in (("fall", fall), ("map", map_of_mission)):
+        (DOCS / "_build" / f"{name}.html").write_text(drawn(), "utf-8")
     names = (DOCS / "api.md").read_text("utf-8").split()
     for path in (DOCS / "api").glob("*.rst"):
         if path.stem not in names:
