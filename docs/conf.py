@@ -57,7 +57,9 @@ BARE = ("teaching-slides", "teaching-sheet", "teaching-homework")
 DRAWN = re.compile(r"^([\w.]+)\(", re.MULTILINE)
 TITLE = re.compile(r'\btitle="([^"]+)"')
 HELPER = re.compile(r'^def (\w+)\(.*?^    """(.*?)(?:\.$|\.?""")', re.MULTILINE | re.DOTALL)
-IMAGE = re.compile(r'<img\b[^>]*?\bsrc="(data:image/(?:png|gif);base64,)?([^"]+)"[^>]*>')
+IMAGE = re.compile(r"(?:<picture><source [^>]*>)?<img\b[^>]*>(?:</picture>)?")
+DATA = re.compile(r"(?<=;base64,)[^\"]+")
+FILE = re.compile(r'(?<=src=")([^"]+)\.png(?=")')
 PICTURE = re.compile(r'(?<=<p>)<img [^>]*src="([^"]+)"[^>]*>')
 INLINE = re.compile(r'<a class="headerlink".*?</a>|</?(?:a|code|em|span|strong|wbr)\b[^>]*>')
 MARK = re.compile(r"<(script|style|svg|math)\b.*?</\1>|<[^>]*>", re.DOTALL)
@@ -256,16 +258,14 @@ def complete_page(
 
 def twins(image: re.Match[str]) -> str:
     """A picture for light pages, and the same for dark ones."""
-    encoded, source = image.groups()
-    if encoded:
-        other = b64encode(dark(b64decode(source))).decode()
-    elif source.endswith(".png"):
-        other = f"{source.removesuffix('.png')}-dark.png"
-        turned.add(Path(source).name)
-    else:
-        return image[0]
+    other = DATA.sub(lambda data: b64encode(dark(b64decode(data[0]))).decode(), image[0])
+    if file := FILE.search(image[0]):
+        turned.add(f"{Path(file[1]).name}.png")
+        other = FILE.sub(r"\1-dark.png", image[0])
+    if other == image[0]:
+        return other
     light = image[0].replace("<img", '<img class="only-light"', 1)
-    return light + image[0].replace("<img", '<img class="only-dark"', 1).replace(source, other, 1)
+    return light + other.replace("<img", '<img class="only-dark"', 1)
 
 
 def store_twins(app: Any, failed: Exception | None) -> None:
