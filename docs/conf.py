@@ -78,12 +78,12 @@ turned: set[str] = set()
 
 def code() -> str:
     """A digest of the packages: lessons run again when either has changed."""
-    found = sha256()
+    digest = sha256()
     for package in ("optuav", "formulations"):
         for path in sorted((ROOT / package).rglob("*.*")):
             if path.suffix != ".pyc":
-                found.update(path.read_bytes())
-    return found.hexdigest()[:16]
+                digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 project = "optuav"
@@ -127,7 +127,7 @@ html_title = "optuav"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_copy_source = False
-html_sidebars = {each: [] for each in ("paper", "coming-from", "faq", "gallery")}
+html_sidebars = {page: [] for page in ("paper", "coming-from", "faq", "gallery")}
 html_search_scorer = str(DOCS / "search.js")
 html_context = {"default_mode": "auto"}
 html_theme_options = {
@@ -179,7 +179,7 @@ def copy_pages() -> None:
 def as_page(app: Any, page: str, text: list[str]) -> None:
     """Make links work from where a page is in the site, and symbols in tables formulas."""
     here = next(
-        (path for each in (".md", ".py") if (path := DOCS / f"{page}{each}").exists()), None
+        (path for ending in (".md", ".py") if (path := DOCS / f"{page}{ending}").exists()), None
     )
     if here is None:
         return
@@ -193,14 +193,14 @@ def as_page(app: Any, page: str, text: list[str]) -> None:
     text[0] = TABLE.sub(with_formulas, LINK.sub(led, text[0]))
 
 
-def with_formulas(found: re.Match[str]) -> str:
+def with_formulas(table: re.Match[str]) -> str:
     """A table whose column of symbols shows them as problems print them."""
-    head, *lines = (re.split(r"(?<!\\)\|", line) for line in found[0].splitlines())
+    head, *lines = (re.split(r"(?<!\\)\|", line) for line in table[0].splitlines())
     column = head.index(" symbol ")
     for line in lines:
         symbols = line[column].replace(r"\|", "|").strip().split(", ")
-        if all(parts_of(each) or "|" in each for each in symbols):
-            shown = ", ".join(f"${Latex().symbol(each)}$" for each in symbols)
+        if all(parts_of(symbol) or "|" in symbol for symbol in symbols):
+            shown = ", ".join(f"${Latex().symbol(symbol)}$" for symbol in symbols)
             line[column] = f" {shown.replace('|', BAR)} "
     return "".join(f"{'|'.join(line)}\n" for line in (head, *lines))
 
@@ -218,15 +218,15 @@ def describe(app: Any, tree: nodes.document, page: str) -> None:
             continue
         source = next(cell.findall(nodes.literal_block)).astext()
         words = TITLE.findall(source)[-1:] or [
-            told for name in DRAWN.findall(source)[-1:] if (told := purpose(name, page))
+            alt for name in DRAWN.findall(source)[-1:] if (alt := purpose(name, page))
         ]
         above = cell.parent[: cell.parent.index(cell)][-1:]
-        words += [each.astext() for each in above if isinstance(each, nodes.paragraph)]
-        told = ". ".join(
-            each.rstrip(".:") for each in words if not each.startswith("Before you run")
+        words += [item.astext() for item in above if isinstance(item, nodes.paragraph)]
+        alt = ". ".join(
+            item.rstrip(".:") for item in words if not item.startswith("Before you run")
         )
         title = next(cell.parent.findall(nodes.title)).astext()
-        words = re.sub(r"\s+", " ", told) or f"Picture of the section {title}"
+        words = re.sub(r"\s+", " ", alt) or f"Picture of the section {title}"
         image["alt"] = words[0].upper() + words[1:]
 
 
@@ -288,7 +288,10 @@ def break_names(app: Any, page: str, template: str, context: dict[str, Any], tre
     if "body" in context:
         body = NAME.sub(lambda name: BREAK.sub(r"\1<wbr>", name[0]), context["body"])
         context["body"] = NUMBER.sub(
-            lambda each: each[0] if each[0][0] in "<\\" else re.sub(r"\s", "\u00a0", each[0]), body
+            lambda number: (
+                number[0] if number[0][0] in "<\\" else re.sub(r"\s", "\u00a0", number[0])
+            ),
+            body,
         )
         for near in ("prev", "next"):
             if context.get(near):

@@ -128,7 +128,7 @@ pool = kibam.Battery(60_000.0, 0.8, 4.5e-5)
 after = kibam.step(pool, pool.full, kibam.Stage(-90.0, stay))
 wells.maximise(stay)
 wells.subject_to("available well", after.available_As >= 0.0, unit="A s")
-{each.title: (str(traits(each)), takers(traits(each), slots=False)) for each in (model, wells)}
+{item.title: (str(traits(item)), takers(traits(item), slots=False)) for item in (model, wells)}
 
 # %% [markdown]
 # The constraint that is not linear, and the reason:

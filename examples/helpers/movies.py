@@ -51,7 +51,7 @@ def movie(frames: Sequence[Image.Image], words: str, kept: Sequence[str] = ()) -
     for number, colour in enumerate(kept):
         sheet.paste(colour, (0, 20 * number, sheet.width, 20 * number + 20))
     palette = sheet.quantize(128)
-    first, *others = (each.quantize(palette=palette, dither=Image.Dither.NONE) for each in frames)
+    first, *others = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
     file = io.BytesIO()
     first.save(file, "GIF", save_all=True, append_images=others, duration=FRAME_MS, loop=0)
     return Movie(file.getvalue(), words)
