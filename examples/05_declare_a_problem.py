@@ -102,7 +102,8 @@ many[0].satisfied
 # [Hover without a rest](06_hover_without_a_rest.py) explains the multipliers beside them.
 
 # %%
-closed_form.solve(model, programmes=1)
+solution = closed_form.solve(model, programmes=1)
+solution
 
 # %% [markdown]
 # With two unknowns the whole problem is a picture. Each constraint is a line with its forbidden
