@@ -25,6 +25,7 @@ from make_dark import dark  # noqa: E402
 from make_explorer import page as explorer  # noqa: E402
 from make_fall import page as fall  # noqa: E402
 from make_lessons import for_notebooks  # noqa: E402
+from make_map import page as map_of_mission  # noqa: E402
 
 ROOT = DOCS.parent
 COPIES = {
@@ -56,7 +57,9 @@ BARE = ("teaching-slides", "teaching-sheet", "teaching-homework")
 DRAWN = re.compile(r"^([\w.]+)\(", re.MULTILINE)
 TITLE = re.compile(r'\btitle="([^"]+)"')
 HELPER = re.compile(r'^def (\w+)\(.*?^    """(.*?)(?:\.$|\.?""")', re.MULTILINE | re.DOTALL)
-IMAGE = re.compile(r'<img\b[^>]*?\bsrc="(data:image/(?:png|gif);base64,)?([^"]+)"[^>]*>')
+IMAGE = re.compile(r"(?:<picture><source [^>]*>)?<img\b[^>]*>(?:</picture>)?")
+DATA = re.compile(r"(?<=;base64,)[^\"]+")
+FILE = re.compile(r'(?<=src=")([^"]+)\.png(?=")')
 PICTURE = re.compile(r'(?<=<p>)<img [^>]*src="([^"]+)"[^>]*>')
 INLINE = re.compile(r'<a class="headerlink".*?</a>|</?(?:a|code|em|span|strong|wbr)\b[^>]*>')
 MARK = re.compile(r"<(script|style|svg|math)\b.*?</\1>|<[^>]*>", re.DOTALL)
@@ -75,12 +78,12 @@ turned: set[str] = set()
 
 def code() -> str:
     """A digest of the packages: lessons run again when either has changed."""
-    found = sha256()
+    digest = sha256()
     for package in ("optuav", "formulations"):
         for path in sorted((ROOT / package).rglob("*.*")):
             if path.suffix != ".pyc":
-                found.update(path.read_bytes())
-    return found.hexdigest()[:16]
+                digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 project = "optuav"
@@ -124,7 +127,7 @@ html_title = "optuav"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_copy_source = False
-html_sidebars = {each: [] for each in ("paper", "coming-from", "faq", "gallery")}
+html_sidebars = {page: [] for page in ("paper", "coming-from", "faq", "gallery")}
 html_search_scorer = str(DOCS / "search.js")
 html_context = {"default_mode": "auto"}
 html_theme_options = {
@@ -165,7 +168,8 @@ def copy_pages() -> None:
             if path.is_file() and path not in ORIGINALS:
                 path.unlink()
     (DOCS / "_build").mkdir(exist_ok=True)
-    (DOCS / "_build" / "fall.html").write_text(fall(), "utf-8")
+    for name, drawn in (("fall", fall), ("map", map_of_mission)):
+        (DOCS / "_build" / f"{name}.html").write_text(drawn(), "utf-8")
     names = (DOCS / "api.md").read_text("utf-8").split()
     for path in (DOCS / "api").glob("*.rst"):
         if path.stem not in names:
@@ -175,7 +179,7 @@ def copy_pages() -> None:
 def as_page(app: Any, page: str, text: list[str]) -> None:
     """Make links work from where a page is in the site, and symbols in tables formulas."""
     here = next(
-        (path for each in (".md", ".py") if (path := DOCS / f"{page}{each}").exists()), None
+        (path for ending in (".md", ".py") if (path := DOCS / f"{page}{ending}").exists()), None
     )
     if here is None:
         return
@@ -189,14 +193,14 @@ def as_page(app: Any, page: str, text: list[str]) -> None:
     text[0] = TABLE.sub(with_formulas, LINK.sub(led, text[0]))
 
 
-def with_formulas(found: re.Match[str]) -> str:
+def with_formulas(table: re.Match[str]) -> str:
     """A table whose column of symbols shows them as problems print them."""
-    head, *lines = (re.split(r"(?<!\\)\|", line) for line in found[0].splitlines())
+    head, *lines = (re.split(r"(?<!\\)\|", line) for line in table[0].splitlines())
     column = head.index(" symbol ")
     for line in lines:
         symbols = line[column].replace(r"\|", "|").strip().split(", ")
-        if all(parts_of(each) or "|" in each for each in symbols):
-            shown = ", ".join(f"${Latex().symbol(each)}$" for each in symbols)
+        if all(parts_of(symbol) or "|" in symbol for symbol in symbols):
+            shown = ", ".join(f"${Latex().symbol(symbol)}$" for symbol in symbols)
             line[column] = f" {shown.replace('|', BAR)} "
     return "".join(f"{'|'.join(line)}\n" for line in (head, *lines))
 
@@ -214,15 +218,15 @@ def describe(app: Any, tree: nodes.document, page: str) -> None:
             continue
         source = next(cell.findall(nodes.literal_block)).astext()
         words = TITLE.findall(source)[-1:] or [
-            told for name in DRAWN.findall(source)[-1:] if (told := purpose(name, page))
+            alt for name in DRAWN.findall(source)[-1:] if (alt := purpose(name, page))
         ]
         above = cell.parent[: cell.parent.index(cell)][-1:]
-        words += [each.astext() for each in above if isinstance(each, nodes.paragraph)]
-        told = ". ".join(
-            each.rstrip(".:") for each in words if not each.startswith("Before you run")
+        words += [item.astext() for item in above if isinstance(item, nodes.paragraph)]
+        alt = ". ".join(
+            item.rstrip(".:") for item in words if not item.startswith("Before you run")
         )
         title = next(cell.parent.findall(nodes.title)).astext()
-        words = re.sub(r"\s+", " ", told) or f"Picture of the section {title}"
+        words = re.sub(r"\s+", " ", alt) or f"Picture of the section {title}"
         image["alt"] = words[0].upper() + words[1:]
 
 
@@ -254,16 +258,14 @@ def complete_page(
 
 def twins(image: re.Match[str]) -> str:
     """A picture for light pages, and the same for dark ones."""
-    encoded, source = image.groups()
-    if encoded:
-        other = b64encode(dark(b64decode(source))).decode()
-    elif source.endswith(".png"):
-        other = f"{source.removesuffix('.png')}-dark.png"
-        turned.add(Path(source).name)
-    else:
-        return image[0]
+    other = DATA.sub(lambda data: b64encode(dark(b64decode(data[0]))).decode(), image[0])
+    if file := FILE.search(image[0]):
+        turned.add(f"{Path(file[1]).name}.png")
+        other = FILE.sub(r"\1-dark.png", image[0])
+    if other == image[0]:
+        return other
     light = image[0].replace("<img", '<img class="only-light"', 1)
-    return light + image[0].replace("<img", '<img class="only-dark"', 1).replace(source, other, 1)
+    return light + other.replace("<img", '<img class="only-dark"', 1)
 
 
 def store_twins(app: Any, failed: Exception | None) -> None:
@@ -286,7 +288,10 @@ def break_names(app: Any, page: str, template: str, context: dict[str, Any], tre
     if "body" in context:
         body = NAME.sub(lambda name: BREAK.sub(r"\1<wbr>", name[0]), context["body"])
         context["body"] = NUMBER.sub(
-            lambda each: each[0] if each[0][0] in "<\\" else re.sub(r"\s", "\u00a0", each[0]), body
+            lambda number: (
+                number[0] if number[0][0] in "<\\" else re.sub(r"\s", "\u00a0", number[0])
+            ),
+            body,
         )
         for near in ("prev", "next"):
             if context.get(near):

@@ -53,12 +53,12 @@ def page() -> str:
     for perspective, *values in product(PERSPECTIVES, *STOPS.values()):
         changes = dict(zip(STOPS, values, strict=True))
         state = {"perspective": perspective, "changes": changes, "axes": AXES_S}
-        found = answers(mission, state)
-        stored[json.dumps([perspective, *values], separators=(",", ":"))] = _brief(found)
-        keys = [each for each in found["controls"] if each["key"] in STOPS]
+        answer = answers(mission, state)
+        stored[json.dumps([perspective, *values], separators=(",", ":"))] = _brief(answer)
+        keys = [control for control in answer["controls"] if control["key"] in STOPS]
     for key in keys:
-        own = now_of(mission, key["key"])
-        key |= {"value": int(own), "values": [*STOPS[key["key"]]]}
+        value = now_of(mission, key["key"])
+        key |= {"value": int(value), "values": [*STOPS[key["key"]]]}
     data = f"const keys = {_json(keys)}, answers = {_json(stored)};"
     code = "\n".join([script(), data, (Path(__file__).parent / "stored.js").read_text("utf-8")])
     title = html.escape(f"optuav: {mission.name} with sliders")
@@ -71,23 +71,23 @@ def _json(data: Any) -> str:
     return short.replace("<", "\\u003c")
 
 
-def _brief(found: dict[str, Any]) -> dict[str, Any]:
+def _brief(answer: dict[str, Any]) -> dict[str, Any]:
     """An answer with the controls that have stops, and a plane of fewer samples."""
-    controls = [each for each in found["controls"] if each["key"] in STOPS]
-    for each in controls:
-        stops = STOPS[each["key"]]
-        each |= {"low": stops[0], "high": stops[-1], "step": stops.step}
-    plane, count = found["plane"], found["plane"]["samples"]
-    for each in plane["constraints"]:
-        excess = np.reshape(each["excess"], (count, count))[::EVERY, ::EVERY]
+    controls = [control for control in answer["controls"] if control["key"] in STOPS]
+    for control in controls:
+        stops = STOPS[control["key"]]
+        control |= {"low": stops[0], "high": stops[-1], "step": stops.step}
+    plane, count = answer["plane"], answer["plane"]["samples"]
+    for constraint in plane["constraints"]:
+        excess = np.reshape(constraint["excess"], (count, count))[::EVERY, ::EVERY]
         most = max(1, int(np.abs(excess).max()))
-        each["excess"] = np.rint(excess * (WHOLE / most)).astype(int).ravel().tolist()
+        constraint["excess"] = np.rint(excess * (WHOLE / most)).astype(int).ravel().tolist()
     options = {"perspective": PERSPECTIVES}
     plane = {**plane, "samples": len(range(0, count, EVERY)), "round_s": AXES_S}
-    presets = [each for each in found["presets"] if "changes" not in each["state"]][:2]
+    presets = [preset for preset in answer["presets"] if "changes" not in preset["state"]][:2]
     stored = {"stored": True, "controls": controls, "options": options, "presets": presets}
     stored["pictures"] = []  # They are computed while they are seen
-    return {**found, **stored, "plane": plane}
+    return {**answer, **stored, "plane": plane}
 
 
 if __name__ == "__main__":

@@ -109,7 +109,8 @@ def page() -> str:
     moments_s = _moments_s(replayed, dry_s)
     height_m = trace.position_m[:, 2]
     places = [
-        (across(now(passed, each)), GROUND - PX_PER_M * now(height_m, each)) for each in moments_s
+        (across(now(passed, moment_s)), GROUND - PX_PER_M * now(height_m, moment_s))
+        for moment_s in moments_s
     ]
     fills = {
         "available": trace.available_As[:, 0] / (share * whole_As),
@@ -119,20 +120,20 @@ def page() -> str:
     moved = {
         "drone": [f"translate({x:.1f}px, {y:.1f}px)" for x, y in places],
         **{
-            name: [f"scaleY({max(0.0, now(each, moment)):.3f})" for moment in moments_s]
-            for name, each in fills.items()
+            name: [f"scaleY({max(0.0, now(level, moment)):.3f})" for moment in moments_s]
+            for name, level in fills.items()
         },
-        "now": [f"translateX({along(each) - along(dry_s):.1f}px)" for each in moments_s],
+        "now": [f"translateX({along(moment_s) - along(dry_s):.1f}px)" for moment_s in moments_s],
     }
-    percent = [FALLS * each / dry_s for each in moments_s]
+    percent = [FALLS * moment_s / dry_s for moment_s in moments_s]
     frames = {name: [*zip(percent, steps, strict=True)] for name, steps in moved.items()}
     fallen = f"translate({hover_x:.1f}px, {GROUND - 3.0:.1f}px) rotate(160deg)"
     frames["drone"].append((LANDS, fallen))
-    rests = [each for each in replayed.phases if each.kind == "rest"]
-    stays = [each for each in replayed.phases if each.kind != "flight"]
+    rests = [phase for phase in replayed.phases if phase.kind == "rest"]
+    stays = [phase for phase in replayed.phases if phase.kind != "flight"]
     lit: dict[str, tuple[float, float]] = {
-        each.kind: (FALLS * each.start_s / dry_s, FALLS * min(each.end_s, dry_s) / dry_s)
-        for each in stays
+        phase.kind: (FALLS * phase.start_s / dry_s, FALLS * min(phase.end_s, dry_s) / dry_s)
+        for phase in stays
     }
     return PICTURE.format(
         style=_style(frames, lit),
@@ -145,21 +146,23 @@ def page() -> str:
         below=GROUND + 18.0,
         hover_x=f"{hover_x:.1f}",
         buildings="\n".join(
-            _building(across(now(passed, each.start_s)), each.start.name, each.start.position_m[2])
-            for each in rests
+            _building(
+                across(now(passed, phase.start_s)), phase.start.name, phase.start.position_m[2]
+            )
+            for phase in rests
         ),
         way="M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in dict.fromkeys(_way(replayed, across))),
         laser=LASER,
         beams="\n".join(
-            f'<path class="beam {each.kind}" d="M{LASER} {GROUND - 10.0}'
-            f"L{across(now(passed, each.start_s)):.1f} "
-            f'{GROUND - PX_PER_M * each.start.position_m[2] + 6.0}"/>'
-            for each in stays
+            f'<path class="beam {phase.kind}" d="M{LASER} {GROUND - 10.0}'
+            f"L{across(now(passed, phase.start_s)):.1f} "
+            f'{GROUND - PX_PER_M * phase.start.position_m[2] + 6.0}"/>'
+            for phase in stays
         ),
         wells=_wells(share),
         left_As=f"{now(trace.bound_As[:, 0], dry_s):,.0f} A s".replace(",", "\u202f"),
         times="\n".join(
-            _time(each.kind, along(each.start_s), along(each.end_s)) for each in replayed.phases
+            _time(phase.kind, along(phase.start_s), along(phase.end_s)) for phase in replayed.phases
         ),
         dry_s=dry_s,
         dry_x=f"{along(dry_s):.1f}",
@@ -173,7 +176,7 @@ def page() -> str:
 
 def _moments_s(replayed: Replay, dry_s: float) -> list[float]:
     """Moments [s] between which everything moves nearly evenly: four a phase, until the fall."""
-    ends = [0.0, *(each.end_s for each in replayed.phases if each.end_s < dry_s), dry_s]
+    ends = [0.0, *(phase.end_s for phase in replayed.phases if phase.end_s < dry_s), dry_s]
     return [*dict.fromkeys(float(t) for a, b in pairwise(ends) for t in np.linspace(a, b, 5))]
 
 
@@ -231,8 +234,8 @@ def _style(frames: dict[str, list[tuple[float, str]]], lit: dict[str, tuple[floa
     """Where everything is at the end, and before that if readers do not mind motion."""
     roles = ("dry", "flight", "line", "flies", "laser", "available", "bound", "casing")
     steps = {
-        name: "\n".join(f"{at:.2f}% {{transform: {where}}}" for at, where in each)
-        for name, each in frames.items()
+        name: "\n".join(f"{at:.2f}% {{transform: {where}}}" for at, where in moves)
+        for name, moves in frames.items()
     }
     # A fall begins slowly.
     steps["drone"] = steps["drone"].replace(
@@ -247,10 +250,10 @@ def _style(frames: dict[str, list[tuple[float, str]]], lit: dict[str, tuple[floa
         **{name.replace("-", "_"): colour(name) for name in roles},
         played=PLAYED_S,
         last="\n".join(
-            f".fall .{name} {{transform: {each[-1][1]}}}" for name, each in frames.items()
+            f".fall .{name} {{transform: {moves[-1][1]}}}" for name, moves in frames.items()
         ),
         names="\n".join(f".fall .{name} {{animation-name: fall-{name}}}" for name in steps),
-        frames="\n".join(f"@keyframes fall-{name} {{\n{each}\n}}" for name, each in steps.items()),
+        frames="\n".join(f"@keyframes fall-{name} {{\n{step}\n}}" for name, step in steps.items()),
     )
 
 

@@ -39,8 +39,8 @@ def keys(students: Sequence[str], lessons: Sequence[str]) -> Iterator[tuple[str,
 def exercise_cells(path: Path) -> list[str]:
     """Return the cells of code of a lesson's exercises; they need nothing of the lesson."""
     _, heading, exercises_of_lesson = path.read_text("utf-8").partition(HEADING)
-    found = cells(f"{heading}{exercises_of_lesson}")
-    return [cell.source for cell in found if cell.kind == "code"]
+    content = cells(f"{heading}{exercises_of_lesson}")
+    return [cell.source for cell in content if cell.kind == "code"]
 
 
 def answers_of(path: Path, student: str) -> list[tuple[str, object]]:
@@ -57,8 +57,8 @@ def answers_of(path: Path, student: str) -> list[tuple[str, object]]:
 
     with redirect_stdout(StringIO()), patch.object(exercises, "check", checked):
         for source in exercise_cells(path):
-            own = STUDENT.sub(f"student = {student!r}", source)
-            exec(compile(own, str(path), "exec", dont_inherit=True), names)
+            personal = STUDENT.sub(f"student = {student!r}", source)
+            exec(compile(personal, str(path), "exec", dont_inherit=True), names)
     return answers
 
 
@@ -69,7 +69,7 @@ def shown(answer: object) -> str:
     if isinstance(answer, int | float):
         return f"{answer:.4f}".rstrip("0").rstrip(".")
     if isinstance(answer, Itinerary):
-        return "; ".join(f"{each.kind} {each.duration_s:g} s at {each.at}" for each in answer.stops)
+        return "; ".join(f"{stop.kind} {stop.duration_s:g} s at {stop.at}" for stop in answer.stops)
     if isinstance(answer, tuple | list):
         return ", ".join(map(shown, answer))
     if isinstance(answer, dict):

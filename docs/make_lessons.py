@@ -48,15 +48,15 @@ class Cell:
 
 def cells(text: str) -> list[Cell]:
     """The cells of a script; prose without the marks of comments."""
-    found = []
+    content = []
     for part in re.split(r"^# %%", text, flags=re.MULTILINE)[1:]:
         head, _, body = part.partition("\n")
         if head.strip() == "[markdown]":
             prose = re.sub(r"^# ?", "", body.strip("\n"), flags=re.MULTILINE)
-            found.append(Cell("markdown", prose))
+            content.append(Cell("markdown", prose))
         else:
-            found.append(Cell("code", body.strip("\n")))
-    return found
+            content.append(Cell("code", body.strip("\n")))
+    return content
 
 
 def without_solutions(text: str) -> str:
@@ -73,16 +73,16 @@ def notebook(name: str, content: Iterable[Cell], place: str = r"\1.ipynb") -> st
     """A notebook without outputs, the same at every run, and the place of other lessons from it."""
     written = [
         {
-            "cell_type": each.kind,
-            **({"execution_count": None, "outputs": []} if each.kind == "code" else {}),
+            "cell_type": cell.kind,
+            **({"execution_count": None, "outputs": []} if cell.kind == "code" else {}),
             "id": f"{name.split('_', maxsplit=1)[0]}-{number:02}",
-            "metadata": each.metadata,
-            "source": LINK.sub(rf"]({place})", each.source).splitlines(keepends=True),
+            "metadata": cell.metadata,
+            "source": LINK.sub(rf"]({place})", cell.source).splitlines(keepends=True),
         }
-        for number, each in enumerate(content)
+        for number, cell in enumerate(content)
     ]
     whole = {
-        "cells": [dict(sorted(each.items())) for each in written],
+        "cells": [dict(sorted(cell.items())) for cell in written],
         "metadata": {"kernelspec": KERNEL, "language_info": {"name": "python"}},
         "nbformat": 4,
         "nbformat_minor": 5,
@@ -92,17 +92,17 @@ def notebook(name: str, content: Iterable[Cell], place: str = r"\1.ipynb") -> st
 
 def for_nbgrader(content: Sequence[Cell]) -> Iterator[Cell]:
     """Cells with what nbgrader knows of them: answers with solutions, and locked checks."""
-    for number, each in enumerate(content):
-        check = CHECK.search(each.source)
-        if BEGIN in each.source:
+    for number, cell in enumerate(content):
+        check = CHECK.search(cell.source)
+        if BEGIN in cell.source:
             following = CHECK.search(content[number + 1].source)
-            assert following, each.source
-            yield _graded(each.source, f"answer-{_question(following[2])}", solution=True)
+            assert following, cell.source
+            yield _graded(cell.source, f"answer-{_question(following[2])}", solution=True)
         elif check:
-            source = f"{each.source}\nassert grade, grade"
+            source = f"{cell.source}\nassert grade, grade"
             yield _graded(source, f"check-{_question(check[2])}", solution=False)
         else:
-            yield each
+            yield cell
 
 
 def _graded(source: str, name: str, *, solution: bool) -> Cell:
@@ -115,14 +115,14 @@ def _graded(source: str, name: str, *, solution: bool) -> Cell:
 
 def for_otter(content: Sequence[Cell], files: Sequence[str]) -> Iterator[Cell]:
     """Cells with the raw ones between which Otter looks for questions, solutions and tests."""
-    listed = ["files:", *(f"  - {each}" for each in files)] if files else []
+    listed = ["files:", *(f"  - {file}" for file in files)] if files else []
     yield Cell("raw", "\n".join([OTTER, *listed]))
-    for number, each in enumerate(content):
-        check = CHECK.search(each.source)
-        if BEGIN in each.source:
+    for number, cell in enumerate(content):
+        check = CHECK.search(cell.source)
+        if BEGIN in cell.source:
             following = CHECK.search(content[number + 1].source)
-            assert following, each.source
-            source = each.source.replace(BEGIN, "# BEGIN SOLUTION NO PROMPT")
+            assert following, cell.source
+            source = cell.source.replace(BEGIN, "# BEGIN SOLUTION NO PROMPT")
             yield Cell("raw", f"# BEGIN QUESTION\nname: {_question(following[2])}\npoints: 1")
             yield Cell("raw", "# BEGIN SOLUTION")
             yield Cell("code", source.replace(END, "# END SOLUTION"))
@@ -139,7 +139,7 @@ def for_otter(content: Sequence[Cell], files: Sequence[str]) -> Iterator[Cell]:
             yield Cell("raw", "# END TESTS")
             yield Cell("raw", "# END QUESTION")
         else:
-            yield each
+            yield cell
 
 
 def _question(number: str) -> str:
@@ -149,38 +149,38 @@ def _question(number: str) -> str:
 
 def student_files() -> dict[Path, bytes]:
     """The student edition, and the data of the lessons, by place."""
-    found = {
+    files = {
         STUDENT / f"{path.stem}.ipynb": notebook(
             path.stem, cells(for_notebooks(path.read_text("utf-8")))
         ).encode()
         for path in sorted(SOURCES.glob("*.py"))
     }
-    return found | {STUDENT / path.relative_to(SOURCES): path.read_bytes() for path in beside()}
+    return files | {STUDENT / path.relative_to(SOURCES): path.read_bytes() for path in beside()}
 
 
 def beside(text: str = '"data" helpers') -> list[Path]:
     """The files that a lesson of this text reads or imports; all of them by default."""
-    data = (each for each in (SOURCES / "data").iterdir() if each.suffix in (".csv", ".toml"))
+    data = (file for file in (SOURCES / "data").iterdir() if file.suffix in (".csv", ".toml"))
     some = [*data] if '"data"' in text else []
     return sorted([*some, *((SOURCES / "helpers").glob("*.py") if "helpers" in text else [])])
 
 
 def other_files() -> dict[Path, bytes]:
     """The editions for nbgrader and Otter, by place."""
-    found = {BUILD / "nbgrader" / "nbgrader_config.py": NBGRADER.encode()}
+    files = {BUILD / "nbgrader" / "nbgrader_config.py": NBGRADER.encode()}
     for path in sorted(SOURCES.glob("*.py")):
         content, name = cells(path.read_text("utf-8")), path.stem
         read = beside(path.read_text("utf-8"))
         course, assignment = BUILD / "otter", BUILD / "nbgrader" / "source" / name
-        names = [each.relative_to(SOURCES).as_posix() for each in read]
+        names = [file.relative_to(SOURCES).as_posix() for file in read]
         cells_for_otter = for_otter(content, names)
         graded = notebook(name, for_nbgrader(content), r"../\1/\1.ipynb")
-        found[assignment / f"{name}.ipynb"] = graded.encode()
-        found[course / f"{name}.ipynb"] = notebook(name, cells_for_otter).encode()
-        for each in read:
+        files[assignment / f"{name}.ipynb"] = graded.encode()
+        files[course / f"{name}.ipynb"] = notebook(name, cells_for_otter).encode()
+        for file in read:
             for folder in (course, assignment):
-                found[folder / each.relative_to(SOURCES)] = each.read_bytes()
-    return found
+                files[folder / file.relative_to(SOURCES)] = file.read_bytes()
+    return files
 
 
 def main() -> None:

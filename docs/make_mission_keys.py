@@ -71,11 +71,11 @@ def summary(model: type[MissionSection]) -> str:
     return (model.__doc__ or "").partition("\n")[0]
 
 
-def table(found: Iterable[Row]) -> Iterator[str]:
+def table(listed: Iterable[Row]) -> Iterator[str]:
     """Lines of a Markdown table."""
     yield from HEAD
-    for key, *cells in found:
-        yield "| " + " | ".join([f"`{key}`", *(each.replace("|", r"\|") for each in cells)]) + " |"
+    for key, *cells in listed:
+        yield "| " + " | ".join([f"`{key}`", *(cell.replace("|", r"\|") for cell in cells)]) + " |"
 
 
 def sections() -> Iterator[str]:
@@ -93,11 +93,11 @@ def sections() -> Iterator[str]:
         if choice := CHOICES.get(name):
             yield from choices(choice, FlightTable if name == "flight" else LaserTable)
             continue
-        found = list(rows(model, model.model_fields))
+        listed = list(rows(model, model.model_fields))
         if name == "battery":
-            rate = next(place for place, row in enumerate(found) if row[0] == "flow_rate_per_s")
-            found.insert(rate + 1, PER_MINUTE)
-        yield from (*table(found), "")
+            rate = next(place for place, row in enumerate(listed) if row[0] == "flow_rate_per_s")
+            listed.insert(rate + 1, PER_MINUTE)
+        yield from (*table(listed), "")
 
 
 def choices(choice: KeyedForms, shared: type[MissionSection]) -> Iterator[str]:

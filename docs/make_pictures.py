@@ -13,9 +13,12 @@ from typing import Any
 from matplotlib.axes import Axes
 from refresh import clone
 
+from optuav.plots.style import Page
+
 DOCS = Path(__file__).parent
 BLOCK = re.compile(r"\(pictures/([\w-]+)\.png\)\n\n```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 DOTS_PER_INCH = 110
+"""Resolution of a picture on the page of optuav; another figure has its own."""
 
 
 def pictures() -> Iterator[tuple[str, Axes]]:
@@ -33,7 +36,8 @@ def draw(directory: Path) -> None:
     for name, ax in pictures():
         figure = ax.get_figure(root=True)
         assert figure is not None
-        figure.savefig(directory / f"{name}.png", dpi=DOTS_PER_INCH, metadata={"Software": None})
+        dpi = DOTS_PER_INCH if isinstance(figure, Page) else figure.dpi
+        figure.savefig(directory / f"{name}.png", dpi=dpi, metadata={"Software": None})
 
 
 if __name__ == "__main__":

@@ -74,14 +74,18 @@ def _options() -> Iterator[Row]:
                 for choice in itertools.product((None, "b1"), (None, *ORDERS))
                 if accepted(name, trajectory=way, building=choice[0], order=choice[1])
             ]
-            yield (name, way or NONE, *(_must(set(each)) for each in zip(*taken, strict=True)))
+            yield (
+                name,
+                way or NONE,
+                *(_must(set(choices)) for choices in zip(*taken, strict=True)),
+            )
 
 
 def accepted(name: str, **options: Any) -> bool:
     """Whether `optuav.formulate` takes a problem with some options."""
-    stated = {option: value for option, value in options.items() if value is not None}
+    chosen = {option: value for option, value in options.items() if value is not None}
     try:
-        problem = Own(**stated) if name == OWN else problem_of(name, **stated)
+        problem = Own(**chosen) if name == OWN else problem_of(name, **chosen)
         optuav.formulate("paper", problem, perspective="battery")
     except (optuav.InputError, TypeError):
         return False
@@ -100,7 +104,7 @@ def _must(values: Collection[str | None]) -> str:
 
 def engines() -> Iterator[Row]:
     """Which engine takes which problem under which perspective, in continuous times or slots."""
-    yield ("problem", "perspective", "it is", *(f"`{each.name}`" for each in CAPABILITIES))
+    yield ("problem", "perspective", "it is", *(f"`{engine.name}`" for engine in CAPABILITIES))
     yield from merged(merged(_engines(), column=1), column=0)
 
 
@@ -115,11 +119,11 @@ def _engines() -> Iterator[Row]:
         yield ("P1 by `route_choice`", perspective, *_row([traits(joined)]))
 
 
-def _row(found: Sequence[Traits]) -> Row:
+def _row(kinds: Sequence[Traits]) -> Row:
     """What some models are, and which engine takes them all."""
-    kind = "linear" if all(each.linear for each in found) else "nonlinear, smooth"
-    binary = ", binary" if any(each.integer for each in found) else ""
-    return (kind + binary, *(times(each, found) for each in CAPABILITIES))
+    kind = "linear" if all(one.linear for one in kinds) else "nonlinear, smooth"
+    binary = ", binary" if any(one.integer for one in kinds) else ""
+    return (kind + binary, *(times(engine, kinds) for engine in CAPABILITIES))
 
 
 def times(engine: Capability, models: Sequence[Traits] = ()) -> str:
@@ -170,17 +174,17 @@ def models(engine: Capability) -> str:
 def purposes() -> Iterator[Row]:
     """What each engine is for, short enough for a first page."""
     yield ("engine", "use it for", "its answer")
-    for each in CAPABILITIES:
-        yield (f"`{each.name}`", *PURPOSES[each.name])
+    for engine in CAPABILITIES:
+        yield (f"`{engine.name}`", *PURPOSES[engine.name])
 
 
 def capabilities() -> Iterator[Row]:
     """What each engine takes."""
     yield ("engine", "models", "unknowns", "binary", "times")
-    for each in CAPABILITIES:
-        most = "any number" if each.most_unknowns is None else f"at most {each.most_unknowns}"
-        binary = "yes" if each.integer else NONE
-        yield (f"`{each.name}`", models(each), most, binary, times(each))
+    for engine in CAPABILITIES:
+        most = "any number" if engine.most_unknowns is None else f"at most {engine.most_unknowns}"
+        binary = "yes" if engine.integer else NONE
+        yield (f"`{engine.name}`", models(engine), most, binary, times(engine))
 
 
 # What the program can do
@@ -191,7 +195,9 @@ def commands() -> Iterator[Row]:
     yield ("command", "does")
     for name in COMMANDS:
         command = program(name)
-        arguments = [each.metavar for each in command.params if isinstance(each, TyperArgument)]
+        arguments = [
+            option.metavar for option in command.params if isinstance(option, TyperArgument)
+        ]
         words = " ".join(command.help.partition("\n\n")[0].split()).removesuffix(".")
         yield (f"`{' '.join(['optuav', name, *arguments])}`", words[0].lower() + words[1:])
 
@@ -199,19 +205,23 @@ def commands() -> Iterator[Row]:
 def options_of(command: str) -> Iterator[Row]:
     """Every argument and option of a command."""
     yield ("option", "meaning", "default")
-    for each in program(command).params:
-        if isinstance(each, TyperArgument):
-            own = f"`{each.default}`" if isinstance(each.default, str) else NONE
-            yield (f"`{each.metavar}`", each.help, "needed" if each.required else own)
+    for option in program(command).params:
+        if isinstance(option, TyperArgument):
+            standard = f"`{option.default}`" if isinstance(option.default, str) else NONE
+            yield (
+                f"`{option.metavar}`",
+                option.help,
+                "needed" if option.required else standard,
+            )
             continue
-        names = "/".join((each.opts[0], *each.secondary_opts))
-        name = " ".join(filter(None, (names, each.metavar)))
-        default = each.show_default if isinstance(each.show_default, str) else each.default
+        names = "/".join((option.opts[0], *option.secondary_opts))
+        name = " ".join(filter(None, (names, option.metavar)))
+        default = option.show_default if isinstance(option.show_default, str) else option.default
         shown = default is not None and default is not False
-        if each.secondary_opts:
-            shown, default = True, (each.opts if default else each.secondary_opts)[0]
-        own = "needed" if each.required else f"`{default}`" if shown else NONE
-        yield (f"`{name}`", each.help, own)
+        if option.secondary_opts:
+            shown, default = True, (option.opts if default else option.secondary_opts)[0]
+        standard = "needed" if option.required else f"`{default}`" if shown else NONE
+        yield (f"`{name}`", option.help, standard)
 
 
 # The paper beside us
@@ -239,11 +249,14 @@ def paper() -> Iterator[Row]:
         entry = entries[name]
         statement = entry.statement
         ours = (
-            None if each is None else entry.shown(each) for each in (entry.printed, entry.recovered)
+            None if value is None else entry.shown(value)
+            for value in (entry.printed, entry.recovered)
         )
         shown = (
-            NONE if each is None else f"{each}\N{NO-BREAK SPACE}{statement.unit}".replace("-", "−")
-            for each in (statement.stated, *ours)
+            NONE
+            if value is None
+            else f"{value}\N{NO-BREAK SPACE}{statement.unit}".replace("-", "−")
+            for value in (statement.stated, *ours)
         )
         yield (f"{statement.what} ({statement.place})", *shown, why)
 
@@ -267,18 +280,18 @@ def light_to_dc(
     distance_m: float, assumed: Mapping[str, float], light_W: float = 1000.0
 ) -> optuav.LinkBudget:
     """The budget over a distance of a Gaussian beam with some assumptions, without a battery."""
-    stated = {"laser.beam": "gaussian", "laser.wavelength_nm": 1070, "laser.power_W": light_W}
-    stated |= {"laser.source_efficiency": 1.0, "battery.charge_current_A": 1e6}
-    mission = optuav.load("paper").replace({**stated, **assumed})
+    light = {"laser.beam": "gaussian", "laser.wavelength_nm": 1070, "laser.power_W": light_W}
+    light |= {"laser.source_efficiency": 1.0, "battery.charge_current_A": 1e6}
+    mission = optuav.load("paper").replace({**light, **assumed})
     return _along(mission, distance_m)
 
 
 def literature(distance_m: float, light_W: float = 600.0) -> optuav.LinkBudget:
     """The budget over a distance of the constant divergence of Chen and Jiang."""
-    stated = {"laser.beam": "divergence", "laser.aperture_m": 0.1, "laser.divergence_rad": 3.4e-5}
-    stated |= {"laser.attenuation_per_km": 1e-3, "receiver.area_m2": 0.004}
-    stated |= {"battery.charge_current_A": 1e6, "laser.power_W": light_W}
-    return _along(optuav.load("paper").replace(stated), distance_m)
+    light = {"laser.beam": "divergence", "laser.aperture_m": 0.1, "laser.divergence_rad": 3.4e-5}
+    light |= {"laser.attenuation_per_km": 1e-3, "receiver.area_m2": 0.004}
+    light |= {"battery.charge_current_A": 1e6, "laser.power_W": light_W}
+    return _along(optuav.load("paper").replace(light), distance_m)
 
 
 def _along(mission: optuav.Mission, distance_m: float) -> optuav.LinkBudget:
@@ -291,14 +304,14 @@ def demonstrations() -> Iterator[Row]:
     yield ("demonstration or paper", "published", "beam", "here", "verdict")
 
     def ends(distance_m: float) -> list[float]:
-        return [light_to_dc(distance_m, each).dc_W / 1000.0 for each in (POOR, GOOD)]
+        return [light_to_dc(distance_m, quality).dc_W / 1000.0 for quality in (POOR, GOOD)]
 
-    (low, high), own = ends(1000.0), 152.0 / 1035.0
+    (low, high), printed = ends(1000.0), 152.0 / 1035.0
     ntt = "NTT and MHI 2025: 1035 W at 1070 nm, silicon cells, 1 km, strong turbulence"
-    verdict = "within" if low <= own <= high else "missed"
+    verdict = "within" if low <= printed <= high else "missed"
     yield (ntt, "152 W: 14.7 %", "gaussian", f"{100 * low:.1f} to {100 * high:.1f} %", verdict)
     formula = literature(1000.0).dc_W / 600.0
-    verdict = f"missed: {formula / own:.1f} times as much"
+    verdict = f"missed: {formula / printed:.1f} times as much"
     yield ("the same", "14.7 %", "divergence", f"{100 * formula:.1f} %", verdict)
     low, high = ends(325.0)
     darpa = "DARPA POWER 2025: at short range, taken as 325 m"
@@ -307,7 +320,7 @@ def demonstrations() -> Iterator[Row]:
     formula = literature(325.0).dc_W / 600.0
     verdict = "within" if formula >= 0.2 else "missed"
     yield ("the same", "above 20 %", "divergence", f"{100 * formula:.1f} %", verdict)
-    most, least = (800.0 / each for each in ends(8600.0))
+    most, least = (800.0 / quality for quality in ends(8600.0))
     far = "DARPA POWER 2025: 8.6 km for 30 s, light not published"
     needed = f"{least / 1e3:.1f} to {most / 1e3:.0f} kW of light"
     yield (far, "800 W", "gaussian", needed, "open: nothing to compare with")
@@ -334,8 +347,8 @@ def merged(rows: Iterable[Row], column: int) -> Iterator[Row]:
     entries: dict[Row, list[str]] = {}
     for row in rows:
         entries.setdefault(row[:column] + row[column + 1 :], []).append(row[column])
-    for row, found in entries.items():
-        yield (*row[:column], ", ".join(dict.fromkeys(found)), *row[column:])
+    for row, symbols in entries.items():
+        yield (*row[:column], ", ".join(dict.fromkeys(symbols)), *row[column:])
 
 
 def quantities() -> Iterator[Row]:
@@ -344,11 +357,11 @@ def quantities() -> Iterator[Row]:
     row = re.compile(r"^\| .+? (?<!\\)\| (.*?) \|.*`Quantities\.(\w+)`", re.MULTILINE)
     words = {name: text for text, name in row.findall(page)}
     yield ("in `declare`", "symbol", "unit", "mission key", "meaning")
-    for each in fields(Quantities):
-        if known := each.metadata:
-            what = words[each.name]
+    for quantity in fields(Quantities):
+        if known := quantity.metadata:
+            what = words[quantity.name]
             key = f"`{known['key']}`" if known["key"] else NONE
-            yield (f"`given.{each.name}`", known["symbol"], known["unit"], key, what)
+            yield (f"`given.{quantity.name}`", known["symbol"], known["unit"], key, what)
 
 
 # The benchmark set
@@ -357,9 +370,9 @@ def quantities() -> Iterator[Row]:
 def families() -> Iterator[Row]:
     """The families of the benchmark set."""
     yield ("family", "missions", "roofs", "description")
-    for family, group in itertools.groupby(recipes().values(), lambda each: each.family):
+    for family, group in itertools.groupby(recipes().values(), lambda recipe: recipe.family):
         members = [*group]
-        roofs = sorted(len(optuav.load(each.name).buildings) for each in members)
+        roofs = sorted(len(optuav.load(member.name).buildings) for member in members)
         shown = f"{roofs[0]} to {roofs[-1]}" if roofs[0] < roofs[-1] else f"{roofs[0]}"
         yield (family, f"{len(members)}", shown, members[0].about)
 
@@ -370,8 +383,10 @@ def benchmark_set() -> Iterator[Row]:
     for name, recipe in recipes().items():
         roofs = len(optuav.load(name).buildings)
         for problem in recipe.problems:
-            found = (answers().get((name, problem, each)) for each in BENCHMARK)
-            yield (name, f"{roofs}", problem, *map(known, found))
+            known_answers = (
+                answers().get((name, problem, perspective)) for perspective in BENCHMARK
+            )
+            yield (name, f"{roofs}", problem, *map(known, known_answers))
 
 
 def known(answer: Answer | None) -> str:
@@ -402,11 +417,11 @@ TABLES: Mapping[str, Callable[[], Iterator[Row]]] = {
 def written(text: str) -> str:
     """A page with every table that it names up to date."""
 
-    def table(found: re.Match[str]) -> str:
-        head, *rows = TABLES[found[2]]()
+    def table(block: re.Match[str]) -> str:
+        head, *rows = TABLES[block[2]]()
         lines = [head, ("---",) * len(head), *rows]
         cells = [[cell.replace("|", r"\|") for cell in line] for line in lines]
         body = "".join(f"| {' | '.join(line)} |\n" for line in cells).replace(" --- ", "---")
-        return f"{found[1]}\n{body}\n{found[3]}"
+        return f"{block[1]}\n{body}\n{block[3]}"
 
     return NAMED.sub(table, text)

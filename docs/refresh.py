@@ -43,9 +43,9 @@ class Reader:
         self.code = 0
         self.unseen = ""
 
-    def block(self, found: re.Match[str]) -> str:
+    def block(self, fence: re.Match[str]) -> str:
         """A block with what it shows now."""
-        language, body = found.groups()
+        language, body = fence.groups()
         assert language == "text" or not self.unseen, f"not shown: {self.unseen}"
         return f"```{language}\n{getattr(self, language)(body)}```"
 
@@ -75,7 +75,7 @@ class Reader:
         return body
 
     def console(self, body: str) -> str:
-        return COMMAND.sub(lambda found: f"$ {found[1]}{self.run(found[1].strip())}", body)
+        return COMMAND.sub(lambda command: f"$ {command[1]}{self.run(command[1].strip())}", body)
 
     def run(self, line: str) -> str:
         """What a command prints."""
@@ -122,8 +122,8 @@ def refreshed(page: Path) -> str:
 
 
 if __name__ == "__main__":
-    for each in PAGES:
-        text = refreshed(each)
-        if text != each.read_text("utf-8"):
-            each.write_text(text, "utf-8")
-            print(f"changed {each.name}")
+    for page in PAGES:
+        text = refreshed(page)
+        if text != page.read_text("utf-8"):
+            page.write_text(text, "utf-8")
+            print(f"changed {page.name}")

@@ -68,7 +68,8 @@ promised
 
 # %% [markdown]
 # The plan of the paper's perspective promises two more minutes. It lands with 5 % of the charge, as
-# it was asked to, but with an available well below zero, which no battery can have.
+# it was asked to, but with an available well below zero, which no battery can have. The other plan
+# lands with 17 %, all of it bound: the rotors can use none of it.
 #
 # The next picture compares both plans over time. The available well lies on top of the bound one.
 # The upper plan drives the available well past full during its rest. Later the well is empty, and
@@ -96,7 +97,7 @@ drawn_As, (1 - mission.limits.min_soc) * capacity_As
 # Then the time: what the plan uses, and the deadline.
 
 # %%
-promised.mission_time_s, mission.limits.deadline_s
+round(promised.mission_time_s, 6), mission.limits.deadline_s
 
 # %% [markdown]
 # A second of hovering costs as much charge as this many seconds of rest give:

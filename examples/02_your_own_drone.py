@@ -103,6 +103,9 @@ while high_kg - low_kg > 1e-6:
     low_kg, high_kg = (middle_kg, high_kg) if worth else (low_kg, middle_kg)
 low_kg
 
+# %% [markdown]
+# The receiver may weigh about a third as much as the drone itself. The curves cross at that mass:
+
 # %%
 masses_kg = [0.25 * k for k in range(25)]
 optuav.plots.curves(

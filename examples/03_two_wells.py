@@ -177,8 +177,9 @@ lifetimes_min = {
 pd.DataFrame(lifetimes_min, index=["one cell [min]", "two cells [min]"]).T.round(2)
 
 # %% [markdown]
-# With twice the capacity, the battery lasts more than twice as long: for it, the same current is a
-# smaller one.
+# Half the current on average lasts more than twice as long: in every pause charge flows back into
+# the available well. With twice the capacity, the battery also lasts more than twice as long: for
+# it, the same current is a smaller one.
 #
 # ## The drone
 #

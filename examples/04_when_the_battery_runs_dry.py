@@ -33,14 +33,15 @@ movies.flight(promised["P1"])
 # Only the available well feeds the rotors. Simulate the direct plan as well, and look at both wells
 # at the moment when the available one is empty.
 #
-# **Before you run:** the plan keeps 3600 A s, 5 % of the charge, to the landing. Is more or less
-# than that in the battery when the drone falls?
+# **Before you run:** the best plan falls with 13 377 A s still bound, after a rest of minutes. The
+# direct plan never rests. Does it fall with less charge in the battery, about as much, or more?
 
 # %%
 optuav.plots.wells([promised["P3"]])
 
 # %% [markdown]
-# The replay lists each limit that the plan breaks, and when.
+# About as much. All of it is bound, and bound charge hardly changes within ten minutes, whatever
+# the plan. The replay lists each limit that the plan breaks, and when.
 
 # %%
 falls = optuav.replay(promised["P3"])
@@ -78,16 +79,16 @@ optuav.replay(promised["P1"])
 #
 # The perspective `available` adds $0 \le y_1 \le \omega B$ at every moment.
 #
-# **Before you run:** the paper's plan rests before the hover, while the well is nearly full. Where
-# would you put the rest, and why there?
+# **Before you run:** the plan that flies rests *after* the hover, as you saw in the first lesson.
+# How can a rest lengthen a hover that is over by then?
 
 # %%
 flown = {name: optuav.solve(mission, name, perspective="available") for name in ("P3", "P1")}
 flown["P1"]
 
 # %% [markdown]
-# The plan rests after the hover: the rest refills the well for the flight home. The picture has all
-# four plans, two promised and two that can be flown.
+# The rest refills the well for the flight home. So the hover need not leave that charge, and may
+# empty the well. The picture has all four plans, two promised and two that can be flown.
 
 # %%
 optuav.plots.wells([promised["P3"], flown["P3"], promised["P1"], flown["P1"]])

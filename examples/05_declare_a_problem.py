@@ -46,7 +46,7 @@ charge = Parameter("rest_current_A", "I_rest", "A", 10.0)
 
 left = model.let("charge left", 1.0 - (drain * hover - charge * rest) / capacity, symbol="η")
 ten_minutes = {"hover_time_s": 600.0, "rest_time_s": 0.0}
-float(evaluate(left, ten_minutes))
+round(float(evaluate(left, ten_minutes)), 6)
 
 # %% [markdown]
 # **Before you run:** what will Python answer to the question whether `left >= 0.1` is true?
@@ -89,19 +89,21 @@ guess = {"hover_time_s": 650.0, "rest_time_s": 200.0}
 check(model, guess)
 
 # %% [markdown]
-# Values may be arrays, and then every row holds many points. Is the charge enough for hovers of
-# 500, 600 and 650 s?
+# The table has four rows: `variable` has declared the bounds Δ ≥ 0 and T' ≥ 0, and they are
+# constraints too. Values may be arrays, and then every row holds many points. Is the charge enough
+# for hovers of 500, 600 and 650 s?
 
 # %%
 many = check(model, {"hover_time_s": np.array([500.0, 600.0, 650.0]), "rest_time_s": 0.0})
 many[0].satisfied
 
 # %% [markdown]
-# An engine finds the best point:
+# An engine finds the best point, and says which constraints bind there.
+# [Hover without a rest](06_hover_without_a_rest.py) explains the multipliers beside them.
 
 # %%
 solution = closed_form.solve(model, programmes=1)
-solution.point(0)
+solution
 
 # %% [markdown]
 # With two unknowns the whole problem is a picture. Each constraint is a line with its forbidden
@@ -128,7 +130,7 @@ pool = kibam.Battery(60_000.0, 0.8, 4.5e-5)
 after = kibam.step(pool, pool.full, kibam.Stage(-90.0, stay))
 wells.maximise(stay)
 wells.subject_to("available well", after.available_As >= 0.0, unit="A s")
-{each.title: (str(traits(each)), takers(traits(each), slots=False)) for each in (model, wells)}
+{item.title: (str(traits(item)), takers(traits(item), slots=False)) for item in (model, wells)}
 
 # %% [markdown]
 # The constraint that is not linear, and the reason:

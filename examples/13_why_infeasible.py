@@ -105,7 +105,7 @@ explanation
 # at all can satisfy it?
 
 # %%
-certificates = [each for conflict in explanation.conflicts for each in conflict.certificates]
+certificates = [proof for conflict in explanation.conflicts for proof in conflict.certificates]
 rows = [row for certificate in certificates for row in certificate.rows]
 total = {
     symbol: sum((row.multiplier * row.coefficients.get(symbol, 0) for row in rows), Fraction(0))
@@ -122,7 +122,7 @@ total, float(limit), [certificate.holds() for certificate in certificates]
 
 # %%
 point = {"Δ": Fraction(10), "T'": Fraction(20)}
-stated = {
+slacks = {
     row.label: row.slack for row in program.check({"hover_time_s": 10.0, "rest_time_s": 20.0})
 }
 pd.DataFrame(
@@ -130,10 +130,10 @@ pd.DataFrame(
         (
             row.label,
             float(row.limit - sum(a * point[symbol] for symbol, a in row.coefficients.items())),
-            stated[row.label],
+            slacks[row.label],
         )
         for row in rows
-        if row.label in stated
+        if row.label in slacks
     ],
     columns=["constraint", "slack by the certificate", "slack by the check"],
 ).round(6)

@@ -142,7 +142,7 @@ print(task)
 answer_1 = ...
 ### BEGIN SOLUTION
 heavy = task.mission.replace({"body.mass_kg": task["body.mass_kg"] * (1 + task["more"])})
-light_s, heavy_s = (optuav.solve(each).hover_time_s for each in (task.mission, heavy))
+light_s, heavy_s = (optuav.solve(weighed).hover_time_s for weighed in (task.mission, heavy))
 answer_1 = 100 * (1 - heavy_s / light_s)
 ### END SOLUTION
 

@@ -14,7 +14,7 @@ class Cycle(Formulation):
 
     The mission begins and ends on the building's roof, as that of ``optuav.coverage(…).plan`` does.
     Its ``start`` plays no part: charge at the start is unknown, and the end gives it back. In
-    `battery` that is the state of charge alone, in `available` both wells.
+    `battery` that is only the state of charge, in `available` both wells.
 
     Parameters
     ----------

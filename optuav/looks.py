@@ -32,7 +32,7 @@ LOOKS: Mapping[str, Look] = {
     # Fills: wells, phases, optimum
     "available": _same("#75519C"),
     "bound": _same("#B9A6D3"),
-    "flight": Look("#0072B2", "#0072B2", 2.75),
+    "flight": Look("#0072B2", "#007AC0", 2.75),
     "hover": _same("#009E73"),
     "rest": _same("#E69F00"),
     "optimum": _same("#F0E442"),

@@ -444,7 +444,9 @@ SPOILERS = re.compile(
 
 
 def test_homework_gives_nothing_away(capsys: pytest.CaptureFixture[str]) -> None:
-    """Neither its page nor what its commands and lines print; it asks for the right figure."""
+    """Neither its page, nor what its commands and lines print, nor the description in the wheel."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    assert not SPOILERS.search(project["description"] + project["readme"]["text"])
     page = (DOCS / "teaching-homework.md").read_text("utf-8")
     assert not SPOILERS.search(page)
     assert LINK.findall(page) == []

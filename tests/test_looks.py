@@ -20,6 +20,7 @@ ROOT = Path(optuav.__file__).parents[1]
 CODE = re.compile(r"#[0-9a-fA-F]{3,8}\b")
 WORDS = ("ink", "muted", "charge", "deadline", "dry", "overfull", "flies")
 FLOOR = 4.5  # Least contrast of words, WCAG 2.2 AA
+FLOOR_OF_LINES = 3.0
 APART = 20.0  # Least distance of two limits, CIE 1976
 BLIND = {
     # Machado, Oliveira and Fernandes (2009), severity 1, on linear RGB.
@@ -104,6 +105,15 @@ def test_words_are_read_on_both_grounds(theme: int) -> None:
         ("on-dark", "available"),
     ):
         assert contrast(LOOKS[words][theme], LOOKS[fill][theme]) >= FLOOR, (words, fill)
+
+
+@pytest.mark.parametrize("theme", [0, 1], ids=["light", "dark"])
+def test_lines_are_seen_on_both_grounds(theme: int) -> None:
+    lines = [role for role, look in LOOKS.items() if look.width]
+    assert "flight" in lines
+    for role in lines:
+        for ground in ("panel", "ground"):
+            assert contrast(LOOKS[role][theme], LOOKS[ground][theme]) >= FLOOR_OF_LINES, role
 
 
 @pytest.mark.parametrize("sight", BLIND)

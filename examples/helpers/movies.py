@@ -19,16 +19,23 @@ FRAME_MS = 100
 
 @dataclass(frozen=True)
 class Movie:
-    """A GIF, and words for readers who do not see it."""
+    """A GIF, and words for readers who do not see it; its end stands still if they ask for that."""
 
     gif: bytes
     words: str
 
     def _repr_html_(self) -> str:
-        data = b64encode(self.gif).decode("ascii")
-        width, _ = Image.open(io.BytesIO(self.gif)).size
-        look = f"display: block; width: 100%; max-width: {width}px"
-        return f'<img alt="{escape(self.words)}" style="{look}" src="data:image/gif;base64,{data}">'
+        frames, still = Image.open(io.BytesIO(self.gif)), io.BytesIO()
+        frames.seek(frames.n_frames - 1)
+        frames.convert("RGB").save(still, "png")
+        moving, end = (b64encode(data).decode() for data in (self.gif, still.getvalue()))
+        look = f"display: block; width: 100%; max-width: {frames.width}px"
+        return (
+            '<picture><source media="(prefers-reduced-motion: reduce)" '
+            f'srcset="data:image/png;base64,{end}">'
+            f'<img alt="{escape(self.words)}" style="{look}" src="data:image/gif;base64,{moving}">'
+            "</picture>"
+        )
 
 
 def flight(plan: optuav.Plan) -> Movie:
@@ -44,7 +51,7 @@ def movie(frames: Sequence[Image.Image], words: str, kept: Sequence[str] = ()) -
     for number, colour in enumerate(kept):
         sheet.paste(colour, (0, 20 * number, sheet.width, 20 * number + 20))
     palette = sheet.quantize(128)
-    first, *others = (each.quantize(palette=palette, dither=Image.Dither.NONE) for each in frames)
+    first, *others = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
     file = io.BytesIO()
     first.save(file, "GIF", save_all=True, append_images=others, duration=FRAME_MS, loop=0)
     return Movie(file.getvalue(), words)

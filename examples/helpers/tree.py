@@ -89,7 +89,7 @@ def branch_and_bound(
         if not waiting:
             return tree
         step += 1
-        node = max(waiting, key=lambda each: each.bound)
+        node = max(waiting, key=lambda candidate: candidate.bound)
         node.fates[step], number = "branched", tree.nodes.index(node)
         at = int(np.abs(node.point - node.point.round()).argmax())
         below = np.floor(node.point[at])
@@ -104,15 +104,15 @@ def places(nodes: Sequence[Node]) -> list[tuple[float, int]]:
     children = [
         [k for k, node in enumerate(nodes) if node.parent == at] for at in range(len(nodes))
     ]
-    found, leaves = dict[int, tuple[float, int]](), iter(range(len(nodes)))
+    places, leaves = dict[int, tuple[float, int]](), iter(range(len(nodes)))
 
     def place(at: int, depth: int) -> float:
         xs = [place(child, depth + 1) for child in children[at]]
-        found[at] = (sum(xs) / len(xs) if xs else float(next(leaves)), depth)
-        return found[at][0]
+        places[at] = (sum(xs) / len(xs) if xs else float(next(leaves)), depth)
+        return places[at][0]
 
     place(0, 0)
-    return [found[at] for at in range(len(nodes))]
+    return [places[at] for at in range(len(nodes))]
 
 
 def draw(tree: Tree, unit: str = "s") -> object:

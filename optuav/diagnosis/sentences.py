@@ -226,7 +226,7 @@ def worth(explained: Explanation) -> str:
         (what, f"{gain:.{2 if gain < 1.0 else 0}f} s") for what, gain in gains.items()
     )
     also = "".join(f", {what} {gain}" for what, gain in others)
-    return f"{first[0].upper()}{first[1:]} brings {most} of hover{also}."
+    return f"{first[0].upper()}{first[1:]} gives {most} of hover{also}."
 
 
 class Idle(NamedTuple):

@@ -66,14 +66,14 @@ def signed(value: float) -> str:
 
 
 def sentence(explained: Explanation, price: Price) -> str:
-    """For example: one more second of the deadline brings 0.102 s of hover."""
+    """For example: one more second of the deadline gives 0.102 s of hover."""
 
     def change(value: float) -> str:
         if not math.isfinite(value):
             return "leaves no plan" if math.isinf(value) else "is beyond the range"
         if value == 0.0:
             return "changes nothing"
-        gain = "brings" if explained.sense == "maximise" else "saves"
+        gain = "gives" if explained.sense == "maximise" else "saves"
         verb = gain if (value > 0.0) == (explained.sense == "maximise") else "costs"
         return f"{verb} {abs(value):.3g} {explained.objective}"
 

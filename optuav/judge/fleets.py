@@ -37,6 +37,11 @@ class FleetReplay(Judged):
     most_at_places: int
     events: tuple[Event, ...]
 
+    def _repr_html_(self) -> str:
+        from optuav.judge.display import html
+
+        return html(self, None, f"{self.verdict}: {len(self.courses)} courses")
+
     def __repr__(self) -> str:
         return f"<FleetReplay of {len(self.courses)} courses: {self.verdict}>"
 

@@ -28,14 +28,16 @@ KEYS = {
 def read(
     stated: Plan | Itinerary | Mapping[str, object] | str | Path,
 ) -> tuple[str, Plan | Itinerary, Mapping[str, Any]]:
-    """A plan or itinerary, the name of its source, and the data of its file, where it is a plan."""
+    """Return the name of a source, its plan or itinerary, and the data of a plan's file."""
     if isinstance(stated, Plan | Itinerary):
         return printable(stated.mission.name), stated, {}
     if isinstance(stated, Mapping):
         document, here, source = {str(k): each for k, each in stated.items()}, Path(), "a dict"
         if document.get("kind") == KIND:
-            return source, *parse_plan(json.dumps(document, default=str), source, here)
-        return source, _itinerary(document, here, source), {}
+            plan, data = parse_plan(json.dumps(document, default=str), source, here)
+            return printable(plan.mission.name), plan, data
+        itinerary = _itinerary(document, here, source)
+        return printable(itinerary.mission.name), itinerary, {}
     words = "a Plan, an Itinerary of a mission and its stops, a dict, or the path of a file"
     file = path_of(stated, "plan", words)
     known = "; it is a shipped mission, optuav solve takes it" if str(file) in shipped() else ""

@@ -286,7 +286,7 @@ def coverage(
     mission
         A mission, or its name or path.
     perspective
-        ``"available"``: the available well stays within its limits; ``"battery"``: charge alone.
+        ``"available"``: the available well keeps its limits; ``"battery"``: only charge counts.
     swap_s
         Duration of an exchange of the pack in place of a rest [s], > 0 and up to 1e7.
     lit_hover

@@ -44,7 +44,7 @@ class Event(ResultsWithFacts):
     Parameters
     ----------
     hours, drones, least_drones
-        How long is covered [h], by how many drones, and the fewest by charge alone, in ring order.
+        Time covered [h], its drones, and the fewest if only charge counts, in ring order.
     longest_hover_s
         Longest hover of the roster [s].
     """
@@ -135,7 +135,7 @@ class Roster:
 
 
 def _hovers(visit: Visit, drones: int, until_s: float, longest_s: float) -> Floats | None:
-    """Hovers in ring order that cover a time by charge alone [s]; None without any.
+    """Hovers in ring order that cover a time if only charge counts [s]; None without any.
 
     A linear programme finds the hovers that keep most charge at the lowest landing. It tries at
     most two hovers per drone beyond the fewest possible: each costs two legs.
@@ -238,7 +238,7 @@ def _event(coverage: Coverage, hours: float, least: int, roster: Roster) -> Even
 def _show(event: Results) -> Iterator[str]:
     facts = event.facts
     yield f"{facts['hours']:g} h without a gap: {printable(event.mission.name)}"
-    yield f"Drones      {facts['drones']}; charge alone requires at least {facts['least_drones']}"
+    yield f"Drones      {facts['drones']}; charge requires at least {facts['least_drones']}"
     yield f"Hovers      {len(event.rows)}, up to {facts['longest_hover_s']:.2f} s\n"
     yield from turns_shown(["drone", "from [s]", "hover [s]", "rest [s]"], event.rows)
 

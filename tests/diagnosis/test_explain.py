@@ -48,8 +48,8 @@ Prices       s of hover per unit of a parameter, the others held:
              flight_charge_As     Q_fl = 7843.11 A s  −0.0113752
              hover_current_A      I_hv = 87.9104 A    −7.8358
 
-One more     one more pack brings 389 s of hover
-             one more A s of the capacity of a pack brings 0.0216 s of hover
+One more     one more pack gives 389 s of hover
+             one more A s of the capacity of a pack gives 0.0216 s of hover
              0.01 more of the charge to be left costs 8.19 s of hover
              one more A s of the charge for the flights costs 0.0114 s of hover
              one more ampere of the current in hover costs 7.75 s of hover
@@ -81,13 +81,13 @@ Prices       s of hover per unit of a parameter, the others held:
              rest_current_A       I_rest = 10 A       +4.00513
              flight_time_s        T_fl = 88.3163 s    −0.102134
 
-One more     one more pack brings 349 s of hover
-             one more A s of the capacity of a pack brings 0.0194 s of hover
+One more     one more pack gives 349 s of hover
+             one more A s of the capacity of a pack gives 0.0194 s of hover
              0.01 more of the charge to be left costs 7.35 s of hover
-             one more second of the deadline brings 0.102 s of hover
+             one more second of the deadline gives 0.102 s of hover
              one more A s of the charge for the flights costs 0.0102 s of hover
              one more ampere of the current in hover costs 7.27 s of hover
-             one more ampere of the current at rest brings 3.96 s of hover
+             one more ampere of the current at rest gives 3.96 s of hover
              one more second of the flight time costs 0.102 s of hover
 
 Note         battery.charge_current_A = 10 A caps the charging current wherever
@@ -253,7 +253,7 @@ def test_prices_are_finite_differences_of_solve(
     assert price.gain == pytest.approx(gained, rel=1e-9, abs=1e-9)
     words = " ".join(str(explained).split())
     if gained:
-        verb = "brings" if gained > 0 else "costs"
+        verb = "gives" if gained > 0 else "costs"
         sentence = rf"more (?:\S+ )*?{WORDS[key]} {verb} (\S+) s of hover"
         (number,) = re.findall(sentence, words)
         assert float(number) == pytest.approx(abs(gained), rel=6e-3)

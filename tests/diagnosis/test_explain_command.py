@@ -75,7 +75,7 @@ def test_a_saved_plan(tmp_path: Path) -> None:
     plan.save(tmp_path / "plan.json")
     result = run(str(tmp_path / "plan.json"))
     assert result.exit_code == 0
-    assert "one more A s of the capacity of a pack brings 0.0216 s of hover" in result.output
+    assert "one more A s of the capacity of a pack gives 0.0216 s of hover" in result.output
 
 
 def test_bad_input_is_an_input_error(tmp_path: Path) -> None:
