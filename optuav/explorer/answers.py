@@ -181,7 +181,13 @@ def _wells(plan: Plan) -> Data:
         "full_As": full_As,
         "least_As": mission.limits.min_soc * full_As,
         "phases": [
-            {"kind": e.kind, "at": e.end_place, "start_s": e.start_s, "end_s": e.end_s}
+            {
+                "kind": e.kind,
+                "at": e.end_place,
+                "by": _listed(np.array(e.waypoints_m)),
+                "start_s": e.start_s,
+                "end_s": e.end_s,
+            }
             for e in plan.phases
         ],
         "dry_s": plan.runs_dry_s,

@@ -33,6 +33,7 @@ function render({model, el}) {
   let flight = null;
   let lecture = false;
   let shaped = false;
+  let drawn = ""; // For which size
   let invited = query.has("lecture"); // By the address, once
 
   const press = (words, key, name, act) => button(words, () => {
@@ -142,8 +143,8 @@ function render({model, el}) {
     if (!presets.children.length) {
       presets.append(...session.shown.presets.slice(1).map(presetButton));
     }
-    if (invited) teach(true);
-    else if (lecture) choose();
+    if (invited) return teach(true);
+    if (lecture) choose();
     changed();
   }
 
@@ -179,12 +180,18 @@ function render({model, el}) {
   }
 
   function draw() {
-    if (session.shown && root.isConnected) for (const column of columns) column.draw();
+    if (!session.shown || !root.isConnected) return;
+    drawn = sizeOfPlans();
+    for (const column of columns) column.draw();
   }
 
   function resized() {
     if (lecture && root.clientWidth < PHONE_PX) teach(false);
-    else draw();
+    else if (sizeOfPlans() !== drawn) draw();
+  }
+
+  function sizeOfPlans() {
+    return `${plans.clientWidth} ${plans.clientHeight}`;
   }
 
   // The playhead runs over a plan; where the available well is empty, the drone falls.
