@@ -35,7 +35,8 @@ function positionAt(map, phases, time) {
   if (kind !== "flight") return to;
   const from = placeOf(map, phases[k - 1]?.at ?? "origin");
   const points = [from, ...by, to];
-  const flown_m = [0, ...d3.cumsum(d3.pairs(points, (a, b) => Math.hypot(...a.map((m, axis) => b[axis] - m))))];
+  const length = (a, b) => Math.hypot(...a.map((m, axis) => b[axis] - m));
+  const flown_m = [0, ...d3.cumsum(d3.pairs(points, length))];
   const share = d3.easeQuadInOut((time - start_s) / Math.max(end_s - start_s, 1e-9));
   return d3.scaleLinear(flown_m, points)(share * flown_m.at(-1));
 }
