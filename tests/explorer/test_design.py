@@ -6,7 +6,7 @@ import json
 import threading
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
+from urllib.parse import quote, unquote
 
 import pytest
 
@@ -496,8 +496,13 @@ def test_a_lecture_is_large_and_has_the_chosen_controls_alone(open_page: Open) -
     drone = page.locator("figure.map .drone")
     playwright.expect(drone).to_contain_text("falls at 1095 s")
     assert drone.locator("g").last.get_attribute("stroke") == "var(--dry)"
+    page.keyboard.press("1")
+    playwright.expect(page.locator(".playhead, .drone")).to_have_count(0)
+    page.keyboard.press(" ")
+    playwright.expect(page.locator(".playhead")).to_have_count(1)
     page.locator(".segments button", has_text="the available well").click()
     playwright.expect(page.locator("header .verdict")).to_contain_text("✓ flies")
+    playwright.expect(page.locator(".playhead, .drone")).to_have_count(0)  # Another plan
     for key, words in (("2", "674.93 s"), ("3", "✓ flies"), ("4", "no plan"), ("5", "✕ falls")):
         page.keyboard.press(key)
         playwright.expect(page.locator("header .verdict")).to_contain_text(words)
@@ -541,8 +546,13 @@ def test_a_slider_of_a_lecture_keeps_the_focus(open_page: Open) -> None:
     rests(page)
     page.keyboard.press("ArrowLeft")
     rests(page)
+    page.keyboard.press("Shift+ArrowLeft")
+    rests(page)
     step = float(slider.get_attribute("step"))
-    assert float(slider.input_value()) == start - 2 * step
+    assert float(slider.input_value()) == start - 12 * step  # With Shift ten steps
+    assert json.loads(unquote(page.url.partition("#")[2]))["state"]["changes"] == {
+        slider.get_attribute("data-key").partition("|")[0]: start - 12 * step
+    }
 
 
 def test_in_a_page_of_the_site_the_controls_are_a_sheet(open_page: Open) -> None:

@@ -34,6 +34,7 @@ function render({model, el}) {
   let lecture = false;
   let shaped = false;
   let drawn = ""; // For which size
+  let phases = ""; // Of the plan that is shown
   let invited = query.has("lecture"); // By the address, once
 
   const press = (words, key, name, act) => button(words, () => {
@@ -139,6 +140,9 @@ function render({model, el}) {
 
   function answered(foreign) {
     controls.fill(foreign);
+    const found = JSON.stringify(session.shown.wells?.phases);
+    if (found !== phases) land(); // Another plan has not been flown
+    phases = found;
     if (!menu.children.length) menu.append(...shareMenu(root, session, model));
     if (!presets.children.length) {
       presets.append(...session.shown.presets.slice(1).map(presetButton));
@@ -210,9 +214,13 @@ function render({model, el}) {
     });
   }
 
-  function begin(act) {
+  function land() {
     flight?.stop();
     for (const column of columns) column.moment = null;
+  }
+
+  function begin(act) {
+    land();
     act();
     changed();
   }

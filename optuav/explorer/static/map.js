@@ -1,5 +1,5 @@
 // The map: one scale for x and y, terrain to its edges, and the places with their names.
-import {colour, grouped, picture, place, shape, write} from "./drawing.js";
+import {colour, grouped, picture, place, write} from "./drawing.js";
 import {Labels, around, dots} from "./labels.js";
 
 const MOST_NAMED = 40; // Buildings
@@ -23,7 +23,6 @@ export function drawMap(draw, answer, {window, size, u, all}) {
     x: {domain: frame.across, axis: null},
     y: {domain: frame.up, axis: null},
     symbol: {type: "identity"},
-    color: {type: "identity"},
     label: mapWords(answer),
     marks: [terrain(map, frame, u), sights(map, u, named), route(map, frame.scale, u), spots(map, u, named)],
   });
@@ -31,7 +30,6 @@ export function drawMap(draw, answer, {window, size, u, all}) {
   if (draw.firstChild) draw.firstChild.replaceWith(plot);
   else draw.append(plot);
   const view = {...frame, plot, size, u, x: place(plot, "x"), y: place(plot, "y")};
-  ring(view, map.device);
   const labels = nameStops(view, map);
   if (named && all) nameBuildings(view, map, labels);
   nameLevels(view, window[0][1], labels);
@@ -122,6 +120,7 @@ function spots(map, u, named) {
   const used = new Set(map.stops.map(({at}) => at));
   const rests = map.stops.filter(({kind}) => kind === "rest").map(({at}) => placeOf(map, at));
   const edge = {stroke: colour("ink"), strokeWidth: 1.25 * u};
+  const ring = {r: 12 * u, ...edge, stroke: colour("muted"), strokeDasharray: `${3 * u} ${3 * u}`};
   return [
     Plot.dot(map.buildings.filter(({name}) => !used.has(name)), {
       x: ({at}) => at[0],
@@ -134,15 +133,9 @@ function spots(map, u, named) {
     Plot.dot([map.origin, map.destination], {...POINT, symbol: "diamond", r: 6.5 * u, fill: colour("ink")}),
     map.laser && Plot.dot([map.laser], {...POINT, symbol: "triangle", r: 7 * u, fill: colour("laser")}),
     Plot.dot([map.device], {...POINT, r: 5 * u, fill: colour("ink")}),
+    Plot.dot([map.device], {...POINT, ...ring}), // It can be dragged
     map.hover && Plot.dot([map.hover], {...POINT, r: 6.5 * u, fill: colour("hover"), ...edge}),
   ];
-}
-
-// The device can be dragged.
-function ring({plot, x, y, u}, [px, py]) {
-  const look = {fill: "none", stroke: colour("muted"), "stroke-width": 1.25 * u};
-  const dash = `${3 * u} ${3 * u}`;
-  shape(plot, "circle", {cx: x(px), cy: y(py), r: 12 * u, ...look, "stroke-dasharray": dash});
 }
 
 // Writes lines of words beside a point [m] where they are free; the first is strong.
