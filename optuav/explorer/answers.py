@@ -118,7 +118,7 @@ def _map(mission: Mission, plan: Plan) -> Data:
     places, laser = shown.places, mission.laser
     corners_m, count = mission.buildings.outlines()
     rings = np.split(corners_m, np.cumsum(count))[:-1]
-    lit, current_A = places.laser_sight, places.charge_current_A
+    lit = places.laser_sight
     lines_m, clear = shown.sight_lines()
     ends = {
         places.names[place]: _listed(places.position_m[place]) for place in (ORIGIN, DESTINATION)
@@ -136,7 +136,6 @@ def _map(mission: Mission, plan: Plan) -> Data:
                 "at": _listed(places.position_m[place]),
                 "ring": _listed(ring),
                 "lit": bool(lit[place]),
-                "current_A": round(float(current_A[place]), 3),
             }
             for place, ring in zip(places.buildings, rings, strict=True)
         ],
@@ -147,7 +146,6 @@ def _map(mission: Mission, plan: Plan) -> Data:
         **ends,
         "hover": None if hover is None else _listed(hover),
         "device": _listed(device_m),
-        "radius_m": round(radius_m, 3) if math.isfinite(radius_m) else None,
         "rim": _listed(device_m[:2] + radius_m * RIM) if math.isfinite(radius_m) else None,
         "laser": None if laser is None else [*laser.position_m],
         "route": _listed(_points_m(shown, plan)) if plan else None,
@@ -181,7 +179,13 @@ def _wells(plan: Plan) -> Data:
         "full_As": full_As,
         "least_As": mission.limits.min_soc * full_As,
         "phases": [
-            {"kind": e.kind, "at": e.end_place, "start_s": e.start_s, "end_s": e.end_s}
+            {
+                "kind": e.kind,
+                "at": e.end_place,
+                "by": _listed(np.array(e.waypoints_m)),
+                "start_s": e.start_s,
+                "end_s": e.end_s,
+            }
             for e in plan.phases
         ],
         "dry_s": plan.runs_dry_s,
@@ -223,8 +227,6 @@ def _plane(program: Program, plan: Plan, axes: Sequence[float]) -> Data:
             for cut in shown.cuts
         ],
         "grid": {
-            "slot_s": mission.limits.slot_s,
-            "one_of": shown.one_of,
             "hover_s": _listed(shown.grid_s[0]),
             "rest_s": _listed(shown.grid_s[1]),
             "feasible": shown.feasible.astype(int).tolist(),

@@ -6,7 +6,7 @@ import json
 import threading
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
+from urllib.parse import quote, unquote
 
 import pytest
 
@@ -44,6 +44,7 @@ SIZES = {
     "old lecture": (1024, 768, "?lecture", None),
     "pinned lecture": (1920, 1080, "?lecture", {}),
     "pinned in the site": (820, 640, "", {}),
+    "pinned phone": (400, 800, "", {}),
 }
 BOX = """(each) => {
   const {left, top, right, bottom, width, height} = each.getBoundingClientRect();
@@ -80,6 +81,35 @@ APART = """() => {
   return Math.min(...boxes.flatMap((a, k) => boxes.slice(k + 1).map((b) =>
     Math.max(a.left - b.right, b.left - a.right, a.top - b.bottom + 4, b.top - a.bottom + 4))));
 }"""
+COVERED = """() => {
+  const found = [];
+  for (const svg of document.querySelectorAll("figure.map svg[role=img]")) {
+    const marks = [...svg.querySelectorAll("[aria-label=dot] :not([transform*=rotate])")]
+      .map((each) => each.getBoundingClientRect());
+    for (const text of svg.querySelectorAll("text")) {
+      const {left, right, top, bottom, height} = text.getBoundingClientRect();
+      const words = [left, top + 0.2 * height, right, bottom - 0.2 * height];
+      for (const mark of marks) {
+        const across = Math.min(words[2], mark.right) - Math.max(words[0], mark.left);
+        const down = Math.min(words[3], mark.bottom) - Math.max(words[1], mark.top);
+        if (Math.min(across, down) > 3) found.push(text.textContent);
+      }
+    }
+  }
+  return found;
+}"""
+ON_ROUTE = """() => {
+  const route = document.querySelector("figure.map [aria-label=line][stroke='var(--flight)'] path");
+  const {e: x, f: y} = document.querySelector("figure.map .drone g").transform.baseVal[0].matrix;
+  return route.isPointInStroke(new DOMPoint(x, y));
+}"""
+COUNT = """addEventListener("DOMContentLoaded", () => {
+  window.drawn = 0;
+  const isPicture = (each) => each.matches?.(".draw > svg[role=img]");
+  new MutationObserver((changes) => {
+    for (const {addedNodes} of changes) window.drawn += [...addedNodes].filter(isPicture).length;
+  }).observe(document.body, {childList: true, subtree: true});
+});"""
 FLOWN = """() => {
   const all = [...document.querySelectorAll("figure.map .drone g")];
   const playhead = document.querySelector(".playhead path").getBoundingClientRect();
@@ -194,6 +224,24 @@ def test_no_words_overlap_or_are_cut(open_page: Open, name: str) -> None:
             page.get_by_label("Judge by", exact=True).select_option(state)
             rests(page)
             assert page.evaluate(CROWDED) == []
+
+
+@pytest.mark.parametrize("name", SIZES)
+def test_no_words_of_the_map_cover_a_mark(open_page: Open, name: str) -> None:
+    page = opened(open_page, name)
+    assert page.evaluate(COVERED) == []
+
+
+@pytest.mark.parametrize("name", ["desktop", "lecture"])
+def test_opening_draws_each_picture_once(browser: Any, address: str, name: str) -> None:
+    width, height, query, _ = SIZES[name]
+    page = browser.new_page(viewport={"width": width, "height": height})
+    page.add_init_script(COUNT)
+    page.goto(address + query)
+    page.locator("figure svg[role=img]").first.wait_for()
+    rests(page)
+    assert page.evaluate("drawn") == len(PICTURES)
+    page.close()
 
 
 def test_nothing_lies_on_another_thing_in_the_bar_of_a_lecture(open_page: Open) -> None:
@@ -382,6 +430,31 @@ def test_the_drone_flies_its_route_and_falls(browser: Any, address: str) -> None
     page.close()
 
 
+def test_the_drone_follows_a_way_that_bends(browser: Any) -> None:
+    """Around a wall that the straight leg would meet: it stays on the line of the route."""
+    changes = {
+        "flight.obstacles": "around",
+        "flight.max_altitude_m": 100,
+        "buildings.b5.footprint_m": [600.0, 20.0],
+        "buildings.b5.position_m": [600, 1250, 98],
+    }
+    mission = optuav.load("paper").replace(changes)
+    (by_m, *_) = optuav.solve(mission, "P3").waypoints_m
+    assert max(abs(x_m - 0.4 * y_m) for x_m, y_m, _ in by_m) > 100.0  # Beside the straight leg
+    with Server(mission) as server:
+        threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
+        page = browser.new_page(viewport={"width": 1400, "height": 900})
+        page.clock.install()
+        page.goto(server.address + fragment({"problem": "P3"}))
+        page.locator("figure.map svg[role=img]").wait_for()
+        page.get_by_role("button", name="Fly it").click()
+        for _ in range(6):
+            page.clock.run_for(100)
+            assert page.evaluate(ON_ROUTE)
+        page.close()
+        server.shutdown()
+
+
 def test_a_control_that_changes_nothing_says_why_beside_it(open_page: Open) -> None:
     page = opened(open_page, "desktop")
     laser = page.locator(".slider", has_text="Laser power")
@@ -423,8 +496,13 @@ def test_a_lecture_is_large_and_has_the_chosen_controls_alone(open_page: Open) -
     drone = page.locator("figure.map .drone")
     playwright.expect(drone).to_contain_text("falls at 1095 s")
     assert drone.locator("g").last.get_attribute("stroke") == "var(--dry)"
+    page.keyboard.press("1")
+    playwright.expect(page.locator(".playhead, .drone")).to_have_count(0)
+    page.keyboard.press(" ")
+    playwright.expect(page.locator(".playhead")).to_have_count(1)
     page.locator(".segments button", has_text="the available well").click()
     playwright.expect(page.locator("header .verdict")).to_contain_text("✓ flies")
+    playwright.expect(page.locator(".playhead, .drone")).to_have_count(0)  # Another plan
     for key, words in (("2", "674.93 s"), ("3", "✓ flies"), ("4", "no plan"), ("5", "✕ falls")):
         page.keyboard.press(key)
         playwright.expect(page.locator("header .verdict")).to_contain_text(words)
@@ -468,8 +546,13 @@ def test_a_slider_of_a_lecture_keeps_the_focus(open_page: Open) -> None:
     rests(page)
     page.keyboard.press("ArrowLeft")
     rests(page)
+    page.keyboard.press("Shift+ArrowLeft")
+    rests(page)
     step = float(slider.get_attribute("step"))
-    assert float(slider.input_value()) == start - 2 * step
+    assert float(slider.input_value()) == start - 12 * step  # With Shift ten steps
+    assert json.loads(unquote(page.url.partition("#")[2]))["state"]["changes"] == {
+        slider.get_attribute("data-key").partition("|")[0]: start - 12 * step
+    }
 
 
 def test_in_a_page_of_the_site_the_controls_are_a_sheet(open_page: Open) -> None:

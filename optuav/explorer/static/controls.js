@@ -1,9 +1,10 @@
 // The controls: what to start from, the question, the mission's sliders, and places.
 import {button, decimal, grouped, make} from "./drawing.js";
-import {points} from "./handles.js";
+import {ARROWS, points} from "./handles.js";
 import {DEFAULTS, brief} from "./state.js";
 
 const PLACES = ["device", "laser", "roof"];
+const LONG_STEP = 10; // Steps, by Shift and an arrow
 const NUMBER = {type: "text", inputmode: "decimal", autocomplete: "off"};
 let instances = 0;
 
@@ -167,7 +168,13 @@ export class Controls {
     for (const end of ["pointerup", "pointercancel"]) {
       range.addEventListener(end, () => this.#session.release());
     }
-    range.addEventListener("keydown", (event) => event.key !== "Tab" && this.#session.holdByKey());
+    range.addEventListener("keydown", (event) => {
+      if (event.key !== "Tab") this.#session.holdByKey();
+      if (!event.shiftKey || !ARROWS[event.key]) return;
+      event.preventDefault();
+      range.stepUp(LONG_STEP * d3.sum(ARROWS[event.key]));
+      range.dispatchEvent(new Event("input"));
+    });
   }
 
   #listenField(field, control) {

@@ -61,6 +61,7 @@ export function cased(role, u = 1) {
 export function picture({size, label, marks, ...options}) {
   const plot = Plot.plot({
     inset: 0,
+    color: {type: "identity"},
     style: `font: ${size - 1}px ${FONT}; background: none; color: ${colour("ink")}; overflow: hidden`,
     marks: marks.flat(Infinity).filter(Boolean),
     ...options,

@@ -27,15 +27,18 @@ export function drawDrone({plot, x, y, height, size, u}, {map, wells, verdict}, 
   write(group, {...below, words: verdict.event, size, anchor: "middle", weight: 600, fill: "dry"});
 }
 
-// Along the line from stop to stop, slow at both ends.
+// Along the way from stop to stop, by its waypoints, slow at both ends.
 function positionAt(map, phases, time) {
   const k = Math.max(0, phases.findIndex(({end_s}) => time <= end_s));
-  const {kind, at, start_s, end_s} = phases[k];
+  const {kind, at, by, start_s, end_s} = phases[k];
   const to = placeOf(map, at);
   if (kind !== "flight") return to;
   const from = placeOf(map, phases[k - 1]?.at ?? "origin");
+  const points = [from, ...by, to];
+  const length = (a, b) => Math.hypot(...a.map((m, axis) => b[axis] - m));
+  const flown_m = [0, ...d3.cumsum(d3.pairs(points, length))];
   const share = d3.easeQuadInOut((time - start_s) / Math.max(end_s - start_s, 1e-9));
-  return d3.interpolateArray(from, to)(share);
+  return d3.scaleLinear(flown_m, points)(share * flown_m.at(-1));
 }
 
 function drawCraft(group, {x, y}, {opacity, turn}, role, u) {

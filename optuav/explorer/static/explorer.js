@@ -33,6 +33,8 @@ function render({model, el}) {
   let flight = null;
   let lecture = false;
   let shaped = false;
+  let drawn = ""; // For which size
+  let phases = ""; // Of the plan that is shown
   let invited = query.has("lecture"); // By the address, once
 
   const press = (words, key, name, act) => button(words, () => {
@@ -138,12 +140,15 @@ function render({model, el}) {
 
   function answered(foreign) {
     controls.fill(foreign);
+    const found = JSON.stringify(session.shown.wells?.phases);
+    if (found !== phases) land(); // Another plan has not been flown
+    phases = found;
     if (!menu.children.length) menu.append(...shareMenu(root, session, model));
     if (!presets.children.length) {
       presets.append(...session.shown.presets.slice(1).map(presetButton));
     }
-    if (invited) teach(true);
-    else if (lecture) choose();
+    if (invited) return teach(true);
+    if (lecture) choose();
     changed();
   }
 
@@ -179,12 +184,18 @@ function render({model, el}) {
   }
 
   function draw() {
-    if (session.shown && root.isConnected) for (const column of columns) column.draw();
+    if (!session.shown || !root.isConnected) return;
+    drawn = sizeOfPlans();
+    for (const column of columns) column.draw();
   }
 
   function resized() {
     if (lecture && root.clientWidth < PHONE_PX) teach(false);
-    else draw();
+    else if (sizeOfPlans() !== drawn) draw();
+  }
+
+  function sizeOfPlans() {
+    return `${plans.clientWidth} ${plans.clientHeight}`;
   }
 
   // The playhead runs over a plan; where the available well is empty, the drone falls.
@@ -203,9 +214,13 @@ function render({model, el}) {
     });
   }
 
-  function begin(act) {
+  function land() {
     flight?.stop();
     for (const column of columns) column.moment = null;
+  }
+
+  function begin(act) {
+    land();
     act();
     changed();
   }

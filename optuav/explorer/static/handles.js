@@ -2,7 +2,7 @@
 const MOST_FOCUSED = 60; // Points by the tabulator
 const STEP_M = 10;
 const LONG_STEP_M = 100;
-const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1]};
+export const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1]};
 const HANDLE_PX = 12;
 const ROOF_PX = 8;
 

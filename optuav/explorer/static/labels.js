@@ -22,8 +22,8 @@ export class Labels {
   }
 
   // Keeps words from a point of the picture.
-  keepAround([x, y], reach) {
-    this.keep([x - reach, y - reach, x + reach, y + reach]);
+  keepAround([x, y], across, up = across) {
+    this.keep([x - across, y - up, x + across, y + up]);
   }
 
   avoid(points) {

@@ -1,5 +1,5 @@
 // The map: one scale for x and y, terrain to its edges, and the places with their names.
-import {colour, grouped, picture, place, shape, wide, write} from "./drawing.js";
+import {colour, grouped, picture, place, write} from "./drawing.js";
 import {Labels, around, dots} from "./labels.js";
 
 const MOST_NAMED = 40; // Buildings
@@ -23,7 +23,6 @@ export function drawMap(draw, answer, {window, size, u, all}) {
     x: {domain: frame.across, axis: null},
     y: {domain: frame.up, axis: null},
     symbol: {type: "identity"},
-    color: {type: "identity"},
     label: mapWords(answer),
     marks: [terrain(map, frame, u), sights(map, u, named), route(map, frame.scale, u), spots(map, u, named)],
   });
@@ -31,7 +30,6 @@ export function drawMap(draw, answer, {window, size, u, all}) {
   if (draw.firstChild) draw.firstChild.replaceWith(plot);
   else draw.append(plot);
   const view = {...frame, plot, size, u, x: place(plot, "x"), y: place(plot, "y")};
-  ring(view, map.device);
   const labels = nameStops(view, map);
   if (named && all) nameBuildings(view, map, labels);
   nameLevels(view, window[0][1], labels);
@@ -122,6 +120,7 @@ function spots(map, u, named) {
   const used = new Set(map.stops.map(({at}) => at));
   const rests = map.stops.filter(({kind}) => kind === "rest").map(({at}) => placeOf(map, at));
   const edge = {stroke: colour("ink"), strokeWidth: 1.25 * u};
+  const ring = {r: 12 * u, ...edge, stroke: colour("muted"), strokeDasharray: `${3 * u} ${3 * u}`};
   return [
     Plot.dot(map.buildings.filter(({name}) => !used.has(name)), {
       x: ({at}) => at[0],
@@ -134,15 +133,9 @@ function spots(map, u, named) {
     Plot.dot([map.origin, map.destination], {...POINT, symbol: "diamond", r: 6.5 * u, fill: colour("ink")}),
     map.laser && Plot.dot([map.laser], {...POINT, symbol: "triangle", r: 7 * u, fill: colour("laser")}),
     Plot.dot([map.device], {...POINT, r: 5 * u, fill: colour("ink")}),
+    Plot.dot([map.device], {...POINT, ...ring}), // It can be dragged
     map.hover && Plot.dot([map.hover], {...POINT, r: 6.5 * u, fill: colour("hover"), ...edge}),
   ];
-}
-
-// The device can be dragged.
-function ring({plot, x, y, u}, [px, py]) {
-  const look = {fill: "none", stroke: colour("muted"), "stroke-width": 1.25 * u};
-  const dash = `${3 * u} ${3 * u}`;
-  shape(plot, "circle", {cx: x(px), cy: y(py), r: 12 * u, ...look, "stroke-dasharray": dash});
 }
 
 // Writes lines of words beside a point [m] where they are free; the first is strong.
@@ -151,11 +144,12 @@ function put({plot, x, y, u, ...view}, labels, lines, point, options = {}) {
   const candidates = around(x(point[0]), y(point[1]), gap, size, lines.length);
   const ordered = order ? order.map((k, cost) => ({...candidates[k], cost})) : candidates;
   const found = labels.find(lines, ordered, {size, weight, needed});
-  if (!found) return;
+  if (!found) return null;
   lines.forEach((words, k) => {
     const y_px = found.y + 1.25 * k * size;
     write(plot, {...found, y: y_px, words, size, fill, weight: k ? 400 : weight});
   });
+  return found;
 }
 
 // Names of places, those that the plan uses first.
@@ -164,12 +158,14 @@ function nameStops(view, map) {
   const labels = new Labels(view.width, view.height);
   const px = ([a, b]) => [x(a), y(b)];
   labels.avoid(dots((map.route ?? []).map(px)));
-  const marks = [map.device, map.hover, map.laser, map.origin, map.destination];
-  const known = [...marks, ...map.buildings.map(({at}) => at)].filter(Boolean);
-  for (const mark of known) labels.keepAround(px(mark), 5 * u);
+  const marks = [map.device, map.hover, ...map.buildings.map(({at}) => at)];
+  for (const mark of marks.filter(Boolean)) labels.keepAround(px(mark), 5 * u);
+  for (const mark of [map.origin, map.destination, map.laser].filter(Boolean)) {
+    labels.keepAround(px(mark), 7 * u, 10 * u);
+  }
   for (const stop of map.stops) nameStop(view, map, stop, labels);
-  for (const name of ["origin", "destination", "laser"]) {
-    if (map[name]) put(view, labels, [name], map[name], {order: BELOW, gap: 11 * u});
+  for (const name of ["laser", "origin", "destination"]) {
+    if (map[name]) put(view, labels, [name], map[name], {order: BELOW, gap: 13 * u});
   }
   put(view, labels, ["device"], map.device, {gap: 15 * u, order: ABOVE});
   const hovers = map.stops.some(({at}) => at === "hover");
@@ -183,8 +179,7 @@ function nameStop(view, map, {kind, at, duration_s}, labels) {
   if (duration_s < LEAST_S) return strong([kind === "hover" ? "hover point" : `${short(at)}: pass by`]);
   if (kind === "hover") return strong([`hover ${duration_s.toFixed(1)} s`], {gap: 12 * view.u, order: ABOVE});
   const whole = `${short(at)}: rest ${duration_s.toFixed(1)} s`;
-  const end = view.x(point[0]) + 11 * view.u + wide(whole, view.size, 600);
-  return strong(end < view.width ? [whole] : [short(at), `rest ${duration_s.toFixed(0)} s`]);
+  return strong([whole], {needed: false}) ?? strong([short(at), `rest ${duration_s.toFixed(0)} s`]);
 }
 
 // Names of the other buildings where there is room, on the outer side first.

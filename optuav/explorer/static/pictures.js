@@ -17,13 +17,18 @@ export function drawPicture(draw, answer, look) {
   draw.prepend(...DRAWN[data.name](data, {...look, axes: look.axes ?? data.axes}, room));
 }
 
+// Around a picture, with room for the widest name at its left.
+function edges(size, widest, marginRight, top = 0.5) {
+  return {marginLeft: widest + size, marginRight, marginTop: top * size, marginBottom: 1.9 * size};
+}
+
 // What is left at each station of the way, and what was lost before it.
 function drawBeam({title, stations}, {axes: [most], size, u}, {width, height}) {
   const names = stations.map(({words}) => words);
   const narrow = width < NARROW_PX * u; // Words stand above the bars, else beside them
   const widest = (key) => (narrow ? 0 : d3.max(stations, (station) => wide(station[key], size - 1)));
-  const [padding, bottom] = [narrow ? 0.6 : 0.25, 1.9 * size];
-  const above = -((1 - padding) * (height - bottom)) / stations.length / 2 - 0.4 * size;
+  const padding = narrow ? 0.6 : 0.25;
+  const above = -((1 - padding) * (height - 1.9 * size)) / stations.length / 2 - 0.4 * size;
   const words = narrow
     ? {x: 0, text: ({words: name, said}) => `${name}: ${said}`, dy: above, dx: 2}
     : {x: "before_W", text: "said", dx: 6};
@@ -32,10 +37,7 @@ function drawBeam({title, stations}, {axes: [most], size, u}, {width, height}) {
     width,
     height,
     size,
-    marginLeft: widest("words") + size,
-    marginRight: widest("said") + size,
-    marginTop: 0.4 * size,
-    marginBottom: bottom,
+    ...edges(size, widest("words"), widest("said") + size),
     label: `${title}: ${stations.map((station) => `${station.words} ${station.said}`).join("; ")}`,
     x: {domain: [0, most], axis: null},
     y: {domain: names, axis: null, padding},
@@ -47,7 +49,6 @@ function drawBeam({title, stations}, {axes: [most], size, u}, {width, height}) {
       Plot.barX(stations, {y: "words", x: "power_W", fill: kind}),
       Plot.text(stations, {y: "words", textAnchor: "start", fill: colour("ink"), ...words}),
     ],
-    color: {type: "identity"},
   })];
 }
 
@@ -61,10 +62,7 @@ function drawSpeed({speed_m_s, power_W, marks}, {axes: [most_x, most_y], size, u
     width,
     height,
     size,
-    marginLeft: wide(grouped(most_y), size) + size,
-    marginRight: 12 * u,
-    marginTop: 0.6 * size,
-    marginBottom: 1.9 * size,
+    ...edges(size, wide(grouped(most_y), size), 12 * u),
     label: `Power over air speed: ${said.join("; ")}`,
     x: {domain: [0, most_x], axis: null},
     y: {domain: [0, most_y], axis: null},
@@ -76,7 +74,6 @@ function drawSpeed({speed_m_s, power_W, marks}, {axes: [most_x, most_y], size, u
       Plot.line(rows, {stroke: colour("flight"), strokeWidth: 2.75 * u}),
       Plot.dot(marks, {...points, fill: (_, k) => colour(k ? "optimum" : "hover")}),
     ],
-    color: {type: "identity"},
   });
   const [x, y] = [place(plot, "x"), place(plot, "y")];
   const labels = new Labels(width, y(0), x(0));
@@ -125,14 +122,10 @@ function drawRing({turns, drones}, {axes: [end, rows], size}, {width, height}) {
     width,
     height,
     size,
-    marginLeft: wide(COVERS, size) + size,
-    marginRight: 10,
-    marginTop: 0.4 * size,
-    marginBottom: 1.9 * size,
+    ...edges(size, wide(COVERS, size), 10),
     label: `Who flies when, the first turns${more}`,
     x: {domain: [0, end], axis: null},
     y: {domain: [...names, COVERS], axis: null, padding: 0.15},
-    color: {type: "identity"},
     clip: true,
     marks: [
       Plot.axisX(hours.filter((hour) => hour < 0.97 * end), {...NUMBERS, tickFormat: unit}),
@@ -150,10 +143,7 @@ function drawPads({pads, drones, most_W}, {axes: [, , most_x, most_y], size, u},
     width,
     height,
     size,
-    marginLeft: wide(grouped(most_y), size) + size,
-    marginRight: 12 * u,
-    marginTop: 1.8 * size,
-    marginBottom: 1.9 * size,
+    ...edges(size, wide(grouped(most_y), size), 12 * u, 1.8),
     label: `Drones that leave no gap by the power of a pad: ${pads.map((pad) =>
       `${pad.drones} with ${pad.power_W.toFixed(0)} W`).join(", ")}; with the laser ${drones}`,
     x: {domain: [0, most_x], axis: null},

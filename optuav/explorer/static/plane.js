@@ -1,7 +1,7 @@
 // The plane of both times: limits as lines with their forbidden sides, the optimum and its trail.
 import {GRID, NUMBERS, cased, colour, explain, grouped, line, picture} from "./drawing.js";
 import {place, shape, steps, wide, write} from "./drawing.js";
-import {Labels, dots} from "./labels.js";
+import {Labels, around, dots} from "./labels.js";
 
 const FORBIDDEN = 0.09; // Strength of a forbidden side
 const FAINTEST = 0.25; // Of the trail
@@ -12,7 +12,6 @@ const OPTIMUM_SPOTS = [ // Of its words, the preferred first
   [16, -34], [16, -52], [-16, -34], [0, 20], [16, 26], [-16, 26],
   [-16, -52], [-30, 26], [16, 46], [-30, 46], [22, -10], [-16, 46],
 ];
-const TRAIL_SPOTS = [[-10, 14], [10, 14], [-10, -8], [10, -8]];
 
 export function drawPlane(draw, {plane, wells}, {axes, trail, size, u, slots}) {
   if (plane.words) return explain(draw, plane.words);
@@ -47,7 +46,7 @@ export function drawPlane(draw, {plane, wells}, {axes, trail, size, u, slots}) {
     ],
   });
   draw.replaceChildren(plot);
-  const view = viewOf(plot, most, below, {width, height, narrow, size, u, told: draw.closest(".symbols")});
+  const view = viewOf(plot, plane, most, below, {width, height, narrow, size, u, told: draw.closest(".symbols")});
   const lines = limits.map((limit) => ({...limit, ...lineOf(view, plane, limit.excess)}));
   const optimum = optimumOf(view, plane, trail);
   const under = {x: view.right, y: view.bottom + size + 4, anchor: "end", ...view.muted};
@@ -70,14 +69,16 @@ function planeWords(plane, limits) {
 }
 
 // Scales, edges [px] and labels of a plane.
-function viewOf(plot, most, below, look) {
+function viewOf(plot, plane, most, below, look) {
   const [x, y] = [place(plot, "x"), place(plot, "y")];
   const [left, right] = [x(-below * most[0]), x(most[0])];
   const [top, bottom] = [y(most[1]), y(-below * most[1])];
+  const [across, up] = [plane.rest_s.map(x), plane.hover_s.map(y)]
+    .map((ends) => d3.scaleLinear([0, plane.samples - 1], ends)); // Of columns and rows of samples
   const labels = new Labels(look.width, bottom, left);
   const muted = {size: look.size - 1, fill: "muted", halo: false};
   const inside = ([px, py]) => px >= left && px <= right && py >= top && py <= bottom;
-  return {plot, x, y, left, right, top, bottom, labels, muted, inside, ...look};
+  return {plot, x, y, across, up, left, right, top, bottom, labels, muted, inside, ...look};
 }
 
 // Forbidden sides below, bounds and slots, and the lines of the limits above.
@@ -110,22 +111,13 @@ function slotMarks({hover_s, rest_s, feasible}) {
 }
 
 // The points of the line of a limit [px], and points along it for words to avoid.
-function lineOf({x, y, inside}, {samples: n, hover_s: [y1, y2], rest_s: [x1, x2]}, excess) {
-  const across = (j) => x(x1 + (j / (n - 1)) * (x2 - x1));
-  const up = (i) => y(y1 + (i / (n - 1)) * (y2 - y1));
-  const points = crossings(excess, n, across, up).filter(inside);
+function lineOf({across, up, inside}, {samples: n}, excess) {
+  const edge = d3.contours().size([n, n]).contour(excess, 0).coordinates.flat(2); // Around a region
+  const crossed = edge.map(([j, i]) => [across(j - 0.5), up(i - 0.5)]).filter(inside);
+  const [width, height] = [0, 1].map((axis) => d3.extent(crossed, (point) => point[axis]))
+    .map(([low, high]) => high - low);
+  const points = d3.sort(crossed, (point) => point[width >= height ? 0 : 1]);
   return {points, along: dots(points)};
-}
-
-// Where a field of samples changes its sign: points along the line, by column or by row.
-function crossings(excess, n, x, y) {
-  const at = (i, j) => excess[i * n + j];
-  const along = (get, point) => d3.range(n).flatMap((j) => d3.range(n - 1)
-    .filter((i) => get(i, j) >= 0 !== get(i + 1, j) >= 0)
-    .map((i) => point(i + get(i, j) / (get(i, j) - get(i + 1, j)), j)));
-  const columns = along((i, j) => at(i, j), (i, j) => [x(j), y(i)]);
-  const rows = along((j, i) => at(i, j), (j, i) => [x(j), y(i)]);
-  return columns.length >= rows.length ? columns : d3.sort(rows, ([, py]) => py);
 }
 
 // The star and the optima before it [px].
@@ -254,12 +246,7 @@ function nameOptimum({plot, labels, size, u}, {best: [rest_s, hover_s], rests}, 
 // Where the control stood from which the trail comes.
 function nameTrail({plot, labels, size, u}, [x, y], [value, unit]) {
   const words = `trail: from ${grouped(unit === "%" ? 100 * value : value)} ${unit}`;
-  const spots = TRAIL_SPOTS.map(([across, down]) => ({
-    x: x + across * u,
-    y: y + down * u + (down > 0 ? size / 2 : 0),
-    anchor: across > 0 ? "start" : "end",
-  }));
-  const found = labels.find([words], spots, {size: size - 1, needed: false});
+  const found = labels.find([words], around(x, y, 10 * u, size), {size: size - 1, needed: false});
   if (found) write(plot, {...found, words, size: size - 1, fill: "muted"});
 }
 
@@ -287,11 +274,10 @@ function nameAllowed(view, plane, limits) {
 }
 
 // Whether all limits hold along a stretch to the right of a spot.
-function allowed({x, y}, {samples: n, hover_s: [y1, y2], rest_s: [x1, x2]}, limits, spot, across) {
-  const column = (px) => Math.round(((px - x(x1)) / (x(x2) - x(x1))) * (n - 1));
-  const i = Math.round(((spot.y - y(y1)) / (y(y2) - y(y1))) * (n - 1));
+function allowed({across, up}, {samples: n}, limits, spot, width) {
+  const i = Math.round(up.invert(spot.y));
   return [0, 0.5, 1].every((share) => {
-    const j = column(spot.x + share * across);
+    const j = Math.round(across.invert(spot.x + share * width));
     const within = i >= 0 && j >= 0 && i < n && j < n;
     return within && limits.every(({excess}) => excess[i * n + j] >= 0);
   });
