@@ -332,8 +332,8 @@ class _Search:
     def figures(self, points: Points, routes: Integers) -> tuple[Quantities, Booleans]:
         """Figures with currents multiplied, all routes at a point after each other.
 
-        The second array says where the legs can be flown and the link holds. All routes are direct,
-        or all go by way of a building.
+        The second array says where the legs can be flown, the link holds and the altitude is
+        allowed. All routes are direct, or all go by way of a building.
         """
         (variants, drain, charge), all_routes = points, self.network.routes
         which, point = (
@@ -349,6 +349,8 @@ class _Search:
         )
         able = np.broadcast_to(variants.able, (variants.count, len(all_routes)))[point, which]
         reached = np.asarray(table.hover_distance_m <= table.coverage_radius_m * (1.0 + KEPT))
+        above = np.asarray(table.min_altitude_m <= table.hover_altitude_m)
+        below = np.asarray(table.hover_altitude_m <= table.max_altitude_m)
         steps = tuple(
             step if isinstance(step, str) else Stage(drain * step.current_A, step.duration_s)
             for step in table.steps
@@ -361,7 +363,7 @@ class _Search:
             hover_current_A=drain * hover_A - charge * received_A,
             rest_current_A=charge * (table.rest_current_A + rest_A) - drain * rest_A,
         )
-        return scaled, able & reached
+        return scaled, able & reached & above & below
 
     def by_chance(
         self, routes: Integers, box: Box, trials: Points, most_failures: int
