@@ -1,13 +1,15 @@
 """The errors that optuav raises on purpose, and the faults that make an input error."""
 
+import datetime
 import difflib
 import os
 import re
+import reprlib
 import sys
 import textwrap
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import wraps
 from importlib import import_module
@@ -86,8 +88,37 @@ def printed(write: Callable[[Any], str]) -> Callable[[Any], str]:
 
 def safe_name(part: object, longest: int = LONGEST_NAME) -> str:
     """A name or a part of a dotted key as it may be printed: the start of a very long one."""
-    text = str(part)
+    text = part if isinstance(part, str) else shown(part)
     return printable(text if len(text) <= longest else f"{text[: longest - 3]}...")
+
+
+def shown(value: object, depth: int = 2) -> str:
+    """A value as a short text."""
+    match value:
+        case float():
+            return repr(float(value))
+        case bool():
+            return "true" if value else "false"
+        case int() if value.bit_length() > 200:
+            return f"an integer of {value.bit_length()} bits"
+        case str() if len(value) > LONGEST_TEXT:
+            return f"{value[:LONGEST_TEXT]!r}..."
+        case int() | str():
+            return repr(value)
+        case dict():
+            return "a table" if value else "an empty table"
+        case list() | tuple() if depth == 0:
+            return "[...]"
+        case list() | tuple():
+            items = [shown(item, depth - 1) for item in value[:4]]
+            return f"[{', '.join(items + ['...'] * (len(value) > 4))}]"
+        case datetime.date() | datetime.time():
+            return value.isoformat()
+        case _:
+            with suppress(ValueError):  # of a number of too many digits inside
+                if (text := reprlib.repr(value)).isprintable():  # No table of many lines
+                    return text
+            return f"a {type(value).__name__}"
 
 
 def nearest(key: str, known: Iterable[str]) -> str:

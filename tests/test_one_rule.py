@@ -12,6 +12,7 @@ import pytest
 
 import optuav
 from optuav import exercises, judge, maps, plots
+from optuav.engines.grid import Grid
 from optuav.errors import InputError
 from optuav.studies.results import Results
 
@@ -47,6 +48,16 @@ DOORS: dict[str, Door] = {
     "batch without ranges": Door(optuav.batch, "mission, missions"),
     "batch_arrays": Door(optuav.batch_arrays, "mission, missions"),
     "compare": Door(lambda x: optuav.compare(x, by="perspective"), M),
+    "compare: by": Door(lambda x: optuav.compare("paper", by=x), "comparison"),
+    "compare: engines": Door(lambda x: optuav.compare("paper", engines=x), "", True, True),
+    "compare: slots_s": Door(lambda x: optuav.compare("paper", slots_s=[x, -1.0]), ""),
+    "compare: progress": Door(lambda x: optuav.compare("paper", progress=x), "", none=True),
+    "solve: problem": Door(lambda x: optuav.solve("paper", x), ""),
+    "solve: building": Door(lambda x: optuav.solve("paper", optuav.P4(x)), "", none=True),
+    "solve: engine": Door(lambda x: optuav.solve("paper", engine=x), ""),
+    "Cvxpy": Door(lambda x: linear(optuav.Cvxpy(solver=x)), "", none=True),
+    "Pyomo": Door(lambda x: linear(optuav.Pyomo(solver=x)), ""),
+    "Grid": Door(Grid, "", none=True),
     "samples": Door(lambda x: optuav.samples(x, {"gravity_m_s2": {"percent": 1}}, 2), ""),
     "samples: uncertainty": Door(lambda x: optuav.samples("paper", x, 2), "uncertainty"),
     "sensitivity": Door(lambda x: optuav.sensitivity(x, {}, samples=8), ""),
@@ -61,6 +72,7 @@ DOORS: dict[str, Door] = {
     "explain": Door(optuav.explain, "mission, plan"),
     "explore": Door(optuav.explore, ""),
     "reproduce": Door(lambda x: optuav.reproduce("out", mission=x), "", none=True),
+    "reproduce: only": Door(lambda x: optuav.reproduce("out", only=x), "study name", True),
     "maps.laser": Door(lambda x: maps.laser(x, 1000), M),
     "maps.device": Door(lambda x: maps.device(x, 1000), M),
     "maps.hover_point": Door(lambda x: maps.hover_point(x, 1500), M),
@@ -99,8 +111,8 @@ DOORS: dict[str, Door] = {
     "plots.plane: model": Door(lambda x: plane(model=x), ""),
     "plots.plane: parameters": Door(lambda x: plane(parameters=x), ""),
     "plots.sites": Door(plots.sites, ""),
-    "plots.swept": Door(plots.swept, ""),
-    "plots.distribution": Door(plots.distribution, ""),
+    "plots.swept": Door(plots.swept, "swept"),
+    "plots.distribution": Door(plots.distribution, "swept"),
     "plots.fit": Door(plots.fit, ""),
     "plots.bars": Door(lambda x: plots.bars(x, title="", y_label=""), ""),
     "plots.fleet_turns": Door(lambda x: plots.fleet_turns(x, title=""), ""),
@@ -119,6 +131,11 @@ DOORS: dict[str, Door] = {
 }
 WITHOUT = {"shipped", "json_schema", "longest_hovers", "validate_graph", "exercises.numbers"}
 """Functions that take nothing of this kind."""
+
+
+def linear(engine: Any) -> optuav.Plan:
+    """A linear problem by an engine."""
+    return optuav.solve("paper", "P3", perspective="battery", engine=engine)
 
 
 def plane(**changed: Any) -> matplotlib.axes.Axes:
@@ -149,6 +166,8 @@ def good(kind: str) -> Iterator[Any]:
         "study": lambda: ({"output": "dict", "grid": DEADLINES},),
         "swept": lambda: (optuav.sweep("study.toml"), "study", Path("study")),
         "csv": lambda: (["csv.csv"], [Path("csv.csv")]),
+        "comparison": lambda: ("trajectory", ["trajectory"]),
+        "study name": lambda: ("system", ["system"]),
         "axes": lambda: (drawn := plots.wells(plan), drawn[0]),
         "drawn": lambda: (plots.swept(optuav.batch(paper, DEADLINES)),),
         "axes by name": lambda: (
@@ -203,7 +222,7 @@ WRITES = ("plots.save: path", "plots.save_figures: folder", "Plan.save", "Missio
 def test_anything_else_is_refused_in_words(name: str, folder: Path) -> None:
     """By the argument or the file, with its value or what would do, and never by Python's error."""
     door = DOORS[name]
-    wrong = [3, {3: 4}, b"x", object(), *([] if door.none else [None])]
+    wrong = [3, 10**5000, {3: 4}, b"x", object(), *([] if door.none else [None])]
     wrong += [] if door.empty else [[], ""]
     wrong += [] if name in WRITES else ["no.toml", Path("no.json")]
     wrong += ["~nobody-here/x.json", Path("~nobody-here/x")]

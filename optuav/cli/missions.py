@@ -262,7 +262,7 @@ def _sheet(form: type[Drone], stated: dict[str, Any]) -> Drone:
                 default=None if field.is_required() else default,
                 value_proc=partial(_answer, form, name),
             )
-    return form.of(answers)
+    return form(**answers)
 
 
 def _answer(form: type[Drone], name: str, text: Any) -> float:

@@ -6,6 +6,7 @@ import sys
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from inspect import isabstract
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -54,8 +55,6 @@ def faults_named() -> Iterator[None]:
     """Turn an error in a problem's file into an `InputError` that names its line."""
     try:
         yield
-    except OptuavError:
-        raise
     except Exception as error:
         trace = traceback.extract_tb(error.__traceback__)
         places = [(frame.filename, frame.lineno) for frame in trace]
@@ -65,5 +64,10 @@ def faults_named() -> Iterator[None]:
         if not known:
             raise
         name, line = known[-1]
+        if isinstance(error, InputError):
+            faults = (replace(fault, source=f"{name}, line {line}") for fault in error.faults)
+            raise InputError(faults) from error
+        if isinstance(error, OptuavError):
+            raise
         words = f"{type(error).__name__}: {getattr(error, 'msg', error)}"
         raise InputError([Fault("", "", words, f"{name}, line {line}")]) from error

@@ -24,7 +24,7 @@ from optuav.arrays import Floats, Values
 from optuav.engines.linear_form import LinearForm, linear_form, own_bounds, slot_ranges
 from optuav.engines.registry import OneByOne, Single, capabilities
 from optuav.engines.solution import DUALITY, Solution, single
-from optuav.errors import InputError, SolverError
+from optuav.errors import Fault, InputError, SolverError, shown
 from optuav.modelling.check import TOLERANCE
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
@@ -65,9 +65,10 @@ def installed(
     # CVXPY's own function would look for every solver again, longer than a small solve takes.
     defines = cvxpy.reductions.solvers.defines
     there, able = defines.INSTALLED_SOLVERS, defines.INSTALLED_MI_SOLVERS
-    wanted, name = name, "HIGHS" if name is None else str(name).upper()
+    wanted, name = name, "HIGHS" if name is None else name.upper() if isinstance(name, str) else ""
     if name not in there:
-        raise InputError(f"CVXPY has no solver {wanted!r}; installed: {', '.join(there)}")
+        words = f"one of CVXPY's solvers that are installed: {', '.join(there)}"
+        raise InputError([Fault("solver", shown(wanted), words)])
     if whole and name not in able:
         raise InputError(f"the solver {name} takes no whole numbers; these do: {', '.join(able)}")
     options: dict[str, Operand] = dict(SETTINGS.get(name, {}))

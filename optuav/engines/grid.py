@@ -25,7 +25,7 @@ from optuav.engines.linear_form import own_bounds, slot_ranges
 from optuav.engines.registry import MOST_UNKNOWNS, OneByOne, Single, capabilities
 from optuav.engines.rows import TINY, levelled
 from optuav.engines.solution import Solution, single
-from optuav.errors import Fault, InputError, SolverError
+from optuav.errors import Fault, InputError, SolverError, shown
 from optuav.modelling.check import TOLERANCE, evaluated, holding, relations
 from optuav.modelling.expression import Operand, Relation
 from optuav.modelling.forms import CONSTANT, Exponential, NotExponentialError, exponential
@@ -208,6 +208,11 @@ class Grid(OneByOne):
     progress: Progress | None = field(default=None, compare=False, repr=False)
     name = NAME
     takes = capabilities[NAME]
+
+    def __post_init__(self) -> None:
+        if self.progress is not None and not callable(self.progress):
+            words = "a function of two numbers, or nothing"
+            raise InputError([Fault("progress", shown(self.progress), words)])
 
     def prepare(
         self, model: Model, slot_s: float | None = None, time_limit_s: float | None = None

@@ -16,7 +16,7 @@ from optuav.arrays import Values
 from optuav.engines.linear_form import own_bounds, reaches
 from optuav.engines.registry import Capability, OneByOne, Single
 from optuav.engines.solution import DUALITY, Solution, single, without_solver
-from optuav.errors import Fault, InputError, SolverError, printable, refuse, require
+from optuav.errors import Fault, InputError, SolverError, printable, refuse, require, shown
 from optuav.modelling.classify import traits
 from optuav.modelling.expression import Leaf, Let, Operand, Variable
 from optuav.modelling.model import Model
@@ -180,9 +180,9 @@ class Pyomo(OneByOne):
 
     def __post_init__(self) -> None:
         if not isinstance(self.solver, str):
-            raise InputError([Fault("solver", repr(self.solver), f"a name, such as {HIGHS!r}")])
+            raise InputError([Fault("solver", shown(self.solver), f"a name, such as {HIGHS!r}")])
         if not isinstance(self.options, Mapping):
-            raise InputError([Fault("options", repr(self.options), "values by name")])
+            raise InputError([Fault("options", shown(self.options), "values by name")])
         refuse(self._refused() if self.options and self.solver in (HIGHS, "highs") else ())
 
     def _refused(self) -> Iterator[Fault]:
@@ -195,7 +195,7 @@ class Pyomo(OneByOne):
             with suppress(TypeError):
                 if file.setOptionValue(key, option) == highspy.HighsStatus.kOk:
                     continue
-            yield Fault(f"options[{key!r}]", repr(option), "an option and a value of HiGHS")
+            yield Fault(f"options[{shown(key)}]", shown(option), "an option and a value of HiGHS")
 
     @property
     def takes(self) -> Capability:  # type: ignore[override]
@@ -214,7 +214,7 @@ class Pyomo(OneByOne):
             options = {**options, "timelimit": time_limit_s}
         if not self._solver().available(exception_flag=False):
             words = f"a solver that Pyomo finds; optuav[pyomo] installs only HiGHS, {HIGHS}"
-            raise InputError([Fault("solver", repr(self.solver), words)])
+            raise InputError([Fault("solver", shown(self.solver), words)])
         return lambda values: self._solved(model, made, {**model.row(0), **values}, options)
 
     def _solver(self) -> Any:

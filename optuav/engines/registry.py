@@ -14,7 +14,7 @@ import numpy as np
 
 from optuav.arrays import Values
 from optuav.engines.solution import Solution, stacked
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, shown
 from optuav.modelling.classify import Traits
 from optuav.modelling.model import Model
 
@@ -247,7 +247,7 @@ def register(added: Engine) -> None:
     engine = 'bracket': no name of the package
     """
     if conforming(added).name in ENGINES:
-        raise InputError([Fault("engine", repr(added.name), "no name of the package")])
+        raise InputError([Fault("engine", shown(added.name), "no name of the package")])
     _registered[added.name], capabilities[added.name] = added, added.takes
 
 
@@ -255,7 +255,7 @@ def unregister(name: str) -> None:
     """Take out an engine that was added; raises `InputError` if none has that name."""
     if name not in _registered:
         known = ", ".join(_registered) or "none"
-        raise InputError([Fault("engine", repr(name), f"one that was added: {known}")])
+        raise InputError([Fault("engine", shown(name), f"one that was added: {known}")])
     del _registered[name], capabilities[name]
 
 
@@ -268,16 +268,16 @@ def conforming(given: Engine) -> Engine:
     """Return a given engine; refuse other things, such as a class instead of its object."""
     if isinstance(given, type):
         words = f"must be an instance, such as {given.__name__}(), not the class"
-        raise InputError([Fault("engine", f"{given!r:.60}", words)])
+        raise InputError([Fault("engine", shown(given), words)])
     known = isinstance(getattr(given, "takes", None), Capability)
     known &= isinstance(getattr(given, "name", None), str)
     if not known or not all(
         callable(getattr(given, method, None)) for method in ("solve", "compile")
     ):
         words = "a name, or an object with name, takes (a Capability), solve and compile, an Engine"
-        raise InputError([Fault("engine", f"{given!r:.60}", words)])
+        raise InputError([Fault("engine", shown(given), words)])
     if not of_the_package(given) and given.name in ("", AUTO, *ENGINES):
-        raise InputError([Fault("engine", repr(given.name), "a name of its own")])
+        raise InputError([Fault("engine", shown(given.name), "a name of its own")])
     return given
 
 
@@ -288,7 +288,7 @@ def engine(wanted: str | Engine) -> Engine:
     if wanted in _registered:
         return _registered[wanted]
     if wanted not in CLASSES:
-        raise InputError([Fault("engine", repr(wanted), f"one of {', '.join(capabilities)}")])
+        raise InputError([Fault("engine", shown(wanted), f"one of {', '.join(capabilities)}")])
     module, _, name = CLASSES[wanted].partition(".")
     found: Engine = getattr(import_module(f"optuav.engines.{module}"), name)()
     return found

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from optuav.errors import Fault
 from optuav.mission.forms import TABLES, table_keys
-from optuav.mission.messages import number
+from optuav.mission.messages import nearest, number
 from optuav.mission.mission import Mission
 from optuav.mission.schema import COORDINATE, FORCE, RATE_PER_MINUTE, WIND_SPEED, Number
 
@@ -18,6 +19,10 @@ VECTORS = {
     "wind.velocity_m_s": (WIND_SPEED, 2),
 }
 """Keys with components: what each may be, and how many of them may vary."""
+PER_MINUTE, PER_SECOND = "battery.flow_rate_per_min", "battery.flow_rate_per_s"
+"""One rate: missions hold it per second."""
+BOUND = {"limits.min_altitude_m", "limits.max_altitude_m", "limits.deadline_s", "battery.period_s"}
+"""Keys whose values may contradict each other in some scenarios and not in others."""
 INSIDE = 1e-9  # Distance of the outermost value from a bound that is excluded
 
 
@@ -35,7 +40,7 @@ class Key:
 
 def numeric_keys() -> dict[str, Number]:
     """Ranges of all numeric keys of missions by name, components of places and forces by number."""
-    numbers = {"battery.flow_rate_per_min": RATE_PER_MINUTE}
+    numbers = {PER_MINUTE: RATE_PER_MINUTE}
     for table in TABLES[:-1]:
         for name in table_keys(table):
             if (allowed := number(key := f"{table}.{name}")) is not None:
@@ -64,6 +69,34 @@ def now_of(mission: Mission, key: str) -> float | None:
     stated: Any = getattr(getattr(mission, table), name, None)
     found: float | None = stated[int(axis[0])] if axis and stated is not None else stated
     return found
+
+
+def unknown_keys(keys: Iterable[str]) -> Iterator[Fault]:
+    """A fault for each key that is not a numeric one of missions."""
+    known = numeric_keys()
+    words = "a numeric key of a mission, a place or force by component as link.device_m[0]"
+    for key in keys:
+        if key not in known:
+            yield Fault(key, "", f"{words}{nearest(key, known)}")
+
+
+def homeless_keys(mission: Mission, keys: Collection[str]) -> Iterator[Fault]:
+    """A fault for each numeric key whose table or place the mission does not state."""
+    for key in keys:
+        if missing := _missing(mission, key, keys):
+            words = f"the mission states no {missing}, and this key is part of it"
+            yield Fault(key, "", words)
+
+
+def _missing(mission: Mission, key: str, keys: Collection[str]) -> str:
+    """The table, or the place or force, that a mission would have to state before a key."""
+    whole, _, axis = key.partition("[")
+    table, _, name = whole.partition(".")
+    if (section := getattr(mission, table)) is None:
+        return "" if table == "start" else table
+    if not axis or getattr(section, name) is not None:
+        return ""
+    return "" if all(f"{whole}[{k}]" in keys for k in range(3)) else whole
 
 
 def quantity(mission: Mission, key: str) -> str:

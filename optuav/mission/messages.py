@@ -1,9 +1,6 @@
 """Words of messages: allowed values, names that may have been meant, values and numbers as text."""
 
-import datetime
-import reprlib
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import suppress
 from decimal import Decimal
 from functools import cache
 from numbers import Integral
@@ -12,8 +9,9 @@ from typing import Any, get_args
 
 from pydantic import BaseModel
 
-from optuav.errors import LONGEST_TEXT, Fault, InputError
+from optuav.errors import Fault, InputError
 from optuav.errors import nearest as nearest  # noqa: PLC0414
+from optuav.errors import shown as shown  # noqa: PLC0414
 from optuav.mission.files import expanded
 from optuav.mission.forms import forms, table_keys
 from optuav.mission.schema import Allowed, MissionSection, Number, OneOf
@@ -140,32 +138,3 @@ def several(name: str, stated: Any, kind: Any, words: str, least: int = 1) -> li
     if len(values) < least or not all(isinstance(value, kind) for value in values):
         raise InputError([Fault(name, shown(stated), words)])
     return values
-
-
-def shown(value: object, depth: int = 2) -> str:
-    """A value of a mission as a short text."""
-    match value:
-        case float():
-            return repr(float(value))
-        case bool():
-            return "true" if value else "false"
-        case int() if value.bit_length() > 200:
-            return f"an integer of {value.bit_length()} bits"
-        case str() if len(value) > LONGEST_TEXT:
-            return f"{value[:LONGEST_TEXT]!r}..."
-        case int() | str():
-            return repr(value)
-        case dict():
-            return "a table" if value else "an empty table"
-        case list() | tuple() if depth == 0:
-            return "[...]"
-        case list() | tuple():
-            items = [shown(item, depth - 1) for item in value[:4]]
-            return f"[{', '.join(items + ['...'] * (len(value) > 4))}]"
-        case datetime.date() | datetime.time():
-            return value.isoformat()
-        case _:
-            with suppress(ValueError):  # of a number of too many digits inside
-                if (text := reprlib.repr(value)).isprintable():  # No table of many lines
-                    return text
-            return f"a {type(value).__name__}"

@@ -365,7 +365,8 @@ def _revised(base: Document, values: Mapping[str, object]) -> tuple[StatedMissio
     kept, buildings = Document(), Document()
     faults: list[Fault] = []
     known = {"name", "description", "crs", *TABLES, *validation.dotted_keys()}
-    plain = ((str(key), without_none(value, 2, kept=True)) for key, value in values.items())
+    named = ((k if isinstance(k, str) else shown(k), value) for k, value in values.items())
+    plain = ((key, without_none(value, 2, kept=True)) for key, value in named)
     # Whole tables first, so that their keys can be stated beside them.
     for key, value in sorted(plain, key=lambda item: item[0].count(".")):
         name, _, field = key.partition(".")

@@ -5,12 +5,12 @@ import textwrap
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tomli_w
-from pydantic import model_validator
+from pydantic import ValidationError
 
-from optuav.errors import Fault
+from optuav.errors import Fault, refuse
 from optuav.mission.buildings import Buildings
 from optuav.mission.files import STANDARD
 from optuav.mission.load import load
@@ -18,7 +18,7 @@ from optuav.mission.messages import allowed, shown
 from optuav.mission.mission import Mission, without_none
 from optuav.mission.schema import SCHEMA, MissionSection, Number
 from optuav.mission.table_files import seen_from
-from optuav.mission.validation import StatedMission, validate
+from optuav.mission.validation import StatedMission, breaches_of
 
 SCENE = "matrice350"
 """The shipped mission whose places, limits, link and laser stand in for the owner's."""
@@ -110,11 +110,17 @@ class Drone(MissionSection):
     laser_power_W: Annotated[float, Number("W", ge=0, le=1e6)] = 5000.0
     """Power that the laser draws [W]."""
 
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> Self:
-        """A datasheet of values by name, where None counts as not stated; raises `InputError`."""
-        known = without_none(values)
-        return validate(cls, StatedMission(known), [*cls.misfits(known)])
+    if not TYPE_CHECKING:  # which knows the fields by their annotations
+
+        def __init__(self, **stated: Any) -> None:
+            known = without_none(stated)
+            faults = [*self.misfits(known)]
+            try:
+                super().__init__(**known)
+            except ValidationError as error:
+                document = StatedMission(known)
+                faults += document.faults(breaches_of(type(self), error, document))
+            refuse(faults)
 
     @classmethod
     def misfits(cls, stated: Mapping[str, Any]) -> Iterator[Fault]:
@@ -171,8 +177,6 @@ class Drone(MissionSection):
 class Datasheet(Drone):
     """Datasheet of a multirotor, as its owner knows it; `mission` makes a mission of it.
 
-    `of` raises `InputError` with all faults; the constructor raises pydantic's own error.
-
     Parameters
     ----------
     mass_kg, payload_kg
@@ -220,12 +224,6 @@ class Datasheet(Drone):
             words = f"is missing; {allowed(cls, 'hover_min')}; or state hover_power_W"
             yield Fault("hover_min", "", words)
 
-    @model_validator(mode="after")
-    def _with_times_or_powers(self) -> Self:
-        for fault in self.misfits(self.model_dump(exclude_none=True)):
-            raise ValueError(str(fault))
-        return self
-
     @property
     def load_factor(self) -> float:
         """Power with over power without payload [-], by the momentum theory of rotors.
@@ -268,8 +266,7 @@ class RotorDatasheet(Drone):
     """Datasheet of rotors and fuselage; `mission` makes a rotary-wing mission of it.
 
     The power over air speed follows by Y. Zeng, J. Xu, R. Zhang, IEEE Transactions on Wireless
-    Communications, 2019, eqs (61)-(65). `of` raises `InputError` with all faults; the constructor
-    raises pydantic's own error.
+    Communications, 2019, eqs (61)-(65).
 
     Parameters
     ----------

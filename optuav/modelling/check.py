@@ -7,7 +7,7 @@ from itertools import chain
 import numpy as np
 
 from optuav.arrays import Values
-from optuav.errors import Fault, InputError, printed, refuse
+from optuav.errors import Fault, InputError, printed, refuse, shown
 from optuav.frames import DataFrame, frame, without_rounding
 from optuav.modelling.display import table
 from optuav.modelling.expression import Call, Operand, Relation, Sense
@@ -253,7 +253,7 @@ def _numbers(point: Values, model: Model) -> dict[str, Operand]:
     faults = [Fault(name, "", words) for name in names if name not in point]
     words = f"the model has no such name; it has {', '.join([*names, *model_given])}"
     unknown = [name for name in point if name not in names and name not in model_given]
-    faults += [Fault(name, repr(point[name]), words) for name in unknown]
+    faults += [Fault(name, shown(point[name]), words) for name in unknown]
     found: dict[str, Operand] = {}
     for name, value in point.items():
         try:
@@ -263,7 +263,7 @@ def _numbers(point: Values, model: Model) -> dict[str, Operand]:
         if numbers.dtype.kind in "biuf" and numbers.size:
             found[name] = numbers.astype(float)[()]
         else:
-            faults.append(Fault(name, repr(value), "a number or an array of at least one number"))
+            faults.append(Fault(name, shown(value), "a number or an array of at least one number"))
     shapes = {name: np.shape(value) for name, value in found.items() if np.ndim(value)}
     shapes_given = {
         np.shape(each.value) for name, each in model_given.items() if name not in found

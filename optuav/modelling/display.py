@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from optuav.errors import Fault, InputError, line_width, spelled
+from optuav.errors import Fault, InputError, line_width, shown, spelled
 from optuav.modelling.expression import INDEX, Indexed, Let, Parameter, PartedLabel
 from optuav.modelling.forms import NotAffineError, affine
 from optuav.modelling.traversal import outermost
@@ -71,7 +71,7 @@ def latex(model: Model, *, width: int = LINE, numbers: bool = True, labels: bool
     """
     if not isinstance(width, int) or width < LEAST_ROOM:
         words = f"a whole number, x >= {LEAST_ROOM} [characters]"
-        raise InputError([Fault("width", repr(width), words)])
+        raise InputError([Fault("width", shown(width), words)])
     writer = Latex(marks=True, width=width)
     shown_parameters = [
         (f"{writer.symbol(symbol)} = {value}{writer.unit(unit)}", key)

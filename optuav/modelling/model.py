@@ -131,12 +131,12 @@ class Model:
     ) -> Variable:
         """Declare an unknown, see `Variable`; at least zero unless stated otherwise.
 
-        `ValueError` if its name or its symbol is taken.
+        `InputError` if its name or its symbol is taken.
         """
         if any(variable.name == name for variable in self.variables):
-            raise ValueError(f"the model has a variable {name!r} already")
+            raise InputError(f"the model has a variable {name!r} already")
         if any(variable.symbol == symbol for variable in self.variables):
-            raise ValueError(f"the model has a variable with the symbol {symbol!r} already")
+            raise InputError(f"the model has a variable with the symbol {symbol!r} already")
         bounds, place = label or f"bounds of {symbol}", _place_of_caller()
         kinds = first_slot, binary, place, kind, bool(label)
         declared = Variable(name, symbol, unit, lower, upper, bounds, *kinds)
@@ -148,10 +148,10 @@ class Model:
     ) -> Let:
         """Give an intermediate quantity a name, so that the printed programme stays short.
 
-        With words, they are printed instead of the expression. `ValueError` if the name is taken.
+        With words, they are printed instead of the expression. `InputError` if the name is taken.
         """
         if any(let.name == name for let in self.lets):
-            raise ValueError(f"the model has a quantity {name!r} already")
+            raise InputError(f"the model has a quantity {name!r} already")
         named = Let(name, symbol or name, unit, expression, words)
         self.lets.append(named)
         return named
@@ -193,17 +193,17 @@ class Model:
     ) -> None:
         """Add a constraint under a label of its own; a moment is put behind it.
 
-        See `optuav.modelling.Constraint`. `TypeError` if it compares no expressions, `ValueError`
+        See `optuav.modelling.Constraint`. `TypeError` if it compares no expressions, `InputError`
         if the label is taken or empty.
         """
         if not isinstance(relation, Relation):
             words = "with <=, >= or ==, not numbers, as T' = 0.0 without a rest"
             raise TypeError(f"{label}: a constraint compares expressions {words}")
         if not label.strip():
-            raise ValueError("a constraint needs a label, so that answers can name it")
+            raise InputError("a constraint needs a label, so that answers can name it")
         added = Constraint(label, relation, unit, _place_of_caller(), kind, step, moment)
         if any(constraint.label == added.label for constraint in self.constraints):
-            raise ValueError(f"the model has a constraint {added.label!r} already")
+            raise InputError(f"the model has a constraint {added.label!r} already")
         self.constraints.append(added)
 
     @property

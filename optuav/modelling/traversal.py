@@ -6,6 +6,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from optuav.arrays import Values
+from optuav.errors import InputError
 from optuav.modelling.expression import Call, Expression, Leaf, Let, Operand, Parameter, Variable
 
 Result = TypeVar("Result")
@@ -84,7 +85,7 @@ def leaves(*expressions: Operand) -> list[Leaf]:
     found: dict[str, Leaf] = {}
     for node in nodes(*expressions):
         if isinstance(node, Variable | Parameter) and found.setdefault(node.name, node) is not node:
-            raise ValueError(f"two different symbols are called {node.name!r}")
+            raise InputError(f"two symbols are called {node.name!r}; each needs its own name")
     return [*found.values()]
 
 

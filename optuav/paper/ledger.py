@@ -14,7 +14,7 @@ import numpy as np
 from formulations.p4 import P4
 from formulations.soc import PAPER, PERSPECTIVES
 from optuav.arrays import Floats
-from optuav.errors import Fault, printed, refuse
+from optuav.errors import Fault, printed, refuse, shown
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission
 from optuav.mission.beams.fits import Fits
@@ -313,7 +313,7 @@ def ledger(names: str | Collection[str] = ()) -> Ledger:
     beginnings = dict.fromkeys(name.partition("-")[0] for name in names_known)
     words = f"the name of an entry, or a beginning of names: {', '.join(beginnings)}"
     refuse(
-        Fault("name", repr(name), f"{words}{nearest(name, (*beginnings, *names_known))}")
+        Fault("name", shown(name), f"{words}{nearest(name, (*beginnings, *names_known))}")
         for name in names
         if not any(known.startswith(name) for known in names_known)
     )

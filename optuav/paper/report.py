@@ -14,11 +14,11 @@ from urllib.parse import quote
 from xml.etree.ElementTree import Element, tostring
 
 from formulations.soc import AVAILABLE
-from optuav.errors import Fault, refuse
+from optuav.errors import Fault, refuse, shown
 from optuav.markup import element
 from optuav.mission import Mission, load
 from optuav.mission.files import check_place, make_directory, write_files
-from optuav.mission.messages import misfits, nearest, path_of
+from optuav.mission.messages import misfits, nearest, path_of, several
 from optuav.options import Perspective
 from optuav.paper import figures, table2
 from optuav.paper.curves import DATA, PAPERS, solve
@@ -89,7 +89,7 @@ NUMBERS = sorted(
 def reproduce(
     directory: str | Path = "reproduced",
     *,
-    only: Sequence[str] = (),
+    only: str | Sequence[str] = (),
     mission: Mission | str | Path | None = None,
     progress: Progress | None = None,
     workers: int = 1,
@@ -103,8 +103,8 @@ def reproduce(
         with PNG and SVG, ``data/`` with CSV. Made if it is missing; files of these names are
         replaced, once all is computed. The same call writes the same bytes.
     only
-        Names of studies, or numbers of the paper such as ``"fig5"`` and ``"table2"``; all by
-        default. ``"ledger"`` is the ledger of the paper's numbers.
+        Name of a study, or several; or numbers of the paper such as ``"fig5"`` and ``"table2"``;
+        all by default. ``"ledger"`` is the ledger of the paper's numbers.
     mission
         A mission of your own to make the studies for, without the ledger; the paper's two missions
         by default.
@@ -135,10 +135,11 @@ def reproduce(
     """
     loaded = None if mission is None else load(mission)
     known = (*NAMES, *NUMBERS) if loaded is None else (*NAMES[:-1], *NUMBERS)
+    only = several("only", only, str, "the name of a study, or several", 0)
     wrong = [
-        Fault("only", repr(name), "not the ledger, which belongs to only the paper's two missions")
+        Fault("only", shown(name), "not the ledger, which belongs to only the paper's two missions")
         if name == LEDGER
-        else Fault("only", repr(name), f"one of {', '.join(known)}{nearest(name, known)}")
+        else Fault("only", shown(name), f"one of {', '.join(known)}{nearest(name, known)}")
         for name in only
         if name not in known
     ]

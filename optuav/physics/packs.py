@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.errors import Fault, SolverError, refuse
+from optuav.errors import Fault, SolverError, refuse, shown
 from optuav.options import SCHEDULES, Schedule
 from optuav.physics import kibam
 from optuav.physics.kibam import Battery, Stage, Tilted, Wells, held, step
@@ -317,11 +317,11 @@ def lifetime(
     faults += _range_faults("flow_rate_per_s", flow_rate_per_s, 0.0, 1e3, "1/s")
     faults += _range_faults("packs", packs, 1, 1000, "-", whole=True)
     if schedule not in SCHEDULES:
-        faults.append(Fault("schedule", repr(schedule), f"one of {', '.join(SCHEDULES)}"))
+        faults.append(Fault("schedule", shown(schedule), f"one of {', '.join(SCHEDULES)}"))
     elif schedule == "alternating":
         faults += _range_faults("period_s", period_s, 1e-3, 1e9, "s")
     elif period_s is not None:
-        faults.append(Fault("period_s", repr(period_s), "nothing, unless schedule='alternating'"))
+        faults.append(Fault("period_s", shown(period_s), "nothing, unless schedule='alternating'"))
     faults += _range_faults("horizon_s", horizon_s, 1e-6, math.inf, "s")
     refuse(faults)
     pack = Battery(float(capacity_As), float(available_fraction), float(flow_rate_per_s))
@@ -334,10 +334,10 @@ def lifetime(
 
 def _load_faults(load: object, entries: Sequence[object]) -> Iterator[Fault]:
     if not entries:
-        yield Fault("load", repr(load), "pairs (current_A, duration_s), at least one")
+        yield Fault("load", shown(load), "pairs (current_A, duration_s), at least one")
     for number, entry in enumerate(entries):
         if not isinstance(entry, Sequence | np.ndarray) or np.shape(entry) != (2,):
-            yield Fault(f"load[{number}]", repr(entry), "a pair (current_A, duration_s)")
+            yield Fault(f"load[{number}]", shown(entry), "a pair (current_A, duration_s)")
             continue
         yield from _range_faults(f"load[{number}].current_A", entry[0], -1e9, 1e9, "A")
         yield from _range_faults(f"load[{number}].duration_s", entry[1], 1e-6, 1e9, "s")
@@ -350,7 +350,7 @@ def _range_faults(
     is_number = isinstance(value, Integral if whole else Real) and not isinstance(value, bool)
     if not is_number or not least <= float(value) <= most:  # type: ignore[arg-type]
         noun = "a whole number" if whole else "a number"
-        yield Fault(key, repr(value), f"{noun}, {least:g} <= x <= {most:g} [{unit}]")
+        yield Fault(key, shown(value), f"{noun}, {least:g} <= x <= {most:g} [{unit}]")
 
 
 def _followed(packs: Packs, jobs: Sequence[JobStage], horizon_s: float) -> float:

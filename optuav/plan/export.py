@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from optuav.errors import Fault, InputError, require
+from optuav.errors import Fault, InputError, require, shown
 from optuav.export import shapes, waypoints
 from optuav.export.course import NOT_FLOWN, Course, Position, Step
 from optuav.mission.earth import DEGREES, stated_system, system_in_metres
@@ -39,7 +39,7 @@ def export(plan: Plan, path: str | Path, *, force: bool = False) -> Path:
     if not (plan.flyable or force):
         why = "; ".join(plan.warnings) or "its simulation failed or is missing; optuav audit"
         words = f"true; {why}. force = True (--force) exports the plan all the same"
-        raise InputError([Fault("plan.flyable", repr(plan.flyable), words)])
+        raise InputError([Fault("plan.flyable", shown(plan.flyable), words)])
     write_text(file, write(course))
     return file
 

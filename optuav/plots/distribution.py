@@ -5,25 +5,29 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import cycle
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from optuav.errors import Fault, InputError
-from optuav.mission.messages import shown, unknown
+from optuav.mission.messages import unknown
 from optuav.plots import style
 from optuav.plots.charts import DASHES, LINES
+from optuav.plots.heat import answered
 
 if TYPE_CHECKING:
     import xarray
+
+    from optuav.studies.sweep import Swept
 
 MOST_BINS = 40
 
 
 @style.applied()
 def distribution(
-    found: xarray.Dataset,
+    found: xarray.Dataset | Swept | str | Path,
     variable: str = "hover_time_s",
     *,
     figure: style.AnyFigure | None = None,
@@ -36,7 +40,7 @@ def distribution(
     Parameters
     ----------
     found
-        As `optuav.batch` and `optuav.open_sweep` return it.
+        As `optuav.batch` and `optuav.open_sweep` return it, or the directory of a sweep.
     variable
         The name of one of its times and charges.
     figure
@@ -61,10 +65,8 @@ def distribution(
     >>> histogram.get_legend().get_texts()[0].get_text()
     'available: no plan in 1 of 3'
     """
-    variables = getattr(found, "data_vars", {})
-    known = [name for name, each in variables.items() if each.dtype.kind == "f"]
-    if not known or not {"mission", "problem"} <= found.attrs.keys():
-        raise InputError([Fault("found", shown(found), "a dataset, as optuav.batch returns it")])
+    found = answered(found)
+    known = [str(name) for name, each in found.data_vars.items() if each.dtype.kind == "f"]
     if variable not in known:
         raise InputError([unknown("variable", variable, known)])
     values = found[variable]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import product
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,7 +19,7 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
 
 from optuav.arrays import Floats
-from optuav.errors import Fault, InputError
+from optuav.errors import Fault, InputError, shown
 from optuav.options import LONGEST_HOVER
 from optuav.plots import style
 from optuav.plots.charts import Line, curves
@@ -26,6 +27,8 @@ from optuav.plots.style import BLACK, GREY, Look
 
 if TYPE_CHECKING:
     import xarray
+
+    from optuav.studies.sweep import Swept
 
 COLOURS = "viridis"  # Brightness keeps its order for colour-blind readers
 MOST_CONTOURS = 8
@@ -40,7 +43,7 @@ LONG_LABEL = 40  # Characters of a label that is as long as a row of them is hig
 ROWS = ("scenario",)  # Dimension of rows of values
 
 
-def swept(found: xarray.Dataset) -> style.Pictures:
+def swept(found: xarray.Dataset | Swept | str | Path) -> style.Pictures:
     """Draw the hover times of a dataset over up to three keys, one of them in rows at most.
 
     Over one key they are a line for each perspective, over two a map with contours for each of
@@ -50,7 +53,7 @@ def swept(found: xarray.Dataset) -> style.Pictures:
     Parameters
     ----------
     found
-        As `optuav.batch` and `optuav.open_sweep` return it.
+        As `optuav.batch` and `optuav.open_sweep` return it, or the directory of a sweep.
 
     Returns
     -------
@@ -69,7 +72,21 @@ def swept(found: xarray.Dataset) -> style.Pictures:
     >>> [(name, ax.get_xlabel()) for name, ax in optuav.plots.swept(answers)]
     [('hover.png', 'limits.deadline_s [s]')]
     """
-    return style.Pictures(_drawn(found))
+    return style.Pictures(_drawn(answered(found)))
+
+
+def answered(found: xarray.Dataset | Swept | str | Path) -> xarray.Dataset:
+    """The dataset of a batch, or of a sweep by its directory; refused otherwise."""
+    place: Any = getattr(found, "directory", found)  # Of a sweep that was just run
+    if isinstance(place, str | Path):
+        from optuav.studies.sweep import open_sweep
+
+        return open_sweep(place)
+    if not {"mission", "problem"} <= {*getattr(found, "attrs", ())}:
+        words = "a dataset of one mission, as optuav.batch returns it, or the directory of a sweep"
+        raise InputError([Fault("found", shown(found), words)])
+    answers: xarray.Dataset = place
+    return answers
 
 
 def _drawn(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:

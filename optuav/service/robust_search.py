@@ -240,8 +240,8 @@ def figures(
 ) -> tuple[tuple[Quantities, ...], Booleans]:
     """Figures for each pair of factors, all routes at a point after each other.
 
-    The second value says where the legs can be flown and the link holds. All routes are direct,
-    or all go by way of a building.
+    The second value says where the legs can be flown, the link holds and the altitude is allowed.
+    All routes are direct, or all go by way of a building.
     """
     which = np.tile(routes, variants.count)
     point = np.arange(variants.count).repeat(len(routes))
@@ -254,6 +254,8 @@ def figures(
     )
     able = np.broadcast_to(variants.able, (variants.count, len(all_routes)))[point, which]
     reached = np.asarray(table.hover_distance_m <= table.coverage_radius_m * (1.0 + KEPT))
+    able = able & np.asarray(table.min_altitude_m <= table.hover_altitude_m)
+    able = able & np.asarray(table.hover_altitude_m <= table.max_altitude_m)
     scaled = (_scaled(table, hover_A, rest_A, *factors) for factors in points.factors)
     return tuple(scaled), able & reached
 

@@ -14,7 +14,7 @@ from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, well_limits
 from optuav.arrays import Booleans, Floats
 from optuav.engines.bracket import largest, rows_and_tops, shortest
 from optuav.engines.rows import StatedForm
-from optuav.errors import Fault, refuse
+from optuav.errors import Fault, refuse, shown
 from optuav.mission.schema import Number
 from optuav.modelling.forms import CONSTANT, Exponential
 from optuav.physics.kibam import Battery, Stage, falls_throughout
@@ -139,7 +139,7 @@ def longest_hovers(
         try:
             figure = np.asarray(value, dtype=float)
         except (TypeError, ValueError):
-            faults.append(Fault(name, repr(value)[:40], "a number, or an array of numbers"))
+            faults.append(Fault(name, shown(value)[:40], "a number, or an array of numbers"))
             return np.nan
         ends = (float(figure.min()), float(figure.max())) if figure.size else ()
         if not all(map(allowed.accepts, ends)):
@@ -163,7 +163,7 @@ def longest_hovers(
     stays = [step for step in on_the_way if not isinstance(step, Stage)]
     if stays not in (["hover"], ["hover", "rest"], ["rest", "hover"]):
         words = 'stages of flight, one "hover" and at most one "rest"'
-        faults.append(Fault("steps", repr(stays)[:40], words))
+        faults.append(Fault("steps", shown(stays)[:40], words))
     figures_given = {"hover_current_A": hover_current_A, "rest_current_A": rest_current_A}
     figures_given |= {"deadline_s": deadline_s, "min_soc": min_soc, **vars(battery)}
     figures = {name: read(name, value, RANGES[name]) for name, value in figures_given.items()}

@@ -271,7 +271,7 @@ class Program:
         """
         if not isinstance(point, Mapping):
             words = "values by name, such as {'hover_time_s': plan.hover_time_s}"
-            raise InputError([Fault("point", repr(point), words)])
+            raise InputError([Fault("point", shown(point), words)])
         unknowns = [{variable.name for variable in part.model.variables} for part in self.parts]
         unknowns_of_point = set[str]().union(*unknowns) & point.keys()
         matching = [
@@ -284,7 +284,7 @@ class Program:
         if strange := [name for name in point if name not in known_names]:
             parameters = dict.fromkeys(name for part in matching for name in part.model.parameters)
             words = f"is not a parameter of the program; there are {', '.join(parameters)}"
-            raise InputError([Fault(name, repr(point[name]), words) for name in strange])
+            raise InputError([Fault(name, shown(point[name]), words) for name in strange])
         rows = list[Check]()
         for part in matching:
             model, count = part.model, len(part.routes)

@@ -149,8 +149,9 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
         if problem.order not in (None, *ORDERS):
             yield unknown("order", problem.order, ORDERS)
         if problem.building not in (None, *buildings):
-            words = no_building(str(problem.building), buildings)
-            yield Fault("building", repr(problem.building), words)
+            name = problem.building if isinstance(problem.building, str) else ""
+            words = no_building(name, buildings)
+            yield Fault("building", shown(problem.building), words)
         if isinstance(problem, Cycle) and problem.building in buildings:
             yield from _cycle_faults(mission, problem, question.perspective)
         if type(problem) not in OF_THE_PAPER:
@@ -172,7 +173,7 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
         if problem.trajectory not in TRAJECTORIES:
             yield unknown("trajectory", problem.trajectory, TRAJECTORIES)
         if problem.order is not None and problem.trajectory == "direct":
-            yield Fault("order", repr(problem.order), "the direct route has no rest")
+            yield Fault("order", shown(problem.order), "the direct route has no rest")
     if p1.hover_point not in HOVER_POINTS:
         yield unknown("hover_point", p1.hover_point, HOVER_POINTS)
     if question.perspective not in (names := tuple(PERSPECTIVES)):
@@ -245,7 +246,7 @@ def not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Ite
         if value not in choices:
             known = [str(choice) for choice in choices if choice is not None]
             start = "must be one of " if len(known) > 1 else "must be "
-            yield Fault(option, repr(value), f"{start}{', '.join(known) or 'left out'} {words}")
+            yield Fault(option, shown(value), f"{start}{', '.join(known) or 'left out'} {words}")
 
 
 def chosen_engine(model: Model, question: Question) -> Engine:

@@ -11,7 +11,7 @@ from itertools import islice
 from operator import call
 from typing import Any, TypeVar
 
-from optuav.errors import Fault, InputError, OptuavError, SolverError, require
+from optuav.errors import Fault, InputError, OptuavError, SolverError, require, shown
 
 Result = TypeVar("Result")
 Function = Callable[[int], Result]
@@ -39,7 +39,7 @@ def results(
             words = "the address of a Dask scheduler, such as tcp://10.0.0.1:8786"
             if not isinstance(error, ValueError):  # Its words are Python's
                 words += f"; {str(error) or f'no answer within {PATIENCE_S} s'}"
-            raise InputError([Fault("scheduler", repr(scheduler), words)]) from None
+            raise InputError([Fault("scheduler", shown(scheduler), words)]) from None
     return _shared(function, numbers, min(workers, len(numbers)), scheduler)
 
 

@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from formulations.soc import AVAILABLE, PAPER
 from optuav.errors import Fault, refuse
 from optuav.judge.course import TOLERANCE
 from optuav.mission import Mission, load
-from optuav.mission.messages import misfits, shown, unknown
+from optuav.mission.messages import misfits, several, shown, unknown
 from optuav.mission.schema import SLOT, Number
 from optuav.options import SCHEDULES, Perspective
 from optuav.plan import Plan
@@ -133,9 +134,13 @@ def compare(
     >>> [(row["trajectory"], round(row["hover_time_s"], 2)) for row in results.rows]
     [('direct', 688.85), ('traj1', 715.05), ('traj2', 719.54), ('optimal', 719.54)]
     """
-    names = (by,) if isinstance(by, str) else tuple(by)
-    slots = (slots_s,) if isinstance(slots_s, int | float) else slots_s
-    given: dict[str, Any] = {"slots_s": slots, "periods_s": periods_s, "engines": engines}
+    names = tuple(several("by", by, str, "the name of a comparison, or several", 0))
+    if not (progress is None or callable(progress)):
+        refuse([Fault("progress", shown(progress), "a function, or nothing")])
+    slots = _some("slots_s", slots_s, Real, "a length [s], or several")
+    periods = _some("periods_s", periods_s, Real, "a period [s], or several")
+    chosen = _some("engines", engines, str, "the name of an engine, or several")
+    given: dict[str, Any] = {"slots_s": slots, "periods_s": periods, "engines": chosen}
     given["time_limit_s"] = None if time_limit_s is None else (time_limit_s,)
     given |= {"times": times or None, "workers": None if workers == 1 else workers}
     refuse([*_faults(names, perspective, given), *misfits(("workers", workers, WORKERS))])
@@ -144,9 +149,9 @@ def compare(
         rest = "or another perspective: under available not all engines take it"
         options = ((n, getattr(studied.battery, n), only) for n, only in TAKEN_BY_ALL.items())
         others = (option for option in options if counted == AVAILABLE and option[1] != option[2])
-        refuse(Fault(f"battery.{n}", repr(own), f"{only!r}, {rest}") for n, own, only in others)
+        refuse(Fault(f"battery.{n}", shown(own), f"{only!r}, {rest}") for n, own, only in others)
         lengths_s, able = SLOTS_S if slots is None else slots, COMPARED[counted]
-        engine_names = able if engines is None else (able[0], *engines)
+        engine_names = able if chosen is None else (able[0], *chosen)
         return compare_methods(
             studied, counted, lengths_s, engine_names, time_limit_s, progress, workers, times=times
         )
@@ -155,7 +160,7 @@ def compare(
 
         return compare_speeds(studied, counted)
     by_schedule, slot_s = names == ("schedule",), slots[0] if slots else None
-    settings = _settings(studied, names, counted, periods_s or PERIODS_S)
+    settings = _settings(studied, names, counted, periods or PERIODS_S)
     rows, plans, tell = list[Row](), list[Plan](), progress or (lambda *_: None)
     for number, setting in enumerate(settings):
         tell(number, len(settings), " ".join(_label(setting)))
@@ -183,6 +188,11 @@ def compare(
     return Results("optuav comparison of plans", studied, facts, units, tuple(rows), _tables, draw)
 
 
+def _some(name: str, stated: Any, kind: type, words: str) -> tuple[Any, ...] | None:
+    """One value or several of an option; None for its default."""
+    return None if stated is None else tuple(several(name, stated, kind, words, 0))
+
+
 def _settings(
     mission: Mission, by: tuple[str, ...], perspective: Perspective, periods_s: Sequence[float]
 ) -> list[Row]:
@@ -203,9 +213,9 @@ def _faults(
     """Yield values out of range, and options that exclude a comparison."""
     if names not in (("method",), ("schedule",), ("speed",)):
         words = f"some of {', '.join(AXES)}; or only method, schedule or speed"
-        yield from (Fault("by", repr(name), words) for name in names if name not in AXES)
+        yield from (Fault("by", shown(name), words) for name in names if name not in AXES)
         if not names or len(set(names)) < len(names):
-            yield Fault("by", repr(names), f"each once, at least one of {', '.join(AXES)}")
+            yield Fault("by", shown(names), f"each once, at least one of {', '.join(AXES)}")
     for name, number in (("slots_s", SLOT), ("periods_s", PERIOD), ("time_limit_s", LIMIT)):
         yield from misfits(*((name, value, number) for value in given[name] or ()))
     slots = tuple(given["slots_s"] or ())
@@ -222,12 +232,12 @@ def _faults(
     if perspective is not None and perspective not in allowed:
         yield unknown("perspective", perspective, allowed)
     elif perspective is not None and "perspective" in names:
-        yield Fault("perspective", repr(perspective), "is compared by already")
+        yield Fault("perspective", shown(perspective), "is compared by already")
     counted = next((name for name in COMPARED if name == perspective), AVAILABLE)
     able = COMPARED[counted]
     others = (engine for engine in given["engines"] or () if engine not in able)
     words = f"some of {', '.join(able)} in the perspective {counted}"
-    yield from (Fault("engines", repr(other), words) for other in others)
+    yield from (Fault("engines", shown(other), words) for other in others)
 
 
 def _tables(found: Results) -> Iterator[str]:

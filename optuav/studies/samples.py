@@ -16,8 +16,19 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, collected, refuse
 from optuav.mission import Mission, load
 from optuav.mission.files import label, read_toml
-from optuav.mission.keys import Key, now_of, numeric_keys, stated_keys
-from optuav.mission.messages import misfits, nearest, path_of, shown, unknown
+from optuav.mission.keys import (
+    BOUND,
+    PER_MINUTE,
+    PER_SECOND,
+    Key,
+    as_stated,
+    homeless_keys,
+    now_of,
+    numeric_keys,
+    stated_keys,
+    unknown_keys,
+)
+from optuav.mission.messages import misfits, path_of, shown, unknown
 from optuav.mission.schema import CONVERSIONS, Laser, Number
 
 Method: TypeAlias = Literal["sobol", "latin-hypercube"]
@@ -207,8 +218,9 @@ def unstated(mission: Mission) -> Iterator[Spread]:
 
 def completed(mission: Mission, stated: Sequence[Spread]) -> Mission:
     """Return the mission with values for spread keys that it does not state."""
-    keys = (spread.key for spread in stated)
-    return mission.replace({k.name: k.now for k in keys if now_of(mission, k.name) is None})
+    now = {spread.key.name: spread.key.now for spread in stated}
+    values = {key: value for key, value in now.items() if now_of(mission, key) is None}
+    return mission.replace(as_stated(mission, values))
 
 
 def spreads(mission: Mission, content: Mapping[str, object] | str | Path) -> tuple[Spread, ...]:
@@ -224,30 +236,64 @@ def spreads(mission: Mission, content: Mapping[str, object] | str | Path) -> tup
         path = path_of(content)
         source, content = label(path), read_toml(path)
     spreads_found, faults, forms = list[Spread](), list[Fault](), [*dotted(content)]
-    known = stated_keys(mission)
+    names = dict.fromkeys(name for name, _ in forms)
+    faults += unknown_keys(names)
+    faults += homeless_keys(mission, [name for name in names if name in numeric_keys()])
+    wrong = {fault.key for fault in faults}
+    forms = [(name, form) for name, form in forms if name not in wrong]
+    known = _known(mission)
+    starts = {name: ends for name, form in forms if name not in known and (ends := _start(form))}
+    with collected(faults):
+        for values in zip(*starts.values(), strict=True):
+            now = as_stated(mission, dict(zip(starts, values, strict=True)))
+            mission = mission.replace(now)
+    known = _known(mission)
     for name, form in forms:
-        middle = _middle(form) if name in numeric_keys().keys() - known.keys() else None
-        if middle is not None:
-            with collected(faults):
-                mission = mission.replace({name: middle})
-    refuse(replace(fault, source=source) for fault in faults)
-    known = stated_keys(mission)
-    for name, form in forms:
+        if name in starts.keys() - known.keys():
+            continue  # It has its fault
         with collected(faults):
-            spreads_found.append(_spread(known, name, form))
-    names = Counter(key.name for spread in spreads_found for key in (spread.key, *spread.along))
+            spreads_found.append(_per_second(_spread(known, name, form), known[PER_SECOND]))
+            _refuse_ends(mission, spreads_found[-1])
+    varied = Counter(key.name for spread in spreads_found for key in (spread.key, *spread.along))
     words = "varies once, by itself or along another"
-    faults += [Fault(name, "", words) for name in sorted(names) if names[name] > 1]
+    faults += [Fault(name, "", words) for name in sorted(varied) if varied[name] > 1]
     refuse(replace(fault, source=source) for fault in faults)
     return tuple(spreads_found)
 
 
-def _middle(form: object) -> float | None:
-    """The most likely value of a range, or its middle; None without a range."""
+def _known(mission: Mission) -> dict[str, Key]:
+    """The keys that may vary about a mission's own value."""
+    known = stated_keys(mission)
+    rate, allowed = known[PER_SECOND], numeric_keys()[PER_MINUTE]
+    minutes = replace(rate, name=PER_MINUTE, now=60.0 * rate.now, unit=allowed.unit)
+    return {**known, PER_MINUTE: replace(minutes, low=60.0 * rate.low, high=60.0 * rate.high)}
+
+
+def _per_second(spread: Spread, rate: Key) -> Spread:
+    """The spread with the rate as a mission holds it, where it is stated per minute."""
+    along = tuple(rate if key.name == PER_MINUTE else key for key in spread.along)
+    if spread.key.name != PER_MINUTE:
+        return replace(spread, along=along)
+    likely, deviation = (
+        None if number is None else number / 60.0 for number in (spread.likely, spread.deviation)
+    )
+    return Spread(rate, spread.low / 60.0, spread.high / 60.0, likely, deviation, along)
+
+
+def _refuse_ends(mission: Mission, spread: Spread) -> None:
+    """Refuse a spread if no mission could state one of its ends."""
+    for end in (spread.low, spread.high):
+        columns = with_conversion(mission, dict(spread.columns(np.array([end]))))
+        values = {name: float(column[0]) for name, column in columns.items() if name not in BOUND}
+        mission.replace(as_stated(mission, values))
+
+
+def _start(form: object) -> tuple[float, float] | None:
+    """The lowest value of a range, and its most likely one or its middle; None without a range."""
     ends = form if isinstance(form, dict) else {}
     if not {"low", "high"} <= ends.keys() or not all(map(FINITE.accepts, ends.values())):
         return None
-    return float(ends.get("likely", 0.5 * (ends["low"] + ends["high"])))
+    return float(ends["low"]), float(ends.get("likely", 0.5 * (ends["low"] + ends["high"])))
 
 
 def dotted(stated: Mapping[str, object]) -> Iterator[tuple[str, object]]:
@@ -291,9 +337,5 @@ def _key(known: Mapping[str, Key], name: str) -> Key:
     """Return a key that may vary, or refuse its name."""
     if name in known:
         return known[name]
-    alike = [other for other in known if other.startswith(f"{name.partition('.')[0]}.")]
-    words = "a number that the mission states, or a component such as wind.force_N[0]; "
-    if name in numeric_keys():
-        raise InputError([Fault(name, "", "the mission does not state it: state low and high")])
-    words += f"buildings stay where they are{nearest(name, alike)}"
-    raise InputError([Fault(name, "", words)])
+    refuse(unknown_keys([name]))
+    raise InputError([Fault(name, "", "the mission does not state it: state low and high")])

@@ -13,17 +13,23 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, refuse
 from optuav.mission import Mission
 from optuav.mission.buildings import Buildings
-from optuav.mission.keys import as_stated, now_of, numeric_keys
-from optuav.mission.messages import nearest, shown
+from optuav.mission.keys import (
+    BOUND,
+    PER_MINUTE,
+    PER_SECOND,
+    as_stated,
+    homeless_keys,
+    now_of,
+    numeric_keys,
+    unknown_keys,
+)
+from optuav.mission.messages import shown
 from optuav.mission.schema import CONVERSIONS, Laser, Number
 from optuav.network.network import Network, build_network
 from optuav.network.variants import Columns, Variants
 from optuav.studies.samples import COEFFICIENTS, WAVELENGTH, Draws, dotted
 
-PER_MINUTE, PER_SECOND = "battery.flow_rate_per_min", "battery.flow_rate_per_s"
 SIZES, ENERGIES = ("packs", "capacity_As"), ("flight_energy_J", "hover_energy_J")
-BOUND = {"limits.min_altitude_m", "limits.max_altitude_m", "limits.deadline_s", "battery.period_s"}
-"""Keys whose values may contradict each other in some scenarios and not in others."""
 OF_WELLS = ("battery.packs", "battery.capacity_As", "battery.available_fraction")
 """Keys whose new values displace the wells of [start]."""
 MOST = 10**9
@@ -159,9 +165,15 @@ class Scenarios:
             except InputError as error:
                 yield error
 
-    def _first(self) -> dict[str, object]:
-        """The first scenario as `Mission.replace` takes it, without what may contradict itself."""
+    def _first(self, *, seen: bool = False) -> dict[str, object]:
+        """The first scenario as `Mission.replace` takes it, without what may contradict itself.
+
+        To be `seen` by a rule that refuses a key unless it is 0, another value stands for 0.
+        """
         first = {key: float(values[0]) for key, values in self.stated(0, 1).items()}
+        if seen and not isinstance(self.rows, Draws):
+            for key, values in {**(self.rows or {}), **self.grid}.items():
+                first[key] = first[key] or float(values[np.abs(values).argmax()])
         apart = {key for key in first if key in BOUND and now_of(self.mission, key) is not None}
         return as_stated(self.mission, {key: first[key] for key in first if key not in apart})
 
@@ -171,26 +183,11 @@ def check(found: Scenarios) -> None:
     if found.count > MOST:
         refuse([Fault("", f"{found.count} scenarios", f"at most {MOST}")])
     values, mission = found.stated(0, 1), found.mission
-    faults = [
-        Fault(key, "", f"the mission states no {lacking}, and this key is part of it")
-        for key in values
-        if (lacking := _lacking(mission, key, values))
-    ]
-    refuse(faults)
+    refuse(homeless_keys(mission, values))
     if values:
         _refuse_wavelengths(found)
-        mission.replace(found._first())
-
-
-def _lacking(mission: Mission, key: str, values: Mapping[str, Floats]) -> str:
-    """The table, or the place or force, that a mission would have to state before a key."""
-    whole, _, axis = key.partition("[")
-    table, _, name = whole.partition(".")
-    if (section := getattr(mission, table)) is None:
-        return "" if table == "start" else table
-    if not axis or getattr(section, name) is not None:
-        return ""
-    return "" if all(f"{whole}[{k}]" in values for k in range(3)) else whole
+        for seen in (False, True):
+            mission.replace(found._first(seen=seen))
 
 
 def values_of(ranges: object, faults: list[Fault], *, paired: bool) -> dict[str, Floats]:
@@ -199,12 +196,10 @@ def values_of(ranges: object, faults: list[Fault], *, paired: bool) -> dict[str,
         faults.append(Fault("ranges", shown(ranges), "values by key in a dict"))
         return {}
     known, values = numeric_keys(), dict[str, Floats]()
-    for key, stated in dotted(ranges):
-        if key not in known:
-            words = "a numeric key of a mission, a place or force by component as link.device_m[0]"
-            faults.append(Fault(str(key), "", f"{words}{nearest(str(key), known)}"))
-            continue
-        values[key], fault = _column(key, stated, known[key])
+    values_by_key = dict(dotted(ranges))
+    faults += unknown_keys(values_by_key)
+    for key in (key for key in values_by_key if key in known):
+        values[key], fault = _column(key, values_by_key[key], known[key])
         faults += [fault] if fault else []
     lengths = {len(value) for value in values.values()}
     if paired and len(lengths) > 1:

@@ -143,7 +143,10 @@ def test_an_unknown_reference_system_is_not_taken_for_another(tmp_path: Path) ->
     for name in ("EPSG:999999", "urn:ogc:def:crs:EPSG::999999", "+proj=utm +zone=33", 5):
         crs = {"type": "name", "properties": {"name": name}}
         (file := tmp_path / "named.geojson").write_text(json.dumps({**content, "crs": crs}))
-        refused(file, "the name of a known reference system")
+        refused(
+            file,
+            f"the file's crs = {re.escape(repr(name))}: not a reference system that pyproj knows",
+        )
     crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS84"}}
     file.write_text(json.dumps({**content, "crs": crs}))
     assert read(file).names == ("b0",)

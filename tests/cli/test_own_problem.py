@@ -82,6 +82,14 @@ def test_explain_and_formulate_take_it_too(folder: Path) -> None:
     assert "wanted_hover_s <= 7" in explained.out
 
 
+TWICE = """
+import optuav
+class Twice(optuav.Formulation):
+    def declare(self, model, given):
+        model.maximise(model.variable("x", "x", unit="s"))
+        for symbol in "yz":
+            model.variable("x", symbol, unit="s")
+"""
 BROKEN = [
     (("mine.py:LeastLaser",), "wanted_hover_s: problem LeastLaser needs a value of this field"),
     (("mine.py:LeastLaser", "wanted=7"), "takes no wanted; did you mean 'wanted_hover_s'?"),
@@ -96,12 +104,13 @@ BROKEN = [
     (("mine.py",), "--problem = 'mine.py': FILE.py:CLASS, as mine.py:LeastLaser"),
     (("missing.py:Least",), "missing.py: there is no such file"),
     (("folder.py:Least",), "folder.py: is a directory, not a file"),
-    (("pipe.py:Least",), "pipe.py: is not a regular file"),
+    (("pipe.py:Least",), "pipe.py: is no regular file"),
     (("latin.py:Least",), "latin.py: is not text in UTF-8"),
     (("long.py:Least",), "long.py: is larger than the 1 MB that are read"),
     (("half.py:Least",), "half.py, line 2: SyntaxError: "),
     (("zero.py:Least",), "zero.py, line 2: ZeroDivisionError: division by zero"),
     (("ends.py:Least",), "ends.py: ended with SystemExit(0) as it was run"),
+    (("twice.py:Twice",), "twice.py, line 7: the model has a variable 'x' already"),
     (("lacks.py:Least",), "lacks.py, line 1: ModuleNotFoundError: No module named 'nowhere_x'"),
 ]
 
@@ -117,6 +126,7 @@ def test_what_is_broken_is_one_error_without_a_traceback(
     (folder / "half.py").write_text("\ndef half(:\n")
     (folder / "zero.py").write_text("\n1 / 0\n")
     (folder / "ends.py").write_text("import sys\nsys.exit(0)\n")
+    (folder / "twice.py").write_text(TWICE)
     (folder / "lacks.py").write_text("import nowhere_x\n")
     problem, *settings = stated
     asked = [part for each in settings for part in ("--set", each)]

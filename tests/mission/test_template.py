@@ -144,7 +144,7 @@ def test_all_faults_are_told_at_once() -> None:
     """Missing, out of range, no number, unknown."""
     values = {**KNOWN, "mass_kg": -1, "cells": "six", "hover_min": None, "wings": 2}
     with pytest.raises(optuav.InputError) as caught:
-        Datasheet.of(values)
+        Datasheet(**values)
     told = {fault.key: str(fault) for fault in caught.value.faults}
     assert told == {
         "mass_kg": "mass_kg = -1: a number, 0.05 <= x <= 1000 [kg]",

@@ -250,7 +250,7 @@ def test_leaves_come_in_order_of_appearance_and_once() -> None:
 
 def test_two_symbols_of_one_name_are_refused() -> None:
     """Values are found by name, so a name means one thing."""
-    with pytest.raises(ValueError, match="'x'"):
+    with pytest.raises(InputError, match="'x'"):
         list(leaves(symbol("x") + symbol("x")))
 
 

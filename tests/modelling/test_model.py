@@ -34,11 +34,11 @@ def test_names_and_labels_are_given_once() -> None:
     x = model.variable("x", "x", unit="s")
     model.subject_to("a", x <= 1.0)
     model.let("n", x + 1.0)
-    with pytest.raises(ValueError, match="variable 'x'"):
+    with pytest.raises(InputError, match="variable 'x'"):
         model.variable("x", "y", unit="s")
-    with pytest.raises(ValueError, match="constraint 'a'"):
+    with pytest.raises(InputError, match="constraint 'a'"):
         model.subject_to("a", x <= 2.0)
-    with pytest.raises(ValueError, match="quantity 'n'"):
+    with pytest.raises(InputError, match="quantity 'n'"):
         model.let("n", x)
 
 
@@ -90,7 +90,7 @@ def test_two_unknowns_with_one_symbol_are_refused() -> None:
     """No reader could tell them apart on the page."""
     model = Model("test")
     model.variable("x", "Δ", unit="s")
-    with pytest.raises(ValueError, match="variable with the symbol 'Δ' already"):
+    with pytest.raises(InputError, match="variable with the symbol 'Δ' already"):
         model.variable("y", "Δ", unit="s")
 
 
@@ -98,7 +98,7 @@ def test_two_unknowns_with_one_symbol_are_refused() -> None:
 def test_a_constraint_without_a_label_is_refused(label: str) -> None:
     model = Model("test")
     x: Any = model.variable("x", "x", unit="1")
-    with pytest.raises(ValueError, match="needs a label"):
+    with pytest.raises(InputError, match="needs a label"):
         model.subject_to(label, x <= 1.0)
 
 

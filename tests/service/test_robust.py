@@ -162,6 +162,15 @@ def test_a_box_beside_the_mission_has_a_plan_that_the_mission_may_not_fly() -> N
     assert {event.kind for event in optuav.replay(found.plan).violations} == {"full"}
 
 
+def test_an_altitude_that_is_not_allowed_everywhere_holds_no_plan() -> None:
+    """The hover at 50 m is below what some points of the box allow."""
+    box = {"limits.min_altitude_m": {"low": 40.0, "high": 90.0}}
+    with pytest.raises(NoPlanError, match="whole box"):
+        optuav.robust("paper", box, samples=8)
+    box["limits.min_altitude_m"]["high"] = 50.0
+    assert optuav.robust("paper", box, samples=8).price_s == pytest.approx(0.0, abs=1e-3)
+
+
 def test_explain_names_the_number_that_costs_most() -> None:
     """By a robust plan without that number: on the same route its hover is that much longer."""
     found = optuav.robust("paper", {"drain": {"percent": 5}, "charge": {"percent": 10}})

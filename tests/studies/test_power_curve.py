@@ -113,8 +113,9 @@ def test_a_datasheet_gives_the_published_coefficients() -> None:
 
 def test_rotor_datasheets_tell_all_faults() -> None:
     """Missing, out of range and unknown, at once; and each kind of sheet has its own numbers."""
+    wrong: dict[str, Any] = {"mass_kg": -1, "cells": 6, "hover_min": 30}
     with pytest.raises(InputError) as raised:
-        optuav.RotorDatasheet.of({"mass_kg": -1, "cells": 6, "hover_min": 30})
+        optuav.RotorDatasheet(**wrong)
     told = {fault.key for fault in raised.value.faults}
     assert {"mass_kg", "hover_min", "rotor_radius_m", "drag_ratio", "capacity_mAh"} <= told
     assert "--from" in refused("new", "x.toml", "--rotor-radius-m", "0.3")

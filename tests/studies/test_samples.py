@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,6 +11,7 @@ import pytest
 
 import optuav
 from optuav.errors import InputError
+from optuav.mission.keys import now_of, numeric_keys
 
 SPREAD = {
     "battery.capacity_As": {"low": 30e3, "high": 40e3},
@@ -142,3 +145,97 @@ def test_faults_of_samples_are_said_at_once() -> None:
     with pytest.raises(InputError) as caught:
         optuav.samples("paper", {"nosuch.key": {"percent": 1}}, 0, method="x")  # type: ignore[arg-type]
     assert [fault.key for fault in caught.value.faults] == ["count", "method", "nosuch.key"]
+
+
+def test_uncertain_keys_are_those_of_a_batch(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of every shipped mission, with the same words for those that are refused.
+
+    A batch also takes whole numbers; of wavelengths between the known ones only samples hold the
+    conversion.
+    """
+
+    def taken(*_: object, **__: object) -> None:
+        raise InputError("taken")  # Before anything is solved
+
+    for solving in ("batch.variables", "sensitivity.solve"):
+        monkeypatch.setattr(f"optuav.studies.{solving}", taken)
+    monkeypatch.setattr("optuav.service.robust.solve", taken)
+
+    def answer(question: Callable[[], object]) -> list[str]:
+        try:
+            question()
+        except InputError as error:
+            return [str(fault) for fault in error.faults]
+        return ["taken"]
+
+    uncertain = [
+        lambda name, spread: optuav.samples(name, spread, 1),
+        lambda name, spread: optuav.sensitivity(name, spread, samples=1),
+        lambda name, spread: optuav.robust(name, spread, samples=1),
+    ]
+    refused = Counter[str]()
+    for name in optuav.shipped():
+        mission = optuav.load(name)
+        for key, allowed in numeric_keys().items():
+            if allowed.whole or key == "laser.wavelength_nm":
+                continue
+            now = now_of(mission, key) if getattr(mission, key.partition(".")[0]) else None
+            least = (allowed.ge or 0.0) if allowed.gt is None else allowed.gt + 1e-6
+            most = (allowed.lt if allowed.le is None else allowed.le) or least + 1.0
+            low, high = least, least + min(1e-3, 0.5 * (most - least))
+            if now:
+                low, high = sorted((0.99 * now, 1.01 * now))
+            by_batch = answer(lambda: optuav.batch_arrays(name, {key: [low, high]}))  # noqa: B023
+            spread = {key: {"low": low, "high": high}}
+            for ask in uncertain if by_batch != ["taken"] else uncertain[:2]:
+                assert answer(lambda: ask(name, spread)) == by_batch, (name, key)  # noqa: B023
+            refused[name] += by_batch != ["taken"]
+    assert min(refused.values()) > 20
+    assert max(refused.values()) < len(numeric_keys()) - 20
+
+
+@pytest.mark.parametrize("ask", [optuav.sensitivity, optuav.robust, optuav.samples])
+def test_no_end_of_a_range_is_beyond_a_mission(ask: Any) -> None:
+    """A wind that would be ignored, from 0 on or below 0; and more charge than fits."""
+    options: dict[str, Any] = {"count" if ask is optuav.samples else "samples": 1}
+    paper = optuav.load("paper").replace({"start.available_As": 5000, "start.bound_As": 5000})
+    for mission, key, low, high, words in (
+        ("paper", "wind.velocity_m_s[0]", 0.0, 2.0, '[0, 0, 0] with flight.model = "rotors"'),
+        ("matrice350", "wind.velocity_m_s[1]", -1.0, 0.0, "[0, 0, 0] with flight.model"),
+        ("matrice350", "wind.force_N[2]", 0.0, 1.0, "[0, 0, 0] with flight.model"),
+        (paper, "start.bound_As", 0.0, 1e6, "the full well"),
+    ):
+        with pytest.raises(InputError) as refusal:
+            ask(mission, {key: {"low": low, "high": high}}, **options)
+        assert words in str(refusal.value)
+
+
+def test_a_batch_refuses_what_its_first_value_hides() -> None:
+    """Where 0 means none, other values decide whether the mission takes the key."""
+    for mission, key, words in (
+        ("paper", "wind.velocity_m_s[0]", "with flight.model"),
+        ("matrice350", "wind.force_N[2]", "with flight.model"),
+        ("relay-today", "body.drag_area_m2", "not with flight.model"),
+    ):
+        with pytest.raises(InputError, match=words):
+            optuav.batch_arrays(mission, {key: [0.0, -1.0 if "wind" in key else 1.0]})
+
+
+def test_a_hover_point_and_a_rate_per_minute_may_be_uncertain() -> None:
+    """As a batch takes them: all of a place together, and the rate as missions hold it."""
+    point_m = dict(zip((f"route.hover_m[{k}]" for k in range(3)), (1000, 2600, 60), strict=True))
+    box = {key: {"low": x - 1.0, "high": x + 1.0} for key, x in point_m.items()}
+    (hover,) = {key: r for key, r in optuav.samples("paper", box, 4).items() if key[-2] == "0"}
+    assert hover == "route.hover_m[0]"
+    found = optuav.sensitivity("paper", box, perspective="battery", samples=4)
+    moved = optuav.load("paper").replace({"route.hover_m": [1000, 2600, 60]})
+    alone_s = optuav.solve(moved, perspective="battery").hover_time_s
+    assert found.facts["hover_time_s"] == pytest.approx(alone_s, rel=1e-9)
+    minutes = optuav.samples("paper", {"battery.flow_rate_per_min": {"low": 30, "high": 60}}, 64)
+    (rates_per_s,) = minutes.values()
+    assert [*minutes] == ["battery.flow_rate_per_s"]
+    assert 0.5 <= rates_per_s.min() < 0.55
+    assert 0.95 < rates_per_s.max() <= 1.0
+    both = {"flow_rate_per_min": {"percent": 5}, "flow_rate_per_s": {"percent": 5}}
+    with pytest.raises(InputError, match="varies once"):
+        optuav.samples("paper", {"battery": both}, 4)

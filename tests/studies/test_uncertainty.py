@@ -110,7 +110,7 @@ def test_keys_along_change_by_the_same_factor() -> None:
         (
             {"wind": {"force_N": {"percent": 5}}},
             "wind.force_N",
-            "a component such as wind.force_N[0]",
+            "by component as link.device_m[0]",
         ),
         ({"body": {"mass_kg": {"deviation": 0}}}, "body.mass_kg", "low < high"),
         ({"body": {"mas_kg": {"percent": 1}}}, "body.mas_kg", "did you mean 'body.mass_kg'"),
@@ -120,8 +120,8 @@ def test_keys_along_change_by_the_same_factor() -> None:
             "laser.visibility_km",
             "the mission does not state it: state low and high",
         ),
-        ({"buildings": {"b1": {}}}, "buildings.b1", "stay where they are"),
-        ({"body": 3}, "body", "a number that the mission states"),
+        ({"buildings": {"b1": {}}}, "buildings.b1", "a numeric key of a mission"),
+        ({"body": 3}, "body", "a numeric key of a mission"),
         (
             {"body": {"mass_kg": {"percent": 1, "along": ["body.mass"]}}},
             "body.mass",
