@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[2]
 LESSONS = {path.stem: path for path in (ROOT / "examples").glob("*.py")}
 
 slow, soak = pytest.mark.slow, pytest.mark.soak
-"""Those of subjects that have tests of their own run in `make soak`; `make docs` runs each lesson."""
+"""Those of subjects with tests of their own run in `make soak`; `make docs` runs each lesson."""
 
 
 @pytest.fixture
