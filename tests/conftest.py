@@ -5,6 +5,8 @@ from __future__ import annotations
 import gc
 import os
 import zlib
+from collections.abc import Generator
+from typing import Any
 
 import pytest
 from hypothesis import is_hypothesis_test, seed, settings
@@ -67,10 +69,16 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     config.hook.pytest_deselected(items=soak)
 
 
-def pytest_collection_finish() -> None:
-    """What was imported and collected stays: the garbage collector need not look at it again."""
-    gc.collect()
-    gc.freeze()
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, Any, Any]:
+    """What is imported and collected stays: the garbage collector need not look at it."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.collect()
+        gc.freeze()
+        gc.enable()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -118,7 +119,7 @@ DOORS: dict[str, Door] = {
     "plots.fleet_turns": Door(lambda x: plots.fleet_turns(x, title=""), ""),
     "plots.curves": Door(lambda x: plots.curves(x, title="", x_label="", y_label=""), ""),
     "plots.save": Door(lambda x: plots.save(x, "drawn.svg"), "axes, drawn"),
-    "plots.save: path": Door(lambda x: plots.save(plots.mission_map("mission.toml"), x), "picture"),
+    "plots.save: path": Door(lambda x: plots.save(small_map(), x), "picture"),
     "plots.save_figures": Door(lambda x: plots.save_figures(x, "out"), "axes by name", empty=True),
     "plots.save_figures: folder": Door(lambda x: plots.save_figures([], x), "folder", empty=True),
     "power_curve": Door(optuav.power_curve, ""),
@@ -145,21 +146,27 @@ def plane(**changed: Any) -> matplotlib.axes.Axes:
     return plots.plane(**stated)
 
 
+@cache
+def small_map() -> Any:
+    """A picture to save."""
+    return plots.mission_map("mission.toml")
+
+
 def good(kind: str) -> Iterator[Any]:
     """What an argument of a kind takes: an object, a name, and a path as text and as path."""
     if kind in ("mission", "plan", "itinerary", "uncertainty", "study", "csv"):
         suffix = {"plan": "json", "csv": "csv"}.get(kind, "toml")
         yield from (f"{kind}.{suffix}", Path(f"{kind}.{suffix}"))
-    plan, paper = optuav.load_plan("plan.json"), optuav.load("paper")
+    plan, small = optuav.load_plan("plan.json"), optuav.load("mission.toml")
     own: dict[str, Callable[[], tuple[Any, ...]]] = {
-        "mission": lambda: (paper, "paper"),
-        "missions": lambda: ([paper, "paper", Path("mission.toml")],),
+        "mission": lambda: (small, "paper"),
+        "missions": lambda: ([small, "paper", Path("mission.toml")],),
         "plan": lambda: (plan,),
         "plans": lambda: ("plan.json", [plan, Path("plan.json")]),
         "plans by name": lambda: (
             {"direct": plan, "again": "plan.json", "path": Path("plan.json")},
         ),
-        "itinerary": lambda: (optuav.Itinerary(paper, [STOP]),),
+        "itinerary": lambda: (optuav.Itinerary(small, [STOP]),),
         "stops": lambda: (STOP, [STOP], plan.stops),
         "replay": lambda: (optuav.replay(plan),),
         "uncertainty": lambda: ({"limits.deadline_s": {"percent": 5}},),
@@ -169,9 +176,9 @@ def good(kind: str) -> Iterator[Any]:
         "comparison": lambda: ("trajectory", ["trajectory"]),
         "study name": lambda: ("system", ["system"]),
         "axes": lambda: (drawn := plots.wells(plan), drawn[0]),
-        "drawn": lambda: (plots.swept(optuav.batch(paper, DEADLINES)),),
+        "drawn": lambda: (plots.swept(optuav.batch(small, DEADLINES)),),
         "axes by name": lambda: (
-            {"a.svg": (drawn := plots.mission_map(paper))},
+            {"a.svg": (drawn := plots.mission_map(small))},
             [("b.svg", drawn.plan)],
         ),
         "pictured": lambda: ("plan.json", "paper"),

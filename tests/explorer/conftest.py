@@ -6,6 +6,9 @@ import shutil
 import signal
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -18,6 +21,8 @@ CHROMIUM = next(
 )
 EVIL = "<img src=x onerror=\"document.title='run'\">"
 Open = Callable[..., Any]
+STARTED = ExitStack()
+"""The browser and the server, as long as tests of this folder follow one another."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -38,43 +43,68 @@ def broken_pipes_are_errors() -> Iterator[None]:
     signal.signal(signal.SIGPIPE, before)
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(nextitem: pytest.Item | None) -> None:
+    """Close the browser and the server after the last of the tests of this folder in a row.
+
+    They take seconds to start. A browser that is left open is in the way of other event loops.
+    """
+    if nextitem is None or nextitem.path.parent != Path(__file__).parent:
+        STARTED.close()
+
+
+@cache
+def launched() -> Any:
+    """The browser of all tests in a row."""
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     if not CHROMIUM:
         pytest.skip("Chromium is not installed")
     playwright.expect.set_options(timeout=30_000)  # Of a machine that does other things too
-    with playwright.sync_playwright() as running:
-        # Its sandbox does not start for root, nor in many containers; the pages are our own.
-        flags = ["--no-sandbox"]
-        try:
-            launched = running.chromium.launch(executable_path=CHROMIUM, args=flags)
-        except playwright.Error as error:  # as for a user without a home
-            pytest.skip(f"Chromium does not start here: {str(error).splitlines()[0]}")
-        yield launched
-        launched.close()
+    STARTED.callback(launched.cache_clear)
+    running = STARTED.enter_context(playwright.sync_playwright())
+    # Its sandbox does not start for root, nor in many containers; the pages are our own.
+    flags = ["--no-sandbox"]
+    try:
+        found = running.chromium.launch(executable_path=CHROMIUM, args=flags)
+    except playwright.Error as error:  # as for a user without a home
+        pytest.skip(f"Chromium does not start here: {str(error).splitlines()[0]}")
+    STARTED.callback(found.close)
+    return found
 
 
-@pytest.fixture(scope="module")
-def address() -> Iterator[str]:
+@cache
+def served() -> str:
+    """The address of the server of all tests in a row."""
+    STARTED.callback(served.cache_clear)
     mission = optuav.load("paper").replace({"buildings.b7.name": EVIL, "name": f"{EVIL} paper"})
-    with Server(mission) as server:
-        threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
-        yield server.address
-        server.shutdown()
+    server = STARTED.enter_context(Server(mission))
+    threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
+    STARTED.callback(server.shutdown)
+    return server.address
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
+def browser() -> Any:
+    return launched()
+
+
+@pytest.fixture
+def address() -> str:
+    return served()
+
+
+@cache
 def idle_pages() -> list[Any]:
     """Pages that no test has open, at a blank address.
 
     A page that has been used opens in half the time of a new one, whose process is a new one too.
     """
+    STARTED.callback(idle_pages.cache_clear)
     return []
 
 
 @pytest.fixture
-def open_page(browser: Any, address: str, idle_pages: list[Any]) -> Iterator[Open]:
+def open_page(browser: Any, address: str) -> Iterator[Open]:
     """A function that opens the page; no page may have reported an error."""
     pages, errors = [], []
 
@@ -88,7 +118,7 @@ def open_page(browser: Any, address: str, idle_pages: list[Any]) -> Iterator[Ope
     def opened(
         width: int = 1400, scheme: str = "light", fragment: str = "", height: int = 900
     ) -> Any:
-        page = idle_pages.pop() if idle_pages else browser.new_page(reduced_motion="reduce")
+        page = idle_pages().pop() if idle_pages() else browser.new_page(reduced_motion="reduce")
         pages.append(page)
         page.on("console", heard)
         page.on("pageerror", raised)
@@ -105,5 +135,5 @@ def open_page(browser: Any, address: str, idle_pages: list[Any]) -> Iterator[Ope
         page.goto("about:blank")
         page.remove_listener("console", heard)
         page.remove_listener("pageerror", raised)
-    idle_pages.extend(pages)
+    idle_pages().extend(pages)
     assert errors == []
