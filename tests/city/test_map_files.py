@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sqlite3
 import sys
 import threading
@@ -103,7 +104,7 @@ def test_no_map_makes_anybody_open_an_address_or_another_file(
         if name == "inside.geojson":
             assert read(file).names == read(packed).names == ("b0",)
         else:
-            refused(file, "is damaged|has none of|known reference|is not JSON|is not GeoJSON")
+            refused(file, "is damaged|has none of|reference system that|is not JSON|is not GeoJSON")
             refused(packed, r"packed.zip: |holds 0 maps")
         table = tmp_path / "mission.toml"
         table.write_text(f'schema = 1\nextends = "paper"\nbuildings_file = "{name}"\n')
