@@ -18,6 +18,9 @@ PYTEST := $(BIN)/python -m pytest -o "cache_dir=$(CACHES)/pytest"
 export MYPY_CACHE_DIR = $(CACHES)/mypy
 export RUFF_CACHE_DIR = $(CACHES)/ruff
 
+# Without bytecode, each worker compiles 250 files of tests anew, and each subprocess the package
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: run test test-only test-browser test-portable test-lowest doctest docs docs-open lessons lint
 .PHONY: bench bench-modellers soak pins vendor clean
 
