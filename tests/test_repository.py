@@ -193,7 +193,7 @@ def interpreter(path: Path, version: str, *, runs: bool = True) -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="the script is for bash")
 def test_ci_takes_the_oldest_and_the_newest_python_that_run(tmp_path: Path) -> None:
     """A shim on PATH that fails is no interpreter; what is left out is named."""
-    for name in ("bash", "dirname", "env", "ls"):
+    for name in ("bash", "cat", "dirname", "env", "ls", "mktemp", "rm"):
         found = shutil.which(name)
         assert found is not None
         (tmp_path / name).symlink_to(found)
