@@ -29,9 +29,12 @@ __all__ = ["__version__", *sorted(HOMES)]  # noqa: PLE0604
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        from importlib.metadata import version
+        from importlib.metadata import PackageNotFoundError, version
 
-        return version("optuav")
+        try:
+            return version("optuav")
+        except PackageNotFoundError:  # a checkout on the path
+            return "not installed"
     if HOMES.get(name, "optuav") == "optuav":
         # Also the packages behind the public names, which else were there once they are used.
         if name.startswith("_") or find_spec(f"optuav.{name}") is None:

@@ -237,11 +237,19 @@ def test_classes_list_only_our_names_as_well() -> None:
     assert {"battery", "replace", "save"} <= {*dir(optuav.Mission)}
 
 
-@pytest.mark.parametrize("name", ["city", "exercises", "maps", "plots"])
+@pytest.mark.parametrize("name", ["city", "exercises", "judge", "maps", "modelling", "plots"])
 def test_a_module_lists_what_it_offers(name: str) -> None:
     """And none of the modules and helpers that it is made of."""
     module = getattr(optuav, name)
     assert dir(module) == sorted(module.__all__)
+
+
+def test_the_first_example_prints_in_any_encoding() -> None:
+    """Of the readme, also ``python study.py > log.txt`` on Windows."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    codes = re.findall(r"```python\n(.*?)```", readme, re.DOTALL)
+    assert codes
+    assert all(code.isascii() for code in codes)
 
 
 def test_public_names_are_there_on_a_fresh_import() -> None:

@@ -190,8 +190,17 @@ def mission_of(source: str, settings: Sequence[str] | None) -> Mission:
     values = values_of(settings or (), faults)
     with collected(faults):
         mission = mission.replace(values) if values else mission
-    refuse(faults)
+    options = vars(SolveOptions())
+    refuse(_as_written(fault, values) if fault.key in options else fault for fault in faults)
     return mission
+
+
+def _as_written(fault: Fault, values: Mapping[str, Any]) -> Fault:
+    """The fault of a setting that is an option by itself."""
+    value, flag = values[fault.key], fault.key.replace("_", "-")
+    text = "" if value is None else str(value)
+    words = f"not a key of the mission; state the option --{flag} {text}".rstrip()
+    return Fault("", f"--set {fault.key}={text}", words)
 
 
 def values_of(settings: Sequence[str], faults: list[Fault]) -> dict[str, Any]:

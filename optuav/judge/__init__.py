@@ -6,3 +6,4 @@ from optuav.judge.timeline import Itinerary
 from optuav.plan import Stop
 
 __all__ = ["Audit", "Itinerary", "Replay", "Stop", "audit", "replay"]
+__dir__ = __all__.copy

@@ -84,6 +84,7 @@ def _is_place(at: object) -> bool:
     """Return whether a value may be the name of a place, or is a point [m]."""
     if isinstance(at, str):
         return True
+    at = at.tolist() if isinstance(at, np.ndarray) else at
     return isinstance(at, list | tuple) and len(at) == 3 and all(map(COORDINATE.accepts, at))
 
 

@@ -16,7 +16,7 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from optuav.errors import Fault, InputError, printable, safe_name
+from optuav.errors import Fault, InputError, printable, safe_name, shown
 
 LARGEST_TOML = 2_000_000  # bytes
 MOST_PARTS = 8  # In a dotted key: the time and memory of tomllib grow with the square of the parts
@@ -282,7 +282,7 @@ def ending_of(path: Path, *endings: str, name: str = "path") -> str:
     if suffix not in endings:
         *others, last = filter(None, endings)
         words = f"a name that ends in {' or '.join(filter(None, [', '.join(others), last]))}"
-        raise InputError([Fault(name, repr(printable(str(path))), words)])
+        raise InputError([Fault(name, shown(printable(str(path))), words)])
     return suffix
 
 
@@ -295,7 +295,7 @@ def expanded(stated: str | Path, name: str = "path") -> Path:
         words = f"there is no user {path.parts[0][1:]!r}; state the whole path"
     except ValueError:
         words = "is not a possible path"
-    raise InputError([Fault(name, repr(printable(str(path))), words)])
+    raise InputError([Fault(name, shown(printable(str(path))), words)])
 
 
 def beside(folder: Path, stated: str | Path) -> Path:

@@ -39,9 +39,7 @@ def check_map(file: Path) -> None:
     """Refuse a file that is not, or not wholly, of a format that GDAL may read."""
     with refusals(file, "read"):
         if not file.is_file():
-            raise refusal(
-                file, "is not a regular file" if file.exists() else "there is no such file"
-            )
+            raise refusal(file, "is no regular file" if file.exists() else "there is no such file")
         if (ending := file.suffix.lower()) not in HEADS:
             known = ", ".join((*HEADS, *TEXTS, *LINES, ".zip"))
             raise refusal(file, f"has none of the suffixes {known}; {CONVERTS}")
@@ -122,8 +120,10 @@ def _crs(document: dict[str, Any], file: Path) -> Any:
 
     if (stated := document.get("crs", NAMED)) is None:
         return None
+    name = stated.get("type") if isinstance(stated, dict) else stated
     with suppress(LookupError, TypeError, pyproj.exceptions.CRSError):
         if CODE.fullmatch(name := stated["properties"]["name"]):
             return pyproj.CRS.from_user_input(name)
-    words = 'the name of a known reference system, such as "EPSG:25832"; no link is followed'
-    raise InputError([Fault("crs", shown(str(stated)), words, label(file))])
+    words = 'not a reference system that pyproj knows, such as "EPSG:25832", and no link is '
+    words += "followed; correct it in the file"
+    raise InputError([Fault("the file's crs", shown(name), words, label(file))])

@@ -68,9 +68,7 @@ def fingerprint(path: Path) -> str:
     """The SHA-256 hash of the content of a file, in hexadecimal digits."""
     with refusals(path, "read"):
         if not path.is_file():
-            raise refusal(
-                path, "is not a regular file" if path.exists() else "there is no such file"
-            )
+            raise refusal(path, "is no regular file" if path.exists() else "there is no such file")
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
 

@@ -262,7 +262,7 @@ def rules(document: Document) -> Iterator[Breach]:
     origin = {"latitude_deg", "longitude_deg"} & keys_of(document.get("earth")).keys()
     if origin and document.get("crs"):
         yield from (Breach(("earth", key), "not beside crs") for key in sorted(origin))
-    elif len(origin) == 1:
+    elif len(origin) == 1 and document["earth"][min(origin)] is not UNKNOWN:
         (other,) = {"latitude_deg", "longitude_deg"} - origin
         words = f"is missing; {allowed(schema.Earth, other)}, needed beside {min(origin)}"
         yield Breach(("earth", other), words)

@@ -8,3 +8,4 @@ from optuav.modelling.traversal import evaluate
 
 __all__ = ["Affine", "Check", "Checks", "Constraint", "Expression", "Let", "Model"]
 __all__ += ["NotAffineError", "Parameter", "Relation", "Variable", "affine", "check", "evaluate"]
+__dir__ = __all__.copy

@@ -82,8 +82,9 @@ class Stop:
     start_s: float | None = None
 
     def __post_init__(self) -> None:
-        if isinstance(self.at, list):
-            object.__setattr__(self, "at", tuple(self.at))
+        stated: Any = self.at
+        at = stated.tolist() if hasattr(stated, "tolist") else stated  # Of an array
+        object.__setattr__(self, "at", tuple(at) if isinstance(at, list) else at)
 
 
 class Plan(Record):

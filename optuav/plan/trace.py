@@ -124,6 +124,8 @@ class Trace:
     def to_frame(self) -> DataFrame:
         """One row per moment; needs pandas (``python -m pip install pandas``).
 
+        Rounding is shown as 0: numbers below 1e-9 of the largest of their column, or of 1.
+
         Returns
         -------
         DataFrame
@@ -147,4 +149,8 @@ class Trace:
             if wells.shape[1] > 1:
                 columns |= {f"{name}_{k}_As": well for k, well in enumerate(wells.T, start=1)}
         columns |= {f"soc_{name}": level for name, level in self.soc.items()}
+        for name, column in columns.items():
+            if column.dtype.kind == "f":
+                size = np.nanmax(np.abs(column), initial=1.0)
+                columns[name] = without_rounding(column, float(size))
         return frame(columns)

@@ -19,6 +19,7 @@ import numpy as np
 from annotated_types import Interval, MinLen
 from pydantic import BaseModel
 
+import optuav
 from formulations.soc import PERSPECTIVES
 from optuav.errors import Fault, collected, refuse, require
 from optuav.mission import files
@@ -407,9 +408,14 @@ def _manifest(plan: SweepPlan) -> Document:
         "grid": {key: values.tolist() for key, values in scenarios.grid.items()},
         "study": plan.document,
     }
-    versions = {package: version(package) for package in PACKAGES}
+    versions = {package: _version(package) for package in PACKAGES}
     head = {"kind": KIND, "format": FORMAT, "hash": _hash(content), "versions": versions}
     return {**head, **content}
+
+
+def _version(package: str) -> str:
+    """The version of a package, also of optuav where it is not installed."""
+    return optuav.__version__ if package == "optuav" else version(package)
 
 
 def _hash(manifest: Document) -> str:
@@ -515,5 +521,5 @@ def _refuse_others(versions: Mapping[str, str], source: str) -> None:
     refuse(
         Fault(package, now, f"{stated}, {words}", source)
         for package, stated in versions.items()
-        if (now := version(package)) != stated
+        if (now := _version(package)) != stated
     )

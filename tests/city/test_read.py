@@ -290,7 +290,7 @@ def test_files_that_are_no_maps(tmp_path: Path) -> None:
     empty = geojson(tmp_path, [])
     assert len(refusal(empty)) == 1
     (found,) = refusal(tmp_path)
-    assert "is not a regular file" in found
+    assert "is no regular file" in found
     other = tmp_path / "map.kml"
     other.write_text("<kml/>")
     assert "has none of the suffixes .gpkg, .shp, .fgb, .pbf, .geojson" in refusal(other)[0]

@@ -104,7 +104,7 @@ BROKEN = [
     (("mine.py",), "--problem = 'mine.py': FILE.py:CLASS, as mine.py:LeastLaser"),
     (("missing.py:Least",), "missing.py: there is no such file"),
     (("folder.py:Least",), "folder.py: is a directory, not a file"),
-    (("pipe.py:Least",), "pipe.py: is not a regular file"),
+    (("pipe.py:Least",), "pipe.py: is no regular file"),
     (("latin.py:Least",), "latin.py: is not text in UTF-8"),
     (("long.py:Least",), "long.py: is larger than the 1 MB that are read"),
     (("half.py:Least",), "half.py, line 2: SyntaxError: "),

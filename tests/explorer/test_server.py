@@ -169,11 +169,17 @@ def test_a_state_that_cannot_be_repeated_is_refused_in_words(text: str, server: 
 
 
 def test_a_hundred_browsers_may_wait() -> None:
-    """None is turned away where the server takes none for a moment."""
+    """None is turned away where the server takes none for a moment, and all are answered."""
     with Server(optuav.load("paper")) as busy:
-        waiting = [socket.create_connection(busy.server_address, timeout=5) for _ in range(100)]
+        waiting = [socket.create_connection(busy.server_address, timeout=60) for _ in range(100)]
         for each in waiting:
-            each.close()
+            words = f"GET /{busy.token}/ HTTP/1.0\r\nHost: localhost:{busy.server_port}\r\n\r\n"
+            each.sendall(words.encode())
+        threading.Thread(target=busy.serve_forever, args=(0.01,), daemon=True).start()
+        for each in waiting:
+            with each, each.makefile("rb") as answer:
+                assert answer.readline().split()[1] == b"200"
+        busy.shutdown()
 
 
 def test_who_sends_too_much_reads_so(server: Server) -> None:

@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -435,3 +436,17 @@ def test_stops_as_tables_are_stops() -> None:
     itinerary = optuav.Itinerary("paper", [table])  # type: ignore[list-item]
     assert itinerary == optuav.Itinerary("paper", optuav.Stop("hover", "hover", 100.0))
     assert optuav.audit(itinerary).flyable
+
+
+def test_a_point_may_be_an_array() -> None:
+    """In a stop and in a dict, of floats or of whole numbers; others are refused as lists are."""
+    hover = [1000.0, 2900.0, 50.0]
+    expected = optuav.audit(Itinerary("paper", Stop((*hover,), "hover", 3.0)))
+    for at in (np.array(hover), np.array(hover, dtype=int), (*np.array(hover),)):
+        found = optuav.audit(Itinerary("paper", Stop(at, "hover", 3.0)))
+        assert str(found) == str(expected)
+        stop = {"at": at, "kind": "hover", "duration_s": 3.0}
+        stated = {"schema": 1, "mission": "paper", "stops": [stop]}
+        assert optuav.audit(stated).flyable == expected.flyable
+    with pytest.raises(InputError, match=r"at = \[1000\.0, 2900\.0\]: the name of a place"):
+        Itinerary("paper", Stop(np.array(hover[:2]), "hover", 3.0))

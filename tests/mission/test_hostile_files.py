@@ -213,7 +213,7 @@ def test_a_broken_chain_still_tells_what_is_wrong_above_it(tmp_path: Path) -> No
             "shipped missions are matrice350, paper, paper-drag, paper-table2, relay-today",
         ),
         ("", "is a directory, not a file"),
-        (Path("/dev/null"), "is not a regular file"),
+        (Path("/dev/null"), "is no regular file"),
         ("a\0b", "is not a possible path"),
         ("\udcff\x1b[31m", "there is no such file"),
         (3, "a shipped mission's name or a file's path"),
@@ -236,7 +236,7 @@ def test_a_directory_is_no_mission(tmp_path: Path) -> None:
 def test_a_pipe_is_refused_instead_of_waited_for(tmp_path: Path) -> None:
     """Opening a pipe that nobody writes to would block for ever."""
     os.mkfifo(tmp_path / "pipe.toml")
-    with pytest.raises(InputError, match="is not a regular file"):
+    with pytest.raises(InputError, match="is no regular file"):
         load(tmp_path / "pipe.toml")
 
 

@@ -143,7 +143,7 @@ def test_faults_of_a_mission_and_of_its_table_are_told_together(tmp_path: Path) 
     ("stated", "words"),
     [
         ('"none.csv"', "buildings_file = 'none.csv': "),
-        ('"."', "is not a regular file"),
+        ('"."', "is no regular file"),
         ("3", "buildings_file = 3: a path relative to this file"),
         ('"block.toml"', "has none of the suffixes .csv, .parquet"),
         ('"a\\u0000b.csv"', "there is no such file"),

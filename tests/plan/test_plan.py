@@ -301,6 +301,16 @@ def test_a_table_shows_no_rounding_that_the_data_keeps() -> None:
     assert dry.to_frame().available_As.min() < -9000.0
 
 
+@pytest.mark.parametrize("name", optuav.shipped())
+def test_a_table_over_time_shows_no_rounding(name: str) -> None:
+    """Positions, speeds and wells are 0, or no rounding error; the trace keeps its numbers."""
+    replayed = optuav.replay(optuav.solve(name, "P3", perspective="battery"))
+    table = replayed.to_frame().select_dtypes("float")
+    assert not ((table != 0.0) & (table.abs() < 1e-9)).to_numpy().any()
+    kept_m = replayed.trace.position_m
+    assert np.abs(table[["x_m", "y_m", "z_m"]].to_numpy() - kept_m).max() < 1e-5
+
+
 def test_an_answer_shows_no_rounding_that_its_slacks_keep() -> None:
     (answer,) = optuav.formulate("paper", "P3", perspective="wells").answers()
     (row,) = [line.split("  ") for line in str(answer).splitlines() if line.startswith("P3.a")]

@@ -11,6 +11,8 @@ import signal
 import subprocess
 import sys
 import time
+from importlib import metadata
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 from typing import Any
 
@@ -585,3 +587,22 @@ def test_what_cannot_be_opened_is_refused(tmp_path: Path) -> None:
     part.unlink()
     with pytest.raises(InputError, match="not finished: 1 of 3 parts are missing or damaged"):
         optuav.open_sweep(directory)
+
+
+def test_a_checkout_that_is_not_installed_sweeps(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its manifest says so; it goes on with its own sweep."""
+
+    def version(package: str) -> str:
+        if package == "optuav":
+            raise PackageNotFoundError(package)
+        return installed(package)
+
+    installed = metadata.version
+    monkeypatch.setattr(metadata, "version", version)
+    assert optuav.__version__ == "not installed"
+    for _ in range(2):
+        swept(tmp_path, "grid.limits.deadline_s = [600, 900]\n")
+    (manifest,) = tmp_path.glob("*/manifest.json")
+    assert json.loads(manifest.read_text())["versions"]["optuav"] == "not installed"
