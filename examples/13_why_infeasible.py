@@ -122,7 +122,7 @@ total, float(limit), [certificate.holds() for certificate in certificates]
 
 # %%
 point = {"Δ": Fraction(10), "T'": Fraction(20)}
-slacks = {
+slack_by_label = {
     row.label: row.slack for row in program.check({"hover_time_s": 10.0, "rest_time_s": 20.0})
 }
 pd.DataFrame(
@@ -130,10 +130,10 @@ pd.DataFrame(
         (
             row.label,
             float(row.limit - sum(a * point[symbol] for symbol, a in row.coefficients.items())),
-            slacks[row.label],
+            slack_by_label[row.label],
         )
         for row in rows
-        if row.label in slacks
+        if row.label in slack_by_label
     ],
     columns=["constraint", "slack by the certificate", "slack by the check"],
 ).round(6)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 import importlib
+import io
 import itertools
 import math
 import re
@@ -414,6 +416,18 @@ def test_the_moving_picture_stands_still_if_asked(falling: str) -> None:
     assert "animation" not in still
     assert "animation" in moving
     assert re.search(r"\.fall \.available \{transform: scaleY\(0\.000\)\}", still)
+
+
+def test_movies_of_lessons_stand_still_if_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Readers who ask for less motion see the last frame, here a blue one after a red one."""
+    pillow = pytest.importorskip("PIL.Image")
+    monkeypatch.syspath_prepend(str(ROOT / "examples"))
+    movies = importlib.import_module("helpers.movies")
+    frames = [pillow.new("RGB", (40, 40), colour) for colour in ("red", "blue")]
+    shown = movies.movie(frames, "two frames", ("red", "blue"))._repr_html_()
+    (still,) = re.findall(r'reduce\)" srcset="data:image/png;base64,([^"]+)"', shown)
+    red, green, blue = pillow.open(io.BytesIO(base64.b64decode(still))).getpixel((4, 4))
+    assert (red < 40, green < 40, blue > 215) == (True, True, True)
 
 
 def test_numbers_of_the_moving_picture(falling: str) -> None:

@@ -49,8 +49,8 @@ def finite(value: object) -> float | None:
     number = number_of(value)
     if isinstance(number, numbers.Real) and not isinstance(number, bool):
         with suppress(OverflowError):
-            if math.isfinite(found := float(number)):
-                return found
+            if math.isfinite(plain := float(number)):
+                return plain
     return None
 
 
@@ -94,19 +94,19 @@ def figures(**ranges: tuple[str, float, float]) -> Form:
     def read(task: Task, answer: object) -> dict[str, float]:
         if not isinstance(answer, Mapping):
             _refuse(answer, f"a dict with the numbers {names}")
-        given, faults, found = dict(answer), list[Fault](), dict[str, float]()
-        for name, value in given.items():
+        stated, faults, values = dict(answer), list[Fault](), dict[str, float]()
+        for name, value in stated.items():
             if name not in ranges:
                 faults.append(Fault(_key(name), shown(value), f"the names are {names}"))
         for name, (unit, least, most) in ranges.items():
-            value = finite(given.get(name))
+            value = finite(stated.get(name))
             if value is None or not least <= value <= most:
                 allowed = f"a number [{unit}] from {least:g} to {most:g}"
-                faults.append(Fault(name, shown(given[name]) if name in given else "", allowed))
+                faults.append(Fault(name, shown(stated[name]) if name in stated else "", allowed))
             else:
-                found[name] = value
+                values[name] = value
         refuse(faults)
-        return found
+        return values
 
     return Form("{" + ", ".join(f"'{name}': 10.0" for name in ranges) + "}", read)
 
@@ -114,8 +114,8 @@ def figures(**ranges: tuple[str, float, float]) -> Form:
 def fractions(
     answer: object, names: Sequence[str], needed: Collection[str] = ()
 ) -> dict[str, Fraction]:
-    """Return the numbers of an answer as fractions; `InputError` with all that are none."""
-    faults, found = list[Fault](), dict[str, Fraction]()
+    """Return the numbers of an answer as fractions, or raise `InputError` with all faults."""
+    faults, values = list[Fault](), dict[str, Fraction]()
     if not isinstance(answer, Mapping):
         _refuse(answer, f"a dict of numbers by name: {', '.join(names)}")
     for name, stated in dict(answer).items():
@@ -125,14 +125,14 @@ def fractions(
         elif isinstance(value, bool) or not isinstance(value, numbers.Real):
             faults.append(Fault(name, shown(value), "a number, such as Fraction(1, 98)"))
         elif isinstance(value, numbers.Rational):
-            found[name] = Fraction(int(value.numerator), int(value.denominator))
+            values[name] = Fraction(int(value.numerator), int(value.denominator))
         elif not math.isfinite(value):
             faults.append(Fault(name, shown(value), "a finite number"))
         else:
-            found[name] = Fraction(float(value)).limit_denominator(MOST_PARTS)
+            values[name] = Fraction(float(value)).limit_denominator(MOST_PARTS)
     faults += [Fault(name, "", "is missing") for name in needed if name not in answer]
     refuse(faults)
-    return found
+    return values
 
 
 def _itinerary(task: Task, answer: object) -> Itinerary:

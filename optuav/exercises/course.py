@@ -30,18 +30,18 @@ PLAIN = ("builtins", "numpy", "fractions", "decimal")
 def _exercises() -> Mapping[str, Exercise]:
     """Every exercise by number."""
     parts = (vars(import_module(f"optuav.exercises.{part}")) for part in PARTS)
-    every = (each for part in parts for each in part.values())
-    found = {each.number: each for each in every if isinstance(each, Exercise)}
-    return dict(sorted(found.items()))
+    items = (item for part in parts for item in part.values())
+    known = {item.number: item for item in items if isinstance(item, Exercise)}
+    return dict(sorted(known.items()))
 
 
 def numbers(lesson: str = "") -> tuple[str, ...]:
-    """The numbers of the exercises, in order.
+    """Return the numbers of the exercises, in order.
 
     Parameters
     ----------
     lesson
-        Number of a lesson, as ``"01"``; of all lessons by default.
+        Number of a lesson, such as ``"01"``; all lessons by default.
 
     Returns
     -------
@@ -59,12 +59,12 @@ def numbers(lesson: str = "") -> tuple[str, ...]:
 
 
 def task(number: str, student: str = "") -> Task:
-    """An exercise with the numbers of a student, to read and to work with.
+    """Return an exercise with the numbers of a student.
 
     Parameters
     ----------
     number
-        Its number, as ``"01.2"``; `numbers` lists them.
+        Its number, such as ``"01.2"``; `numbers` lists them.
     student
         Any text that names the student, such as a matriculation number, however its accents are
         encoded; without one, the numbers are those of the lessons' worked solutions.
@@ -77,13 +77,13 @@ def task(number: str, student: str = "") -> Task:
     Raises
     ------
     InputError
-        If there is no such exercise, or the student is no text.
+        If there is no such exercise, or the student is not a text.
 
     Examples
     --------
     >>> from optuav import exercises
-    >>> found = exercises.task("01.1", student="ada")
-    >>> found.mission.battery.capacity_As == found["battery.capacity_As"]
+    >>> task = exercises.task("01.1", student="ada")
+    >>> task.mission.battery.capacity_As == task["battery.capacity_As"]
     True
     """
     known, faults = _exercises(), list[Fault]()
@@ -97,7 +97,7 @@ def task(number: str, student: str = "") -> Task:
 
 
 def _unknown(number: object, known: Mapping[str, Exercise]) -> str:
-    """Return what to say of a number that no exercise has: what there is in its lesson now."""
+    """Say that no exercise has a number, and list the exercises of its lesson now."""
     stated = number if isinstance(number, str) else shown(number)
     stated = f"0{stated}" if re.fullmatch(r"[0-9]\.[0-9]+", stated) else stated
     if stated in known or not re.fullmatch(r"([0-3][0-9]|A[12])\.[0-9]+", stated):
@@ -111,8 +111,8 @@ def _unknown(number: object, known: Mapping[str, Exercise]) -> str:
 
 
 def _listed(lesson: str, known: Mapping[str, Exercise]) -> str:
-    found = [f"{number} ({known[number].kind})" for number in numbers(lesson)]
-    return ", ".join(found) or "no exercise"
+    named = [f"{number} ({known[number].kind})" for number in numbers(lesson)]
+    return ", ".join(named) or "no exercise"
 
 
 def check(number: str, answer: object, student: str = "") -> Grade:
@@ -121,7 +121,7 @@ def check(number: str, answer: object, student: str = "") -> Grade:
     Parameters
     ----------
     number
-        Number of the exercise, as ``"01.2"``.
+        Number of the exercise, such as ``"01.2"``.
     answer
         What the task asks for. To predict: a number. To declare: a `Formulation`, its class if it
         has no fields of its own, or a `Model`. To prove: multipliers by label of the constraint, as
@@ -142,7 +142,7 @@ def check(number: str, answer: object, student: str = "") -> Grade:
     Raises
     ------
     InputError
-        If there is no such exercise, or the student is no text.
+        If there is no such exercise, or the student is not a text.
 
     Examples
     --------
@@ -192,7 +192,7 @@ def _declares(answer: object) -> bool:
 
 
 def _misfit(error: BaseException) -> str:
-    """Why an answer is none of the kind that is asked for."""
+    """Say why an answer does not have the form that the exercise asks for."""
     if not isinstance(error, InputError):
         named = "" if isinstance(error, OptuavError) else f"{type(error).__name__}: "
         return f"not an answer: {named}{error}"

@@ -48,9 +48,9 @@ def _grade(asked: Program | Model, task: Task, answer: object) -> Grade:
     names = {variable.name for variable in wanted.variables}
     unknowns = f"a problem with the unknowns {', '.join(sorted(names))}"
     model = _model_of(answer, asked, unknowns, task)
-    if (stated := {variable.name for variable in model.variables}) != names:
-        found = ", ".join(sorted(stated)) or "one without any"
-        raise InputError([Fault("answer", found, unknowns)])
+    if (declared := {variable.name for variable in model.variables}) != names:
+        listed = ", ".join(sorted(declared)) or "one without any"
+        raise InputError([Fault("answer", listed, unknowns)])
     binary = {variable.name: variable.binary for variable in model.variables}
     for variable in wanted.variables:
         if variable.binary != binary[variable.name]:
@@ -131,14 +131,14 @@ def _solved(model: Model) -> Solution:
 
 def _extent(model: Model, name: str) -> tuple[float, ...]:
     """Return the least and the largest feasible value of an unknown, if they exist."""
-    found = list[float]()
+    ends = list[float]()
     for sense in ("minimise", "maximise"):
         one = copy.copy(model)
         one.preferences, one.has_objective = [], False
         getattr(one, sense)(next(variable for variable in model.variables if variable.name == name))
         if (solution := _solved(one)).status.has_answer:
-            found.append(round(float(solution.point(0)[name]), 9) + 0.0)  # Without −0
-    return tuple(found)
+            ends.append(round(float(solution.point(0)[name]), 9) + 0.0)  # Without −0
+    return tuple(ends)
 
 
 def _axis(known: Collection[float], typical: float) -> Floats:
@@ -165,10 +165,10 @@ def _points(model: Model, answer: Model, best: Mapping[str, float]) -> dict[str,
         axes.append(_axis({*ends, value, *_extent(answer, variable.name)}, typical))
     grid = np.stack(np.meshgrid(*axes, indexing="ij"))
 
-    found = [grid.reshape(len(grid), -1)]
-    for stated in (model, answer):
-        found += _at_limits(stated, grid, list(best))
-    return dict(zip(best, np.concatenate(found, axis=1), strict=True))
+    points = [grid.reshape(len(grid), -1)]
+    for problem in (model, answer):
+        points += _at_limits(problem, grid, list(best))
+    return dict(zip(best, np.concatenate(points, axis=1), strict=True))
 
 
 def _at_limits(model: Model, grid: Floats, names: Sequence[str]) -> list[Floats]:
@@ -177,7 +177,7 @@ def _at_limits(model: Model, grid: Floats, names: Sequence[str]) -> list[Floats]
     def holds(points: Floats) -> Booleans:
         return _all(check(model, dict(zip(names, points, strict=True))), points[0].shape)
 
-    inside, found = holds(grid), list[Floats]()
+    inside, crossings = holds(grid), list[Floats]()
     binary = {variable.name: variable.binary for variable in model.variables}
     for number, name in enumerate(names):
         if binary[name]:
@@ -194,8 +194,8 @@ def _at_limits(model: Model, grid: Floats, names: Sequence[str]) -> list[Floats]
             middle = 0.5 * (first + last)
             same = holds(middle) == known
             first, last = np.where(same, middle, first), np.where(same, last, middle)
-        found += [first, last]
-    return found
+        crossings += [first, last]
+    return crossings
 
 
 def _all(rows: Checks, shape: tuple[int, ...]) -> Booleans:

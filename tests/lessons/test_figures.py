@@ -233,11 +233,11 @@ def test_13_why_infeasible(ran: Any) -> None:
     assert (ran.total, ran.limit < 0) == ({"Δ": 0, "T'": 0}, True)
     assert certificate.holds()
     named = {row.label: row for row in certificate.rows}
-    assert set(named) & set(ran.stated) >= {"P4.a state of charge", "P4.b deadline"}
-    for label in set(named) & set(ran.stated):
+    assert set(named) & set(ran.slack_by_label) >= {"P4.a state of charge", "P4.b deadline"}
+    for label in set(named) & set(ran.slack_by_label):
         row = named[label]
         left = sum(a * ran.point[symbol] for symbol, a in row.coefficients.items())
-        assert math.isclose(row.limit - left, ran.stated[label], abs_tol=1e-12)
+        assert math.isclose(row.limit - left, ran.slack_by_label[label], abs_tol=1e-12)
     (extension,) = (each for each in ran.explanation.repairs if each.key == "limits.deadline_s")
     at = ran.mission.replace({extension.key: extension.value})
     assert optuav.solve(at, ran.problem, perspective="battery")
