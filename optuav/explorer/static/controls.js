@@ -1,6 +1,7 @@
 // The controls: what to start from, the question, the mission's sliders, and places.
 import {button, decimal, grouped, make} from "./drawing.js";
 import {ARROWS, points} from "./handles.js";
+import {Tabs} from "./layout.js";
 import {DEFAULTS, brief} from "./state.js";
 
 const PLACES = ["device", "laser", "roof"];
@@ -13,6 +14,7 @@ export class Controls {
   #session;
   #fields = new Map();
   #sections = {};
+  #tabs = new Tabs((name) => this.#show(name));
   #lent = "";
   #id = `optuav-${++instances}`;
 
@@ -51,11 +53,8 @@ export class Controls {
     this.#section("Question", "Question", ...asked.map((name) => this.#choice(name, known[name])));
     this.#section("Mission", "Mission", ...controls.map((control) => this.#slider(control)));
     if (!stored) this.#section("Places", "Places, m", ...PLACES.map((name) => this.#place(name)));
-    const tabs = make("div", {class: "tabs sections", role: "tablist"});
-    for (const name of Object.keys(this.#sections)) {
-      tabs.append(button(name, () => this.#show(name), {role: "tab", "data-tab": name}));
-    }
-    this.form.append(tabs, ...Object.values(this.#sections));
+    this.#tabs.element.classList.add("sections");
+    this.form.append(this.#tabs.element, ...Object.values(this.#sections));
     this.#show("Mission");
   }
 
@@ -65,9 +64,7 @@ export class Controls {
 
   #show(name) {
     for (const [own, {classList}] of Object.entries(this.#sections)) classList.toggle("on", own === name);
-    for (const tab of this.form.querySelectorAll(".sections [role=tab]")) {
-      tab.setAttribute("aria-selected", tab.dataset.tab === name);
-    }
+    this.#tabs.show(Object.keys(this.#sections), name);
   }
 
   // What to start from.

@@ -47,7 +47,7 @@ function render({model, el}) {
     symbols: press("Symbols", "S", "symbols", () => root.classList.toggle("symbols")),
     lecture: press("Lecture", "L", "lecture", () => teach(!lecture)),
   };
-  const tabs = new Tabs(openPicture, ["map"], ["wells"]); // Of a narrow screen
+  const tabs = new Tabs(openPicture); // Of a narrow screen
   const details = button("Details ▾", openTables, {"aria-expanded": "false"});
   const menu = make("div", {class: "panel"});
   const share = make("details", {class: "menu"}, make("summary", {}, "Share ▾"), menu);
@@ -174,7 +174,8 @@ function render({model, el}) {
     for (const [name, on] of Object.entries(pressed)) toggles[name].setAttribute("aria-pressed", Boolean(on));
     sayVerdict(root.querySelector("header"), session, lecture);
     const {picture} = root.dataset;
-    tabs.show(shown.pictures ?? [], picture === "plane" ? session.state.picture : picture);
+    const opened = picture === "plane" ? session.state.picture ?? picture : picture;
+    tabs.show(["map", "plane", "wells", ...shown.pictures], opened);
     details.textContent = pinned ? "Details ▾" : "Details: limits, worth, proof ▾";
     sayBinding(foot, session, details);
     below.replaceChildren(...tables(shown, () => session.repairs()));

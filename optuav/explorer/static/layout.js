@@ -75,7 +75,7 @@ export class Column {
     const title = picture ? picture.title ?? WORDS.pictures[picture.name] : WORDS.figures.plane;
     plane.caption.firstChild.textContent = alone || picture ? title : WORDS.briefly.plane;
     this.slots.parentNode.hidden = Boolean(picture);
-    this.tabs?.show(pictures ?? [], picture?.name ?? null);
+    this.tabs?.show(["plane", ...pictures], picture?.name ?? "plane");
     const way = route?.join(" → ");
     const between = route?.slice(1, -1).join(" → ");
     const ways = chosen ? [way, between] : [`shortest flight: ${way}`, "shortest flight"];
@@ -121,34 +121,28 @@ function lower(words) {
   return words ? `${words[0].toLowerCase()}${words.slice(1).replace(/\.$/, "")}` : "";
 }
 
-// Tabs of what stands in the place of the plane; on a narrow screen of all pictures, one at a time.
+// A row of tabs, one of which is open.
 export class Tabs {
   element = make("div", {class: "tabs", role: "tablist"});
-  #known = [];
+  #known = "";
 
-  constructor(open, before = [], after = []) {
+  constructor(open) {
     this.open = open;
-    this.before = before;
-    this.after = after;
   }
 
-  // Shows the tabs of these pictures, and which one is open.
-  show(pictures, opened) {
-    const names = [...this.before, "plane", ...this.after, ...pictures];
-    if (names.join() !== this.#known.join()) {
-      this.#known = names;
-      this.element.replaceChildren(...names.map((name) => this.#tab(name)));
+  show(names, opened) {
+    if (names.join() !== this.#known) {
+      this.#known = names.join();
       this.element.hidden = names.length < 2;
+      this.element.replaceChildren(...names.map((name) =>
+        button(wordOf(name), () => this.open(name), {role: "tab", "data-tab": name})));
     }
-    for (const tab of this.element.children) {
-      tab.setAttribute("aria-selected", tab.dataset.tab === (opened ?? "plane"));
-    }
+    for (const tab of this.element.children) tab.setAttribute("aria-selected", tab.dataset.tab === opened);
   }
+}
 
-  #tab(name) {
-    const act = () => this.open(name === "plane" ? null : name);
-    return button(WORDS.tabs[name] ?? WORDS.pictures[name], act, {role: "tab", "data-tab": name});
-  }
+function wordOf(name) {
+  return WORDS.tabs[name] ?? WORDS.pictures[name] ?? name;
 }
 
 export function gripOf(root, form) {

@@ -46,7 +46,8 @@ export function drawPlane(draw, {plane, wells}, {axes, trail, size, u, slots}) {
     ],
   });
   draw.replaceChildren(plot);
-  const view = viewOf(plot, plane, most, below, {width, height, narrow, size, u, told: draw.closest(".symbols")});
+  const told = draw.closest(".symbols");
+  const view = viewOf(plot, plane, most, below, {width, height, narrow, size, u, told});
   const lines = limits.map((limit) => ({...limit, ...lineOf(view, plane, limit.excess)}));
   const optimum = optimumOf(view, plane, trail);
   const under = {x: view.right, y: view.bottom + size + 4, anchor: "end", ...view.muted};

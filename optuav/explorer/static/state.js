@@ -266,7 +266,8 @@ export class Session {
   }
 
   // A picture in place of the plane; none for the plane itself.
-  open(picture) {
+  open(name) {
+    const picture = name === "plane" ? null : name;
     if (picture === (this.state.picture ?? null)) return;
     this.axes.picture = null;
     this.change({picture});
