@@ -16,7 +16,7 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from optuav.errors import Fault, InputError, printable, safe_name, shown
+from optuav.errors import LONGEST_NAME, Fault, InputError, printable, safe_name
 
 LARGEST_TOML = 2_000_000  # bytes
 MOST_PARTS = 8  # In a dotted key: the time and memory of tomllib grow with the square of the parts
@@ -125,7 +125,7 @@ def opened(path: Path, limit: int, *, hint: str = "", own: bool = False) -> Iter
 def _must_be_regular(path: Path, status: os.stat_result) -> None:
     """Refuse directories, devices, pipes, and links that are not followed."""
     kind = status.st_mode
-    what = "a link, not a regular file" if stat.S_ISLNK(kind) else "not a regular file"
+    what = "a link, not a regular file" if stat.S_ISLNK(kind) else "no regular file"
     if not stat.S_ISREG(kind):
         raise refusal(path, f"is {'a directory, not a file' if stat.S_ISDIR(kind) else what}")
 
@@ -273,6 +273,12 @@ def check_place(path: Path, content: bytes | None = None) -> None:
         raise refusal(path, words)
 
 
+def _quoted(path: Path) -> str:
+    """A path in quotes: the end of a very long one, where its suffix is."""
+    text = printable(str(path))
+    return repr(text if len(text) <= LONGEST_NAME else f"...{text[3 - LONGEST_NAME :]}")
+
+
 def ending_of(path: Path, *endings: str, name: str = "path") -> str:
     """Return the suffix of a file, which decides its format; refused unless it is one of `endings`.
 
@@ -282,7 +288,7 @@ def ending_of(path: Path, *endings: str, name: str = "path") -> str:
     if suffix not in endings:
         *others, last = filter(None, endings)
         words = f"a name that ends in {' or '.join(filter(None, [', '.join(others), last]))}"
-        raise InputError([Fault(name, shown(printable(str(path))), words)])
+        raise InputError([Fault(name, _quoted(path), words)])
     return suffix
 
 
@@ -295,7 +301,7 @@ def expanded(stated: str | Path, name: str = "path") -> Path:
         words = f"there is no user {path.parts[0][1:]!r}; state the whole path"
     except ValueError:
         words = "is not a possible path"
-    raise InputError([Fault(name, shown(printable(str(path))), words)])
+    raise InputError([Fault(name, _quoted(path), words)])
 
 
 def beside(folder: Path, stated: str | Path) -> Path:

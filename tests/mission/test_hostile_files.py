@@ -266,3 +266,11 @@ def test_a_number_of_too_many_digits_is_refused_in_our_words(scratch: Path) -> N
     assert found.endswith("is not TOML: a whole number has more than 4300 digits")
     with pytest.raises(InputError, match=r"limits\.deadline_s = a set: a number"):
         load("paper").replace({"limits.deadline_s": {10**5000}})
+
+
+def test_a_very_long_path_is_quoted_by_its_end() -> None:
+    """Where the suffix is that is refused."""
+    with pytest.raises(InputError) as refusal:
+        load("paper").save("1" * 5000 + ".xyz")
+    assert len(str(refusal.value)) < 300
+    assert "11.xyz'" in str(refusal.value)
