@@ -18,19 +18,17 @@
 # %%
 import optuav
 
-sheet = optuav.Datasheet.of(
-    {
-        "mass_kg": 3.77,
-        "packs": 2,
-        "cells": 7,
-        "capacity_mAh": 5880,
-        "hover_min": 36,
-        "cruise_min": 41,
-        "cruise_speed_m_s": 10,
-        "reserve_percent": 20,
-        "payload_kg": 0.25,
-        "laser_power_W": 5000,
-    }
+sheet = optuav.Datasheet(
+    mass_kg=3.77,
+    packs=2,
+    cells=7,
+    capacity_mAh=5880,
+    hover_min=36,
+    cruise_min=41,
+    cruise_speed_m_s=10,
+    reserve_percent=20,
+    payload_kg=0.25,
+    laser_power_W=5000,
 )
 mission = sheet.mission()
 mission

@@ -116,7 +116,8 @@ def shown(value: object, depth: int = 2) -> str:
             return value.isoformat()
         case _:
             with suppress(ValueError):  # of a number of too many digits inside
-                if (text := reprlib.repr(value)).isprintable():  # No table of many lines
+                text = reprlib.repr(value)
+                if text.isprintable() and not text.startswith("<"):  # No table of many lines
                     return text
             return f"a {type(value).__name__}"
 

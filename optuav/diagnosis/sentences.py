@@ -102,7 +102,7 @@ def route(plan: Plan) -> str:
         else:
             stays.append("hover")
     words = ", then ".join(stays) if len(stays) > 1 else "".join(stays) + " without a rest"
-    return f"{words[0].upper()}{words[1:]}." if stays else ""
+    return _sentence(words) if stays else ""
 
 
 def header(program: Program, explained: Explanation) -> dict[str, object]:
@@ -176,6 +176,14 @@ def curve(constraint: Constraint, way: Sequence[str], mission: Mission) -> Curve
     return Curve(role, words, short, SYMBOLS.get(role, ""))
 
 
+def _sentence(words: str) -> str:
+    """Words as a sentence, none for none; a symbol of a user's problem keeps its case."""
+    if not words:
+        return ""
+    first, *_ = words.split(" ")
+    return f"{first if len(first) == 1 else first[0].upper() + first[1:]}{words[len(first) :]}."
+
+
 def binding(explained: Explanation) -> str:
     """Say which limits bind and which do not; empty where that is not known."""
     kinds = {
@@ -198,18 +206,18 @@ def binding(explained: Explanation) -> str:
     if not binds:
         words = f"neither {' nor '.join(reversed(loose))} binds"
         words = words if len(loose) == 2 else f"{loose[0]} does not bind" if loose else ""
-        return f"{words[0].upper()}{words[1:]}." if words else ""
+        return _sentence(words)
     if len(binds) > 1:
         words = " and ".join(bind.removeprefix("the ") for bind in binds) + " bind"
     else:
         words = f"{binds[0]} binds" + f", {loose[0]} does not" * bool(loose)
-    return f"{words[0].upper()}{words[1:]}."
+    return _sentence(words)
 
 
 def binding_moments(explained: Explanation) -> str:
     """When the available well is at a limit that binds; empty where none does."""
     words = "; ".join(e.words for e in explained.constraints if e.binds and e.kind in LABELS)
-    return f"{words[0].upper()}{words[1:]}." if words else ""
+    return _sentence(words)
 
 
 def worth(explained: Explanation) -> str:
@@ -226,7 +234,7 @@ def worth(explained: Explanation) -> str:
         (what, f"{gain:.{2 if gain < 1.0 else 0}f} s") for what, gain in gains.items()
     )
     also = "".join(f", {what} {gain}" for what, gain in others)
-    return f"{first[0].upper()}{first[1:]} gives {most} of hover{also}."
+    return _sentence(f"{first} gives {most} of hover{also}")
 
 
 class Idle(NamedTuple):

@@ -122,7 +122,7 @@ def test_infeasible_is_an_honest_no(settings: list[str], said: str) -> None:
         (("paper", "--engine", "cvxpy", "--perspective", "wells"), "'P1.b state of charge' is not"),
         (
             ("paper", "--engine", "cvxpy", "--solver", "ABACUS", *LINEAR),
-            "CVXPY has no solver 'ABACUS'",
+            "--solver = 'ABACUS': one of CVXPY's solvers",
         ),
         (("paper", "--slot-s", "0"), "--slot-s = 0.0"),
         (("paper", "--slot-s", "nan"), "--slot-s = nan"),

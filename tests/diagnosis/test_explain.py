@@ -654,13 +654,16 @@ def test_what_binds_of_a_problem_of_ones_own_has_its_labels() -> None:
         """Least rest for a wanted hover time."""
 
         wanted_hover_s: float = 700.0
+        label: str = "wanted hover"
 
         def declare(self, model: Any, given: Any) -> None:
             hover, rest = given.hover_and_rest(model)
             model.minimise(rest)
-            model.subject_to("wanted hover", hover >= self.wanted_hover_s, unit="s")
+            model.subject_to(self.label, hover >= self.wanted_hover_s, unit="s")
             model.subject_to("charge", given.soc_end(hover, rest) >= given.min_soc)
             given.keep_deadline(model, "deadline", hover, rest)
 
     words = str(optuav.explain("paper", LeastRest(), perspective="battery"))
     assert "What binds   Wanted hover and charge bind." in words
+    symbol = str(optuav.explain("paper", LeastRest(label="w"), perspective="battery"))
+    assert "What binds   w and charge bind." in symbol

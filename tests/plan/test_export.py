@@ -148,7 +148,7 @@ def test_each_file_says_that_nobody_flew_it(suffix: str, tmp_path: Path) -> None
     assert NOT_FLOWN in placed().export(tmp_path / f"a{suffix}").read_text("utf-8")
     fallen = placed(problem="P3", perspective="battery")
     file = tmp_path / f"b{suffix}"
-    with pytest.raises(InputError, match=r"plan\.flyable = False: true; the available well runs"):
+    with pytest.raises(InputError, match=r"plan\.flyable = false: true; the available well runs"):
         fallen.export(file)
     assert not file.exists()
     assert "runs dry at 660.26 s" in fallen.export(file, force=True).read_text("utf-8")
