@@ -383,10 +383,12 @@ def broken(plan: Plan, figures: Figures) -> Iterator[tuple[str, dict[str, Any]]]
         return document
 
     yield "deadline", file(limits={"deadline_s": 0.99 * plan.mission_time_s})
-    yield "coverage", file(route={"hover_m": [hover_m[0] + 5e3, *hover_m[1:]]})
+    hovers = plan.hover_time_s > 0.0  # Else the drone passes by, and serves nobody
+    if hovers:
+        yield "coverage", file(route={"hover_m": [hover_m[0] + 5e3, *hover_m[1:]]})
     if 0.0 < (soc := (plan.soc or {})["battery"]) < 0.98:  # None above what a battery holds
         yield "state of charge", file(limits={"min_soc": soc + 0.01})
-    if hover_m[2] > 2.0:
+    if hovers and hover_m[2] > 2.0:
         band = {"min_altitude_m": 0.0, "max_altitude_m": hover_m[2] - 1.0}
         yield "altitude", file(limits=band, route={"hover_m": hover_m})
     for number, phase in enumerate(plan.phases):
