@@ -358,7 +358,7 @@ def check_batch(mission: Mission, problem: Any, perspectives: list[Any]) -> None
     table = optuav.batch_arrays(mission, columns, paired=True, **asked)["hover_time_s"]
     for row, perspective in zip(table, perspectives, strict=True):
         for batched_s, other in zip(row, (mission, mission.replace(changes)), strict=True):
-            alone = optuav.solve(other, problem, perspective=perspective)
+            alone = solved(other, problem, perspective)
             alone_s = alone.hover_time_s if alone else math.nan
             assert batched_s == pytest.approx(alone_s, abs=SAME_S, nan_ok=True), perspective
 
@@ -428,6 +428,16 @@ def broken_leg(
         yield "building", file(number, {"waypoints_m": [], "speeds_m_s": list(speeds[:1])})
 
 
+def solved(mission: Mission, problem: Any, perspective: Any) -> Plan | None:
+    """The answer; None where a search says that it found neither a plan nor proof of none."""
+    try:
+        return optuav.solve(mission, problem, perspective=perspective)
+    except SolverError as error:
+        if "neither a plan nor proof" not in str(error):
+            raise
+        return None
+
+
 def check(number: int) -> str:
     """Hold the plans of one mission against all oracles; a word for what came of it."""
     rng = np.random.default_rng(number)
@@ -436,12 +446,9 @@ def check(number: int) -> str:
     figures, plans = Figures(mission), list[Plan]()
     turns, tapers = choice["battery"] in TURNING, choice["battery"] == "taper"
     for perspective in ("battery", "available"):
-        try:
-            plans.append(optuav.solve(mission, problem, perspective=perspective))
-        except SolverError as error:
-            if "neither a plan nor proof" not in str(error):
-                raise
+        if (plan := solved(mission, problem, perspective)) is None:
             return "unknown"
+        plans.append(plan)
     for plan in plans:
         if not turns or plan.perspective == "battery":
             check_best(plan, figures, problem, rng)
