@@ -52,7 +52,7 @@ def too_near(
                 wall = outline
                 above = shapely.intersects_xy(wall, *ends_m[:, :2].T)
                 above &= ends_m[:, 2] >= roof_m - MARGIN_M
-                top_m = min(top_m, *ends_m[above, 2])
+                top_m = min([top_m, *ends_m[above, 2]])
             lowest_m = _lowest_m(start_m, end_m, line, wall)
             if lowest_m < top_m - slack * max(1.0, abs(top_m)):
                 over_m = _lowest_m(start_m, end_m, line, outline)

@@ -450,3 +450,13 @@ def test_a_point_may_be_an_array() -> None:
         assert optuav.audit(stated).flyable == expected.flyable
     with pytest.raises(InputError, match=r"at = \[1000\.0, 2900\.0\]: the name of a place"):
         Itinerary("paper", Stop(np.array(hover[:2]), "hover", 3.0))
+
+
+def test_a_bent_way_may_begin_beside_a_wall_and_below_its_roof() -> None:
+    """Nearer than the clearance, of which only what is above the roof counts there."""
+    wall = {"name": "wall", "position_m": [500, 1250, 200], "footprint_m": [800, 60]}
+    hut = {"name": "hut", "position_m": [8, 0, 53], "footprint_m": [10, 10]}
+    walled = {"buildings": [wall, hut], "flight.obstacles": "over", "flight.clearance_m": 5}
+    plan = optuav.solve(optuav.load("paper").replace(walled), "P3", perspective="battery")
+    assert plan.phases[0].waypoints_m
+    assert {event.kind for event in optuav.audit(plan).violations} == {"empty"}
