@@ -120,6 +120,9 @@ def build_ways(
         (here,) = np.nonzero(known & (row // in_town == number))
         blocker[here] = crossed(prisms(town), start_m[here], end_m[here], exempt[here])
         bent = here[blocker[here] != CLEAR]
+        for end_in_m in (start_m, end_m):  # No way leads into a building
+            at_m = end_in_m[bent]
+            bent = bent[crossed(prisms(town), at_m, at_m, exempt[bent]) == CLEAR]
         for clearance_m in np.unique(apart_m[bent]).tolist():
             fences = _fences(town, clearance_m)
             alike = bent[apart_m[bent, 0] == clearance_m]

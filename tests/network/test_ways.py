@@ -438,3 +438,19 @@ def test_the_figures_of_random_layouts() -> None:
     print(len(costs_s), np.mean(costs_s), np.mean(gains_s))
     assert min(gains_s) >= -1e-6
     assert min(costs_s) >= -1e-6
+
+
+@pytest.mark.parametrize("rule", ["over", "around"])
+def test_no_way_leads_into_a_building(rule: str) -> None:
+    """The destination lies below a roof, so deep that an apex right above it seemed to do."""
+    corners = [[106.90438497889096, -714.2283050373503], [185.56236201486166, -714.2283050373503]]
+    corners += [[197.36105857025728, -659.1677211121707], [146.2333734968763, -635.5703280013795]]
+    roof_m = [146.2333734968763, -674.8993165193649, 56.57776579389627]
+    hall = {"name": "hall", "position_m": roof_m, "footprint_m": corners}
+    town = {"buildings": [hall], "flight.obstacles": rule, "link.device_m": [824, 1725, 0]}
+    town |= {"route.origin_m": [831.0369499364965, 421.8308200908916, 55.92941231223945]}
+    town |= {"route.hover_m": [824.0670593366578, 1725.8204758089637, 81.9873401287198]}
+    town |= {"route.destination_m": [162.58620288979682, -676.5239043139004, 52.51163318745794]}
+    plan = optuav.solve(optuav.load("paper").replace(town), "P3", perspective="battery")
+    assert not plan
+    assert "crosses building hall" in " ".join(plan.reasons)
