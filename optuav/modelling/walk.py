@@ -49,12 +49,13 @@ class Walk:
             if isinstance(node, Call):
                 operands = tuple([get(id(e), e) for e in node.arguments])
                 # A function of more than two operands has no form at all.
-                form = NOWHERE
+                form: Operand = NOWHERE
+                function: Operand = node.ufunc
                 if not node.moves:
-                    form = node.ufunc(*operands)
+                    form = function(*operands)
                 elif operands[0] is not NOWHERE and operands[-1] is not NOWHERE:
                     with suppress(NotExponentialError):
-                        form = applied(node.ufunc, operands)
+                        form = applied(function, operands)
             elif isinstance(node, Let):
                 form = get(id(node.expression), node.expression)
             elif node.moves:
