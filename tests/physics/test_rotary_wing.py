@@ -212,10 +212,7 @@ def test_motion_along_a_leg(
     assert max(height / 3.0, -height / 2.0) * (1.0 - 1e-12) <= T
     ends = [0.0, float(leg.rise_s), T - float(leg.rise_s), T]
     assert ends == sorted(ends) or T - 2.0 * leg.rise_s > -1e-9 * T
-    covered = sum(
-        quad(lambda t: float(motion(t)[1]), a, b)[0]
-        for a, b in itertools.pairwise(ends)
-    )
+    covered = sum(quad(lambda t: float(motion(t)[1]), a, b)[0] for a, b in itertools.pairwise(ends))
     assert covered == pytest.approx(length, rel=1e-7)
     moments = T * np.array([0.0, 0.2, 0.5, 0.9, 1.0])
     along, speed = motion(moments)
