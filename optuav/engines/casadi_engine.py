@@ -114,9 +114,9 @@ class CasadiProgramme:
     """A smooth model handed to CasADi once, to be solved with changing parameters; see `Casadi`.
 
     It is one programme for the objective and one for each preference, with limits that keep the
-    earlier goals as good as they were. Constraints without an unknown are `settled`. Those that an
-    equation implies have no limit: with one, IPOPT has no interior to walk in, and multipliers
-    grow that excuse any error.
+    earlier goals as good as they were. Constraints without an unknown are not handed over. Those
+    that an equation implies have no limit: with one, IPOPT has no interior to walk in, and
+    multipliers grow that excuse any error.
     """
 
     def __init__(
@@ -130,12 +130,7 @@ class CasadiProgramme:
         self.names = [variable.name for variable in model.variables]
         self.linear = traits(model).linear
         self.goals = [-model.towards * model.objective, *model.preferences]
-        constraints = [
-            (has_unknowns(*constraint.relation.sides), constraint)
-            for constraint in model.constraints
-        ]
-        self.constraints = [each for moves, each in constraints if moves]
-        self.settled = [each for moves, each in constraints if not moves]
+        self.constraints = [row for row in model.constraints if has_unknowns(*row.relation.sides)]
         self.options = {**OPTIONS, "ipopt.tol": accuracy, "ipopt.max_iter": iterations}
         if time_limit_s is not None:
             self.options["ipopt.max_wall_time"] = time_limit_s
@@ -158,15 +153,12 @@ class CasadiProgramme:
             """A tree in CasADi's symbols."""
             return casadi.SX(fold(tree, lambda leaf: leaves[leaf.name], applied, done=done))
 
-        sides = [[*map(symbols, constraint.relation.sides)] for constraint in self.constraints]
-        gaps, signs = (
-            [x - y for x, y in sides],
-            [constraint.relation.signs for constraint in self.constraints],
-        )
-        rows = [gap * sign for gap, (sign, *_) in zip(gaps, signs, strict=True)]
-        equal = np.array([len(sign_pair) > 1 for sign_pair in signs], bool)
+        relations = [constraint.relation for constraint in self.constraints]
+        sides = [[*map(symbols, relation.sides)] for relation in relations]
+        equal = np.array([relation.sense == "==" for relation in relations], bool)
         zeros = [gap for x, y in itertools.compress(sides, equal) for gap in (x - y, y - x)]
-        implied = [any(casadi.is_equal(gap, zero, DEEP) for zero in zeros) for gap in gaps]
+        implied = [any(casadi.is_equal(x - y, zero, DEEP) for zero in zeros) for x, y in sides]
+        rows = [(x - y) * r.signs[0] for (x, y), r in zip(sides, relations, strict=True)]
         least = np.where(equal, 0.0, -math.inf)
         most = np.where(np.array(implied, bool) & ~equal, math.inf, 0.0)
         cost, *preferences = map(symbols, self.goals)
@@ -203,20 +195,19 @@ class CasadiProgramme:
             if level is not None:
                 return solution(Status.UNBOUNDED, "local: the iterates diverge", words)
             words = ", ".join(dict.fromkeys(said))
-        if best is None and {*said} == {"Invalid_Number_Detected"}:
-            return solution(Status.ERROR, "none", words)
         if best is None:
+            if {*said} == {"Invalid_Number_Detected"}:
+                return solution(Status.ERROR, "none", words)
             # Where all is linear, the least violation nearby is the least of all.
-            proved = "Infeasible_Problem_Detected" in said and traits(self.model).linear
+            proved = "Infeasible_Problem_Detected" in said and self.linear
             proof = f"local: none of {len(said)} starts led to a feasible point"
             return solution(Status.INFEASIBLE if proved else Status.UNKNOWN, proof, words)
         point, answer = best
         prices = (np.asarray(answer[name]).ravel() for name in ("lam_g", "lam_x"))
         weights, at_bounds = (price * scaled.steepness for price in prices)
-        duals = {
-            each.label: float(weight if each.relation.sense == "==" else abs(weight))
-            for each, weight in zip(self.constraints, weights, strict=True)
-        } | dict.fromkeys((relation.label for relation in self.settled), 0.0)
+        duals = dict.fromkeys((row.label for row in self.model.constraints), 0.0)
+        for row, weight in zip(self.constraints, weights.tolist(), strict=True):
+            duals[row.label] = weight if row.relation.sense == "==" else abs(weight)
         at_bounds = np.abs(at_bounds / scaled.scale)
         for variable, weight in zip(self.model.variables, at_bounds.tolist(), strict=True):
             duals[variable.label] = duals.get(variable.label, 0.0) + weight
@@ -242,9 +233,7 @@ class CasadiProgramme:
         rows = evaluated(self.model, {**parameters, **point}) if rises else ()
         if not rows or not all(row.satisfied for row in rows):
             return None
-        held = {
-            variable.label: slopes[0].get(variable.name, 0.0) for variable in self.model.variables
-        }
+        held = {x.label: slopes[0].get(x.name, 0.0) for x in self.model.variables}
         return point, dict.fromkeys((row.label for row in rows), 0.0) | held
 
     def _scaled(self, parameters: Values, bounds: Mapping[str, tuple[float, float]]) -> Scaled:

@@ -94,14 +94,13 @@ class CvxpyProgramme:
         solver: str | None = None,
     ) -> None:
         self.model, self.slot_s, self.base = model, slot_s, model.row(0)
-        self.alone = model.with_values(self.base)  # Its forms change with few values.
         self.binary = [variable.binary for variable in model.variables]
         self.counted = [slot_s is not None and not binary for binary in self.binary]
         self.integer = any(self.binary) or any(self.counted)
         self.solver, self.options = installed(solver, self.integer, time_limit_s)
         import cvxpy
 
-        form = linear_form(self.alone, {})
+        form = linear_form(model, self.base)
         rows, unknowns, goals = len(form.labels), len(form.names), len(form.directions)
         self.x = cvxpy.Variable(
             unknowns,
@@ -119,9 +118,8 @@ class CvxpyProgramme:
     @np.errstate(divide="ignore", invalid="ignore", over="ignore")
     def solve(self, values: Mapping[str, float]) -> Solution:
         """Solve with values of parameters that differ from the model's, by name."""
-        changed = {name: each for name, each in values.items() if each != self.base[name]}
         values = {**self.base, **values}
-        form = linear_form(self.alone, changed)
+        form = linear_form(self.model, values)
         solution = partial(single, self.model, NAME, values)
         if not form.usable.all():
             return solution(Status.ERROR, DUALITY, "a parameter is not a number")

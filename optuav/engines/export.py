@@ -1,7 +1,7 @@
-"""A linear programme as CPLEX LP or free MPS text, written by HiGHS.
+"""A programme as the text of a file: LP and free MPS by HiGHS, other formats by Pyomo.
 
-Names and labels become names that both formats take; remarks at the top list both. HiGHS writes
-numbers to 15 digits.
+LP and MPS hold linear programmes, with numbers to 15 digits, as HiGHS writes them. Names and labels
+become names that both formats take; remarks at the top list them.
 """
 
 import itertools
@@ -14,9 +14,11 @@ import numpy as np
 
 from optuav.arrays import Values
 from optuav.engines.linear_form import linear_form, own_bounds
-from optuav.errors import InputError
+from optuav.engines.pyomo_model import failures_named, to_pyomo
+from optuav.errors import InputError, printable
 from optuav.modelling.check import holding
 from optuav.modelling.classify import traits
+from optuav.modelling.expression import Variable
 from optuav.modelling.model import Model
 from optuav.modelling.writer import Text
 
@@ -27,9 +29,10 @@ RESERVED = re.compile(
     r"obj|objective|rhs|ranges|rows|columns|name|endata|marker|",
     re.IGNORECASE,
 )
-"""Texts that a reader of one of the formats takes for a number or a keyword."""
-FILES: Mapping[str, str] = {"lp": "\\ ", "mps": "* "}
-"""Beginning of a comment line, by name of the format."""
+"""Texts that a reader of LP or MPS takes for a number or a keyword."""
+LINEAR = ("lp", "mps")
+FILES: Mapping[str, str] = {"lp": "\\ ", "mps": "* ", "nl": "# ", "gms": "* ", "bar": "// "}
+"""Start of a comment, by suffix of a format; in .nl only the first line has one."""
 
 
 def need_linear(model: Model) -> None:
@@ -40,10 +43,39 @@ def need_linear(model: Model) -> None:
 
 
 def to_file(model: Model, values: Values, form: str, remarks: Iterable[str] = ()) -> str:
-    """The text of a file that holds a linear programme: ``"lp"`` for CPLEX LP, ``"mps"`` for MPS.
+    """The text of a file in a format of `FILES`, with title, remarks and names in comments.
 
-    Parameters may have other values, as of ``model.row(index)``; remarks are a comment at the top.
+    Parameters may have other values, as of ``model.row(index)``.
     """
+    text, names = (_by_highs if form in LINEAR else _by_pyomo)(model, values, form)
+    notes = [printable(" ".join(note.split())) for note in (model.title, *remarks, *names)]
+    if form == "nl":
+        head, _, rest = text.partition("\n")
+        return f"{head.partition('#')[0]}{FILES[form]}{'; '.join(notes)}\n{rest}"
+    return "".join(f"{FILES[form]}{note}\n" for note in notes) + text
+
+
+def _symbol(variable: Variable) -> str:
+    """Symbol and unit of an unknown."""
+    return variable.symbol + ("" if variable.unit == "1" else f" [{variable.unit}]")
+
+
+def _by_pyomo(model: Model, values: Values, form: str) -> tuple[str, list[str]]:
+    """Text by a writer of Pyomo, and the meaning of the names in it."""
+    made = to_pyomo(model, values)
+    with tempfile.TemporaryDirectory() as folder, failures_named(f"its .{form} writer", InputError):
+        path = Path(folder) / f"programme.{form}"
+        # Not every reader of .nl skips comments, which the labels are there.
+        _, number = made.write(str(path), io_options={"symbolic_solver_labels": form != "nl"})
+        symbols = made.solutions.symbol_map[number].byObject
+        text = path.read_text("utf-8")
+    names = [(symbols.get(id(made.unknowns[x.name])), x) for x in model.variables]
+    # A name is missing where no constraint has the unknown.
+    return text, [f"{name} is {x.name}, {_symbol(x)}" for name, x in names if name]
+
+
+def _by_highs(model: Model, values: Values, form: str) -> tuple[str, list[str]]:
+    """Text of a linear programme, and the meaning of the names in it."""
     import highspy
 
     need_linear(model)
@@ -51,11 +83,8 @@ def to_file(model: Model, values: Values, form: str, remarks: Iterable[str] = ()
     names = _legal(rows.names, "x_")
     labels_of_rows = [constraint.label for constraint in model.constraints]
     labels = _legal([*labels_of_rows, *(unknown.label for unknown in model.variables)], "c_")
-    notes = [model.title, *remarks]
-    notes += [
-        f"{name} is {each.symbol}" + (f" [{each.unit}]" if each.unit != "1" else "")
-        for name, each in zip(names, model.variables, strict=True)
-    ]
+    pairs = zip(names, model.variables, strict=True)
+    notes = [f"{name} is {_symbol(unknown)}" for name, unknown in pairs]
     file = highspy.Highs()  # type: ignore[no-untyped-call]
     file.setOptionValue("output_flag", False)
     goal, constant = rows.towards * rows.directions[0, :, 0], rows.towards * rows.offsets[0, 0]
@@ -101,8 +130,7 @@ def to_file(model: Model, values: Values, form: str, remarks: Iterable[str] = ()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"programme.{form}"
         file.writeModel(str(path))
-        text = path.read_text("ascii")
-    return "".join(f"{FILES[form]}{' '.join(note.split())}\n" for note in notes) + text
+        return path.read_text("ascii"), notes
 
 
 def _refuse(label: str, numbers: Sequence[float]) -> None:

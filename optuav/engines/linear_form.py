@@ -43,11 +43,9 @@ class LinearForm:
     @property
     def usable(self) -> Booleans:
         """Programmes whose numbers are all numbers; a limit may be infinite."""
-        finite = np.isfinite(self.normals).all(axis=(0, 1)) & ~np.isnan(self.limits).any(axis=0)
-        finite &= np.isfinite(self.directions).all(axis=(0, 1)) & ~np.isnan(self.offsets).any(
-            axis=0
-        )
-        return np.asarray(finite)
+        usable = np.isfinite(self.normals).all(axis=(0, 1)) & ~np.isnan(self.limits).any(axis=0)
+        usable &= np.isfinite(self.directions).all(axis=(0, 1))
+        return np.asarray(usable & ~np.isnan(self.offsets).any(axis=0))
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
@@ -57,9 +55,8 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
     Parameters may have other values by name: numbers, or arrays with one entry a programme.
     """
     names = tuple(variable.name for variable in model.variables)
-    labels, signs, forms = list[str](), list[float](), list[Affine]()
-    bounds = list[tuple[int, int]]()
-    done = model.walked.forms(values)
+    labels, signs, bounds = list[str](), list[float](), list[tuple[int, int]]()
+    rows, done = list[tuple[float, Affine]](), model.walked.forms(values)
     for number, constraint in enumerate(relations(model)):
         relation, is_bound = constraint.relation, number >= len(model.constraints)
         form, right = excess(relation, values, done)
@@ -68,25 +65,26 @@ def linear_form(model: Model, values: Values, programmes: int = 1) -> LinearForm
             allowance = TOLERANCE * np.maximum(1.0, np.abs(right))
             form = Affine(np.where(np.abs(form.constant) <= allowance, 0.0, form.constant), {})
         for sign in relation.signs:
-            bounds += [(len(forms), names.index(name)) for name in form.coefficients if is_bound]
+            bounds += [(len(rows), names.index(name)) for name in form.coefficients if is_bound]
             labels.append(constraint.label)
             signs.append(sign if is_bound or relation.sense == "==" else 1.0)
-            forms.append(form.times(sign))
-    goals = [affine(model.objective, values, done).times(model.towards)]
-    goals += [affine(preference, values, done).times(-1.0) for preference in model.preferences]
+            rows.append((sign, form))
+    goals = [(model.towards, affine(model.objective, values, done))]
+    goals += [(-1.0, affine(preference, values, done)) for preference in model.preferences]
 
-    def stack(forms: Sequence[Affine]) -> tuple[Floats, Floats]:
-        """Coefficients (form, unknown, programme) and constants (form, programme)."""
+    def stack(forms: Sequence[tuple[float, Affine]]) -> tuple[Floats, Floats]:
+        """Coefficients (form, unknown, programme) and constants (form, programme), with signs."""
         numbers = np.zeros((len(forms), len(names) + 1, programmes))
-        for k, (constant, coefficients) in enumerate(forms):
-            for j, name in enumerate(names):
-                numbers[k, j] = coefficients.get(name, 0.0)
-            numbers[k, -1] = constant
+        for row, (_, (constant, coefficients)) in zip(numbers, forms, strict=True):
+            row[-1] = constant
+            for name, coefficient in coefficients.items():
+                row[names.index(name)] = coefficient
+        numbers *= np.array([sign for sign, _ in forms]).reshape(-1, 1, 1)
         return numbers[:, :-1], numbers[:, -1]
 
-    normals, constants = stack(forms)
-    rows = tuple(labels), tuple(signs), normals, -constants
-    return LinearForm(names, *rows, *stack(goals), model.towards, tuple(bounds))
+    normals, constants = stack(rows)
+    figures = normals, -constants, *stack(goals)
+    return LinearForm(names, (*labels,), (*signs,), *figures, model.towards, (*bounds,))
 
 
 def own_bounds(model: Model, parameters: Values) -> dict[str, tuple[float, float]]:
@@ -102,16 +100,14 @@ def implied_upper_bounds(
     model: Model, parameters: Values, lower: Mapping[str, float]
 ) -> dict[str, float]:
     """Upper bounds that linear constraints put on each unknown, the others at their lower."""
-    upper = dict.fromkeys(lower, math.inf)
-    excesses, done = list[Affine](), dict[int, Operand]()
+    upper, done = dict.fromkeys(lower, math.inf), dict[int, Operand]()
+    excesses = list[Affine]()
     for relation in (constraint.relation for constraint in model.constraints):
         with suppress(NotAffineError):
             excesses += map(excess(relation, parameters, done)[0].times, relation.signs)
     for constant, coefficients in excesses:
-        if any(coefficient < 0.0 for coefficient in coefficients.values()):
-            continue
-        least = constant + sum(coefficients[name] * lower[name] for name in coefficients)
-        if math.isinf(least):
+        least = constant + sum(each * lower[name] for name, each in coefficients.items())
+        if math.isinf(least) or any(each < 0.0 for each in coefficients.values()):
             continue
         for name, coefficient in coefficients.items():
             if coefficient > 0.0:
@@ -142,18 +138,11 @@ def last_slot(bound_s: float, slot_s: float, *, begun: bool) -> int:
 
 def cut_short(model: Model) -> set[str]:
     """Unknowns whose last slot their own upper bound may cut short; an equation holds it whole."""
-    equations = (
-        constraint.relation for constraint in model.constraints if constraint.relation.sense == "=="
-    )
+    equations = (row.relation for row in model.constraints if row.relation.sense == "==")
     equated = {leaf.name for relation in equations for leaf in leaves(*relation.sides)}
-    bounded = (
-        variable.name
-        for variable in model.variables
-        if not (
-            variable.binary or (isinstance(variable.upper, float) and math.isinf(variable.upper))
-        )
-    )
-    return {*bounded} - equated
+    counted = (variable for variable in model.variables if not variable.binary)
+    ends = {x.name for x in counted if not (isinstance(x.upper, float) and math.isinf(x.upper))}
+    return ends - equated
 
 
 def slot_ranges(model: Model, parameters: Values, slot_s: float) -> dict[str, tuple[int, int]]:
@@ -162,11 +151,9 @@ def slot_ranges(model: Model, parameters: Values, slot_s: float) -> dict[str, tu
     A last slot that the unknown's own upper bound cuts short counts; one that a constraint between
     unknowns or an equation cuts short does not.
     """
-    bounds, cut = own_bounds(model, parameters), cut_short(model)
-    implied = implied_upper_bounds(
-        model, parameters, {name: end for name, (end, _) in bounds.items()}
-    )
-    ranges = {}
+    bounds, cut, ranges = own_bounds(model, parameters), cut_short(model), {}
+    lowest = {name: least for name, (least, _) in bounds.items()}
+    implied = implied_upper_bounds(model, parameters, lowest)
     for variable in (unknown for unknown in model.variables if not unknown.binary):
         least, most = bounds[variable.name]
         bound = min(implied[variable.name], most)

@@ -159,19 +159,6 @@ class Engine(Protocol):
         return lambda values: self.solve(model, programmes, values, **limits)
 
 
-CAPABILITIES = (
-    Capability("closed-form", most_unknowns=MOST_UNKNOWNS, needs=("lower bounds",)),
-    Capability("cvxpy", integer=True, slots=True),
-    Capability("bracket", True, most_unknowns=MOST_UNKNOWNS, needs=("lower bounds", "levelling")),
-    Capability("casadi", nonlinear=True, needs=("derivatives",)),
-    Capability("grid", True, slots=None, most_unknowns=MOST_UNKNOWNS, needs=("lower bounds",)),
-)
-"""Capabilities of the package's engines, in the order of preference of "auto".
-
-In slots it prefers one that takes nothing else.
-"""
-
-
 class OneByOne(Engine):
     """Base of engines that prepare a model, and solve one programme after the other."""
 
@@ -204,20 +191,28 @@ class OneByOne(Engine):
 
 
 AUTO = "auto"  # Stands for the first engine that takes a model
-ENGINES = tuple(
-    capability.name for capability in CAPABILITIES
-)  # Names of the engines of the package
-CLASSES: Mapping[str, str] = {
-    "closed-form": "closed_form.ClosedForm",
-    "cvxpy": "cvxpy_engine.Cvxpy",
-    "bracket": "bracket.Bracket",
-    "casadi": "casadi_engine.Casadi",
-    "grid": "grid.Grid",
+PLACES = {
+    "closed_form.ClosedForm": Capability(
+        "closed-form", most_unknowns=MOST_UNKNOWNS, needs=("lower bounds",)
+    ),
+    "cvxpy_engine.Cvxpy": Capability("cvxpy", integer=True, slots=True),
+    "bracket.Bracket": Capability(
+        "bracket", True, most_unknowns=MOST_UNKNOWNS, needs=("lower bounds", "levelling")
+    ),
+    "casadi_engine.Casadi": Capability("casadi", nonlinear=True, needs=("derivatives",)),
+    "grid.Grid": Capability(
+        "grid", True, slots=None, most_unknowns=MOST_UNKNOWNS, needs=("lower bounds",)
+    ),
 }
-"""Module and class of each."""
+"""Capability of each engine of the package by module and class, in the order of "auto".
+
+In slots "auto" prefers one that takes nothing else.
+"""
+CLASSES = {capability.name: place for place, capability in PLACES.items()}
+ENGINES = tuple(CLASSES)  # Names of the engines of the package
 
 _registered: dict[str, Engine] = {}
-capabilities = {capability.name: capability for capability in CAPABILITIES}
+capabilities = {capability.name: capability for capability in PLACES.values()}
 """Capability of each engine by name: built-in engines first, then registered ones."""
 
 
@@ -271,9 +266,8 @@ def conforming(given: Engine) -> Engine:
         raise InputError([Fault("engine", shown(given), words)])
     known = isinstance(getattr(given, "takes", None), Capability)
     known &= isinstance(getattr(given, "name", None), str)
-    if not known or not all(
-        callable(getattr(given, method, None)) for method in ("solve", "compile")
-    ):
+    known &= all(callable(getattr(given, method, None)) for method in ("solve", "compile"))
+    if not known:
         words = "a name, or an object with name, takes (a Capability), solve and compile, an Engine"
         raise InputError([Fault("engine", shown(given), words)])
     if not of_the_package(given) and given.name in ("", AUTO, *ENGINES):

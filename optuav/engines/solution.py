@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import chain
+from typing import Any
 
 import numpy as np
 
@@ -106,9 +107,7 @@ class Solution:
         if len(self.statuses) != 1 or not self.status.has_answer:
             good = all(status.has_answer for status in self.statuses)
             counts = markup.paragraph(repr(self).strip("<>"), good=good)
-            symbols = (
-                f"{variable.symbol} [{variable.unit}]" for variable in self.declared.variables
-            )
+            symbols = (f"{x.symbol} [{x.unit}]" for x in self.declared.variables)
             heads = ("programme", "status", "objective", *symbols)
             columns = (self.objective, *(self.values[x.name] for x in self.declared.variables))
             rows = [
@@ -126,13 +125,11 @@ class Solution:
 
     def _heads(self) -> tuple[str, str]:
         """Status and values of the only answer."""
-        values = ", ".join(
-            f"{variable.symbol} = {self.values[variable.name][0]:.6g} {variable.unit}".removesuffix(
-                " 1"
-            )
-            for variable in self.declared.variables
-        )
-        reached = f"{self.declared.sense} {self.objective[0]:.6g} at {values}"
+        values = [
+            f"{x.symbol} = {self.values[x.name][0]:.6g}" + f" {x.unit}" * (x.unit != "1")
+            for x in self.declared.variables
+        ]
+        reached = f"{self.declared.sense} {self.objective[0]:.6g} at {', '.join(values)}"
         return f"{self.status.value} by {self.engine} ({self.proof})", reached
 
     def _lacks(self) -> str:
@@ -143,8 +140,8 @@ class Solution:
     def _constraints(self, index: int = 0) -> list[tuple[str, float, float | None, str]]:
         """Label, slack as it is shown, multiplier if known, and if it binds, by constraint."""
         weights, binding = self.multipliers_at(index), self.binding_labels(index)
-        rows = [(label, float(without_rounding(x[index]))) for label, x in self.slacks.items()]
-        return [(label, x, weights.get(label), "binds" * (label in binding)) for label, x in rows]
+        rows = {label: float(without_rounding(x[index])) for label, x in self.slacks.items()}
+        return [(n, x, weights.get(n), "binds" * (n in binding)) for n, x in rows.items()]
 
     def to_frame(self) -> DataFrame:
         """One row a constraint in each programme that has an answer; needs pandas.
@@ -166,13 +163,16 @@ class Solution:
             raise SolverError(f"{self.engine} has no values: the programme is {status.value}")
         return {name: float(values[index]) for name, values in self.values.items()}
 
+    def _at(self, index: int) -> dict[str, Operand]:
+        """Values of parameters and variables in the answer to a programme."""
+        return {**self.parameters_at(index), **self.point(index)}
+
     def refuse_unusable(self) -> None:
         """Raise `SolverError` where a programme has numbers that the engine cannot use."""
         if Status.ERROR in self.statuses:
-            at = self.parameters_at(self.statuses.index(Status.ERROR))
-            where = unusable(self.declared, at)
             words = f"{self.engine} met numbers that it cannot use"
-            raise SolverError(words + (f": {where}" if where else ""))
+            at = self.parameters_at(self.statuses.index(Status.ERROR))
+            raise SolverError(": ".join(filter(None, (words, unusable(self.declared, at)))))
 
     @property
     def status(self) -> Status:
@@ -182,9 +182,8 @@ class Solution:
 
     def parameters_at(self, index: int) -> dict[str, Operand]:
         """Values of all parameters in a programme, by name."""
-        declared_values = {name: each.value for name, each in self.declared.walked.given.items()}
-        all_values = {**declared_values, **self.given}.items()
-        return {name: value[index] if np.ndim(value) else value for name, value in all_values}
+        values = {**{n: p.value for n, p in self.declared.given.items()}, **self.given}.items()
+        return {name: value[index] if np.ndim(value) else value for name, value in values}
 
     def multipliers_at(self, index: int) -> dict[str, float]:
         """Multiplier of every constraint in the answer to a programme, by label.
@@ -196,8 +195,7 @@ class Solution:
         if not self.statuses[index].has_answer or self.duals is not None:
             return dict(*(self.duals or ())[index : index + 1])
         zeros = dict.fromkeys((relation.label for relation in relations(self.declared)), 0.0)
-        at = {**self.parameters_at(index), **self.point(index)}
-        return zeros | prices.local_multipliers(self.declared, at)
+        return zeros | prices.local_multipliers(self.declared, self._at(index))
 
     def binding_labels(self, index: int, rows: Checks | None = None) -> tuple[str, ...]:
         """Labels of the constraints that bind in an answer, see `tight`; rows as of `verify`."""
@@ -206,18 +204,14 @@ class Solution:
         if not self.statuses[index].has_answer:
             return ()
         if rows is None:
-            rows = evaluated(self.declared, {**self.parameters_at(index), **self.point(index)})
-        weights = (
-            row.constraint.label
-            for row in rows
-            if abs(row.slack) <= TIGHT * max(1.0, abs(row.right))
-            and has_unknowns(*row.constraint.relation.sides)
-        )
-        return tuple(dict.fromkeys(weights))
+            rows = evaluated(self.declared, self._at(index))
+        near = (row for row in rows if abs(row.slack) <= TIGHT * max(1.0, abs(row.right)))
+        binding = (row.label for row in near if has_unknowns(*row.constraint.relation.sides))
+        return tuple(dict.fromkeys(binding))
 
     def verify(self, index: int = 0) -> Checks:
         """Evaluate an answer again, outside its engine; `SolverError` if it fails."""
-        rows = evaluated(self.declared, {**self.parameters_at(index), **self.point(index)})
+        rows = evaluated(self.declared, self._at(index))
         broken = [f"{row.label} by {-row.slack:.3g}" for row in rows if not row.satisfied]
         if broken:
             raise SolverError(f"{self.engine} returned a point that violates {', '.join(broken)}")
@@ -244,8 +238,7 @@ class Solution:
 
         See `optuav.engines.prices.Residuals`.
         """
-        at = {**self.parameters_at(index), **self.point(index)}
-        return prices.residuals(self.declared, at, self.multipliers_at(index))
+        return prices.residuals(self.declared, self._at(index), self.multipliers_at(index))
 
     def shadow_prices(self, index: int = 0) -> ShadowPrices:
         """Shadow price of every parameter in a programme, by name; see `ShadowPrice`.
@@ -295,8 +288,7 @@ def returned(
     if wrong:
         raise SolverError(f"engine {engine} returned no answers to the model: {', '.join(wrong)}")
     points = {name: each.astype(float) for name, each in points.items()}
-    declared_values = {name: each.value for name, each in model.walked.given.items()}
-    reached = evaluate(model.objective, {**declared_values, **(values or {}), **points})
+    reached = evaluate(model.objective, {**(values or {}), **points})
     answered = np.array([status.has_answer for status in statuses])
     objective = np.where(answered, reached, np.nan)
     if not np.isfinite(objective[answered]).all():
@@ -340,11 +332,7 @@ def without_solver(model: Model, engine: str, parameters: Values) -> Solution | 
         return solution(Status.ERROR, "evaluated", "a parameter is not a number")
     if any(lower > upper for lower, upper in own_bounds(model, parameters).values()):
         return solution(Status.INFEASIBLE, "bounds contradict", "bounds of an unknown contradict")
-    settled = [
-        constraint
-        for constraint in model.constraints
-        if not has_unknowns(*constraint.relation.sides)
-    ]
+    settled = [row for row in model.constraints if not has_unknowns(*row.relation.sides)]
     if broken := [row.label for row in evaluated(settled, parameters) if not row.satisfied]:
         words = f"does not hold whatever the unknowns: {', '.join(broken)}"
         return solution(Status.INFEASIBLE, "evaluated", words)
@@ -354,21 +342,16 @@ def without_solver(model: Model, engine: str, parameters: Values) -> Solution | 
 def stacked(solutions: Sequence[Solution]) -> Solution:
     """Solutions to single programmes of one model as one, with the proof of those that answer."""
     first = next((solution for solution in solutions if solution.status.has_answer), solutions[0])
-    joined, parameters = (
-        {k: np.concatenate([getattr(solution, name)[k] for solution in solutions]) for k in columns}
-        for name, columns in (("values", first.values), ("given", first.given))
-    )
-    return replace(
-        first,
-        statuses=[solution.status for solution in solutions],
-        objective=np.concatenate([solution.objective for solution in solutions]),
-        values=joined,
-        tight=None
-        if first.tight is None
-        else [*chain(*(solution.tight or () for solution in solutions))],
-        duals=None
-        if first.duals is None
-        else [*chain(*(solution.duals or () for solution in solutions))],
-        words=[*chain(*(solution.words for solution in solutions))],
-        given=parameters,
-    )
+
+    def listed(name: str) -> list[Any] | None:
+        """Entries of all solutions; None if they follow from the answers."""
+        if getattr(first, name) is None:
+            return None
+        return [*chain(*(getattr(solution, name) or () for solution in solutions))]
+
+    joined: dict[str, Any] = {k: listed(k) for k in ("statuses", "tight", "duals", "words")}
+    for name, columns in (("values", first.values), ("given", first.given)):
+        tables = [getattr(solution, name) for solution in solutions]
+        joined[name] = {k: np.concatenate([table[k] for table in tables]) for k in columns}
+    objective = np.concatenate([solution.objective for solution in solutions])
+    return replace(first, objective=objective, **joined)

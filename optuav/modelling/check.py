@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import chain
 
 import numpy as np
 
@@ -10,7 +9,7 @@ from optuav.arrays import Values
 from optuav.errors import Fault, InputError, printed, refuse, shown
 from optuav.frames import DataFrame, frame, without_rounding
 from optuav.modelling.display import table
-from optuav.modelling.expression import Call, Operand, Relation, Sense
+from optuav.modelling.expression import Expression, Operand, Relation, Sense
 from optuav.modelling.model import Constraint, Model
 from optuav.modelling.traversal import evaluate, has_unknowns, nodes
 from optuav.modelling.writer import Text
@@ -284,25 +283,21 @@ def _numbers(point: Values, model: Model) -> dict[str, Operand]:
 
 def refuse_misfits(model: Model, programmes: int) -> None:
     """Refuse arrays with neither one entry nor one per programme, by constraint."""
-    allowed, misfits = {(), (1,), (programmes,)}, dict[int, set[tuple[int, ...]]]()
-    walk = model.walked
-    held = [*walk.trees, *walk.tape[1], *(node.value for node in walk.given.values())]
-    if all(value.shape in allowed for value in held if isinstance(value, np.ndarray)):
+
+    def misfits(trees: Iterable[Operand], below: Iterable[Expression]) -> set[tuple[int, ...]]:
+        """Shapes of arrays among trees and the nodes below them."""
+        held = [*trees]
+        for node in below:
+            held += getattr(node, "arguments", ()) or (getattr(node, "value", None),)
+        shapes = {number.shape for number in held if isinstance(number, np.ndarray)}
+        return shapes - {(), (1,), (programmes,)}
+
+    if not misfits(model.walked.trees, model.walked.nodes):
         return
-    holders: list[tuple[Operand, tuple[Operand, ...]]]
-    holders = [(node, node.arguments) for node in walk.nodes if isinstance(node, Call)]
-    holders += [(node, (node.value,)) for node in walk.given.values()]
-    holders += [(tree, (tree,)) for tree in walk.trees]
-    for node, numbers in holders:
-        shapes = {number.shape for number in numbers if isinstance(number, np.ndarray)}
-        if shapes - allowed:
-            misfits[id(node)] = shapes - allowed
     words, faults = f"arrays with one entry a programme, here {programmes}", list[Fault]()
     for label, sides in _stated(model).items():
-        here = (misfits.get(id(node), set()) for node in (*nodes(*sides), *sides))
-        faults += [
-            Fault(label, f"array of shape {shape}", words) for shape in sorted({*chain(*here)})
-        ]
+        shapes = sorted(misfits(sides, nodes(*sides)))
+        faults += [Fault(label, f"array of shape {shape}", words) for shape in shapes]
     raise InputError(faults)
 
 

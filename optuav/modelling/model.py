@@ -14,6 +14,7 @@ from optuav.arrays import Values
 from optuav.errors import InputError, printed
 from optuav.modelling.display import latex, text
 from optuav.modelling.expression import (
+    Call,
     Expression,
     Let,
     Operand,
@@ -253,25 +254,18 @@ class Model:
         objective stay this model's.
         """
         walk, new = self.walked, object.__new__
-        steps, numbers = walk.tape
-        table = [*walk.nodes, *numbers]
-        for k, (node, (take, ufunc, moves)) in enumerate(zip(walk.nodes, steps, strict=True)):
-            table[k] = twin = new(type(node))
-            if ufunc and take:
-                twin.ufunc, twin.arguments, twin.moves = ufunc, tuple(take(table)), moves
-                below = [
-                    argument for argument in twin.arguments if isinstance(argument, Expression)
-                ]
-                twin.below = tuple(below)
-                continue
+        twins = dict[int, Any]()  # Their copies for nodes and constraints, by identity
+        for node in walk.nodes:
+            twins[id(node)] = twin = new(type(node))
             twin.__dict__ |= node.__dict__
-            if take:
-                (twin.expression,) = take(table)
+            if isinstance(node, Call):
+                twin.arguments = tuple([twins.get(id(e), e) for e in node.arguments])
+                twin.below = tuple([e for e in twin.arguments if isinstance(e, Expression)])
+            elif isinstance(node, Let):
+                twin.expression = twins.get(id(node.expression), node.expression)
                 twin.below = (twin.expression,) if node.below else ()
-            elif not moves:
+            elif isinstance(node, Parameter):
                 twin.value = values.get(node.name, node.value)
-        # What stands in the copy for a node or a constraint, by identity.
-        twins: dict[int, Any] = dict(zip(map(id, walk.nodes), table, strict=False))
         for stated in self.constraints:
             (left, right), sense = stated.relation.sides, stated.relation.sense
             sides = twins.get(id(left), left), sense, twins.get(id(right), right)
@@ -288,8 +282,7 @@ class Model:
             low, high = variable.lower, variable.upper
             variable.lower, variable.upper = twins.get(id(low), low), twins.get(id(high), high)
         parameters = {name: twins[id(each)] for name, each in walk.given.items()}
-        model._walk = Walk(state, trees, table[: len(walk.nodes)], parameters)
-        model._walk.tape = walk.tape
+        model._walk = Walk(state, trees, [twins[id(node)] for node in walk.nodes], parameters)
         return model
 
     def __getstate__(self) -> dict[str, Any]:

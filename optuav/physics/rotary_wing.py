@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from optuav.physics import ramps, roots
+from optuav.physics import roots
 from optuav.physics.quantity import TINY, Quantity, Vector, is_number, kept
 
 PROFILE_DRAG = 0.012
@@ -220,7 +220,6 @@ def _slope(
 class CruiseLeg(NamedTuple):
     """A leg at constant power; every field may be an array over legs."""
 
-    way_m: Vector  # From start to end [m], components (x, y, z)
     duration_s: Quantity
     rise_s: Quantity  # Time to reach the largest speed, and to lose it again [s]
     peak_speed_m_s: Quantity  # Largest speed along the path [m/s]
@@ -259,17 +258,9 @@ def leg(
     drawn_W = power(wing, speed) + weight_N * up / np.maximum(T, TINY)
     # Along the path the speed rises as long: to V times length over d, or L/(T − V/a).
     peak = np.sqrt(d * d + z * z) / np.maximum(T - V / a, TINY)
-    return CruiseLeg(way_m, T, V / a, peak, speed, drawn_W)
+    return CruiseLeg(T, V / a, peak, speed, drawn_W)
 
 
 def reached(leg: CruiseLeg, ground_speed_m_s: Quantity, acceleration_m_s2: Quantity) -> Quantity:
     """Horizontal speed [m/s] that a leg reaches, at most the ground speed asked for."""
     return np.minimum(acceleration_m_s2 * leg.rise_s, ground_speed_m_s)
-
-
-def motion(leg: CruiseLeg, time_s: Quantity) -> tuple[Quantity, Quantity]:
-    """Way travelled along a leg [m] and speed along it [m/s] at moments since its start [s].
-
-    The moments lie between 0 and its end. A climb on the spot moves at constant speed.
-    """
-    return ramps.motion(leg.peak_speed_m_s, leg.rise_s, leg.duration_s, time_s)

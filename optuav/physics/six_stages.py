@@ -66,7 +66,6 @@ class Airframe(NamedTuple):
 class Leg(NamedTuple):
     """A leg of the six-stage model; every field may be an array over legs."""
 
-    displacement_m: Vector  # Way from start to end [m], components (x, y, z)
     # a2 and a4 along the path without drag [m/s²], and the largest speed [m/s].
     acceleration_m_s2: Quantity
     braking_m_s2: Quantity
@@ -88,7 +87,7 @@ class Leg(NamedTuple):
     @property
     def distance_m(self) -> Quantity:
         """Length of the path [m]."""
-        return norm(self.displacement_m)
+        return self.loads.distance_m
 
 
 @kept
@@ -161,7 +160,7 @@ def leg(
     durations_s, currents_A, powers_W = zip(*rows, strict=True)
     loads = Loads(displacement_m, stages, durations_s, currents_A, powers_W, peak, peak_s)
     figures = a2, a4, peak, drag_per_m, accelerate, cruise, brake
-    return Leg(displacement_m, *figures, tuple(turns), loads)
+    return Leg(*figures, tuple(turns), loads)
 
 
 def least_loads(
@@ -230,7 +229,7 @@ def state_at(leg: Leg, time_s: Quantity) -> LegState:
     exists = (time >= 0.0) & ~np.isnan(ends[-1])
     stage = np.where(exists, np.searchsorted(ends, time, side="right") + 1, 0)
     in_stage = time - np.concatenate([[0.0], ends])[np.maximum(stage, 1) - 1]
-    moving_s, whole = leg.loads.durations_s[1::2], leg.distance_m
+    moving_s, whole = leg.loads.durations_s[1::2], leg.loads.distance_m
     push, hold = (leg.acceleration_m_s2, leg.drag_per_m), (leg.braking_m_s2, leg.drag_per_m)
     (gained, rising), (halfway, _) = (drag.accelerated(*push, t) for t in (in_stage, moving_s[0]))
     left, falling = drag.braked(*hold, moving_s[-1] - in_stage)
@@ -242,7 +241,7 @@ def state_at(leg: Leg, time_s: Quantity) -> LegState:
     motion += [(whole - left, falling), (whole, 0.0), (whole, 0.0)]
     by_stage = [stage == number for number in range(1, len(motion) + 1)]
     travelled, speed = (np.select(by_stage, choice, np.nan) for choice in zip(*motion, strict=True))
-    x, y, z = (travelled / np.maximum(whole, TINY) * way for way in leg.displacement_m)
+    x, y, z = (travelled / np.maximum(whole, TINY) * way for way in leg.loads.way_m)
     return LegState(stage[()], (x, y, z), speed[()], _attitude_at(leg, stage, in_stage))
 
 

@@ -4,20 +4,13 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from optuav.arrays import Values
-from optuav.engines import export, pyomo_engine
+from optuav.engines.export import FILES, LINEAR, need_linear, to_file
 from optuav.errors import InputError
 from optuav.mission.files import check_place, ending_of, write_text
 from optuav.mission.messages import of_kind, path_of, unknown
 from optuav.modelling import Model
 
-WRITERS = {
-    **dict.fromkeys(export.FILES, export.to_file),
-    **dict.fromkeys(pyomo_engine.FILES, pyomo_engine.to_file),
-}
-"""Writer of a format, by its suffix."""
-
-
-ENDINGS = tuple(f".{form}" for form in WRITERS)
+ENDINGS = tuple(f".{form}" for form in FILES)
 
 
 def writer(stated: str | Path, *models: Model) -> Callable[..., str]:
@@ -27,17 +20,17 @@ def writer(stated: str | Path, *models: Model) -> Callable[..., str]:
     it cannot hold some of the models, or the path cannot be written to.
     """
     form, path = of_kind("form", stated, str | Path, "a form, or the path of a file"), None
-    if form not in WRITERS:
+    if form not in FILES:
         path = path_of(form, "form")
         if not path.suffix:
-            raise InputError([unknown("form", str(form), tuple(WRITERS))])
+            raise InputError([unknown("form", str(form), tuple(FILES))])
         form = ending_of(path, *ENDINGS, name="form").removeprefix(".")
         check_place(path)
-    for model in models if form in export.FILES else ():
-        export.need_linear(model)
+    for model in models if form in LINEAR else ():
+        need_linear(model)
 
     def write(model: Model, values: Values, remarks: Iterable[str]) -> str:
-        text = WRITERS[form](model, values, form, remarks)
+        text = to_file(model, values, form, remarks)
         if path is not None:
             write_text(path, text)
         return text

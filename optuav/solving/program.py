@@ -229,7 +229,7 @@ class Program:
         >>> list(model.unknowns), model.parameters["deadline_s"].value
         (['hover_time_s', 'rest_time_s'], 1200.0)
         """
-        from optuav.engines.pyomo_engine import to_pyomo
+        from optuav.engines.pyomo_model import to_pyomo
 
         (number, entry), _ = self._for_others()
         return to_pyomo(self.parts[number].model, self.parts[number].model.row(entry))

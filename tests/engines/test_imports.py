@@ -65,7 +65,7 @@ def test_solvers_are_imported_inside_functions(module: Path) -> None:
     assert not any(name.startswith(HEAVY) for name in top)
     libraries = {name.partition(".")[0] for name in imported(module)} & {"casadi", "cvxpy", "pyomo"}
     owned = {each: {each.removesuffix("_engine")} for each in MODULES.values()}
-    owned["pyomo_engine"] = {"pyomo"}
+    owned["pyomo_model"] = {"pyomo"}
     assert libraries <= owned.get(module.stem, set())
 
 

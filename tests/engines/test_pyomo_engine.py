@@ -14,7 +14,9 @@ from pyomo.environ import SolverFactory, TerminationCondition, value
 from pyomo.opt import SolverResults
 
 import optuav
-from optuav.engines.pyomo_engine import Pyomo, to_file, to_pyomo
+from optuav.engines.export import to_file
+from optuav.engines.pyomo_engine import Pyomo
+from optuav.engines.pyomo_model import to_pyomo
 from optuav.errors import InputError, SolverError
 from optuav.modelling import Model, Parameter
 from optuav.modelling.expression import Operand

@@ -264,7 +264,7 @@ def test_rotors_fly_the_leg(case: Case) -> None:
             rates, moments[[0, -1]], motion, "DOP853", moments, rtol=1e-10, atol=1e-10
         ).y
         reached = case.at(begin + moments)
-        distance = leg.distance_m
+        distance = leg.loads.distance_m
         np.testing.assert_allclose(course[:3], reached.position_m, rtol=0, atol=1e-6 * distance)
         np.testing.assert_allclose(course[6], reached.attitude.pitch_rad, rtol=0, atol=1e-7)
         np.testing.assert_allclose(course[7], reached.attitude.roll_rad, rtol=0, atol=1e-7)
@@ -345,7 +345,7 @@ def test_states_are_continuous(case: Case) -> None:
     step_s = 1e-9 * times[-1]
     before, after = case.at(np.maximum(times - step_s, 0.0)), case.at(times + step_s)
     way = np.subtract(after.position_m, before.position_m)
-    assert np.abs(way).max() <= 2.01 * step_s * leg.peak_speed_m_s + 1e-12 * leg.distance_m
+    assert np.abs(way).max() <= 2.01 * step_s * leg.peak_speed_m_s + 1e-12 * leg.loads.distance_m
     torque_Nm = case.airframe.arm_length_m * LIFT * V_MAX**2
     inertia = min(case.airframe.inertia_x_kg_m2, case.airframe.inertia_y_kg_m2)
     fastest = torque_Nm / inertia * 0.5 * max(leg.turn_times_s)
