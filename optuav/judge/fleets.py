@@ -68,11 +68,10 @@ def replay_fleet(
     places, place_s
         How many may rest at once, and for how long each has its place after a landing [s].
     """
-    judged = {id(plan): plan for plan in plans}
-    replays = {number: replay(plan) for number, plan in judged.items()}
-    replay_of_plan = [replays[id(plan)] for plan in plans]
+    replays = {id(plan): replay(plan) for plan in {id(plan): plan for plan in plans}.values()}
+    courses = tuple(replays[id(plan)] for plan in plans)
     events, hovers, stays = list[Event](), list[Interval](), list[Interval]()
-    for number, (course, offset_s) in enumerate(zip(replay_of_plan, offsets_s, strict=True)):
+    for number, (course, offset_s) in enumerate(zip(courses, offsets_s, strict=True)):
         words = f"drone {number + 1}: "
         for event in course.violations:
             events.append(Event(event.kind, offset_s + event.time_s, words + event.words))
@@ -96,16 +95,14 @@ def replay_fleet(
     if most > places:
         events.append(Event("place", at_s, f"{most} drones rest at {places} places"))
     events.sort(key=lambda event: event.time_s)
-    return FleetReplay(tuple(replay_of_plan), gap_s, most, tuple(events))
+    return FleetReplay(courses, gap_s, most, tuple(events))
 
 
 def longest_gap(
     intervals: Iterable[Interval], wanted: int, from_s: float, until_s: float
 ) -> Interval:
     """Longest time with fewer than so many intervals at once [s], and when it begins [s]."""
-    changes = Counter(
-        {until_s: 0}
-    )  # What touches leaves no gap: changes at a moment count together
+    changes = Counter({until_s: 0})  # Changes at one moment count together: touching is no gap
     for begin_s, end_s in intervals:
         changes[begin_s] += 1
         changes[end_s] -= 1

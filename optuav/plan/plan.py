@@ -11,7 +11,7 @@ from typing import Any, Literal, Self, TypeAlias
 from pydantic import ConfigDict, InstanceOf, StrictBool, ValidationError, model_validator
 from pydantic_core import to_jsonable_python
 
-from optuav.errors import Fault, InputError, NoPlanError, printed, refuse, safe_name
+from optuav.errors import Fault, InputError, NoPlanError, collected, printed, refuse, safe_name
 from optuav.frames import DataFrame, frame, without_rounding
 from optuav.mission import Mission, load
 from optuav.mission.files import ending_of, label, parse_json, read_text, write_text
@@ -167,9 +167,8 @@ class Plan(Record):
         known = {*ENDS, *named.intersection(self.mission.buildings.names)}
         for number, phase in enumerate(self.phases):
             ends = dict.fromkeys((phase.start_place, phase.end_place))
-            wrong = [
-                f": {name!r} is not a place of the mission" for name in ends if name not in known
-            ]
+            strange = (name for name in ends if name not in known)
+            wrong = [f": {name!r} is not a place of the mission" for name in strange]
             if here not in (None, phase.start_place):
                 wrong.append(" begins elsewhere than the one before it ends")
             if phase.kind != "flight" and len(ends) > 1:
@@ -243,11 +242,8 @@ class Plan(Record):
     @property
     def stops(self) -> tuple[Stop, ...]:
         """Hovers and rests in order; a stop with T' = 0 is passed by."""
-        return tuple(
-            Stop(phase.end_place, phase.kind, phase.duration_s, phase.start_s)
-            for phase in self._existing()
-            if phase.kind != "flight"
-        )
+        stays = (phase for phase in self._existing() if phase.kind != "flight")
+        return tuple(Stop(e.end_place, e.kind, e.duration_s, e.start_s) for e in stays)
 
     @property
     def peak_speed_m_s(self) -> float:
@@ -298,9 +294,8 @@ class Plan(Record):
     def _first_crossing_s(self, *, full: bool) -> float | None:
         """When y1 first rises above ωB, or else falls below 0 [s]; a stage's end is the extreme."""
         pool, time_to = vehicle.pool(self.mission), time_to_full if full else time_to_empty
-        for _, start_s, (current_A, duration_s), before, after in steps(
-            self.mission, self._existing()
-        ):
+        charged = steps(self.mission, self._existing())
+        for _, start_s, (current_A, duration_s), before, after in charged:
             level = after.available_As / pool.capacity_As
             if level > pool.available_fraction + ROUNDING if full else level < -ROUNDING:
                 return float(start_s + min(time_to(pool, before, current_A), duration_s))
@@ -331,10 +326,8 @@ class Plan(Record):
         derived = {name: getattr(self, name) if self else None for name in DERIVED}
         data = {"schema": SCHEMA, "kind": KIND, **data, **to_jsonable_python(derived)}
         # Files of plans without bent ways and chosen speeds are as they always were.
-        data["phases"] = [
-            {k: v for k, v in phase.items() if k not in ("waypoints_m", "speeds_m_s") or v}
-            for phase in phases
-        ]
+        rare = {"waypoints_m", "speeds_m_s"}
+        data["phases"] = [{k: v for k, v in e.items() if v or k not in rare} for e in phases]
         if source := mission.buildings.source:
             from optuav.mission.table_files import seen_from
             from optuav.plan.used import used_buildings
@@ -526,29 +519,25 @@ def parse_plan(text: str, source: str, folder: Path) -> tuple[Plan, dict[str, An
     if isinstance(phases := data.get("phases"), list) and len(phases) > MOST_PHASES:
         raise InputError([Fault("phases", "", f"a list of at most {MOST_PHASES}", source)])
     fields = {k: v for k, v in data.items() if k not in ("schema", "kind", TABLE, *DERIVED)}
-    faults: list[Fault] = []
+    of_mission, of_table = list[Fault](), list[Fault]()
     if "mission" in data:
-        try:
+        fields["mission"] = None
+        with collected(of_mission):
             fields["mission"] = Mission.from_dict(data["mission"])
-        except InputError as error:
-            fields["mission"] = None
-            for fault in error.faults:
-                faults.append(replace(fault, key=f"mission.{fault.key}".rstrip("."), source=source))
     if TABLE in data and isinstance(mission := fields.get("mission"), Mission):
         from optuav.plan.used import with_table
 
-        try:
+        with collected(of_table):
             table = with_table(mission.buildings, data[TABLE], folder)
             fields["mission"] = mission.replace({"buildings": table})
-        except InputError as error:
-            for fault in error.faults:
-                known = fault if fault.key else Fault(TABLE, "", str(fault))
-                faults.append(replace(known, source=source))
+    faults = [replace(each, key=f"mission.{each.key}".rstrip(".")) for each in of_mission]
+    faults += [each if each.key else Fault(TABLE, "", str(each)) for each in of_table]
+    faults = [replace(each, source=source) for each in faults]
     try:
         plan = Plan.model_validate(fields)
     except ValidationError as error:
-        record_faults = _record_faults(error, source)
-        faults += [fault for fault in record_faults if not faults or fault.key != "mission"]
+        known = bool(faults)  # Of a mission that is refused, nothing else is said
+        faults += (e for e in _record_faults(error, source) if not known or e.key != "mission")
     refuse(faults)
     return plan, data
 

@@ -58,8 +58,7 @@ def fit(found: Fit, *, figure: style.AnyFigure | None = None) -> tuple[FitAxes, 
         A calibration from observations, of `optuav.fit_kibam`, `optuav.fit_regimes` or
         `optuav.fit_rotor`.
     figure
-        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
-        its own by default.
+        Where to draw; on a page of its own by default.
 
     Returns
     -------

@@ -43,8 +43,7 @@ def wells(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
         A plan or several that exist, or the paths of their files, usually of one mission in several
         perspectives.
     figure
-        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
-        its own by default.
+        Where to draw; on a page of its own by default.
 
     Returns
     -------
@@ -168,8 +167,7 @@ def packs(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
         A plan or several that exist, or the paths of their files, usually of one mission under
         several schedules.
     figure
-        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
-        its own by default.
+        Where to draw; on a page of its own by default.
 
     Returns
     -------

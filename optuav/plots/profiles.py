@@ -68,8 +68,7 @@ def profile(
     replayed
         From `optuav.replay`, or what that takes: a plan, an itinerary, or the file of one.
     figure
-        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
-        its own by default.
+        Where to draw; on a page of its own by default.
 
     Returns
     -------
@@ -178,8 +177,7 @@ def leg(
     start, end
         Names of places: ``"origin"``, ``"hover"``, ``"destination"`` or a building's.
     figure
-        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
-        its own by default.
+        Where to draw; on a page of its own by default.
 
     Returns
     -------
