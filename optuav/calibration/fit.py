@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import compress
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, NamedTuple, Self, TypeAlias
 
 import numpy as np
 import tomli_w
@@ -126,6 +126,15 @@ class Panel:
     roles: Sequence[Role] = ()
     groups: Sequence[str] = ()
 
+    @classmethod
+    def along(
+        cls, quantity: str, unit: str, observed: Floats, fitted: Floats, at: Floats, at_words: str
+    ) -> Self:
+        """Return the panel of values along an axis, in its order."""
+        order = np.argsort(at, kind="stable")
+        seen, shown, places = (values[order].tolist() for values in (observed, fitted, at))
+        return cls(quantity, unit, seen, shown, (), places, at_words)
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -179,17 +188,14 @@ class Fit:
         return {**self.settings, **determined}
 
     def __repr__(self) -> str:
-        return (
-            f"<Fit of {self.kind} to {self.data}: {listed([value.key for value in self.values])}>"
-        )
+        keys = listed([value.key for value in self.values])
+        return f"<Fit of {self.kind} to {self.data}: {keys}>"
 
     def _repr_html_(self) -> str:
         from optuav import markup
 
         heads = ("key", "value", f"{CONFIDENCE:.0%} interval", "where it comes from")
-        rows = [
-            (value.key, *([*value.written(" to "), ""][:2]), value.origin) for value in self.values
-        ]
+        rows = [(e.key, *[*e.written(" to "), ""][:2], e.origin) for e in self.values]
         loose = [number for number, each in enumerate(self.values) if not each.determined]
         return markup.shown(
             markup.paragraph(f"{self.kind}: {self.data}", good=not self.warnings),
@@ -211,14 +217,8 @@ class Fit:
             known), ``determined`` and ``origin``.
         """
         rows = [
-            (
-                value.key,
-                value.value,
-                *(value.interval or (None, None)),
-                value.determined,
-                value.origin,
-            )
-            for value in self.values
+            (e.key, e.value, *(e.interval or (None, None)), e.determined, e.origin)
+            for e in self.values
         ]
         return frame(rows, ["key", "value", "low", "high", "determined", "origin"])
 
@@ -237,14 +237,10 @@ class Fit:
         if base not in shipped():
             base = Path(os.path.relpath(base, Path(file).parent)).as_posix()
         names = ", ".join(Path(source).name for source in self.sources)
-        lines = [
-            _remark(f"By optuav calibrate {self.kind} from {names}:"),
-            _remark(f"{self.data}."),
-            *(_remark(f"Warning: {words}") for words in self.warnings),
-            "",
-            _entry("schema", SCHEMA),
-            _entry("extends", base),
-        ]
+        remarks = f"By optuav calibrate {self.kind} from {names}:", f"{self.data}."
+        warnings = (f"Warning: {words}" for words in self.warnings)
+        lines = [*map(_remark, (*remarks, *warnings)), ""]
+        lines += [_entry("schema", SCHEMA), _entry("extends", base)]
         entries: dict[str, list[str]] = {}
         for key, value in self.settings.items():
             table, _, name = key.partition(".")
@@ -304,21 +300,16 @@ def estimate(
         grown: Floats = np.exp(np.clip(x, *LOGARITHM))  # beyond, a mission may state no value
         return grown
 
-    def inside(x: Floats) -> Floats:
-        return residuals(outer(x))
-
     # Steps of "trf" keep out of directions where the data are blind, and one-sided differences
     # leave the optimum uncertain in its seventh digit.
     how: dict[str, Any] = {"method": "trf", "jac": "3-point", "max_nfev": MOST_STEPS}
     how |= dict.fromkeys(("xtol", "ftol", "gtol"), CLOSE)
-    found: list[Any] = [least_squares(inside, np.log(start), **how) for start in starts]
-    least = min(estimate.cost for estimate in found)
-    ties = [
-        estimate
-        for estimate in found
-        if estimate.cost <= least + TIE * (least + (spread or 0.0) ** 2)
+    found: list[Any] = [
+        least_squares(lambda x: residuals(outer(x)), np.log(start), **how) for start in starts
     ]
-    best = ties[0]
+    least = min(estimate.cost for estimate in found)
+    most = least + TIE * (least + (spread or 0.0) ** 2)
+    best, *_ = ties = [estimate for estimate in found if estimate.cost <= most]
     _, sizes, directions = np.linalg.svd(best.jac, full_matrices=False)
     seen = sizes > BLIND * max(sizes[0], NOTHING)
     wide = np.any(np.abs(directions[~seen]) > ROUNDING, axis=0)

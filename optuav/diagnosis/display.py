@@ -40,13 +40,13 @@ def _optimum(explained: Explanation) -> Iterator[Element]:
     if explained.bound is not None:
         yield folded("Proof that nothing is better", _sum(explained.bound))
     if prices := sorted(explained.prices, key=lambda price: not price.matters):
-        rows = [(name(e), valued(e), signed(e.less), signed(e.more)) for e in prices]
+        worth = [(name(e), valued(e), signed(e.less), signed(e.more)) for e in prices]
         priced = (e for e in explained.prices if e.matters and e.solved_again and not e.at_edge)
         again = [paragraph(sentence(explained, price)) for price in priced]
         again += [paragraph(f"Where it is 0, {UNDECIDED}")] if explained.more_stops_open else []
         head = f"Prices: {explained.objective} per unit of a parameter, the others held"
         heads = ("parameter", "value", "less", "more")
-        yield folded(head, table(heads, rows), *again, is_open=True)
+        yield folded(head, table(heads, worth), *again, is_open=True)
     if keys := explained.key_prices:
         percents = [
             (e.key, with_unit(e.value, e.unit), signed(e.less), signed(e.more)) for e in keys

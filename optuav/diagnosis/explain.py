@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -385,8 +384,13 @@ def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -
         notation = Text()
         statement = notation.write(constraint.relation).replace(notation.after, " ")
         yield Side(
-            *(label, row.unit, statement if len(statement) <= LONGEST else ""),
-            *(float(row.left), Text.senses[row.sense], right, slack),
+            label,
+            row.unit,
+            statement if len(statement) <= LONGEST else "",
+            float(row.left),
+            Text.senses[row.sense],
+            right,
+            slack,
             binds=abs(slack) <= 1e-6 * max(1.0, abs(right)),
             kind=kind,
             step=constraint.step,

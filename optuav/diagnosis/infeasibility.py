@@ -125,10 +125,12 @@ class Certificate:
     @property
     def table(self) -> list[tuple[str, str, str]]:
         """Multipliers, labels and rows as text with six digits, and their sum."""
-        heads = [(f"{number_text(row.multiplier)} ×", row.label) for row in self.rows]
-        sums = [_inequality(each.coefficients, each.limit) for each in (*self.rows, self)]
-        sums[-1] += "" if self.objective else ", which is false"
-        return [(*head, each) for head, each in zip([*heads, ("sum", "")], sums, strict=True)]
+        rows = [
+            (f"{number_text(e.multiplier)} ×", e.label, _inequality(e.coefficients, e.limit))
+            for e in self.rows
+        ]
+        verdict = "" if self.objective else ", which is false"
+        return [*rows, ("sum", "", _inequality(self.coefficients, self.limit) + verdict)]
 
     __str__ = printed(lambda self: "\n".join("  ".join(filter(None, x)) for x in self.table))
 

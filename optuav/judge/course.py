@@ -141,9 +141,9 @@ def scheduled(mission: Mission, phases: Sequence[Phase]) -> Course:
         ends.append(before)
     if flown.exhausted[0]:
         end_s, missing_As = float(flown.clock_s[0]), 0.0
-        for stage in (stage for phase in phases for stage in phase.stages):
-            unflown_s = min(max(stage.end_s - end_s, 0.0), stage.duration_s)
-            missing_As += float(stage.drawn.current_A) * unflown_s
+        for each in (stage for phase in phases for stage in phase.stages):
+            unflown_s = min(max(each.end_s - end_s, 0.0), each.duration_s)
+            missing_As += float(each.drawn.current_A) * unflown_s
         if missing_As > TOLERANCE * float(vehicle.pool(mission).capacity_As):
             words = "no pack is left to fly on"
             events.append(Event("empty", end_s, words, -missing_As, 0.0, "A s"))

@@ -237,7 +237,8 @@ def places(mission: Mission, planned: Sequence[Move]) -> dict[str | Point, Place
         sights = ((blockers == CLEAR) & ~np.isnan(to_m[:, 0])).tolist()
     by_name = dict[str | Point, Place]()
     for name, number, point_m, sight in zip(names, numbers, points_m, sights, strict=True):
-        x, y, z = at_m = tuple(map(float, point_m))
+        x, y, z = map(float, point_m)
+        at_m = x, y, z
         received = vehicle.charging(mission, at_m) if sight else NOTHING
         words = name if isinstance(name, str) else f"({x:.10g}, {y:.10g}, {z:.10g})"
         by_name[name] = Place(words, number, at_m, sight, received)

@@ -16,8 +16,8 @@ from optuav.frames import DataFrame, frame, without_rounding
 from optuav.mission import Mission, load
 from optuav.mission.files import ending_of, label, parse_json, read_text, write_text
 from optuav.mission.flight_model import CruisingModel, FlightModel, flight_of
-from optuav.mission.messages import OTHER, TYPES, path_of, several, shown
-from optuav.mission.schema import Record, Slot, short
+from optuav.mission.messages import path_of, several, shown, worded
+from optuav.mission.schema import Record, Slot
 from optuav.network import vehicle
 from optuav.network.places import ENDS
 from optuav.network.timeline import Figure, Phase, Text, Words, carry, steps
@@ -242,8 +242,11 @@ class Plan(Record):
     @property
     def stops(self) -> tuple[Stop, ...]:
         """Hovers and rests in order; a stop with T' = 0 is passed by."""
-        stays = (phase for phase in self._existing() if phase.kind != "flight")
-        return tuple(Stop(e.end_place, e.kind, e.duration_s, e.start_s) for e in stays)
+        return tuple(
+            Stop(phase.end_place, phase.kind, phase.duration_s, phase.start_s)
+            for phase in self._existing()
+            if phase.kind != "flight"
+        )
 
     @property
     def peak_speed_m_s(self) -> float:
@@ -551,6 +554,4 @@ def _record_faults(error: ValidationError, source: str) -> Iterator[Fault]:
             continue
         key = ".".join(safe_name(part) for part in detail["loc"])
         value = "" if detail["type"] == "missing" or not key else shown(detail["input"])
-        known = detail.get("ctx", {})
-        named = {name: short(x) if isinstance(x, float) else x for name, x in known.items()}
-        yield Fault(key, value, TYPES.get(detail["type"], OTHER).format(**named), source)
+        yield Fault(key, value, worded(detail), source)

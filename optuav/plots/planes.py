@@ -155,7 +155,9 @@ def _draw_constraints(
     colours = cycle(OWN)
     for cut in cuts(model, parameters, x, y):
         role = ROLES.get(kind_of(cut.constraint))
-        look = style.limit(role) if role else {"color": next(colours), "linestyle": "-"}
+        look: style.Look = (
+            {"color": next(colours), "linestyle": "-"} if role is None else style.limit(role)
+        )
         colour, dashes = look["color"], look["linestyle"]
         lines: style.Look = {"colors": [colour], "linestyles": [dashes], "zorder": 3}
         name = _set(textwrap.fill(constraint_name(cut.constraint, names), LETTERS))

@@ -177,9 +177,9 @@ def printed(name: str) -> str:
 
 
 @cache
-def _letters() -> dict[int, int]:
+def _letters() -> frozenset[int]:
     """The letters of the font by their codes."""
-    return get_font(findfont(FontProperties(family=FONT))).get_charmap()
+    return frozenset(get_font(findfont(FontProperties(family=FONT))).get_charmap())
 
 
 def group_thousands(*axes: Axes) -> None:
