@@ -300,13 +300,14 @@ def estimate(
         grown: Floats = np.exp(np.clip(x, *LOGARITHM))  # beyond, a mission may state no value
         return grown
 
+    def inside(x: Floats) -> Floats:
+        return residuals(outer(x))
+
     # Steps of "trf" keep out of directions where the data are blind, and one-sided differences
     # leave the optimum uncertain in its seventh digit.
     how: dict[str, Any] = {"method": "trf", "jac": "3-point", "max_nfev": MOST_STEPS}
     how |= dict.fromkeys(("xtol", "ftol", "gtol"), CLOSE)
-    found: list[Any] = [
-        least_squares(lambda x: residuals(outer(x)), np.log(start), **how) for start in starts
-    ]
+    found: list[Any] = [least_squares(inside, np.log(start), **how) for start in starts]
     least = min(estimate.cost for estimate in found)
     most = least + TIE * (least + (spread or 0.0) ** 2)
     best, *_ = ties = [estimate for estimate in found if estimate.cost <= most]

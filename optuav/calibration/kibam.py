@@ -1,6 +1,6 @@
 """Capacity, ω and k_F of the kinetic battery model (KiBaM) from lifetimes.
 
-The model [3]_ is linear in the current: when the available well is empty at time T, ωB equals the
+The model is linear in the current: when the available well is empty at time T, ωB equals the
 sum of the responses to every change of the current until then. So for given ω and k_F each
 discharge has a capacity that makes the battery last exactly as long, and the right ω and k_F make
 all of these agree. The fit is to their logarithms, as the noise is assumed in the capacity
@@ -11,16 +11,12 @@ discharge. It is largest where the sum of squares, over the geometric mean of th
 least, as for the transformations of Box and Cox [1]_; without it the fit would prefer batteries
 whose capacity hardly matters for how long they last.
 
-Intervals come from the profile likelihood [2]_: all values of a parameter such that some battery
-has a sum of squares up to 1 + t²/(n − 3) times the least, with t by Student.
+Intervals come from the profile likelihood: all values of a parameter such that some battery has a
+sum of squares up to 1 + t²/(n − 3) times the least, with t by Student.
 
 References
 ----------
 .. [1] G. E. P. Box, D. R. Cox, "An analysis of transformations", J. R. Stat. Soc. B, 1964, eq (8).
-.. [2] D. M. Bates, D. G. Watts, "Nonlinear Regression Analysis and Its Applications", Wiley, 1988,
-   chapter 6.
-.. [3] J. F. Manwell, J. G. McGowan, "Lead acid battery storage model for hybrid energy systems",
-   Solar Energy, 1993.
 """
 
 import itertools

@@ -24,12 +24,12 @@ PER_NAME_IN, BASE_IN, CURVE_IN = 0.21, 0.85, 1.9
 
 
 class FitAxes(NamedTuple):
-    """Panels of a quantity that was fitted.
+    """Panels of a quantity that was fitted, in its unit.
 
     Parameters
     ----------
     values, residuals
-        Axes with its observed and fitted values, and with fitted minus observed, in its unit.
+        Its observed and fitted values; and fitted minus observed.
 
     Examples
     --------
@@ -96,13 +96,14 @@ def fit(found: Fit, *, figure: style.AnyFigure | None = None) -> tuple[FitAxes, 
                 each.autoscale_view()
     sources = ", ".join(style.printed(source.rpartition("/")[2]) for source in found.sources[:2])
     more = f" and {len(found.sources) - 2} more" if len(found.sources) > 2 else ""
-    axes[0].values.set_title(f"{found.kind} from {sources}{more}", pad=style.LEGEND_PT)
+    top = axes[0].values
+    top.set_title(f"{found.kind} from {sources}{more}", pad=style.LEGEND_PT)
     axes[0].residuals.set_title("what is left over", pad=style.LEGEND_PT)
     shown = axes if found.panels[0].names else axes[:1]
     labelled = [ax.values.get_legend_handles_labels() for ax in shown]
     entries = {words: each for pair in labelled for each, words in zip(*pair, strict=True)}
-    style.legend_above(axes[0].values, 6, list(entries.values()))
-    style.settle(axes[0].values)
+    style.legend_above(top, 6, list(entries.values()))
+    style.settle(top)
     return axes
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from matplotlib.axes import Axes
 
@@ -17,8 +17,6 @@ from optuav.plots.map import mission_map
 from optuav.plots.profiles import leg
 
 SAME_S = 0.01  # Difference of two stays that no picture shows
-Drawn: TypeAlias = Any
-"""Axes, or the tuples of them that the functions of `optuav.plots` return."""
 FORMATS: Mapping[str, Mapping[str, str | None] | None] = {
     ".png": {"Software": "optuav"},
     ".svg": {"Creator": "optuav", "Date": None},
@@ -75,8 +73,7 @@ def save_pictures(
             more = [other for other in others if not _alike(subject, other)]
             drawn["wells.png"] = wells([subject, *more])[0]
         if first := modelled_leg(subject):
-            axes = leg(subject.mission, first.start_place, first.end_place)
-            drawn["leg.png"] = axes.speed
+            drawn["leg.png"] = leg(subject.mission, first.start_place, first.end_place).speed
     return save_figures(drawn, directory)
 
 
@@ -93,7 +90,7 @@ def modelled_leg(plan: Plan) -> Phase | None:
     return next((leg for leg in legs if leg.duration_s > 0.0 and not leg.edited), None)
 
 
-def save(drawn: Drawn, path: str | Path) -> Path:
+def save(drawn: Any, path: str | Path) -> Path:
     """Write the figure of axes as a file; the same figure gives the same bytes.
 
     Parameters
@@ -128,7 +125,7 @@ def save(drawn: Drawn, path: str | Path) -> Path:
 
 
 def save_figures(
-    drawn: Mapping[str, Drawn] | Iterable[tuple[str, Drawn]], folder: str | Path
+    drawn: Mapping[str, Any] | Iterable[tuple[str, Any]], folder: str | Path
 ) -> list[Path]:
     """Write the figures of axes under the given names, all drawn before the first is written.
 
@@ -160,19 +157,16 @@ def save_figures(
     folder = path_of(folder, "folder")
     named: Any = drawn.items() if isinstance(drawn, Mapping) else drawn
     pairs = [*named] if isinstance(named, Iterable) else [named]
-    if not all(
-        isinstance(pair, tuple) and len(pair) == 2 and str(pair[0]) == pair[0] for pair in pairs
-    ):
-        raise InputError(
-            [Fault("drawn", shown(drawn), "axes by name, as plots.swept returns them")]
-        )
+    if not all(isinstance(e, tuple) and len(e) == 2 and isinstance(e[0], str) for e in pairs):
+        words = "axes by name, as plots.swept returns them"
+        raise InputError([Fault("drawn", shown(drawn), words)])
     pictures = {folder / name: image(axes, folder / name) for name, axes in pairs}
     make_directory(folder)
     write_files(pictures)
     return list(pictures)
 
 
-def image(drawn: Drawn, path: Path) -> bytes:
+def image(drawn: Any, path: Path) -> bytes:
     """The figure of axes as the content of a file, in the format of its suffix."""
     while isinstance(drawn, tuple | list) and drawn:
         drawn = drawn[0]
