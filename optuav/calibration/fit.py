@@ -53,23 +53,13 @@ class ConfidenceInterval(NamedTuple):
 
 @dataclass(frozen=True)
 class Value:
-    """A value for a dotted key of the mission, in its unit, and where it comes from.
-
-    Parameters
-    ----------
-    key, value, origin
-        Dotted key, its value in the unit of the key, and where it comes from, in words.
-    interval
-        Its ``low`` and ``high`` end at a confidence of 95 %; None if unknown.
-    determined
-        Whether the data determine it.
-    """
+    """A value for a dotted key of the mission, in its unit, and where it comes from, in words."""
 
     key: str
     value: float
     origin: str
-    interval: ConfidenceInterval | None = None
-    determined: bool = True
+    interval: ConfidenceInterval | None = None  # None if unknown
+    determined: bool = True  # Whether the data determine it
 
     def written(self, between: str) -> list[str]:
         """The value to six digits or more, and its interval if it is known, `between` its ends."""
@@ -210,11 +200,8 @@ class Fit:
     def to_frame(self) -> DataFrame:
         """One row a value; needs pandas.
 
-        Returns
-        -------
-        DataFrame
-            Columns ``key``, ``value``, ``low`` and ``high`` of its interval (None where that is not
-            known), ``determined`` and ``origin``.
+        Columns are ``key``, ``value``, ``low`` and ``high`` of its interval (None where that is not
+        known), ``determined`` and ``origin``.
         """
         rows = [
             (e.key, e.value, *(e.interval or (None, None)), e.determined, e.origin)
@@ -225,13 +212,8 @@ class Fit:
     def to_toml(self, extends: str | None = None, file: str | Path = "") -> str:
         """A fragment of a mission file: the values, with intervals and origins as comments.
 
-        Parameters
-        ----------
-        extends
-            A shipped mission or the path of a file that all other values come from; by default
-            the mission that the fit belongs to.
-        file
-            Where the fragment will be; a path in `extends` is written relative to it.
+        All other values come from the mission that it `extends`: a shipped one or the path of a
+        file, written relative to the `file` of the fragment; by default that of the fit.
         """
         base = self.extends if extends is None else extends
         if base not in shipped():

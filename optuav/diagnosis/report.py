@@ -75,19 +75,14 @@ class Explanation:
         Unit and name of the objective, such as ``"s of hover"``; empty without a plan.
     sense
         ``"maximise"`` or ``"minimise"``.
-    conflicts
-        Without a plan: which constraints conflict, with proofs; empty where the reasons of the
-        plan are physical.
-    repairs
-        Without a plan: single changes that make it feasible, those a planner can make first.
-    constraints
-        With a plan: the constraints of its programme.
-    bound
-        With a plan: why nothing is better; None where the programme is not linear.
-    prices
-        With a plan: the worth of the parameters of its programme.
-    key_prices
-        With a plan: what one percent of the keys of flight model, beam and drag brings.
+    conflicts, repairs
+        Without a plan: which constraints conflict, with proofs, none where the reasons are
+        physical; and single changes that make it feasible, those a planner can make first.
+    constraints, bound
+        With a plan: those of its programme, and why nothing is better, None if that is not linear.
+    prices, key_prices
+        With a plan: the worth of the parameters of its programme, and of one percent of the keys of
+        flight model, beam and drag.
     notes
         Remarks for the reader.
     more_stops_open
@@ -151,11 +146,8 @@ class Explanation:
     def to_frame(self) -> DataFrame:
         """The prices, one row a parameter; without a plan the repairs; needs pandas.
 
-        Returns
-        -------
-        DataFrame
-            Columns as the attributes of `optuav.diagnosis.parameter_prices.Price`, or as
-            `optuav.diagnosis.Repair.to_dict` has them.
+        Columns are the attributes of `optuav.diagnosis.parameter_prices.Price`, or as
+        `optuav.diagnosis.Repair.to_dict` has them.
         """
         return frame(map(asdict, self.prices) if self else (r.to_dict() for r in self.repairs))
 

@@ -17,25 +17,12 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True)
 class FleetReplay(Judged):
-    """A fleet that was simulated.
+    """A fleet that was simulated."""
 
-    Parameters
-    ----------
-    courses
-        The judge's verdict on every course between exchanges of packs; equal courses are simulated
-        once.
-    longest_gap_s
-        Longest time with fewer hovering drones than requested [s].
-    most_at_places
-        Largest number of drones at places to rest at once, before waiting ones make way.
-    events
-        Faults, in order of time.
-    """
-
-    courses: tuple[Replay, ...]
-    longest_gap_s: float
-    most_at_places: int
-    events: tuple[Event, ...]
+    courses: tuple[Replay, ...]  # Between exchanges of packs; equal ones are simulated once
+    longest_gap_s: float  # With fewer hovering drones than requested
+    most_at_places: int  # Drones that rest at once, before waiting ones make way
+    events: tuple[Event, ...]  # Faults, in order of time
 
     def _repr_html_(self) -> str:
         from optuav.judge.display import html
@@ -56,17 +43,10 @@ def replay_fleet(
     places: int,
     place_s: float,
 ) -> FleetReplay:
-    """Simulate plans of drones that take off one after the other.
+    """Simulate the courses of drones that take off at their offsets [s].
 
-    Parameters
-    ----------
-    plans, offsets_s
-        The course of every drone, and when it takes off [s].
-    wanted, allowed_gap_s, until_s
-        How many are to hover at once, from when so many arrived until a moment [s], and how long
-        fewer may do so [s].
-    places, place_s
-        How many may rest at once, and for how long each has its place after a landing [s].
+    So many as wanted are to hover at once, from when they arrived until a moment [s], but for an
+    allowed gap [s]. Each has one of the places to rest at for some time [s] after a landing.
     """
     replays = {id(plan): replay(plan) for plan in {id(plan): plan for plan in plans}.values()}
     courses = tuple(replays[id(plan)] for plan in plans)

@@ -148,10 +148,7 @@ class Replay(Judged):
     def trace(self) -> Trace:
         """The mission over time: position, speed, currents, wells; computed on first use.
 
-        Raises
-        ------
-        NoPlanError
-            If nothing is flown.
+        `NoPlanError` if nothing is flown.
         """
         if self.course is None or not any(phase.duration_s for phase in self.phases):
             raise NoPlanError("no table exists: nothing is flown")
@@ -165,9 +162,8 @@ class Replay(Judged):
 def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
     """Simulate a plan from its mission, by the closed form of the battery model.
 
-    Only the places, their order and the times of the stays are read from the plan, and the user's
-    input in a graph: figures of legs, and power at places. Everything else is computed again, and
-    every figure that the plan states is compared with it.
+    Only places, their order, the times of stays and figures stated in a graph are read from the
+    plan. Everything else is computed again, and compared with every figure that the plan states.
 
     Parameters
     ----------

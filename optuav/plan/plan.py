@@ -312,12 +312,9 @@ class Plan(Record):
     def to_dict(self) -> dict[str, Any]:
         """The plan as plain data: strings, numbers, lists, dicts and None.
 
-        Returns
-        -------
-        dict
-            The fields of the plan with its mission inside; times and route repeated for the reader,
-            null without a plan. If the mission's buildings come from a table, only
-            the buildings that the plan uses are inside, beside its path and hash.
+        It has the fields of the plan with its mission inside; times and route are repeated for the
+        reader, None without a plan. If the mission's buildings come from a table, only those that
+        the plan uses are inside, beside its path and hash.
         """
         return self._data(Path())
 
@@ -342,20 +339,8 @@ class Plan(Record):
     def save(self, path: str | Path) -> Path:
         """Write the plan as JSON, whole or not at all; `optuav.load_plan` reads it back.
 
-        Parameters
-        ----------
-        path
-            The file, whose suffix is .json or none; an existing file is replaced.
-
-        Returns
-        -------
-        Path
-            The file that was written.
-
-        Raises
-        ------
-        InputError
-            If the suffix is another, or the directory is missing or cannot be written to.
+        The suffix is .json or none; an existing file is replaced. `InputError` if the suffix is
+        another, or the directory is missing or cannot be written to.
         """
         file = path_of(path)
         ending_of(file, ".json", "")
@@ -407,18 +392,10 @@ class Plan(Record):
     def to_frame(self) -> DataFrame:
         """One row per phase, in order; needs pandas (``python -m pip install pandas``).
 
-        Returns
-        -------
-        DataFrame
-            Columns as the attributes of `Phase`, mean current [A] and power [W] into the battery,
-            and the charge in the wells at its end, ``available_As`` and ``bound_As``, summed over
-            the packs [A s], 0 where less than 1e-9 of the capacity is left. Without a plan,
-            the table has no rows. Its ``attrs`` have `objective`, `objective_unit` and `bound`.
-
-        Raises
-        ------
-        InputError
-            If pandas is not installed.
+        Columns are the attributes of `Phase`, mean current [A] and power [W] into the battery, and
+        the charge in the wells at its end, ``available_As`` and ``bound_As``, summed over the packs
+        [A s], 0 where less than 1e-9 of the capacity is left. Without a plan, the table has no
+        rows. Its ``attrs`` have `objective`, `objective_unit` and `bound`.
         """
         table = {name: [getattr(phase, name) for phase in self.phases] for name in COLUMNS}
         for name in ("available_As", "bound_As"):

@@ -34,11 +34,8 @@ class FitAxes(NamedTuple):
     Examples
     --------
     >>> import optuav
-    >>> from optuav.calibration import Panel
-    >>> panel = Panel("lifetime", "s", (100.0, 120.0), (101.0, 118.0), names=("1 A", "2 A"))
-    >>> fitted = optuav.Fit("kibam", ("cell.csv",), "2 loads", (), (panel,))
-    >>> optuav.plots.fit(fitted)[0].values.get_xlabel()
-    'lifetime [s]'
+    >>> optuav.plots.FitAxes._fields
+    ('values', 'residuals')
     """
 
     values: Axes

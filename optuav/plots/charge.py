@@ -40,8 +40,7 @@ def wells(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
     Parameters
     ----------
     plans
-        A plan or several that exist, or the paths of their files, usually of one mission in several
-        perspectives.
+        One or several, or the paths of their files; usually of one mission by perspective.
     figure
         Where to draw; on a page of its own by default.
 
@@ -164,8 +163,7 @@ def packs(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
     Parameters
     ----------
     plans
-        A plan or several that exist, or the paths of their files, usually of one mission under
-        several schedules.
+        One or several, or the paths of their files; usually of one mission by schedule.
     figure
         Where to draw; on a page of its own by default.
 

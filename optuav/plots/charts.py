@@ -47,16 +47,16 @@ WORDS_WIDTH = 10  # Letters in a line below a station
 
 
 class Bar(NamedTuple):
-    """A value of a plan, None without one, by its group below the axis and its name in the legend.
+    """A value of a plan.
 
     Parameters
     ----------
     group, name
-        Words below the axis; a perspective, a trajectory, a problem or nothing.
+        Words below the axis; and in the legend, a perspective, trajectory, problem or nothing.
     value
         Its height, in the unit of the axis; None without a plan.
     flyable
-        Bars of plans that cannot be flown are hatched, unless that is not known (None).
+        Bars of plans that cannot be flown (False) are hatched.
 
     Examples
     --------
@@ -81,7 +81,7 @@ class Line(NamedTuple):
     x, y
         Arrays of one length, in the units of the axes.
     marker
-        Marker of every point as Matplotlib names it, ``"o"`` for dots; empty for none.
+        Matplotlib's marker of every point, ``"o"`` for dots; empty for none.
 
     Examples
     --------

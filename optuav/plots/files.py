@@ -30,11 +30,10 @@ no other program, can show transparent colours, and hold no date."""
 def save_pictures(
     subject: Plan | Mission | str | Path, directory: str | Path, beside: Plans = ()
 ) -> list[Path]:
-    """Write the pictures of a plan as PNG files.
+    """Write the pictures of a plan as PNG files; the same plan gives the same bytes.
 
     ``map.png``; ``wells.png``, or ``packs.png`` where packs take turns; and ``leg.png`` of the
-    first leg that the flight model describes; only the map without a plan. The same plan
-    gives the same bytes.
+    first leg that the flight model describes; only the map without a plan.
 
     Parameters
     ----------
@@ -43,18 +42,16 @@ def save_pictures(
     directory
         Where to write; made if it is missing. Files of these names are replaced.
     beside
-        Plans that exist whose wells are drawn below the plan's, or the paths of their files;
-        not one that is flown alike.
+        Plans whose wells are drawn below the plan's, unless they are flown alike, or their files.
 
     Returns
     -------
-    The files that were written.
+    The files.
 
     Raises
     ------
     InputError
-        If matplotlib is missing, or the directory cannot be made or written to. Every file is
-        written whole or not at all.
+        If the directory cannot be made or written to; every file is written whole or not at all.
 
     Examples
     --------
@@ -103,7 +100,7 @@ def save(drawn: Any, path: str | Path) -> Path:
 
     Returns
     -------
-    The file that was written.
+    The file.
 
     Raises
     ------
@@ -138,7 +135,7 @@ def save_figures(
 
     Returns
     -------
-    The files that were written, in the order given.
+    The files, in the order given.
 
     Raises
     ------
@@ -150,8 +147,7 @@ def save_figures(
     >>> import optuav, tempfile
     >>> drawn = optuav.plots.mission_map("paper")
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     files = optuav.plots.save_figures({"map.svg": drawn}, folder)
-    >>> [file.name for file in files]
+    ...     [file.name for file in optuav.plots.save_figures({"map.svg": drawn}, folder)]
     ['map.svg']
     """
     folder = path_of(folder, "folder")

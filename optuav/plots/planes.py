@@ -38,10 +38,9 @@ def plane(
 ) -> Axes:
     """Draw the plane of the two unknowns of a problem: rest time across, hover time upwards.
 
-    Constraints are lines where the two sides of their declaration are equal, with their
-    forbidden sides shaded, thick where they bound the feasible set. Left out are constraints that
-    cut nothing off, and the far end of a grid with a feasible beginning. The points come from
-    Algorithm 1's grid, thinned out where there are many.
+    Constraints that cut something off are lines where their two sides are equal, shaded where they
+    forbid, thick where they bound the feasible set. The points are Algorithm 1's grid, thinned out
+    where there are many, without the far end of a grid with a feasible beginning.
 
     Parameters
     ----------
@@ -50,8 +49,7 @@ def plane(
     parameters
         Values of its parameters for one itinerary, from ``model.row(entry)``.
     plans
-        A plan or several to mark, or the paths of their files, of the same problem and itinerary:
-        continuous ones and ones in slots.
+        Plans of that problem and itinerary to mark, in continuous times or slots, or their files.
     slot_s
         Length of the slots of the grid [s], > 0.
     ax
