@@ -8,15 +8,14 @@ import math
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats
-from optuav.errors import Fault, InputError, decimal, refuse
+from optuav.errors import Fault, InputError, collected, decimal, refuse
 from optuav.mission.files import csv_rows, label, read_text
-from optuav.mission.messages import counted, nearest, shown
+from optuav.mission.messages import counted, nearest, paths_of, shown
 from optuav.mission.schema import short
 
 Read = TypeVar("Read")
@@ -87,14 +86,20 @@ class Measurements:
 
     def faults(self, wrong: Booleans, key: str, allowed: str, unit: str = "") -> Iterator[Fault]:
         """At most one fault, for all rows that break a rule."""
-        faults = []
+        cells = []
         for row in np.flatnonzero(wrong).tolist():
             cell = self.texts[key][row] if key in self.texts else "an empty cell"
             if key in self.numbers and not math.isnan(value := self.numbers[key][row]):
                 cell = f"{value:g}{unit}"
-            faults.append((self.lines[row], cell))
-        if faults:
-            yield _fault(self.source, key, allowed, faults)
+            cells.append((self.lines[row], cell))
+        if cells:
+            yield _fault(self.source, key, allowed, cells)
+
+    def few(self, column: str, least: int) -> Iterator[Fault]:
+        """A fault if a column has too few different values."""
+        if (count := len(np.unique(self.numbers[column]))) < least:
+            words = f"at least {least} different {column}s; there are {count}"
+            yield Fault("", "", words, self.source)
 
     def doubts(self) -> Iterator[str]:
         """A warning for each column whose largest size does not suit a UAV."""
@@ -138,11 +143,9 @@ def read(text: str, source: str, formats: Iterable[Format]) -> Measurements:
     for place, column in places.items():
         words = "a word" if column in texts else "a number, 0 or 1e-9 to 1e10 in SI units"
         broken.append((headings[place], words, wrong[place]))
-    numbers = {column: np.array(values) for column, values in columns.items()}
-    numbers |= {
-        blank: np.full(len(lines), math.nan) for blank in form.blanks if blank not in numbers
-    }
     faults += [_fault(source, *parts) for parts in broken if parts[-1]]
+    blanks = {column: np.full(len(lines), math.nan) for column in form.blanks}
+    numbers = blanks | {column: np.array(values) for column, values in columns.items()}
     if (count := len(lines) + len(uneven)) < form.least:
         words = f"at least {counted(form.least, 'line')} of measurements; there are {count}"
         faults.append(Fault("", "", words, source))
@@ -170,23 +173,24 @@ def gaps(table: Measurements) -> Iterator[Fault]:
 
 
 def read_all(
-    files: Sequence[Path], formats: Sequence[Format], one: Callable[[Measurements], Read]
-) -> list[Read]:
-    """Read each file with `one`, or refuse all faults at once, also of two with one content."""
-    records, faults, first = list[Read](), list[Fault](), dict[str, str]()
-    for path in files:
-        try:
+    files: object, formats: Sequence[Format], one: Callable[[Measurements], Read]
+) -> tuple[tuple[str, ...], list[Read]]:
+    """The files' names, and each read with `one`; faults are refused at once, also a repeated file.
+
+    Files are a path or several.
+    """
+    paths, first = paths_of(files, "files"), dict[str, str]()
+    records, faults = list[Read](), list[Fault]()
+    for path in paths:
+        with collected(faults):
             source, text = label(path), read_text(path, LARGEST_FILE)
             records.append(one(read(text, source, formats)))
-        except InputError as error:
-            faults += error.faults
-            continue
-        if text in first:
-            words = f"has the content of {first[text]}: name each measurement once"
-            faults.append(Fault("", "", words, source))
-        first.setdefault(text, source)
+            if text in first:
+                words = f"has the content of {first[text]}: name each measurement once"
+                faults.append(Fault("", "", words, source))
+            first.setdefault(text, source)
     refuse(faults)
-    return records
+    return tuple(map(str, paths)), records
 
 
 def unit_doubts(
@@ -197,11 +201,10 @@ def unit_doubts(
     if not least <= size <= most:
         meant = [each for each, worth in UNITS[kind].items() if least <= size * worth <= most]
         heading = f"{column}_{next(iter(UNITS[kind]))}"
-        yield (
-            f"{words} is {size:.5g} {unit}, where a UAV has {short(least)} to "
-            f"{short(most)} {unit}: look at the units in the names of the columns"
-            + (f"; under {heading} it may be {' or '.join(meant)} that is meant" if meant else "")
-        )
+        usual_sizes = f"where a UAV has {short(least)} to {short(most)} {unit}"
+        hint = f"; under {heading} it may be {' or '.join(meant)} that is meant" if meant else ""
+        look = f"look at the units in the names of the columns{hint}"
+        yield f"{words} is {size:.5g} {unit}, {usual_sizes}: {look}"
 
 
 def _places(

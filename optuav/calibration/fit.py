@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import compress
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, NamedTuple, Self, TypeAlias
 
 import numpy as np
 import tomli_w
@@ -53,23 +53,13 @@ class ConfidenceInterval(NamedTuple):
 
 @dataclass(frozen=True)
 class Value:
-    """A value for a dotted key of the mission, in its unit, and where it comes from.
-
-    Parameters
-    ----------
-    key, value, origin
-        Dotted key, its value in the unit of the key, and where it comes from, in words.
-    interval
-        Its ``low`` and ``high`` end at a confidence of 95 %; None if unknown.
-    determined
-        Whether the data determine it.
-    """
+    """A value for a dotted key of the mission, in its unit, and where it comes from, in words."""
 
     key: str
     value: float
     origin: str
-    interval: ConfidenceInterval | None = None
-    determined: bool = True
+    interval: ConfidenceInterval | None = None  # None if unknown
+    determined: bool = True  # Whether the data determine it
 
     def written(self, between: str) -> list[str]:
         """The value to six digits or more, and its interval if it is known, `between` its ends."""
@@ -126,6 +116,15 @@ class Panel:
     roles: Sequence[Role] = ()
     groups: Sequence[str] = ()
 
+    @classmethod
+    def along(
+        cls, quantity: str, unit: str, observed: Floats, fitted: Floats, at: Floats, at_words: str
+    ) -> Self:
+        """Return the panel of values along an axis, in its order."""
+        order = np.argsort(at, kind="stable")
+        seen, shown, places = (values[order].tolist() for values in (observed, fitted, at))
+        return cls(quantity, unit, seen, shown, (), places, at_words)
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -179,17 +178,14 @@ class Fit:
         return {**self.settings, **determined}
 
     def __repr__(self) -> str:
-        return (
-            f"<Fit of {self.kind} to {self.data}: {listed([value.key for value in self.values])}>"
-        )
+        keys = listed([value.key for value in self.values])
+        return f"<Fit of {self.kind} to {self.data}: {keys}>"
 
     def _repr_html_(self) -> str:
         from optuav import markup
 
         heads = ("key", "value", f"{CONFIDENCE:.0%} interval", "where it comes from")
-        rows = [
-            (value.key, *([*value.written(" to "), ""][:2]), value.origin) for value in self.values
-        ]
+        rows = [(e.key, *[*e.written(" to "), ""][:2], e.origin) for e in self.values]
         loose = [number for number, each in enumerate(self.values) if not each.determined]
         return markup.shown(
             markup.paragraph(f"{self.kind}: {self.data}", good=not self.warnings),
@@ -204,47 +200,29 @@ class Fit:
     def to_frame(self) -> DataFrame:
         """One row a value; needs pandas.
 
-        Returns
-        -------
-        DataFrame
-            Columns ``key``, ``value``, ``low`` and ``high`` of its interval (None where that is not
-            known), ``determined`` and ``origin``.
+        Columns are ``key``, ``value``, ``low`` and ``high`` of its interval (None where that is not
+        known), ``determined`` and ``origin``.
         """
         rows = [
-            (
-                value.key,
-                value.value,
-                *(value.interval or (None, None)),
-                value.determined,
-                value.origin,
-            )
-            for value in self.values
+            (e.key, e.value, *(e.interval or (None, None)), e.determined, e.origin)
+            for e in self.values
         ]
         return frame(rows, ["key", "value", "low", "high", "determined", "origin"])
 
     def to_toml(self, extends: str | None = None, file: str | Path = "") -> str:
         """A fragment of a mission file: the values, with intervals and origins as comments.
 
-        Parameters
-        ----------
-        extends
-            A shipped mission or the path of a file that all other values come from; by default
-            the mission that the fit belongs to.
-        file
-            Where the fragment will be; a path in `extends` is written relative to it.
+        All other values come from the mission that it `extends`: a shipped one or the path of a
+        file, written relative to the `file` of the fragment; by default that of the fit.
         """
         base = self.extends if extends is None else extends
         if base not in shipped():
             base = Path(os.path.relpath(base, Path(file).parent)).as_posix()
         names = ", ".join(Path(source).name for source in self.sources)
-        lines = [
-            _remark(f"By optuav calibrate {self.kind} from {names}:"),
-            _remark(f"{self.data}."),
-            *(_remark(f"Warning: {words}") for words in self.warnings),
-            "",
-            _entry("schema", SCHEMA),
-            _entry("extends", base),
-        ]
+        remarks = f"By optuav calibrate {self.kind} from {names}:", f"{self.data}."
+        warnings = (f"Warning: {words}" for words in self.warnings)
+        lines = [*map(_remark, (*remarks, *warnings)), ""]
+        lines += [_entry("schema", SCHEMA), _entry("extends", base)]
         entries: dict[str, list[str]] = {}
         for key, value in self.settings.items():
             table, _, name = key.partition(".")
@@ -313,12 +291,8 @@ def estimate(
     how |= dict.fromkeys(("xtol", "ftol", "gtol"), CLOSE)
     found: list[Any] = [least_squares(inside, np.log(start), **how) for start in starts]
     least = min(estimate.cost for estimate in found)
-    ties = [
-        estimate
-        for estimate in found
-        if estimate.cost <= least + TIE * (least + (spread or 0.0) ** 2)
-    ]
-    best = ties[0]
+    most = least + TIE * (least + (spread or 0.0) ** 2)
+    best, *_ = ties = [estimate for estimate in found if estimate.cost <= most]
     _, sizes, directions = np.linalg.svd(best.jac, full_matrices=False)
     seen = sizes > BLIND * max(sizes[0], NOTHING)
     wide = np.any(np.abs(directions[~seen]) > ROUNDING, axis=0)

@@ -1,6 +1,6 @@
 """Capacity, ω and k_F of the kinetic battery model (KiBaM) from lifetimes.
 
-The model [3]_ is linear in the current: when the available well is empty at time T, ωB equals the
+The model is linear in the current: when the available well is empty at time T, ωB equals the
 sum of the responses to every change of the current until then. So for given ω and k_F each
 discharge has a capacity that makes the battery last exactly as long, and the right ω and k_F make
 all of these agree. The fit is to their logarithms, as the noise is assumed in the capacity
@@ -11,16 +11,12 @@ discharge. It is largest where the sum of squares, over the geometric mean of th
 least, as for the transformations of Box and Cox [1]_; without it the fit would prefer batteries
 whose capacity hardly matters for how long they last.
 
-Intervals come from the profile likelihood [2]_: all values of a parameter such that some battery
-has a sum of squares up to 1 + t²/(n − 3) times the least, with t by Student.
+Intervals come from the profile likelihood: all values of a parameter such that some battery has a
+sum of squares up to 1 + t²/(n − 3) times the least, with t by Student.
 
 References
 ----------
 .. [1] G. E. P. Box, D. R. Cox, "An analysis of transformations", J. R. Stat. Soc. B, 1964, eq (8).
-.. [2] D. M. Bates, D. G. Watts, "Nonlinear Regression Analysis and Its Applications", Wiley, 1988,
-   chapter 6.
-.. [3] J. F. Manwell, J. G. McGowan, "Lead acid battery storage model for hybrid energy systems",
-   Solar Energy, 1993.
 """
 
 import itertools
@@ -36,7 +32,6 @@ from optuav.arrays import Booleans, Floats
 from optuav.calibration import csv, fit
 from optuav.calibration.fit import ConfidenceInterval, Estimate, Fit, Panel, finished, quantile
 from optuav.errors import Fault, InputError, refuse
-from optuav.mission.messages import paths_of
 from optuav.physics.kibam import Battery, levelling
 from optuav.physics.packs import lifetime
 
@@ -135,11 +130,8 @@ def fit_kibam(files: str | Path | Iterable[str | Path]) -> Fit:
     ...     optuav.fit_kibam([file]).data
     '3 discharges of one full pack'
     """
-    paths = paths_of(files, "files")
-    sources = tuple(map(str, paths))
-    discharges = [
-        discharge for found in csv.read_all(paths, FORMATS, _discharges) for discharge in found
-    ]
+    sources, of_files = csv.read_all(files, FORMATS, _discharges)
+    discharges = [discharge for of_file in of_files for discharge in of_file]
     count, few = len(discharges), len(discharges) == LEAST_DISCHARGES
     if count < LEAST_DISCHARGES:
         words = f"at least {LEAST_DISCHARGES} discharges for as many parameters; there are {count}"
@@ -150,18 +142,15 @@ def fit_kibam(files: str | Path | Iterable[str | Path]) -> Fit:
         """Lifetimes [s]; for a battery of 1 A s, as they depend only on current over capacity."""
         capacity_As, share, rate = values.tolist()
         battery = {"capacity_As": 1.0, "available_fraction": share, "flow_rate_per_s": rate}
-        loads = (
-            [(current_A / (capacity_As * factor), duration_s) for current_A, duration_s in pieces]
-            for _, pieces, _ in discharges
-        )
-        return np.array([lifetime(load, **battery) for load in loads])
+        unit_As, loads = capacity_As * factor, (discharge.pieces for discharge in discharges)
+        shares = ([(current_A / unit_As, lasts_s) for current_A, lasts_s in load] for load in loads)
+        return np.array([lifetime(load, **battery) for load in shares])
+
+    def miss(values: Floats) -> float:
+        return float(np.max(np.abs(simulated(values) / lifetimes_s - 1.0)))
 
     # A battery may also last as long by the formula but run dry in an earlier piece.
-    estimated = _estimate(
-        discharges,
-        SCATTER if few else None,
-        lambda values: float(np.max(np.abs(simulated(values) / lifetimes_s - 1.0))),
-    )
+    estimated = _estimate(discharges, SCATTER if few else None, miss)
     values = estimated.stated(f"fitted to {count} discharges of one pack")
     warnings = [*estimated.warnings, ADVICE] if estimated.unsure else []
     # A lifetime jumps over a whole pause where the capacity is a little less.
@@ -176,12 +165,9 @@ def fit_kibam(files: str | Path | Iterable[str | Path]) -> Fit:
             f"{missed} by more than {FAR:.0%}; look at units, and whether it was one full battery "
             "each time"
         ]
-    warnings += [
-        f"{discharge.name} is stated to end in a pause, where a battery cannot run dry: its "
-        "lifetime may be wrong"
-        for discharge in discharges
-        if float(discharge.changes[0].sum()) <= 0.0
-    ]
+    pause = "is stated to end in a pause, where a battery cannot run dry: its lifetime may be wrong"
+    idle = (discharge for discharge in discharges if float(discharge.changes[0].sum()) <= 0.0)
+    warnings += [f"{discharge.name} {pause}" for discharge in idle]
     largest_A = max(current_A for discharge in discharges for current_A, _ in discharge.pieces)
     shortest_s = float(lifetimes_s.min())
     warnings += csv.unit_doubts("the largest current", largest_A, "current", "current")
@@ -191,10 +177,7 @@ def fit_kibam(files: str | Path | Iterable[str | Path]) -> Fit:
             f"{LEAST_DISCHARGES} discharges for as many parameters leave nothing over: the "
             f"intervals take lifetimes to scatter by {SCATTER:.0%}"
         )
-    names, fitted = (
-        [discharge.name for discharge in discharges],
-        simulated(estimated.values).tolist(),
-    )
+    fitted, names = simulated(estimated.values).tolist(), [each.name for each in discharges]
     panel = Panel("lifetime", "s", lifetimes_s.tolist(), fitted, names)
     data = f"{count} discharges of one full pack"
     return finished(Fit("kibam", sources, data, values, (panel,), tuple(warnings)))

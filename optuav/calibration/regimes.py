@@ -28,7 +28,7 @@ from optuav.arrays import Booleans, Floats, Integers
 from optuav.calibration import csv, fit
 from optuav.calibration.fit import ConfidenceInterval, Fit, Panel, Value, finished, quantile
 from optuav.errors import Fault, InputError, refuse
-from optuav.mission.messages import nearest, paths_of
+from optuav.mission.messages import nearest
 from optuav.physics import bang_bang
 
 OPTIONAL = {"voltage": "voltage", "power": "power", "speed": "speed", "phase": "text"}
@@ -99,13 +99,12 @@ def fit_regimes(files: str | Path | Iterable[str | Path]) -> Fit:
     ...     optuav.fit_regimes([file]).changes["flight.hover_current_A"]
     20.5
     """
-    paths = paths_of(files, "files")
-    sources = tuple(map(str, paths))
-    logs, doubts = zip(*csv.read_all(paths, [LOG], _read_log), strict=True)
-    ends_s = np.cumsum([0.0, *(log.time_s[-1] for log in logs)])
+    sources, records = csv.read_all(files, [LOG], _read_log)
+    logs, doubts = zip(*records, strict=True)
+    begins_s = np.cumsum([0.0, *(log.time_s[-1] for log in logs[:-1])])
     after = (
-        each._replace(time_s=each.time_s + end_s, log=each.log + number)
-        for number, (each, end_s) in enumerate(zip(logs, ends_s[:-1], strict=True))
+        each._replace(time_s=each.time_s + begin_s, log=each.log + number)
+        for number, (each, begin_s) in enumerate(zip(logs, begins_s, strict=True))
     )
     samples = Samples(*map(np.concatenate, zip(*after, strict=True)))
     series = {"current_A": samples.current_A, "power_W": samples.power_W}
@@ -144,18 +143,11 @@ def fit_regimes(files: str | Path | Iterable[str | Path]) -> Fit:
         quantity, unit = key.split("_")
         means, seen = [loads[group][key][0] for group in groups], observed[known].tolist()
         courses.append(Panel(quantity, unit, seen, means, (), at_s, TIME, (), groups))
-    return finished(
-        Fit(
-            "regimes",
-            sources,
-            f"{len(samples.time_s)} samples, {len(legs)} legs with speeds",
-            (*motion, *values),
-            (*courses, *panels),
-            (*warnings, *remarks, *dict.fromkeys(itertools.chain(*doubts))),
-            settings={"flight.model": "regimes"},
-        ),
-        "positive is discharge, a rest in the laser's light is charge",
-    )
+    data = f"{len(samples.time_s)} samples, {len(legs)} legs with speeds"
+    warnings += [*remarks, *dict.fromkeys(itertools.chain(*doubts))]
+    parts = (*motion, *values), (*courses, *panels), tuple(warnings)
+    found = Fit("regimes", sources, data, *parts, settings={"flight.model": "regimes"})
+    return finished(found, "positive is discharge, a rest in the laser's light is charge")
 
 
 def mean_over_time(values: Floats, steps_s: Floats) -> tuple[float, ConfidenceInterval]:
@@ -258,8 +250,8 @@ def _motion(
     if cap >= REACHED * math.sqrt(acceleration * distances_m.max()) or gain < GAIN:
         estimated = without
         warnings = ("no leg is long enough to show a speed cap: max_speed_m_s is missing here",)
-    fitted = speeds(*estimated.values.tolist()).tolist()
-    course = Panel("speed", "m/s", observed.tolist(), fitted, (), at_s.tolist(), TIME)
+    fitted = speeds(*estimated.values.tolist())
+    course = Panel.along("speed", "m/s", observed, fitted, at_s, TIME)
     return estimated.stated(f"fitted to the speed of {len(legs)} legs"), (course,), warnings
 
 

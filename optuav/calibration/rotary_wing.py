@@ -1,14 +1,7 @@
-"""The power of a rotary wing over its air speed from steady level flight.
-
-P(V) = P_0 (1 + 3V²/U²) + P_i/√(√(1 + z²) + z) + pV³ with z = V²/(2v_0²) [1]_.
-
-References
-----------
-.. [1] Y. Zeng, J. Xu, R. Zhang, "Energy minimization for wireless communication with rotary-wing
-   UAV", IEEE Transactions on Wireless Communications, 2019, eq (12).
-"""
+"""The power of a rotary wing over its air speed from steady level flight."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +9,7 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.calibration import csv
 from optuav.calibration.fit import Fit, Panel, estimate, finished
-from optuav.errors import Fault, refuse
-from optuav.mission.messages import paths_of
+from optuav.errors import refuse
 from optuav.physics.rotary_wing import PowerCoefficients, power
 
 LEAST_SPEEDS = 6
@@ -67,11 +59,9 @@ def fit_rotary_wing(files: str | Path | Iterable[str | Path]) -> Fit:
     >>> [value.key for value in fitted.values][2:4]
     ['flight.induced_speed_m_s', 'flight.tip_speed_m_s']
     """
-    paths = paths_of(files, "files")
-    tables = csv.read_all(paths, [LOG], _checked)
-    speed, drawn_W = (
-        np.concatenate([table.numbers[name] for table in tables]) for name in ("speed", "power")
-    )
+    sources, tables = csv.read_all(files, [LOG], _checked)
+    parts = [(table.numbers["speed"], table.numbers["power"]) for table in tables]
+    speed, drawn_W = map(np.concatenate, zip(*parts, strict=True))
 
     def modelled(values: Floats) -> Floats:
         return np.asarray(power(PowerCoefficients(*values), speed))
@@ -79,29 +69,17 @@ def fit_rotary_wing(files: str | Path | Iterable[str | Path]) -> Fit:
     slowest, fastest = int(np.argmin(speed)), int(np.argmax(speed))
     hover_W = float(drawn_W[slowest])
     fuselage = PARASITE * float(drawn_W[fastest]) / float(speed[fastest]) ** 3
-    starts = [
-        (BLADES * hover_W, (1.0 - BLADES) * hover_W, induced, TIP_M_S, fuselage)
-        for induced in INDUCED_M_S
-    ]
+    powers_W = BLADES * hover_W, (1.0 - BLADES) * hover_W
+    starts = [(*powers_W, induced, TIP_M_S, fuselage) for induced in INDUCED_M_S]
     estimated = estimate(KEYS, lambda values: modelled(values) - drawn_W, starts)
-    order = np.argsort(speed, kind="stable")
-    seen, fitted, at = (
-        values[order].tolist() for values in (drawn_W, modelled(estimated.values), speed)
-    )
-    panel = Panel("power", "W", seen, fitted, (), at, "air speed $V$ [m/s]")
+    seen = "power", "W", drawn_W, modelled(estimated.values)
+    panel = Panel.along(*seen, speed, "air speed $V$ [m/s]")
     doubts = dict.fromkeys(words for table in tables for words in table.doubts())
-    return finished(
-        Fit(
-            "rotary-wing",
-            tuple(map(str, paths)),
-            f"{len(speed)} points of steady level flight",
-            estimated.stated(f"fitted to {len(speed)} points"),
-            (panel,),
-            (*estimated.warnings, *doubts),
-            settings={"flight.model": "rotary-wing", "flight.efficiency": 1.0},
-            extends="relay-today",
-        )
-    )
+    data = f"{len(speed)} points of steady level flight"
+    values = estimated.stated(f"fitted to {len(speed)} points")
+    found = Fit("rotary-wing", sources, data, values, (panel,), (*estimated.warnings, *doubts))
+    settings = {"flight.model": "rotary-wing", "flight.efficiency": 1.0}
+    return finished(replace(found, settings=settings, extends="relay-today"))
 
 
 def _checked(table: csv.Measurements) -> csv.Measurements:
@@ -109,8 +87,5 @@ def _checked(table: csv.Measurements) -> csv.Measurements:
     speed, drawn_W = table.numbers["speed"], table.numbers["power"]
     faults = [*table.faults(speed < 0.0, "speed", "0 or above")]
     faults += table.faults(drawn_W <= 0.0, "power", "above 0")
-    if (speeds := len(np.unique(speed))) < LEAST_SPEEDS:
-        words = f"at least {LEAST_SPEEDS} different speeds; there are {speeds}"
-        faults.append(Fault("", "", words, table.source))
-    refuse(faults)
+    refuse([*faults, *table.few("speed", LEAST_SPEEDS)])
     return table

@@ -1,15 +1,6 @@
 """Constants of a rotor from a bench test, or from the data of propeller and motor.
 
-A bench test at steady speeds gives thrust ϱ v², current (T_f + D_f v + κ0 v²)/κ and voltage
-R i + κ v, κ = 9.5493/κ_V [1]_. Each quantity is weighted by the residuals that the fit leaves of
-it. Data sheets give the coefficients of the propeller of radius r, ϱ = C_T ρ A r² and
-κ0 = C_Q ρ A r³ with A = π r², and of the motor κ_V, R and the current I_0 that it draws without a
-load, T_f = κ I_0.
-
-References
-----------
-.. [1] F. Morbidi, R. Cano, D. Lara, "Minimum-energy path generation for a quadrotor UAV",
-   IEEE ICRA 2016.
+Each quantity of a bench is weighted by the residuals that the fit leaves of it.
 """
 
 import math
@@ -22,7 +13,6 @@ from optuav.arrays import Floats
 from optuav.calibration import csv
 from optuav.calibration.fit import Fit, Panel, Value, estimate, finished
 from optuav.errors import Fault, InputError, refuse
-from optuav.mission.messages import paths_of
 from optuav.physics import rotor
 
 LEAST_POINTS = 6
@@ -35,12 +25,8 @@ MOTOR = {"velocity_constant": "velocity constant", "resistance": "resistance"}
 MOTOR |= {"no_load_current": "current"}
 SHEET = csv.Format(PROPELLER | {"air_density": "density"} | MOTOR, tuple(MOTOR))
 KEYS = (
-    "lift_coefficient_N_s2_rad2",
-    "velocity_constant_rpm_V",
-    "resistance_ohm",
-    "friction_torque_Nm",
-    "viscous_damping_Nm_s_rad",
-    "drag_coefficient_Nm_s2_rad2",
+    *("lift_coefficient_N_s2_rad2", "velocity_constant_rpm_V", "resistance_ohm"),
+    *("friction_torque_Nm", "viscous_damping_Nm_s_rad", "drag_coefficient_Nm_s2_rad2"),
 )
 """Keys of [rotor] that a bench measures."""
 QUANTITIES = {"thrust": "N", "current": "A", "voltage": "V"}
@@ -54,7 +40,7 @@ def fit_rotor(files: str | Path | Iterable[str | Path]) -> Fit:
 
     At a steady speed v the thrust is ϱ v², the current (T_f + D_f v + κ0 v²)/κ and the voltage
     R i + κ v, κ = 9.5493/κ_V [1]_; data sheets give ϱ = C_T ρ A r², κ0 = C_Q ρ A r³ with A = π r²,
-    and T_f = κ I_0.
+    and T_f = κ I_0 with the current I_0 that the motor draws without a load.
 
     Parameters
     ----------
@@ -91,9 +77,7 @@ def fit_rotor(files: str | Path | Iterable[str | Path]) -> Fit:
     ...     optuav.fit_rotor([file]).changes["rotor.lift_coefficient_N_s2_rad2"]
     3.830471e-06
     """
-    paths = paths_of(files, "files")
-    sources = tuple(map(str, paths))
-    tables = csv.read_all(paths, [BENCH, SHEET], _checked)
+    sources, tables = csv.read_all(files, [BENCH, SHEET], _checked)
     sheets = [table for table in tables if "radius" in table.numbers]
     if sheets and len(tables) > 1:
         words = "bench tests, or one file of propeller and motor data, not both"
@@ -106,12 +90,10 @@ def _checked(table: csv.Measurements) -> csv.Measurements:
     faults = list[Fault]()
     for name, values in table.numbers.items():
         faults += table.faults(values <= 0.0, name, "above 0")
-    lines, speeds = len(table.lines), len(np.unique(table.numbers.get("speed", [])))
-    if "radius" in table.numbers and lines > 1:
+    if "radius" in table.numbers and (lines := len(table.lines)) > 1:
         faults.append(Fault("lines", f"{lines}", "1: a single propeller", table.source))
-    if "speed" in table.numbers and speeds < LEAST_POINTS:
-        words = f"at least {LEAST_POINTS} different speeds; there are {speeds}"
-        faults.append(Fault("", "", words, table.source))
+    if "speed" in table.numbers:
+        faults += table.few("speed", LEAST_POINTS)
     refuse(faults)
     return table
 
@@ -163,32 +145,24 @@ def _from_bench(sources: tuple[str, ...], tables: list[csv.Measurements]) -> Fit
             left = float(np.sqrt(np.mean((part / weights[name]) ** 2)))
             weights[name] = 1.0 / max(left, LEAST_RESIDUAL * largest[name])
         estimated = estimate(keys, residuals, [estimated.values.tolist()])
-    fitted, order, panels = _model(estimated.values, speed), np.argsort(speed, kind="stable"), []
-    for name, unit in QUANTITIES.items():
-        seen, modelled = measured[name][order].tolist(), fitted[name][order].tolist()
-        at_words = "speed of the rotor $v$ [rad/s]"
-        panels.append(Panel(name, unit, seen, modelled, (), speed[order].tolist(), at_words))
+    fitted, at_words = _model(estimated.values, speed), "speed of the rotor $v$ [rad/s]"
+    panels = (
+        Panel.along(name, unit, measured[name], fitted[name], speed, at_words)
+        for name, unit in QUANTITIES.items()
+    )
     doubts = [words for table in tables for words in table.doubts()]
     per_W = largest["thrust"] / (largest["current"] * largest["voltage"])
     doubts += csv.unit_doubts("the thrust per power", per_W, "thrust", "force", THRUST_PER_POWER)
     fastest = Value("rotor.max_speed_rad_s", largest["speed"], "fastest point of the bench")
-    return Fit(
-        "rotor",
-        sources,
-        f"{count} points of a bench test at steady speed",
-        (*estimated.stated(f"fitted to {count} points"), fastest),
-        tuple(panels),
-        (*estimated.warnings, *dict.fromkeys(doubts)),
-    )
+    values = (*estimated.stated(f"fitted to {count} points"), fastest)
+    data, warnings = f"{count} points of a bench test at steady speed", dict.fromkeys(doubts)
+    return Fit("rotor", sources, data, values, tuple(panels), (*estimated.warnings, *warnings))
 
 
 def _model(values: Floats, speed_rad_s: Floats) -> dict[str, Floats]:
     """Thrust [N], current [A] and voltage [V] at steady speeds."""
-    motor = rotor.Motor(
-        **dict(zip(KEYS, values, strict=True)), inertia_kg_m2=0.0, max_speed_rad_s=math.inf
-    )
-    return {
-        "thrust": motor.lift_coefficient_N_s2_rad2 * speed_rad_s**2,
-        "current": rotor.current(motor, speed_rad_s),
-        "voltage": rotor.voltage(motor, speed_rad_s),
-    }
+    constants = dict(zip(KEYS, values, strict=True))
+    motor = rotor.Motor(**constants, inertia_kg_m2=0.0, max_speed_rad_s=math.inf)
+    current_A, voltage_V = rotor.current(motor, speed_rad_s), rotor.voltage(motor, speed_rad_s)
+    thrust_N = motor.lift_coefficient_N_s2_rad2 * speed_rad_s**2
+    return {"thrust": thrust_N, "current": current_A, "voltage": voltage_V}

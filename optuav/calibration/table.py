@@ -22,31 +22,16 @@ from optuav.calibration.fit import Fit, Panel, Role, estimate, rounded
 from optuav.errors import Fault, InputError, collected, refuse
 from optuav.mission import Mission, load, shipped
 from optuav.mission.files import beside, label, read_toml
-from optuav.mission.messages import (
-    OTHER,
-    TYPES,
-    counted,
-    nearest,
-    no_building,
-    number,
-    paths_of,
-    shown,
-)
-from optuav.mission.schema import Number, short
+from optuav.mission.messages import counted, nearest, no_building, number, paths_of, shown, worded
+from optuav.mission.schema import Number
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
 from optuav.network.timeline import route_phases
 from optuav.options import ORDERS, Order
 
-Cell = Literal[
-    "flight_time_s",
-    "mission_time_s",
-    "battery_percent",
-    "energy_percent",
-    "adjusted_percent",
-    "flight_voltage_V",
-    "hover_voltage_V",
-]
+Time = Literal["flight_time_s", "mission_time_s"]
+Charge = Literal["battery_percent", "energy_percent", "adjusted_percent"]
+Cell = Literal[Time, Charge, "flight_voltage_V", "hover_voltage_V"]
 """Quantities that a row may state: times, charge left by perspective, mean voltages."""
 UNITS = {"s": "s", "percent": "%", "V": "V"}
 Positive = Annotated[float, Number("-", gt=0)]
@@ -188,7 +173,7 @@ def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
         return np.nan_to_num(left, nan=IMPOSSIBLE)
 
     free, tied = table.stated.free, table.stated.tied
-    starts = [tuple(scale * value for value in free.values()) for scale in SCALES]
+    starts = [[scale * value for value in free.values()] for scale in SCALES]
     estimated = estimate(tuple(free), residuals, starts, spread=1.0)
     mission = table.with_values(estimated.values.tolist())
     computed = table.computed(estimated.values.tolist()).tolist()
@@ -199,36 +184,27 @@ def fit_table(files: str | Path | Iterable[str | Path]) -> Fit:
     keys = [(each.quantity, each.observed, round(value, DIGITS)) for each, value in pairs]
     different, count = set(compress(keys, fits)), int(fits.sum())
     roles: list[Role] = [
-        "fitted" if each.fits else "repeat" if key in different else "predicted"
-        for key, each in zip(keys, table.numbers, strict=True)
+        "fitted" if fit else "repeat" if key in different else "predicted"
+        for key, fit in zip(keys, fits, strict=True)
     ]
     warnings = [*estimated.warnings]
     if missed := sum(n.fits and abs(value - n.observed) > n.resolution for n, value in pairs):
         words = f"{missed} of {count} numbers are missed by more than their rounding"
         warnings.append(f"the values do not meet the table: {words}")
     if again := count - len(different):
-        warnings.append(
-            f"{counted(again, 'number')} to be fitted repeat{'s' * (again == 1)} another: state it "
-            "as a check, or the intervals are too narrow"
-        )
-    products = {
-        key: rounded(value_of(mission, key))
-        for key, factors in tied.items()
-        if not set(factors) & set(estimated.undetermined)
-    }
-    fitted = counted(count, "number")
+        repeat = f"{counted(again, 'number')} to be fitted repeat{'s' * (again == 1)} another"
+        warnings.append(f"{repeat}: state it as a check, or the intervals are too narrow")
+    blind = {*estimated.undetermined}
+    sure = [key for key, factors in tied.items() if blind.isdisjoint(factors)]
+    settings = {**table.stated.known, **{key: rounded(value_of(mission, key)) for key in sure}}
+    fitted, predicted = counted(count, "number"), f"{roles.count('predicted')} predicted"
     repeated = f", {roles.count('repeat')} repeated" if "repeat" in roles else ""
-    return Fit(
-        "table",
-        (str(paths[0]),),
-        f"{fitted} of the table fitted by {counted(len(free), 'free key')}{repeated}, "
-        f"{roles.count('predicted')} predicted",
-        estimated.stated(f"fitted to {fitted} of the table"),
-        tuple(_panels(pairs, roles)),
-        tuple(warnings),
-        settings={**table.stated.known, **products},
-        extends=table.base,
+    data = (
+        f"{fitted} of the table fitted by {counted(len(free), 'free key')}{repeated}, {predicted}"
     )
+    values = estimated.stated(f"fitted to {fitted} of the table")
+    parts = data, values, tuple(_panels(pairs, roles)), tuple(warnings)
+    return Fit("table", (str(paths[0]),), *parts, settings=settings, extends=table.base)
 
 
 def quantities(flown: Network, row: FlownAs) -> dict[Cell, float]:
@@ -240,9 +216,8 @@ def quantities(flown: Network, row: FlownAs) -> dict[Cell, float]:
     battery, hover = mission.battery, vehicle.hover_load(mission)
     capacity_As = float(vehicle.pool(mission).capacity_As)
     nominal_J = capacity_As * battery.nominal_voltage_V
-    charge_As, energy_J, time_s = (
-        dict.fromkeys(("flight", "hover", "rest"), 0.0) for _ in range(3)
-    )
+    kinds = ("flight", "hover", "rest")
+    charge_As, energy_J, time_s = (dict.fromkeys(kinds, 0.0) for _ in range(3))
     for phase in route_phases(flown, itinerary, row.hover_time_s, row.rest_time_s):
         charge_As[phase.kind] += float(phase.charge_As)
         energy_J[phase.kind] += float(phase.energy_J)
@@ -282,15 +257,12 @@ def _panels(pairs: Sequence[tuple[TableNumber, float]], roles: Sequence[Role]) -
     """One panel a quantity that the table has."""
     rows = [(printed, value, role) for (printed, value), role in zip(pairs, roles, strict=True)]
     for quantity in get_args(Cell):
-        of_quantity = [
-            (n.observed, value, n.row, role) for n, value, role in rows if n.quantity == quantity
-        ]
-        if of_quantity:
+        own = [(n.observed, x, n.row, role) for n, x, role in rows if n.quantity == quantity]
+        if own:
             words, _, unit = quantity.rpartition("_")
-            observed, computed, names, kinds = zip(*of_quantity, strict=True)
-            yield Panel(
-                words.replace("_", " "), UNITS[unit], observed, computed, names, roles=kinds
-            )
+            observed, computed, names, kinds = zip(*own, strict=True)
+            heads = words.replace("_", " "), UNITS[unit]
+            yield Panel(*heads, observed, computed, names, roles=kinds)
 
 
 def read_table(path: Path) -> ResultsTable:
@@ -313,12 +285,8 @@ def read_table(path: Path) -> ResultsTable:
         faults += [Fault(f"tied.{key}", shown(label), words) for label in unknown]
     if not content.rows:
         faults.append(Fault("rows", "", "tables [[rows]] with name, given, fit, check"))
-    base = (
-        content.mission
-        if content.mission in shipped()
-        else str(beside(path.parent, content.mission))
-    )
-    mission = None
+    base, mission = content.mission, None
+    base = base if base in shipped() else str(beside(path.parent, base))
     with collected(faults):
         known = {**content.known, **free, **dict.fromkeys(tied, 1.0)}
         mission = tie(load(base).replace(known), tied)
@@ -356,9 +324,7 @@ def _valid(document: dict[str, Any]) -> tuple[ResultsFile, list[Fault]]:
         table: Any = document
         for part in place:
             table = table[part]
-        value, limits = shown(table.pop(last)), detail.get("ctx", {}).items()
-        words = TYPES.get(detail["type"], OTHER)
-        words = words.format(**{k: short(x) if isinstance(x, float) else x for k, x in limits})
+        value, words = shown(table.pop(last)), worded(detail)
         if detail["type"] == "extra_forbidden":
             known = (ResultsRow if place else ResultsFile).model_fields
             words = f"unknown key{nearest(str(last), known)}"
@@ -388,6 +354,6 @@ def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
     """Tables within tables as dotted keys."""
     found: dict[str, Any] = {}
     for key, value in table.items():
-        flat = _flat(value, f"{before}{key}.") if isinstance(value, dict) else None
-        found |= {f"{before}{key}": value} if flat is None else flat
+        name = f"{before}{key}"
+        found |= _flat(value, f"{name}.") if isinstance(value, dict) else {name: value}
     return found

@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element
 
 from optuav.diagnosis.infeasibility import Certificate
 from optuav.diagnosis.sentences import binding, binding_moments
-from optuav.diagnosis.wording import UNDECIDED, name, sentence, signed, with_unit
+from optuav.diagnosis.wording import UNDECIDED, name, sentence, signed, valued, with_unit
 from optuav.markup import folded, pairs, paragraph, shown, table
 
 if TYPE_CHECKING:
@@ -30,16 +30,8 @@ def _optimum(explained: Explanation) -> Iterator[Element]:
     said = binding(explained) or f"{', '.join(plan.binding) or 'nothing'} binds"
     yield paragraph(f"{stays}: {said[0].lower()}{said[1:].removesuffix('.')}", good=True)
     yield from map(paragraph, filter(None, [binding_moments(explained)]))
-    rows = [
-        (
-            e.words,
-            e.label,
-            e.statement,
-            e.figures,
-            "binds" if e.binds else with_unit(e.slack, e.unit),
-        )
-        for e in sorted(sides, key=lambda side: not side.binds)
-    ]
+    ordered = sorted(sides, key=lambda side: not side.binds)
+    rows = [(e.words, e.label, e.statement, e.figures, e.spare) for e in ordered]
     titles = ("limit", "constraint", "as stated", "in numbers", "to spare")
     well = "; y1_k is the charge in the available well after step k"
     shows_well = any(e.step is not None and e.statement for e in sides)
@@ -47,25 +39,20 @@ def _optimum(explained: Explanation) -> Iterator[Element]:
     yield folded(head, table(titles, rows))
     if explained.bound is not None:
         yield folded("Proof that nothing is better", _sum(explained.bound))
-    worth = [
-        (name(e), f"{e.symbol} = {with_unit(e.value, e.unit)}", signed(e.less), signed(e.more))
-        for e in sorted(explained.prices, key=lambda price: not price.matters)
-    ]
-    if worth:
+    if prices := sorted(explained.prices, key=lambda price: not price.matters):
+        worth = [(name(e), valued(e), signed(e.less), signed(e.more)) for e in prices]
         priced = (e for e in explained.prices if e.matters and e.solved_again and not e.at_edge)
         again = [paragraph(sentence(explained, price)) for price in priced]
         again += [paragraph(f"Where it is 0, {UNDECIDED}")] if explained.more_stops_open else []
-        heads = ("parameter", "value", "less", "more")
         head = f"Prices: {explained.objective} per unit of a parameter, the others held"
+        heads = ("parameter", "value", "less", "more")
         yield folded(head, table(heads, worth), *again, is_open=True)
-    percents = [
-        (row.key, with_unit(row.value, row.unit), *map(signed, (row.less, row.more)))
-        for row in explained.key_prices
-    ]
-    if percents:
-        heads = ("key", "value", "1 % less", "1 % more")
+    if keys := explained.key_prices:
+        percents = [
+            (e.key, with_unit(e.value, e.unit), signed(e.less), signed(e.more)) for e in keys
+        ]
         head = f"Keys of flight and beam: {explained.objective} by a percent, solved again"
-        yield folded(head, table(heads, percents))
+        yield folded(head, table(("key", "value", "1 % less", "1 % more"), percents))
 
 
 def _no_plan(explained: Explanation) -> Iterator[Element]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -151,7 +150,7 @@ def explain(
 
 
 def _noted(question: MissionQuestion, explained: Explanation) -> Explanation:
-    """Return the explanation with a note if more stops may gain more."""
+    """Add a note to the explanation if more stops may gain more."""
     if not explained.more_stops_open or question.stated.p1.hover_point != "w_U":
         return explained
     note = not_excluded(question.stated, question.mission)
@@ -204,10 +203,10 @@ def _refuse_options(
     subject: str, options: Mapping[str, Any], graph: Graph | None, **more: Any
 ) -> None:
     """Raise `InputError` for options that the subject has itself."""
-    options_of_all = {**more, **options, "graph": graph}
-    if given := [name for name, value in options_of_all.items() if value is not None]:
+    every = {**more, **options, "graph": graph}
+    if given := ", ".join(name for name, value in every.items() if value is not None):
         words = f"a {subject} has its own options"
-        raise InputError(f"{', '.join(given)}: {words}; explain its mission to change them")
+        raise InputError(f"{given}: {words}; explain its mission to change them")
 
 
 def _of_plan(plan: Plan) -> dict[str, Any]:
@@ -364,10 +363,9 @@ def _optimum(
 
 def _objective(model: Model) -> str:
     """Name the objective, with its unit if all its terms have the same."""
-    goal = model.objective
+    goal, names = model.objective, {"hover_time_s": "hover", "rest_time_s": "rest"}
     units = {leaf.unit for leaf in leaves(goal)}
     unit = f"{units.pop()} " if len(units) == 1 and units != {"1"} else ""
-    names = {"hover_time_s": "hover", "rest_time_s": "rest"}
     known = names.get(goal.name) if isinstance(goal, Variable) else None
     return f"{unit}of {known or Text().write(goal)}"
 
@@ -375,27 +373,27 @@ def _objective(model: Model) -> str:
 def _sides(program: Program, part: Part, entry: int, values: dict[str, float]) -> Iterator[Side]:
     """The constraints with unknowns or own parameters; others compare figures of the mission."""
     way = program.network.route_names(int(part.routes[entry]))
-    labels = words(
-        program.network, part, entry, [relation.label for relation in relations(part.model)]
-    )
+    plain = [relation.label for relation in relations(part.model)]
+    labels = words(program.network, part, entry, plain)
     for label, row in zip(labels, evaluated(part.model, values), strict=True):
         constraint, slack, right = row.constraint, float(row.slack), float(row.right)
+        kind, moment = kind_of(constraint), constraint.moment
         has_own = any(map(is_own, parameters_in(constraint)))
         if not (has_own or has_unknowns(*constraint.relation.sides)):
             continue
         notation = Text()
         statement = notation.write(constraint.relation).replace(notation.after, " ")
         yield Side(
-            label=label,
-            unit=row.unit,
-            statement=statement if len(statement) <= LONGEST else "",
-            left=float(row.left),
-            sense=Text.senses[row.sense],
-            right=right,
-            slack=slack,
-            binds=math.isclose(slack, 0.0, abs_tol=1e-6 * max(1.0, abs(right))),
-            kind=kind_of(constraint),
+            label,
+            row.unit,
+            statement if len(statement) <= LONGEST else "",
+            float(row.left),
+            Text.senses[row.sense],
+            right,
+            slack,
+            binds=abs(slack) <= 1e-6 * max(1.0, abs(right)),
+            kind=kind,
             step=constraint.step,
-            in_flight=isinstance(constraint.moment, StepEnd) and not constraint.moment.stay,
-            words=limit(kind_of(constraint), constraint.moment, way, label),
+            in_flight=isinstance(moment, StepEnd) and not moment.stay,
+            words=limit(kind, moment, way, label),
         )

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from formulations.parameters import QUANTITIES
+from formulations.soc import LABELS
 from optuav.arrays import Values
 from optuav.engines import bracket
 from optuav.engines.linear_form import linear_form
@@ -46,8 +47,6 @@ MOST_ROUTES = 100
 """Routes of a declaration whose conflicts are examined: those with the shortest flights."""
 DUST = 1e-9  # Share of its scale below which a number is printed as 0
 FAR_S = 1e4  # How far times are followed where no constraint bounds them [s]
-BROKEN = {"dry": "dry", "past full": "past full"}
-"""State of the available well where a limit of it does not hold, by the limit's kind."""
 
 Coefficients = Mapping[str, Fraction]  # By symbol of the unknown, exact, without zeros
 
@@ -192,8 +191,8 @@ def certificates(
         if weights is None:
             return
         used = [row for row, weight in zip(rows, weights, strict=True) if weight]
-        first = next(filter(None, weights))  # only the ratios count
-        scaled = zip(used, filter(None, weights), strict=True)
+        first, *_ = positive = [*filter(None, weights)]  # only the ratios count
+        scaled = zip(used, positive, strict=True)
         yield Certificate(tuple(replace(row, multiplier=y / first) for row, y in scaled))
         named = [row for row in used if row.parameters] or used
         rows = [row for row in rows if not any(row is other for other in named)]
@@ -235,7 +234,7 @@ def parameters_in(constraint: Constraint) -> tuple[Parameter, ...]:
 
 def is_own(parameter: Parameter) -> bool:
     """Return whether a user's formulation adds a parameter that no quantity of a mission is."""
-    ours = parameter.key or any(parameter.name == quantity.name for quantity in QUANTITIES)
+    ours = parameter.key or parameter.name in {quantity.name for quantity in QUANTITIES}
     return parameter.varies and not ours
 
 
@@ -245,10 +244,8 @@ def inequalities(model: Model, parameters: Values, slot_s: float | None = None) 
     symbols = [variable.symbol for variable in model.variables]
     # An equality gives two rows of the linear form.
     constraints = [relation for relation in relations(model) for _ in relation.relation.signs]
-    rows = []
-    for constraint, normal, limit in zip(
-        constraints, form.normals[..., 0].tolist(), form.limits[:, 0].tolist(), strict=True
-    ):
+    rows, normals, limits = [], form.normals[..., 0].tolist(), form.limits[:, 0].tolist()
+    for constraint, normal, limit in zip(constraints, normals, limits, strict=True):
         if np.isfinite([*normal, limit]).all():
             numbers = zip(symbols, map(Fraction, normal), strict=True)
             factors = {symbol: factor for symbol, factor in numbers if factor}
@@ -257,11 +254,8 @@ def inequalities(model: Model, parameters: Values, slot_s: float | None = None) 
             rows.append(Row(constraint.label, names, keys, factors, Fraction(limit)))
     for variable in model.variables:
         if slot_s is not None and variable.first_slot > 0:
-            label, least_s = (
-                f"first slot of {variable.symbol}",
-                Fraction(variable.first_slot * slot_s),
-            )
-            rows.append(Row(label, (), (), {variable.symbol: Fraction(-1)}, -least_s))
+            symbol, least_s = variable.symbol, Fraction(variable.first_slot * slot_s)
+            rows.append(Row(f"first slot of {symbol}", (), (), {symbol: Fraction(-1)}, -least_s))
     return rows
 
 
@@ -291,11 +285,8 @@ def combination(
         entering = next((j for j in range(count) if rows[-1][j] > 0), None)
         if entering is None:
             return None
-        leaving = min(
-            (row[count] / row[entering], basis[k], k)
-            for k, row in enumerate(rows[:-1])
-            if row[entering] > 0
-        )[2]
+        rising = [(k, row) for k, row in enumerate(rows[:-1]) if row[entering] > 0]
+        *_, leaving = min((row[count] / row[entering], basis[k], k) for k, row in rising)
         basis[leaving] = entering
         pivot = [x / rows[leaving][entering] for x in rows[leaving]]
         rows = [[x - r[entering] * y for x, y in zip(r, pivot, strict=True)] for r in rows]
@@ -405,11 +396,11 @@ def _clash(program: Program, part: Part, entry: int, meeting: Sequence[Constrain
     sides = evaluated(meeting, {**row, **{variable.name: 0.0 for variable in model.variables}})
     broken = []
     for label, side in zip(labels, sides, strict=True):
-        moment, kind = known.get(side.label), BROKEN.get(side.constraint.kind)
+        moment, kind = known.get(side.label), side.constraint.kind
         of_well = f"the available well would be {kind} {moment}"
         compared = f"{label}: {side.left:.6g} {side.sense} {side.right:.6g} would be false"
         if not side.satisfied:
-            broken.append(of_well if moment and kind else compared)
+            broken.append(of_well if moment and kind in LABELS else compared)
     keys = dict.fromkeys(p.key for one in meeting for p in parameters_in(one) if p.key)
     far_s = FAR_S
     with suppress(InputError):  # the times are not bounded

@@ -79,11 +79,8 @@ def key_prices(question: Question, network: Network) -> tuple[KeyPrice, ...]:
     change[np.abs(change) < NEGLIGIBLE] = 0.0
     valid = [_valid(mission, dict(zip(columns, row, strict=True))) for row in values[1:].tolist()]
     change[np.logical_not(valid)] = np.nan
-    sides = zip(keys, *change.reshape(2, -1).tolist(), strict=True)
-    rows = (
-        KeyPrice(key.name, "1" if key.unit == "-" else key.unit, key.now, less, more)
-        for key, less, more in sides
-    )
+    units = ("1" if key.unit == "-" else key.unit for key in keys)
+    rows = map(KeyPrice, columns, units, now.tolist(), *change.reshape(2, -1).tolist())
     return tuple(sorted(rows, key=lambda row: -row.size))
 
 

@@ -91,43 +91,33 @@ class Price:
 
 
 def prices(
-    program: Program,
-    solutions: Sequence[Solution],
-    chosen: tuple[int, int],
-    *,
-    brief: bool = False,
+    program: Program, solutions: Sequence[Solution], chosen: tuple[int, int], *, brief: bool = False
 ) -> tuple[Price, ...]:
     """Shadow prices of the winning programme; where routes tie, of the best of them on either side.
 
-    In brief, steps are solved again only for parameters whose price is not 0 on both sides.
-
     Chosen are part and entry of the best answer with continuous times. Parameters that are compared
-    with figures of the mission only, as the altitude of the hover point, have no price.
+    with figures of the mission only, as the altitude of the hover point, have no price. In brief,
+    steps are solved again only for parameters whose price is not 0 on both sides.
     """
     model, rates = program.parts[chosen[0]].model, program.shadow_prices(solutions)
     parameters = [parameter for parameter in _moving(model) if parameter.name in rates]
     keys = stated_keys(program.network.mission).values()
     known = {(key.name, key.unit.replace("-", "1")): key for key in keys}
     known_keys = [known.get((parameter.key, parameter.unit)) for parameter in parameters]
-    row = model.row(chosen[1])
-    steps = [
-        _step(p, key, float(row[p.name])) for p, key in zip(parameters, known_keys, strict=True)
-    ]
+    row, keyed = model.row(chosen[1]), zip(parameters, known_keys, strict=True)
+    steps = [_step(p, key, float(row[p.name])) for p, key in keyed]
     again = [not brief or any(rates[p.name]) for p in parameters]
     pairs = [*compress(zip(parameters, steps, strict=True), again)]
     moved = [(p, sign * step) for sign in (1, -1) for p, step in pairs]
     changes = np.full((len(parameters), 2), np.nan)
     changes[again] = _effects(program, solutions, chosen, moved).reshape(2, -1).T
-    rows = []
-    for parameter, key, step, change in zip(
-        parameters, known_keys, steps, changes.tolist(), strict=True
-    ):
-        rate, is_open = rates[parameter.name], bool(np.isnan(change).any())
+    rows, columns = [], (parameters, known_keys, steps, changes.tolist())
+    for p, key, step, change in zip(*columns, strict=True):
+        rate, is_open = rates[p.name], bool(np.isnan(change).any())
         both = zip((rate.more, rate.less), change, strict=True)
         gain, loss = (math.nan if is_open or math.isnan(side) else again for side, again in both)
-        what = parameter.name, parameter.symbol, parameter.unit, key.name if key else ""
-        value = float(row[parameter.name])
-        rows.append(Price(*what, value, rate.less, rate.more, step, gain, loss, not is_open))
+        what = p.name, p.symbol, p.unit, key.name if key else "", float(row[p.name])
+        rows.append(Price(*what, rate.less, rate.more, step, gain, loss, not is_open))
     return tuple(sorted(rows, key=lambda each: not each.key))
 
 
@@ -138,11 +128,7 @@ def _moving(model: Model) -> list[Parameter]:
     sides = [constraint.relation.sides for constraint in model.constraints]
     trees += [side for both in sides if has_unknowns(*both) for side in both]
     names = {leaf.name for leaf in leaves(*trees)}
-    return [
-        parameter
-        for parameter in model.parameters.values()
-        if parameter.name in names or is_own(parameter)
-    ]
+    return [p for p in model.parameters.values() if p.name in names or is_own(p)]
 
 
 def _step(parameter: Parameter, key: Key | None, value: float) -> float:
@@ -190,10 +176,8 @@ def _effects(
         solution_moved = AGAIN[solution.engine](part.model, math.prod(shape), columns)
         table = (part.model.towards * solution_moved.objective).reshape(shape)
         best = np.fmax(best, np.fmax.reduce(table, axis=1, initial=-np.inf))
-        unclear = [
-            status in (Status.FEASIBLE, Status.UNKNOWN) for status in solution_moved.statuses
-        ]
-        is_open |= np.reshape(unclear, shape).any(axis=1)
+        unclear = np.isin(solution_moved.statuses, [Status.FEASIBLE, Status.UNKNOWN])
+        is_open |= unclear.reshape(shape).any(axis=1)
     before = float(solutions[chosen[0]].objective[chosen[1]])
     change = program.parts[chosen[0]].model.towards * best - before
     exact = all(solution.engine == closed_form.NAME for solution in solutions)

@@ -155,26 +155,32 @@ def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
     mission = question.mission
     if feasible([question.case(mission)])[0]:
         return ()
-    changes_found = []
-    rule, hover_m = mission.flight.obstacle_rule, mission.route.hover_m
-    for name, now, values in (
-        ("flight.obstacles", rule, ("over", "ignore")),
-        ("route.hover_m", hover_m, (None,)),
-    ):
-        for value in values if now not in values[-1:] else ():
-            if now != value and feasible([question.case(mission.replace({name: value}))])[0]:
-                changes_found.append(Repair(name, now, "==", value, None, 0.0))
-                break
     keys = stated_keys(mission).items()
     moved = [*_own(question)]
     moved += (key for name, key in keys if name.partition(".")[0] in TABLES and "[" not in name)
     moved += (key for name, key in keys if name.startswith("wind.") and key.now)
     ways = [(key, sign) for key in moved for sign in (1, -1)]
-    changes_found += searched(ways, partial(_repaired, question)).values()
-    places = {
-        repair: [not repair.key.startswith(name) for name in PLANNED] for repair in changes_found
-    }
-    return tuple(sorted(changes_found, key=lambda e: ("." in e.key, places[e], e.size, e.key)))
+    changes = [*_switched(question), *searched(ways, partial(_repaired, question)).values()]
+
+    def rank(repair: Repair) -> tuple[bool, list[bool], float, str]:
+        planned = [not repair.key.startswith(name) for name in PLANNED]
+        return "." in repair.key, planned, repair.size, repair.key
+
+    return tuple(sorted(changes, key=rank))
+
+
+def _switched(question: MissionQuestion) -> Iterator[Repair]:
+    """Yield the first other value of each switch that repairs."""
+    mission = question.mission
+    switches: tuple[tuple[str, Value, tuple[str | None, ...]], ...] = (
+        ("flight.obstacles", mission.flight.obstacle_rule, ("over", "ignore")),
+        ("route.hover_m", mission.route.hover_m, (None,)),
+    )
+    for name, now, values in switches:
+        for value in values if now not in values[-1:] else ():
+            if now != value and feasible([question.case(mission.replace({name: value}))])[0]:
+                yield Repair(name, now, "==", value, None, 0.0)
+                break
 
 
 def outward(key: Key, sign: int) -> Iterator[float]:
@@ -268,14 +274,8 @@ def search(key: Key, sign: int) -> Search:
     if not all(repair):
         bad = repair.index(False)
         end = yield from _edge(key, -sign, further[bad], further[bad - 1])
-    return Repair(
-        key=key.name,
-        now=key.now,
-        comparison=">=" if sign > 0 else "<=",
-        value=int(value) if key.whole else value,
-        up_to=end[0] if end else None,
-        resolution=10.0**digit,
-    )
+    value, up_to = int(value) if key.whole else value, end[0] if end else None
+    return Repair(key.name, key.now, ">=" if sign > 0 else "<=", value, up_to, 10.0**digit)
 
 
 def _edge(
@@ -383,9 +383,8 @@ def _continuous(question: Question, model: Model, count: int) -> Booleans:
 def _meetable(model: Model, slot_s: float) -> Booleans:
     """Test whether whole slots can add up to the required sums of unknowns, by programme."""
     possible = np.array(True)
-    for relation in (
-        constraint.relation for constraint in model.constraints if constraint.relation.sense == "=="
-    ):
+    relations = (constraint.relation for constraint in model.constraints)
+    for relation in (each for each in relations if each.sense == "=="):
         with suppress(NotAffineError):
             form, _ = excess(relation, {})
             if all(np.all(coefficient == 1.0) for coefficient in form.coefficients.values()):

@@ -10,7 +10,15 @@ from optuav.diagnosis.key_prices import KeyPrice
 from optuav.diagnosis.parameter_prices import Price
 from optuav.diagnosis.repair import Repair
 from optuav.diagnosis.sentences import binding
-from optuav.diagnosis.wording import UNDECIDED, in_words, name, sentence, signed, with_unit
+from optuav.diagnosis.wording import (
+    UNDECIDED,
+    in_words,
+    name,
+    sentence,
+    signed,
+    valued,
+    with_unit,
+)
 from optuav.errors import line_width, printed, spelled
 from optuav.frames import DataFrame, frame
 from optuav.plan import Plan
@@ -49,6 +57,11 @@ class Side:
         left = number_text(self.left, max(1.0, abs(self.right)))
         return f"{left} {self.sense} {with_unit(self.right, self.unit)}"
 
+    @property
+    def spare(self) -> str:
+        """The slack, or that it binds."""
+        return "binds" if self.binds else with_unit(self.slack, self.unit)
+
 
 @dataclass(frozen=True)
 class Explanation:
@@ -62,19 +75,14 @@ class Explanation:
         Unit and name of the objective, such as ``"s of hover"``; empty without a plan.
     sense
         ``"maximise"`` or ``"minimise"``.
-    conflicts
-        Without a plan: which constraints conflict, with proofs; empty where the reasons of the
-        plan are physical.
-    repairs
-        Without a plan: single changes that make it feasible, those a planner can make first.
-    constraints
-        With a plan: the constraints of its programme.
-    bound
-        With a plan: why nothing is better; None where the programme is not linear.
-    prices
-        With a plan: the worth of the parameters of its programme.
-    key_prices
-        With a plan: what one percent of the keys of flight model, beam and drag brings.
+    conflicts, repairs
+        Without a plan: which constraints conflict, with proofs, none where the reasons are
+        physical; and single changes that make it feasible, those a planner can make first.
+    constraints, bound
+        With a plan: those of its programme, and why nothing is better, None if that is not linear.
+    prices, key_prices
+        With a plan: the worth of the parameters of its programme, and of one percent of the keys of
+        flight model, beam and drag.
     notes
         Remarks for the reader.
     more_stops_open
@@ -138,11 +146,8 @@ class Explanation:
     def to_frame(self) -> DataFrame:
         """The prices, one row a parameter; without a plan the repairs; needs pandas.
 
-        Returns
-        -------
-        DataFrame
-            Columns as the attributes of `optuav.diagnosis.parameter_prices.Price`, or as
-            `optuav.diagnosis.Repair.to_dict` has them.
+        Columns are the attributes of `optuav.diagnosis.parameter_prices.Price`, or as
+        `optuav.diagnosis.Repair.to_dict` has them.
         """
         return frame(map(asdict, self.prices) if self else (r.to_dict() for r in self.repairs))
 
@@ -151,17 +156,12 @@ class Explanation:
         plan = self.plan
         names = ["problem", "trajectory", "building", "order", "perspective", "slot_s", "proof"]
         names += ["hover_time_s", "rest_time_s", "route"] if plan else ["reasons"]
-        own_fields = (
-            ["objective", "constraints", "bound", "prices", "key_prices"]
-            if plan
-            else ["conflicts", "repairs"]
-        )
-        own_fields += ["more_stops_open", "gain_s", "doubt_costs_s", "notes"]
-        plan_fields = {name: getattr(plan, name) for name in names}
-        found: dict[str, object] = plain(
-            plan_fields | {name: getattr(self, name) for name in own_fields}
-        )
-        return {"mission": plan.mission.name, "status": plan.status.value, **found}
+        own = ["objective", "constraints", "bound", "prices", "key_prices"]
+        own = own if plan else ["conflicts", "repairs"]
+        own += ["more_stops_open", "gain_s", "doubt_costs_s", "notes"]
+        fields = {name: getattr(plan, name) for name in names}
+        fields |= {name: getattr(self, name) for name in own}
+        return {"mission": plan.mission.name, "status": plan.status.value, **plain(fields)}
 
 
 def _columns(rows: Iterable[tuple[str, ...]]) -> list[str]:
@@ -211,28 +211,21 @@ def conflict_text(conflict: Conflict, slot_s: float | None) -> Iterator[list[str
     """A conflict with its proofs, one block of lines each."""
     such_as = f"{conflict.routes} routes, such as " if conflict.routes > 1 else ""
     where = f"on {such_as}{' → '.join(conflict.route)}"
-    for certificate in conflict.proofs:
-        together = " together" if len(certificate.labels) > 1 else ""
-        keys = f" ({', '.join(certificate.keys)})" if certificate.keys else ""
-        words = (
-            f"{where}: {', '.join(map(in_words, certificate.labels))} cannot hold{together}{keys}"
-        )
-        lines = wrapped("Conflict", words)
-        if isinstance(certificate, Certificate):
-            yield [*lines, *_labelled("  proof", _columns(_in_words(certificate)))]
+    for proof in conflict.proofs:
+        together = " together" if len(proof.labels) > 1 else ""
+        keys = f" ({', '.join(proof.keys)})" if proof.keys else ""
+        named = ", ".join(map(in_words, proof.labels))
+        lines = wrapped("Conflict", f"{where}: {named} cannot hold{together}{keys}")
+        if isinstance(proof, Certificate):
+            yield [*lines, *_labelled("  proof", _columns(_in_words(proof)))]
             continue
-        if certificate.broken:
+        if proof.broken:
             even = "without" if together else "even without"
-            lines += wrapped("  there", f"{'; '.join(certificate.broken)}, {even} any stay")
-        far = (
-            ""
-            if math.isinf(certificate.far_s)
-            else f" whose sum is at most {certificate.far_s:g} s"
-        )
-        proof = f"bracketed: no times{far} satisfy them"
-        if together:
-            proof += " all, but some do if any one of them is left out"
-        yield [*lines, *wrapped("  proof", proof)]
+            lines += wrapped("  there", f"{'; '.join(proof.broken)}, {even} any stay")
+        far = "" if math.isinf(proof.far_s) else f" whose sum is at most {proof.far_s:g} s"
+        words = f"bracketed: no times{far} satisfy them"
+        words += " all, but some do if any one of them is left out" if together else ""
+        yield [*lines, *wrapped("  proof", words)]
     if not conflict.proofs:
         why = "the constraints are not linear" if slot_s is None else "only whole slots do not fit"
         yield wrapped("Conflict", f"{where}: no certificate, {why}")
@@ -250,11 +243,6 @@ def _limit(side: Side) -> str:
     return in_words(side.words or side.label)
 
 
-def _share(side: Side) -> str:
-    """Return the slack of a well's limit as a share of the capacity."""
-    return f"{number_text(side.slack)} of capacity"
-
-
 def _optimum(explained: Explanation) -> Iterator[list[str]]:
     """Return binding limits, slack, proof and prices, one block of lines each."""
     plan, sides = explained.plan, explained.constraints
@@ -266,37 +254,35 @@ def _optimum(explained: Explanation) -> Iterator[list[str]]:
     wells = [side for side in sides if side.kind in LABELS]
     others = [side for side in sides if side.kind not in LABELS]
     figures = ((_limit(other), other.figures) for other in others if other.binds)
-    names = (
-        [_limit(well) for well in wells if well.binds] if sides else [*map(in_words, plan.binding)]
-    )
+    names = [_limit(well) for well in wells if well.binds]
+    names = names if sides else [*map(in_words, plan.binding)]
     yield _labelled("Binding", _columns(figures) + _columns((name,) for name in names))
-    loose = [other for other in others if not other.binds]
-    rows = [(with_unit(e.slack, e.unit), f"{_limit(e)}: {e.figures}") for e in loose]
-    free = [well for well in wells if not well.binds]
-    rows += [(_share(row), _limit(row)) for row in free if not row.in_flight]
-    if flown := [row for row in free if row.in_flight]:  # the least stands for all
-        least = min(flown, key=lambda each: each.slack)
+    rows = [(e.spare, f"{_limit(e)}: {e.figures}") for e in others if not e.binds]
+    free = [(well, f"{number_text(well.slack)} of capacity") for well in wells if not well.binds]
+    rows += [(share, _limit(well)) for well, share in free if not well.in_flight]
+    if flown := [each for each in free if each[0].in_flight]:  # the least stands for all
+        least, share = min(flown, key=lambda each: each[0].slack)
         more = f", the least of {len(flown)} such moments" if len(flown) > 1 else ""
-        rows.append((_share(least), f"{_limit(least)}{more}"))
+        rows.append((share, f"{_limit(least)}{more}"))
     yield _labelled("To spare", _columns(rows))
     if explained.bound is not None:
         head = wrapped("Proof", "on this route no point that satisfies all of these is better:")
         yield [*head, *_columns(_in_words(explained.bound))]
     yield from _prices(explained)
-    if explained.key_prices:
-        yield _key_prices(explained)
+    yield _key_prices(explained)
 
 
 def _key_prices(explained: Explanation) -> list[str]:
     """The worth of a percent of the keys that have one, and the names of the others."""
-    worth = [row for row in explained.key_prices if row.size]
-    rows = (
-        (row.key, with_unit(row.value, row.unit), signed(float(f"{row.more:.3g}"))) for row in worth
-    )
-    without = ", ".join(row.key for row in explained.key_prices if not row.size)
+    worth = [
+        (row.key, with_unit(row.value, row.unit), signed(float(f"{row.more:.3g}")))
+        for row in explained.key_prices
+        if row.size
+    ]
     head = f"{explained.objective} by 1 % more of a key, solved again over all routes:"
-    lines = [*wrapped("One percent", head), *_columns(rows)] if worth else []
-    return [*lines, *(wrapped("No effect", without) if without else [])]
+    lines = [*wrapped("One percent", head), *_columns(worth)] if worth else []
+    without = ", ".join(row.key for row in explained.key_prices if not row.size)
+    return lines + (wrapped("No effect", without) if without else [])
 
 
 def _prices(explained: Explanation) -> Iterator[list[str]]:
@@ -308,8 +294,7 @@ def _prices(explained: Explanation) -> Iterator[list[str]]:
             rates = signed(price.more)
             if price.has_kink:
                 rates = f"{signed(price.less)} below, {rates} above"
-            figure = f"{price.symbol} = {with_unit(price.value, price.unit)}"
-            rows.append((name(price), figure, rates))
+            rows.append((name(price), valued(price), rates))
             if price.solved_again:
                 sentences += wrapped("", sentence(explained, price))
         rated = "" if all(price.solved_again for price in worth) else ", for small changes"
@@ -324,9 +309,8 @@ def _prices(explained: Explanation) -> Iterator[list[str]]:
     edges = [
         f"{word} {name(price)}"
         for price in explained.prices
-        if price.at_edge
         for word, rate in (("more", price.more), ("less", price.less))
-        if math.isinf(rate)
+        if price.at_edge and math.isinf(rate)
     ]
     if edges:
         yield wrapped("At the edge", f"nothing is feasible with {', '.join(edges)}")

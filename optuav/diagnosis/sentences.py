@@ -49,8 +49,6 @@ SYMBOLS = {
 """Limits in symbols, by role."""
 SEEN_S = 0.005  # Gain that two decimals show [s]
 WORTH = {"battery.packs": "a pack more", "limits.deadline_s": "a second more"}
-
-
 SAME = 1e-6  # Largest relative difference of equal times or charges
 
 
@@ -75,9 +73,8 @@ def verdict(plan: Plan, broken: Iterable[str] = ()) -> Verdict:
         known = [SHORT[kind] for kind in broken if kind in SHORT]
         reason = known[0] if known else IN_BRACKETS.sub("", plan.reasons[0] if plan.reasons else "")
         return Verdict("", "no plan", STATED.sub(lambda m: f"{KEYS[m[1]]} of ", reason), False)
-    # The shortest trip has no hover
     hover = f"{plan.hover_time_s:.2f} s of hover"
-    if not plan.hover_time_s:
+    if not plan.hover_time_s:  # as on the shortest trip
         hover = f"{plan.mission_time_s:.2f} s of travel"
     if plan.flyable is not False:
         return Verdict(hover, "flies" if plan.flyable else "not simulated", "", True)
@@ -186,31 +183,23 @@ def _sentence(words: str) -> str:
 
 def binding(explained: Explanation) -> str:
     """Say which limits bind and which do not; empty where that is not known."""
-    kinds = {
-        constraint.kind: False for constraint in explained.constraints if constraint.kind in NOUNS
-    }
-    kinds |= {
-        constraint.kind: True
-        for constraint in explained.constraints
-        if constraint.binds and constraint.kind in kinds
-    }
+    kinds = {side.kind for side in explained.constraints if side.kind in NOUNS}
+    binding_sides = [side for side in explained.constraints if side.binds]
+    tight = {side.kind for side in binding_sides}
     if not kinds:
         return ""
-    binds = [*dict.fromkeys(NOUNS[kind] for kind in NOUNS if kinds.get(kind))]
-    binds += dict.fromkeys(  # Constraints of a user's problem
-        constraint.label
-        for constraint in explained.constraints
-        if constraint.binds and constraint.kind not in NOUNS and constraint.kind != "bounds"
-    )
-    loose = [NOUNS[kind] for kind in ("deadline", "state of charge") if kinds.get(kind) is False]
-    if not binds:
-        words = f"neither {' nor '.join(reversed(loose))} binds"
-        words = words if len(loose) == 2 else f"{loose[0]} does not bind" if loose else ""
-        return _sentence(words)
+    binds = [*dict.fromkeys(NOUNS[kind] for kind in NOUNS if kind in tight)]
+    own = [side for side in binding_sides if side.kind not in (*NOUNS, "bounds")]
+    binds += dict.fromkeys(side.label for side in own)  # Constraints of a user's problem
+    loose = [NOUNS[kind] for kind in ("deadline", "state of charge") if kind in kinds - tight]
     if len(binds) > 1:
         words = " and ".join(bind.removeprefix("the ") for bind in binds) + " bind"
-    else:
+    elif binds:
         words = f"{binds[0]} binds" + f", {loose[0]} does not" * bool(loose)
+    elif len(loose) == 2:
+        words = f"neither {' nor '.join(reversed(loose))} binds"
+    else:
+        words = f"{loose[0]} does not bind" if loose else ""
     return _sentence(words)
 
 
@@ -222,17 +211,15 @@ def binding_moments(explained: Explanation) -> str:
 
 def worth(explained: Explanation) -> str:
     """Say what one more pack and one more second are worth, as steps that were solved again."""
-    known = {
-        price.key: price.gain for price in explained.prices if price.matters and price.solved_again
-    }
-    gains = {
-        what: known[key] for key, what in WORTH.items() if SEEN_S <= known.get(key, 0.0) < math.inf
-    }
+    known = {e.key: e.gain for e in explained.prices if e.matters and e.solved_again}
+    gains = [
+        (what, f"{gain:.{2 if gain < 1.0 else 0}f} s")
+        for key, what in WORTH.items()
+        if SEEN_S <= (gain := known.get(key, 0.0)) < math.inf
+    ]
     if not gains or explained.objective != "s of hover":
         return ""
-    (first, most), *others = (
-        (what, f"{gain:.{2 if gain < 1.0 else 0}f} s") for what, gain in gains.items()
-    )
+    (first, most), *others = gains
     also = "".join(f", {what} {gain}" for what, gain in others)
     return _sentence(f"{first} gives {most} of hover{also}")
 
@@ -257,21 +244,14 @@ def idle(explained: Explanation, network: Network) -> Iterator[tuple[str, Idle]]
             yield "limits.min_soc", Idle(limits.min_soc, left, "that much is left")
     if mission.laser is None:
         return
-    current_A, (most_A, capped_W) = (
-        mission.battery.charge_current_A,
-        laser_reach(mission, network.places),
-    )
+    power, current = "laser.power_W", "battery.charge_current_A"
+    current_A = mission.battery.charge_current_A
+    most_A, capped_W = laser_reach(mission, network.places)
     if most_A == capped_W == 0.0:
-        words = "the laser reaches no place to stay"
-        yield from (
-            (key, Idle(0.0, None, words)) for key in ("laser.power_W", "battery.charge_current_A")
-        )
+        unreached = Idle(0.0, None, "the laser reaches no place to stay")
+        yield from ((power, unreached), (current, unreached))
     elif mission.laser.power_W >= capped_W:
         words = f"the charging current caps at {current_A:g} A"
-        yield (
-            "laser.power_W",
-            Idle(capped_W, None, words if capped_W else "the mission states the current"),
-        )
+        yield power, Idle(capped_W, None, words if capped_W else "the mission states the current")
     elif most_A < current_A:
-        words = f"the laser gives {most_A:.3g} A at most"
-        yield "battery.charge_current_A", Idle(most_A, None, words)
+        yield current, Idle(most_A, None, f"the laser gives {most_A:.3g} A at most")

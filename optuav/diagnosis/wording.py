@@ -51,6 +51,11 @@ def name(price: Price) -> str:
     return price.key or price.name
 
 
+def valued(price: Price) -> str:
+    """The symbol of a parameter and its present value."""
+    return f"{price.symbol} = {with_unit(price.value, price.unit)}"
+
+
 def in_words(label: str) -> str:
     """The label of a constraint without the paper's number and symbols."""
     for pattern, words in LABELLED:
@@ -77,12 +82,12 @@ def sentence(explained: Explanation, price: Price) -> str:
         verb = gain if (value > 0.0) == (explained.sense == "maximise") else "costs"
         return f"{verb} {abs(value):.3g} {explained.objective}"
 
-    unit = "" if price.unit == "1" else UNIT_NAMES.get(price.unit, price.unit)
-    more = f"one more {unit}".rstrip()
+    unit = "" if price.unit == "1" else price.unit
+    more = f"one more {UNIT_NAMES.get(unit, unit)}".rstrip()
     if price.step != 1.0:
-        more = f"{price.step:g} {price.unit} more" if unit else f"{price.step:g} more"
-    less = f", as much less {change(price.loss)}" if price.has_kink else ""
+        more = f"{price.step:g} {unit}".rstrip() + " more"
     noun = NOUNS.get(name(price))
     more = f"{more} of {f'the {noun}' if noun else name(price)}"
     more = "one more pack" if price.key == "battery.packs" else more
+    less = f", as much less {change(price.loss)}" if price.has_kink else ""
     return f"{more} {change(price.gain)}{less}"

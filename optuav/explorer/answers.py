@@ -14,7 +14,7 @@ from optuav.arrays import Floats
 from optuav.diagnosis.explain import explain_plan
 from optuav.diagnosis.report import Explanation
 from optuav.diagnosis.sentences import Idle, curve, header, idle
-from optuav.diagnosis.wording import name, sentence, signed, with_unit
+from optuav.diagnosis.wording import name, sentence, signed, valued
 from optuav.errors import Fault, InputError, SolverError
 from optuav.explorer.pictures import picture, pictures
 from optuav.explorer.presets import presets
@@ -116,8 +116,6 @@ def _map(mission: Mission, plan: Plan) -> Data:
     """The places of a mission [m], the reach of laser and link, and the route with its stops."""
     shown = scene(mission)
     places, laser = shown.places, mission.laser
-    corners_m, count = mission.buildings.outlines()
-    rings = np.split(corners_m, np.cumsum(count))[:-1]
     lit = places.laser_sight
     lines_m, clear = shown.sight_lines()
     ends = {
@@ -137,7 +135,7 @@ def _map(mission: Mission, plan: Plan) -> Data:
                 "ring": _listed(ring),
                 "lit": bool(lit[place]),
             }
-            for place, ring in zip(places.buildings, rings, strict=True)
+            for place, ring in zip(places.buildings, shown.rings, strict=True)
         ],
         "sight": [
             {"line": _listed(line), "clear": bool(sees)}
@@ -243,14 +241,14 @@ def _reasons(explained: Explanation) -> Data:
             {
                 **{key: getattr(limit, key) for key in SHOWN},
                 "role": ROLES.get(limit.kind, "bounds"),
-                "spare": "binds" if limit.binds else with_unit(limit.slack, limit.unit),
+                "spare": limit.spare,
             }
             for limit in sorted(sides, key=lambda side: not side.binds)
         ],
         "prices": [
             {
                 "key": name(price),
-                "value": f"{price.symbol} = {with_unit(price.value, price.unit)}",
+                "value": valued(price),
                 "less": signed(price.less),
                 "more": signed(price.more),
                 "words": sentence(explained, price) if price.solved_again else "",

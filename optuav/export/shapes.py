@@ -12,21 +12,14 @@ KML = "http://www.opengis.net/kml/2.2"
 
 def geojson(course: Course) -> str:
     """A line for each flight, and a point for each stay."""
-    features = [
-        {
-            "type": "Feature",
-            "properties": {
-                **{"kind": step.kind, "place": step.place, "duration_s": step.duration_s},
-                **({"peak_speed_m_s": step.peak_speed_m_s} if step.kind == "flight" else {}),
-            },
-            "geometry": {
-                "type": "LineString" if step.kind == "flight" else "Point",
-                "coordinates": points if step.kind == "flight" else points[0],
-            },
-        }
-        for step in course.steps
-        for points in [_points(course, step)]
-    ]
+    features = []
+    for step in course.steps:
+        flies, points = step.kind == "flight", _points(course, step)
+        facts = {"kind": step.kind, "place": step.place, "duration_s": step.duration_s}
+        facts |= {"peak_speed_m_s": step.peak_speed_m_s} if flies else {}
+        shape = {"type": "Point", "coordinates": points[0]}
+        shape = {"type": "LineString", "coordinates": points} if flies else shape
+        features.append({"type": "Feature", "properties": facts, "geometry": shape})
     head = {"type": "FeatureCollection", "name": course.name, "creator": "optuav"}
     document = {**head, "notes": course.notes, "features": features}
     return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
@@ -40,9 +33,8 @@ def kml(course: Course) -> str:
     _text(document, "description", "\n".join(course.notes))
     for step in course.steps:
         mark, flies = ElementTree.SubElement(document, "Placemark"), step.kind == "flight"
-        words = (step.kind, "to" if flies else "at", step.place)
-        named = step.kind if step.kind == step.place else " ".join(words)
-        _text(mark, "name", named)
+        named = f"{step.kind} {'to' if flies else 'at'} {step.place}"
+        _text(mark, "name", step.kind if step.kind == step.place else named)
         speed = f", at most {step.peak_speed_m_s:.2f} m/s" if flies else ""
         _text(mark, "description", f"{step.duration_s:.2f} s{speed}")
         shape = ElementTree.SubElement(mark, "LineString" if flies else "Point")

@@ -72,14 +72,9 @@ def plan(course: Course) -> str:
         "geoFence": {"circles": [], "polygons": [], "version": 2},
         "rallyPoints": {"points": [], "version": 2},
         "mission": {
-            "version": 2,
-            "firmwareType": ANY_AUTOPILOT,
-            "vehicleType": QUADROTOR,
-            "cruiseSpeed": fastest_m_s,
-            "hoverSpeed": fastest_m_s,
-            "globalPlanAltitudeMode": 1,
-            "plannedHomePosition": home,
-            "items": listed,
+            **{"version": 2, "firmwareType": ANY_AUTOPILOT, "vehicleType": QUADROTOR},
+            **{"cruiseSpeed": fastest_m_s, "hoverSpeed": fastest_m_s},
+            **{"globalPlanAltitudeMode": 1, "plannedHomePosition": home, "items": listed},
         },
     }
     return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
@@ -98,8 +93,7 @@ def waypoints(course: Course) -> str:
     lines = ["QGC WPL 110", *(f"# {note}" for note in course.notes)]
     for number, (current, frame, command, parameters, *angles_and_height) in enumerate(rows):
         heading = UNUSED if command == DELAY else 0.0
-        figures = "\t".join(
-            f"{parameter:.9f}" for parameter in (*parameters, heading, *angles_and_height)
-        )
+        numbers = (*parameters, heading, *angles_and_height)
+        figures = "\t".join(f"{parameter:.9f}" for parameter in numbers)
         lines.append(f"{number}\t{current}\t{frame}\t{command}\t{figures}\t1")
     return "\n".join(lines) + "\n"

@@ -69,12 +69,7 @@ class Audit(Judged):
         return html(self, self.replay, f"{self.verdict}: {self.source}")
 
     def to_frame(self) -> DataFrame:
-        """The events, one row each; needs pandas.
-
-        Returns
-        -------
-        Columns as the attributes of `Event`.
-        """
+        """The events, one row each, with columns as the attributes of `Event`; needs pandas."""
         return frame(map(asdict, self.events), [field.name for field in fields(Event)])
 
     def to_dict(self) -> dict[str, object]:

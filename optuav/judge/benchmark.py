@@ -35,34 +35,18 @@ Asked = tuple[str, str, str]
 
 @dataclass(frozen=True)
 class Answer:
-    """The best known answer to a problem of the set.
-
-    Parameters
-    ----------
-    mission, problem, perspective
-        The question.
-    status
-        ``"optimal"`` and ``"infeasible"`` are proved; ``"feasible"`` is the best known.
-    hover_s, bound_s
-        Its hover time, and a proved bound for all plans [s]; None without a plan.
-    engine, proof
-        The engine, and the proof of the bound, or of no plan.
-    stops
-        Its stops in order.
-    reasons
-        Reasons for no plan; empty with a plan.
-    """
+    """The best known answer to a problem of the set."""
 
     mission: str
     problem: str
     perspective: str
-    status: str
-    hover_s: float | None
-    bound_s: float | None
+    status: str  # "optimal" and "infeasible" are proved; "feasible" is the best known
+    hover_s: float | None  # None without a plan, as the bound
+    bound_s: float | None  # Proved for all plans
     engine: str
-    proof: str
+    proof: str  # Of the bound, or of no plan
     stops: tuple[Stop, ...] = ()
-    reasons: tuple[str, ...] = ()
+    reasons: tuple[str, ...] = ()  # For no plan
 
     @classmethod
     def of(cls, data: dict[str, Any]) -> Answer:
@@ -80,40 +64,24 @@ def answers() -> dict[Asked, Answer]:
 
 @dataclass(frozen=True)
 class CheckedSolution:
-    """Verdict of the simulation on a solution.
+    """Verdict of the simulation on a solution."""
 
-    Parameters
-    ----------
-    answer
-        The best known answer to the same problem.
-    claimed_s, hover_s
-        The claimed hover time, and the simulated one [s]; None without one.
-    wrong
-        Why it does not hold; empty if it does.
-    verdict
-        Whether it holds, and how it compares with the best known answer, in a few words.
-    """
-
-    answer: Answer
+    answer: Answer  # The best known to the same problem
     claimed_s: float | None
-    hover_s: float | None
-    wrong: tuple[str, ...]
-    verdict: str
+    hover_s: float | None  # As simulated
+    wrong: tuple[str, ...]  # Why it does not hold; empty if it does
+    verdict: str  # In a few words, also compared with the best known answer
 
     def to_dict(self) -> dict[str, Any]:
         """The same as plain data, with the gaps to the best known value and to the bound [s]."""
         known, hover_s = self.answer, self.hover_s
         values = known.hover_s, known.bound_s
         gaps = [None if None in (x, hover_s) else (x or 0.0) - (hover_s or 0.0) for x in values]
+        question = ("mission", "problem", "perspective")
         return {
-            "mission": known.mission,
-            "problem": known.problem,
-            "perspective": known.perspective,
-            "holds": not self.wrong,
-            "verdict": self.verdict,
-            "wrong": [*self.wrong],
-            "claimed_s": self.claimed_s,
-            "hover_s": hover_s,
+            **{name: getattr(known, name) for name in question},
+            **{"holds": not self.wrong, "verdict": self.verdict, "wrong": [*self.wrong]},
+            **{"claimed_s": self.claimed_s, "hover_s": hover_s},
             **dict(zip(("best_known_s", "bound_s"), values, strict=True)),
             **dict(zip(("gap_s", "gap_to_bound_s"), gaps, strict=True)),
         }

@@ -36,6 +36,11 @@ class Stretch(NamedTuple):
     before: tuple[Wells, ...]
     held: bool = False
 
+    @property
+    def end_s(self) -> float:
+        """End, counted from take-off [s]."""
+        return self.start_s + self.duration_s
+
     def wells(self, pack: Battery, passed_s: Quantity) -> list[Wells]:
         """Wells of every pack [A s] at moments since the start [s].
 
@@ -68,15 +73,13 @@ def pooled(mission: Mission, phases: Sequence[Phase]) -> Course:
             current_A, start_s, steady_s = stage.net.current_A, stage.start_s, stage.duration_s
             if tapers and current_A > 0.0:
                 steady_s = min(_filled_s(pool, wells, current_A), steady_s)
-            parts = [(steady_s, False)]
-            if steady_s < stage.duration_s:
-                parts.append((stage.duration_s - steady_s, True))
-            for part in parts:
-                each = Stretch(place, number, start_s, part[0], (current_A,), (wells,), part[1])
-                (after,) = each.wells(pool, part[0])
+            parts = [(steady_s, False), (stage.duration_s - steady_s, True)]
+            for lasts_s, full in parts if steady_s < stage.duration_s else parts[:1]:
+                stretch = Stretch(place, number, start_s, lasts_s, (current_A,), (wells,), full)
+                (after,) = stretch.wells(pool, lasts_s)
                 wells = Wells(*map(float, after))
-                stretches.append(each)
-                start_s += part[0]
+                stretches.append(stretch)
+                start_s += lasts_s
         ends.append((wells,))
     # y1 leaves its bounds within a stretch only if it is outside at the end, so the ends decide
     # whether it does, and the first stretch that ends outside is searched for the moment.
@@ -89,11 +92,10 @@ def pooled(mission: Mission, phases: Sequence[Phase]) -> Course:
         ("full", kibam.time_to_full, ends_As > full_As + slack_As, full_As, ends_As.argmax(), over),
     ):
         if beyond.any():
-            farthest, first_beyond = stretches[int(worst)], stretches[int(beyond.argmax())]
-            passed_s = float(crossing_s(pool, first_beyond.before[0], first_beyond.currents_A[0]))
-            time_s = first_beyond.start_s + min(passed_s, first_beyond.duration_s)
+            farthest, first = stretches[int(worst)], stretches[int(beyond.argmax())]
+            passed_s = float(crossing_s(pool, first.before[0], first.currents_A[0]))
+            time_s, worst_s = first.start_s + min(passed_s, first.duration_s), farthest.end_s
             figures = float(ends_As[worst]), limit_As, "A s"
-            worst_s = farthest.start_s + farthest.duration_s
             events.append(Event(kind, time_s, words, *figures, value_s=worst_s))
     return Course(pool, tuple(stretches), tuple(ends), tuple(events))
 
@@ -117,11 +119,12 @@ def scheduled(mission: Mission, phases: Sequence[Phase]) -> Course:
     stretches, ends, events = list[Stretch](), list[tuple[Wells, ...]](), list[Event]()
     for place, phase in enumerate(phases):
         before = _each(flown.wells)
-        stage_ends_s = np.array([stage.start_s + stage.duration_s for stage in phase.stages])
-        for carried in flown.stretches(
+        stage_ends_s = np.array([stage.end_s for stage in phase.stages])
+        job = (
             packs.JobStage(float(stage.drawn[0]), float(stage.received[0]), stage.duration_s)
             for stage in phase.stages
-        ):
+        )
+        for carried in flown.stretches(job):
             start_s, duration_s = float(carried.start_s[0]), float(carried.duration_s[0])
             if duration_s > 0.0:
                 stage = int(np.searchsorted(stage_ends_s, start_s + 0.5 * duration_s))
@@ -133,19 +136,14 @@ def scheduled(mission: Mission, phases: Sequence[Phase]) -> Course:
                 ("full", carried.filled[0], carried.served[0]),
             ):
                 if ended:
-                    words = f"pack {number + 1} is {state}"
-                    events.append(
-                        Event(f"pack {state}", start_s + duration_s, words, violation=False)
-                    )
+                    kind, words = f"pack {state}", f"pack {number + 1} is {state}"
+                    events.append(Event(kind, start_s + duration_s, words, violation=False))
         ends.append(before)
     if flown.exhausted[0]:
-        end_s = float(flown.clock_s[0])
-        missing_As = sum(
-            float(stage.drawn.current_A)
-            * min(max(stage.start_s + stage.duration_s - end_s, 0.0), stage.duration_s)
-            for phase in phases
-            for stage in phase.stages
-        )
+        end_s, missing_As = float(flown.clock_s[0]), 0.0
+        for each in (stage for phase in phases for stage in phase.stages):
+            unflown_s = min(max(each.end_s - end_s, 0.0), each.duration_s)
+            missing_As += float(each.drawn.current_A) * unflown_s
         if missing_As > TOLERANCE * float(vehicle.pool(mission).capacity_As):
             words = "no pack is left to fly on"
             events.append(Event("empty", end_s, words, -missing_As, 0.0, "A s"))
@@ -172,7 +170,7 @@ def soc(
         in_flight, in_hover = drawn_J * (kind == "flight"), drawn_J * (kind == "hover")
         energies_J.append((in_flight, in_hover, received_J - drawn_J * (kind == "rest")))
         flown_As += each.duration_s * each.drawn.current_A * (kind == "flight")
-        times_s.append(each.start_s + each.duration_s)
+        times_s.append(each.end_s)
     total_J = np.cumsum(energies_J, axis=0).T
     flight_J, hover_J, gained_J = (np.interp(time_s, times_s, energy_J) for energy_J in total_J)
     (hover_A, hover_W), battery = vehicle.hover_load(mission), mission.battery
@@ -212,20 +210,15 @@ def _piece(mission: Mission, phase: Phase, pack: Battery, stretch: Stretch) -> d
     available_As, bound_As = (np.stack(level, axis=1) for level in zip(*wells, strict=True))
     drawn_A, drawn_W = stage.drawn
     same = {
-        "kind": phase.kind,
-        "stage": stage.name,
-        "phase": stretch.phase,
-        "start_place": phase.start.name,
-        "end_place": phase.end.name,
-        "power_W": stage.net.power_W,
-        "received_power_W": float(stage.received.power_W),
+        **{"kind": phase.kind, "stage": stage.name, "phase": stretch.phase},
+        **{"start_place": phase.start.name, "end_place": phase.end.name},
+        **{"power_W": stage.net.power_W, "received_power_W": float(stage.received.power_W)},
         "voltage_V": drawn_W / drawn_A if drawn_A else mission.battery.nominal_voltage_V,
     }
     return {
         **{name: np.full(POINTS, value) for name, value in same.items()},
         **motion(mission, phase, since_s),
+        **{"available_As": available_As, "bound_As": bound_As},
         "time_s": stretch.start_s + passed_s,
         "current_A": sum(currents_A, np.zeros(POINTS)),
-        "available_As": available_As,
-        "bound_As": bound_As,
     }

@@ -17,10 +17,7 @@ def html(judged: Judged, replayed: Replay | None, verdict: str) -> str:
     """The verdict as HTML, violations first."""
     parts = [paragraph(verdict, good=judged.flyable)]
     for heading, events in judged.by_kind.items():
-        rows = [
-            (f"{event.time_s:.2f}\N{NO-BREAK SPACE}s", event.words + event.figures)
-            for event in events
-        ]
+        rows = [(f"{e.time_s:.2f}\N{NO-BREAK SPACE}s", e.words + e.figures) for e in events]
         if rows:
             is_open = heading != "To know"
             parts.append(folded(f"{heading} ({len(rows)})", pairs(rows), is_open=is_open))

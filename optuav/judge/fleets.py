@@ -17,25 +17,12 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True)
 class FleetReplay(Judged):
-    """A fleet that was simulated.
+    """A fleet that was simulated."""
 
-    Parameters
-    ----------
-    courses
-        The judge's verdict on every course between exchanges of packs; equal courses are simulated
-        once.
-    longest_gap_s
-        Longest time with fewer hovering drones than requested [s].
-    most_at_places
-        Largest number of drones at places to rest at once, before waiting ones make way.
-    events
-        Faults, in order of time.
-    """
-
-    courses: tuple[Replay, ...]
-    longest_gap_s: float
-    most_at_places: int
-    events: tuple[Event, ...]
+    courses: tuple[Replay, ...]  # Between exchanges of packs; equal ones are simulated once
+    longest_gap_s: float  # With fewer hovering drones than requested
+    most_at_places: int  # Drones that rest at once, before waiting ones make way
+    events: tuple[Event, ...]  # Faults, in order of time
 
     def _repr_html_(self) -> str:
         from optuav.judge.display import html
@@ -56,23 +43,15 @@ def replay_fleet(
     places: int,
     place_s: float,
 ) -> FleetReplay:
-    """Simulate plans of drones that take off one after the other.
+    """Simulate the courses of drones that take off at their offsets [s].
 
-    Parameters
-    ----------
-    plans, offsets_s
-        The course of every drone, and when it takes off [s].
-    wanted, allowed_gap_s, until_s
-        How many are to hover at once, from when so many arrived until a moment [s], and how long
-        fewer may do so [s].
-    places, place_s
-        How many may rest at once, and for how long each has its place after a landing [s].
+    So many as wanted are to hover at once, from when they arrived until a moment [s], but for an
+    allowed gap [s]. Each has one of the places to rest at for some time [s] after a landing.
     """
-    judged = {id(plan): plan for plan in plans}
-    replays = {number: replay(plan) for number, plan in judged.items()}
-    replay_of_plan = [replays[id(plan)] for plan in plans]
+    replays = {id(plan): replay(plan) for plan in {id(plan): plan for plan in plans}.values()}
+    courses = tuple(replays[id(plan)] for plan in plans)
     events, hovers, stays = list[Event](), list[Interval](), list[Interval]()
-    for number, (course, offset_s) in enumerate(zip(replay_of_plan, offsets_s, strict=True)):
+    for number, (course, offset_s) in enumerate(zip(courses, offsets_s, strict=True)):
         words = f"drone {number + 1}: "
         for event in course.violations:
             events.append(Event(event.kind, offset_s + event.time_s, words + event.words))
@@ -96,16 +75,14 @@ def replay_fleet(
     if most > places:
         events.append(Event("place", at_s, f"{most} drones rest at {places} places"))
     events.sort(key=lambda event: event.time_s)
-    return FleetReplay(tuple(replay_of_plan), gap_s, most, tuple(events))
+    return FleetReplay(courses, gap_s, most, tuple(events))
 
 
 def longest_gap(
     intervals: Iterable[Interval], wanted: int, from_s: float, until_s: float
 ) -> Interval:
     """Longest time with fewer than so many intervals at once [s], and when it begins [s]."""
-    changes = Counter(
-        {until_s: 0}
-    )  # What touches leaves no gap: changes at a moment count together
+    changes = Counter({until_s: 0})  # Changes at one moment count together: touching is no gap
     for begin_s, end_s in intervals:
         changes[begin_s] += 1
         changes[end_s] -= 1

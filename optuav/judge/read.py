@@ -69,15 +69,13 @@ def _itinerary(document: Document, folder: Path, source: str) -> Itinerary:
             else:
                 mission = load(name if is_name(name) else beside(folder, name))
         except InputError as error:
-            # A missing file is a fault of the key; faults inside the file are its own.
-            faults += (
-                replace(fault, key=f"mission.{fault.key}", source=source)
-                if isinstance(name, dict)
-                else fault
-                if fault.key
-                else Fault("mission", shown(name), fault.allowed, source)
-                for fault in error.faults
-            )
+            for fault in error.faults:
+                if isinstance(name, dict):
+                    faults.append(replace(fault, key=f"mission.{fault.key}", source=source))
+                elif fault.key:
+                    faults.append(fault)
+                else:  # of a missing file, not inside it
+                    faults.append(Fault("mission", shown(name), fault.allowed, source))
     else:
         breaches.append(Breach(("mission",), KEYS["mission"]))
     if isinstance(stops, list) and len(stops) <= MOST_STOPS:

@@ -15,15 +15,7 @@ from optuav.frames import DataFrame
 from optuav.judge.clearance import too_near
 from optuav.judge.course import TOLERANCE, Course, pooled, scheduled, soc, trace
 from optuav.judge.read import read
-from optuav.judge.timeline import (
-    Itinerary,
-    Phase,
-    moves,
-    phases,
-    places,
-    segments,
-    ways_along,
-)
+from optuav.judge.timeline import Itinerary, Phase, moves, phases, places, segments, ways_along
 from optuav.mission import Mission
 from optuav.mission.flight_model import CruisingModel, flight_of
 from optuav.network import vehicle
@@ -65,13 +57,11 @@ class Judged:
     @property
     def by_kind(self) -> dict[str, list[Event]]:
         """The events under the headings of a page."""
-        return {
-            "Violated": [violation for violation in self.violations if violation.kind != MISMATCH],
-            "Contradicted": [
-                violation for violation in self.violations if violation.kind == MISMATCH
-            ],
-            "To know": [event for event in self.events if not event.violation],
-        }
+        groups: dict[str, list[Event]] = {"Violated": [], "Contradicted": [], "To know": []}
+        for event in self.events:
+            wrong = "Contradicted" if event.kind == MISMATCH else "Violated"
+            groups[wrong if event.violation else "To know"].append(event)
+        return groups
 
 
 @dataclass(frozen=True)
@@ -139,11 +129,7 @@ class Replay(Judged):
         times = (f"{name.split('_')[0]} {each:.2f} s" for name, each in self.times_s.items())
         levels = (f"{name} {100 * level:.2f} %" for name, level in self.soc.items())
         charge = f"{', '.join(levels)} left"
-        return [
-            ("Route", " → ".join(self.route)),
-            ("Times", ", ".join(times)),
-            ("Charge", charge),
-        ]
+        return [("Route", " → ".join(self.route)), ("Times", ", ".join(times)), ("Charge", charge)]
 
     def __repr__(self) -> str:
         name, count = self.mission.name, len(self.phases)
@@ -162,10 +148,7 @@ class Replay(Judged):
     def trace(self) -> Trace:
         """The mission over time: position, speed, currents, wells; computed on first use.
 
-        Raises
-        ------
-        NoPlanError
-            If nothing is flown.
+        `NoPlanError` if nothing is flown.
         """
         if self.course is None or not any(phase.duration_s for phase in self.phases):
             raise NoPlanError("no table exists: nothing is flown")
@@ -179,9 +162,8 @@ class Replay(Judged):
 def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
     """Simulate a plan from its mission, by the closed form of the battery model.
 
-    Only the places, their order and the times of the stays are read from the plan, and the user's
-    input in a graph: figures of legs, and power at places. Everything else is computed again, and
-    every figure that the plan states is compared with it.
+    Only places, their order, the times of stays and figures stated in a graph are read from the
+    plan. Everything else is computed again, and compared with every figure that the plan states.
 
     Parameters
     ----------
@@ -309,7 +291,7 @@ def _bent(mission: Mission, phase: Phase) -> Iterator[Event]:
     ends_on = phase.start.building, phase.end.building
     apart_m = CLEARANCE_M if keys.clearance_m is None else keys.clearance_m
     if keys.obstacle_rule != "ignore":
-        near = [*too_near(mission, np.array(phase.points_m), ends_on, apart_m, TOLERANCE)]
+        near = too_near(mission, np.array(phase.points_m), ends_on, apart_m, TOLERANCE)
         least: dict[int, float] = {}
         for building, distance_m in near:
             least[building] = min(distance_m, least.get(building, math.inf))
@@ -330,8 +312,8 @@ def _stay(mission: Mission, phase: Phase) -> Iterator[Event]:
         radius_m = vehicle.coverage_radius_m(mission)
         if distance_m > radius_m * (1.0 + TOLERANCE):
             outage = float(link.outage_probability(vehicle.channel(mission), distance_m))
-            why = f"out of coverage of the device (outage {outage:.3g})"
-            words = f"hovering at {place.name} is {why}"
+            where = f"out of coverage of the device (outage {outage:.3g})"
+            words = f"hovering at {place.name} is {where}"
             yield Event("coverage", start_s, words, distance_m, radius_m, "m")
     elif place.building == CLEAR and z > 0.0:
         words = f"nothing to rest on at {place.name}: no roof, and the ground is {z:g} m below"
@@ -350,16 +332,14 @@ def _figures(
 ) -> Iterator[Figure]:
     """The figures that a plan and its simulation state."""
     capacity_As = float(vehicle.pool(plan.mission).capacity_As)
-    for number, (stated, found, wells) in enumerate(
-        zip(plan.phases, flown, course.ends, strict=True)
-    ):
+    rows = zip(plan.phases, flown, course.ends, strict=True)
+    for number, (stated, found, wells) in enumerate(rows):
         here, time_s = f"phases[{number}]", found.start_s
         for name, unit in (("start_s", "s"), ("distance_m", "m"), ("peak_speed_m_s", "m/s")):
             yield time_s, f"{here}.{name}", getattr(stated, name), getattr(found, name), 1.0, unit
         for k, (mine, own) in enumerate(zip(stated.stages, found.stages, strict=False)):
             stage, (net_A, net_W) = f"{here}.stages[{k}]", own.net
-            # Drawn and received cancel in part.
-            A, W = (sum(pair) for pair in zip(own.drawn, own.received, strict=True))
+            A, W = np.add(own.drawn, own.received).tolist()  # They cancel in part
             yield time_s, f"{stage}.duration_s", mine.duration_s, own.duration_s, 1.0, "s"
             yield time_s, f"{stage}.current_A", mine.current_A, net_A, A, "A"
             yield time_s, f"{stage}.power_W", mine.power_W, net_W, W, "W"
@@ -396,11 +376,9 @@ def _mismatches(plan: Plan, figures: Iterator[Figure], broken: bool) -> list[Eve
             why = f"phases[{number}] is {slots:.10g} slots"
             words = f"slot_s: the plan says {slot_s:.10g} s, but {why}"
             events.append(Event(MISMATCH, stay.start_s, words, slot_s, None, "s"))
-    for says, wrong, words in (
-        (True, broken, "can be flown, it cannot"),
-        (False, not broken and not events, "cannot be flown, it can"),
-    ):
-        if plan.flyable is says and wrong:
-            contradiction = f"flyable: the plan says that it {words}"
-            events.append(Event(MISMATCH, plan.mission_time_s, contradiction))
+    flies = not broken and (plan.flyable is True or not events)
+    if plan.flyable not in (None, flies):
+        says = "cannot be flown, it can" if flies else "can be flown, it cannot"
+        words = f"flyable: the plan says that it {says}"
+        events.append(Event(MISMATCH, plan.mission_time_s, words))
     return events

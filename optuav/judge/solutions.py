@@ -36,6 +36,7 @@ ENTRY = {
     "stops": f"a list of at most {MOST_STOPS}, each {STOP}; null or none without a plan",
 }
 """Keys of a solution."""
+TIMES = ("hover", "claimed", "best_known", "bound")  # Times of a checked solution, without _s
 USUAL = {"problem": "P1", "perspective": "available", "stops": ()}
 """Keys that may be left out."""
 
@@ -103,12 +104,8 @@ class CheckedSolutions:
     def to_dict(self) -> dict[str, Any]:
         """The verdict as plain data: strings, numbers, truth values, lists, dicts and None."""
         rows = [solution.to_dict() for solution in self.solutions]
-        return {
-            "source": self.source,
-            "all_hold": bool(self),
-            "solutions": rows,
-            "missing": [*self.missing],
-        }
+        head = {"source": self.source, "all_hold": bool(self)}
+        return {**head, "solutions": rows, "missing": [*self.missing]}
 
     def to_frame(self) -> DataFrame:
         """One row a solution; needs pandas."""
@@ -122,16 +119,8 @@ def _lines(found: CheckedSolutions) -> Iterator[str]:
         row = solution.to_dict()
         yield ""
         yield f"{row['mission']}, {row['problem']}, {row['perspective']}: {solution.verdict}"
-        times = (
-            f"{words} {row[name]:.3f} s"
-            for words, name in (
-                ("hover", "hover_s"),
-                ("claimed", "claimed_s"),
-                ("best known", "best_known_s"),
-                ("bound", "bound_s"),
-            )
-            if row[name] is not None
-        )
+        known = {name.replace("_", " "): row[f"{name}_s"] for name in TIMES}
+        times = (f"{name} {each:.3f} s" for name, each in known.items() if each is not None)
         if words := ", ".join(times):
             yield from wrapped("", words, "  ", 2)
         for words in solution.wrong:
@@ -233,19 +222,16 @@ def _breaches(document: Document, missions: dict[str, Mission]) -> Iterator[Brea
 def _breaches_of(entry: Document, missions: dict[str, Mission]) -> Iterator[Breach]:
     """Yield the faults of one solution."""
     complete = {**USUAL, **entry}
-    for key in entry:
-        if key not in ENTRY:
-            yield Breach((key,), f"unknown key{nearest(key, ENTRY)}")
+    yield from (
+        Breach((key,), f"unknown key{nearest(key, ENTRY)}") for key in entry if key not in ENTRY
+    )
     claim, name = complete.get("hover_s", ""), complete.get("mission")
     stops = () if complete["stops"] is None else complete["stops"]
     if claim is not None and not DURATION.accepts(claim):
         yield Breach(("hover_s",), ENTRY["hover_s"])
     mission = missions.get(name) if isinstance(name, str) else None
-    if (
-        not isinstance(stops, list | tuple)
-        or len(stops) > MOST_STOPS
-        or bool(stops) is (claim is None)
-    ):
+    fits = isinstance(stops, list | tuple) and len(stops) <= MOST_STOPS
+    if not fits or bool(stops) is (claim is None):
         yield Breach(("stops",), ENTRY["stops"])
     elif stops:
         yield from stop_breaches(stops, mission)

@@ -112,10 +112,8 @@ def stop_breaches(stops: Sequence[object], mission: Mission | None) -> Iterator[
                 yield Breach(key, f"is missing; {words}")
             elif not fits(stop[name]):
                 yield Breach(key, words)
-            elif (
-                mission and name == "at" and isinstance(stop[name], str) and stop[name] not in known
-            ):
-                hint = nearest(stop[name], known)
+            elif mission and name == "at" and isinstance(at := stop[name], str) and at not in known:
+                hint = nearest(at, known)
                 yield Breach(key, f"is not a place of the mission {mission.name}{hint}")
 
 
@@ -139,11 +137,9 @@ def moves(subject: Plan | Itinerary) -> Iterator[Move]:
     """The moves of a plan or an itinerary, in order."""
     if isinstance(subject, Plan):
         for phase in subject.phases:
+            stay = phase.kind, phase.start_place, phase.end_place, phase.duration_s
             edited = phase if phase.edited else None
-            ends = phase.start_place, phase.end_place
-            yield Move(
-                phase.kind, *ends, phase.duration_s, edited, phase.waypoints_m, phase.speeds_m_s
-            )
+            yield Move(*stay, edited, phase.waypoints_m, phase.speeds_m_s)
         return
     here: str | Point = "origin"
     for stop in subject.stops:
@@ -169,17 +165,18 @@ class Place(NamedTuple):
 
 
 class Stage(NamedTuple):
-    """A stage of constant current: start, counted from take-off, duration, and flows.
+    """A stage of constant current, from its start counted from take-off, and its flows."""
 
-    On a leg it has the name of the flight model's stage, ``"turn"`` for example; else the kind of
-    the phase.
-    """
-
-    name: str
+    name: str  # On a leg that of the flight model's stage, else the kind of the phase
     start_s: float
     duration_s: float
     drawn: Flow
     received: Flow
+
+    @property
+    def end_s(self) -> float:
+        """End, counted from take-off [s]."""
+        return self.start_s + self.duration_s
 
     @property
     def net(self) -> Flow:
@@ -192,24 +189,21 @@ class Stage(NamedTuple):
 class Phase:
     """A leg, a hover or a rest, with its stages in order, at least one.
 
-    A leg has a displacement, a length, a peak speed, and the number of a building in the way, −1 if
-    it is clear. The figures of a stated phase are the user's.
+    A leg has a length, a peak speed, waypoints, and perhaps stated speeds of its segments.
     """
 
     kind: Kind
     start: Place
     end: Place
-    # Counted from take-off [s].
-    start_s: float
+    start_s: float  # Counted from take-off, as the end
     end_s: float
     stages: tuple[Stage, ...]
-    way_m: Point
     distance_m: float
     peak_speed_m_s: float
-    crosses: int
-    stated: bool
-    waypoints_m: tuple[Point, ...] = ()  # By which a leg goes
-    speeds_m_s: tuple[float, ...] = ()  # Speeds of its segments, if the plan states them
+    crosses: int  # Number of a building in the way of a leg, −1 if it is clear
+    stated: bool  # Whether its figures are the user's
+    waypoints_m: tuple[Point, ...]
+    speeds_m_s: tuple[float, ...]
 
     @cached_property
     def duration_s(self) -> float:
@@ -244,11 +238,10 @@ def places(mission: Mission, planned: Sequence[Move]) -> dict[str | Point, Place
     by_name = dict[str | Point, Place]()
     for name, number, point_m, sight in zip(names, numbers, points_m, sights, strict=True):
         x, y, z = map(float, point_m)
-        received = NOTHING
-        if laser is not None and sight:
-            received = vehicle.charging(mission, (x, y, z))
+        at_m = x, y, z
+        received = vehicle.charging(mission, at_m) if sight else NOTHING
         words = name if isinstance(name, str) else f"({x:.10g}, {y:.10g}, {z:.10g})"
-        by_name[name] = Place(words, number, (x, y, z), sight, received)
+        by_name[name] = Place(words, number, at_m, sight, received)
     return by_name
 
 
@@ -260,16 +253,13 @@ def phases(
     loads = {"hover": vehicle.hover_load(mission), "rest": flight.rest()}
     found, start_s = list[Phase](), 0.0
     ends = [(at[move.start_place], at[move.end_place]) for move in planned]
-    for move, (start, end), (blocker, waypoints_m) in zip(
-        planned, ends, _ways(mission, planned, ends), strict=True
-    ):
-        stated_phase = move.stated
-        dx, dy, dz = (b - a for a, b in zip(start.position_m, end.position_m, strict=True))
-        length_m, peak_m_s, crosses = math.hypot(dx, dy, dz), 0.0, CLEAR
+    ways = _ways(mission, planned, ends)
+    for move, (start, end), (blocker, waypoints_m) in zip(planned, ends, ways, strict=True):
+        user, length_m, peak_m_s = move.stated, 0.0, 0.0
         rows = list[tuple[str, float, Flow, Flow]]()
-        if stated_phase is not None:  # the load of a stay is computed all the same
-            length_m, peak_m_s = stated_phase.distance_m, stated_phase.peak_speed_m_s
-            for stage in stated_phase.stages:
+        if user is not None:  # the load of a stay is computed all the same
+            length_m, peak_m_s = user.distance_m, user.peak_speed_m_s
+            for stage in user.stages:
                 drawn = loads.get(move.kind, Flow(-stage.current_A, -stage.power_W))
                 received = stage.current_A + drawn.current_A, stage.power_W + drawn.power_W
                 rows.append((move.kind, stage.duration_s, drawn, Flow(*received)))
@@ -282,15 +272,15 @@ def phases(
                 peak_m_s = max(peak_m_s, float(flown.peak_speed_m_s))
                 flows = map(Flow, flown.currents_A, flown.powers_W)
                 named = zip(flown.stages, flown.durations_s, flows, strict=True)
-                rows += [(*constraint, NOTHING) for constraint in named]
-            crosses = blocker
-        stages, begun_s = list[Stage](), start_s
+                rows += [(*stage, NOTHING) for stage in named]
+        stages, end_s = list[Stage](), start_s
         for name, duration_s, drawn, received in rows:
-            stages.append(Stage(name, start_s, float(duration_s), drawn, received))
-            start_s += stages[-1].duration_s
-        figures = (dx, dy, dz), length_m, peak_m_s, crosses, stated_phase is not None, waypoints_m
-        details = *figures, move.speeds_m_s
-        found.append(Phase(move.kind, start, end, begun_s, start_s, tuple(stages), *details))
+            stages.append(Stage(name, end_s, float(duration_s), drawn, received))
+            end_s = stages[-1].end_s
+        crosses = blocker if move.kind == "flight" and user is None else CLEAR
+        figures = length_m, peak_m_s, crosses, user is not None, waypoints_m, move.speeds_m_s
+        found.append(Phase(move.kind, start, end, start_s, end_s, tuple(stages), *figures))
+        start_s = end_s
     return tuple(found)
 
 
@@ -351,28 +341,22 @@ def motion(mission: Mission, phase: Phase, passed_s: Floats) -> dict[str, Floats
     """
     moved_m, speed_m_s = np.zeros((len(passed_s), 3)), np.zeros_like(passed_s)
     pitch_rad = roll_rad = np.full_like(passed_s, np.nan if phase.kind == "flight" else 0.0)
+    points_m = np.array(phase.points_m) - phase.points_m[0]
     if phase.stated and phase.kind == "flight":
-        moved_m = (passed_s / phase.duration_s)[:, None] * np.array(phase.way_m)
-        if phase.waypoints_m:
-            points_m = np.array(phase.points_m) - phase.points_m[0]
-            along_m = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points_m, axis=0), axis=1)))
-            flown_m = passed_s / phase.duration_s * along_m[-1]
-            moved_m = np.stack([np.interp(flown_m, along_m, x) for x in points_m.T], axis=1)
+        along_m = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points_m, axis=0), axis=1)))
+        flown_m = passed_s / phase.duration_s * along_m[-1]
+        moved_m = np.stack([np.interp(flown_m, along_m, x) for x in points_m.T], axis=1)
         speed_m_s = np.full_like(passed_s, phase.distance_m / phase.duration_s)
     elif phase.kind == "flight":
-        points_m = np.array(phase.points_m)
         legs = segments(mission, phase.points_m, phase.speeds_m_s)
         begins_s = np.cumsum([0.0, *(float(leg.duration_s) for leg in legs[:-1])])
         leg_numbers = np.searchsorted(begins_s, passed_s, side="right") - 1
         pitch_rad, roll_rad = np.zeros((2, len(passed_s)))
         for k, leg in enumerate(legs):
             state = flight_of(mission).state(leg, passed_s[at := leg_numbers == k] - begins_s[k])
-            moved_m[at] = points_m[k] - points_m[0] + np.stack(state.position_m, axis=1)
+            moved_m[at] = points_m[k] + np.stack(state.position_m, axis=1)
             speed_m_s[at] = state.speed_m_s
-            pitch_rad[at], roll_rad[at] = state.attitude.pitch_rad, state.attitude.roll_rad
-    return {
-        "position_m": np.array(phase.start.position_m) + moved_m,
-        "speed_m_s": speed_m_s,
-        "pitch_rad": pitch_rad,
-        "roll_rad": roll_rad,
-    }
+            pitch_rad[at], roll_rad[at] = state.attitude
+    position_m = np.array(phase.start.position_m) + moved_m
+    columns = {"position_m": position_m, "speed_m_s": speed_m_s}
+    return {**columns, "pitch_rad": pitch_rad, "roll_rad": roll_rad}

@@ -1,6 +1,6 @@
 """Words of messages: allowed values, names that may have been meant, values and numbers as text."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from decimal import Decimal
 from functools import cache
 from numbers import Integral
@@ -14,7 +14,7 @@ from optuav.errors import nearest as nearest  # noqa: PLC0414
 from optuav.errors import shown as shown  # noqa: PLC0414
 from optuav.mission.files import expanded
 from optuav.mission.forms import forms, table_keys
-from optuav.mission.schema import Allowed, MissionSection, Number, OneOf
+from optuav.mission.schema import Allowed, MissionSection, Number, OneOf, short
 
 TYPES = {
     "float_type": "a number",
@@ -35,8 +35,14 @@ TYPES = {
     "value_error": "{error}",
 }
 """Allowed values in words, by pydantic's name of the error."""
-OTHER = "a value of another kind"
 DIGITS = 15  # Decimal digits that every float holds
+
+
+def worded(detail: Mapping[str, Any]) -> str:
+    """One of pydantic's errors in words."""
+    limits = detail.get("ctx", {}).items()
+    words = TYPES.get(detail["type"], "a value of another kind")
+    return words.format(**{name: short(x) if isinstance(x, float) else x for name, x in limits})
 
 
 def allowed(model: type[BaseModel], key: str) -> str:

@@ -33,6 +33,12 @@ class Scene:
         return self.places.position_m[[self.places.names.index(name) for name in names]]
 
     @property
+    def rings(self) -> list[Floats]:
+        """Corners of the footprint of each building (corner, 2) [m]; empty without one."""
+        corners_m, count = self.mission.buildings.outlines()
+        return np.split(corners_m, np.cumsum(count))[:-1]
+
+    @property
     def disc_radius_m(self) -> float:
         """Radius of the coverage at the altitude of hovering [m]; NaN where it does not reach."""
         hover_z_m = float(self.places.position_m[HOVER, 2])

@@ -14,16 +14,7 @@ from optuav.looks import LOOKS, PHASES
 from optuav.markup import element, figure, folded, pairs, paragraph, shown, table
 from optuav.network import vehicle
 from optuav.network.timeline import carry, steps
-from optuav.plan.summary import (
-    EDITED,
-    HEADINGS,
-    LEGEND,
-    figures,
-    heading,
-    outcome,
-    remarks,
-    times,
-)
+from optuav.plan.summary import EDITED, HEADINGS, LEGEND, figures, heading, outcome, remarks, times
 
 if TYPE_CHECKING:
     from optuav.arrays import Floats
@@ -80,8 +71,8 @@ def _notes(plan: Plan) -> list[Element]:
     """Warnings, and the notes folded: some give away what a reader may want to find."""
     warnings = [remark for remark in remarks(plan) if remark[0] != "Note"]
     notes = [remark for remark in remarks(plan) if remark[0] == "Note"]
-    folds = [folded(f"Notes ({len(notes)})", pairs(notes))] if notes else []
-    return [*([pairs(warnings)] if warnings else []), *folds]
+    shown_notes = [folded(f"Notes ({len(notes)})", pairs(notes))] if notes else []
+    return [*([pairs(warnings)] if warnings else []), *shown_notes]
 
 
 def levels(plan: Plan) -> Levels:
@@ -128,47 +119,47 @@ def picture(
     def y(percent: float) -> float:
         return ABOVE + HEIGHT * (high - percent) / (high - low)
 
-    def area(colour: str, under: Floats, over: Floats) -> Element:
+    drawn = list[Element]()
+
+    def draw(tag: str, *words: str, **look: str | float) -> None:
+        """Add a part of the picture; numbers are in pixels."""
+        written = {name: v if isinstance(v, str) else f"{v:.1f}" for name, v in look.items()}
+        drawn.append(element(tag, *words, **written))
+
+    def draw_area(colour: str, under: Floats, over: Floats) -> None:
         corners = [*zip(time_s, over, strict=True), *reversed([*zip(time_s, under, strict=True)])]
         points = " ".join(f"{x(moment_s):.1f},{y(level):.1f}" for moment_s, level in corners)
-        return _shape("polygon", points=points, fill=colour, fill_opacity="0.85")
+        draw("polygon", points=points, fill=colour, fill_opacity="0.85")
 
-    drawn = [area(BOUND, np.zeros_like(bound), bound)]
-    drawn.append(area(AVAILABLE, bound, np.maximum(total, bound)))
+    draw_area(BOUND, np.zeros_like(bound), bound)
+    draw_area(AVAILABLE, bound, np.maximum(total, bound))
     legend = [(AVAILABLE, "available y₁"), (BOUND, "bound y₂")]
     if lacking.any():
-        drawn.append(area(LACKING, np.minimum(total, bound), bound))
+        draw_area(LACKING, np.minimum(total, bound), bound)
         legend.append((LACKING, "not there"))
     right, bottom, line = LEFT + WIDTH, ABOVE + HEIGHT, {"stroke": "currentColor"}
     for level in (0.0, 50.0, 100.0):
-        drawn.append(
-            _shape("line", x1=LEFT, x2=right, y1=y(level), y2=y(level), **line, opacity="0.4")
-        )
-        drawn.append(
-            _shape("text", f"{level:.0f} %", x=LEFT - 4, y=y(level) + 4, text_anchor="end")
-        )
+        draw("line", x1=LEFT, x2=right, y1=y(level), y2=y(level), **line, opacity="0.4")
+        draw("text", f"{level:.0f} %", x=LEFT - 4, y=y(level) + 4, text_anchor="end")
     for kind, start_s, duration_s in phases:
         start, wide = x(start_s), x(start_s + duration_s) - x(start_s)
-        place = {"x": start, "y": ABOVE - 5.0, "width": wide, "height": 4.0}
-        drawn.append(_shape("rect", **place, fill=PHASES[kind]))
+        draw("rect", x=start, y=ABOVE - 5.0, width=wide, height=4.0, fill=PHASES[kind])
         if wide > LETTER * len(kind):
-            middle = start + wide / 2.0
-            drawn.append(_shape("text", kind, x=middle, y=ABOVE - 8.0, text_anchor="middle"))
+            draw("text", kind, x=start + wide / 2.0, y=ABOVE - 8.0, text_anchor="middle")
     for tick_s in ticks(end_s):
-        at, below = x(tick_s), bottom + 16.0
-        drawn.append(_shape("line", x1=at, x2=at, y1=bottom, y2=bottom + 4.0, **line))
-        drawn.append(_shape("text", figure(tick_s), x=at, y=below, text_anchor="middle"))
-    drawn.append(_shape("text", "s", x=right + RIGHT, y=bottom + 16.0, text_anchor="end"))
+        at = x(tick_s)
+        draw("line", x1=at, x2=at, y1=bottom, y2=bottom + 4.0, **line)
+        draw("text", figure(tick_s), x=at, y=bottom + 16.0, text_anchor="middle")
+    draw("text", "s", x=right + RIGHT, y=bottom + 16.0, text_anchor="end")
     at, below = LEFT, bottom + 37.0
     for colour, words in legend:
-        drawn.append(_shape("rect", x=at, y=below - 9.0, width=10.0, height=10.0, fill=colour))
-        drawn.append(_shape("text", words, x=at + 14.0, y=below))
+        draw("rect", x=at, y=below - 9.0, width=10.0, height=10.0, fill=colour)
+        draw("text", words, x=at + 14.0, y=below)
         at += 14.0 + LETTER * (len(words) + 3)
     if dry_s is not None:
-        at, words = x(dry_s), f"dry at {dry_s:.1f} s"
-        ends = {"x1": at, "x2": at, "y1": ABOVE, "y2": bottom}
-        drawn.append(_shape("line", **ends, stroke=LACKING, stroke_width="2"))
-        drawn.append(_shape("text", words, x=right, y=below, text_anchor="end"))
+        at = x(dry_s)
+        draw("line", x1=at, x2=at, y1=ABOVE, y2=bottom, stroke=LACKING, stroke_width="2")
+        draw("text", f"dry at {dry_s:.1f} s", x=right, y=below, text_anchor="end")
     box = f"0 0 {right + RIGHT:g} {below + 9.0:g}"
     named = {"role": "img", "aria_label": "Charge in both wells over time"}
     return element("svg", *drawn, viewBox=box, fill="currentColor", font_size="12", **named)
@@ -190,9 +181,3 @@ def rounded_up(length: float) -> float:
     """The least number of round steps that is as long: 1200 for 1108; 1 for nothing."""
     step = round_step(length or 1.0)
     return step * math.ceil((length or 1.0) / step - ROUNDING)
-
-
-def _shape(tag: str, *words: str, **look: str | float) -> Element:
-    """A part of the picture; numbers are in pixels."""
-    written = {name: v if isinstance(v, str) else f"{v:.1f}" for name, v in look.items()}
-    return element(tag, *words, **written)

@@ -11,13 +11,13 @@ from typing import Any, Literal, Self, TypeAlias
 from pydantic import ConfigDict, InstanceOf, StrictBool, ValidationError, model_validator
 from pydantic_core import to_jsonable_python
 
-from optuav.errors import Fault, InputError, NoPlanError, printed, refuse, safe_name
+from optuav.errors import Fault, InputError, NoPlanError, collected, printed, refuse, safe_name
 from optuav.frames import DataFrame, frame, without_rounding
 from optuav.mission import Mission, load
 from optuav.mission.files import ending_of, label, parse_json, read_text, write_text
 from optuav.mission.flight_model import CruisingModel, FlightModel, flight_of
-from optuav.mission.messages import OTHER, TYPES, path_of, several, shown
-from optuav.mission.schema import Record, Slot, short
+from optuav.mission.messages import path_of, several, shown, worded
+from optuav.mission.schema import Record, Slot
 from optuav.network import vehicle
 from optuav.network.places import ENDS
 from optuav.network.timeline import Figure, Phase, Text, Words, carry, steps
@@ -167,9 +167,8 @@ class Plan(Record):
         known = {*ENDS, *named.intersection(self.mission.buildings.names)}
         for number, phase in enumerate(self.phases):
             ends = dict.fromkeys((phase.start_place, phase.end_place))
-            wrong = [
-                f": {name!r} is not a place of the mission" for name in ends if name not in known
-            ]
+            strange = (name for name in ends if name not in known)
+            wrong = [f": {name!r} is not a place of the mission" for name in strange]
             if here not in (None, phase.start_place):
                 wrong.append(" begins elsewhere than the one before it ends")
             if phase.kind != "flight" and len(ends) > 1:
@@ -298,9 +297,8 @@ class Plan(Record):
     def _first_crossing_s(self, *, full: bool) -> float | None:
         """When y1 first rises above ωB, or else falls below 0 [s]; a stage's end is the extreme."""
         pool, time_to = vehicle.pool(self.mission), time_to_full if full else time_to_empty
-        for _, start_s, (current_A, duration_s), before, after in steps(
-            self.mission, self._existing()
-        ):
+        charged = steps(self.mission, self._existing())
+        for _, start_s, (current_A, duration_s), before, after in charged:
             level = after.available_As / pool.capacity_As
             if level > pool.available_fraction + ROUNDING if full else level < -ROUNDING:
                 return float(start_s + min(time_to(pool, before, current_A), duration_s))
@@ -314,12 +312,9 @@ class Plan(Record):
     def to_dict(self) -> dict[str, Any]:
         """The plan as plain data: strings, numbers, lists, dicts and None.
 
-        Returns
-        -------
-        dict
-            The fields of the plan with its mission inside; times and route repeated for the reader,
-            null without a plan. If the mission's buildings come from a table, only
-            the buildings that the plan uses are inside, beside its path and hash.
+        It has the fields of the plan with its mission inside; times and route are repeated for the
+        reader, None without a plan. If the mission's buildings come from a table, only those that
+        the plan uses are inside, beside its path and hash.
         """
         return self._data(Path())
 
@@ -331,10 +326,8 @@ class Plan(Record):
         derived = {name: getattr(self, name) if self else None for name in DERIVED}
         data = {"schema": SCHEMA, "kind": KIND, **data, **to_jsonable_python(derived)}
         # Files of plans without bent ways and chosen speeds are as they always were.
-        data["phases"] = [
-            {k: v for k, v in phase.items() if k not in ("waypoints_m", "speeds_m_s") or v}
-            for phase in phases
-        ]
+        rare = {"waypoints_m", "speeds_m_s"}
+        data["phases"] = [{k: v for k, v in e.items() if v or k not in rare} for e in phases]
         if source := mission.buildings.source:
             from optuav.mission.table_files import seen_from
             from optuav.plan.used import used_buildings
@@ -346,20 +339,8 @@ class Plan(Record):
     def save(self, path: str | Path) -> Path:
         """Write the plan as JSON, whole or not at all; `optuav.load_plan` reads it back.
 
-        Parameters
-        ----------
-        path
-            The file, whose suffix is .json or none; an existing file is replaced.
-
-        Returns
-        -------
-        Path
-            The file that was written.
-
-        Raises
-        ------
-        InputError
-            If the suffix is another, or the directory is missing or cannot be written to.
+        The suffix is .json or none; an existing file is replaced. `InputError` if the suffix is
+        another, or the directory is missing or cannot be written to.
         """
         file = path_of(path)
         ending_of(file, ".json", "")
@@ -411,18 +392,10 @@ class Plan(Record):
     def to_frame(self) -> DataFrame:
         """One row per phase, in order; needs pandas (``python -m pip install pandas``).
 
-        Returns
-        -------
-        DataFrame
-            Columns as the attributes of `Phase`, mean current [A] and power [W] into the battery,
-            and the charge in the wells at its end, ``available_As`` and ``bound_As``, summed over
-            the packs [A s], 0 where less than 1e-9 of the capacity is left. Without a plan,
-            the table has no rows. Its ``attrs`` have `objective`, `objective_unit` and `bound`.
-
-        Raises
-        ------
-        InputError
-            If pandas is not installed.
+        Columns are the attributes of `Phase`, mean current [A] and power [W] into the battery, and
+        the charge in the wells at its end, ``available_As`` and ``bound_As``, summed over the packs
+        [A s], 0 where less than 1e-9 of the capacity is left. Without a plan, the table has no
+        rows. Its ``attrs`` have `objective`, `objective_unit` and `bound`.
         """
         table = {name: [getattr(phase, name) for phase in self.phases] for name in COLUMNS}
         for name in ("available_As", "bound_As"):
@@ -526,29 +499,25 @@ def parse_plan(text: str, source: str, folder: Path) -> tuple[Plan, dict[str, An
     if isinstance(phases := data.get("phases"), list) and len(phases) > MOST_PHASES:
         raise InputError([Fault("phases", "", f"a list of at most {MOST_PHASES}", source)])
     fields = {k: v for k, v in data.items() if k not in ("schema", "kind", TABLE, *DERIVED)}
-    faults: list[Fault] = []
+    of_mission, of_table = list[Fault](), list[Fault]()
     if "mission" in data:
-        try:
+        fields["mission"] = None
+        with collected(of_mission):
             fields["mission"] = Mission.from_dict(data["mission"])
-        except InputError as error:
-            fields["mission"] = None
-            for fault in error.faults:
-                faults.append(replace(fault, key=f"mission.{fault.key}".rstrip("."), source=source))
     if TABLE in data and isinstance(mission := fields.get("mission"), Mission):
         from optuav.plan.used import with_table
 
-        try:
+        with collected(of_table):
             table = with_table(mission.buildings, data[TABLE], folder)
             fields["mission"] = mission.replace({"buildings": table})
-        except InputError as error:
-            for fault in error.faults:
-                known = fault if fault.key else Fault(TABLE, "", str(fault))
-                faults.append(replace(known, source=source))
+    faults = [replace(each, key=f"mission.{each.key}".rstrip(".")) for each in of_mission]
+    faults += [each if each.key else Fault(TABLE, "", str(each)) for each in of_table]
+    faults = [replace(each, source=source) for each in faults]
     try:
         plan = Plan.model_validate(fields)
     except ValidationError as error:
-        record_faults = _record_faults(error, source)
-        faults += [fault for fault in record_faults if not faults or fault.key != "mission"]
+        known = bool(faults)  # Of a mission that is refused, nothing else is said
+        faults += (e for e in _record_faults(error, source) if not known or e.key != "mission")
     refuse(faults)
     return plan, data
 
@@ -562,6 +531,4 @@ def _record_faults(error: ValidationError, source: str) -> Iterator[Fault]:
             continue
         key = ".".join(safe_name(part) for part in detail["loc"])
         value = "" if detail["type"] == "missing" or not key else shown(detail["input"])
-        known = detail.get("ctx", {})
-        named = {name: short(x) if isinstance(x, float) else x for name, x in known.items()}
-        yield Fault(key, value, TYPES.get(detail["type"], OTHER).format(**named), source)
+        yield Fault(key, value, worded(detail), source)

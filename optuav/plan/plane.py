@@ -5,7 +5,7 @@ A problem without a rest has only Δ: its plane is the same for all rest times.
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,32 +14,21 @@ from optuav.arrays import Booleans, Floats
 from optuav.engines import grid
 from optuav.mission.schema import Limits
 from optuav.modelling import Constraint, Model
-from optuav.modelling.check import evaluated
+from optuav.modelling.check import Checks, evaluated
 from optuav.plan.display import rounded_up
 
 REACHED = {"dry": "dry", "past full": "full"}
 """State of the available well where a limit of it binds, by the kind of the constraint."""
-ROLES = {
-    "state of charge": "charge",
-    "deadline": "deadline",
-    "dry": "dry",
-    "past full": "overfull",
-    "bounds": "bounds",
-}
+ROLES = {"state of charge": "charge", "dry": "dry", "past full": "overfull"}
+ROLES |= {role: role for role in ("deadline", "bounds")}
 """Roles in `optuav.looks` of limits by the kind of the constraint."""
 DRAWN = ROLES.keys() - {"bounds"}  # Kinds of limits that are lines in a plane
 MOST_POINTS = 40  # Most points of the grid that are shown along an axis
-SAMPLES, WHOLE = (
-    61,
-    100_000,
-)  # Samples along an axis of a plane for a page, and largest whole number
+SAMPLES, WHOLE = 61, 100_000  # Samples along an axis on a page, and largest whole number there
 BINDS = 1e-6  # Largest slack of a binding constraint, as a share of its limit
 POINTS = 25  # Points of its grid along an axis
 BELOW = 0.0375  # Share of its axes that lies below 0
 BEYOND = 1.5  # How far the grid is shown, as a multiple of how far it is feasible
-MARGIN = 0.07  # Share of the plane that is shown beyond the grid
-BEYOND_NUMBERS: Mapping[str, Any] = {"over": "ignore", "invalid": "ignore"}
-"""Far from the feasible set an exponential may be too large for a number."""
 
 
 def kind_of(constraint: Constraint) -> str:
@@ -60,10 +49,7 @@ class Cut(NamedTuple):
         """The excess as whole numbers up to `WHOLE`, row by row; NaN counts as violated."""
         known = np.nan_to_num(self.excess, nan=-np.inf, posinf=np.inf, neginf=-np.inf)
         most = np.abs(known[np.isfinite(known)]).max(initial=0.0) or 1.0
-        numbers: list[int] = (
-            np.rint(np.clip(known / most, -1.0, 1.0) * WHOLE).astype(int).ravel().tolist()
-        )
-        return numbers
+        return [round(share * WHOLE) for share in np.clip(known / most, -1.0, 1.0).flat]
 
     @property
     def forbids(self) -> bool:
@@ -111,10 +97,8 @@ def constraint_name(constraint: Constraint, route: Sequence[str]) -> str:
     well = f"available well {REACHED[constraint.kind]}"
     if moment.stay:
         return f"{well} {moment}"
-    end = f"to {route[moment.flight]}" if route else f"{moment.flight}"
-    if moment.lands:
-        return f"{well}, end of flight {end}"
-    return f"{well}, stage {moment.stage} of flight {end}"
+    flight = f"flight to {route[moment.flight]}" if route else f"flight {moment.flight}"
+    return f"{well}, {'end' if moment.lands else f'stage {moment.stage}'} of {flight}"
 
 
 def worth_seeing(
@@ -142,12 +126,6 @@ def worth_seeing(
     return seen
 
 
-def limits(values_s: Floats, marked: Sequence[float]) -> tuple[float, float]:
-    """Ends of an axis that shows values of the grid and marks, with a margin [s]."""
-    highest = max([0.0, *values_s[-1:], *marked]) or 1.0
-    return -MARGIN * highest, (1.0 + MARGIN) * highest
-
-
 def thinned(counted: Sequence[Floats], most: int = MOST_POINTS) -> tuple[list[Floats], int]:
     """Every n-th value of both axes of the grid, and one of how many points is left."""
     steps = [max(1, math.ceil(len(values_s) / most)) for values_s in counted]
@@ -159,9 +137,7 @@ def feasible(
 ) -> Booleans:
     """Test which points of the grid satisfy all constraints (Δ, T')."""
     x, y = np.meshgrid(across_s, upward_s)
-    points = dict(zip((variable.name for variable in model.variables), (y, x), strict=False))
-    with np.errstate(**BEYOND_NUMBERS):
-        rows = evaluated(model, {**parameters, **points})
+    rows = _rows(model, parameters, y, x)
     return np.asarray(np.all([np.broadcast_to(row.satisfied, x.shape) for row in rows], axis=0))
 
 
@@ -203,14 +179,18 @@ def _binding(
     model: Model, parameters: Mapping[str, object], point: tuple[float, float]
 ) -> Iterator[str]:
     """The labels of the constraints that hold with equality at a point (T', Δ)."""
-    values = dict(
-        zip((variable.name for variable in model.variables), reversed(point), strict=False)
-    )
-    with np.errstate(**BEYOND_NUMBERS):
-        rows = evaluated(model, {**parameters, **values})
-    for row in rows:
+    for row in _rows(model, parameters, *point[::-1]):
         if abs(row.slack) <= BINDS * max(1.0, abs(row.right)):
             yield row.constraint.label
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def _rows(
+    model: Model, parameters: Mapping[str, object], hover_s: float | Floats, rest_s: float | Floats
+) -> Checks:
+    """The constraints at times, also so far away that an exponential is too large for a number."""
+    names = [variable.name for variable in model.variables]
+    return evaluated(model, {**parameters, **dict(zip(names, (hover_s, rest_s), strict=False))})
 
 
 def _excesses(
@@ -220,11 +200,7 @@ def _excesses(
 
     A shortfall within the tolerance of a check counts as held.
     """
-    names = [variable.name for variable in model.variables]
-    point = dict(zip(names, (y[:, None], x), strict=False))
-    with np.errstate(**BEYOND_NUMBERS):
-        rows = evaluated(model, {**parameters, **point})
-    for row in rows:
+    for row in _rows(model, parameters, y[:, None], x):
         held = np.where(row.satisfied, np.maximum(row.slack, 0.0), row.slack)
         excess = row.left - row.right if row.sense == "==" else held
         yield row.constraint, np.broadcast_to(np.asarray(excess, dtype=float), (len(y), len(x)))

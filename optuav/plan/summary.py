@@ -53,15 +53,11 @@ def summary(plan: Plan) -> str:
 
 def heading(plan: Plan) -> list[Line]:
     """Mission and question, and status of the answer."""
-    question = [
-        plan.problem,
-        f"trajectory {plan.trajectory}" if plan.trajectory else "",
-        f"building {plan.building}" if plan.building else "",
-        plan.order or "",
-        f"perspective {plan.perspective}",
-        counted_in(plan.slot_s),
-    ]
-    lines = [("Mission", plan.mission.name), ("Problem", ", ".join(filter(None, question)))]
+    options = {"trajectory": plan.trajectory, "building": plan.building}
+    stated = [f"{name} {value}" for name, value in options.items() if value]
+    stated += [plan.order] if plan.order else []
+    question = [plan.problem, *stated, f"perspective {plan.perspective}", counted_in(plan.slot_s)]
+    lines = [("Mission", plan.mission.name), ("Problem", ", ".join(question))]
     if not plan:
         lines.append(("Answer", f"{plan.status.value.upper()} ({plan.proof})"))
         return lines + [("Because", reason) for reason in plan.reasons]
@@ -108,10 +104,8 @@ def counted_in(slot_s: float | None) -> str:
 
 def _as_wide(text: str) -> str:
     """Printable text as long as it is wide: a filler before each letter that takes two columns."""
-    return "".join(
-        FILLER + letter if unicodedata.east_asian_width(letter) in "WF" else letter
-        for letter in printable(text)
-    )
+    wide = unicodedata.east_asian_width
+    return "".join(FILLER * (wide(each) in "WF") + each for each in printable(text))
 
 
 def wrapped(label: str, text: str, start: str = "", indent: int = LABEL) -> list[str]:
@@ -139,10 +133,10 @@ def times(plan: Plan) -> list[tuple[str, float, str]]:
         served = [f"{stop.duration_s:.2f} s at {stop.end_place}" for stop in lasting]
         if len(served) < 2:
             served = [
-                f"at {stop.end_place}, from {stop.start_s:.2f} s"
-                if stop.duration_s
-                else f"passes by {stop.end_place}"
-                for stop in stops
+                f"at {e.end_place}, from {e.start_s:.2f} s"
+                if e.duration_s
+                else f"passes by {e.end_place}"
+                for e in stops
             ]
         if stops or kind == "hover":
             rows.append((kind.capitalize(), time_s, ", ".join(served)))
@@ -150,14 +144,10 @@ def times(plan: Plan) -> list[tuple[str, float, str]]:
     flown = f"{len(plan.route) - 1} legs, up to {_number(fastest_m_s, 1)} m/s"
     if chosen := [_number(speed_m_s, 2) for leg in plan.speeds_m_s for speed_m_s in leg]:
         flown = f"{len(plan.route) - 1} legs, at {', '.join(chosen)} m/s"
-    mission_s = plan.mission_time_s
-    left_s = plan.mission.limits.deadline_s - mission_s
+    left_s = plan.mission.limits.deadline_s - plan.mission_time_s
     ends = f"{abs(left_s):.2f} s {'before' if left_s > 0.0 else 'AFTER'} the deadline"
-    rows += [
-        ("Flight", plan.flight_time_s, flown),
-        ("Mission", mission_s, "exactly at the deadline" if abs(left_s) < 0.005 else ends),
-    ]
-    return rows
+    ends = "exactly at the deadline" if abs(left_s) < 0.005 else ends
+    return [*rows, ("Flight", plan.flight_time_s, flown), ("Mission", plan.mission_time_s, ends)]
 
 
 def outcome(plan: Plan) -> list[Line]:
@@ -212,18 +202,14 @@ def tabulated(
 def figures(plan: Plan) -> list[tuple[str, ...]]:
     """Rows of the phases: the kind, and the figures that the `HEADINGS` after its place name."""
     full = vehicle.pool(plan.mission).full
-    return [
-        (
-            phase.kind + "*" * phase.edited,
-            _number(phase.start_s, 2),
-            _number(phase.duration_s, 2),
-            _number(phase.current_A, 2, "+"),
-            _number(phase.power_W, 0, "+"),
-            _number(100 * sum(phase.available_As) / full.available_As, 1),
-            _number(100 * sum(phase.bound_As) / full.bound_As, 1),
-        )
-        for phase in plan.phases
-    ]
+    rows = []
+    for phase in plan.phases:
+        times = (_number(time_s, 2) for time_s in (phase.start_s, phase.duration_s))
+        loads = _number(phase.current_A, 2, "+"), _number(phase.power_W, 0, "+")
+        wells = sum(phase.available_As) / full.available_As, sum(phase.bound_As) / full.bound_As
+        levels = (_number(100 * level, 1) for level in wells)
+        rows.append((phase.kind + "*" * phase.edited, *times, *loads, *levels))
+    return rows
 
 
 def _timeline(plan: Plan) -> Iterator[str]:

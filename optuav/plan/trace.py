@@ -124,19 +124,10 @@ class Trace:
     def to_frame(self) -> DataFrame:
         """One row per moment; needs pandas (``python -m pip install pandas``).
 
+        Columns are the fields, vectors by component: ``x_m``, ``y_m``, ``z_m``, the wells summed
+        over the packs as ``available_As`` and ``bound_As``, where there are several also
+        ``available_1_As`` and so on, and ``soc_battery``, ``soc_energy``, ``soc_adjusted``.
         Rounding is shown as 0: numbers below 1e-9 of the largest of their column, or of 1.
-
-        Returns
-        -------
-        DataFrame
-            Columns as the fields, vectors by component: ``x_m``, ``y_m``, ``z_m``, the wells summed
-            over the packs as ``available_As`` and ``bound_As``, where there are several also
-            ``available_1_As`` and so on, and ``soc_battery``, ``soc_energy``, ``soc_adjusted``.
-
-        Raises
-        ------
-        InputError
-            If pandas is not installed.
         """
         columns: dict[str, npt.NDArray[np.generic]] = {"time_s": self.time_s}
         columns |= dict(zip(("x_m", "y_m", "z_m"), self.position_m.T, strict=True))

@@ -32,13 +32,10 @@ def used_buildings(plan: Plan) -> Buildings:
     ends_m = (route.origin_m, vehicle.hover_point_m(mission), route.destination_m)
     at_m = {name: (CLEAR, end) for name, end in zip(ENDS, ends_m, strict=True)}
     at_m |= {name: (k, tuple(buildings.roof_m[k])) for k, name in numbers.items()}
-    lines = [
-        pair
-        for p in plan.phases
-        for by in [(at_m[p.start_place], *((CLEAR, at) for at in p.waypoints_m), at_m[p.end_place])]
-        for pair in pairwise(by)
-        if p.kind == "flight"
-    ]
+    lines = []
+    for leg in (phase for phase in plan.phases if phase.kind == "flight"):
+        by = ((CLEAR, at) for at in leg.waypoints_m)
+        lines += pairwise([at_m[leg.start_place], *by, at_m[leg.end_place]])
     if mission.laser is not None:
         lines += [((CLEAR, mission.laser.position_m), at_m[name]) for name in names]
     known = [(a, b) for a, b in lines if np.isfinite([a[1], b[1]]).all()]

@@ -3,7 +3,7 @@
 Every function takes its data and returns the axes, of a figure of its own that belongs to no
 window and that a notebook shows: ``wells([plan])[0].figure.savefig("wells.pdf")``. Those with one
 panel also draw on axes that they are given (`ax`), those with several into a figure or subfigure
-(`figure`).
+(`figure`, best made with ``layout="constrained"``).
 """
 
 from optuav.errors import require

@@ -23,8 +23,7 @@ from optuav.plots.map import FEW, Way, draw_from_above, draw_plan_view, plan_lab
 from optuav.plots.profiles import timed
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, LASER, ORANGE, SKY, place
 
-FRAMES, FRAMES_PER_S, HELD = 120, 10, 20
-"""Moments that are shown, evenly over the mission; how many a second; how often the end is."""
+FRAMES, FRAMES_PER_S, HELD = 120, 10, 20  # Moments, how many per second, how often the last
 DOTS_PER_INCH = 100
 COLOURS = 256
 PALETTE = (BLACK, ORANGE, SKY, GREEN, BLUE, LACKING, LASER, GREY)
@@ -34,9 +33,8 @@ PALETTE = (BLACK, ORANGE, SKY, GREEN, BLUE, LACKING, LASER, GREY)
 def save_animation(replayed: Replay | Plan | Itinerary | str | Path, path: str | Path) -> Path:
     """Write a simulated plan in motion as a GIF of a quarter of a minute: map and wells together.
 
-    On the map the UAV flies its way, and is joined to the laser while that delivers power; beside
-    it the bands of the wells grow. From the first violated limit on, the UAV is orange-red. The
-    same plan gives the same bytes.
+    On the map the UAV flies its way, joined to the laser while that delivers power, and orange-red
+    from the first violated limit on. The same plan gives the same bytes.
 
     Parameters
     ----------
@@ -47,14 +45,14 @@ def save_animation(replayed: Replay | Plan | Itinerary | str | Path, path: str |
 
     Returns
     -------
-    The file that was written.
+    The file.
 
     Raises
     ------
     NoPlanError
         If nothing is flown.
     InputError
-        If matplotlib is missing, or the file cannot be written or has another ending.
+        If the file cannot be written or has another ending.
 
     Examples
     --------
@@ -133,8 +131,7 @@ def _still(replayed: Replay) -> Figure:
     flights = [phase for phase in replayed.phases if phase.kind == "flight"]
     ends = (phase.end.position_m for phase in flights)
     points = np.array([replayed.phases[0].start.position_m, *ends])
-    by = tuple(phase.waypoints_m for phase in flights)
-    way = Way.bent(names, points, by, stops, look)
+    way = Way.bent(names, points, tuple(phase.waypoints_m for phase in flights), stops, look)
     draw_plan_view(left, view, [way])
     arrows = draw_from_above(left, view, [way])
     style.group_thousands(left, right)

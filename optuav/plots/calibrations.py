@@ -24,21 +24,18 @@ PER_NAME_IN, BASE_IN, CURVE_IN = 0.21, 0.85, 1.9
 
 
 class FitAxes(NamedTuple):
-    """Panels of a quantity that was fitted.
+    """Panels of a quantity that was fitted, in its unit.
 
     Parameters
     ----------
     values, residuals
-        Axes with its observed and fitted values, and with fitted minus observed, in its unit.
+        Its observed and fitted values; and fitted minus observed.
 
     Examples
     --------
     >>> import optuav
-    >>> from optuav.calibration import Panel
-    >>> panel = Panel("lifetime", "s", (100.0, 120.0), (101.0, 118.0), names=("1 A", "2 A"))
-    >>> fitted = optuav.Fit("kibam", ("cell.csv",), "2 loads", (), (panel,))
-    >>> optuav.plots.fit(fitted)[0].values.get_xlabel()
-    'lifetime [s]'
+    >>> optuav.plots.FitAxes._fields
+    ('values', 'residuals')
     """
 
     values: Axes
@@ -58,8 +55,7 @@ def fit(found: Fit, *, figure: style.AnyFigure | None = None) -> tuple[FitAxes, 
         A calibration from observations, of `optuav.fit_kibam`, `optuav.fit_regimes` or
         `optuav.fit_rotor`.
     figure
-        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
-        its own by default.
+        Where to draw; on a page of its own by default.
 
     Returns
     -------
@@ -97,13 +93,14 @@ def fit(found: Fit, *, figure: style.AnyFigure | None = None) -> tuple[FitAxes, 
                 each.autoscale_view()
     sources = ", ".join(style.printed(source.rpartition("/")[2]) for source in found.sources[:2])
     more = f" and {len(found.sources) - 2} more" if len(found.sources) > 2 else ""
-    axes[0].values.set_title(f"{found.kind} from {sources}{more}", pad=style.LEGEND_PT)
+    top = axes[0].values
+    top.set_title(f"{found.kind} from {sources}{more}", pad=style.LEGEND_PT)
     axes[0].residuals.set_title("what is left over", pad=style.LEGEND_PT)
     shown = axes if found.panels[0].names else axes[:1]
     labelled = [ax.values.get_legend_handles_labels() for ax in shown]
     entries = {words: each for pair in labelled for each, words in zip(*pair, strict=True)}
-    style.legend_above(axes[0].values, 6, list(entries.values()))
-    style.settle(axes[0].values)
+    style.legend_above(top, 6, list(entries.values()))
+    style.settle(top)
     return axes
 
 

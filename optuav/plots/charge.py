@@ -40,11 +40,9 @@ def wells(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
     Parameters
     ----------
     plans
-        A plan or several that exist, or the paths of their files, usually of one mission in several
-        perspectives.
+        One or several, or the paths of their files; usually of one mission by perspective.
     figure
-        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
-        its own by default.
+        Where to draw; on a page of its own by default.
 
     Returns
     -------
@@ -165,11 +163,9 @@ def packs(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
     Parameters
     ----------
     plans
-        A plan or several that exist, or the paths of their files, usually of one mission under
-        several schedules.
+        One or several, or the paths of their files; usually of one mission by schedule.
     figure
-        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
-        its own by default.
+        Where to draw; on a page of its own by default.
 
     Returns
     -------

@@ -1,7 +1,8 @@
-"""Bars by group, curves over one quantity, swings of single keys, and spreads of hover times."""
+"""Bars by group, curves, waterfalls of power, swings of keys, and spreads of hover times."""
 
 from collections.abc import Mapping, Sequence
-from itertools import cycle
+from itertools import cycle, pairwise
+from textwrap import fill
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from optuav.arrays import Floats
 from optuav.errors import InputError, refuse
 from optuav.mission.messages import several, unknown
 from optuav.plots import style
-from optuav.plots.style import BLACK, BLUE, DARK, GREEN, GREY, ORANGE, PINK, SKY
+from optuav.plots.style import BLACK, BLUE, DARK, GREEN, GREY, LASER, ORANGE, PINK, SKY
 
 COLOURS = {
     **{"battery": BLUE, "energy": ORANGE, "adjusted": SKY, "available": GREEN},
@@ -42,19 +43,20 @@ LEAST_ROOM = 0.12  # Share of the bars' reach that is left on either side of the
 TIP_PT = 2.0  # Distance of words from the tip of their bar
 MOVES_S = 5e-3  # Least swing that has a bar [s]
 BINS = 60
+WORDS_WIDTH = 10  # Letters in a line below a station
 
 
 class Bar(NamedTuple):
-    """A value of a plan, None without one, by its group below the axis and its name in the legend.
+    """A value of a plan.
 
     Parameters
     ----------
     group, name
-        Words below the axis; a perspective, a trajectory, a problem or nothing.
+        Words below the axis; and in the legend, a perspective, trajectory, problem or nothing.
     value
         Its height, in the unit of the axis; None without a plan.
     flyable
-        Bars of plans that cannot be flown are hatched, unless that is not known (None).
+        Bars of plans that cannot be flown (False) are hatched.
 
     Examples
     --------
@@ -79,7 +81,7 @@ class Line(NamedTuple):
     x, y
         Arrays of one length, in the units of the axes.
     marker
-        Marker of every point as Matplotlib names it, ``"o"`` for dots; empty for none.
+        Matplotlib's marker of every point, ``"o"`` for dots; empty for none.
 
     Examples
     --------
@@ -261,6 +263,36 @@ def curves(
         offset_pt = (-3.0 if to_left else 3.0, -3.0 - 9.0 * (number % 2))
         fraction = ("data", "axes fraction")
         style.beside(ax, words, (at, 1.0), offset_pt, xycoords=fraction, color=DARK)
+    return ax
+
+
+@style.applied()
+def waterfall(
+    stations: Sequence[tuple[str, float, bool]], *, title: str, ax: Axes | None = None
+) -> Axes:
+    """Draw the power at stations from the left to the right, none larger than the one before.
+
+    A station has words, power [W], and whether it is electric or light. Returns the axes, with
+    power in W along y; they are on a page of their own by default.
+    """
+    ax = ax or style.page(3.2).subplots()
+    ax.set(ylabel="power [W]", ylim=(0.0, 1.22 * max(stations[0][1], 1e-9)))
+    lost: style.Look = {"facecolor": "white", "edgecolor": GREY, "hatch": "////", "linewidth": 0.0}
+    for at, (before, (_, power_W, electric)) in enumerate(pairwise([stations[0], *stations])):
+        top_W, share = before[1], power_W / max(before[1], 1e-9)
+        ax.bar(at, power_W, 0.8, color=GREEN if electric else LASER)
+        ax.bar(at, top_W - power_W, 0.8, power_W, **lost)
+        ax.plot([at - 1.4 if at else at - 0.4, at + 0.4], [top_W] * 2, color=DARK, linewidth=0.5)
+        loss = f"\n−{100.0 * (1.0 - share):.3g} %" if at and share < 0.9995 else ""
+        style.beside(ax, f"{power_W:.4g} W{loss}", (at, top_W), (0.0, 2.0))
+    style.group_thousands(ax)
+    ax.set_xticks(range(len(stations)), [fill(words, WORDS_WIDTH) for words, *_ in stations])
+    ax.tick_params(axis="x", length=0.0)
+    ax.set_title(title, pad=style.LEGEND_PT)
+    kinds = {"light": LASER, "electric": GREEN}
+    patches = [Patch(color=colour, label=name) for name, colour in kinds.items()]
+    style.legend_above(ax, 3, [*patches, Patch(label="lost before", **lost)])
+    style.settle(ax)
     return ax
 
 

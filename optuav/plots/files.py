@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from matplotlib.axes import Axes
 
@@ -17,8 +17,6 @@ from optuav.plots.map import mission_map
 from optuav.plots.profiles import leg
 
 SAME_S = 0.01  # Difference of two stays that no picture shows
-Drawn: TypeAlias = Any
-"""Axes, or the tuples of them that the functions of `optuav.plots` return."""
 FORMATS: Mapping[str, Mapping[str, str | None] | None] = {
     ".png": {"Software": "optuav"},
     ".svg": {"Creator": "optuav", "Date": None},
@@ -32,11 +30,10 @@ no other program, can show transparent colours, and hold no date."""
 def save_pictures(
     subject: Plan | Mission | str | Path, directory: str | Path, beside: Plans = ()
 ) -> list[Path]:
-    """Write the pictures of a plan as PNG files.
+    """Write the pictures of a plan as PNG files; the same plan gives the same bytes.
 
     ``map.png``; ``wells.png``, or ``packs.png`` where packs take turns; and ``leg.png`` of the
-    first leg that the flight model describes; only the map without a plan. The same plan
-    gives the same bytes.
+    first leg that the flight model describes; only the map without a plan.
 
     Parameters
     ----------
@@ -45,18 +42,16 @@ def save_pictures(
     directory
         Where to write; made if it is missing. Files of these names are replaced.
     beside
-        Plans that exist whose wells are drawn below the plan's, or the paths of their files;
-        not one that is flown alike.
+        Plans whose wells are drawn below the plan's, unless they are flown alike, or their files.
 
     Returns
     -------
-    The files that were written.
+    The files.
 
     Raises
     ------
     InputError
-        If matplotlib is missing, or the directory cannot be made or written to. Every file is
-        written whole or not at all.
+        If the directory cannot be made or written to; every file is written whole or not at all.
 
     Examples
     --------
@@ -75,8 +70,7 @@ def save_pictures(
             more = [other for other in others if not _alike(subject, other)]
             drawn["wells.png"] = wells([subject, *more])[0]
         if first := modelled_leg(subject):
-            axes = leg(subject.mission, first.start_place, first.end_place)
-            drawn["leg.png"] = axes.speed
+            drawn["leg.png"] = leg(subject.mission, first.start_place, first.end_place).speed
     return save_figures(drawn, directory)
 
 
@@ -93,7 +87,7 @@ def modelled_leg(plan: Plan) -> Phase | None:
     return next((leg for leg in legs if leg.duration_s > 0.0 and not leg.edited), None)
 
 
-def save(drawn: Drawn, path: str | Path) -> Path:
+def save(drawn: Any, path: str | Path) -> Path:
     """Write the figure of axes as a file; the same figure gives the same bytes.
 
     Parameters
@@ -106,7 +100,7 @@ def save(drawn: Drawn, path: str | Path) -> Path:
 
     Returns
     -------
-    The file that was written.
+    The file.
 
     Raises
     ------
@@ -128,7 +122,7 @@ def save(drawn: Drawn, path: str | Path) -> Path:
 
 
 def save_figures(
-    drawn: Mapping[str, Drawn] | Iterable[tuple[str, Drawn]], folder: str | Path
+    drawn: Mapping[str, Any] | Iterable[tuple[str, Any]], folder: str | Path
 ) -> list[Path]:
     """Write the figures of axes under the given names, all drawn before the first is written.
 
@@ -141,7 +135,7 @@ def save_figures(
 
     Returns
     -------
-    The files that were written, in the order given.
+    The files, in the order given.
 
     Raises
     ------
@@ -153,26 +147,22 @@ def save_figures(
     >>> import optuav, tempfile
     >>> drawn = optuav.plots.mission_map("paper")
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     files = optuav.plots.save_figures({"map.svg": drawn}, folder)
-    >>> [file.name for file in files]
+    ...     [file.name for file in optuav.plots.save_figures({"map.svg": drawn}, folder)]
     ['map.svg']
     """
     folder = path_of(folder, "folder")
     named: Any = drawn.items() if isinstance(drawn, Mapping) else drawn
     pairs = [*named] if isinstance(named, Iterable) else [named]
-    if not all(
-        isinstance(pair, tuple) and len(pair) == 2 and str(pair[0]) == pair[0] for pair in pairs
-    ):
-        raise InputError(
-            [Fault("drawn", shown(drawn), "axes by name, as plots.swept returns them")]
-        )
+    if not all(isinstance(e, tuple) and len(e) == 2 and isinstance(e[0], str) for e in pairs):
+        words = "axes by name, as plots.swept returns them"
+        raise InputError([Fault("drawn", shown(drawn), words)])
     pictures = {folder / name: image(axes, folder / name) for name, axes in pairs}
     make_directory(folder)
     write_files(pictures)
     return list(pictures)
 
 
-def image(drawn: Drawn, path: Path) -> bytes:
+def image(drawn: Any, path: Path) -> bytes:
     """The figure of axes as the content of a file, in the format of its suffix."""
     while isinstance(drawn, tuple | list) and drawn:
         drawn = drawn[0]

@@ -54,12 +54,12 @@ MOST_NAMED = 400  # Most buildings for naming those off the route where there is
 
 
 class MapAxes(NamedTuple):
-    """The two views of a map.
+    """The two views of a map [m].
 
     Parameters
     ----------
     plan, height
-        Axes seen from above, x and y [m], and from the side, altitude over the way [m].
+        From above, x and y; and from the side, altitude over the way.
 
     Examples
     --------
@@ -117,17 +117,15 @@ def mission_map(
 ) -> MapAxes:
     """Draw where a mission takes place and, where there is a plan, its route and stops.
 
-    Seen from above (x, y) with the coverage disc at the hover altitude, the ground device, the
-    laser and its sight lines, and footprints; and from the side, altitude over the way. Without a
-    plan the direct route is shown in grey.
+    From above: the coverage disc at the hover altitude, the ground device, the laser and its sight
+    lines, and footprints. Without a plan the direct route is shown in grey.
 
     Parameters
     ----------
     subject
         A plan, a plan without phases, or a mission; also by its name or path.
     figure
-        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
-        its own by default.
+        Where to draw; on a page of its own by default.
 
     Returns
     -------
@@ -176,8 +174,7 @@ def trajectories(
         ``"traj2"`` and ``"optimal"``. They take place on one map. A plan that says that there is
         none stands in the legend only.
     figure
-        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
-        its own by default.
+        Where to draw; on a page of its own by default.
 
     Returns
     -------
@@ -251,9 +248,7 @@ def _draw(
     style.group_thousands(*axes)
     style.settle(axes.plan)
     flat = [way.points[:, :2] for way in ways]
-    corners_m, count = shown.mission.buildings.outlines()
-    rings = np.split(corners_m, np.cumsum(count[count > 0]))[:-1]
-    walls = [np.concatenate([ring, ring[:1]]) for ring in rings]
+    walls = [np.concatenate([ring, ring[:1]]) for ring in shown.rings if len(ring)]
     faint = [*_sight(shown, ways)[0], *(walls if len(walls) <= MOST_NAMED else ())]
     style.place(axes.plan, plan_labels(shown, ways, times=times), flat, faint, arrows)
     # Every place of the ways once.
@@ -434,17 +429,15 @@ def draw_site(ax: Axes, shown: Scene, walls: Look) -> list[Artist]:
 
 def draw_buildings(ax: Axes, shown: Scene, walls: Look) -> list[Artist]:
     """Draw footprints and roofs from above; entries of the legend."""
-    mission = shown.mission
-    corners_m, count = mission.buildings.outlines()
-    rings = np.split(corners_m, np.cumsum(count[count > 0]))[:-1]
-    few = len(count) <= FEW
-    width_pt = 0.6 if few else 0.3 if len(count) <= MOST_NAMED else 0.1
+    rings, few = shown.rings, len(shown.mission.buildings) <= FEW
+    width_pt = 0.6 if few else 0.3 if len(rings) <= MOST_NAMED else 0.1
     look: Look = {"linewidth": width_pt, "zorder": 2, **walls}
-    footprints = PolyCollection(rings, label="building", **look)
+    footprints = PolyCollection([*filter(len, rings)], label="building", **look)
     ax.add_collection(footprints, autolim=False)
-    roofs = shown.places.position_m[shown.places.buildings][(count == 0) | few]
-    ax.plot(*roofs[:, :2].T, ".", color=walls["edgecolor"], markersize=2.5, zorder=2.1)
-    return [footprints] if mission.buildings else []
+    dotted = np.array([few or not len(ring) for ring in rings], dtype=bool)
+    roofs_m = shown.places.position_m[shown.places.buildings][dotted]
+    ax.plot(*roofs_m[:, :2].T, ".", color=walls["edgecolor"], markersize=2.5, zorder=2.1)
+    return [footprints] if rings else []
 
 
 def stop_look(kind: str, stays: bool) -> Look:

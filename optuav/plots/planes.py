@@ -15,22 +15,14 @@ from optuav.errors import Fault, InputError
 from optuav.mission.messages import of_kind, shown
 from optuav.modelling import Model, Variable
 from optuav.plan import Plans, load_plans
-from optuav.plan.plane import (
-    ROLES,
-    constraint_name,
-    cuts,
-    feasible,
-    kind_of,
-    limits,
-    thinned,
-    worth_seeing,
-)
+from optuav.plan.plane import ROLES, constraint_name, cuts, feasible, kind_of, thinned, worth_seeing
 from optuav.plots import style
 from optuav.plots.style import BLACK, printed
 
 OWN = (style.PINK, style.SKY, style.DARK, style.GREEN)  # Colours of limits that have no role
 SAMPLES = 401  # Samples of the constraints along an axis
 LETTERS = 30  # Longest line of the legend
+MARGIN = 0.07  # Share of the plane that is shown beyond the grid
 
 Values: TypeAlias = Mapping[str, object]
 
@@ -46,10 +38,9 @@ def plane(
 ) -> Axes:
     """Draw the plane of the two unknowns of a problem: rest time across, hover time upwards.
 
-    Constraints are lines where the two sides of their declaration are equal, with their
-    forbidden sides shaded, thick where they bound the feasible set. Left out are constraints that
-    cut nothing off, and the far end of a grid with a feasible beginning. The points come from
-    Algorithm 1's grid, thinned out where there are many.
+    Constraints that cut something off are lines where their two sides are equal, shaded where they
+    forbid, thick where they bound the feasible set. The points are Algorithm 1's grid, thinned out
+    where there are many, without the far end of a grid with a feasible beginning.
 
     Parameters
     ----------
@@ -58,8 +49,7 @@ def plane(
     parameters
         Values of its parameters for one itinerary, from ``model.row(entry)``.
     plans
-        A plan or several to mark, or the paths of their files, of the same problem and itinerary:
-        continuous ones and ones in slots.
+        Plans of that problem and itinerary to mark, in continuous times or slots, or their files.
     slot_s
         Length of the slots of the grid [s], > 0.
     ax
@@ -92,33 +82,28 @@ def plane(
     if not slot_s > 0.0:
         raise InputError([Fault("slot_s", f"{slot_s!r}", "a length > 0 [s]")])
     upward, across = model.variables
-    marked = [
-        (plan, (float(getattr(plan, across.name)), float(getattr(plan, upward.name))))
-        for plan in load_plans(plans, least=0)
-        if plan
-    ]
-    points = [point for _, point in marked]
-    route = marked[0][0].route if marked else ()
-    flights = max(
-        (getattr(constraint.moment, "flight", 0) for constraint in model.constraints), default=0
-    )
-    if 0 < len(route) <= flights:
+    known = [plan for plan in load_plans(plans, least=0) if plan]
+    points = [(getattr(plan, across.name), getattr(plan, upward.name)) for plan in known]
+    route = known[0].route if known else ()
+    moments = (constraint.moment for constraint in model.constraints)
+    if 0 < len(route) <= max((getattr(each, "flight", 0) for each in moments), default=0):
         words = "plans of the itinerary of this model"
         raise InputError([Fault("plans", " → ".join(route), words)])
     ax = ax or style.page(4.4).subplots()
     counted = worth_seeing(model, parameters, slot_s, points, SAMPLES)
     for name, number, values_s in (("ylim", 1, counted[0]), ("xlim", 0, counted[1])):
-        ax.set(**{name: limits(values_s, [point[number] for point in points])})
+        highest_s = max([0.0, *values_s[-1:], *(point[number] for point in points)]) or 1.0
+        ax.set(**{name: (-MARGIN * highest_s, (1.0 + MARGIN) * highest_s)})
     ax.set_title("\n".join([model.title, *[" → ".join(map(printed, route))] * bool(route)]))
     ax.set(xlabel=_axis_label(across), ylabel=_axis_label(upward))
     style.group_thousands(ax)
     handles = list(_draw_constraints(ax, model, parameters, route))
     handles += _draw_grid(ax, model, parameters, counted, slot_s)
-    for plan, point in marked:
-        kind = ("*", 11.0, style.YELLOW, "optimum")
+    for plan, point in zip(known, points, strict=True):
+        marker, size, colour, words = "*", 11.0, style.YELLOW, "optimum"
         if plan.slot_s is not None:
-            kind = ("s", 9.0, "none", f"optimum in slots of {plan.slot_s:g} s")
-        marker, size, colour, words = kind
+            marker, size, colour = "s", 9.0, "none"
+            words = f"optimum in slots of {plan.slot_s:g} s"
         (star,) = ax.plot(*point, marker, markersize=size, markerfacecolor=colour, zorder=6)
         times = f"{across.symbol} = {point[0]:.2f} s, {upward.symbol} = {point[1]:.2f} s"
         label = f"{words}\n{_set(times)}"

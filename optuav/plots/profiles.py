@@ -36,7 +36,7 @@ class ProfileAxes(NamedTuple):
     Parameters
     ----------
     altitude, speed, power
-        Axes with the altitude [m], the speed [m/s] and the power into the battery [W].
+        Altitude [m], speed [m/s], and power into the battery [W].
 
     Examples
     --------
@@ -68,8 +68,7 @@ def profile(
     replayed
         From `optuav.replay`, or what that takes: a plan, an itinerary, or the file of one.
     figure
-        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
-        its own by default.
+        Where to draw; on a page of its own by default.
 
     Returns
     -------
@@ -106,24 +105,21 @@ def profile(
     limits = style.margins([0.0, *power_W, *trace.received_power_W], 0.12)
     axes.power.set(ylabel="power into\nthe battery [W]", ylim=limits)
     axes.power.set(xlim=(0.0, time_s[-1] or 1.0), xlabel=style.TIME)
-    verdict = "can be flown" if not replayed.violations else "cannot be flown"
+    verdict = "can be flown" if replayed.flyable else "cannot be flown"
     axes.altitude.set_title(f"{style.printed(mission.name)}: {verdict}", pad=style.NAMES_PT)
-    entries = [
-        style.entry("net power", BLACK),
-        style.entry("from the laser", LASER, 1.0),
-        style.entry("altitudes for hovering", GREY, 0.8, "--"),
-        *style.swatches(trace.kind),
-    ]
+    entries = [style.entry("net power", BLACK), style.entry("from the laser", LASER, 1.0)]
+    entries.append(style.entry("altitudes for hovering", GREY, 0.8, "--"))
     style.group_thousands(*axes)
     below: style.Look = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.42)}
-    axes.power.legend(handles=entries, ncols=6, columnspacing=1.4, **below)
+    handles = [*entries, *style.swatches(trace.kind)]
+    axes.power.legend(handles=handles, ncols=6, columnspacing=1.4, **below)
     style.settle(axes.altitude)
     style.draw_bands(axes, style.phase_bands(replayed))
-    events = [
-        (words, each.time_s, height, "overfull" if each.kind == "full" else "dry")
-        for words, each in timed(replayed)[:MOST_MARKED]
-        for height in [float(np.interp(each.time_s, time_s, height_m))]
-    ]
+    events = list[tuple[str, float, float, str]]()
+    for words, event in timed(replayed)[:MOST_MARKED]:
+        role = "overfull" if event.kind == "full" else "dry"
+        at_m = np.interp(event.time_s, time_s, height_m)
+        events.append((words, event.time_s, float(at_m), role))
     mark(axes.altitude, events, [np.stack([time_s, height_m], axis=1)])
     return axes
 
@@ -143,8 +139,8 @@ class LegAxes(NamedTuple):
     Parameters
     ----------
     speed, attitude, current
-        Axes with the speed along the path [m/s], pitch and roll [°] (None where the flight model
-        has none), and the current that is drawn [A].
+        Speed along the path [m/s]; pitch and roll [°], None where the flight model has none; and
+        the current that is drawn [A].
 
     Examples
     --------
@@ -167,9 +163,8 @@ def leg(
 ) -> LegAxes:
     """Draw one leg over time by the mission's flight model.
 
-    The speed along the path, pitch and roll where the model has them, and the current that is
-    drawn. Where the model freezes the position while the UAV turns at speed, the speed that it
-    keeps is dotted.
+    Where the model freezes the position while the UAV turns at speed, the speed that it keeps is
+    dotted.
 
     Parameters
     ----------
@@ -178,8 +173,7 @@ def leg(
     start, end
         Names of places: ``"origin"``, ``"hover"``, ``"destination"`` or a building's.
     figure
-        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
-        its own by default.
+        Where to draw; on a page of its own by default.
 
     Returns
     -------
@@ -232,8 +226,7 @@ def _displacement(mission: Mission, start: str, end: str) -> tuple[float, float,
     if x == y == z == 0.0:
         raise InputError(f"the leg {start} → {end} has no length")
     unknown = "there is no hover point within reach" if math.isnan(x) else None
-    why = unknown or flight_of(mission).impossible()
-    if why is not None:
+    if why := unknown or flight_of(mission).impossible():
         raise InputError(f"the leg {start} → {end} cannot be flown: {why}")
     return x, y, z
 
@@ -280,9 +273,8 @@ def _draw_speed(ax: Axes, stages: Sequence[_Stage], peak_m_s: float) -> None:
         shown_m_s = np.full_like(stage.time_s, peak_m_s) if frozen else stage.state.speed_m_s
         ax.plot(stage.time_s, shown_m_s, color=BLACK, linestyle=":" if frozen else "-")
         if frozen:
-            words = (
-                f"stage {stage.number}: position frozen,\nspeed kept for stage {stage.number + 1}"
-            )
+            kept = f"speed kept for stage {stage.number + 1}"
+            words = f"stage {stage.number}: position frozen,\n{kept}"
             handles.append(style.entry(words, BLACK, linestyle=":"))
     ax.set(ylabel="speed [m/s]", ylim=(-0.04 * peak_m_s, 1.12 * peak_m_s))
     if len(stages) > 1:
@@ -312,7 +304,7 @@ def _draw_current(ax: Axes, stages: Sequence[_Stage]) -> None:
         for stage in stages:
             numbers.setdefault(stage.name, []).append(f"{stage.number}")
         words = {name: f"{name} ({', '.join(own)})" for name, own in numbers.items()}
-        entries = [style.swatch(COLOURS.get(name, GREY), words[name]) for name in words]
+        entries = [style.swatch(COLOURS.get(name, GREY), each) for name, each in words.items()]
         _legend_beside(ax, entries, "stages")
 
 

@@ -43,12 +43,8 @@ WORDS = {"direct": "Direct path", "traj1": "Traj. 1", "traj2": "Traj. 2", "optim
 
 DASHED: LineStyleType = (0.0, (4.0, 2.0))
 DOTTED: LineStyleType = (0.0, (1.0, 1.0))
-DASHES: tuple[LineStyleType, ...] = (
-    "-",
-    (0.0, (5.0, 1.5)),
-    (0.0, (2.0, 1.0)),
-    (0.0, (6.0, 1.2, 1.5, 1.2)),
-)
+DASH_DOT: LineStyleType = (0.0, (6.0, 1.2, 1.5, 1.2))
+DASHES: tuple[LineStyleType, ...] = ("-", (0.0, (5.0, 1.5)), (0.0, (2.0, 1.0)), DASH_DOT)
 """Dashes of several lines in one picture, so that no two differ only in colour."""
 FONT = "DejaVu Sans"
 SETTINGS = ("default", Path(__file__).with_name("optuav.mplstyle"))
@@ -135,25 +131,14 @@ class Figures(dict[str, Figure]):
 
 def gallery(figures: Iterable[tuple[str, Figure]]) -> str:
     """Return figures as HTML, with their titles or names for readers who do not see them."""
-    encoded = (
-        ("; ".join(dict.fromkeys(_words(each))) or name, b64encode(written(each, format="png")))
-        for name, each in figures
-    )
     look = f"display: block; width: 100%; max-width: {PIXELS_PER_INCH * WIDTH_IN:g}px"
-    return markup.shown(
-        *(
-            markup.element(
-                "img", alt=words, src=f"data:image/png;base64,{data.decode()}", style=look
-            )
-            for words, data in encoded
-        )
-    )
-
-
-def _words(figure: Figure) -> Iterator[str]:
-    """Yield the titles of a figure, and its vertical labels."""
-    for axes in figure.axes:
-        yield from filter(None, (axes.get_title(loc="left").strip(), axes.get_ylabel()))
+    images = []
+    for name, figure in figures:
+        titles = ((ax.get_title(loc="left").strip(), ax.get_ylabel()) for ax in figure.axes)
+        words = "; ".join(dict.fromkeys(filter(None, itertools.chain(*titles)))) or name
+        source = f"data:image/png;base64,{b64encode(written(figure, format='png')).decode()}"
+        images.append(markup.element("img", alt=words, src=source, style=look))
+    return markup.shown(*images)
 
 
 def page(height_in: float, width_in: float = WIDTH_IN) -> Page:
@@ -252,8 +237,8 @@ def entry(
 def limit(role: str) -> Look:
     """Colour and line of a limit, as in `optuav.looks`."""
     colour, _, width, dash, rounded = LOOKS[role]
-    style: LineStyleType = (0.0, tuple(length / width for length in dash)) if dash else "-"
-    look: Look = {"color": colour, "linestyle": style, "linewidth": POINTS_PER_PIXEL * width}
+    dashes: LineStyleType = (0.0, tuple(length / width for length in dash)) if dash else "-"
+    look: Look = {"color": colour, "linestyle": dashes, "linewidth": POINTS_PER_PIXEL * width}
     return {**look, "dash_capstyle": "round" if rounded else "butt"}
 
 
@@ -296,11 +281,11 @@ class Band(NamedTuple):
 
 def phase_bands(replayed: Replay) -> list[Band]:
     """The bands of the phases; a rest's band names its place where there is room."""
-    bands = []
-    for phase in replayed.phases:
-        names = (f"rest, {printed(phase.end.name)}",) if phase.kind == "rest" else ()
-        bands.append(Band(phase.start_s, phase.end_s, PHASES[phase.kind], (*names, phase.kind)))
-    return bands
+    return [
+        Band(phase.start_s, phase.end_s, PHASES[phase.kind], (*names, phase.kind))
+        for phase in replayed.phases
+        for names in [(f"rest, {printed(phase.end.name)}",) if phase.kind == "rest" else ()]
+    ]
 
 
 def draw_bands(axes: Sequence[Axes], bands: Sequence[Band]) -> None:
@@ -355,9 +340,9 @@ def place(
     coordinates; faint ones are avoided less strictly. Labels keep clear of points (2,).
     """
     pixels = root(ax).dpi / POINTS_PER_INCH
-    points = [[label.at] for label in labels]
-    spaced = ((lines, STRONG * pixels), ([*faint, *points], FAINT * pixels))
-    dotted = (_dots(ax, line, gap) for found, gap in spaced for line in found)
+    dotted = [_dots(ax, line, STRONG * pixels) for line in lines]
+    weak = (*faint, *([label.at] for label in labels))
+    dotted += [_dots(ax, line, FAINT * pixels) for line in weak]
     dots = np.concatenate([np.empty((0, 2)), *dotted])
     places = np.array([*clear, *(label.at for label in labels if label.needed)]).reshape(-1, 2)
     taken: list[Bbox] = []
@@ -418,7 +403,7 @@ def _spots(ax: Axes, label: Label, size: Bbox, pixels: float) -> Iterator[tuple[
 
 
 def _leader(anchor: Floats, box: Bbox) -> Floats:
-    """Dots [px] along the line from a point to the label that lies far from it."""
+    """Dots [px] along the line from a point to a label far from it."""
     return np.linspace(anchor, np.mean([box.min, box.max], axis=0), LEADER_DOTS)
 
 

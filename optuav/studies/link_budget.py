@@ -167,7 +167,7 @@ class LinkBudget:
     def plot(self, *, ax: Axes | None = None) -> Axes:
         """Draw the power at each station as a waterfall, and return the axes; needs matplotlib."""
         from optuav import plots  # noqa: F401 - says how to install matplotlib
-        from optuav.plots.waterfall import waterfall
+        from optuav.plots.charts import waterfall
 
         title = f"From the laser to {self.place}, {self.distance_m:.4g} m away"
         return waterfall(self.stations(), title=title, ax=ax)

@@ -36,7 +36,7 @@ def file(tmp_path: Path) -> Path:
 
 def table_of(file: Path, *formats: Format) -> Measurements:
     """What is read of a single file."""
-    return read_all([file], formats, lambda table: table)[0]
+    return read_all([file], formats, lambda table: table)[1][0]
 
 
 def faults(file: Path, text: str, least: int = 1) -> list[str]:

@@ -102,7 +102,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     st.floats(SPOILT, 1e6),
     st.sampled_from([-1.0, 1.0]),
 )
-@settings(few(16), suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
+@settings(few(10), suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 def test_one_spoiled_number_is_caught(
     path: Path, draw: st.DataObject, data: dict[str, Any], times: float, sign: float
 ) -> None:

@@ -210,7 +210,7 @@ def test_an_itinerary_may_name_a_mission_of_the_set(tmp_path: Path) -> None:
     assert optuav.audit(file).subject.mission == optuav.load("set/walls-30")
 
 
-@pytest.mark.parametrize("more_s", [1e-4, 1e-3, 1e-2, 1e-1])
+@pytest.mark.parametrize("more_s", [1e-4, 1e-2])
 def test_no_tolerance_makes_a_plan_better_than_what_is_proved(more_s: float) -> None:
     """Proved plans that hover a little longer are as good, or do not hold because of a limit."""
     for known in [each for each in answers().values() if each.status == "optimal"][::23]:

@@ -100,8 +100,7 @@ def test_a_small_file(falling: optuav.Replay, tmp_path: Path) -> None:
 
 
 def test_the_same_bytes_again(falling: optuav.Replay) -> None:
-    moments_s = (0.0, 700.0)
-    one, other = (animation._gif([*animation.frames(falling, moments_s)][:3]) for _ in range(2))
+    one, other = (animation._gif([*animation.frames(falling, [700.0])][:3]) for _ in range(2))
     assert one == other
     with Image.open(io.BytesIO(one)) as shown:
         assert shown.format == "GIF"

@@ -83,6 +83,7 @@ def test_a_twin_is_not_drawn_again(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert drawn == [1, 2]
 
 
+@pytest.mark.usefixtures("names_only")
 def test_packs_that_take_turns_are_drawn_as_such(tmp_path: Path) -> None:
     """There is no pooled battery whose wells could be shown; a single pack is one."""
     direct = optuav.load("paper").replace({"battery.schedule": "round-robin"})
@@ -170,7 +171,7 @@ except optuav.errors.InputError as error:
     print(error)
 del sys.modules["matplotlib"]
 ax = optuav.plots.bars([optuav.plots.Bar("a", "", 1.0)], title="one", y_label="y")
-ax.figure.savefig(sys.argv[1])
+ax.figure.savefig(sys.argv[1], dpi=20)
 import matplotlib
 print("matplotlib.pyplot" in sys.modules, matplotlib.get_backend(auto_select=False))
 """
@@ -228,6 +229,6 @@ def test_pictures_of_one_panel_are_drawn_where_one_wants_them() -> None:
 
 
 def test_what_a_function_of_several_axes_returns_is_saved(tmp_path: Path) -> None:
-    """`wells` and `packs` return lists, the others axes or tuples of them."""
-    drawn = optuav.plots.wells([optuav.solve("paper", "P3")])
-    assert optuav.plots.save(drawn, tmp_path / "wells.svg").stat().st_size > 1000
+    """`wells` and `packs` return panels, the others axes or tuples of them."""
+    drawn = style.Panels([style.page(1.0, 1.0).subplots()])
+    assert plots.save(drawn, tmp_path / "wells.svg").stat().st_size > 1000

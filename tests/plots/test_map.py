@@ -267,10 +267,10 @@ def segments(axes: plots.MapAxes) -> list[list[tuple[float, ...]]]:
     return [[*map(tuple, one)] for each in lines for one in each.get_segments()]
 
 
-@pytest.mark.parametrize("count", [60, 1200])
-def test_in_a_town_only_the_sight_of_the_plan_is_drawn(paper: optuav.Plan, count: int) -> None:
+@pytest.mark.parametrize("count", [60, pytest.param(1200, marks=pytest.mark.soak)])
+def test_in_a_town_only_the_sight_of_the_plan_is_drawn(drawn: plots.MapAxes, count: int) -> None:
     """The laser's lines to where the plan stays, in a town of any size; among ten houses all."""
-    assert len(segments(plots.mission_map(paper))) == 11
+    assert len(segments(drawn)) == 11
     mission = changed(buildings=scattered(count), flight__through_buildings=True)
     plan = optuav.solve(mission, perspective="battery")
     assert {stop.kind for stop in plan.stops} == {"hover", "rest"}

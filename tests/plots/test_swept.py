@@ -74,7 +74,7 @@ def test_three_keys_are_small_multiples_on_one_scale() -> None:
         np.testing.assert_array_equal(drawn, values[:, number].T)
     assert [text.get_text() for text in first.figure.legends[0].get_texts()] == ["no plan"]
     many = {**keys, "limits.min_soc": np.linspace(0.0, 0.4, 14)}
-    many["limits.deadline_s"] = many["battery.capacity_As"] = np.linspace(1e3, 2e3, 15)
+    many["limits.deadline_s"] = many["battery.capacity_As"] = [1e3, 2e3]
     ((_, first),) = plots.swept(optuav.batch("paper", many))
     assert len([ax for ax in first.figure.axes if ax.get_title(loc="left")]) == 12
     assert "[-], 12 of 14" in first.figure.get_suptitle()
@@ -87,22 +87,31 @@ SMALL = np.linspace(2.2e-8, 2.7e-8, 5)
 @pytest.mark.parametrize(
     "keys",
     [
-        {
-            "limits.deadline_s": [600.0, 800.0, 1000.0, 1200.0],
-            "battery.capacity_As": [30_000.0, 36_000.0, 42_000.0],
-            "laser.power_W": [500.0, 1000.0, 2000.0],
-        },
+        pytest.param(
+            {
+                "limits.deadline_s": [600.0, 800.0, 1000.0, 1200.0],
+                "battery.capacity_As": [30_000.0, 36_000.0, 42_000.0],
+                "laser.power_W": [500.0, 1000.0, 2000.0],
+            },
+            marks=pytest.mark.soak,
+        ),
         {LONG: SMALL, "laser.power_W": [500.0, 1000.0, 2000.0], "limits.deadline_s": [600, 900]},
-        {
-            "laser.power_W": [5e5, 1e6, 2e6, 1e7],
-            LONG: SMALL,
-            "battery.capacity_As": [3e4, 4e4, 5e4],
-        },
-        {
-            "laser.power_W": [5e2, 1e3, 2e3, 4e3],
-            "limits.min_soc": [0.1, 0.15, 0.3, 0.4],
-            LONG: SMALL[:3],
-        },
+        pytest.param(
+            {
+                "laser.power_W": [5e5, 1e6, 2e6, 1e7],
+                LONG: SMALL,
+                "battery.capacity_As": [3e4, 4e4, 5e4],
+            },
+            marks=pytest.mark.soak,
+        ),
+        pytest.param(
+            {
+                "laser.power_W": [5e2, 1e3, 2e3, 4e3],
+                "limits.min_soc": [0.1, 0.15, 0.3, 0.4],
+                LONG: SMALL[:3],
+            },
+            marks=pytest.mark.soak,
+        ),
         {
             LONG: SMALL,
             "limits.deadline_s": np.linspace(60, 1200, 7),
