@@ -1,5 +1,6 @@
 """The phases of a route, and their effect on the battery packs."""
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial, reduce
@@ -172,7 +173,8 @@ def phases_along(network: Network, legs: Sequence[int], stays_s: Sequence[Quanti
     names = places.names
     for leg, stay_s in zip(legs, [*stays_s, None], strict=True):
         start, end, edited = int(table.start[leg]), int(table.end[leg]), bool(table.edited[leg])
-        waypoints_m = [at_m for at_m in table.waypoints_m[..., leg].tolist() if at_m[0] == at_m[0]]
+        stops_m = table.waypoints_m[..., leg].tolist()
+        waypoints_m = [stop_m for stop_m in stops_m if not math.isnan(stop_m[0])]
         segments = 1 + len(waypoints_m)
         in_segment = len(table.stages) // (1 + len(table.waypoints_m))
         used = slice(0, 1 if edited else in_segment * segments)
