@@ -13,7 +13,7 @@ from optuav.errors import Fault, InputError
 from optuav.errors import nearest as nearest  # noqa: PLC0414
 from optuav.errors import shown as shown  # noqa: PLC0414
 from optuav.mission.files import expanded
-from optuav.mission.forms import forms, table_keys
+from optuav.mission.forms import forms
 from optuav.mission.schema import Allowed, MissionSection, Number, OneOf, short
 
 TYPES = {
@@ -53,7 +53,7 @@ def allowed(model: type[BaseModel], key: str) -> str:
 def number(name: str) -> Number | None:
     """Unit and range of a key of the mission by its dotted name; None if it is not a number."""
     table, _, key = name.partition(".")
-    form = table_keys(table).get(key)
+    form = next((form for form in forms(table) if key in form.model_fields), None)
     return None if form is None else _number(form, key)
 
 

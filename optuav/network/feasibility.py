@@ -15,7 +15,7 @@ from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network, build_network
 from optuav.network.obstacles import CLEAR, crossed
-from optuav.network.places import DESTINATION, HOVER, ORIGIN, as_points
+from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.network.prisms import prisms
 from optuav.network.timeline import stay_net
 from optuav.network.variants import Variants, stacked
@@ -32,10 +32,8 @@ def hindrances(variants: Variants) -> dict[str, Booleans]:
     applies first.
     """
     mission, limits = variants.mission, variants.mission.limits
-    hover_m, radius_m = variants.position_m[:, [HOVER]], variants.coverage_radius_m
-    has_point, altitude_m = mission.route.hover_m is not None, hover_m[..., 2]
-    away_m = np.sqrt(((hover_m - as_points(mission.link.device_m)) ** 2).sum(axis=-1))
-    beyond = away_m > np.atleast_2d(radius_m) * (1.0 + TOLERANCE)
+    has_point, altitude_m = mission.route.hover_m is not None, variants.position_m[:, [HOVER], 2]
+    beyond = variants.hover_distance_m > variants.coverage_radius_m * (1.0 + TOLERANCE)
     outside = (altitude_m < limits.min_altitude_m) | (altitude_m > limits.max_altitude_m)
     contradiction = np.atleast_2d(limits.min_altitude_m > limits.max_altitude_m)
     return {
@@ -49,29 +47,14 @@ def hindrances(variants: Variants) -> dict[str, Booleans]:
 def impossibilities(network: Network, *, one_stop: bool = True) -> tuple[str, ...]:
     """Reasons why no route can be flown, with one stop or else with any number of them."""
     reasons, mission, limits = list[str](), network.mission, network.mission.limits
-    applies = {name for name, where in hindrances(stacked(network)).items() if where.any()}
-    radius_m, device_m = vehicle.coverage_radius_m(mission), np.array(mission.link.device_m)
-    point_m = network.places.position_m[HOVER]
+    applies = [name for name, where in hindrances(stacked(network)).items() if where.any()]
     if (why := flight_of(mission).impossible()) is not None:
         reasons.append(f"the UAV cannot fly: {why}")
-    if "out_of_reach" in applies and np.isnan(point_m).any():
-        height_m = abs(limits.min_altitude_m - device_m[2])
+    if "out_of_reach" in applies:
+        reasons.append(_out_of_reach(mission))
+    if "altitude" in applies and (hover_m := mission.route.hover_m):
         reasons.append(
-            f"the device is out of reach: its link covers {radius_m:.6g} m, but hovering at "
-            f"limits.min_altitude_m = {limits.min_altitude_m:g} m means {height_m:.6g} m at least "
-            "(link.device_m, link.transmit_power_W, limits.outage_probability)"
-        )
-    elif "out_of_reach" in applies:
-        distance_m = float(np.sqrt(((point_m - device_m) ** 2).sum()))
-        outage = float(link.outage_probability(vehicle.channel(mission), distance_m))
-        reasons.append(
-            f"P1.a outage: route.hover_m is {distance_m:.6g} m from the device, its link "
-            f"covers {radius_m:.6g} m (outage {outage:.3g}, limits.outage_probability = "
-            f"{limits.outage_probability:g})"
-        )
-    if "altitude" in applies:
-        reasons.append(
-            f"P1.e altitude: route.hover_m is at {point_m[2]:g} m, outside "
+            f"P1.e altitude: route.hover_m is at {hover_m[2]:g} m, outside "
             f"[{limits.min_altitude_m:g}, {limits.max_altitude_m:g}] m "
             "(limits.min_altitude_m, limits.max_altitude_m)"
         )
@@ -80,8 +63,28 @@ def impossibilities(network: Network, *, one_stop: bool = True) -> tuple[str, ..
     return tuple(reasons)
 
 
+def _out_of_reach(mission: Mission) -> str:
+    """Say how far the link of the device reaches, and how far it had to."""
+    limits, device_m, hover_m = mission.limits, mission.link.device_m, mission.route.hover_m
+    radius_m = vehicle.coverage_radius_m(mission)
+    if hover_m is None:
+        height_m = abs(limits.min_altitude_m - device_m[2])
+        return (
+            f"the device is out of reach: its link covers {radius_m:.6g} m, but hovering at "
+            f"limits.min_altitude_m = {limits.min_altitude_m:g} m means {height_m:.6g} m at least "
+            "(link.device_m, link.transmit_power_W, limits.outage_probability)"
+        )
+    distance_m = math.dist(hover_m, device_m)
+    outage = float(link.outage_probability(vehicle.channel(mission), distance_m))
+    return (
+        f"P1.a outage: route.hover_m is {distance_m:.6g} m from the device, its link covers "
+        f"{radius_m:.6g} m (outage {outage:.3g}, limits.outage_probability = "
+        f"{limits.outage_probability:g})"
+    )
+
+
 def blocked_legs(network: Network, route: int) -> list[str]:
-    """Yield the legs of a route that cannot be flown, and why."""
+    """The legs of a route that cannot be flown, and why."""
     legs, names = network.legs, network.places.names
     reasons = []
     for leg in network.routes.legs[route]:

@@ -205,20 +205,20 @@ def charging_cap(mission: Mission, places: Places) -> ChargingCap | None:
     """
     if mission.laser is None:
         return None
-    lit, flow = _lit(places), flight_of(mission).charging()
+    (lit,), flow = _lit(places).nonzero(), flight_of(mission).charging()
     capped, keys = lit, ["flight.charge_current_A"]
     current_A = mission.battery.charge_current_A if flow is None else flow.current_A
     if flow is None:
-        x, y, z = places.position_m.T
+        x, y, z = places.position_m[lit].T
         beam, most_W = beam_of(mission), vehicle.charging_limit_W(mission)
         away_m = vehicle.laser_distance_m(mission, (x, y, z))
-        capped = lit & (beam.enough_W(away_m, most_W) < mission.laser.power_W)
-        limits = np.broadcast_to(beam.limiting_key(away_m, most_W), capped.shape)
-        keys = [*dict.fromkeys(limits[capped].tolist())]
-    if not (current_A and capped.any()):
+        caps = np.broadcast_to(beam.enough_W(away_m, most_W), lit.shape) < mission.laser.power_W
+        capped, limits = lit[caps], beam.limiting_key(away_m, most_W)
+        keys = [limits] if isinstance(limits, str) else [*dict.fromkeys(limits[caps].tolist())]
+    if not (current_A and len(capped)):
         return None
-    names = tuple(places.names[place] for place in np.flatnonzero(capped))
-    at = "wherever the laser is in sight" if (capped == lit).all() else f"at {listed(names)}"
+    names = tuple(places.names[place] for place in capped.tolist())
+    at = "wherever the laser is in sight" if len(capped) == len(lit) else f"at {listed(names)}"
     values = " and ".join(f"{key} = {quantity(mission, key)}" for key in keys)
-    caps = f"{values} cap{'s' * (len(keys) == 1)} the charging current {at}"
-    return ChargingCap(names, f"{caps}: a stronger laser changes nothing there")
+    words = f"{values} cap{'s' * (len(keys) == 1)} the charging current {at}"
+    return ChargingCap(names, f"{words}: a stronger laser changes nothing there")

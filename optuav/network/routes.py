@@ -7,8 +7,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.network.legs import NO_LEG, Legs
-from optuav.options import Order, Trajectory
-from optuav.status import SAME_S
+from optuav.options import Order
 
 
 @dataclass(frozen=True)
@@ -65,33 +64,3 @@ def totals(of_legs: Floats, numbers: Integers) -> Floats:
     padded = np.concatenate([of_legs, np.zeros((len(of_legs), 1))], axis=1)  # for NO_LEG
     first, *others = (padded[:, legs] for legs in numbers.T)
     return np.asarray(sum(others, first))
-
-
-def usable_routes(
-    routes: Routes,
-    name: Trajectory,
-    order: Order | None,
-    flyable: Booleans,
-    flight_time_s: Floats,
-    away_m: Floats,
-) -> Booleans:
-    """Return which flyable routes a trajectory may use in every variant (variant or 1, route).
-
-    Without a stop (``"direct"``), by the building nearest the device (``"traj1"``), the shortest in
-    time by a building, or several that tie (``"traj2"``), or any (``"optimal"``); in one order, or
-    in both. Flight times [s] are of the same shape; `away_m` (variant or 1, building, 3) are the
-    ways from the device to the buildings [m].
-    """
-    usable, rests = flyable, routes.building >= 0
-    if order is not None:
-        usable = usable & (~rests | (routes.rest_first == (order == "rest-first")))
-    if name == "direct":
-        usable = usable & ~rests
-    elif name == "traj1":
-        distance_m2 = np.pad((away_m**2).sum(axis=2), ((0, 0), (0, 1)), constant_values=np.inf)
-        usable = usable & rests & (routes.building == distance_m2.argmin(axis=1)[:, None])
-    elif name == "traj2":
-        usable = usable & rests
-        times_s = np.where(usable, flight_time_s, np.inf)
-        usable = usable & (times_s <= times_s.min(axis=1, keepdims=True) + SAME_S)
-    return usable

@@ -1,7 +1,9 @@
 """The phases of a route, and their effect on the battery packs."""
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial, reduce
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -171,19 +173,20 @@ def phases_along(network: Network, legs: Sequence[int], stays_s: Sequence[Quanti
     names = places.names
     for leg, stay_s in zip(legs, [*stays_s, None], strict=True):
         start, end, edited = int(table.start[leg]), int(table.end[leg]), bool(table.edited[leg])
-        waypoints_m = table.waypoints_m[..., leg]
-        waypoints_m = waypoints_m[np.isfinite(waypoints_m[:, 0])]
+        stops_m = table.waypoints_m[..., leg].tolist()
+        waypoints_m = [stop_m for stop_m in stops_m if not math.isnan(stop_m[0])]
+        segments = 1 + len(waypoints_m)
         in_segment = len(table.stages) // (1 + len(table.waypoints_m))
-        used = slice(0, 1 if edited else in_segment * (1 + len(waypoints_m)))
+        used = slice(0, 1 if edited else in_segment * segments)
         nets = (
             (0.0 - table_of[used, leg]).tolist() for table_of in (table.currents_A, table.powers_W)
         )
         stages = tuple(map(PhaseStage, table.durations_s[used, leg].tolist(), *nets))
         way_m, peak_m_s = float(table.distance_m[leg]), float(table.peak_speed_m_s[leg])
         ends = names[start], names[end], 0.0
-        bent = (), (), tuple(map(tuple, waypoints_m.tolist()))
-        speeds_m_s = () if table.speeds_m_s is None else table.speeds_m_s[:, leg]
-        speeds = tuple(float(speed_m_s) for speed_m_s in speeds_m_s[: 1 + len(waypoints_m)])
+        bent = (), (), tuple(map(tuple, waypoints_m))
+        speeds_m_s = () if table.speeds_m_s is None else table.speeds_m_s[:segments, leg].tolist()
+        speeds = tuple(speeds_m_s)
         phases.append(Phase("flight", *ends, stages, way_m, peak_m_s, edited, *bent, speeds))
         if end == HOVER or end >= FIRST_BUILDING:
             kind: Kind = "hover" if end == HOVER else "rest"
@@ -201,7 +204,10 @@ def simulated(mission: Mission, phases: Sequence[Phase]) -> tuple[Phase, ...]:
     if mission.battery.takes_turns:
         ends = carry(mission, phases).wells
     else:
-        ends = [*{step.phase: step.after for step in steps(mission, phases)}.values()]
+        pool, step_of = vehicle.pool(mission), STEPS[mission.battery.charging]
+        ends, wells = list[Wells](), vehicle.start(mission).wells(pool)
+        for phase in phases:
+            ends.append(wells := reduce(partial(step_of, pool), phase.net, wells))
     flown, start_s = list[Phase](), 0.0
     for phase, wells in zip(phases, ends, strict=True):
         available_As, bound_As = (tuple(np.atleast_1d(well).tolist()) for well in wells)

@@ -26,6 +26,7 @@ from optuav.network.network import Network
 from optuav.network.obstacles import CLEAR
 from optuav.network.places import (
     FIRST_BUILDING,
+    HOVER,
     clear_past,
     own_roofs,
     position_table,
@@ -35,7 +36,7 @@ from optuav.network.routes import totals
 from optuav.network.ways import Ways, build_ways, loads_along
 from optuav.physics.flight import Flow, Loads
 from optuav.physics.kibam import Shift, Stage, falls_throughout, shift
-from optuav.physics.quantity import Quantity
+from optuav.physics.quantity import Quantity, distance
 
 TOTALS = ("flight_time_s", "flight_charge_As", "flight_energy_J")
 KEPT = ("position_m", "received", "able", "flight", "hover_load", "loads", "stages", "shifts")
@@ -112,6 +113,16 @@ class Variants:
             every_m = np.stack([town.roof_m[self.network.places.roofs] for town in self.towns])
             roofs_m = every_m.repeat(self.count // len(self.towns), axis=0)
         return position_table(self.mission, roofs_m, self.coverage_radius_m)
+
+    def device_distance_m(self, places: slice) -> Floats:
+        """Distance of some places from the device (variant or 1, place) [m]."""
+        x, y, z = np.moveaxis(self.position_m[:, places], -1, 0)
+        return np.asarray(distance(self.mission.link.device_m, (x, y, z)))
+
+    @cached_property
+    def hover_distance_m(self) -> Floats:
+        """Distance of the hover point from the device (variant or 1, 1) [m]."""
+        return self.device_distance_m(slice(HOVER, HOVER + 1))
 
     @cached_property
     def received(self) -> Flow:

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER, Number, Quantities
+from formulations.parameters import FROM_HOVER, TO_HOVER, Number, Quantities
 from optuav.arrays import Floats, Integers
 from optuav.mission.flight_model import flight_of
 from optuav.mission.keys import numeric_keys, stated_keys
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
-from optuav.network.places import FIRST_BUILDING, HOVER, as_points
+from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.network.variants import Variants, stacked
 from optuav.physics.kibam import Shift, Stage
 from optuav.physics.quantity import Quantity
@@ -75,12 +75,9 @@ def numbers(variants: Variants, which: Integers, variant: Integers | None) -> di
 
 
 def mapped(table: Quantities, take: Callable[[Any], Any], **changes: Any) -> Quantities:
-    """The quantities with other values or tables in place of their own; some changed."""
-    named = {quantity.name: getattr(table, quantity.name) for quantity in QUANTITIES}
-    taken: dict[str, Any] = {
-        name: None if values is None else take(values) for name, values in named.items()
-    }
-    return replace(table, **taken | changes)
+    """The quantities with other arrays in place of their own; some changed."""
+    arrays = {name: take(x) for name, x in vars(table).items() if isinstance(x, np.ndarray)}
+    return replace(table, **arrays | changes)
 
 
 def chosen(
@@ -92,7 +89,7 @@ def chosen(
 
 def turned(table: Quantities) -> Quantities:
     """The same tables with one row per route and one column per variant."""
-    return mapped(table, lambda values: values.T if np.ndim(values) else values)
+    return mapped(table, np.transpose)
 
 
 def entries(table: Quantities, which: Integers | slice | int) -> Quantities:
@@ -103,26 +100,25 @@ def entries(table: Quantities, which: Integers | slice | int) -> Quantities:
             return type(values)(*map(taken, values))
         if isinstance(values, list | tuple):
             return [*map(taken, values)]
-        return values[which] if np.ndim(values) else values
+        return values[which] if isinstance(values, np.ndarray) else values
 
     return mapped(table, taken, steps=taken(table.steps))
 
 
 def table_entries(values: Quantity, variant: Integers | None, columns: Integers) -> Quantity:
     """Entries of a table of variants and their places, legs or routes; a number if all are one."""
-    if isinstance(values, float):
+    if not isinstance(values, np.ndarray):
         return float(values)
-    table = np.atleast_2d(values)
-    if table.shape == (1, 1):
-        return float(table[0, 0])
-    rows, across = table.shape
+    if values.size == 1:
+        return float(values.item())
+    rows, across = values.shape
     if variant is None or rows == 1:
-        return table[0].take(columns) if across > 1 else table[0, 0]
+        return values[0].take(columns)
     if across == 1:
-        return table[:, 0].take(variant)
-    if not table.flags.c_contiguous:
-        return table[variant, columns]
-    return table.ravel().take(variant * across + columns)
+        return values[:, 0].take(variant)
+    if not values.flags.c_contiguous:
+        return values[variant, columns]
+    return values.ravel().take(variant * across + columns)
 
 
 def _steps(
@@ -187,8 +183,6 @@ def figures(variants: Variants) -> Quantities:
             soc = start.soc
         elif start.soc is not None or start.available_As is not None:
             wells = vehicle.start(variants.mission).wells(vehicle.pool(variants.mission))
-    hover_m = variants.position_m[:, [HOVER]]
-    apart_m = hover_m - as_points(variants.mission.link.device_m)
     return Quantities(
         deadline_s=limits.deadline_s,
         min_soc=limits.min_soc,
@@ -209,9 +203,9 @@ def figures(variants: Variants) -> Quantities:
         start_soc=soc,
         start_available_As=wells[0],
         start_bound_As=wells[1],
-        hover_distance_m=np.sqrt((apart_m**2).sum(axis=-1)),
+        hover_distance_m=variants.hover_distance_m,
         coverage_radius_m=variants.coverage_radius_m,
-        hover_altitude_m=hover_m[..., 2],
+        hover_altitude_m=variants.position_m[:, [HOVER], 2],
         min_altitude_m=limits.min_altitude_m,
         max_altitude_m=limits.max_altitude_m,
         end_gap_m=np.zeros((1, len(building))),

@@ -1,7 +1,7 @@
 """(P1), (P3) and (P4) with the speeds of the legs free: how fast to fly each of them.
 
 If only the charge at the end counts, one price of a second gives the speeds of all legs, with
-proof (`leg_speeds`). Under `available` they are searched for (`speed_search`).
+proof; under `available` they are searched for (both in `speed_search`).
 """
 
 import math
@@ -27,12 +27,17 @@ from optuav.physics.quantity import Quantity
 from optuav.physics.rotary_wing import level_direction, level_length
 from optuav.plan import Plan
 from optuav.solving.assemble import legs_and_stays, quantities
-from optuav.solving.leg_speeds import LegSpeeds, route_prices, vector
 from optuav.solving.outcome import best
 from optuav.solving.parts import Part, groups
 from optuav.solving.program import Program, declared_program
 from optuav.solving.question import Question
-from optuav.solving.speed_search import RouteSpeeds, SpeedSearch
+from optuav.solving.speed_search import (
+    LegSpeeds,
+    RouteSpeeds,
+    SpeedSearch,
+    route_prices,
+    vector,
+)
 from optuav.status import SAME_S, Status
 
 PRICED = "priced: every leg is cheapest at one price of a second, and the dual bound is met"

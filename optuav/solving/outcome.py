@@ -76,11 +76,13 @@ def best(
     The first of plans that tie to 1e-6 s; times [s] are NaN without a plan.
     """
     hover_s, mission_s = np.asarray(hover_time_s, float), np.asarray(mission_time_s, float)
-    plans = np.flatnonzero(hover_s > -np.inf)
-    plans = plans[np.argsort(np.broadcast_to(stops, hover_s.shape)[plans], kind="stable")]
-    for figures in (-hover_s, mission_s):
-        plans = plans[tied(np.zeros(len(plans), int), figures[plans])]
-    return int(plans[0]) if len(plans) else None
+    longest_s = np.fmax.reduce(hover_s, initial=-np.inf)
+    if longest_s == -np.inf:
+        return None
+    (plans,) = (hover_s >= longest_s - SAME_S).nonzero()
+    missions_s = mission_s[plans]
+    plans = plans[missions_s <= missions_s.min() + SAME_S]
+    return int(plans[np.asarray(stops)[plans].argmin()])
 
 
 def tied(group: Integers, figures: Floats) -> Integers:

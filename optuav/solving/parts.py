@@ -13,11 +13,12 @@ from formulations.p3 import P3
 from formulations.soc import PAPER
 from optuav.arrays import Booleans, Integers, Values
 from optuav.modelling import Model
-from optuav.network.places import FIRST_BUILDING, as_points
-from optuav.network.routes import Routes, usable_routes
+from optuav.network.places import FIRST_BUILDING
+from optuav.network.routes import Routes
 from optuav.network.variants import Variants
 from optuav.solving.assemble import quantities
 from optuav.solving.question import Question
+from optuav.status import SAME_S
 
 
 @dataclass(frozen=True)
@@ -57,18 +58,26 @@ def allowed(variants: Variants, problem: Formulation, possible: Booleans | None 
 
     No route in variants that are not `possible` (variant,).
     """
-    network, able = variants.network, variants.able
-    routes = network.routes
+    network, routes, able = variants.network, variants.network.routes, variants.able
+    rests, trajectory = routes.building >= 0, problem.trajectory
     if possible is not None and not possible.all():
         able = able & possible[:, None]
     if problem.building is not None:
         number = network.mission.buildings.names.index(problem.building)
         able = able & (routes.building == number)
-    if isinstance(problem, P3):
-        able = able & (routes.building < 0)
-    trajectory, flight_s = problem.trajectory or "optimal", variants.flight[0]
-    away_m = variants.position_m[:, FIRST_BUILDING:] - as_points(variants.mission.link.device_m)
-    return usable_routes(routes, trajectory, problem.order, able, flight_s, away_m)
+    if problem.order is not None:
+        able = able & (~rests | (routes.rest_first == (problem.order == "rest-first")))
+    if isinstance(problem, P3) or trajectory == "direct":
+        able = able & ~rests
+    elif trajectory in ("traj1", "traj2"):
+        able = able & rests
+    if trajectory == "traj1" and rests.any():  # By the building nearest the device
+        nearest = variants.device_distance_m(slice(FIRST_BUILDING, None)).argmin(axis=1)
+        able = able & (routes.building == nearest[:, None])
+    elif trajectory == "traj2":  # The shortest in time, or several that tie
+        times_s = np.where(able, variants.flight[0], np.inf)
+        able = able & (times_s <= times_s.min(axis=1, keepdims=True) + SAME_S)
+    return able
 
 
 def groups(
@@ -82,7 +91,7 @@ def groups(
     by_way, first = routes.building[which] >= 0, routes.rest_first[which]
     for kind, rests in (by_way if passing else ~by_way, False), (by_way, True):
         for alike in (kind & first, kind & ~first) if ordered else (kind,):
-            if len(group := np.flatnonzero(alike)):
+            if len(group := alike.nonzero()[0]):
                 yield group, rests
 
 
@@ -93,7 +102,7 @@ def declarations(
     problem, through_wells = question.problem, question.perspective not in PAPER
     # A rest takes at least one slot, so to pass a building by is a choice of its own.
     passing = question.slot_s is not None and problem.trajectory in ("traj1", "traj2")
-    variant, route = np.nonzero(np.broadcast_to(able, (variants.count, able.shape[1])))
+    variant, route = np.broadcast_to(able, (variants.count, able.shape[1])).nonzero()
     for group, rests in groups(
         variants.network.routes, route, ordered=through_wells, passing=passing
     ):

@@ -2,6 +2,7 @@
 
 import math
 import reprlib
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from formulations.soc import AVAILABLE, PAPER
+from optuav.arrays import Floats, Integers
 from optuav.engines.linear_form import cut_short
 from optuav.engines.prices import ShadowPrice, ShadowPrices
 from optuav.engines.registry import AUTO, Engine, capabilities, of_the_package, takers
@@ -420,19 +422,20 @@ class Program:
 
     def tied(self, solutions: Sequence[Solution]) -> list[tuple[int, int]]:
         """Part and entry of all best answers, the tie rule's first; empty without one."""
-        routes, columns = self.network.routes, [np.zeros((5, 0))]
-        for number, (part, solution) in enumerate(zip(self.parts, solutions, strict=True)):
-            stays_s = sum(solution.values.get(name, np.zeros(1)) for name in TIMES)
-            mission_s = routes.flight_time_s[part.routes] + stays_s
-            # Ties are broken by the number of stops, then in the order of the routes.
-            rank = (routes.building[part.routes] >= 0) * len(routes) + part.routes
-            score, entry = solution.objective * part.declared.towards, np.arange(len(part.routes))
-            columns.append(np.stack(np.broadcast_arrays(number, entry, score, mission_s, rank)))
-        numbers, entries, scores, missions_s, ranks = np.concatenate(columns, axis=1)
+        table, columns = self.network.routes, list[tuple[Floats, Floats, Integers]]()
+        for part, solution in zip(self.parts, solutions, strict=True):
+            stays_s = sum(solution.values.get(name, 0.0) for name in TIMES)
+            mission_s = table.flight_time_s[part.routes] + stays_s
+            columns.append((solution.objective * part.declared.towards, mission_s, part.routes))
+        scores, missions_s, routes = map(np.concatenate, zip(*columns, strict=True))
+        # Ties are broken by the number of stops, then in the order of the routes.
+        ranks = (table.building[routes] >= 0) * len(table) + routes
         if (winner := outcome.best(scores, missions_s, ranks)) is None:
             return []
-        near = np.flatnonzero(np.abs(scores - scores[winner]) <= SAME_S).tolist()
-        return [(int(numbers[k]), int(entries[k])) for k in dict.fromkeys((winner, *near))]
+        near = (np.abs(scores - scores[winner]) <= SAME_S).nonzero()[0].tolist()
+        ends = np.cumsum([len(part.routes) for part in self.parts]).tolist()
+        numbers = [(k, bisect_right(ends, k)) for k in dict.fromkeys((winner, *near))]
+        return [(part, k - ends[part] + len(self.parts[part].routes)) for k, part in numbers]
 
     def shadow_prices(self, solutions: Sequence[Solution] | None = None) -> ShadowPrices:
         """Return the price of every named parameter per unit; empty without an answer.

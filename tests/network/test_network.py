@@ -10,11 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import optuav
+from formulations.p1 import P1
 from optuav.mission import Mission
 from optuav.network.graph import edited_network
 from optuav.network.network import Network, build_network
-from optuav.network.routes import usable_routes
+from optuav.network.variants import stacked
 from optuav.options import ORDERS, TRAJECTORIES, Order
+from optuav.solving.parts import allowed
 from tests.examples import few
 from tests.mission.strategies import missions
 
@@ -23,9 +25,7 @@ PAPER = optuav.load("paper")
 
 def trajectory_routes(network: Network, name: Any, order: Order | None = None) -> Any:
     """Numbers of the flyable routes that a trajectory may use, in one order or in both."""
-    away_m = network.places.position_m[None, 3:] - network.mission.link.device_m
-    figures = network.routes.flyable[None], network.routes.flight_time_s[None], away_m
-    return usable_routes(network.routes, name, order, *figures).nonzero()[1]
+    return allowed(stacked(network), P1(trajectory=name, order=order)).nonzero()[1]
 
 
 def chosen(mission: Mission, name: Any, order: Order | None = None) -> list[tuple[str, ...]]:

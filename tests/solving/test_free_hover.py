@@ -15,7 +15,7 @@ import optuav
 from optuav import InputError, Mission
 from optuav.network import vehicle
 from optuav.network.variants import Variants
-from optuav.solving import hover_points
+from optuav.solving import free_hover
 from optuav.solving.best_plans import hover_times_s
 from tests.asking import formulate, solve
 from tests.mission.strategies import missions
@@ -224,7 +224,7 @@ def test_towns(seed: int) -> None:
 def test_out_of_time_the_best_point_so_far_is_flown(monkeypatch: pytest.MonkeyPatch) -> None:
     """Never worse than w_U, longer with more time, and not called an optimum."""
     clock, hovers_s = itertools.count(), list[float]()
-    monkeypatch.setattr(hover_points.time, "monotonic", lambda: float(next(clock)))
+    monkeypatch.setattr(free_hover.time, "monotonic", lambda: float(next(clock)))
     whole = solve(PAPER, hover_point="free", perspective="battery", time_limit_s=1e9)
     looks = next(clock)
     for share in (0.0, 0.3, 0.9):
@@ -245,7 +245,7 @@ def test_out_of_time_the_best_point_so_far_is_flown(monkeypatch: pytest.MonkeyPa
 def test_out_of_time_without_a_plan_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     """w_U has no plan and no point was tried: neither a plan nor proof that none exists."""
     clock = itertools.count()
-    monkeypatch.setattr(hover_points.time, "monotonic", lambda: float(next(clock)))
+    monkeypatch.setattr(free_hover.time, "monotonic", lambda: float(next(clock)))
     mission = PAPER.replace(VARIANTS["screened"])
     with pytest.raises(optuav.SolverError, match=r"within the time limit, without a plan"):
         solve(mission, hover_point="free", perspective="battery", time_limit_s=0.5)
@@ -253,7 +253,7 @@ def test_out_of_time_without_a_plan_is_an_error(monkeypatch: pytest.MonkeyPatch)
 
 def search_of(mission: Mission, perspective: str) -> tuple[Any, Any]:
     """A search for a hover point, and the routes that it may take."""
-    search = hover_points.PointSearch(perspective, mission)
+    search = free_hover.PointSearch(perspective, mission)
     return search, np.flatnonzero(search.network.routes.flyable)
 
 
@@ -265,7 +265,7 @@ def test_no_answer_depends_on_the_portion(
     search, routes = search_of(FEW, perspective)
     found = []
     for at_once in (1 << 30, 1 << 13, 997):
-        monkeypatch.setattr(hover_points, "AT_ONCE", at_once)
+        monkeypatch.setattr(free_hover, "AT_ONCE", at_once)
         starts = search._starts(routes)
         found.append([(each.value, each.branch, *each.at) for each in starts])
     assert found[0]

@@ -188,7 +188,7 @@ def test_the_program_is_printed_as_mathematics() -> None:
 def test_prices_of_a_second() -> None:
     """μ is 0 where charge alone binds, the rest current with a rest, and else between."""
     from optuav.network.network import build_network
-    from optuav.solving.leg_speeds import LegSpeeds, route_prices
+    from optuav.solving.speed_search import LegSpeeds, route_prices
 
     mission = WINGED.replace({"battery.capacity_As": 5000.0, "flight.through_buildings": True})
     ample_s = free(mission.replace({"limits.deadline_s": 1e4}), DIRECT, perspective="battery")
