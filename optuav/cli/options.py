@@ -143,7 +143,7 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
     parts = [
         part for key in parameters for part in own_fields.get(key, {key: parameters[key]}).values()
     ]
-    if WRITTEN & parameters.keys() and "force" not in parameters:
+    if WRITTEN & {part.name for part in parts} and "force" not in parameters:
         keyword = inspect.Parameter.KEYWORD_ONLY
         parts.append(inspect.Parameter("force", keyword, default=False, annotation=bool))
     for number, part in enumerate(parts):

@@ -22,7 +22,7 @@ from optuav.mission.template import template
 from optuav.network.network import build_network
 from optuav.network.places import charging_cap, laser_reach
 from optuav.physics.beams.gaussian import Chain
-from optuav.physics.quantity import Quantity, Vector, distance
+from optuav.physics.quantity import Quantity
 from tests.examples import few
 
 PAPER, TABLE2 = optuav.load("paper"), optuav.load("paper-table2")
@@ -391,8 +391,8 @@ class Lamp(SpreadingBeam):
         light, share = self.mission.laser.power_W, self.share(distance_m)
         return Chain(light, light, 1.0, share, light * share, light * share)
 
-    def received_W(self, source_m: Vector, place_m: Vector, most_W: Quantity) -> Quantity:
-        return np.minimum(self.chain(distance(source_m, place_m)).dc_W, most_W)
+    def received_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
+        return np.minimum(self.chain(distance_m).dc_W, most_W)
 
     def enough_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
         return most_W / self.share(distance_m)
