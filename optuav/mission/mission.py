@@ -53,8 +53,8 @@ class Mission(MissionSection):
     """A mission of a laser-charged UAV; every attribute has the name of its key in a file.
 
     Missions are equal if all their values are, can be hashed and pickled, and change only by
-    `replace`, which makes a new one. `load`, `from_dict` and `replace` raise `InputError` with all
-    faults; the constructor raises pydantic's own error.
+    `replace`, which makes a new one. All methods that make one raise `InputError` with all faults,
+    unknown and missing keys and columns among them; the constructor raises pydantic's own error.
 
     Parameters
     ----------
@@ -126,13 +126,10 @@ class Mission(MissionSection):
         return html(self)
 
     def to_frame(self) -> DataFrame:
-        """Return one row per key, the buildings aside; needs pandas.
+        """One row per key, the buildings aside; needs pandas.
 
-        Returns
-        -------
-        DataFrame
-            Columns ``key``, dotted as `replace` takes it, ``value`` in the unit of its name, and
-            ``meaning``.
+        Columns are ``key``, dotted as `replace` takes it, ``value`` in the unit of its name, and
+        ``meaning``.
         """
         from optuav.mission.display import stated
 
@@ -145,7 +142,7 @@ class Mission(MissionSection):
         return frame(rows, ["key", "value", "meaning"])
 
     def replace(self, values: Mapping[str, object]) -> Self:
-        """Make a mission that differs in some values.
+        """Make a mission that differs in some values, validated as a whole.
 
         Parameters
         ----------
@@ -160,16 +157,6 @@ class Mission(MissionSection):
             battery and the wells of ``start``, a new ``battery.available_fraction`` those wells,
             ``start.soc`` and the wells each other, a new ``flight.model`` or ``laser.beam`` the
             keys of the other one, ``flight.obstacles`` and ``flight.through_buildings`` each other.
-
-        Returns
-        -------
-        Mission
-            The new mission, validated as a whole.
-
-        Raises
-        ------
-        InputError
-            With every fault, unknown keys among them.
         """
         if not isinstance(values, Mapping):
             raise InputError([Fault("", shown(values), "values by dotted key in a dict")])
@@ -177,7 +164,7 @@ class Mission(MissionSection):
         return validate(type(self), revised, faults)
 
     def with_buildings(self, table: Mapping[str, Iterable[object]]) -> Self:
-        """Make a mission with other buildings, in place of all that there are.
+        """Make a mission with other buildings in place of all, validated as a whole.
 
         Parameters
         ----------
@@ -186,16 +173,6 @@ class Mission(MissionSection):
             ``y_m`` and ``z_m``, the position [m] with the height of the roof; and for footprints
             ``width_m`` and ``depth_m``, the sizes along x and y [m], NaN or None where a building
             has none.
-
-        Returns
-        -------
-        Mission
-            The new mission, validated as a whole.
-
-        Raises
-        ------
-        InputError
-            With every fault, unknown and missing columns among them.
 
         Examples
         --------
@@ -229,33 +206,13 @@ class Mission(MissionSection):
     def to_dict(self) -> Document:
         """Every value as plain data, as a file without ``extends`` states it.
 
-        Returns
-        -------
-        dict
-            Strings, numbers, truth values, lists and dicts; optional keys that are not set are
-            left out.
+        Optional keys that are not set are left out.
         """
         return {"schema": schema.SCHEMA, **self.model_dump(mode="json", exclude_none=True)}
 
     @classmethod
     def from_dict(cls, document: Mapping[str, object]) -> Self:
-        """Make a mission of plain data.
-
-        Parameters
-        ----------
-        document
-            As `to_dict` gives it; None counts as not stated.
-
-        Returns
-        -------
-        Mission
-            The mission.
-
-        Raises
-        ------
-        InputError
-            With every fault.
-        """
+        """Make a mission of plain data as `to_dict` gives it; None counts as not stated."""
         if not isinstance(document, Mapping):
             raise InputError([Fault("", shown(document), "a mission as a dict")])
         content = without_none(document)
@@ -268,21 +225,9 @@ class Mission(MissionSection):
 
         Buildings that were read from a table stay there: the file names it.
 
-        Parameters
-        ----------
-        path
-            The file, whose suffix is .toml or none; an existing file is replaced.
-
-        Returns
-        -------
-        Path
-            The file that was written.
-
-        Raises
-        ------
-        InputError
-            If the suffix is another, the directory is missing or cannot be written to, or the table
-            of its buildings is missing or has changed.
+        The suffix is .toml or none; an existing file is replaced. `InputError` if the suffix is
+        another, the directory is missing or cannot be written to, or the table of its buildings is
+        missing or has changed.
         """
         file = path_of(path)
         ending_of(file, ".toml", "")

@@ -14,7 +14,7 @@ from pydantic_core import to_jsonable_python
 from optuav.errors import Fault, InputError, NoPlanError, printed, refuse, safe_name
 from optuav.frames import DataFrame, frame, without_rounding
 from optuav.mission import Mission, load
-from optuav.mission.files import ending_of, label, parse_json, read_text, write_text
+from optuav.mission.files import ending_of, label, parse_json, read_text, seen_from, write_text
 from optuav.mission.flight_model import CruisingModel, FlightModel, flight_of
 from optuav.mission.messages import OTHER, TYPES, path_of, several, shown
 from optuav.mission.schema import Record, Slot, short
@@ -336,7 +336,6 @@ class Plan(Record):
             for phase in phases
         ]
         if source := mission.buildings.source:
-            from optuav.mission.table_files import seen_from
             from optuav.plan.used import used_buildings
 
             data[TABLE] = {**asdict(source), "path": seen_from(file, source.path)}
