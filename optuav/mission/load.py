@@ -135,8 +135,7 @@ def _read(
     if real in above:
         circle = " -> ".join([*above.values(), name])
         raise InputError(f"a file that does not lead back to one before it: {circle}")
-    breaches = format_breaches(document)
-    faults = StatedMission(document, {(): name}).faults(breaches) if breaches else []
+    faults = StatedMission(document, {(): name}).faults(format_breaches(document))
     document.pop("schema", None)
     extends, whole = document.pop("extends", None), True
     for key in ("name", "description") if above else ():  # which are a file's own

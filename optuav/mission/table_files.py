@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from optuav.arrays import Floats, Integers
+from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, decimal, printable, refuse, require
 from optuav.mission.buildings import Buildings, TableFile
-from optuav.mission.files import MARK, label, must_be_file, read_text, refusal, refusals, seen_from
+from optuav.mission.files import MARK, label, must_be_file, read_text, refusal, refusals
 from optuav.mission.maps import TEXTS, check_map, document_of, features
 from optuav.mission.messages import listed
 from optuav.mission.tables import COLUMNS, SIZES, corners_of, of_columns, of_polygons
@@ -41,12 +41,6 @@ def read_buildings(path: Path) -> Buildings:
         faults = (replace(fault, source=fault.source or label(path)) for fault in error.faults)
         raise InputError(faults) from None
     return table.read_from(TableFile(os.path.abspath(path), digest, len(table)))
-
-
-def named_from(source: TableFile, file: Path) -> str:
-    """The path of a table as a file names it; refused if the table has changed."""
-    check(Path(source.path), source.sha256)
-    return seen_from(file, source.path)
 
 
 def check(path: Path, expected: str) -> None:
@@ -142,11 +136,6 @@ def own_words(error: Exception) -> str:
 
 def _of_map(path: Path) -> Buildings:
     """The buildings of a map in metres: outlines or points, with columns `name` and `z_m`."""
-    return of_polygons(*_columns_of_map(path))
-
-
-def _columns_of_map(path: Path) -> tuple[list[str], Floats, Floats, Integers]:
-    """Names, roofs, corners of all outlines, and their number by building."""
     require("geopandas", "tables of buildings in map formats")
     import geopandas
     import pyogrio
@@ -177,10 +166,7 @@ def _columns_of_map(path: Path) -> tuple[list[str], Floats, Floats, Integers]:
     known = [column for column in frame.columns if column != frame.geometry.name]
     wanted = (COLUMNS[0], COLUMNS[3])
     refuse(Fault(x, "", f"is missing; there are {listed(known)}") for x in wanted if x not in known)
-    names = frame["name"].tolist()
-    (single,) = np.nonzero(
-        (shapely.get_type_id(shapes) > 3) & (shapely.get_num_geometries(shapes) == 1)
-    )
+    single = (shapely.get_type_id(shapes) > 3) & (shapely.get_num_geometries(shapes) == 1)
     shapes[single] = shapely.get_geometry(shapes[single], 0)
     kind, empty = shapely.get_type_id(shapes), shapely.is_missing(shapes) | shapely.is_empty(shapes)
     outlined = ~empty & (kind == 3) & (shapely.get_num_interior_rings(shapes) == 0)
@@ -193,7 +179,8 @@ def _columns_of_map(path: Path) -> tuple[list[str], Floats, Floats, Integers]:
         at_m[~empty] = shapely.get_coordinates(shapely.point_on_surface(shapes[~empty]))
     columns = [_column(frame, x) if x in known else at_m[:, k] for k, x in enumerate(COLUMNS[1:])]
     shapes[~outlined] = None
-    return names, np.column_stack(columns), *corners_of(shapes)
+    names, roof_m = frame[COLUMNS[0]].tolist(), np.column_stack(columns)
+    return of_polygons(names, roof_m, *corners_of(shapes))
 
 
 def _column(frame: Any, name: str) -> Floats:
