@@ -1,9 +1,10 @@
-"""``optuav compare`` and ``sensitivity``, ``reproduce`` and ``ledger``: many solves at once."""
+"""``optuav compare``, ``map``, ``sweep``, ``reproduce`` and others: many solves at once."""
 
 from __future__ import annotations
 
 import json
 import os
+import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,9 +12,9 @@ from typing import TYPE_CHECKING
 import typer
 
 import optuav
-from optuav.cli.options import mission_of
+from optuav.cli.options import mission_of, numbers_in
 from optuav.cli.output import FAILED, NO, check_places, deliver, progress, say
-from optuav.errors import Fault, InputError, decimal, refuse
+from optuav.errors import Fault, InputError, collected, decimal, refuse
 from optuav.options import Order, Perspective
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from optuav.studies.results import Results
 
 WORKERS = min(os.cpu_count() or 1, 4)  # Processes that share work: each takes a second to start
+MOVED = ("device", "laser", "hover-point")  # Each with its function in `optuav.maps`
 
 
 @dataclass(frozen=True)
@@ -239,6 +241,109 @@ def robust(
     out.deliver(plans)
     if explain:
         say(f"\n{optuav.explain(plans)}")
+
+
+def map(
+    mission: str,
+    over: str,
+    step_m: float,
+    bounds: str | None = None,
+    height_m: float | None = None,
+    perspective: Perspective = "available",
+    *,
+    out: Study,
+) -> None:
+    """Find the longest hover with the device, the laser or the hover point anywhere on a grid.
+
+    Exit code 1 if there is no plan anywhere.
+    """
+    from optuav import maps
+    from optuav.maps.output import FORMATS, summary, to_dict
+    from optuav.maps.positions import DEVICE, HOVER_POINT, LASER, faults_of, hovers
+    from optuav.mission.files import STANDARD
+    from optuav.mission.messages import unknown
+
+    check_places(out.save, out.plot, *FORMATS)
+    faults, ends = list[Fault](), None
+    if out.save == STANDARD:
+        faults.append(Fault("--save", "'-'", f"a name that ends in {' or '.join(FORMATS)}"))
+    if over not in MOVED:
+        faults.append(unknown("--over", over, MOVED))
+    if bounds is not None and not (ends := numbers_in(bounds) or None):
+        words = "four numbers of metres with commas between them, as in 0,0,500,800"
+        faults.append(Fault("--bounds", repr(bounds), words))
+    with collected(faults):
+        moved = mission_of(mission, out.settings)
+    refuse([*faults, *(faults_of(step_m, ends, height_m, perspective) if faults else ())])
+    key = dict(zip(MOVED, (DEVICE, LASER, HOVER_POINT), strict=True))[over]
+    hovers_found = hovers(key, moved, step_m, ends, height_m, perspective)
+    written = []
+    if out.save is not None:
+        written.append(maps.save(hovers_found.labelled(), out.save))
+    if out.plot is not None:
+        from optuav.plots import hover_map, save_figures
+
+        written += save_figures(
+            [(f"{over}.png", hover_map(moved, hovers_found.labelled()))], out.plot
+        )
+    deliver(
+        lambda: to_dict(hovers_found), summary(hovers_found), as_json=out.as_json, written=written
+    )
+    if "best_m" not in hovers_found.facts:
+        raise typer.Exit(NO)
+
+
+def sweep(
+    study: Path,
+    workers: int = 1,
+    scheduler: str | None = None,
+    resume: bool = True,
+    as_json: bool = False,
+    plot: Path | None = None,
+) -> None:
+    """Solve all scenarios of a study, in parts that are kept (needs pyarrow)."""
+    check_places(None, plot)
+    from optuav.studies.sweep import open_sweep, planned, run
+
+    plan = planned(study, workers, scheduler)
+    if plot is not None and not plan.is_drawable:
+        words = "goes with up to three keys, of several values each, one of them in [grid]"
+        refuse([Fault("plot", "", words)])
+    began_s = time.monotonic()
+    with progress("scenarios") as bar:
+        done = run(plan, workers, scheduler, resume, bar)
+    took_s = time.monotonic() - began_s
+    written = list[Path]()
+    if plot is not None:
+        from optuav import plots
+
+        written = plots.save_figures(plots.swept(open_sweep(done.directory)), plot)
+    shown = [
+        f"Scenarios  {done.scenarios}",
+        f"Parts      {done.parts}" + f", {done.kept} of them from before" * bool(done.kept),
+        f"Directory  {done.directory}",
+    ]
+    without = {name: sum(each.values()) for name, each in done.reasons.items()}
+    plans = {name: done.scenarios - count for name, count in without.items()}
+    for name, reasons in done.reasons.items():
+        why = [f"{count} without: {words}" for words, count in reasons.items()]
+        shown.append(f"Plans      {'; '.join([f'{name} {plans[name]}', *why])}")
+        if ends := done.hover_time_s[name]:
+            shown.append(f"Hover      {name} {ends['shortest']:.2f} to {ends['longest']:.2f} s")
+    deliver(
+        lambda: {
+            "kind": "optuav sweep",
+            **done._asdict(),
+            "directory": str(done.directory),
+            "plans": plans,
+            "without_plan": without,
+            "pictures": [str(path) for path in written],
+            "elapsed_s": round(took_s, 3),
+        },
+        shown,
+        as_json=as_json,
+        written=written,
+    )
 
 
 def reproduce(
