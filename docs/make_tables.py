@@ -23,8 +23,8 @@ from formulations.soc import PAPER, PERSPECTIVES
 from optuav.cli.app import COMMANDS, program
 from optuav.engines.registry import CAPABILITIES, Capability
 from optuav.judge.benchmark import Answer, answers
+from optuav.mission.benchmark import PERSPECTIVES as BENCHMARK
 from optuav.mission.benchmark import recipes
-from optuav.mission.benchmark.recipes import PERSPECTIVES as BENCHMARK
 from optuav.modelling import Model
 from optuav.modelling.classify import Traits, traits
 from optuav.options import ORDERS, TRAJECTORIES

@@ -25,7 +25,7 @@ import tomli_w
 from optuav.arrays import Floats
 from optuav.errors import Fault, printable, refuse
 from optuav.frames import DataFrame, frame
-from optuav.mission import shipped
+from optuav.mission.load import shipped
 from optuav.mission.messages import listed, number
 from optuav.mission.schema import SCHEMA
 

@@ -25,7 +25,7 @@ COMMANDS = {
     **{"formulate": "solve", "calibrate": "calibrate"},
     **dict.fromkeys(("show", "validate", "new", "missions"), "missions"),
     **dict.fromkeys(("power", "coverage", "size", "return", "robust"), "studies"),
-    **{"city": "city", "map": "maps", "sweep": "sweep"},
+    **{"city": "city", "map": "studies", "sweep": "studies"},
     **{"explore": "explore", "lessons": "lessons", "check-solutions": "benchmark"},
 }
 """Every command, in the order of the help, with the module that has its function."""
@@ -88,43 +88,41 @@ def run(arguments: Sequence[str] | None = None) -> None:
 
         say(f"optuav {optuav.__version__}")
         return
+    name = words_given[0] if words_given and words_given[0] in COMMANDS else None
     try:
         try:
-            if words_given and words_given[0] in COMMANDS:
-                with faults_named():
-                    code = program(words_given[0])(
-                        words_given[1:], f"optuav {words_given[0]}", standalone_mode=False
-                    )
-                sys.exit(code)
-            sys.exit(program()(words_given, "optuav", standalone_mode=False))
+            with faults_named():
+                called = f"optuav {name or ''}".rstrip()
+                rest = words_given[1:] if name else words_given
+                code = program(name)(rest, called, standalone_mode=False)
+            sys.exit(code)
         finally:
             sys.stdout.flush()
-    except USAGE_ERROR as error:
-        error.show(written := io.StringIO())
-        # A parser of a value raises a ValueError, and a library prints its name as well.
-        words = written.getvalue().replace(": Value error, ", ": ")
-        say(words.removesuffix("\n").expandtabs(2), error=True)
-        sys.exit(BAD_INPUT)
-    except typer.Abort:
-        say("\nerror: the input ended before all questions were answered", error=True)
-        sys.exit(BAD_INPUT)
-    except NoPlanError as error:
-        say(str(error), error=True)
-        sys.exit(NO)
-    except (InputError, SolverError) as error:
-        if isinstance(error, InputError) and words_given and words_given[0] in COMMANDS:
-            error = _by_options(error, program(words_given[0]))
+    except (USAGE_ERROR, typer.Abort, InputError, NoPlanError, SolverError, OSError) as error:
+        words, code = _failure(error, name)
+        say(words, error=True)
+        sys.exit(code)
+
+
+def _failure(error: Any, name: str | None) -> tuple[str, int]:
+    """Words of an error and its exit code; in an input error, options by their names."""
+    if isinstance(error, typer.Abort):
+        return "\nerror: the input ended before all questions were answered", BAD_INPUT
+    if isinstance(error, NoPlanError):
+        return str(error), NO
+    if isinstance(error, InputError) and name is not None:
+        params = program(name).params
+        flags = {param.name: param.opts[0] for param in params if param.opts[0].startswith("-")}
+        faults = (fault if fault.source else by_flags(fault, flags) for fault in error.faults)
+        error = InputError(faults)
+    if isinstance(error, InputError | SolverError):
         indented = str(error).replace("\n", "\n       ")
-        say(f"error: {indented}", error=True)
-        sys.exit(BAD_INPUT if isinstance(error, InputError) else FAILED)
-    except OSError as error:
+        return f"error: {indented}", BAD_INPUT if isinstance(error, InputError) else FAILED
+    if isinstance(error, OSError):
         # Files are written elsewhere. Pending output must not fail again at the end.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        say(f"error: the output cannot be written: {error.strerror}", error=True)
-        sys.exit(BAD_INPUT)
-
-
-def _by_options(error: InputError, command: Any) -> InputError:
-    """The error with names of options in place of the library's names of them."""
-    flags = {param.name: param.opts[0] for param in command.params if param.opts[0].startswith("-")}
-    return InputError(fault if fault.source else by_flags(fault, flags) for fault in error.faults)
+        return f"error: the output cannot be written: {error.strerror}", BAD_INPUT
+    error.show(written := io.StringIO())
+    # A parser of a value raises a ValueError, and a library prints its name as well.
+    words = written.getvalue().replace(": Value error, ", ": ")
+    return words.removesuffix("\n").expandtabs(2), BAD_INPUT

@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 import sys
 import tomllib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -194,31 +193,7 @@ def missions(of_the_set: bool = False, as_json: bool = False) -> None:
     deliver(lambda: rows, lines, as_json=as_json)
 
 
-@dataclass(frozen=True)
-class Numbers:
-    """Options of ``optuav new``: values of a datasheet; None if not stated."""
-
-    mass_kg: float | None = None
-    payload_kg: float | None = None
-    packs: int | None = None
-    cells: int | None = None
-    capacity_mAh: float | None = None
-    hover_min: float | None = None
-    cruise_min: float | None = None
-    hover_power_W: float | None = None
-    cruise_power_W: float | None = None
-    cruise_speed_m_s: float | None = None
-    reserve_percent: float | None = None
-    laser_power_W: float | None = None
-    rotors: int | None = None
-    rotor_radius_m: float | None = None
-    blade_solidity: float | None = None
-    tip_speed_m_s: float | None = None
-    drag_ratio: float | None = None
-    efficiency: float | None = None
-
-
-def new(file: Path, asked: Numbers, source: str = "paper") -> None:
+def new(file: Path, source: str = "paper", **numbers: float | None) -> None:
     """Write a mission file that explains every key."""
     from optuav.mission import load
     from optuav.mission.files import STANDARD, ending_of, must_be_new, write_text
@@ -226,7 +201,6 @@ def new(file: Path, asked: Numbers, source: str = "paper") -> None:
 
     ending_of(file, ".toml", "", name="FILE")
     must_be_new(file)
-    numbers = vars(asked)
     if source in SHEETS:
         sheet = _sheet(getattr(optuav, SHEETS[source]), numbers)
         mission, remarks = sheet.mission(), sheet.remarks()
@@ -244,7 +218,7 @@ def new(file: Path, asked: Numbers, source: str = "paper") -> None:
         say(f"wrote {file}; next: optuav validate {file}")
 
 
-def _sheet(form: type[Drone], stated: dict[str, Any]) -> Drone:
+def _sheet(form: type[Drone], stated: Mapping[str, Any]) -> Drone:
     """The datasheet; ask a person at a terminal for missing values."""
     from optuav.mission.template import INSTEAD
 

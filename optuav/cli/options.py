@@ -107,14 +107,16 @@ class SolveOptions(ProblemOptions):
 def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
     """A function as typer takes it: an option or an argument for each parameter.
 
-    A dataclass stands for an option for each of its fields. The help comes from ``words.toml``.
+    A dataclass stands for an option for each of its fields, and ``**numbers`` for those of a
+    drone's datasheets. The help comes from ``words.toml``.
     """
     parameters = inspect.signature(function, eval_str=True).parameters
     records: dict[str, Any] = {
         key: each.annotation for key, each in parameters.items() if is_dataclass(each.annotation)
     }
     signatures = {key: inspect.signature(kind, eval_str=True) for key, kind in records.items()}
-    own_fields = {key: each.parameters for key, each in signatures.items()}
+    own_fields: dict[str, Any] = {key: each.parameters for key, each in signatures.items()}
+    own_fields["numbers"], helps = _of_datasheets() if "numbers" in parameters else ({}, {})
 
     def run(force: bool | None = None, **given: Any) -> None:
         faults = list[Fault]()
@@ -143,11 +145,10 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
     parts = [
         part for key in parameters for part in own_fields.get(key, {key: parameters[key]}).values()
     ]
-    if WRITTEN & parameters.keys() and "force" not in parameters:
-        keyword = inspect.Parameter.KEYWORD_ONLY
-        parts.append(inspect.Parameter("force", keyword, default=False, annotation=bool))
+    if WRITTEN & {part.name for part in parts} and "force" not in parameters:
+        parts.append(keyword_only("force", bool, False))
     for number, part in enumerate(parts):
-        said: Any = known.get(part.name) or _of_a_datasheet(part.name)
+        said: Any = known.get(part.name) or helps[part.name]
         if isinstance(said, str):
             said = [f"--{part.name.replace('_', '-')}", said]
         flag, help, default = [*said, ""][:3]
@@ -167,16 +168,25 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
     return run
 
 
-def _of_a_datasheet(key: str) -> str:
-    """Help for a number of a drone's datasheet."""
+def keyword_only(name: str, kind: Any, default: Any) -> inspect.Parameter:
+    """A parameter that is stated by its name."""
+    only = inspect.Parameter.KEYWORD_ONLY
+    return inspect.Parameter(name, only, default=default, annotation=kind)
+
+
+def _of_datasheets() -> tuple[dict[str, inspect.Parameter], dict[str, str]]:
+    """Parameters for the numbers of drones' datasheets, and their help, by name."""
     from optuav.mission.template import Datasheet, RotorDatasheet
 
-    form = next(
-        template for template in (Datasheet, RotorDatasheet) if key in template.model_fields
-    )
-    field = form.model_fields[key]
-    known = not field.is_required() and field.default is not None
-    return form.descriptions()[key] + (f" {field.default:g} if left out." if known else "")
+    parameters, helps = dict[str, inspect.Parameter](), dict[str, str]()
+    for form in (Datasheet, RotorDatasheet):
+        for key, field in form.model_fields.items():
+            kind = int | None if field.annotation is int else float | None
+            parameters[key] = keyword_only(key, kind, None)
+            usual = field.get_default()
+            known = f" {usual:g} if left out." if isinstance(usual, int | float) else ""
+            helps[key] = form.descriptions()[key] + known
+    return parameters, helps
 
 
 def mission_of(source: str, settings: Sequence[str] | None) -> Mission:

@@ -9,14 +9,11 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import typer
 
 from optuav.errors import folded, line_width, printable, spelled
-
-if TYPE_CHECKING:
-    from optuav.studies.results import Results
 
 NO, BAD_INPUT, FAILED = 1, 2, 3
 """Exit codes: no feasible or flyable plan; bad input; an engine that failed or proved nothing."""
@@ -107,20 +104,6 @@ def deliver(
         say(hint, most=None)
     for path in written:
         say(f"wrote {path}", "dim", most=None)
-
-
-def deliver_results(found: Results, save: Path | None, plot: Path | None, *, as_json: bool) -> None:
-    """Write the files that were asked for of a table of results, and print it."""
-    written = []
-    if save is not None:
-        from optuav.mission.files import write_text
-
-        text = json.dumps(found.to_dict(), indent=2, ensure_ascii=False)
-        write_text(save, found.to_csv() if save.suffix.lower() == ".csv" else f"{text}\n")
-        written.append(save)
-    if plot is not None:
-        written += found.save_pictures(plot)
-    deliver(found.to_dict, found.show(found), as_json=as_json, written=written)
 
 
 @contextmanager

@@ -1,22 +1,57 @@
-"""``optuav compare`` and ``sensitivity``, ``reproduce`` and ``ledger``: many solves at once."""
+"""``optuav compare``, ``map``, ``sweep``, ``reproduce`` and others: many solves at once."""
 
+from __future__ import annotations
+
+import json
 import os
-from dataclasses import replace
+import time
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
 import optuav
-from optuav.cli.options import mission_of
-from optuav.cli.output import FAILED, NO, check_places, deliver, deliver_results, progress, say
-from optuav.errors import Fault, InputError, decimal, refuse
+from optuav.cli.options import mission_of, numbers_in
+from optuav.cli.output import FAILED, NO, check_places, deliver, progress, say
+from optuav.errors import Fault, InputError, collected, decimal, refuse
 from optuav.options import Order, Perspective
 
 if TYPE_CHECKING:
+    from optuav.mission import Mission
     from optuav.studies.results import Results
 
 WORKERS = min(os.cpu_count() or 1, 4)  # Processes that share work: each takes a second to start
+MOVED = ("device", "laser", "hover-point")  # Each with its function in `optuav.maps`
+
+
+@dataclass(frozen=True)
+class Study:
+    """Options of every study: changes of the mission, and where the results go."""
+
+    settings: list[str] | None = None
+    as_json: bool = False
+    save: Path | None = None
+    plot: Path | None = None
+
+    def mission(self, source: str) -> Mission:
+        """The mission that is studied; refused with it are places that cannot be written to."""
+        check_places(self.save, self.plot, ".csv", ".json")
+        return mission_of(source, self.settings)
+
+    def deliver(self, found: Results) -> None:
+        """Write the files that were asked for of a table of results, and print it."""
+        written = []
+        if self.save is not None:
+            from optuav.mission.files import write_text
+
+            text = f"{json.dumps(found.to_dict(), indent=2, ensure_ascii=False)}\n"
+            is_csv = self.save.suffix.lower() == ".csv"
+            write_text(self.save, found.to_csv() if is_csv else text)
+            written.append(self.save)
+        if self.plot is not None:
+            written += found.save_pictures(self.plot)
+        deliver(found.to_dict, found.show(found), as_json=self.as_json, written=written)
 
 
 def compare(
@@ -27,16 +62,13 @@ def compare(
     time_limit_s: float | None = None,
     by: str | None = None,
     times: bool = False,
-    settings: list[str] | None = None,
-    as_json: bool = False,
-    save: Path | None = None,
-    plot: Path | None = None,
+    *,
+    out: Study,
 ) -> None:
     """Compare answers in slots and in continuous times, by all engines, or plans.
 
     Exit code 1 if answers disagree or there is no feasible plan, 3 if an engine failed.
     """
-    check_places(save, plot, ".csv", ".json")
     try:
         lengths_s = None if slots_s is None else [decimal(length) for length in slots_s.split(",")]
     except ValueError:
@@ -44,7 +76,7 @@ def compare(
         raise InputError([Fault("--slots", repr(slots_s), words)]) from None
     with progress() as bar:
         compared = optuav.compare(
-            mission_of(mission, settings),
+            out.mission(mission),
             by=_names(by) or "method",
             perspective=perspective,
             slots_s=lengths_s,
@@ -54,7 +86,7 @@ def compare(
             progress=bar,
             workers=1 if by else WORKERS,
         )
-    deliver_results(compared, save, plot, as_json=as_json)
+    out.deliver(compared)
     if compared.facts.get("failures"):
         raise typer.Exit(FAILED)
     has_plan = any(row["hover_time_s"] is not None for row in compared.rows)
@@ -73,39 +105,29 @@ def sensitivity(
     plan: Path | None = None,
     samples: int = 10_000,
     seed: int = 0,
-    settings: list[str] | None = None,
-    as_json: bool = False,
-    save: Path | None = None,
-    plot: Path | None = None,
+    *,
+    out: Study,
 ) -> None:
     """Find which numbers matter most, and what their uncertainty means for the hover time.
 
     Exit code 1 if the mission has no plan.
     """
-    check_places(save, plot, ".csv", ".json")
     effects = optuav.sensitivity(
-        mission_of(mission, settings),
+        out.mission(mission),
         uncertainty,
         perspective=perspective,
         plan=None if plan is None else optuav.load_plan(plan),
         samples=samples,
         seed=seed,
     )
-    deliver_results(effects, save, plot, as_json=as_json)
+    out.deliver(effects)
     if not effects.facts["hover_time_s"]:
         raise typer.Exit(NO)
 
 
-def power(
-    mission: str,
-    settings: list[str] | None = None,
-    as_json: bool = False,
-    save: Path | None = None,
-    plot: Path | None = None,
-) -> None:
+def power(mission: str, out: Study) -> None:
     """Find the power over the air speed, and the speeds of best endurance and range."""
-    check_places(save, plot, ".csv", ".json")
-    deliver_results(optuav.power_curve(mission_of(mission, settings)), save, plot, as_json=as_json)
+    out.deliver(optuav.power_curve(out.mission(mission)))
 
 
 def coverage(
@@ -119,10 +141,8 @@ def coverage(
     drones: int | None = None,
     hours: float | None = None,
     horizon_hours: float | None = None,
-    settings: list[str] | None = None,
-    as_json: bool = False,
-    save: Path | None = None,
-    plot: Path | None = None,
+    *,
+    out: Study,
 ) -> None:
     """Find the share of the day that one drone covers, for ever, and the fleet for more.
 
@@ -131,7 +151,6 @@ def coverage(
     from optuav.mission.messages import misfits
     from optuav.service.horizon import HOURS
 
-    check_places(save, plot, ".csv", ".json")
     fleet = share is not None or overlap_s is not None
     hours_stated = {"horizon_hours": horizon_hours, "hours": hours}
     single = [name for name, value in hours_stated.items() if value is not None]
@@ -142,7 +161,7 @@ def coverage(
         raise InputError([Fault(name, f"{hours_stated[name]:g}", words) for name in single])
     share = 1.0 if share is None else share
     covered = optuav.coverage(
-        mission_of(mission, settings),
+        out.mission(mission),
         perspective=perspective,
         swap_s=swap_s,
         lit_hover=not dark_hover,
@@ -158,8 +177,8 @@ def coverage(
         pads = covered.watts(drones, share)
         facts = {"pad_drones": drones, **{f"pad_{k}": v for k, v in pads._asdict().items()}}
         results = replace(results, facts={**results.facts, **facts})
-    deliver_results(results, save, plot, as_json=as_json)
-    if drones is not None and hours is None and not as_json:
+    out.deliver(results)
+    if drones is not None and hours is None and not out.as_json:
         say(f"\nPads for {drones} drones: {pads}")
 
 
@@ -169,31 +188,21 @@ def size(
     share: float = 1.0,
     overlap_s: float = 0.0,
     swap_s: float = 120.0,
-    settings: list[str] | None = None,
-    as_json: bool = False,
-    save: Path | None = None,
-    plot: Path | None = None,
+    *,
+    out: Study,
 ) -> None:
     """Find the drones, beams, pads, bays and packs that cover a share, by technology."""
-    check_places(save, plot, ".csv", ".json")
-    table = optuav.size_fleet(mission_of(mission, settings), prices, share, overlap_s, swap_s)
-    deliver_results(table, save, plot, as_json=as_json)
+    table = optuav.size_fleet(out.mission(mission), prices, share, overlap_s, swap_s)
+    out.deliver(table)
 
 
-def return_(
-    mission: str,
-    settings: list[str] | None = None,
-    as_json: bool = False,
-    save: Path | None = None,
-    plot: Path | None = None,
-) -> None:
+def return_(mission: str, out: Study) -> None:
     """Find the last moment to leave the hover point, for the destination and every building.
 
     Exit code 1 if the hover point cannot be reached.
     """
-    check_places(save, plot, ".csv", ".json")
-    times = optuav.return_by(mission_of(mission, settings))
-    deliver_results(times, save, plot, as_json=as_json)
+    times = optuav.return_by(out.mission(mission))
+    out.deliver(times)
 
 
 def robust(
@@ -208,10 +217,8 @@ def robust(
     samples: int = 20_000,
     seed: int = 0,
     explain: bool = False,
-    settings: list[str] | None = None,
-    as_json: bool = False,
-    save: Path | None = None,
-    plot: Path | None = None,
+    *,
+    out: Study,
 ) -> None:
     """Find the longest hover that can be flown wherever uncertain numbers lie in a box.
 
@@ -219,11 +226,10 @@ def robust(
     """
     from optuav.solving.question import problem_of
 
-    check_places(save, plot, ".csv", ".json")
-    if explain and as_json:
+    if explain and out.as_json:
         raise InputError([Fault("explain", "", "cannot be combined with --json")])
     plans = optuav.robust(
-        mission_of(mission, settings),
+        out.mission(mission),
         uncertainty,
         problem_of(problem, building=building, order=order),
         perspective=perspective,
@@ -232,9 +238,112 @@ def robust(
         samples=samples,
         seed=seed,
     )
-    deliver_results(plans, save, plot, as_json=as_json)
+    out.deliver(plans)
     if explain:
         say(f"\n{optuav.explain(plans)}")
+
+
+def map(
+    mission: str,
+    over: str,
+    step_m: float,
+    bounds: str | None = None,
+    height_m: float | None = None,
+    perspective: Perspective = "available",
+    *,
+    out: Study,
+) -> None:
+    """Find the longest hover with the device, the laser or the hover point anywhere on a grid.
+
+    Exit code 1 if there is no plan anywhere.
+    """
+    from optuav import maps
+    from optuav.maps.output import FORMATS, summary, to_dict
+    from optuav.maps.positions import DEVICE, HOVER_POINT, LASER, faults_of, hovers
+    from optuav.mission.files import STANDARD
+    from optuav.mission.messages import unknown
+
+    check_places(out.save, out.plot, *FORMATS)
+    faults, ends = list[Fault](), None
+    if out.save == STANDARD:
+        faults.append(Fault("--save", "'-'", f"a name that ends in {' or '.join(FORMATS)}"))
+    if over not in MOVED:
+        faults.append(unknown("--over", over, MOVED))
+    if bounds is not None and not (ends := numbers_in(bounds) or None):
+        words = "four numbers of metres with commas between them, as in 0,0,500,800"
+        faults.append(Fault("--bounds", repr(bounds), words))
+    with collected(faults):
+        moved = mission_of(mission, out.settings)
+    refuse([*faults, *(faults_of(step_m, ends, height_m, perspective) if faults else ())])
+    key = dict(zip(MOVED, (DEVICE, LASER, HOVER_POINT), strict=True))[over]
+    hovers_found = hovers(key, moved, step_m, ends, height_m, perspective)
+    written = []
+    if out.save is not None:
+        written.append(maps.save(hovers_found.labelled(), out.save))
+    if out.plot is not None:
+        from optuav.plots import hover_map, save_figures
+
+        written += save_figures(
+            [(f"{over}.png", hover_map(moved, hovers_found.labelled()))], out.plot
+        )
+    deliver(
+        lambda: to_dict(hovers_found), summary(hovers_found), as_json=out.as_json, written=written
+    )
+    if "best_m" not in hovers_found.facts:
+        raise typer.Exit(NO)
+
+
+def sweep(
+    study: Path,
+    workers: int = 1,
+    scheduler: str | None = None,
+    resume: bool = True,
+    as_json: bool = False,
+    plot: Path | None = None,
+) -> None:
+    """Solve all scenarios of a study, in parts that are kept (needs pyarrow)."""
+    check_places(None, plot)
+    from optuav.studies.sweep import open_sweep, planned, run
+
+    plan = planned(study, workers, scheduler)
+    if plot is not None and not plan.is_drawable:
+        words = "goes with up to three keys, of several values each, one of them in [grid]"
+        refuse([Fault("plot", "", words)])
+    began_s = time.monotonic()
+    with progress("scenarios") as bar:
+        done = run(plan, workers, scheduler, resume, bar)
+    took_s = time.monotonic() - began_s
+    written = list[Path]()
+    if plot is not None:
+        from optuav import plots
+
+        written = plots.save_figures(plots.swept(open_sweep(done.directory)), plot)
+    shown = [
+        f"Scenarios  {done.scenarios}",
+        f"Parts      {done.parts}" + f", {done.kept} of them from before" * bool(done.kept),
+        f"Directory  {done.directory}",
+    ]
+    without = {name: sum(each.values()) for name, each in done.reasons.items()}
+    plans = {name: done.scenarios - count for name, count in without.items()}
+    for name, reasons in done.reasons.items():
+        why = [f"{count} without: {words}" for words, count in reasons.items()]
+        shown.append(f"Plans      {'; '.join([f'{name} {plans[name]}', *why])}")
+        if ends := done.hover_time_s[name]:
+            shown.append(f"Hover      {name} {ends['shortest']:.2f} to {ends['longest']:.2f} s")
+    deliver(
+        lambda: {
+            "kind": "optuav sweep",
+            **done._asdict(),
+            "directory": str(done.directory),
+            "plans": plans,
+            "without_plan": without,
+            "pictures": [str(path) for path in written],
+            "elapsed_s": round(took_s, 3),
+        },
+        shown,
+        as_json=as_json,
+        written=written,
+    )
 
 
 def reproduce(

@@ -7,12 +7,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from optuav import physics
+
 if TYPE_CHECKING:
     from optuav.mission.flight_model import Slider
     from optuav.mission.mission import Mission
     from optuav.mission.schema import LaserTable
     from optuav.physics.beams.gaussian import Chain
-    from optuav.physics.quantity import Quantity, Vector
+    from optuav.physics.quantity import Quantity
 
 BEAMS: dict[str, type[SpreadingBeam]] = {}
 """Beams by name; one that is added here can be stated as ``laser.beam``."""
@@ -38,17 +40,15 @@ class Beam(ABC):
     @property
     def attenuation_per_km(self) -> Quantity:
         """α [1/km] as stated, or from the visibility."""
-        from optuav.physics.laser import attenuation
-
         keys = self.mission.laser
         assert keys is not None
         if keys.attenuation_per_km is not None:
             return keys.attenuation_per_km
-        return attenuation(keys.wavelength_nm, keys.visibility_km)
+        return physics.laser.attenuation(keys.wavelength_nm, keys.visibility_km)
 
     @abstractmethod
-    def received_W(self, source_m: Vector, place_m: Vector, most_W: Quantity) -> Quantity:
-        """Mean power received in clear sight [W] where the battery takes at most so much [W]."""
+    def received_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
+        """Mean power received at a distance in sight [W]; the battery takes at most so much [W]."""
 
     @abstractmethod
     def enough_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
@@ -92,32 +92,28 @@ class SpreadingBeam(Beam):
 
     def reach_m(self, dc_W: float, most_W: float) -> float:
         """Largest distance [m] that receives a power [W]: 0 for none, infinite for all."""
-        from optuav.physics.roots import last
 
         def excess_W(away_m: Quantity) -> Quantity:
-            return self.received_W((0.0, 0.0, 0.0), (away_m, 0.0, 0.0), most_W) - dc_W
+            return self.received_W(away_m, most_W) - dc_W
 
-        return float(last(excess_W, 1.0))
+        return float(physics.roots.last(excess_W, 1.0))
 
     @property
     def eye_limit_W_m2(self) -> float:
         """Largest irradiance for the eye [W/m²]; NaN where none is known for the wavelength."""
-        from optuav.physics.eye import exposure_limit
-
         assert self.mission.laser is not None
-        return float(exposure_limit(self.mission.laser.wavelength_nm))
+        return float(physics.eye.exposure_limit(self.mission.laser.wavelength_nm))
 
     @property
     def hazard_distance_m(self) -> float:
         """Distance [m] where the still beam, whole before its aperture, falls to the eye limit."""
-        from optuav.physics.eye import hazard_distance
 
         def irradiance(distance_m: Quantity) -> Quantity:
             return self.peak(distance_m, still=True)
 
         light_W = self.chain(0.0).light_W
         air, limit = self.attenuation_per_km, self.eye_limit_W_m2
-        return float(hazard_distance(irradiance, light_W, air, limit))
+        return float(physics.eye.hazard_distance(irradiance, light_W, air, limit))
 
     @property
     def eye_warning(self) -> str:

@@ -131,8 +131,6 @@ class Buildings(Sequence[Building]):
     def to_frame(self) -> DataFrame:
         """One row per building, ready for `Mission.with_buildings`; needs pandas.
 
-        Returns
-        -------
         Columns ``name``, ``x_m``, ``y_m`` and ``z_m``, and ``width_m`` and ``depth_m``, the sizes
         of footprints along x and y [m], NaN without one or where it is a polygon.
         """

@@ -122,6 +122,12 @@ def opened(path: Path, limit: int, *, hint: str = "", own: bool = False) -> Iter
             yield file
 
 
+def must_be_file(path: Path) -> None:
+    """Refuse what is no file, for libraries that open it by its path."""
+    if not path.is_file():
+        raise refusal(path, "is no regular file" if path.exists() else "there is no such file")
+
+
 def _must_be_regular(path: Path, status: os.stat_result) -> None:
     """Refuse directories, devices, pipes, and links that are not followed."""
     kind = status.st_mode
@@ -307,6 +313,13 @@ def expanded(stated: str | Path, name: str = "path") -> Path:
 def beside(folder: Path, stated: str | Path) -> Path:
     """A path that is stated relative to a folder, see `expanded`."""
     return folder / expanded(stated)
+
+
+def seen_from(file: Path, path: str) -> str:
+    """A path from the folder of a file; the whole path where no other leads there."""
+    with contextlib.suppress(ValueError):
+        path = os.path.relpath(path, os.path.dirname(os.path.abspath(file)))
+    return Path(path).as_posix()
 
 
 def must_be_new(path: Path) -> None:

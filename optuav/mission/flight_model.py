@@ -37,6 +37,13 @@ class Slider(NamedTuple):
     high: float
 
 
+def wind_sliders(key: str, symbol: str, unit: str, most: float) -> Iterator[Slider]:
+    """The level components of a wind, up to a strength."""
+    for axis, towards in enumerate(("eastward", "northward")):
+        words = f"Wind, {towards}", f"{symbol}_{'xy'[axis]}", unit
+        yield Slider(key, axis, *words, -most, most)
+
+
 class FlightTable(MissionSection):
     """The flight of legs, and its power."""
 

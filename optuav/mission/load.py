@@ -32,12 +32,7 @@ def load(source: Mission | str | Path) -> Mission:
         ``extends`` another (a shipped name or a path relative to the file) takes from it all that
         it does not state itself, except name and description; `Mission.replace` lists the keys that
         a new value displaces. The table that a file names as ``buildings_file``, by its path
-        relative to the file, is read too.
-
-    Returns
-    -------
-    Mission
-        The mission; it has the name of the file if the file states none.
+        relative to the file, is read too. A mission without a name has that of its file.
 
     Raises
     ------
@@ -92,11 +87,6 @@ def load_all(missions: Any, faults: list[Fault]) -> list[Mission]:
 def shipped() -> tuple[str, ...]:
     """Names of the missions that come with the package, in alphabetical order.
 
-    Returns
-    -------
-    tuple of str
-        Names that `load` takes.
-
     Examples
     --------
     >>> import optuav
@@ -112,11 +102,6 @@ def json_schema() -> Document:
     A file without ``extends`` must state all that a mission needs; one with it needs only
     ``schema``. Rules between values (names, footprints, altitudes, loads of the flight models)
     are left to `load`.
-
-    Returns
-    -------
-    dict
-        The schema as plain data.
 
     Examples
     --------
@@ -150,8 +135,7 @@ def _read(
     if real in above:
         circle = " -> ".join([*above.values(), name])
         raise InputError(f"a file that does not lead back to one before it: {circle}")
-    breaches = format_breaches(document)
-    faults = StatedMission(document, {(): name}).faults(breaches) if breaches else []
+    faults = StatedMission(document, {(): name}).faults(format_breaches(document))
     document.pop("schema", None)
     extends, whole = document.pop("extends", None), True
     for key in ("name", "description") if above else ():  # which are a file's own

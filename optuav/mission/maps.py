@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from optuav.errors import Fault, InputError
-from optuav.mission.files import label, parse_json, read_text, refusal, refusals
+from optuav.mission.files import label, must_be_file, parse_json, read_text, refusal, refusals
 from optuav.mission.messages import shown
 
 HEADS = {
@@ -38,8 +38,7 @@ UNREADABLE = (LookupError, TypeError, ValueError, AttributeError, ArithmeticErro
 def check_map(file: Path) -> None:
     """Refuse a file that is not, or not wholly, of a format that GDAL may read."""
     with refusals(file, "read"):
-        if not file.is_file():
-            raise refusal(file, "is no regular file" if file.exists() else "there is no such file")
+        must_be_file(file)
         if (ending := file.suffix.lower()) not in HEADS:
             known = ", ".join((*HEADS, *TEXTS, *LINES, ".zip"))
             raise refusal(file, f"has none of the suffixes {known}; {CONVERTS}")

@@ -12,7 +12,7 @@ from optuav.errors import MOST_SHOWN, Fault, InputError, printable, printed
 from optuav.frames import DataFrame, frame
 from optuav.mission import schema, validation
 from optuav.mission.buildings import Buildings
-from optuav.mission.files import ending_of, write_text
+from optuav.mission.files import ending_of, seen_from, write_text
 from optuav.mission.flight_model import BENDING, BENT
 from optuav.mission.flights.rotors import RotorFlight
 from optuav.mission.forms import CHOICES, TABLES, Flight, Source, table_keys
@@ -20,41 +20,33 @@ from optuav.mission.messages import nearest, no_building, path_of, shown
 from optuav.mission.schema import MissionSection
 from optuav.mission.validation import Document, Key, StatedMission, keys_of, validate
 
-_ENERGIES = frozenset({"flight_energy_J", "hover_energy_J"})
-_WELLS = frozenset({"start.available_As", "start.bound_As"})
+ENERGIES = ("flight_energy_J", "hover_energy_J")
+_ENERGIES = {f"battery.{key}" for key in ENERGIES}
+_WELLS = {"start.available_As", "start.bound_As"}
 
-DISPLACED: dict[str, dict[str, frozenset[str]]] = {
-    "battery": {
-        "flow_rate_per_s": frozenset({"flow_rate_per_min"}),
-        "flow_rate_per_min": frozenset({"flow_rate_per_s"}),
-        "packs": _ENERGIES | _WELLS,
-        "capacity_As": _ENERGIES | _WELLS,
-        "available_fraction": _WELLS,
-        "schedule": frozenset({"period_s"}),
-    },
-    "start": {
-        "soc": frozenset({"available_As", "bound_As"}),
-        "available_As": frozenset({"soc"}),
-        "bound_As": frozenset({"soc"}),
-    },
-    "laser": {
-        "visibility_km": frozenset({"attenuation_per_km"}),
-        "attenuation_per_km": frozenset({"visibility_km"}),
-        "wavelength_nm": frozenset(schema.CONVERSIONS[810]),
-    },
+DISPLACED: dict[str, set[str]] = {
+    "battery.flow_rate_per_s": {"battery.flow_rate_per_min"},
+    "battery.flow_rate_per_min": {"battery.flow_rate_per_s"},
+    "battery.packs": _ENERGIES | _WELLS,
+    "battery.capacity_As": _ENERGIES | _WELLS,
+    "battery.available_fraction": _WELLS,
+    "battery.schedule": {"battery.period_s"},
+    "start.soc": _WELLS,
+    "start.available_As": {"start.soc"},
+    "start.bound_As": {"start.soc"},
+    "laser.visibility_km": {"laser.attenuation_per_km"},
+    "laser.attenuation_per_km": {"laser.visibility_km"},
+    "laser.wavelength_nm": {f"laser.{key}" for key in schema.CONVERSIONS[810]},
 }
-"""By table, the keys that a new value of a key displaces unless they are stated with it.
-
-Keys of other tables are dotted.
-"""
+"""By key, the keys that a new value of it displaces unless they are stated with it."""
 
 
 class Mission(MissionSection):
     """A mission of a laser-charged UAV; every attribute has the name of its key in a file.
 
     Missions are equal if all their values are, can be hashed and pickled, and change only by
-    `replace`, which makes a new one. `load`, `from_dict` and `replace` raise `InputError` with all
-    faults; the constructor raises pydantic's own error.
+    `replace`, which makes a new one. All methods that make one raise `InputError` with all faults,
+    unknown and missing keys and columns among them; the constructor raises pydantic's own error.
 
     Parameters
     ----------
@@ -126,13 +118,10 @@ class Mission(MissionSection):
         return html(self)
 
     def to_frame(self) -> DataFrame:
-        """Return one row per key, the buildings aside; needs pandas.
+        """One row per key, the buildings aside; needs pandas.
 
-        Returns
-        -------
-        DataFrame
-            Columns ``key``, dotted as `replace` takes it, ``value`` in the unit of its name, and
-            ``meaning``.
+        Columns are ``key``, dotted as `replace` takes it, ``value`` in the unit of its name, and
+        ``meaning``.
         """
         from optuav.mission.display import stated
 
@@ -145,7 +134,7 @@ class Mission(MissionSection):
         return frame(rows, ["key", "value", "meaning"])
 
     def replace(self, values: Mapping[str, object]) -> Self:
-        """Make a mission that differs in some values.
+        """Make a mission that differs in some values, validated as a whole.
 
         Parameters
         ----------
@@ -160,16 +149,6 @@ class Mission(MissionSection):
             battery and the wells of ``start``, a new ``battery.available_fraction`` those wells,
             ``start.soc`` and the wells each other, a new ``flight.model`` or ``laser.beam`` the
             keys of the other one, ``flight.obstacles`` and ``flight.through_buildings`` each other.
-
-        Returns
-        -------
-        Mission
-            The new mission, validated as a whole.
-
-        Raises
-        ------
-        InputError
-            With every fault, unknown keys among them.
         """
         if not isinstance(values, Mapping):
             raise InputError([Fault("", shown(values), "values by dotted key in a dict")])
@@ -177,7 +156,7 @@ class Mission(MissionSection):
         return validate(type(self), revised, faults)
 
     def with_buildings(self, table: Mapping[str, Iterable[object]]) -> Self:
-        """Make a mission with other buildings, in place of all that there are.
+        """Make a mission with other buildings in place of all, validated as a whole.
 
         Parameters
         ----------
@@ -186,16 +165,6 @@ class Mission(MissionSection):
             ``y_m`` and ``z_m``, the position [m] with the height of the roof; and for footprints
             ``width_m`` and ``depth_m``, the sizes along x and y [m], NaN or None where a building
             has none.
-
-        Returns
-        -------
-        Mission
-            The new mission, validated as a whole.
-
-        Raises
-        ------
-        InputError
-            With every fault, unknown and missing columns among them.
 
         Examples
         --------
@@ -229,33 +198,13 @@ class Mission(MissionSection):
     def to_dict(self) -> Document:
         """Every value as plain data, as a file without ``extends`` states it.
 
-        Returns
-        -------
-        dict
-            Strings, numbers, truth values, lists and dicts; optional keys that are not set are
-            left out.
+        Optional keys that are not set are left out.
         """
         return {"schema": schema.SCHEMA, **self.model_dump(mode="json", exclude_none=True)}
 
     @classmethod
     def from_dict(cls, document: Mapping[str, object]) -> Self:
-        """Make a mission of plain data.
-
-        Parameters
-        ----------
-        document
-            As `to_dict` gives it; None counts as not stated.
-
-        Returns
-        -------
-        Mission
-            The mission.
-
-        Raises
-        ------
-        InputError
-            With every fault.
-        """
+        """Make a mission of plain data as `to_dict` gives it; None counts as not stated."""
         if not isinstance(document, Mapping):
             raise InputError([Fault("", shown(document), "a mission as a dict")])
         content = without_none(document)
@@ -268,28 +217,18 @@ class Mission(MissionSection):
 
         Buildings that were read from a table stay there: the file names it.
 
-        Parameters
-        ----------
-        path
-            The file, whose suffix is .toml or none; an existing file is replaced.
-
-        Returns
-        -------
-        Path
-            The file that was written.
-
-        Raises
-        ------
-        InputError
-            If the suffix is another, the directory is missing or cannot be written to, or the table
-            of its buildings is missing or has changed.
+        The suffix is .toml or none; an existing file is replaced. `InputError` if the suffix is
+        another, the directory is missing or cannot be written to, or the table of its buildings is
+        missing or has changed.
         """
         file = path_of(path)
         ending_of(file, ".toml", "")
         if source := self.buildings.source:
-            from optuav.mission.table_files import named_from
+            from optuav.mission.table_files import check
 
-            document = {"schema": schema.SCHEMA, "buildings_file": named_from(source, file)}
+            check(Path(source.path), source.sha256)
+            named = seen_from(file, source.path)
+            document = {"schema": schema.SCHEMA, "buildings_file": named}
             document |= {k: v for k, v in self._document().items() if k != "buildings"}
         else:
             document = self.to_dict()
@@ -319,30 +258,30 @@ def overlay(base: Document, stated: Document) -> tuple[Document, dict[Key, str]]
         below = base.get(name)
         if not isinstance(below, dict) or not isinstance(table, dict):
             continue
-        for key, others in displaced(name, table):
-            if table.get(key) is not None and table[key] != below.get(key):
-                for other in others:
-                    owner, _, last = other.rpartition(".")
-                    place = owner or name, last
-                    if last in keys_of(base.get(place[0])).keys() - keys_of(stated.get(place[0])):
-                        gone[place] = f"{name}.{key}"
         joined[name] = {**below, **table}
+        for key, others in displaced(name, table).items():
+            last = key.partition(".")[2]
+            if table.get(last) is not None and table[last] != below.get(last):
+                for owner, other in (place.split(".") for place in others):
+                    if other in keys_of(base.get(owner)).keys() - keys_of(stated.get(owner)):
+                        gone[owner, other] = key
     for name in {str(place[0]) for place in gone}:
         kept = {k: v for k, v in base[name].items() if (name, k) not in gone}
         joined[name] = kept | keys_of(stated.get(name))
     return joined, gone
 
 
-def displaced(name: str, table: Document) -> Iterator[tuple[str, frozenset[str]]]:
+def displaced(name: str, table: Document) -> dict[str, set[str]]:
     """The keys of a table, each with those that a new value of it displaces."""
-    yield from DISPLACED.get(name, {}).items()
+    others = {key: gone for key, gone in DISPLACED.items() if key.startswith(f"{name}.")}
     if choice := CHOICES.get(name):  # Keys of other flight models, or other beams
-        own_keys = choice.form_of(table).model_fields.keys()
-        yield choice.key, frozenset(table_keys(name).keys() - own_keys)
+        foreign = table_keys(name).keys() - choice.form_of(table).model_fields.keys()
+        others[f"{name}.{choice.key}"] = {f"{name}.{key}" for key in foreign}
     if name == "flight":
-        of_ways = frozenset(() if table.get("obstacles") in BENT else BENDING)
-        yield "obstacles", of_ways | {"through_buildings"}
-        yield "through_buildings", of_ways | {"obstacles"}
+        ways = set() if table.get("obstacles") in BENT else {f"flight.{key}" for key in BENDING}
+        others["flight.obstacles"] = ways | {"flight.through_buildings"}
+        others["flight.through_buildings"] = ways | {"flight.obstacles"}
+    return others
 
 
 def without_none(value: Any, depth: int = 3, *, kept: bool = False) -> Any:

@@ -17,13 +17,7 @@ from textwrap import dedent
 from typing import TYPE_CHECKING, Annotated, NamedTuple, TypeGuard, TypeVar
 
 from annotated_types import Ge, GroupedMetadata, Gt, Le, Len, Lt, Predicate
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Strict,
-    model_validator,
-)
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Strict, model_validator
 
 from optuav.mission.beam import BEAMS
 from optuav.options import SCHEDULES, Charging, Schedule
@@ -109,11 +103,10 @@ def _listed(value: object) -> object:
 Listed = BeforeValidator(_listed)
 
 # Text
-LETTERS = Len(1, 200)
 Name = Annotated[
     str,
     Strict(),
-    LETTERS,
+    Len(1, 200),
     Predicate(str.isprintable),
     Allowed("a string of 1 to 200 printable characters"),
 ]
@@ -129,13 +122,11 @@ Switch = Annotated[bool, Strict(), Allowed("true or false")]
 
 # Space
 _THREE = "three numbers [x, y, z], each |x| <= 1e6"
-COORDINATE, ALTITUDE = Number("m", ge=-1e6, le=1e6), Number("m", ge=0, le=1e6)
-LENGTH = Number("m", ge=1e-3, le=1e6)
+COORDINATE = Number("m", ge=-1e6, le=1e6)
 MOST_CORNERS = 10_000
-CORNERS = Len(3, MOST_CORNERS)
 Coordinate = Annotated[float, COORDINATE]
-Altitude = Annotated[float, ALTITUDE]
-Length = Annotated[float, LENGTH]
+Altitude = Annotated[float, Number("m", ge=0, le=1e6)]
+Length = Annotated[float, Number("m", ge=1e-3, le=1e6)]
 Clearance = Annotated[float, Number("m", ge=0, le=1e3)]
 Position = Annotated[
     tuple[Coordinate, Coordinate, Coordinate], Strict(), Listed, Allowed(f"{_THREE} [m]")
@@ -148,7 +139,7 @@ RoofPosition = Annotated[
 ]
 Size = Annotated[tuple[Length, Length], Strict(), Listed]
 Corner = Annotated[tuple[Coordinate, Coordinate], Strict(), Listed]
-Polygon = Annotated[tuple[Corner, ...], CORNERS, Strict(), Listed]
+Polygon = Annotated[tuple[Corner, ...], Len(3, MOST_CORNERS), Strict(), Listed]
 Footprint = Annotated[
     Size | Polygon,
     Allowed(

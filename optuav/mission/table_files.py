@@ -8,20 +8,19 @@ import io
 import os
 import warnings
 from collections.abc import Iterable, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import numpy as np
+
+from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, decimal, printable, refuse, require
 from optuav.mission.buildings import Buildings, TableFile
-from optuav.mission.files import MARK, label, read_text, refusal, refusals
+from optuav.mission.files import MARK, label, must_be_file, read_text, refusal, refusals
 from optuav.mission.maps import TEXTS, check_map, document_of, features
 from optuav.mission.messages import listed
 from optuav.mission.tables import COLUMNS, SIZES, corners_of, of_columns, of_polygons
-
-if TYPE_CHECKING:
-    from optuav.arrays import Floats, Integers
 
 PARQUET, MAPS = (".parquet", ".geoparquet"), (".gpkg", ".geojson")
 OUTLINE = "one polygon without courtyards, or a point; optuav city reads other maps"
@@ -44,19 +43,6 @@ def read_buildings(path: Path) -> Buildings:
     return table.read_from(TableFile(os.path.abspath(path), digest, len(table)))
 
 
-def named_from(source: TableFile, file: Path) -> str:
-    """The path of a table as a file names it; refused if the table has changed."""
-    check(Path(source.path), source.sha256)
-    return seen_from(file, source.path)
-
-
-def seen_from(file: Path, path: str) -> str:
-    """A path from the folder of a file; the whole path where no other leads there."""
-    with suppress(ValueError):
-        path = os.path.relpath(path, os.path.dirname(os.path.abspath(file)))
-    return Path(path).as_posix()
-
-
 def check(path: Path, expected: str) -> None:
     """Refuse a table whose hash is not the one expected."""
     if (found := fingerprint(path)) != expected:
@@ -67,8 +53,7 @@ def check(path: Path, expected: str) -> None:
 def fingerprint(path: Path) -> str:
     """The SHA-256 hash of the content of a file, in hexadecimal digits."""
     with refusals(path, "read"):
-        if not path.is_file():
-            raise refusal(path, "is no regular file" if path.exists() else "there is no such file")
+        must_be_file(path)
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
 
@@ -100,8 +85,6 @@ def _of_csv(path: Path) -> Buildings:
 
 def _cells(name: str, cells: Sequence[str]) -> Any:
     """A column of CSV as numbers if all cells are numbers; otherwise text."""
-    import numpy as np
-
     if name == COLUMNS[0]:
         return [cell.strip() for cell in cells]
     if name in SIZES:
@@ -153,14 +136,8 @@ def own_words(error: Exception) -> str:
 
 def _of_map(path: Path) -> Buildings:
     """The buildings of a map in metres: outlines or points, with columns `name` and `z_m`."""
-    return of_polygons(*_columns_of_map(path))
-
-
-def _columns_of_map(path: Path) -> tuple[list[str], Floats, Floats, Integers]:
-    """Names, roofs, corners of all outlines, and their number by building."""
     require("geopandas", "tables of buildings in map formats")
     import geopandas
-    import numpy as np
     import pyogrio
     import shapely
 
@@ -189,10 +166,7 @@ def _columns_of_map(path: Path) -> tuple[list[str], Floats, Floats, Integers]:
     known = [column for column in frame.columns if column != frame.geometry.name]
     wanted = (COLUMNS[0], COLUMNS[3])
     refuse(Fault(x, "", f"is missing; there are {listed(known)}") for x in wanted if x not in known)
-    names = frame["name"].tolist()
-    (single,) = np.nonzero(
-        (shapely.get_type_id(shapes) > 3) & (shapely.get_num_geometries(shapes) == 1)
-    )
+    single = (shapely.get_type_id(shapes) > 3) & (shapely.get_num_geometries(shapes) == 1)
     shapes[single] = shapely.get_geometry(shapes[single], 0)
     kind, empty = shapely.get_type_id(shapes), shapely.is_missing(shapes) | shapely.is_empty(shapes)
     outlined = ~empty & (kind == 3) & (shapely.get_num_interior_rings(shapes) == 0)
@@ -205,13 +179,12 @@ def _columns_of_map(path: Path) -> tuple[list[str], Floats, Floats, Integers]:
         at_m[~empty] = shapely.get_coordinates(shapely.point_on_surface(shapes[~empty]))
     columns = [_column(frame, x) if x in known else at_m[:, k] for k, x in enumerate(COLUMNS[1:])]
     shapes[~outlined] = None
-    return names, np.column_stack(columns), *corners_of(shapes)
+    names, roof_m = frame[COLUMNS[0]].tolist(), np.column_stack(columns)
+    return of_polygons(names, roof_m, *corners_of(shapes))
 
 
 def _column(frame: Any, name: str) -> Floats:
     """A column of numbers, or an `InputError`."""
-    import numpy as np
-
     try:
         return np.asarray(frame[name], dtype=float)
     except (TypeError, ValueError):
@@ -223,7 +196,6 @@ def geoparquet(buildings: Buildings, crs: str, path: Path) -> tuple[bytes, Build
     require("geopandas", "tables of buildings in map formats")
     require("pyarrow", "GeoParquet files")
     import geopandas
-    import numpy as np
     import shapely
 
     corners_m, count = buildings.outlines()

@@ -4,23 +4,18 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import ValidationError
+import numpy as np
+from annotated_types import Ge, Le
+from pydantic import ConfigDict, FailFast, TypeAdapter, ValidationError
 
+from optuav.arrays import Floats, Integers
 from optuav.errors import Fault, InputError, printable, refuse
 from optuav.mission import schema
 from optuav.mission.buildings import Buildings
 from optuav.mission.messages import nearest, shown
-from optuav.mission.schema import (
-    ALTITUDE,
-    COORDINATE,
-    CORNERS,
-    LENGTH,
-    LETTERS,
-    MOST_ITEMS,
-    MissionSection,
-)
+from optuav.mission.schema import MOST_ITEMS, MissionSection
 from optuav.mission.validation import (
     Breach,
     Document,
@@ -31,14 +26,23 @@ from optuav.mission.validation import (
 )
 
 if TYPE_CHECKING:
-    import numpy as np
     import numpy.typing as npt
-
-    from optuav.arrays import Floats, Integers
 
 COLUMNS, SIZES = ("name", "x_m", "y_m", "z_m"), ("width_m", "depth_m")
 """Columns of a table of buildings; the footprint columns may be left out."""
 MOST_BYTES = 8  # Size of a number that is a float of Python
+_LISTS = TypeAdapter(
+    tuple[
+        Annotated[tuple[schema.Name, ...], FailFast()],
+        Annotated[list[schema.Coordinate], FailFast()],
+        Annotated[list[schema.Coordinate], FailFast()],
+        Annotated[list[schema.Altitude], FailFast()],
+        Annotated[list[schema.Length], FailFast()],
+        Annotated[list[Annotated[int, Ge(3), Le(schema.MOST_CORNERS)]], FailFast()],
+    ],
+    config=ConfigDict(allow_inf_nan=False),
+)
+"""Names, coordinates of roofs and of corners, heights, sizes, and numbers of corners."""
 
 
 class Listing(MissionSection):
@@ -73,8 +77,6 @@ def of_columns(table: Mapping[str, Iterable[object]]) -> Buildings:
 
 def _plain(column: Iterable[Any]) -> Sequence[Any]:
     """A column as an array if it is one of numbers, or else as a list of plain values."""
-    import numpy as np
-
     kind = getattr(column, "dtype", None)
     if isinstance(kind, np.dtype) and kind.kind in "iuf" and kind.itemsize <= MOST_BYTES:
         values: Any = np.asarray(column)
@@ -87,8 +89,6 @@ def _plain(column: Iterable[Any]) -> Sequence[Any]:
 
 def _at_once(columns: Mapping[str, Sequence[Any]]) -> Buildings | None:
     """The buildings of columns without any fault."""
-    import numpy as np
-
     numbers: dict[str, Floats] = {}
     for name in {*COLUMNS[1:], *SIZES} & columns.keys():
         column = columns[name]
@@ -108,7 +108,6 @@ def _at_once(columns: Mapping[str, Sequence[Any]]) -> Buildings | None:
 
 def corners_of(footprints: npt.NDArray[np.object_]) -> tuple[Floats, Integers]:
     """Corners of polygons (corner, 2), and their number by polygon, 0 for None."""
-    import numpy as np
     import shapely
 
     corners, of = shapely.get_coordinates(footprints, return_index=True)
@@ -130,8 +129,6 @@ def of_polygons(
 
 def _packed(names: Sequence[Any], roof_m: Floats, corners_m: Floats, count: Any) -> Buildings:
     """Columns as a table, whatever they hold."""
-    import numpy as np
-
     roofs, corners = (array("d", np.asarray(x, float).tobytes()) for x in (roof_m, corners_m))
     begins = array("q", np.append(0, np.cumsum(count)).astype(np.int64).tobytes())
     return Buildings(tuple(names), roofs, corners, begins)
@@ -139,28 +136,15 @@ def _packed(names: Sequence[Any], roof_m: Floats, corners_m: Floats, count: Any)
 
 def _is_allowed(table: Buildings) -> bool:
     """Return whether columns have nothing that `row_by_row` refuses."""
-    import numpy as np
-
     count, corners_m = np.diff(table.begins), np.asarray(table.corners).reshape(-1, 2)
-    of_size = (count == 1).repeat(count)
-    within: tuple[tuple[Any, Any], ...] = (
-        (COORDINATE, table.roof_m[:, :2]),
-        (ALTITUDE, table.roof_m[:, 2]),
-        (LENGTH, corners_m[of_size]),
-        (COORDINATE, corners_m[~of_size]),
-    )
-    for limits, values in within:
-        if not ((values >= limits.ge) & (values <= limits.le)).all():
-            return False
-    if not {*map(type, table.names)} <= {str}:
+    of_size, roof_m = (count == 1).repeat(count), table.roof_m
+    numbers = roof_m[:, :2], corners_m[~of_size], roof_m[:, 2], corners_m[of_size]
+    lists = (values.ravel().tolist() for values in (*numbers, count[count > 1]))
+    try:
+        _LISTS.validate_python((table.names, *lists))
+    except ValidationError:
         return False
-    letters = [*map(len, table.names)]
-    for limit, values in (CORNERS, count[count > 1]), (LETTERS, letters):
-        if not limit.min_length <= min(values, default=limit.min_length):
-            return False
-        if not max(values, default=0) <= (limit.max_length or 0):
-            return False
-    return all(map(str.isprintable, table.names)) and not table.breaches
+    return not table.breaches
 
 
 def _rows(columns: Mapping[str, Sequence[Any]]) -> Iterator[Document]:

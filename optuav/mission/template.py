@@ -12,12 +12,11 @@ from pydantic import ValidationError
 
 from optuav.errors import Fault, refuse
 from optuav.mission.buildings import Buildings
-from optuav.mission.files import STANDARD
+from optuav.mission.files import STANDARD, seen_from
 from optuav.mission.load import load
 from optuav.mission.messages import allowed, shown
 from optuav.mission.mission import Mission, without_none
 from optuav.mission.schema import SCHEMA, MissionSection, Number
-from optuav.mission.table_files import seen_from
 from optuav.mission.validation import StatedMission, breaches_of
 
 SCENE = "matrice350"

@@ -18,7 +18,7 @@ from optuav.mission import Mission
 from optuav.mission.buildings import Buildings
 from optuav.mission.flight_model import BENT, flight_of
 from optuav.mission.keys import now_of, numeric_keys
-from optuav.mission.mission import DISPLACED
+from optuav.mission.mission import ENERGIES
 from optuav.mission.schema import SECTIONS
 from optuav.network import vehicle
 from optuav.network.legs import shared_lines
@@ -88,8 +88,7 @@ class Variants:
             assert isinstance(here, list)
             here[int(axis[0])] = column
         if {"packs", "capacity_As"} & tables.get("battery", {}).keys():
-            energies = (key for key in DISPLACED["battery"]["capacity_As"] if "." not in key)
-            tables["battery"] = dict.fromkeys(energies) | tables["battery"]
+            tables["battery"] = dict.fromkeys(ENERGIES) | tables["battery"]
         owners = {name: getattr(mission, name) or SECTIONS[name]() for name in tables}
         changed = {name: owners[name].model_copy(update=own) for name, own in tables.items()}
         return mission.model_copy(update=changed)

@@ -110,5 +110,5 @@ def charging(mission: Mission, place_m: Vector, *, capped: bool = True) -> Flow:
         return stated
     voltage_V = mission.battery.nominal_voltage_V
     most_W = charging_limit_W(mission) if capped else np.inf
-    power_W = beam_of(mission).received_W(mission.laser.position_m, place_m, most_W)
+    power_W = beam_of(mission).received_W(laser_distance_m(mission, place_m), most_W)
     return Flow(power_W / voltage_V, power_W)

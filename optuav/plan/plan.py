@@ -14,7 +14,7 @@ from pydantic_core import to_jsonable_python
 from optuav.errors import Fault, InputError, NoPlanError, collected, printed, refuse, safe_name
 from optuav.frames import DataFrame, frame, without_rounding
 from optuav.mission import Mission, load
-from optuav.mission.files import ending_of, label, parse_json, read_text, write_text
+from optuav.mission.files import ending_of, label, parse_json, read_text, seen_from, write_text
 from optuav.mission.flight_model import CruisingModel, FlightModel, flight_of
 from optuav.mission.messages import path_of, several, shown, worded
 from optuav.mission.schema import Record, Slot
@@ -329,7 +329,6 @@ class Plan(Record):
         rare = {"waypoints_m", "speeds_m_s"}
         data["phases"] = [{k: v for k, v in e.items() if v or k not in rare} for e in phases]
         if source := mission.buildings.source:
-            from optuav.mission.table_files import seen_from
             from optuav.plan.used import used_buildings
 
             data[TABLE] = {**asdict(source), "path": seen_from(file, source.path)}

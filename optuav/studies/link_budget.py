@@ -211,7 +211,7 @@ def link_budget(mission: Mission | str | Path, at: str | Sequence[float]) -> Lin
     away_m = float(vehicle.laser_distance_m(mission, place_m))
     chain, most_W = beam.chain(away_m), vehicle.charging_limit_W(mission)
     assert mission.laser is not None
-    dc_W = float(beam.received_W(mission.laser.position_m, place_m, most_W))
+    dc_W = float(beam.received_W(away_m, most_W))
     key = beam.limiting_key(away_m, most_W)
     limit = f"{key} = {quantity(mission, str(key))}" if dc_W < (1.0 - SAME) * chain.dc_W else None
     ends_m = np.array([mission.laser.position_m]), np.array([place_m])

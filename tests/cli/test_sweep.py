@@ -108,7 +108,10 @@ def test_a_study_without_a_name_states_its_directory(
     assert [path.name for path in tmp_path.iterdir()] == ["found"]
 
 
-def test_two_keys_are_a_map_for_each_perspective(study: Path, tmp_path: Path) -> None:
+def test_two_keys_are_a_map_for_each_perspective(
+    study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("optuav.plots.files.image", lambda *_: b"")  # drawn, not rendered
     said = run("sweep", str(study), "--plot", str(tmp_path / "pictures"))
     pictures = sorted((tmp_path / "pictures").iterdir())
     assert [each.name for each in pictures] == ["hover-available.png", "hover-battery.png"]
@@ -128,14 +131,15 @@ def test_two_keys_are_a_map_for_each_perspective(study: Path, tmp_path: Path) ->
         ),
     ],
 )
-def test_a_key_of_rows_is_drawn_as_one_of_a_grid(text: str, name: str, tmp_path: Path) -> None:
+def test_a_key_of_rows_is_drawn_as_one_of_a_grid(
+    text: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """From the standard input, which is read once."""
-    monkeypatch = pytest.MonkeyPatch()
-    with monkeypatch.context() as patch:
-        patch.chdir(tmp_path)
-        text = f'output = "found"\n{text}'
-        patch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
-        assert run("sweep", "-", "--plot", "pictures").code == 0
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("optuav.plots.files.image", lambda *_: b"")  # drawn, not rendered
+    text = f'output = "found"\n{text}'
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
+    assert run("sweep", "-", "--plot", "pictures").code == 0
     assert [each.name for each in (tmp_path / "pictures").iterdir()] == [name]
 
 

@@ -11,7 +11,7 @@ import pytest
 import optuav
 from optuav.judge.benchmark import FILE, answers
 from optuav.mission import benchmark
-from optuav.mission.benchmark.recipes import town
+from optuav.mission.benchmark import town
 
 RECIPES = benchmark.recipes()
 

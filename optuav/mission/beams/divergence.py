@@ -1,21 +1,20 @@
-"""A beam of a constant divergence, as the literature on laser-charged UAVs has it.
-
-The physics is imported where it is used: reading a mission needs no numpy.
-"""
+"""A beam of a constant divergence, as the literature on laser-charged UAVs has it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
+from optuav import physics
 from optuav.mission.beam import SpreadingBeam
 from optuav.mission.flight_model import Slider
 from optuav.mission.schema import BEAM, Breadth, LaserTable, Number
+from optuav.physics import beams
 
 if TYPE_CHECKING:
     from optuav.physics.beams.divergence import Divergence
     from optuav.physics.beams.gaussian import Chain
-    from optuav.physics.quantity import Quantity, Vector
+    from optuav.physics.quantity import Quantity
 
 ROUNDING = 1e-9  # Relative excess of χA over D² that rounding may cause
 
@@ -45,55 +44,44 @@ class DivergingBeam(SpreadingBeam):
     @property
     def beam(self) -> Divergence:
         """Emitter and receiver."""
-        from optuav.physics.beams.divergence import Divergence
-
         tables = vars(self.mission.receiver) | vars(self.mission.laser)
-        return Divergence(*map(tables.__getitem__, Divergence._fields))
+        kind = beams.divergence.Divergence
+        return kind(*map(tables.__getitem__, kind._fields))
 
     @property
     def light_W(self) -> Quantity:
         """Light out of the source [W]; NaN where χA > D², which no mission but a batch can have."""
-        from optuav.physics.quantity import one_where_not_negative
-
         assert self.mission.laser is not None
         D, _, A, χ = self.beam
-        return self.mission.laser.power_W * one_where_not_negative((1.0 + ROUNDING) * D**2 - χ * A)
+        whole = physics.quantity.one_where_not_negative((1.0 + ROUNDING) * D**2 - χ * A)
+        return self.mission.laser.power_W * whole
 
     def chain(self, distance_m: Quantity) -> Chain:
         import numpy as np
 
-        from optuav.physics.beams.divergence import share
-        from optuav.physics.beams.gaussian import Chain
-        from optuav.physics.laser import transmission
-
-        light_W, air = self.light_W, transmission(self.attenuation_per_km, distance_m)
+        light_W, share = self.light_W, beams.divergence.share
+        air = physics.laser.transmission(self.attenuation_per_km, distance_m)
         # A receiver larger than the beam gets no more than all of it.
         part = np.minimum(share(self.beam._replace(optics_efficiency=1.0), distance_m), 1.0)
         dc_W = light_W * air * share(self.beam, distance_m)
-        return Chain(light_W, light_W, air, part, light_W * air * part, dc_W)
+        return beams.gaussian.Chain(light_W, light_W, air, part, light_W * air * part, dc_W)
 
-    def received_W(self, source_m: Vector, place_m: Vector, most_W: Quantity) -> Quantity:
-        from optuav.physics.beams.divergence import received_power
-        from optuav.physics.quantity import distance
-
-        air = self.attenuation_per_km
-        return received_power(self.beam, self.light_W, air, distance(source_m, place_m), most_W)
+    def received_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
+        way = self.attenuation_per_km, distance_m
+        return beams.divergence.received_power(self.beam, self.light_W, *way, most_W)
 
     def enough_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
-        from optuav.physics.beams.divergence import received_power
-
-        return most_W / received_power(self.beam, 1.0, self.attenuation_per_km, distance_m)
+        way = self.attenuation_per_km, distance_m
+        return most_W / beams.divergence.received_power(self.beam, 1.0, *way)
 
     def peak(self, distance_m: Quantity, *, still: bool = False) -> Quantity:
-        from optuav.physics.beams.divergence import disc_irradiance
-
-        return disc_irradiance(self.beam, distance_m)
+        return beams.divergence.disc_irradiance(self.beam, distance_m)
 
     def reach_m(self, dc_W: float, most_W: float) -> float:
-        from optuav.physics.beams.divergence import reach
-
+        if dc_W > most_W:
+            return 0.0
         air = self.attenuation_per_km
-        return float(reach(self.beam, self.light_W, air, dc_W)) if dc_W <= most_W else 0.0
+        return float(beams.divergence.reach(self.beam, self.light_W, air, dc_W))
 
     def sliders(self) -> Iterator[Slider]:
         D, Δθ, A, χ = self.beam

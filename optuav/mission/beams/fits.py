@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from optuav import physics
 from optuav.mission.beam import Beam
 from optuav.mission.schema import Laser
 
 if TYPE_CHECKING:
     from optuav.physics.laser import Conversion
-    from optuav.physics.quantity import Quantity, Vector
+    from optuav.physics.quantity import Quantity
 
 
 class Fits(Beam):
@@ -18,21 +19,14 @@ class Fits(Beam):
     @property
     def conversion(self) -> Conversion:
         """Fits of emitter and receiver."""
-        from optuav.physics.laser import Conversion
-
         assert isinstance(self.mission.laser, Laser)
-        return self.mission.laser.as_record(Conversion)
+        return self.mission.laser.as_record(physics.laser.Conversion)
 
-    def received_W(self, source_m: Vector, place_m: Vector, most_W: Quantity) -> Quantity:
-        from optuav.physics.laser import received_power
-        from optuav.physics.quantity import distance
-
+    def received_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
         assert self.mission.laser is not None
-        power_W, air = self.mission.laser.power_W, self.attenuation_per_km
-        return received_power(self.conversion, power_W, air, distance(source_m, place_m), most_W)
+        way = self.mission.laser.power_W, self.attenuation_per_km, distance_m
+        return physics.laser.received_power(self.conversion, *way, most_W)
 
     def enough_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
-        from optuav.physics.laser import source_limit, transmission
-
-        share = transmission(self.attenuation_per_km, distance_m)
-        return source_limit(self.conversion, most_W, share)
+        share = physics.laser.transmission(self.attenuation_per_km, distance_m)
+        return physics.laser.source_limit(self.conversion, most_W, share)

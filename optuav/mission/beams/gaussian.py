@@ -1,20 +1,19 @@
-"""A Gaussian beam from an aperture, widened by diffraction, jitter and turbulence.
-
-The physics is imported where it is used: reading a mission needs no numpy.
-"""
+"""A Gaussian beam from an aperture, widened by diffraction, jitter and turbulence."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
+from optuav import physics
 from optuav.mission.beam import BATTERY, SpreadingBeam
 from optuav.mission.flight_model import Slider
 from optuav.mission.schema import BEAM, Breadth, Efficiency, LaserTable, Number
+from optuav.physics import beams
 
 if TYPE_CHECKING:
     from optuav.physics.beams.gaussian import Chain, Emitter, Receiver
-    from optuav.physics.quantity import Quantity, Vector
+    from optuav.physics.quantity import Quantity
 
 
 class GaussianLaser(LaserTable):
@@ -41,14 +40,10 @@ class GaussianBeam(SpreadingBeam):
     name: ClassVar[str] = "gaussian"
     table: ClassVar[type[LaserTable]] = GaussianLaser
     needs: ClassVar[tuple[str, ...]] = (
-        "receiver",
-        "receiver.radius_m",
-        "receiver.cell_efficiency",
+        *("receiver", "receiver.radius_m", "receiver.cell_efficiency"),
     )
     refuses: ClassVar[tuple[str, ...]] = (
-        "receiver.area_m2",
-        "flight.charge_current_A",
-        "flight.charge_power_W",
+        *("receiver.area_m2", "flight.charge_current_A", "flight.charge_power_W"),
     )
 
     @property
@@ -60,43 +55,31 @@ class GaussianBeam(SpreadingBeam):
     @property
     def emitter(self) -> Emitter:
         """Laser and telescope."""
-        from optuav.physics.beams.gaussian import Emitter, default_waist
-
-        waist_m = self.keys.waist_m
-        waist_m = default_waist(self.keys.aperture_m) if waist_m is None else waist_m
-        return self.keys.as_record(Emitter)._replace(waist_m=waist_m)
+        emitter = self.keys.as_record(beams.gaussian.Emitter)
+        if emitter.waist_m is not None:
+            return emitter
+        return emitter._replace(waist_m=beams.gaussian.default_waist(emitter.aperture_m))
 
     @property
     def receiver(self) -> Receiver:
         """Receiver and its limits."""
-        from optuav.physics.beams.gaussian import Receiver
-
-        table = vars(self.mission.receiver)
-        return Receiver(**{k: v for k in Receiver._fields if (v := table[k]) is not None})
+        table, kind = vars(self.mission.receiver), beams.gaussian.Receiver
+        return kind(**{k: v for k in kind._fields if (v := table[k]) is not None})
 
     def chain(self, distance_m: Quantity) -> Chain:
-        from optuav.physics.beams.gaussian import chain
+        way = self.keys.power_W, self.attenuation_per_km, distance_m
+        return beams.gaussian.chain(self.emitter, self.receiver, *way)
 
-        keys, air = self.keys, self.attenuation_per_km
-        return chain(self.emitter, self.receiver, keys.power_W, air, distance_m)
-
-    def received_W(self, source_m: Vector, place_m: Vector, most_W: Quantity) -> Quantity:
-        from optuav.physics.beams.gaussian import received_power
-        from optuav.physics.quantity import distance
-
-        keys, air = self.keys, self.attenuation_per_km
-        return received_power(
-            self.emitter, self.receiver, keys.power_W, air, distance(source_m, place_m), most_W
-        )
+    def received_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
+        way = self.keys.power_W, self.attenuation_per_km, distance_m
+        return beams.gaussian.received_power(self.emitter, self.receiver, *way, most_W)
 
     def enough_W(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
         import numpy as np
 
-        from optuav.physics.beams.gaussian import share
-
         if self.keys.jitter_rad:  # Some of the moments still have less light
             return np.full_like(distance_m, np.inf, dtype=float)[()]
-        part = share(self.emitter, self.receiver.radius_m, distance_m)
+        part = beams.gaussian.share(self.emitter, self.receiver.radius_m, distance_m)
         return np.min(self._shares(1.0, distance_m, most_W), axis=0) / part
 
     def limiting_key(self, distance_m: Quantity, most_W: Quantity) -> Quantity:
@@ -109,18 +92,14 @@ class GaussianBeam(SpreadingBeam):
         """Shares (limit, place) of the arriving light where each limit acts."""
         import numpy as np
 
-        from optuav.physics.beams.gaussian import aperture_share, largest_shares
-        from optuav.physics.laser import transmission
-
-        light_W = power_W * self.keys.source_efficiency * aperture_share(self.emitter)
-        arriving_W = light_W * transmission(self.attenuation_per_km, distance_m)
-        return np.array(np.broadcast_arrays(*largest_shares(self.receiver, arriving_W, most_W)))
+        passed = self.keys.source_efficiency * beams.gaussian.aperture_share(self.emitter)
+        air = physics.laser.transmission(self.attenuation_per_km, distance_m)
+        shares = beams.gaussian.largest_shares(self.receiver, power_W * passed * air, most_W)
+        return np.array(np.broadcast_arrays(*shares))
 
     def peak(self, distance_m: Quantity, *, still: bool = False) -> Quantity:
-        from optuav.physics.beams.gaussian import axis_irradiance
-
         calm = {"jitter_rad": 0.0, "turbulence_cn2": 0.0} if still else {}
-        return axis_irradiance(self.emitter._replace(**calm), distance_m)
+        return beams.gaussian.axis_irradiance(self.emitter._replace(**calm), distance_m)
 
     @property
     def needs_numbers(self) -> str | None:

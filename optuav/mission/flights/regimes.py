@@ -1,7 +1,4 @@
-"""Flight with constant loads by regime and legs of a stated acceleration.
-
-The physics is imported where it is used: reading a mission needs no numpy.
-"""
+"""Flight with constant loads by regime and legs of a stated acceleration."""
 
 from __future__ import annotations
 
@@ -9,16 +6,10 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
+from optuav import physics
 from optuav.mission.flight_model import MODEL, FlightModel, FlightTable
 from optuav.mission.messages import allowed, table
-from optuav.mission.schema import (
-    Acceleration,
-    Current,
-    LoadCurrent,
-    LoadPower,
-    Power,
-    Speed,
-)
+from optuav.mission.schema import Acceleration, Current, LoadCurrent, LoadPower, Power, Speed
 
 if TYPE_CHECKING:
     from optuav.physics.flight import Flow, LegState, Loads
@@ -69,12 +60,10 @@ class Regimes(FlightModel):
         return self.mission.flight
 
     def leg(self, way_m: Vector) -> Loads:
-        from optuav.physics import bang_bang
-
         keys = self.stated
         cap_m_s = math.inf if keys.max_speed_m_s is None else keys.max_speed_m_s
         drawn = keys.flight_current_A, keys.flight_power_W
-        return bang_bang.leg(way_m, keys.acceleration_m_s2, *drawn, cap_m_s)
+        return physics.bang_bang.leg(way_m, keys.acceleration_m_s2, *drawn, cap_m_s)
 
     def least(self, distance_m: Quantity) -> Loads:
         return self.leg((distance_m, 0.0, 0.0))
@@ -86,18 +75,14 @@ class Regimes(FlightModel):
         return self._flow("rest")
 
     def state(self, leg: Loads, passed_s: Quantity) -> LegState:
-        from optuav.physics.bang_bang import state_at
-
-        return state_at(leg, passed_s)
+        return physics.bang_bang.state_at(leg, passed_s)
 
     def charging(self) -> Flow | None:
         return None if self.stated.charge_current_A is None else self._flow("charge")
 
     def _flow(self, regime: str) -> Flow:
-        from optuav.physics.flight import Flow
-
         keys = vars(self.stated)
-        return Flow(keys[f"{regime}_current_A"], keys[f"{regime}_power_W"])
+        return physics.flight.Flow(keys[f"{regime}_current_A"], keys[f"{regime}_power_W"])
 
     @classmethod
     def breaches(cls, document: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], str]]:

@@ -1,7 +1,4 @@
-"""Flight at the power that a rotary wing draws over air speed, fitted or from a datasheet.
-
-The physics is imported where it is used: reading a mission needs no numpy.
-"""
+"""Flight at the power that a rotary wing draws over air speed, fitted or from a datasheet."""
 
 from __future__ import annotations
 
@@ -9,8 +6,18 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from optuav.mission.flight_model import MODEL, CruisingModel, FlightTable, Slider
-from optuav.mission.schema import Acceleration, Allowed, Current, LoadPower, Number, Power, Speed
+from optuav import physics
+from optuav.mission.flight_model import MODEL, CruisingModel, FlightTable, Slider, wind_sliders
+from optuav.mission.schema import (
+    Acceleration,
+    Allowed,
+    Current,
+    Efficiency,
+    LoadPower,
+    Number,
+    Power,
+    Speed,
+)
 
 if TYPE_CHECKING:
     from optuav.physics.flight import Flow, LegState, Loads, SpeedPower
@@ -35,7 +42,7 @@ class RotaryWingFlight(FlightTable):
     """Speed of the blade tips U_tip [m/s]."""
     parasite_W_s3_m3: Annotated[float, Number("W s3/m3", ge=0, le=1e6)]
     """Power of the fuselage over cubed speed, ½d_0ρsA [W s³/m³]."""
-    efficiency: Annotated[float, Number("-", gt=0, le=1)] = 1.0
+    efficiency: Efficiency = 1.0
     """Share of the battery's power that reaches the rotors [-]."""
     acceleration_m_s2: Acceleration
     """Acceleration and braking of a leg [m/s²]."""
@@ -66,12 +73,7 @@ class RotaryWing(CruisingModel):
     name: ClassVar[str] = "rotary-wing"
     table: ClassVar[type[FlightTable]] = RotaryWingFlight
     needs: ClassVar[tuple[str, ...]] = ("body",)
-    refuses: ClassVar[tuple[str, ...]] = (
-        "rotor",
-        "air",
-        "wind.force_N",
-        "body.drag_area_m2",
-    )
+    refuses: ClassVar[tuple[str, ...]] = ("rotor", "air", "wind.force_N", "body.drag_area_m2")
 
     @property
     def stated(self) -> RotaryWingFlight:
@@ -82,9 +84,7 @@ class RotaryWing(CruisingModel):
     @property
     def wing(self) -> PowerCoefficients:
         """Coefficients of the power over air speed."""
-        from optuav.physics import rotary_wing
-
-        return self.stated.as_record(rotary_wing.PowerCoefficients)
+        return self.stated.as_record(physics.rotary_wing.PowerCoefficients)
 
     @property
     def weight_N(self) -> Quantity:
@@ -101,77 +101,59 @@ class RotaryWing(CruisingModel):
 
     def _ruled_m_s(self, direction: Vector, rule: str) -> Quantity:
         """Speed over ground along a level direction [m/s] by a rule of `CruiseRule`."""
-        from optuav.physics import rotary_wing
-
         cap_m_s, wind_m_s = self.stated.max_speed_m_s, self.mission.wind.velocity_m_s
+        wings, air_speed = physics.rotary_wing, cap_m_s
         if rule == "best-range":
             way = (wind_m_s, direction) if _blows(wind_m_s) else ()
-            return rotary_wing.best_range(self.wing, cap_m_s, *way)
-        air_speed = rotary_wing.best_endurance(self.wing, cap_m_s) if rule != "max" else cap_m_s
-        return rotary_wing.ground_speed(air_speed, wind_m_s, direction)
+            return wings.best_range(self.wing, cap_m_s, *way)
+        if rule == "best-endurance":
+            air_speed = wings.best_endurance(self.wing, cap_m_s)
+        return wings.ground_speed(air_speed, wind_m_s, direction)
 
     def leg(self, way_m: Vector) -> Loads:
-        from optuav.physics.rotary_wing import level_direction
-
-        return self.leg_at(way_m, self.cruise_speed_m_s(level_direction(way_m)))
+        return self.leg_at(way_m, self.cruise_speed_m_s(physics.rotary_wing.level_direction(way_m)))
 
     def leg_at(self, way_m: Vector, speed_m_s: Quantity) -> Loads:
-        from optuav.physics.flight import Loads
-
         leg = self._leg(way_m, speed_m_s)
         drawn, peak = self._drawn(leg.power_W), leg.peak_speed_m_s
         each = (leg.duration_s,), (drawn.current_A,), (drawn.power_W,)
-        return Loads(way_m, ("flight",), *each, peak, leg.rise_s)
+        return physics.flight.Loads(way_m, ("flight",), *each, peak, leg.rise_s)
 
     def _leg(self, way_m: Vector, speed_m_s: Quantity) -> CruiseLeg:
         """The leg with its power at the rotors."""
-        from optuav.physics import rotary_wing
-
         keys, wind_m_s = self.stated, self.mission.wind.velocity_m_s
         limits = keys.acceleration_m_s2, (keys.climb_speed_m_s, keys.descent_speed_m_s)
-        return rotary_wing.leg(self.wing, way_m, speed_m_s, *limits, self.weight_N, wind_m_s)
+        weights = self.weight_N, wind_m_s
+        return physics.rotary_wing.leg(self.wing, way_m, speed_m_s, *limits, *weights)
 
     def named_speed_m_s(self, way_m: Vector, rule: str) -> Quantity:
-        from optuav.physics.rotary_wing import level_direction, reached
-
-        ruled_m_s = self._ruled_m_s(level_direction(way_m), rule)
-        return reached(self._leg(way_m, ruled_m_s), ruled_m_s, self.stated.acceleration_m_s2)
+        ruled_m_s = self._ruled_m_s(physics.rotary_wing.level_direction(way_m), rule)
+        leg, a = self._leg(way_m, ruled_m_s), self.stated.acceleration_m_s2
+        return physics.rotary_wing.reached(leg, ruled_m_s, a)
 
     def priced_speed_m_s(self, way_m: Vector, price_A: Quantity) -> Quantity:
-        from optuav.physics import rotary_wing
-
         keys, wind_m_s = self.stated, self.mission.wind.velocity_m_s
         # A climb or a descent may take longer; its power does not depend on the speed.
         most_m_s = self.named_speed_m_s(way_m, "max")
-        easiest_m_s = rotary_wing.best_endurance(self.wing, keys.max_speed_m_s)
-        return rotary_wing.priced_speed(
-            self.wing,
-            rotary_wing.level_length(way_m),
-            keys.acceleration_m_s2,
-            price_A / self._drawn(1.0).current_A,
-            most_m_s,
-            easiest_m_s,
-            wind_m_s,
-            rotary_wing.level_direction(way_m),
-        )
+        wings, price_W = physics.rotary_wing, price_A / self._drawn(1.0).current_A
+        easiest_m_s = wings.best_endurance(self.wing, keys.max_speed_m_s)
+        length_m, direction = wings.level_length(way_m), wings.level_direction(way_m)
+        leg = self.wing, length_m, keys.acceleration_m_s2
+        return wings.priced_speed(*leg, price_W, most_m_s, easiest_m_s, wind_m_s, direction)
 
     def price_A(self, way_m: Vector, speed_m_s: Quantity) -> Quantity:
-        from optuav.physics import rotary_wing
-
-        length_m, direction = rotary_wing.level_length(way_m), rotary_wing.level_direction(way_m)
-        a, wind_m_s = self.stated.acceleration_m_s2, self.mission.wind.velocity_m_s
-        price_W = rotary_wing.price(self.wing, length_m, a, speed_m_s, wind_m_s, direction)
-        return self._drawn(price_W).current_A
+        wings, wind_m_s = physics.rotary_wing, self.mission.wind.velocity_m_s
+        length_m, direction = wings.level_length(way_m), wings.level_direction(way_m)
+        leg = self.wing, length_m, self.stated.acceleration_m_s2
+        return self._drawn(wings.price(*leg, speed_m_s, wind_m_s, direction)).current_A
 
     def level(
         self, length_m: Quantity, direction: Vector, speed_m_s: Quantity
     ) -> tuple[Quantity, Flow]:
-        from optuav.physics import rotary_wing
-
         wind_m_s, V = self.mission.wind.velocity_m_s, speed_m_s
-        air = rotary_wing.air_speed(V, wind_m_s, direction) if _blows(wind_m_s) else V
+        air = physics.rotary_wing.air_speed(V, wind_m_s, direction) if _blows(wind_m_s) else V
         duration_s = length_m / V + V / self.stated.acceleration_m_s2
-        return duration_s, self._drawn(rotary_wing.power(self.wing, air))
+        return duration_s, self._drawn(physics.rotary_wing.power(self.wing, air))
 
     def hover(self) -> Flow:
         return self._drawn(self.hover_power_W)
@@ -179,31 +161,22 @@ class RotaryWing(CruisingModel):
     @property
     def hover_power_W(self) -> Quantity:
         """Power at the rotors in hover, which a wind lowers [W]."""
-        from optuav.physics import rotary_wing
-
-        wind_m_s = self.mission.wind.velocity_m_s
-        return rotary_wing.power(self.wing, rotary_wing.air_speed(0.0, wind_m_s, (1.0, 0.0, 0.0)))
+        wings, wind_m_s = physics.rotary_wing, self.mission.wind.velocity_m_s
+        return wings.power(self.wing, wings.air_speed(0.0, wind_m_s, (1.0, 0.0, 0.0)))
 
     def power_over_speed(self, air_speed_m_s: Quantity) -> SpeedPower:
-        from optuav.physics import rotary_wing
-        from optuav.physics.flight import SpeedPower
-
-        wing, cap_m_s = self.wing, self.stated.max_speed_m_s
-        power_W = rotary_wing.power(wing, air_speed_m_s)
-        named = (rotary_wing.best_endurance(wing, cap_m_s), rotary_wing.best_range(wing, cap_m_s))
-        endurance, range_ = ((speed, rotary_wing.power(wing, speed)) for speed in named)
-        hover_W = self.hover_power_W
-        return SpeedPower(power_W, self._drawn(power_W), hover_W, cap_m_s, endurance, range_)
+        wings, wing, cap_m_s = physics.rotary_wing, self.wing, self.stated.max_speed_m_s
+        power_W = wings.power(wing, air_speed_m_s)
+        named = wings.best_endurance(wing, cap_m_s), wings.best_range(wing, cap_m_s)
+        stand_out = ((speed, wings.power(wing, speed)) for speed in named)
+        drawn, hover_W = self._drawn(power_W), self.hover_power_W
+        return physics.flight.SpeedPower(power_W, drawn, hover_W, cap_m_s, *stand_out)
 
     def rest(self) -> Flow:
-        from optuav.physics.flight import Flow
-
-        return Flow(self.stated.rest_current_A, self.stated.rest_power_W)
+        return physics.flight.Flow(self.stated.rest_current_A, self.stated.rest_power_W)
 
     def state(self, leg: Loads, passed_s: Quantity) -> LegState:
-        from optuav.physics.bang_bang import state_at
-
-        return state_at(leg, passed_s)
+        return physics.bang_bang.state_at(leg, passed_s)
 
     def impossible(self) -> str | None:
         wind, cap = math.hypot(*self.mission.wind.velocity_m_s), self.stated.max_speed_m_s
@@ -232,9 +205,7 @@ class RotaryWing(CruisingModel):
 
     def sliders(self) -> Iterator[Slider]:
         cap_m_s = math.ceil(self.stated.max_speed_m_s)
-        for axis, towards in enumerate(("eastward", "northward")):
-            words = f"Wind, {towards}", f"w_{'xy'[axis]}", "m/s"
-            yield Slider("wind.velocity_m_s", axis, *words, -cap_m_s, cap_m_s)
+        yield from wind_sliders("wind.velocity_m_s", "w", "m/s", cap_m_s)
 
     @classmethod
     def breaches(cls, document: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], str]]:
@@ -243,10 +214,8 @@ class RotaryWing(CruisingModel):
 
     def _drawn(self, power_W: Quantity) -> Flow:
         """Current and power of the battery for a power at the rotors [W]."""
-        from optuav.physics.flight import Flow
-
         drawn_W = power_W / self.stated.efficiency
-        return Flow(drawn_W / self.mission.battery.nominal_voltage_V, drawn_W)
+        return physics.flight.Flow(drawn_W / self.mission.battery.nominal_voltage_V, drawn_W)
 
 
 def _blows(wind_m_s: Vector) -> bool:
