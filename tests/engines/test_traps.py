@@ -156,7 +156,7 @@ def test_nearly_infeasible_is_decided_right(engine: str) -> None:
     assert solved(engine, p4(C=-650.0 - 1e-3)).status is Status.INFEASIBLE
 
 
-@pytest.mark.parametrize("perspective", ["battery", "energy", "adjusted"])
+@pytest.mark.parametrize("perspective", ["battery", "adjusted"])
 @pytest.mark.parametrize("solver", ["OSQP", "SCS", "CLARABEL", "SCIPY"])
 def test_first_order_solvers_are_accurate_or_refused(solver: str, perspective: str) -> None:
     """OSQP at its own tolerance is tenths of a second off and says optimal."""
