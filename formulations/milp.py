@@ -126,9 +126,9 @@ def _symbols(routes: Sequence[Route], perspective: Perspective) -> Iterator[Give
         for number, (symbols, value) in enumerate(zip(found, values, strict=True), start=1):
             symbols[quantity.name] = shared
             if shared is not None and not alike:
-                name, symbol = f"{quantity.name}[{number}]", Indexed(shared.symbol, number)
+                own = {"name": f"{quantity.name}[{number}]", "value": value or 0.0}
                 symbols[quantity.name] = replace(
-                    shared, name=name, symbol=symbol, value=value or 0.0
+                    shared, symbol=Indexed(shared.symbol, number), **own
                 )
     for symbols, route in zip(found, routes, strict=True):
         rests = route.given.rests
@@ -177,10 +177,8 @@ def _hull(model: Model, options: Sequence[_Option]) -> None:
 def _big_m(model: Model, options: Sequence[_Option]) -> None:
     """State the rows on the shared times, switched off by M where their route is not flown."""
     hover, rest = model.variables[:2]
-    hovers: list[Operand] = [
-        most_s if math.isfinite(most_s := each.route.hover_s[1]) else each.given.time_left
-        for each in options
-    ]
+    ends_s = ((each.route.hover_s[1], each.given.time_left) for each in options)
+    hovers: list[Operand] = [most if math.isfinite(most) else left for most, left in ends_s]
     rests: list[Operand] = [each.given.time_left if each.given.rests else 0.0 for each in options]
     most_hover, most_rest = (
         model.let(

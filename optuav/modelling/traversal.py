@@ -47,9 +47,7 @@ def nodes(
     them.
     """
     done = {} if done is None else done
-    waiting = [
-        expression for expression in reversed(expressions) if isinstance(expression, Expression)
-    ]
+    waiting = [tree for tree in reversed(expressions) if isinstance(tree, Expression)]
     while waiting:  # no recursion: a sum over a thousand phases is a deep tree
         node = waiting[-1]
         if id(node) in done:
@@ -91,9 +89,7 @@ def leaves(*expressions: Operand) -> list[Leaf]:
 
 def has_unknowns(*expressions: Operand) -> bool:
     """Return whether some trees hold a variable."""
-    return any(
-        isinstance(expression, Expression) and expression.moves for expression in expressions
-    )
+    return any(isinstance(tree, Expression) and tree.moves for tree in expressions)
 
 
 def evaluate(
@@ -208,9 +204,7 @@ def slope(expression: Operand, values: Values, done: dict[int, Operand] | None =
         partials = PARTIALS.get(ufunc) or KINKED.get(ufunc)
         if partials is None:
             raise NotImplementedError(f"{ufunc.__name__} has no derivative here")
-        numbers = [
-            operand.value if isinstance(operand, Slope) else operand for operand in arguments
-        ]
+        numbers = [each.value if isinstance(each, Slope) else each for each in arguments]
         value, by = ufunc(*numbers), dict[str, Operand]()
         pair, rates = _levelling(ufunc, arguments) or (arguments, partials(value, *numbers))
         for argument, partial in zip(pair, rates, strict=True):
