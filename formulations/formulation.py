@@ -76,9 +76,11 @@ class Given(Quantities):
         steps = [*quantities.steps]
         for n, step in enumerate(steps, start=1):
             if not isinstance(step, str):
-                stated = zip(Stage._fields, "It", "As", step, strict=True)
-                figures = ((f"step_{n}_{k}", f"{sign}_{n}", *about) for k, sign, *about in stated)
-                steps[n - 1] = Stage(*(Parameter(*each, varies=False) for each in figures))
+                named = [
+                    Parameter(f"step_{n}_{k}", f"{sign}_{n}", unit, value, varies=False)
+                    for k, sign, unit, value in zip(Stage._fields, "It", "As", step, strict=True)
+                ]
+                steps[n - 1] = Stage(*named)
         return cls(**symbols | {"steps": tuple(steps)}, perspective=perspective)
 
     def hover_and_rest(self, model: Model) -> tuple[Variable, Operand]:

@@ -126,9 +126,9 @@ def _symbols(routes: Sequence[Route], perspective: Perspective) -> Iterator[Give
         for number, (symbols, value) in enumerate(zip(found, values, strict=True), start=1):
             symbols[quantity.name] = shared
             if shared is not None and not alike:
-                own = {"name": f"{quantity.name}[{number}]", "value": value or 0.0}
+                name, symbol = f"{quantity.name}[{number}]", Indexed(shared.symbol, number)
                 symbols[quantity.name] = replace(
-                    shared, symbol=Indexed(shared.symbol, number), **own
+                    shared, name=name, symbol=symbol, value=value or 0.0
                 )
     for symbols, route in zip(found, routes, strict=True):
         rests = route.given.rests

@@ -27,7 +27,8 @@ def fold(
     """
     done = {} if done is None else done
     get: Callable[[int, Any], Any] = done.get
-    for node in () if id(expression) in done else nodes(expression, done=done):
+    is_known = id(expression) in done or not isinstance(expression, Expression)
+    for node in () if is_known else nodes(expression, done=done):
         if isinstance(node, Call):
             done[id(node)] = call(node.ufunc, tuple([get(id(e), e) for e in node.arguments]))
         elif isinstance(node, Let):
