@@ -69,24 +69,18 @@ class Given(Quantities):
         """Symbols for the numbers of some itineraries; without a rest, its figures are 0."""
         names = (quantity.name for quantity in fields(Quantities) if quantity.init)
         symbols = {name: getattr(quantities, name) for name in names}
-        symbols |= {
-            quantity.name: Parameter(
-                quantity.name, value=symbols[quantity.name], **quantity.metadata
-            )
-            for quantity in QUANTITIES
-            if symbols[quantity.name] is not None
-        }
+        for name, metadata in ((quantity.name, quantity.metadata) for quantity in QUANTITIES):
+            if symbols[name] is not None:
+                symbols[name] = Parameter(name, value=symbols[name], **metadata)
         symbols |= {} if quantities.rests else dict.fromkeys(STAYS["rest"], 0.0)
         steps = [*quantities.steps]
         for n, step in enumerate(steps, start=1):
             if not isinstance(step, str):
-                stated = zip(Stage._fields, "It", "As", step, strict=True)
-                steps[n - 1] = Stage(
-                    *(
-                        Parameter(f"step_{n}_{name}", f"{sign}_{n}", unit, value, varies=False)
-                        for name, sign, unit, value in stated
-                    )
-                )
+                named = [
+                    Parameter(f"step_{n}_{k}", f"{sign}_{n}", unit, value, varies=False)
+                    for k, sign, unit, value in zip(Stage._fields, "It", "As", step, strict=True)
+                ]
+                steps[n - 1] = Stage(*named)
         return cls(**symbols | {"steps": tuple(steps)}, perspective=perspective)
 
     def hover_and_rest(self, model: Model) -> tuple[Variable, Operand]:
@@ -108,9 +102,8 @@ class Given(Quantities):
         that its last slot may be cut short.
         """
         lasts, left = isinstance(rest, Expression) or bool(np.any(rest)), self.time_left
-        upper = hover.upper if isinstance(hover, Variable) else 0.0
-        open_above = isinstance(upper, float) and math.isinf(upper)
-        if isinstance(hover, Variable) and open_above and not lasts and not has_unknowns(left):
+        is_open = isinstance(hover, Variable) and isinstance(hover.upper, float)
+        if is_open and math.isinf(hover.upper) and not lasts and not has_unknowns(left):
             hover.upper, hover.label, hover.kind, hover.labelled = left, label, "deadline", True
         else:
             stay = hover + rest if lasts else hover
@@ -236,8 +229,7 @@ def _pattern(
     steps: tuple[Stage | str, ...],
 ) -> Model:
     """A formulation of the package over NaN, of which all its models of a kind are copies."""
-    numbers: dict[str, Any] = {}
-    numbers |= {q.name: math.nan if q.name in stated else None for q in QUANTITIES}
+    numbers: Any = {q.name: math.nan if q.name in stated else None for q in QUANTITIES}
     quantities = Quantities(**numbers, steps=steps, tapers=tapers, rests=rests)
     return _declared(formulation, Given.of(quantities, perspective))
 
@@ -253,10 +245,9 @@ def _declared(formulation: Formulation, given: Given) -> Model:
         raise InputError(f"{name}: no objective was stated; model.maximise or model.minimise does")
     dry = any(constraint.kind == "dry" for constraint in model.constraints)
     if given.perspective == AVAILABLE and not dry:
-        raise InputError(
-            f"{name} does not say when the battery must not run dry: call "
-            "given.keep_wells(model, label, hover, rest) in declare, or take another perspective"
-        )
+        call = "call given.keep_wells(model, label, hover, rest) in declare"
+        words = f"{name} does not say when the battery must not run dry: {call}"
+        raise InputError(f"{words}, or take another perspective")
     goals, names = (model.objective, *model.preferences), [f"{stay}_time_s" for stay in STAYS]
     stays = [variable for variable in model.variables if variable.name in names]
     if open_ := [stay for stay in stays if all(stay is not goal for goal in goals)]:

@@ -45,10 +45,8 @@ class P2(Formulation):
         model.prefer_small(hover)
         state_limits(model, given, "P2", hover, rest)
         if self.tight:
-            model.title = (
-                "P2 with the deadline tight: shortest flight and rest, hovering all the time that "
-                "is left"
-            )
+            aim = "shortest flight and rest, hovering all the time that is left"
+            model.title = f"P2 with the deadline tight: {aim}"
             used = hover + rest if given.rests else hover
             label, whole = "P2.d deadline tight", used == given.time_left
             model.subject_to(label, whole, unit="s", kind="deadline")

@@ -45,12 +45,8 @@ def adjusted(given: Quantities, hover: Operand, rest: Operand) -> Operand:
         in_flight_J = given.battery_As * given.flight_voltage_V
     if in_hover_J is None:
         in_hover_J = given.battery_As * given.hover_voltage_V
-    return (
-        given.start_share
-        - given.flight_energy_J / in_flight_J
-        - given.hover_power_W * hover / in_hover_J
-        + harvested / given.nominal_battery_J
-    )
+    flown, hovered = given.flight_energy_J / in_flight_J, given.hover_power_W * hover / in_hover_J
+    return given.start_share - flown - hovered + harvested / given.nominal_battery_J
 
 
 def stepwise(given: Quantities, hover: Operand, rest: Operand) -> Operand:
@@ -116,10 +112,8 @@ def levels(given: Quantities, hover: Operand, rest: Operand) -> Sequence[Wells]:
             return known
     whole = _Pool(given.battery_As, given.available_fraction, given.flow_rate_per_s)
     charge, found = start_charge(whole, given), list[Wells]()
-    stays = {
-        "hover": Stage(-given.hover_current_A, hover),
-        "rest": Stage(given.rest_current_A, rest),
-    }
+    hovers, rests = Stage(-given.hover_current_A, hover), Stage(given.rest_current_A, rest)
+    stays = {"hover": hovers, "rest": rests}
     for n, step in enumerate(given.steps, start=1):
         stay, stage = (step, stays[step]) if isinstance(step, str) else ("", step)
         tapers = given.tapers and stay != ""
@@ -161,14 +155,10 @@ def _tapered(whole: Battery, level: Wells, stage: Stage, stay: str) -> Wells:
     constant, full = kibam.step(whole, level, stage), whole.full
     battery = whole.capacity_As, whole.available_fraction, whole.flow_rate_per_s
     operands = constant.available_As, full.available_As, *level, *stage, *battery
-    available, bound = (
-        Call(
-            Bounded(f"the {stay} that tapers", partial(_tapered_well, number)),
-            (constant[number], full[number], *operands),
-        )
-        for number in (0, 1)
-    )
-    return Wells(available, bound)
+    name = f"the {stay} that tapers"
+    functions = (Bounded(name, partial(_tapered_well, number)) for number in (0, 1))
+    bounds = zip(functions, constant, full, strict=True)
+    return Wells(*(Call(function, (*most, *operands)) for function, *most in bounds))
 
 
 def _tapered_well(
@@ -213,9 +203,8 @@ class WellLimit(NamedTuple):
 def well_limits(given: Quantities, hover: Operand, rest: Operand) -> Iterator[WellLimit]:
     """Limits that keep y1/B within 0 and ω after every step, in order."""
     flight, stage, last = 1, 0, len(given.steps) - 1
-    for number, (step, level) in enumerate(
-        zip(given.steps, levels(given, hover, rest), strict=True)
-    ):
+    ends = zip(given.steps, levels(given, hover, rest), strict=True)
+    for number, (step, level) in enumerate(ends):
         share = level.available_As / given.battery_As
         stay = step if isinstance(step, str) else ""
         stage = 0 if stay else stage + 1

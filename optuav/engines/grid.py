@@ -233,9 +233,7 @@ class Grid(OneByOne):
             if (best := _best_cell(model, parameters, ways, latest, self.progress)) is None:
                 return solution(Status.INFEASIBLE, PROOF, tight=())
             near = {*_tight(model, parameters, best, slot_s)}
-            labels = dict.fromkeys(
-                relation.label for relation in relations(model) if relation.label in near
-            )
+            labels = dict.fromkeys(row.label for row in relations(model) if row.label in near)
             return solution(Status.OPTIMAL, PROOF, point=best, tight=(*labels,))
 
         return solve

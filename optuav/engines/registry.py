@@ -208,11 +208,12 @@ PLACES = {
 
 In slots "auto" prefers one that takes nothing else.
 """
+CAPABILITIES = tuple(PLACES.values())
 CLASSES = {capability.name: place for place, capability in PLACES.items()}
 ENGINES = tuple(CLASSES)  # Names of the engines of the package
 
 _registered: dict[str, Engine] = {}
-capabilities = {capability.name: capability for capability in PLACES.values()}
+capabilities = {capability.name: capability for capability in CAPABILITIES}
 """Capability of each engine by name: built-in engines first, then registered ones."""
 
 

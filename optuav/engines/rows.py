@@ -19,7 +19,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.modelling.check import TOLERANCE, relations
-from optuav.modelling.expression import Expression, Operand
+from optuav.modelling.expression import Operand
 from optuav.modelling.forms import (
     CONSTANT,
     Exponential,
@@ -223,10 +223,8 @@ def rows_of(stated: Sequence[StatedForm], names: Sequence[str], reach_s: Floats)
             if not same_rate(rates.setdefault(name, rate), rate):
                 raise NotExponentialError(f"{name} levels out at two rates")
     x, y = (*names, "")[:2]
-    kx, ky = (
-        np.full(reach_s.shape, np.where(rate == 0.0, TINY, rate))
-        for rate in (rates.get(name, 0.0) for name in (x, y))
-    )
+    own_rates = (rates.get(name, 0.0) for name in (x, y))
+    kx, ky = (np.full(reach_s.shape, np.where(k == 0.0, TINY, k)) for k in own_rates)
     V, W = levelled(kx, reach_s), levelled(ky, reach_s)
     most = np.array([np.ones_like(V), reach_s, V, reach_s, W, V * W])
     own: list[Monomial] = [CONSTANT, frozenset({(x, "time")}), frozenset({(x, "levelling")})]
@@ -258,17 +256,13 @@ def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list
     read: list[tuple[Constraint, Sequence[Exponential], bool]] = []
     bounded: list[Constraint] = []
     done = model.walked.forms(values)
-    for relation in relations(model):
+    for row in relations(model):
         try:
-            forms = [done.get(id(e), e) for e in relation.relation.sides]
-            if any(isinstance(e, Expression) for e in forms):
-                forms = [exponential(e, values, done) for e in forms]
-            sides = [e if isinstance(e, Exponential) else Exponential({CONSTANT: e}) for e in forms]
-            read.append((relation, sides, False))
+            read.append((row, [exponential(e, values, done) for e in row.relation.sides], False))
         except NotExponentialError as error:
             if not relaxed:
-                raise NotExponentialError(f"{relation.label!r}: {error}") from error
-            bounded.append(relation)
+                raise NotExponentialError(f"{row.label!r}: {error}") from error
+            bounded.append(row)
     exact = Relaxation()
     kinds = [exact]  # Grows by one more for each ceiling met at the bounds
     for relaxation in kinds:
@@ -277,14 +271,10 @@ def stated_forms(model: Model, values: Values, *, relaxed: bool = False) -> list
             sides = [exponential(e, values, done, relaxation) for e in row.relation.sides]
             read.append((row, sides, True))
         kinds += map(Relaxation, exact.names) if relaxation is exact else ()
-    forms_read = [
-        StatedForm(
-            applied(np.subtract, (right, left) if sign > 0.0 else (left, right)),
-            np.abs(right.terms.get(CONSTANT, 0.0)),
-            each,
-            bounds,
-        )
-        for each, (left, right), bounds in read
-        for sign in each.relation.signs[::-1]
-    ]
-    return [*forms_read, *(StatedForm(limit, 0.0, None, True) for limit in exact.limits)]
+    stated = list[StatedForm]()
+    for row, (left, right), bounds in read:
+        size = np.abs(right.terms.get(CONSTANT, 0.0))
+        for sign in row.relation.signs[::-1]:
+            form = applied(np.subtract, (right, left) if sign > 0.0 else (left, right))
+            stated.append(StatedForm(form, size, row, bounds))
+    return [*stated, *(StatedForm(limit, 0.0, None, True) for limit in exact.limits)]

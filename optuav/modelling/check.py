@@ -175,14 +175,10 @@ def relations(model: Model) -> Sequence[Constraint]:
     rows = [*model.constraints]
     for variable in model.variables:
         about = variable.unit, variable.declared_at, variable.kind or "bounds"
-        if not (isinstance(variable.lower, float) and variable.lower == -np.inf):
-            rows.append(
-                Constraint(variable.label, Relation(variable, ">=", variable.lower), *about)
-            )
-        if not (isinstance(variable.upper, float) and variable.upper == np.inf):
-            rows.append(
-                Constraint(variable.label, Relation(variable, "<=", variable.upper), *about)
-            )
+        bounds = Relation(variable, ">=", variable.lower), Relation(variable, "<=", variable.upper)
+        for bound, none in zip(bounds, (-np.inf, np.inf), strict=True):
+            if not (isinstance(bound.right, float) and bound.right == none):
+                rows.append(Constraint(variable.label, bound, *about))
     walk.relations = rows
     return rows
 
@@ -230,15 +226,12 @@ def check(model: Model, point: Values) -> Checks:
 
 def evaluated(stated: Model | Iterable[Constraint], point: Values) -> Checks:
     """`check`, also for a few constraints; ignores other names, `KeyError` for a missing one."""
-    rows, whole, done = [], isinstance(stated, Model), dict[int, Operand]()
+    rows, done = [], dict[int, Operand]()
     if isinstance(stated, Model):
         done, stated = stated.walked.values(point), relations(stated)
     for constraint in stated:
-        (left, right), sense = constraint.relation.sides, constraint.relation.sense
-        if whole:
-            left, right = done.get(id(left), left), done.get(id(right), right)
-        else:
-            left, right = (evaluate(side, point, done) for side in constraint.relation.sides)
+        sense, sides = constraint.relation.sense, constraint.relation.sides
+        left, right = (evaluate(side, point, done) for side in sides)
         slack = right - left if sense == "<=" else left - right
         slack = -np.abs(slack) if sense == "==" else slack
         rows.append(Check(constraint, left, right, slack, holding(sense, left, right)))
@@ -264,19 +257,14 @@ def _numbers(point: Values, model: Model) -> dict[str, Operand]:
         else:
             faults.append(Fault(name, shown(value), "a number or an array of at least one number"))
     shapes = {name: np.shape(value) for name, value in found.items() if np.ndim(value)}
-    shapes_given = {
-        np.shape(each.value) for name, each in model_given.items() if name not in found
-    } - {()}
+    others = {np.shape(each.value) for name, each in model_given.items() if name not in found}
     try:
-        np.broadcast_shapes(*shapes.values(), *shapes_given)
+        np.broadcast_shapes(*shapes.values(), *others)
     except ValueError:
-        words_of_shapes = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
-        model_has = (
-            f", also with the model's {', '.join(map(str, sorted(shapes_given)))}"
-            if shapes_given
-            else ""
-        )
-        faults.append(Fault("point", words_of_shapes, f"arrays whose shapes broadcast{model_has}"))
+        words = ", also with the model's " if others - {()} else ""
+        words += ", ".join(map(str, sorted(others - {()})))
+        stated = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+        faults.append(Fault("point", stated, f"arrays whose shapes broadcast{words}"))
     refuse(faults)
     return found
 
@@ -305,7 +293,8 @@ def refuse_misfits(model: Model, programmes: int) -> None:
 def unusable(model: Model, values: Values) -> str:
     """Return where a programme has NaN: parameters, else labels of constraints."""
     wrong = (name for name in model.given if not np.isfinite(values[name]))
-    parameters = [f"{name} = {values[name]:g}" for name in wrong]
+    if parameters := [f"{name} = {values[name]:g}" for name in wrong]:
+        return ", ".join(parameters)
     anywhere = {**values, **{variable.name: 1.0 for variable in model.variables}}
 
     def is_unusable(side: Operand) -> bool:
@@ -313,9 +302,7 @@ def unusable(model: Model, values: Values) -> str:
         value = evaluate(side, anywhere)
         return bool(np.any(np.isnan(value)) or (np.any(np.isinf(value)) and has_unknowns(side)))
 
-    sides_by_label = _stated(model).items()
-    labels = [repr(label) for label, sides in sides_by_label if any(map(is_unusable, sides))]
-    return ", ".join(parameters or labels)
+    return ", ".join(repr(n) for n, sides in _stated(model).items() if any(map(is_unusable, sides)))
 
 
 def _stated(model: Model) -> dict[str, list[Operand]]:

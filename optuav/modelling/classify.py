@@ -76,9 +76,7 @@ def traits(model: Model) -> Traits:
     if isinstance(walked.traits, Traits):
         return walked.traits
     others = [unknown for unknown in unknowns if unknown is not model.objective]
-    bounds = [
-        unknown.lower if isinstance(unknown.lower, float) else math.nan for unknown in unknowns
-    ]
+    bounds = [each.lower if isinstance(each.lower, float) else math.nan for each in unknowns]
     integer = any(unknown.binary for unknown in unknowns)
     longest = (
         model.sense == "maximise"
@@ -93,15 +91,11 @@ def traits(model: Model) -> Traits:
     if {call.ufunc for call in calls} <= PARTIALS.keys():
         calls = []
     rough = (c for c in calls if c.ufunc not in PARTIALS and (c.moves or c.ufunc not in KINKED))
-    relations_by_label = [
-        (constraint.label, constraint.relation.sides) for constraint in model.constraints
-    ]
+    relations_by_label = [(row.label, row.relation.sides) for row in model.constraints]
     goals = [("objective", [model.objective]), ("preference", model.preferences)]
-    unlevelled, done = None, dict[int, Operand]()
-    relaxed = Relaxation()
+    nonlinear, unlevelled, done, relaxed = None, None, dict[int, Operand](), Relaxation()
     with np.errstate(all="ignore"):
         forms = walked.forms({})
-        nonlinear = None
         for label, trees in [*goals, *relations_by_label]:
             kinds = (forms.get(id(tree), NOWHERE) for tree in trees if has_unknowns(tree))
             if not all(kind.linear for kind in kinds if isinstance(kind, Exponential)):
@@ -118,9 +112,8 @@ def traits(model: Model) -> Traits:
                 except NotExponentialError as error:
                     unlevelled = label, str(error)
                     break
-        unlevelled = unlevelled or (
-            _second_rate(relations_by_label, {**forms, **done}) if longest else None
-        )
+    if longest and unlevelled is None:
+        unlevelled = _second_rate(relations_by_label, {**forms, **done})
     kind = len(unknowns), integer, tuple(open_below)
     kink = next((node.ufunc.__name__ for node in rough), "")
     walked.traits = result = Traits(*kind, kink, nonlinear, longest, unlevelled)

@@ -77,11 +77,9 @@ def latex(model: Model, *, width: int = LINE, numbers: bool = True, labels: bool
         (f"{writer.symbol(symbol)} = {value}{writer.unit(unit)}", key)
         for symbol, _, value, unit, key in parameters(model, writer)
     ]
-    pages = [
-        [*sections(model, writer)],
-        [("where", shown_parameters)] if shown_parameters and numbers else [],
-    ]
-    return "\n".join(_aligned(page, writer, labels) for page in pages if page)
+    pages = [[*sections(model, writer)]]
+    pages += [[("where", shown_parameters)]] if shown_parameters and numbers else []
+    return "\n".join(_aligned(page, writer, labels) for page in pages)
 
 
 def _aligned(page: Sequence[Section], writer: Latex, labels: bool) -> str:
@@ -118,9 +116,7 @@ def sections(model: Model, writer: Text) -> Iterator[Section]:
     for variable in model.variables:
         domain = f"{writer.named(variable).text} {writer.member} {writer.interval(variable)}"
         unknowns.append((domain, variable.label if variable.labelled else ""))
-    constraint_rows = [
-        (writer.write(constraint.relation), constraint.label) for constraint in model.constraints
-    ]
+    constraint_rows = [(writer.write(row.relation), row.label) for row in model.constraints]
     defined = []
     lets = [node for node in model.walked.nodes if isinstance(node, Let)]
     trees = [*model.walked.trees, *(let.expression for let in lets if not let.words)]
@@ -140,9 +136,7 @@ def parameters(model: Model, writer: Text) -> list[tuple[str, str, str, str, str
     """Symbol, name, value, unit and key of the parameters; those that differ in a number as one."""
     alike: dict[tuple[str, ...], list[Parameter]] = {}
     for parameter in model.parameters.values():
-        pattern = (
-            parameter.symbol.pattern if isinstance(parameter.symbol, Indexed) else parameter.symbol
-        )
+        pattern = getattr(parameter.symbol, "pattern", parameter.symbol)
         alike.setdefault((pattern, parameter.unit, parameter.key), []).append(parameter)
     groups = []
     for (pattern, unit, key), those in alike.items():
@@ -173,12 +167,9 @@ def _merged(rows: Sequence[Line], writer: Text, *, all_names: bool = False) -> l
         if len(lines) == 1:
             merged += lines
             continue
-        if all_names:
-            name = ", ".join(filter(None, names))
-        else:
-            parts = zip(*(PartedLabel(label).parts for label in names), strict=False)
-            shared = (words[0] for words in takewhile(lambda each: len({*each}) == 1, parts))
-            name = PartedLabel(*shared, "…")
+        parts = zip(*(PartedLabel(label).parts for label in names), strict=False)
+        shared = (words[0] for words in takewhile(lambda each: len({*each}) == 1, parts))
+        name = ", ".join(filter(None, names)) if all_names else PartedLabel(*shared, "…")
         merged.append((f"{pattern}{writer.running(numbers)}", name))
     return merged
 

@@ -84,22 +84,11 @@ class Expression(NDArrayOperatorsMixin):
             return NotImplemented
         if ufunc in REFUSED:
             raise TypeError(f"a constraint is stated with <=, >= or ==; {REFUSED[ufunc]}")
-        operands = tuple(
-            [
-                operand
-                if isinstance(operand, (Expression, float, int))
-                else _numbers(self, ufunc, operand)
-                for operand in inputs
-            ]
-        )
+        operands = tuple([_operand(self, ufunc, operand) for operand in inputs])
         if ufunc in SENSES:
             return Relation(operands[0], SENSES[ufunc], operands[1])
-        if (
-            ufunc in DIVISIONS
-            and not isinstance(operands[1], Expression)
-            and np.ndim(operands[1]) == 0
-            and operands[1] == 0.0
-        ):
+        divisor = operands[1] if ufunc in DIVISIONS else 1.0
+        if not isinstance(divisor, Expression) and np.ndim(divisor) == 0 and divisor == 0.0:
             raise InputError(f"{_called(operands[0])} is divided by 0 ({ufunc.__name__})")
         return Call(ufunc, operands)
 
@@ -107,8 +96,10 @@ class Expression(NDArrayOperatorsMixin):
         raise TypeError("an expression has no truth value until its variables have numbers")
 
 
-def _numbers(met: Expression, ufunc: np.ufunc, operand: Operand) -> Operand:
-    """Numbers as a tree holds them; refused if they are not real."""
+def _operand(met: Expression, ufunc: np.ufunc, operand: Operand) -> Operand:
+    """An operand as a tree holds it; numbers are refused if they are not real."""
+    if isinstance(operand, (Expression, float, int)):
+        return operand
     numbers = np.asarray(operand)
     if numbers.dtype.kind not in "biuf" or not numbers.size:
         words = "operands are expressions, real numbers and arrays of them"
@@ -129,9 +120,7 @@ class Call(Expression):
     arguments: tuple[Operand, ...]
 
     def __post_init__(self) -> None:
-        self.below = tuple(
-            [argument for argument in self.arguments if isinstance(argument, Expression)]
-        )
+        self.below = tuple([each for each in self.arguments if isinstance(each, Expression)])
         self.moves = any(operand.moves for operand in self.below)
 
 

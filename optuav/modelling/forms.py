@@ -17,7 +17,15 @@ import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from optuav.arrays import Values
-from optuav.modelling.expression import Bounded, Call, Expression, Operand, Relation, Variable
+from optuav.modelling.expression import (
+    Bounded,
+    Call,
+    Expression,
+    Leaf,
+    Operand,
+    Relation,
+    Variable,
+)
 from optuav.modelling.traversal import fold, nodes
 
 Factor: TypeAlias = tuple[str, Literal["time", "levelling"]]
@@ -165,6 +173,13 @@ class Relaxation:
         return ceiling if function.name == self.at_ceiling else bound
 
 
+def form_of_leaf(leaf: Leaf, values: Values) -> Operand:
+    """A time, or the value of a parameter."""
+    if isinstance(leaf, Variable):
+        return Exponential({frozenset({(leaf.name, "time")}): 1.0})
+    return values.get(leaf.name, leaf.value)
+
+
 def exponential(
     expression: Operand,
     values: Values,
@@ -178,16 +193,7 @@ def exponential(
     """
     form = (done or {}).get(id(expression))
     if form is None:
-        form = fold(
-            expression,
-            lambda x: (
-                Exponential({frozenset({(x.name, "time")}): 1.0})
-                if isinstance(x, Variable)
-                else values.get(x.name, x.value)
-            ),
-            call,
-            done=done,
-        )
+        form = fold(expression, lambda leaf: form_of_leaf(leaf, values), call, done=done)
     return form if isinstance(form, Exponential) else Exponential({CONSTANT: form})
 
 

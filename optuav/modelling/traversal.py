@@ -27,7 +27,8 @@ def fold(
     """
     done = {} if done is None else done
     get: Callable[[int, Any], Any] = done.get
-    for node in () if id(expression) in done else nodes(expression, done=done):
+    is_known = id(expression) in done or not isinstance(expression, Expression)
+    for node in () if is_known else nodes(expression, done=done):
         if isinstance(node, Call):
             done[id(node)] = call(node.ufunc, tuple([get(id(e), e) for e in node.arguments]))
         elif isinstance(node, Let):
@@ -47,9 +48,7 @@ def nodes(
     them.
     """
     done = {} if done is None else done
-    waiting = [
-        expression for expression in reversed(expressions) if isinstance(expression, Expression)
-    ]
+    waiting = [tree for tree in reversed(expressions) if isinstance(tree, Expression)]
     while waiting:  # no recursion: a sum over a thousand phases is a deep tree
         node = waiting[-1]
         if id(node) in done:
@@ -91,9 +90,7 @@ def leaves(*expressions: Operand) -> list[Leaf]:
 
 def has_unknowns(*expressions: Operand) -> bool:
     """Return whether some trees hold a variable."""
-    return any(
-        isinstance(expression, Expression) and expression.moves for expression in expressions
-    )
+    return any(isinstance(tree, Expression) and tree.moves for tree in expressions)
 
 
 def evaluate(
@@ -208,9 +205,7 @@ def slope(expression: Operand, values: Values, done: dict[int, Operand] | None =
         partials = PARTIALS.get(ufunc) or KINKED.get(ufunc)
         if partials is None:
             raise NotImplementedError(f"{ufunc.__name__} has no derivative here")
-        numbers = [
-            operand.value if isinstance(operand, Slope) else operand for operand in arguments
-        ]
+        numbers = [each.value if isinstance(each, Slope) else each for each in arguments]
         value, by = ufunc(*numbers), dict[str, Operand]()
         pair, rates = _levelling(ufunc, arguments) or (arguments, partials(value, *numbers))
         for argument, partial in zip(pair, rates, strict=True):

@@ -11,7 +11,7 @@ from typing import Any
 
 from optuav.arrays import Values
 from optuav.modelling.expression import Call, Let, Operand, Parameter
-from optuav.modelling.forms import NOWHERE, Exponential, NotExponentialError, applied
+from optuav.modelling.forms import NOWHERE, NotExponentialError, applied, form_of_leaf
 
 
 @dataclass(eq=False)
@@ -58,10 +58,8 @@ class Walk:
                         form = applied(function, operands)
             elif isinstance(node, Let):
                 form = get(id(node.expression), node.expression)
-            elif node.moves:
-                form = Exponential({frozenset({(node.name, "time")}): 1.0})
             else:
-                form = values.get(node.name, node.value)
+                form = form_of_leaf(node, values)
             done[id(node)] = form
         if not values:
             self._forms = done

@@ -191,10 +191,9 @@ def tilted_after(battery: Battery, charge: Tilted, *stages: Stage | Shift) -> Ti
     """Total charge and tilt [A s] after stages of constant current, or their effects, in order."""
     total_As, tilt_As = charge
     for stage in stages:
-        gained_As, remaining, tilted_As = (
-            stage if isinstance(stage, Shift) else shift(battery, stage)
-        )
-        total_As, tilt_As = total_As + gained_As, tilt_As * remaining + tilted_As
+        moved = stage if isinstance(stage, Shift) else shift(battery, stage)
+        total_As = total_As + moved.gained_As
+        tilt_As = tilt_As * moved.remaining + moved.tilted_As
     return Tilted(total_As, tilt_As)
 
 

@@ -372,11 +372,9 @@ def _followed(packs: Packs, jobs: Sequence[JobStage], horizon_s: float) -> float
                 if packs.clock_s[0] >= horizon_s:
                     return math.inf
                 if followed > MOST_STRETCHES:
-                    raise SolverError(
-                        f"{MOST_STRETCHES} stretches do not reach the end: after "
-                        f"{packs.clock_s[0]:.6g} s the packs still carry the load; "
-                        "a horizon_s says how long to follow it"
-                    )
+                    words = f"after {packs.clock_s[0]:.6g} s the packs still carry the load"
+                    words = f"{MOST_STRETCHES} stretches do not reach the end: {words}"
+                    raise SolverError(f"{words}; a horizon_s says how long to follow it")
 
 
 def _skip(packs: Packs, jobs: Sequence[JobStage]) -> None:

@@ -56,10 +56,8 @@ def current(motor: Motor, speed_rad_s: Quantity, acceleration_rad_s2: Quantity =
 
 def voltage(motor: Motor, speed_rad_s: Quantity, acceleration_rad_s2: Quantity = 0.0) -> Quantity:
     """Voltage across one rotor [V], [2]_ eq (2); arguments as in `current`."""
-    return (
-        motor.resistance_ohm * current(motor, speed_rad_s, acceleration_rad_s2)
-        + motor.torque_constant_Nm_A * speed_rad_s
-    )
+    current_A = current(motor, speed_rad_s, acceleration_rad_s2)
+    return motor.resistance_ohm * current_A + motor.torque_constant_Nm_A * speed_rad_s
 
 
 def power(motor: Motor, speed_rad_s: Quantity, acceleration_rad_s2: Quantity = 0.0) -> Quantity:

@@ -174,7 +174,7 @@ def test_prices_of_the_paper(asked: Formulation) -> None:
         assert grid.solve(part.model, 1, slot_s=30.0).shadow_prices() == {}
 
 
-@pytest.mark.parametrize("seed", [3403, 3549, 1176, 1319, 1499, 1730])
+@pytest.mark.parametrize("seed", [3403, 1176, 1730])
 def test_a_flat_optimum_has_prices(seed: int) -> None:
     """Where a rest that hardly matters is known to fewer digits than the wells' limit.
 
