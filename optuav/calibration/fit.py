@@ -187,11 +187,9 @@ class Fit:
         heads = ("key", "value", f"{CONFIDENCE:.0%} interval", "where it comes from")
         rows = [(e.key, *[*e.written(" to "), ""][:2], e.origin) for e in self.values]
         loose = [number for number, each in enumerate(self.values) if not each.determined]
-        return markup.shown(
-            markup.paragraph(f"{self.kind}: {self.data}", good=not self.warnings),
-            markup.table(heads, rows, bad=loose),
-            *map(markup.paragraph, self.warnings),
-        )
+        head = markup.paragraph(f"{self.kind}: {self.data}", good=not self.warnings)
+        warnings = map(markup.paragraph, self.warnings)
+        return markup.shown(head, markup.table(heads, rows, bad=loose), *warnings)
 
     def to_dict(self) -> dict[str, object]:
         """Everything as plain data."""

@@ -73,9 +73,12 @@ def test_three_keys_are_small_multiples_on_one_scale() -> None:
         drawn = np.asarray(ax.images[0].get_array()).reshape(4, 3)
         np.testing.assert_array_equal(drawn, values[:, number].T)
     assert [text.get_text() for text in first.figure.legends[0].get_texts()] == ["no plan"]
-    many = {**keys, "limits.min_soc": np.linspace(0.0, 0.4, 14)}
-    many["limits.deadline_s"] = many["battery.capacity_As"] = [1e3, 2e3]
-    ((_, first),) = plots.swept(optuav.batch("paper", many))
+    many = {name: np.linspace(min(values), max(values), 15) for name, values in keys.items()}
+    many["limits.min_soc"] = np.linspace(0.1, 0.3, 14)
+    finer = found.reindex(many, method="nearest")
+    for name in keys:
+        finer[name].attrs = found[name].attrs
+    ((_, first),) = plots.swept(finer)
     assert len([ax for ax in first.figure.axes if ax.get_title(loc="left")]) == 12
     assert "[-], 12 of 14" in first.figure.get_suptitle()
 
