@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import compress
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, Self, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import tomli_w
@@ -115,15 +115,6 @@ class Panel:
     at_words: str = ""
     roles: Sequence[Role] = ()
     groups: Sequence[str] = ()
-
-    @classmethod
-    def along(
-        cls, quantity: str, unit: str, observed: Floats, fitted: Floats, at: Floats, at_words: str
-    ) -> Self:
-        """Return the panel of values along an axis, in its order."""
-        order = np.argsort(at, kind="stable")
-        seen, shown, places = (values[order].tolist() for values in (observed, fitted, at))
-        return cls(quantity, unit, seen, shown, (), places, at_words)
 
 
 @dataclass(frozen=True)
@@ -230,6 +221,15 @@ class Fit:
         for table, found in entries.items():
             lines += ["", f"[{table}]", *found]
         return "\n".join(lines) + "\n"
+
+
+def curve(
+    quantity: str, unit: str, observed: Floats, fitted: Floats, at: Floats, at_words: str
+) -> Panel:
+    """The panel of values along an axis, in its order."""
+    order = np.argsort(at, kind="stable")
+    seen, shown, places = (values[order].tolist() for values in (observed, fitted, at))
+    return Panel(quantity, unit, seen, shown, (), places, at_words)
 
 
 class Estimate(NamedTuple):
