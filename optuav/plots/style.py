@@ -359,7 +359,8 @@ def place(
         crossing = [_within(taken, line).any() for line in lines_to[far]]
         covered[far] += ON_PLACE * np.array(crossing, dtype=bool)
         apart = (padded[:, None, 0] > taken[:, 1]) | (padded[:, None, 1] < taken[:, 0])
-        fits = apart.any(axis=2).all(axis=1) & (label.needed | (covered <= MOST_COVERED))
+        free = np.all(np.any(apart, axis=2), axis=1)
+        fits = free & (label.needed | (covered <= MOST_COVERED))
         if fits.any():
             best = int(np.argmin(np.where(fits, costs + covered, np.inf)))
             x_px, y_px = boxes[best, 0] - size.min
@@ -389,12 +390,13 @@ def _spots(ax: Axes, label: Label, size: Bbox, pixels: float) -> tuple[Floats, B
     They are inside the axes unless the label is needed.
     """
     frame, anchor = ax.get_window_extent(), ax.transData.transform(label.at)
+    extent = np.array(size.size)
     spots = [*itertools.product((*NEAR, *FAR) if label.needed else NEAR, DIRECTIONS)]
     rings, ways = (np.array(column) for column in zip(*spots, strict=True))
     reach = (rings * pixels / np.hypot(*ways.T))[:, None]
-    low = anchor + ways * reach + (ways - 1) * size.size / 2
-    inside = ((low >= frame.min) & (low <= frame.max - size.size)).all(axis=1)
-    boxes, kept = np.stack([low, low + size.size], axis=1), inside | label.needed
+    low = anchor + ways * reach + (ways - 1) * extent / 2
+    inside = ((low >= frame.min) & (low <= frame.max - extent)).all(axis=1)
+    boxes, kept = np.stack([low, low + extent], axis=1), inside | label.needed
     return (PER_POINT * rings + OUTSIDE * ~inside)[kept], np.isin(rings, FAR)[kept], boxes[kept]
 
 
@@ -406,7 +408,8 @@ def _grown(boxes: Floats, by: float) -> Floats:
 def _within(boxes: Floats, points: Floats) -> Floats:
     """Count the points (n, 2) [px] in each box (box, low or high, 2)."""
     low, high = boxes[:, 0, None], boxes[:, 1, None]
-    return ((points >= low) & (points <= high)).all(axis=2).sum(axis=1).astype(float)
+    inside = ((points >= low) & (points <= high)).all(axis=2)
+    return np.asarray(inside.sum(axis=1, dtype=float))
 
 
 def _dots(ax: Axes, line: npt.ArrayLike, spacing: float) -> Floats:
