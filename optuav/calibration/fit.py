@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import compress
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, Self, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import tomli_w
@@ -116,15 +116,6 @@ class Panel:
     roles: Sequence[Role] = ()
     groups: Sequence[str] = ()
 
-    @classmethod
-    def along(
-        cls, quantity: str, unit: str, observed: Floats, fitted: Floats, at: Floats, at_words: str
-    ) -> Self:
-        """Return the panel of values along an axis, in its order."""
-        order = np.argsort(at, kind="stable")
-        seen, shown, places = (values[order].tolist() for values in (observed, fitted, at))
-        return cls(quantity, unit, seen, shown, (), places, at_words)
-
 
 @dataclass(frozen=True)
 class Fit:
@@ -187,11 +178,9 @@ class Fit:
         heads = ("key", "value", f"{CONFIDENCE:.0%} interval", "where it comes from")
         rows = [(e.key, *[*e.written(" to "), ""][:2], e.origin) for e in self.values]
         loose = [number for number, each in enumerate(self.values) if not each.determined]
-        return markup.shown(
-            markup.paragraph(f"{self.kind}: {self.data}", good=not self.warnings),
-            markup.table(heads, rows, bad=loose),
-            *map(markup.paragraph, self.warnings),
-        )
+        head = markup.paragraph(f"{self.kind}: {self.data}", good=not self.warnings)
+        warnings = map(markup.paragraph, self.warnings)
+        return markup.shown(head, markup.table(heads, rows, bad=loose), *warnings)
 
     def to_dict(self) -> dict[str, object]:
         """Everything as plain data."""
@@ -232,6 +221,15 @@ class Fit:
         for table, found in entries.items():
             lines += ["", f"[{table}]", *found]
         return "\n".join(lines) + "\n"
+
+
+def curve(
+    quantity: str, unit: str, observed: Floats, fitted: Floats, at: Floats, at_words: str
+) -> Panel:
+    """The panel of values along an axis, in its order."""
+    order = np.argsort(at, kind="stable")
+    seen, shown, places = (values[order].tolist() for values in (observed, fitted, at))
+    return Panel(quantity, unit, seen, shown, (), places, at_words)
 
 
 class Estimate(NamedTuple):

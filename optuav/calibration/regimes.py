@@ -251,7 +251,7 @@ def _motion(
         estimated = without
         warnings = ("no leg is long enough to show a speed cap: max_speed_m_s is missing here",)
     fitted = speeds(*estimated.values.tolist())
-    course = Panel.along("speed", "m/s", observed, fitted, at_s, TIME)
+    course = fit.curve("speed", "m/s", observed, fitted, at_s, TIME)
     return estimated.stated(f"fitted to the speed of {len(legs)} legs"), (course,), warnings
 
 

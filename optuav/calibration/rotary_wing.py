@@ -8,7 +8,7 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.calibration import csv
-from optuav.calibration.fit import Fit, Panel, estimate, finished
+from optuav.calibration.fit import Fit, curve, estimate, finished
 from optuav.errors import refuse
 from optuav.physics.rotary_wing import PowerCoefficients, power
 
@@ -73,7 +73,7 @@ def fit_rotary_wing(files: str | Path | Iterable[str | Path]) -> Fit:
     starts = [(*powers_W, induced, TIP_M_S, fuselage) for induced in INDUCED_M_S]
     estimated = estimate(KEYS, lambda values: modelled(values) - drawn_W, starts)
     seen = "power", "W", drawn_W, modelled(estimated.values)
-    panel = Panel.along(*seen, speed, "air speed $V$ [m/s]")
+    panel = curve(*seen, speed, "air speed $V$ [m/s]")
     doubts = dict.fromkeys(words for table in tables for words in table.doubts())
     data = f"{len(speed)} points of steady level flight"
     values = estimated.stated(f"fitted to {len(speed)} points")

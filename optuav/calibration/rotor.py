@@ -11,7 +11,7 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.calibration import csv
-from optuav.calibration.fit import Fit, Panel, Value, estimate, finished
+from optuav.calibration.fit import Fit, Value, curve, estimate, finished
 from optuav.errors import Fault, InputError, refuse
 from optuav.physics import rotor
 
@@ -147,7 +147,7 @@ def _from_bench(sources: tuple[str, ...], tables: list[csv.Measurements]) -> Fit
         estimated = estimate(keys, residuals, [estimated.values.tolist()])
     fitted, at_words = _model(estimated.values, speed), "speed of the rotor $v$ [rad/s]"
     panels = (
-        Panel.along(name, unit, measured[name], fitted[name], speed, at_words)
+        curve(name, unit, measured[name], fitted[name], speed, at_words)
         for name, unit in QUANTITIES.items()
     )
     doubts = [words for table in tables for words in table.doubts()]

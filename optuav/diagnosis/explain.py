@@ -79,7 +79,7 @@ SEARCH_S = 60.0  # Time limit of a search for more stops where none is stated [s
 
 
 def explain(
-    subject: Subject | Robust,
+    subject: Subject,
     /,
     problem: Formulation | ProblemName | None = None,
     *,
@@ -136,9 +136,8 @@ def explain(
     elif isinstance(subject, Robust):
         _refuse_options("robust plan", options, graph, problem=problem, perspective=perspective)
         taken = {**_of_plan(subject.plan), "engine": "auto"}  # Whatever engine took the corners
-        return replace(
-            explain(subject.plan.mission, **taken), doubt_costs_s=dict(subject.doubt_costs_s)
-        )
+        certain = explain(subject.plan.mission, **taken)
+        return replace(certain, doubt_costs_s=dict(subject.doubt_costs_s))
     elif not isinstance(subject, Program):
         subject = load_subject(subject)
     if isinstance(subject, Plan) and subject.has_several_stops:
@@ -216,10 +215,8 @@ def _of_plan(plan: Plan) -> dict[str, Any]:
     if any(phase.edited for phase in plan.phases):
         raise InputError("the plan is over an edited graph: explain its mission with graph=")
     if plan.problem not in PROBLEM_NAMES:
-        raise InputError(
-            f"the plan's problem {plan.problem} is not of the paper, and its file does not hold "
-            "the formulation: explain the mission with it"
-        )
+        words = "is not of the paper, and its file does not hold the formulation"
+        raise InputError(f"the plan's problem {plan.problem} {words}: explain the mission with it")
     if plan.engine not in ("", SIMULATION, *capabilities):
         words = "register it, or explain the mission with engine="
         raise InputError(f"the plan's engine {plan.engine} is not known by its name: {words}")
@@ -275,16 +272,11 @@ def _explained(
         return replace(reply, notes=tuple(notes), more_stops_open=more_stops_open)
     if plan.status is not Status.INFEASIBLE:
         return Explanation(plan)
-    clashing = conflicts(program)
-    proofs = [proof for conflict in clashing for proof in conflict.proofs]
-    drained = any(key.startswith("battery.") for proof in proofs for key in proof.keys)
-    return Explanation(
-        plan,
-        conflicts=clashing,
-        repairs=repairs(question),
-        notes=tuple(notes if drained else ()),
-        more_stops_open=more_stops_open,
-    )
+    clashing, repaired = conflicts(program), repairs(question)
+    keys = [key for conflict in clashing for proof in conflict.proofs for key in proof.keys]
+    drained = any(key.startswith("battery.") for key in keys)
+    reply = Explanation(plan, conflicts=clashing, repairs=repaired, more_stops_open=more_stops_open)
+    return replace(reply, notes=tuple(notes)) if drained else reply
 
 
 def _with_more_stops(question: MissionQuestion) -> Explanation:
@@ -339,10 +331,9 @@ def _optimum(
     hover_s, sought = point.get("hover_time_s", 0.0), _objective(part.model)
     notes = [] if plan.status is Status.OPTIMAL else [*plan.notes]
     if program.question.slot_s is not None:
-        notes.append(
-            "an answer in slots has no shadow prices: constraints, proof and prices belong to "
-            f"the optimum with continuous times, {solution.objective[entry]:.2f} {sought}"
-        )
+        best = f"the optimum with continuous times, {solution.objective[entry]:.2f} {sought}"
+        belong = "constraints, proof and prices belong to"
+        notes.append(f"an answer in slots has no shadow prices: {belong} {best}")
     elif abs(hover_s - plan.hover_time_s) > SAME_S * max(1.0, hover_s):
         notes.append(f"solving again gives {hover_s:.6f} s of hover, not the plan's")
     if len(tied) > 1:

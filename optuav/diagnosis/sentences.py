@@ -21,11 +21,8 @@ from optuav.solving.program import entry_of
 if TYPE_CHECKING:
     from optuav.diagnosis.report import Explanation
 
-NOUNS = {
-    "state of charge": "charge",
-    "deadline": "the deadline",
-    **dict.fromkeys(LABELS, "the available well"),
-}
+NOUNS = {"state of charge": "charge", "deadline": "the deadline"}
+NOUNS |= dict.fromkeys(LABELS, "the available well")
 """Nouns for binding limits, by the kind of the constraint."""
 KEYS = {
     "limits.deadline_s": "the deadline",
@@ -40,12 +37,8 @@ SHORT = {
     **dict.fromkeys(LABELS, "the available well does not last even for the flight"),
 }
 """Reasons why even the flight cannot be made, by the kind of the broken constraint."""
-SYMBOLS = {
-    "charge": "η ≥ η₀",
-    "deadline": "Δ + T′ ≤ T_max − T_fl",
-    "dry": "y₁ ≥ 0",
-    "overfull": "y₁ ≤ ωB",
-}
+SYMBOLS = {"charge": "η ≥ η₀", "deadline": "Δ + T′ ≤ T_max − T_fl"}
+SYMBOLS |= {"dry": "y₁ ≥ 0", "overfull": "y₁ ≤ ωB"}
 """Limits in symbols, by role."""
 SEEN_S = 0.005  # Gain that two decimals show [s]
 WORTH = {"battery.packs": "a pack more", "limits.deadline_s": "a second more"}
@@ -107,12 +100,11 @@ def header(program: Program, explained: Explanation) -> dict[str, object]:
     plan = explained.plan
     said = verdict(plan, () if plan else _broken(program, plan))
     stops = plan.stops if plan else ()
+    times = {"hover_s": "hover_time_s", "rest_s": "rest_time_s", "time_s": "mission_time_s"}
     return {
         **said._asdict(),
         "text": str(said),
-        "hover_s": plan.hover_time_s if plan else None,
-        "rest_s": plan.rest_time_s if plan else None,
-        "time_s": plan.mission_time_s if plan else None,
+        **{key: getattr(plan, name) if plan else None for key, name in times.items()},
         "stops": [(stop.kind, stop.at) for stop in stops],
         "binds": binding(explained),
         "route": route(plan),

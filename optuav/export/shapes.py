@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from xml.etree import ElementTree
 
-from optuav.export.course import Course, Step
+from optuav.export import Course, Step
 
 KML = "http://www.opengis.net/kml/2.2"
 

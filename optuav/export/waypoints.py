@@ -10,7 +10,7 @@ import json
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from optuav.export.course import Course, Position
+from optuav.export import Course, Position
 
 WAYPOINT, LOITER_TIME, LAND, TAKE_OFF, DELAY, CHANGE_SPEED = 16, 19, 21, 22, 93, 178
 GLOBAL, MISSION, RELATIVE = 0, 2, 3

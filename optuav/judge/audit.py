@@ -64,9 +64,8 @@ class Audit(Judged):
         return f"<Audit of {self.source!r}: {self.verdict}>"
 
     def _repr_html_(self) -> str:
-        from optuav.judge.display import html
-
-        return html(self, self.replay, f"{self.verdict}: {self.source}")
+        more = self.replay._pictured() if self.replay else []
+        return self._html(f"{self.verdict}: {self.source}", *more)
 
     def to_frame(self) -> DataFrame:
         """The events, one row each, with columns as the attributes of `Event`; needs pandas."""

@@ -25,9 +25,7 @@ class FleetReplay(Judged):
     events: tuple[Event, ...]  # Faults, in order of time
 
     def _repr_html_(self) -> str:
-        from optuav.judge.display import html
-
-        return html(self, None, f"{self.verdict}: {len(self.courses)} courses")
+        return self._html(f"{self.verdict}: {len(self.courses)} courses")
 
     def __repr__(self) -> str:
         return f"<FleetReplay of {len(self.courses)} courses: {self.verdict}>"

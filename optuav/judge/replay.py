@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from optuav.judge.clearance import too_near
 from optuav.judge.course import TOLERANCE, Course, pooled, scheduled, soc, trace
 from optuav.judge.read import read
 from optuav.judge.timeline import Itinerary, Phase, moves, phases, places, segments, ways_along
+from optuav.markup import folded, pairs, paragraph, shown
 from optuav.mission import Mission
 from optuav.mission.flight_model import CruisingModel, flight_of
 from optuav.network import vehicle
@@ -24,6 +26,7 @@ from optuav.network.ways import CLEARANCE_M
 from optuav.options import LONGEST_HOVER
 from optuav.physics import flight, link
 from optuav.plan import Plan
+from optuav.plan.display import Levels, picture
 from optuav.plan.plan import refuse_contradictions
 from optuav.plan.trace import Event, Trace
 
@@ -62,6 +65,15 @@ class Judged:
             wrong = "Contradicted" if event.kind == MISMATCH else "Violated"
             groups[wrong if event.violation else "To know"].append(event)
         return groups
+
+    def _html(self, verdict: str, *more: Element) -> str:
+        """The verdict as HTML, violations first, and more below."""
+        parts = [paragraph(verdict, good=self.flyable)]
+        for heading, events in self.by_kind.items():
+            rows = [(f"{e.time_s:.2f}\N{NO-BREAK SPACE}s", e.words + e.figures) for e in events]
+            title, is_open = f"{heading} ({len(rows)})", heading != "To know"
+            parts += [folded(title, pairs(rows), is_open=is_open)] if rows else []
+        return shown(*parts, *more)
 
 
 @dataclass(frozen=True)
@@ -136,9 +148,17 @@ class Replay(Judged):
         return f"<Replay for {name!r}: {count} phases, {self.mission_time_s:.2f} s, {self.verdict}>"
 
     def _repr_html_(self) -> str:
-        from optuav.judge.display import html
+        return self._html(f"{self.verdict}: {self.mission.name}", *self._pictured())
 
-        return html(self, self, f"{self.verdict}: {self.mission.name}")
+    def _pictured(self) -> list[Element]:
+        """The wells over the trace, and the facts; nothing where the mission cannot be flown."""
+        figure = list[Element]()
+        if self.mission_time_s:
+            wells_As = (well.sum(axis=1) for well in (self.trace.available_As, self.trace.bound_As))
+            phases = ((each.kind, each.start_s, each.end_s - each.start_s) for each in self.phases)
+            full_As, dry_s = float(vehicle.pool(self.mission).capacity_As), self.first_s("empty")
+            figure = [picture(Levels(self.trace.time_s, *wells_As), phases, full_As, dry_s)]
+        return [*figure, pairs(self.facts)] if self.phases else []
 
     def first_s(self, kind: str) -> float | None:
         """When an event of a kind first happens [s]; None if none does."""

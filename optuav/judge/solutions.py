@@ -86,14 +86,11 @@ class CheckedSolutions:
         from optuav import markup
 
         heads = ("mission", "problem", "perspective", "hover_s", "best_known_s", "bound_s")
-        rows = [[solution.to_dict()[head] for head in heads] for solution in self.solutions]
-        verdicts = [[solution.verdict, "; ".join(solution.wrong)] for solution in self.solutions]
-        lines = [[*row, *verdict] for row, verdict in zip(rows, verdicts, strict=True)]
+        rows = [(solution, solution.to_dict()) for solution in self.solutions]
+        lines = [[*map(row.get, heads), e.verdict, "; ".join(e.wrong)] for e, row in rows]
         wrong = [number for number, each in enumerate(self.solutions) if each.wrong]
-        return markup.shown(
-            markup.paragraph(f"{self.verdict}: {self.source}", good=bool(self)),
-            markup.table([*heads, "verdict", ""], lines, bad=wrong),
-        )
+        head = markup.paragraph(f"{self.verdict}: {self.source}", good=bool(self))
+        return markup.shown(head, markup.table([*heads, "verdict", ""], lines, bad=wrong))
 
     @property
     def verdict(self) -> str:

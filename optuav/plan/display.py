@@ -41,11 +41,10 @@ def html(plan: Plan) -> str:
     """The plan as HTML."""
     if not plan:
         return shown(paragraph(verdict(plan), good=False), pairs(heading(plan)), *_notes(plan))
-    rows = [
-        (kind, f"{phase.start_place} → {phase.end_place}" if place else phase.end_place, *numbers)
-        for phase, (kind, *numbers) in zip(plan.phases, figures(plan), strict=True)
-        for place in [phase.kind == "flight"]
-    ]
+    rows = []
+    for phase, (kind, *numbers) in zip(plan.phases, figures(plan), strict=True):
+        flown = f"{phase.start_place} → {phase.end_place}"
+        rows.append((kind, flown if phase.kind == "flight" else phase.end_place, *numbers))
     stays = ((phase.kind, phase.start_s, phase.duration_s) for phase in plan.phases)
     legend = f"{LEGEND} {EDITED}" if any(phase.edited for phase in plan.phases) else LEGEND
     return shown(

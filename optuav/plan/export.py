@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from optuav.errors import Fault, InputError, require, shown
-from optuav.export import shapes, waypoints
-from optuav.export.course import NOT_FLOWN, Course, Position, Step
+from optuav.export import NOT_FLOWN, Course, Position, Step, shapes, waypoints
 from optuav.mission.earth import DEGREES, stated_system, system_in_metres
 from optuav.mission.files import ending_of, write_text
 from optuav.mission.messages import path_of

@@ -32,7 +32,7 @@ def used_buildings(plan: Plan) -> Buildings:
     ends_m = (route.origin_m, vehicle.hover_point_m(mission), route.destination_m)
     at_m = {name: (CLEAR, end) for name, end in zip(ENDS, ends_m, strict=True)}
     at_m |= {name: (k, tuple(buildings.roof_m[k])) for k, name in numbers.items()}
-    lines = list[tuple[Any, Any]]()
+    lines: list[Any] = []
     for leg in (phase for phase in plan.phases if phase.kind == "flight"):
         by = ((CLEAR, at) for at in leg.waypoints_m)
         lines += pairwise([at_m[leg.start_place], *by, at_m[leg.end_place]])

@@ -42,8 +42,7 @@ def distribution(
     variable
         The name of one of its times and charges.
     figure
-        Figure or subfigure to draw into, best laid out with ``layout="constrained"``; a page of
-        its own by default.
+        Where to draw; on a page of its own by default.
 
     Returns
     -------

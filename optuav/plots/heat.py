@@ -113,9 +113,8 @@ def _drawn(found: xarray.Dataset) -> Iterator[tuple[str, Axes]]:
     town, units = style.printed(known["mission"]), {key: found[key].attrs["units"] for key in keys}
     longest = known["problem"].partition("(")[0] in LONGEST_HOVER
     words = LONGEST if longest else HOVER
-    by_perspective = {
-        name: hover_s.sel(perspective=name) for name in hover_s.perspective.values.tolist()
-    }
+    perspectives = hover_s.perspective.values.tolist()
+    by_perspective = {name: hover_s.sel(perspective=name) for name in perspectives}
     if len(keys) == 1:
         across = f"{keys[0]} [{bracketed(units[keys[0]])}]"
         lines = [Line(name, found[keys[0]], values) for name, values in by_perspective.items()]
@@ -148,11 +147,7 @@ def bracketed(unit: str) -> str:
 
 @style.applied()
 def _multiples(
-    x: Floats,
-    y: Floats,
-    tables: xarray.DataArray,
-    labels: tuple[str, str, str],
-    title: str,
+    x: Floats, y: Floats, tables: xarray.DataArray, labels: tuple[str, str, str], title: str
 ) -> Axes:
     """Draw maps beside each other, one per value of the first key of the tables, on one scale."""
     count = min(MOST_PANELS, len(tables))
@@ -193,10 +188,9 @@ def heat_map(
 ) -> Axes:
     """Draw a quantity over two others as colours, with contours at round values.
 
-    Of growing numbers x and y, which are the middles of cells, and values (y, x), hatched where
-    they are NaN; with labels of all three. By default on a page of its own with a legend. On a page
-    of its own, or with a scale of colours, which has its bar elsewhere, from the first value of x
-    and y to the last, as what lies beyond may not be allowed.
+    The values (y, x) are hatched where NaN; x and y grow, as the middles of cells. On a page of its
+    own, or with a scale of colours, which has its bar elsewhere, the axes end at the first and last
+    of them, as what lies beyond may not be allowed.
     """
     known, columns, rows = np.isfinite(values), _edges(x), _edges(y)
     own = ax is None or scale is not None
@@ -220,10 +214,8 @@ def heat_map(
     style.settle(ax)
     style.thin_ticks(ax)
     ends_of = values if scale is None else np.array([scale.vmin, scale.vmax], dtype=float)
-    inside = [
-        level for level in contour_levels(ends_of) if known.any() and np.nanmin(values) < level
-    ]
-    if levels := [level for level in inside if level < np.nanmax(values)]:
+    low, high = values[known].min(initial=np.inf), values[known].max(initial=-np.inf)
+    if levels := [level for level in contour_levels(ends_of) if low < level < high]:
         for bar, level in product(bars, levels):
             bar.ax.axhline(level, color=BLACK, linewidth=0.5)
         smooth = _without_jumps(ax, x, y, values, levels)

@@ -76,9 +76,9 @@ def hover_map(
     x, y, site = found.x.to_numpy(), found.y.to_numpy(), scene(mission)
     ax = _map_axes(np.array([x[-1] - x[0], y[-1] - y[0]]), ax)
     handles = draw_site(ax, site, {"facecolor": "none", "edgecolor": BLACK, "zorder": 3})
-    points = {"D": ("origin and destination", ["origin", "destination"])}
-    points |= {"o": ("hover point", ["hover"])} if site.places.exists[HOVER] else {}
-    for marker, (words, names) in points.items():
+    points = [("D", "origin and destination", ["origin", "destination"])]
+    points += [("o", "hover point", ["hover"])] if site.places.exists[HOVER] else []
+    for marker, words, names in points:
         at = site.positions(names)[:, :2].T
         handles += ax.plot(*at, marker, markersize=4.5, zorder=4, label=words)
     for handle in handles:
@@ -172,9 +172,9 @@ def sites(found: _Placed, *, ax: Axes | None = None) -> Axes:
         look |= {"fillstyle": "full" if words in ("laser", "device") else "none"}
         handles += ax.plot(*at_m.T, marker, **look) if len(at_m) else []
     _legend_below(ax, handles)
-    title = f"{style.printed(found.missions[0].name)}: lasers on {len(chosen_m)} of "
-    candidates = counted(len(candidates_m), "candidate")
-    ax.set_title(f"{title}{candidates}, perspective {found.perspective}")
+    lasers = f"lasers on {len(chosen_m)} of {counted(len(candidates_m), 'candidate')}"
+    title = f"{style.printed(found.missions[0].name)}: {lasers}"
+    ax.set_title(f"{title}, perspective {found.perspective}")
     style.group_thousands(ax)
     style.settle(ax)
     return ax
@@ -187,11 +187,9 @@ def _lines(starts_m: Floats, ends_m: Floats) -> Floats:
 
 def _map_axes(size_m: Floats, ax: Axes | None) -> Axes:
     """Axes of one scale for a map of this size (2,) with a legend below, if need be on a page."""
-    if ax is not None:
-        ax.set_aspect("equal")
-        return ax
-    across_in, deep_in = np.maximum(size_m * np.min(LARGEST_IN / size_m), LEAST_IN).tolist()
-    ax = style.page(deep_in + AROUND_IN[1], max(across_in + AROUND_IN[0], LEGEND_IN)).subplots()
+    if ax is None:
+        across_in, deep_in = np.maximum(size_m * np.min(LARGEST_IN / size_m), LEAST_IN).tolist()
+        ax = style.page(deep_in + AROUND_IN[1], max(across_in + AROUND_IN[0], LEGEND_IN)).subplots()
     ax.set_aspect("equal")
     return ax
 

@@ -2,7 +2,6 @@
 
 import io
 import itertools
-import math
 import re
 from base64 import b64encode
 from collections.abc import Iterable, Iterator, Sequence
@@ -29,7 +28,7 @@ from matplotlib.transforms import Bbox
 from matplotlib.typing import LineStyleType
 
 from optuav import markup
-from optuav.arrays import Floats
+from optuav.arrays import Booleans, Floats
 from optuav.judge import Replay
 from optuav.looks import LOOKS, PHASES, SERIES
 
@@ -345,33 +344,31 @@ def place(
     dotted += [_dots(ax, line, FAINT * pixels) for line in weak]
     dots = np.concatenate([np.empty((0, 2)), *dotted])
     places = np.array([*clear, *(label.at for label in labels if label.needed)]).reshape(-1, 2)
-    taken: list[Bbox] = []
-    leaders = np.empty((0, 2))
+    taken, leaders = np.empty((0, 2, 2)), np.empty((0, 2))
     for label in sorted(labels, key=lambda each: not each.needed):
         look: Look = {**LABEL, "color": label.colour, "fontsize": label.size}
         text = beside(ax, label.text, label.at, (0.0, 0.0), **look)
         size, anchor = text.get_window_extent(), ax.transData.transform(label.at)
         text.remove()
-        spots, others = [], ax.transData.transform(places[(places != label.at).any(axis=1)])
-        for cost, far, box in _spots(ax, label, size, pixels):
-            padded = box.padded(CLEARANCE * pixels)
-            if not any(padded.overlaps(other) for other in taken):
-                hides = ON_PLACE * _within(box.padded(MARKER * pixels), others)
-                hides += ON_PLACE * (_within(padded, leaders) > 0)
-                if far:
-                    line = _leader(anchor, box)
-                    hides += ON_PLACE * any(_within(other, line) for other in taken)
-                covered = _within(box, dots) + hides
-                if covered <= MOST_COVERED or label.needed:
-                    spots.append((cost + covered, far, box))
-        if spots:
-            _, far, box = min(spots, key=lambda each: each[0])
-            offset_pt = ((box.x0 - size.x0) / pixels, (box.y0 - size.y0) / pixels)
-            look["arrowprops"] = {**LEADER, **HALO} if far else None
-            beside(ax, label.text, label.at, offset_pt, **look)
-            taken.append(box)
-            if far:
-                leaders = np.concatenate([leaders, _leader(anchor, box)])
+        others = ax.transData.transform(places[(places != label.at).any(axis=1)])
+        costs, far, boxes = _spots(ax, label, size, pixels)
+        padded = _grown(boxes, CLEARANCE * pixels)
+        covered = _within(boxes, dots) + ON_PLACE * (_within(padded, leaders) > 0)
+        covered += ON_PLACE * _within(_grown(boxes, MARKER * pixels), others)
+        lines_to = np.linspace(anchor, boxes.mean(axis=1), LEADER_DOTS, axis=1)
+        crossing = [_within(taken, line).any() for line in lines_to[far]]
+        covered[far] += ON_PLACE * np.array(crossing, dtype=bool)
+        apart = (padded[:, None, 0] > taken[:, 1]) | (padded[:, None, 1] < taken[:, 0])
+        free = np.all(np.any(apart, axis=2), axis=1)
+        fits = free & (label.needed | (covered <= MOST_COVERED))
+        if fits.any():
+            best = int(np.argmin(np.where(fits, costs + covered, np.inf)))
+            x_px, y_px = boxes[best, 0] - size.min
+            look["arrowprops"] = {**LEADER, **HALO} if far[best] else None
+            beside(ax, label.text, label.at, (x_px / pixels, y_px / pixels), **look)
+            taken = np.concatenate([taken, boxes[best : best + 1]])
+            if far[best]:
+                leaders = np.concatenate([leaders, lines_to[best]])
 
 
 def mark(
@@ -387,29 +384,32 @@ def mark(
     place(ax, labels, lines, faint)
 
 
-def _spots(ax: Axes, label: Label, size: Bbox, pixels: float) -> Iterator[tuple[float, bool, Bbox]]:
-    """Places around a label's point, inside the axes unless it is needed: cost, if far, box."""
+def _spots(ax: Axes, label: Label, size: Bbox, pixels: float) -> tuple[Floats, Booleans, Floats]:
+    """Costs of places around a label's point, which are far, and boxes (spot, low or high, 2) [px].
+
+    They are inside the axes unless the label is needed.
+    """
     frame, anchor = ax.get_window_extent(), ax.transData.transform(label.at)
-    for ring, (x, y) in itertools.product((*NEAR, *FAR) if label.needed else NEAR, DIRECTIONS):
-        reach = ring * pixels / math.hypot(x, y)
-        left = anchor[0] + x * reach + (x - 1) * size.width / 2
-        low = anchor[1] + y * reach + (y - 1) * size.height / 2
-        inside = frame.x0 <= left <= frame.x1 - size.width and (
-            frame.y0 <= low <= frame.y1 - size.height
-        )
-        if inside or label.needed:
-            box = Bbox.from_bounds(left, low, size.width, size.height)
-            yield PER_POINT * ring + OUTSIDE * (not inside), ring in FAR, box
+    extent = np.array(size.size)
+    spots = [*itertools.product((*NEAR, *FAR) if label.needed else NEAR, DIRECTIONS)]
+    rings, ways = (np.array(column) for column in zip(*spots, strict=True))
+    reach = (rings * pixels / np.hypot(*ways.T))[:, None]
+    low = anchor + ways * reach + (ways - 1) * extent / 2
+    inside = ((low >= frame.min) & (low <= frame.max - extent)).all(axis=1)
+    boxes, kept = np.stack([low, low + extent], axis=1), inside | label.needed
+    return (PER_POINT * rings + OUTSIDE * ~inside)[kept], np.isin(rings, FAR)[kept], boxes[kept]
 
 
-def _leader(anchor: Floats, box: Bbox) -> Floats:
-    """Dots [px] along the line from a point to a label far from it."""
-    return np.linspace(anchor, np.mean([box.min, box.max], axis=0), LEADER_DOTS)
+def _grown(boxes: Floats, by: float) -> Floats:
+    """Boxes (box, low or high, 2) with a margin around them."""
+    return boxes + by * np.array([[-1.0], [1.0]])
 
 
-def _within(box: Bbox, points: Floats) -> int:
-    """Count the points (n, 2) [px] in a box."""
-    return int(((points >= box.min) & (points <= box.max)).all(axis=1).sum())
+def _within(boxes: Floats, points: Floats) -> Floats:
+    """Count the points (n, 2) [px] in each box (box, low or high, 2)."""
+    low, high = boxes[:, 0, None], boxes[:, 1, None]
+    inside = ((points >= low) & (points <= high)).all(axis=2)
+    return np.asarray(inside.sum(axis=1, dtype=float))
 
 
 def _dots(ax: Axes, line: npt.ArrayLike, spacing: float) -> Floats:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
 from pathlib import Path
 
@@ -95,15 +96,13 @@ def test_bad_input_is_an_input_error(tmp_path: Path) -> None:
 
 def test_a_search_for_more_stops_by_option(tmp_path: Path) -> None:
     """Also of a saved plan with one rest and one hover."""
-    options = ("--set", "limits.deadline_s=3000", "--hovers", "2")
-    found = run("paper", *options)
+    SMALL.save(tmp_path / "small.toml")
+    found = run(str(tmp_path / "small.toml"), "--set", "limits.deadline_s=3000", "--hovers", "2")
     assert found.exit_code == 0
-    optuav.solve(optuav.load("paper").replace({"limits.deadline_s": 3000})).save(
-        tmp_path / "p.json"
-    )
+    optuav.solve(SMALL.replace({"limits.deadline_s": 3000})).save(tmp_path / "p.json")
     of_plan = run(str(tmp_path / "p.json"), "--hovers", "2")
     assert of_plan.output == found.output
-    assert "212.77 s longer" in " ".join(found.output.split())
+    assert re.search(r"\d\.\d\d s longer than with one rest", " ".join(found.output.split()))
 
 
 def test_the_command_for_more_stops_can_be_pasted(tmp_path: Path) -> None:
@@ -142,7 +141,7 @@ def test_a_search_that_its_time_limit_ends_leaves_the_answer_open(
     only(monkeypatch, "limits")
     limit = ("--stops", "3", "--time-limit-s", "1e-9")
     path = tmp_path / "poor.toml"
-    optuav.load("paper").replace(POOR).save(path)
+    SMALL.replace(POOR).save(path)
     explained = command("explain", str(path), *limit)
     assert [command("solve", str(path), *limit).code, explained.code] == [3, 3]
     words = " ".join(explained.out.split())

@@ -17,7 +17,7 @@ from pymavlink import mavwp
 
 import optuav
 from optuav import P1, InputError, NoPlanError, Plan
-from optuav.export.course import NOT_FLOWN
+from optuav.export import NOT_FLOWN
 from tests.cli.run import refused, run
 
 BERLIN = {"earth.latitude_deg": 52.5, "earth.longitude_deg": 13.4, "earth.altitude_m": 34.0}

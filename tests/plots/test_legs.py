@@ -97,7 +97,7 @@ ODD: dict[str, tuple[dict[str, Any], str, str]] = {
 }
 
 
-RARE = ("wind", "very far")
+RARE = ("wind", "very far", "straight up")
 """Cases that are drawn in `make soak` alone, as the others draw most of what they do."""
 
 

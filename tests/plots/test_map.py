@@ -282,7 +282,7 @@ def test_in_a_town_only_the_sight_of_the_plan_is_drawn(drawn: plots.MapAxes, cou
     assert sorted(segments(axes)) == sorted(expected)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_no_line_to_a_label_crosses_another_label(seed: int) -> None:
     """Where lines of a crowd leave labels no room beside their points."""
     ax, draw = style.page(4.0).subplots(), np.random.default_rng(seed)

@@ -22,7 +22,9 @@ def entries(figure: Figure) -> list[str]:
     return [text.get_text() for text in legend.get_texts()]
 
 
-@pytest.mark.parametrize("over", ["device", "laser", "hover_point"])
+@pytest.mark.parametrize(
+    "over", ["device", "hover_point", pytest.param("laser", marks=pytest.mark.soak)]
+)
 def test_nothing_lies_on_anything(over: str, overlaps: Overlaps) -> None:
     found = getattr(optuav.maps, over)(PAPER, 100)
     ax = plots.hover_map(PAPER, found)

@@ -181,7 +181,7 @@ ODD: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 }
 
 
-RARE = ("wells of one size", "an endless flow")
+RARE = ("wells of one size", "an endless flow", "passed by")
 """Cases that are drawn in `make soak` alone, as the others draw most of what they do."""
 
 
