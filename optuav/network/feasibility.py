@@ -102,9 +102,8 @@ def _remedy(mission: Mission) -> str:
     keys = mission.flight
     if keys.obstacle_rule == "refuse":
         return 'flight.obstacles = "over" flies over it, "ignore" through it'
-    limits = [
-        f"flight.clearance_m = {CLEARANCE_M if keys.clearance_m is None else keys.clearance_m:g} m"
-    ]
+    clearance_m = CLEARANCE_M if keys.clearance_m is None else keys.clearance_m
+    limits = [f"flight.clearance_m = {clearance_m:g} m"]
     if keys.max_altitude_m is not None:
         limits.append(f"flight.max_altitude_m = {keys.max_altitude_m:g} m")
     return f"no way {keys.obstacle_rule} it keeps {' and '.join(limits)}"
@@ -131,10 +130,8 @@ def advice(mission: Mission) -> Iterator[str]:
     battery = mission.battery
     recommended_A = battery.packs * battery.capacity_As / 3600.0
     if battery.charge_current_A > recommended_A:
-        yield (
-            f"battery.charge_current_A = {battery.charge_current_A:g} A is above 1 C of the "
-            f"battery, {recommended_A:g} A"
-        )
+        stated = f"battery.charge_current_A = {battery.charge_current_A:g} A"
+        yield f"{stated} is above 1 C of the battery, {recommended_A:g} A"
     dark = places.exists & ~places.laser_sight
     names = [places.names[place] for place in (HOVER, *places.buildings) if dark[place]]
     if names and mission.laser is not None:
@@ -232,10 +229,8 @@ def building_figures(mission: Mission) -> tuple[BuildingFigures, ...]:
     """Derived figures of every building, in the mission's order."""
     network = build_network(mission)
     places, routes = network.places, network.routes
-    times_s = [
-        float(time_s) if flies else None
-        for time_s, flies in zip(routes.flight_time_s[1:], routes.flyable[1:], strict=True)
-    ]
+    known = zip(routes.flight_time_s.tolist(), routes.flyable.tolist(), strict=True)
+    _, *times_s = (time_s if flies else None for time_s, flies in known)
     figures = list[BuildingFigures]()
     for k, (building, place) in enumerate(zip(mission.buildings, places.buildings, strict=True)):
         as_stated = building.name, building.position_m, building.footprint_m

@@ -50,7 +50,6 @@ class Variants:
 
     network: Network
     columns: Columns
-    known_radius_m: Quantity = None  # Their coverage radius (variant, 1) [m] if it is known
     towns: tuple[Buildings, ...] = ()  # Other buildings, each in as many variants in a row
 
     @cached_property
@@ -60,7 +59,7 @@ class Variants:
 
     def others(self, columns: Columns) -> Variants:
         """Variants by other values of the same keys; tables that no key moves are kept."""
-        others = Variants(self.network, columns, self.known_radius_m)
+        others = Variants(self.network, columns)
         if self.count > 1:
             for name in (name for name in KEPT if name in vars(self)):
                 tables = getattr(self, name)
@@ -102,8 +101,7 @@ class Variants:
     @cached_property
     def coverage_radius_m(self) -> Quantity:
         """d_max (variant, 1) or a number [m]."""
-        known_m = self.known_radius_m
-        return vehicle.coverage_radius_m(self.mission) if known_m is None else known_m
+        return vehicle.coverage_radius_m(self.mission)
 
     @cached_property
     def position_m(self) -> Floats:
@@ -203,9 +201,9 @@ class Variants:
         return roofs[0] if len(roofs) == 1 else roofs
 
     @cached_property
-    def bent_m(self) -> Quantity | None:
-        """Lengths of the legs (variant or 1, leg) [m]; None where no leg is bent."""
-        return None if self.ways is None else self.loads.distance_m
+    def distance_m(self) -> Floats:
+        """Lengths of the legs (variant or 1, leg) [m]."""
+        return np.atleast_2d(self.loads.distance_m)
 
 
 @lru_cache(maxsize=1)
@@ -233,7 +231,6 @@ def stacked(*networks: Network) -> Variants:
         parts = zip(tables, short, strict=True)
         return np.stack([np.pad(x, ((0, k), (0, 0))) if k else x for x, k in parts], axis=1)
 
-    bent = [mission.flight.obstacle_rule in BENT for mission in missions]
     received = rows("places", "charge_current_A"), rows("places", "received_power_W")
     variants = Variants(first, columns)
     vars(variants).update(
@@ -243,7 +240,7 @@ def stacked(*networks: Network) -> Variants:
         able=rows("routes", "flyable"),
         flight=[rows("routes", name) for name in TOTALS],
         stages=[*map(Stage, 0.0 - stages("currents_A"), stages("durations_s"))],
-        bent_m=rows("legs", "distance_m") if any(bent) else None,
+        distance_m=rows("legs", "distance_m"),
     )
     return variants
 

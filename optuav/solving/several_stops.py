@@ -135,9 +135,8 @@ def _compared(program: Program, network: Network, rests: int, hovers: int) -> Pr
             columns.append(rows)
             count += len(boxes)
             if count > MOST_SEQUENCES:
-                raise SolverError(
-                    f"more than {MOST_SEQUENCES} sequences of stops: ask for fewer stops or hovers"
-                )
+                many = f"more than {MOST_SEQUENCES} sequences of stops"
+                raise SolverError(f"{many}: ask for fewer stops or hovers")
     places = np.concatenate(columns, axis=1)
     best = np.take_along_axis(places, worth[places].argmax(axis=0)[None], axis=0)[0]
     building = np.where(best >= FIRST_BUILDING, best - FIRST_BUILDING, -1)
