@@ -173,23 +173,21 @@ def read(
     footprints = np.asarray(shapely.polygons(shapely.get_exterior_ring(parts)))
     refuse(_detailed(footprints, frame.index[of], file))
     names, was_mended = _names(frame.index, of), frame["mended"].to_numpy() | bent
-    courtyards = shapely.get_num_interior_rings(parts) > 0
-    noted = of_levels[of], unknown[of], was_mended[of], courtyards
-    levelled, assumed, repaired, filled = (
-        tuple(itertools.compress(names, where.tolist())) for where in noted
-    )
+    noted = {
+        "level_heights": of_levels[of],
+        "assumed_heights": unknown[of],
+        "mended": was_mended[of],
+        "filled": shapely.get_num_interior_rings(parts) > 0,
+    }
     gone = [*left_out, *frame.index[np.bincount(of, minlength=len(frame)) == 0]]
     return City(
         tuple(names),
         np.column_stack([_points_on(footprints), roof_m[of]]),
         footprints,
         (float(origin[0]), float(origin[1])),
-        levelled,
-        assumed,
-        repaired,
-        filled,
-        tuple(map(str, gone)),
-        tuple(map(str, not_built)),
+        **{name: tuple(itertools.compress(names, where)) for name, where in noted.items()},
+        left_out=tuple(map(str, gone)),
+        not_built=tuple(map(str, not_built)),
     )
 
 

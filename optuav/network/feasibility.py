@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from optuav.arrays import Booleans
 from optuav.mission import Mission
 from optuav.mission.beams import spreading_beam
 from optuav.mission.flight_model import flight_of
@@ -18,36 +17,15 @@ from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.network.prisms import prisms
 from optuav.network.timeline import stay_net
-from optuav.network.variants import Variants, stacked
+from optuav.network.variants import stacked
 from optuav.network.ways import CLEARANCE_M
 from optuav.physics import flight, link
-
-TOLERANCE = 1e-9  # Relative; a hover point on the rim of the coverage is covered
-
-
-def hindrances(variants: Variants) -> dict[str, Booleans]:
-    """Variants without any flight, whatever the way and the battery, by reason.
-
-    Each (variant or 1, 1), the names as in `optuav.solving.best_plans.REASONS`, the first that
-    applies first.
-    """
-    mission, limits = variants.mission, variants.mission.limits
-    has_point, altitude_m = mission.route.hover_m is not None, variants.position_m[:, [HOVER], 2]
-    beyond = variants.hover_distance_m > variants.coverage_radius_m * (1.0 + TOLERANCE)
-    outside = (altitude_m < limits.min_altitude_m) | (altitude_m > limits.max_altitude_m)
-    contradiction = np.atleast_2d(limits.min_altitude_m > limits.max_altitude_m)
-    return {
-        "contradiction": contradiction | np.atleast_2d(vehicle.starts_beyond(mission)),
-        "no_lift": ~np.isfinite(np.atleast_2d(variants.hover_load.current_A)),
-        "out_of_reach": np.isnan(altitude_m) | (has_point & beyond),
-        "altitude": has_point & outside,
-    }
 
 
 def impossibilities(network: Network, *, one_stop: bool = True) -> tuple[str, ...]:
     """Reasons why no route can be flown, with one stop or else with any number of them."""
     reasons, mission, limits = list[str](), network.mission, network.mission.limits
-    applies = [name for name, where in hindrances(stacked(network)).items() if where.any()]
+    applies = [name for name, where in stacked(network).hindrances.items() if where.any()]
     if (why := flight_of(mission).impossible()) is not None:
         reasons.append(f"the UAV cannot fly: {why}")
     if "out_of_reach" in applies:

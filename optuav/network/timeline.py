@@ -143,7 +143,8 @@ class Phase:
 
 def stay_net(network: Network, place: Quantity) -> Flow:
     """Net current [A] and power [W] into the battery: at the hover point, or on buildings."""
-    places, mission, hovers = network.places, network.mission, bool(np.all(place == HOVER))
+    places, mission = network.places, network.mission
+    hovers = np.ndim(place) == 0 and place == HOVER
     drawn = vehicle.hover_load(mission) if hovers else flight_of(mission).rest()
     received = places.charge_current_A[place], places.received_power_W[place]
     return Flow(received[0] - drawn.current_A, received[1] - drawn.power_W)

@@ -40,6 +40,7 @@ from optuav.physics.quantity import Quantity, distance
 
 TOTALS = ("flight_time_s", "flight_charge_As", "flight_energy_J")
 KEPT = ("position_m", "received", "able", "flight", "hover_load", "loads", "stages", "shifts")
+ON_RIM = 1e-9  # Relative; a hover point on the rim of the coverage is covered
 Columns = Mapping[str, Floats]
 """Values by key, ``"link.device_m[0]"`` for a component; one entry per variant."""
 
@@ -92,6 +93,24 @@ class Variants:
         owners = {name: getattr(mission, name) or SECTIONS[name]() for name in tables}
         changed = {name: owners[name].model_copy(update=own) for name, own in tables.items()}
         return mission.model_copy(update=changed)
+
+    @cached_property
+    def hindrances(self) -> dict[str, Booleans]:
+        """Where there is no flight, whatever the way and the battery (variant or 1, 1), by reason.
+
+        The names as in `optuav.solving.best_plans.REASONS`, the first that applies first.
+        """
+        mission, limits = self.mission, self.mission.limits
+        has_point, altitude_m = mission.route.hover_m is not None, self.position_m[:, [HOVER], 2]
+        beyond = self.hover_distance_m > self.coverage_radius_m * (1.0 + ON_RIM)
+        outside = (altitude_m < limits.min_altitude_m) | (altitude_m > limits.max_altitude_m)
+        contradiction = np.atleast_2d(limits.min_altitude_m > limits.max_altitude_m)
+        return {
+            "contradiction": contradiction | np.atleast_2d(vehicle.starts_beyond(mission)),
+            "no_lift": ~np.isfinite(self.hover_load.current_A),
+            "out_of_reach": np.isnan(altitude_m) | (has_point & beyond),
+            "altitude": has_point & outside,
+        }
 
     @property
     def _past(self) -> tuple[Buildings, ...]:

@@ -173,11 +173,12 @@ def figures(variants: Variants) -> Quantities:
         if start.soc is not None and start.available_As is None and not np.isnan(start.soc).any():
             soc = start.soc
         elif start.soc is not None or start.available_As is not None:
-            wells = vehicle.start(variants.mission).wells(vehicle.pool(variants.mission))
+            charge = vehicle.start(variants.mission).wells(vehicle.pool(variants.mission))
+            wells = np.atleast_2d(charge.available_As), np.atleast_2d(charge.bound_As)
     return Quantities(
         deadline_s=limits.deadline_s,
         min_soc=limits.min_soc,
-        packs=packs,
+        packs=1.0 * packs,
         capacity_As=capacity_As,
         nominal_voltage_V=battery.nominal_voltage_V,
         flight_time_s=flight_s,
@@ -195,7 +196,7 @@ def figures(variants: Variants) -> Quantities:
         start_available_As=wells[0],
         start_bound_As=wells[1],
         hover_distance_m=variants.hover_distance_m,
-        coverage_radius_m=variants.coverage_radius_m,
+        coverage_radius_m=np.atleast_2d(variants.coverage_radius_m),
         hover_altitude_m=variants.position_m[:, [HOVER], 2],
         min_altitude_m=limits.min_altitude_m,
         max_altitude_m=limits.max_altitude_m,

@@ -22,7 +22,6 @@ from optuav.mission import Mission
 from optuav.modelling import Model
 from optuav.modelling.check import TOLERANCE, evaluated
 from optuav.modelling.forms import CONSTANT, Exponential
-from optuav.network.feasibility import hindrances
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.physics.kibam import Battery, Shift, Stage, Tilted, start, tilted_after
@@ -200,7 +199,7 @@ def hover_bounds_s(variants: Variants, perspective: Perspective) -> Floats:
 def impossible(variants: Variants) -> Codes:
     """Codes of why no route can be flown, whatever its way and the battery; 0 where one may."""
     code = np.zeros((variants.count, 1), np.int8)
-    for name, applies in reversed(hindrances(variants).items()):
+    for name, applies in reversed(variants.hindrances.items()):
         if applies.any():
             code[np.broadcast_to(applies, code.shape)] = CODES[name]
     return code[:, 0]

@@ -117,9 +117,8 @@ class Region:
 
     def kept(self, points_m: Floats) -> Floats:
         """Return the points (point, 3) [m] that are in the region, but for rounding."""
-        known_m = points_m[np.isfinite(points_m).all(axis=1)]
-        inside_m = self.inside(known_m)
-        found: Floats = inside_m[np.abs(inside_m - known_m).max(axis=1, initial=0.0) < 1e-7]
+        inside_m = self.inside(points_m)
+        found: Floats = inside_m[np.abs(inside_m - points_m).max(axis=1, initial=0.0) < 1e-7]
         return found
 
     def _level_m(self, altitude_m: Floats) -> Floats:

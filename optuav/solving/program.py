@@ -276,13 +276,11 @@ class Program:
         if not isinstance(point, Mapping):
             words = "values by name, such as {'hover_time_s': plan.hover_time_s}"
             raise InputError([Fault("point", shown(point), words)])
-        unknowns = [{variable.name for variable in part.model.variables} for part in self.parts]
-        unknowns_of_point = set[str]().union(*unknowns) & point.keys()
-        matching = [
-            p for p, own in zip(self.parts, unknowns, strict=True) if own == unknowns_of_point
-        ]
+        kinds = dict.fromkeys(part.unknowns for part in self.parts)
+        unknowns_of_point = frozenset[str]().union(*kinds) & point.keys()
+        matching = [part for part in self.parts if part.unknowns == unknowns_of_point]
         if not matching:
-            known = " or ".join(dict.fromkeys(", ".join(sorted(unknown)) for unknown in unknowns))
+            known = " or ".join(", ".join(sorted(unknowns)) for unknowns in kinds)
             raise InputError(f"a point of this program has values for {known or 'no unknown'}")
         known_names = unknowns_of_point.union(*(part.model.given for part in matching))
         if strange := [name for name in point if name not in known_names]:
@@ -416,6 +414,8 @@ class Program:
 
     def tied(self, solutions: Sequence[Solution]) -> list[tuple[int, int]]:
         """Part and entry of all best answers, the tie rule's first; empty without one."""
+        if not solutions:
+            return []
         table, columns = self.network.routes, list[tuple[Floats, Floats, Integers]]()
         for part, solution in zip(self.parts, solutions, strict=True):
             stays_s = sum(solution.values.get(name, 0.0) for name in TIMES)
@@ -440,7 +440,7 @@ class Program:
         """
         solutions = self.answers() if solutions is None else solutions
         all_prices = [solutions[k].shadow_prices(index) for k, index in self.tied(solutions)]
-        if not all(all_prices):
+        if not solutions or not all(all_prices):
             return ShadowPrices({}, {})
         better, worse = (max, min) if self.parts[0].model.sense == "maximise" else (min, max)
         parameters = {name: p for part in self.parts for name, p in part.model.parameters.items()}

@@ -69,10 +69,7 @@ def narrowed(mission: Mission, question: Question) -> Program | None:
         best = [np.argpartition(-bound_s, last)[:size] for bound_s in bounds_s]
         chosen = np.unique(np.concatenate(best) // 2)
         program = _over(mission, question, places, chosen)
-        scores = [
-            (solution.objective * part.declared.towards).max(initial=-np.inf)
-            for part, solution in zip(program.parts, program.answers(), strict=True)
-        ]
+        scores = [solution.objective.max(initial=-np.inf) for solution in program.answers()]
         promised_s, *flights_s = _figures_s(program.network).max(axis=1)
         found_s = np.fmax.reduce(scores, initial=0.0), max(promised_s, 0.0), *flights_s
         open_ = (bounds_s >= np.array(found_s)[:, None] - SLACK_S) & (bounds_s > -np.inf)
