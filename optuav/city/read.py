@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 import warnings
@@ -136,11 +137,10 @@ def read(
     frame = frame.to_crs(DEGREES)
     if bbox is not None:
         frame = frame[frame.intersects(shapely.box(*bbox))]
+    if bbox is not None and not len(frame):
+        words = "no building reaches into it"
+        raise InputError([Fault("bbox", shown(bbox), words, label(file))])
     if not len(frame):
-        if bbox is not None:
-            raise InputError(
-                [Fault("bbox", shown(bbox), "no building reaches into it", label(file))]
-            )
         raise refusal(file, "has no buildings")
     refuse(_nowhere(file, frame, columns))
     roof_m, of_levels = _heights(frame, height, levels, level_height_m)
@@ -152,10 +152,10 @@ def read(
     west, south, east, north = frame.total_bounds.tolist()
     if not (on_earth((west, south)) and on_earth((east, north))):
         raise refusal(file, f"has places that are not on Earth: {ON_EARTH}")
-    if origin is None and east - west > HALF_TURN:
-        middle = f"180 and {(south + north) / 2:.6g} for example"
-        raise refusal(file, f"lies on both sides of the antimeridian: state origin, {middle}")
     if origin is None:
+        if east - west > HALF_TURN:
+            middle = f"180 and {(south + north) / 2:.6g} for example"
+            raise refusal(file, f"lies on both sides of the antimeridian: state origin, {middle}")
         origin = round((west + east) / 2, 6), round((south + north) / 2, 6)
     ends = np.array([(x, y, *origin) for x in (west, east) for y in (south, north)]).T
     if max(pyproj.Geod(ellps="WGS84").inv(*ends)[2]) > FARTHEST_M:
@@ -172,23 +172,22 @@ def read(
         raise refusal(file, "has no buildings larger than a millimetre")
     footprints = np.asarray(shapely.polygons(shapely.get_exterior_ring(parts)))
     refuse(_detailed(footprints, frame.index[of], file))
-    names = _names(frame.index, of)
-
-    def of_those(chosen: npt.ArrayLike) -> tuple[str, ...]:
-        return tuple(names[k] for k in np.flatnonzero(chosen).tolist())
-
-    courtyards = shapely.get_num_interior_rings(parts) > 0
+    names, was_mended = _names(frame.index, of), frame["mended"].to_numpy() | bent
+    noted = {
+        "level_heights": of_levels[of],
+        "assumed_heights": unknown[of],
+        "mended": was_mended[of],
+        "filled": shapely.get_num_interior_rings(parts) > 0,
+    }
+    gone = [*left_out, *frame.index[np.bincount(of, minlength=len(frame)) == 0]]
     return City(
         tuple(names),
         np.column_stack([_points_on(footprints), roof_m[of]]),
         footprints,
         (float(origin[0]), float(origin[1])),
-        of_those(of_levels[of]),
-        of_those(unknown[of]),
-        of_those((frame["mended"].to_numpy() | bent)[of]),
-        of_those(courtyards),
-        tuple(map(str, [*left_out, *frame.index[np.bincount(of, minlength=len(frame)) == 0]])),
-        tuple(map(str, not_built)),
+        **{name: tuple(itertools.compress(names, where)) for name, where in noted.items()},
+        left_out=tuple(map(str, gone)),
+        not_built=tuple(map(str, not_built)),
     )
 
 
@@ -383,14 +382,24 @@ def _stated(frame: Any, name: str) -> Any:
     return pd.Series(math.nan, frame.index)
 
 
+def _columns(frame: Any) -> list[str]:
+    """Names of the columns that the file has."""
+    return [*frame.columns.drop([frame.geometry.name, "mended"])]
+
+
+def _others(frame: Any, name: str) -> str:
+    """Say which columns there are in place of one that is missing; empty without any."""
+    known = _columns(frame)
+    return nearest(name, known) or f"; there are {listed(known)}" if known else ""
+
+
 def _nowhere(file: Path, frame: Any, named: dict[str, str]) -> Iterator[Fault]:
     """Columns that are asked for, and are neither there nor a tag."""
-    known = frame.columns.drop([frame.geometry.name, "mended"])
     for option, name in named.items():
-        there = name in known or _stated(frame, name).notna().any()
+        there = name in _columns(frame) or _stated(frame, name).notna().any()
         if not there and name != OF_OPENSTREETMAP[option]:
-            hint = nearest(name, known) or f"; there are {listed([*known])}" if len(known) else ""
-            yield Fault(option, shown(name), f"no column of this name{hint}", label(file))
+            words = f"no column of this name{_others(frame, name)}"
+            yield Fault(option, shown(name), words, label(file))
 
 
 def _unknown_heights(
@@ -399,11 +408,9 @@ def _unknown_heights(
     """Return a fault that buildings have unknown heights, and one for each of them."""
     if not unknown.any():
         return
-    known = frame.columns.drop([frame.geometry.name, "mended"])
-    if TAGS not in known and not {height, levels} & {*known}:
-        hint = nearest(height, known) or f"; there are {listed([*known])}" if len(known) else ""
-        words = f"no column of this name, and none for levels{hint}; or state default_height_m"
-        yield Fault("height", shown(height), words, label(file))
+    if not {TAGS, height, levels} & {*_columns(frame)}:
+        words = f"no column of this name, and none for levels{_others(frame, height)}"
+        yield Fault("height", shown(height), f"{words}; or state default_height_m", label(file))
         return
     words = f"of {counted(len(unknown), 'building')} without a height; "
     yield Fault("", "", f"{unknown.sum()} {words}state default_height_m", label(file))

@@ -43,11 +43,10 @@ class MissionGraph(StringGraph):
 
 def _table(rows: list[tuple[dict[str, str], dict[str, Any]]]) -> Element:
     """Rows of names and data, with a column for every name that occurs."""
-    heads = dict.fromkeys(head for names, data in rows for head in (*names, *data))
     records = [{**names, **data} for names, data in rows]
-    return table(
-        [*map(str, heads)], [[_cell(record.get(head)) for head in heads] for record in records]
-    )
+    heads = dict.fromkeys(head for record in records for head in record)
+    cells = [[_cell(record.get(head)) for head in heads] for record in records]
+    return table([*map(str, heads)], cells)
 
 
 def _cell(value: object) -> Cell:

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from optuav.arrays import Booleans
 from optuav.mission import Mission
 from optuav.mission.beams import spreading_beam
 from optuav.mission.flight_model import flight_of
@@ -18,36 +17,15 @@ from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.network.prisms import prisms
 from optuav.network.timeline import stay_net
-from optuav.network.variants import Variants, stacked
+from optuav.network.variants import stacked
 from optuav.network.ways import CLEARANCE_M
 from optuav.physics import flight, link
-
-TOLERANCE = 1e-9  # Relative; a hover point on the rim of the coverage is covered
-
-
-def hindrances(variants: Variants) -> dict[str, Booleans]:
-    """Variants without any flight, whatever the way and the battery, by reason.
-
-    Each (variant or 1, 1), the names as in `optuav.solving.best_plans.REASONS`, the first that
-    applies first.
-    """
-    mission, limits = variants.mission, variants.mission.limits
-    has_point, altitude_m = mission.route.hover_m is not None, variants.position_m[:, [HOVER], 2]
-    beyond = variants.hover_distance_m > variants.coverage_radius_m * (1.0 + TOLERANCE)
-    outside = (altitude_m < limits.min_altitude_m) | (altitude_m > limits.max_altitude_m)
-    contradiction = np.atleast_2d(limits.min_altitude_m > limits.max_altitude_m)
-    return {
-        "contradiction": contradiction | np.atleast_2d(vehicle.starts_beyond(mission)),
-        "no_lift": ~np.isfinite(np.atleast_2d(variants.hover_load.current_A)),
-        "out_of_reach": np.isnan(altitude_m) | (has_point & beyond),
-        "altitude": has_point & outside,
-    }
 
 
 def impossibilities(network: Network, *, one_stop: bool = True) -> tuple[str, ...]:
     """Reasons why no route can be flown, with one stop or else with any number of them."""
     reasons, mission, limits = list[str](), network.mission, network.mission.limits
-    applies = [name for name, where in hindrances(stacked(network)).items() if where.any()]
+    applies = [name for name, where in stacked(network).hindrances.items() if where.any()]
     if (why := flight_of(mission).impossible()) is not None:
         reasons.append(f"the UAV cannot fly: {why}")
     if "out_of_reach" in applies:
@@ -102,9 +80,8 @@ def _remedy(mission: Mission) -> str:
     keys = mission.flight
     if keys.obstacle_rule == "refuse":
         return 'flight.obstacles = "over" flies over it, "ignore" through it'
-    limits = [
-        f"flight.clearance_m = {CLEARANCE_M if keys.clearance_m is None else keys.clearance_m:g} m"
-    ]
+    clearance_m = CLEARANCE_M if keys.clearance_m is None else keys.clearance_m
+    limits = [f"flight.clearance_m = {clearance_m:g} m"]
     if keys.max_altitude_m is not None:
         limits.append(f"flight.max_altitude_m = {keys.max_altitude_m:g} m")
     return f"no way {keys.obstacle_rule} it keeps {' and '.join(limits)}"
@@ -131,10 +108,8 @@ def advice(mission: Mission) -> Iterator[str]:
     battery = mission.battery
     recommended_A = battery.packs * battery.capacity_As / 3600.0
     if battery.charge_current_A > recommended_A:
-        yield (
-            f"battery.charge_current_A = {battery.charge_current_A:g} A is above 1 C of the "
-            f"battery, {recommended_A:g} A"
-        )
+        stated = f"battery.charge_current_A = {battery.charge_current_A:g} A"
+        yield f"{stated} is above 1 C of the battery, {recommended_A:g} A"
     dark = places.exists & ~places.laser_sight
     names = [places.names[place] for place in (HOVER, *places.buildings) if dark[place]]
     if names and mission.laser is not None:
@@ -232,10 +207,8 @@ def building_figures(mission: Mission) -> tuple[BuildingFigures, ...]:
     """Derived figures of every building, in the mission's order."""
     network = build_network(mission)
     places, routes = network.places, network.routes
-    times_s = [
-        float(time_s) if flies else None
-        for time_s, flies in zip(routes.flight_time_s[1:], routes.flyable[1:], strict=True)
-    ]
+    known = zip(routes.flight_time_s.tolist(), routes.flyable.tolist(), strict=True)
+    _, *times_s = (time_s if flies else None for time_s, flies in known)
     figures = list[BuildingFigures]()
     for k, (building, place) in enumerate(zip(mission.buildings, places.buildings, strict=True)):
         as_stated = building.name, building.position_m, building.footprint_m

@@ -145,17 +145,14 @@ def _faults(view: Graph) -> Iterator[Fault]:
         if isinstance(position_m, np.ndarray):
             position_m = position_m.tolist()
         three = isinstance(position_m, tuple | list) and len(position_m) == 3
-        sight, kind_of_node = data.get("laser_sight"), data.get("kind")
-        power_W = _number(data.get("received_power_W"))
+        power_W, own_kind = _number(data.get("received_power_W")), data.get("kind")
         inside = three and all(abs(_number(component)) <= LARGEST for component in position_m or ())
+        is_kind = isinstance(own_kind, str) and own_kind == kind
+        is_bool = isinstance(data.get("laser_sight"), bool | np.bool_)
         for name, right, words in (
-            (
-                "kind",
-                isinstance(kind_of_node, str) and kind_of_node == kind,
-                f"{kind!r} is expected",
-            ),
+            ("kind", is_kind, f"{kind!r} is expected"),
             ("position_m", inside, "three finite numbers [m] are needed"),
-            ("laser_sight", isinstance(sight, bool | np.bool_), "True or False is needed"),
+            ("laser_sight", is_bool, "True or False is needed"),
             ("received_power_W", 0.0 <= power_W <= LARGEST, "a number ≥ 0 [W] is needed"),
         ):
             if not right:

@@ -56,9 +56,7 @@ class Legs:
 
     def stages_of(self, leg: int) -> tuple[Stage, ...]:
         """Stages of a leg, with the current into the battery [A], as numbers."""
-        pairs = zip(
-            self.currents_A[:, leg].tolist(), self.durations_s[:, leg].tolist(), strict=True
-        )
+        pairs = np.stack([self.currents_A[:, leg], self.durations_s[:, leg]], axis=1).tolist()
         return tuple(Stage(-current_A, duration_s) for current_A, duration_s in pairs)
 
     @property
@@ -125,10 +123,8 @@ def legs_at(mission: Mission, places: Places, legs: Legs, speeds_m_s: Floats) ->
     # As in `loads_along`, which asks for one segment after the other, missing ones are the first
     own_m_s = iter(np.where(np.isnan(speeds_m_s), speeds_m_s[:1], speeds_m_s))
     start_m, end_m = (places.position_m[end] for end in (legs.start, legs.end))
-    waypoints_m = np.moveaxis(legs.waypoints_m, -1, 0)
-    loads = loads_along(
-        lambda way_m: flight.leg_at(way_m, next(own_m_s)), start_m, end_m, waypoints_m
-    )
+    ends_m = start_m, end_m, np.moveaxis(legs.waypoints_m, -1, 0)
+    loads = loads_along(lambda way_m: flight.leg_at(way_m, next(own_m_s)), *ends_m)
     durations_s, count = np.stack(loads.durations_s), len(legs.start)
     return replace(
         legs,

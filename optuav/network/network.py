@@ -10,14 +10,7 @@ from optuav.arrays import Integers
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.network.legs import NO_LEG, Legs, build_legs
-from optuav.network.places import (
-    DESTINATION,
-    FIRST_BUILDING,
-    HOVER,
-    ORIGIN,
-    Places,
-    build_places,
-)
+from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN, Places, build_places
 from optuav.network.prisms import prisms
 from optuav.network.routes import Routes, build_routes
 

@@ -65,9 +65,8 @@ def roofs_below(buildings: Buildings, places_m: Floats) -> Integers:
     if level.any():
         at_m, none = places_m[level], np.full((np.count_nonzero(level), 1), CLEAR)
         away_m = np.array([0.0, 0.0, 3.0 * MARGIN_M])
-        below, above = (
-            crossed(prisms(buildings), e, e, none) for e in (at_m - away_m, at_m + away_m)
-        )
+        ends_m, obstacles = (at_m - away_m, at_m + away_m), prisms(buildings)
+        below, above = (crossed(obstacles, end_m, end_m, none) for end_m in ends_m)
         building[level] = np.where(below == above, CLEAR, below)
     return building
 

@@ -58,7 +58,7 @@ class Places:
 
     def on(self, building: Integers | int) -> Integers:
         """Return the numbers of the places on the roofs of buildings; the last end for −1."""
-        return np.asarray(FIRST_BUILDING - 1 + np.searchsorted(self.roofs, building, side="right"))
+        return np.asarray(FIRST_BUILDING - 1 + self.roofs.searchsorted(building, "right"))
 
 
 def build_places(mission: Mission) -> Places:

@@ -143,13 +143,11 @@ class Phase:
 
 def stay_net(network: Network, place: Quantity) -> Flow:
     """Net current [A] and power [W] into the battery: at the hover point, or on buildings."""
-    places, hovers = network.places, bool(np.all(place == HOVER))
-    mission = network.mission
+    places, mission = network.places, network.mission
+    hovers = np.ndim(place) == 0 and place == HOVER
     drawn = vehicle.hover_load(mission) if hovers else flight_of(mission).rest()
-    return Flow(
-        places.charge_current_A[place] - drawn.current_A,
-        places.received_power_W[place] - drawn.power_W,
-    )
+    received = places.charge_current_A[place], places.received_power_W[place]
+    return Flow(received[0] - drawn.current_A, received[1] - drawn.power_W)
 
 
 def route_phases(
@@ -178,9 +176,8 @@ def phases_along(network: Network, legs: Sequence[int], stays_s: Sequence[Quanti
         segments = 1 + len(waypoints_m)
         in_segment = len(table.stages) // (1 + len(table.waypoints_m))
         used = slice(0, 1 if edited else in_segment * segments)
-        nets = (
-            (0.0 - table_of[used, leg]).tolist() for table_of in (table.currents_A, table.powers_W)
-        )
+        drawn = table.currents_A[used, leg], table.powers_W[used, leg]
+        nets = ((0.0 - figures).tolist() for figures in drawn)
         stages = tuple(map(PhaseStage, table.durations_s[used, leg].tolist(), *nets))
         way_m, peak_m_s = float(table.distance_m[leg]), float(table.peak_speed_m_s[leg])
         ends = names[start], names[end], 0.0

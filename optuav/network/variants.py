@@ -40,6 +40,7 @@ from optuav.physics.quantity import Quantity, distance
 
 TOTALS = ("flight_time_s", "flight_charge_As", "flight_energy_J")
 KEPT = ("position_m", "received", "able", "flight", "hover_load", "loads", "stages", "shifts")
+ON_RIM = 1e-9  # Relative; a hover point on the rim of the coverage is covered
 Columns = Mapping[str, Floats]
 """Values by key, ``"link.device_m[0]"`` for a component; one entry per variant."""
 
@@ -50,7 +51,6 @@ class Variants:
 
     network: Network
     columns: Columns
-    known_radius_m: Quantity = None  # Their coverage radius (variant, 1) [m] if it is known
     towns: tuple[Buildings, ...] = ()  # Other buildings, each in as many variants in a row
 
     @cached_property
@@ -60,7 +60,7 @@ class Variants:
 
     def others(self, columns: Columns) -> Variants:
         """Variants by other values of the same keys; tables that no key moves are kept."""
-        others = Variants(self.network, columns, self.known_radius_m)
+        others = Variants(self.network, columns)
         if self.count > 1:
             for name in (name for name in KEPT if name in vars(self)):
                 tables = getattr(self, name)
@@ -93,6 +93,24 @@ class Variants:
         changed = {name: owners[name].model_copy(update=own) for name, own in tables.items()}
         return mission.model_copy(update=changed)
 
+    @cached_property
+    def hindrances(self) -> dict[str, Booleans]:
+        """Where there is no flight, whatever the way and the battery (variant or 1, 1), by reason.
+
+        The names as in `optuav.solving.best_plans.REASONS`, the first that applies first.
+        """
+        mission, limits = self.mission, self.mission.limits
+        has_point, altitude_m = mission.route.hover_m is not None, self.position_m[:, [HOVER], 2]
+        beyond = self.hover_distance_m > self.coverage_radius_m * (1.0 + ON_RIM)
+        outside = (altitude_m < limits.min_altitude_m) | (altitude_m > limits.max_altitude_m)
+        contradiction = np.atleast_2d(limits.min_altitude_m > limits.max_altitude_m)
+        return {
+            "contradiction": contradiction | np.atleast_2d(vehicle.starts_beyond(mission)),
+            "no_lift": ~np.isfinite(self.hover_load.current_A),
+            "out_of_reach": np.isnan(altitude_m) | (has_point & beyond),
+            "altitude": has_point & outside,
+        }
+
     @property
     def _past(self) -> tuple[Buildings, ...]:
         """The towns past which they fly."""
@@ -101,8 +119,7 @@ class Variants:
     @cached_property
     def coverage_radius_m(self) -> Quantity:
         """d_max (variant, 1) or a number [m]."""
-        known_m = self.known_radius_m
-        return vehicle.coverage_radius_m(self.mission) if known_m is None else known_m
+        return vehicle.coverage_radius_m(self.mission)
 
     @cached_property
     def position_m(self) -> Floats:
@@ -202,9 +219,9 @@ class Variants:
         return roofs[0] if len(roofs) == 1 else roofs
 
     @cached_property
-    def bent_m(self) -> Quantity | None:
-        """Lengths of the legs (variant or 1, leg) [m]; None where no leg is bent."""
-        return None if self.ways is None else self.loads.distance_m
+    def distance_m(self) -> Floats:
+        """Lengths of the legs (variant or 1, leg) [m]."""
+        return np.atleast_2d(self.loads.distance_m)
 
 
 @lru_cache(maxsize=1)
@@ -232,7 +249,6 @@ def stacked(*networks: Network) -> Variants:
         parts = zip(tables, short, strict=True)
         return np.stack([np.pad(x, ((0, k), (0, 0))) if k else x for x, k in parts], axis=1)
 
-    bent = [mission.flight.obstacle_rule in BENT for mission in missions]
     received = rows("places", "charge_current_A"), rows("places", "received_power_W")
     variants = Variants(first, columns)
     vars(variants).update(
@@ -242,7 +258,7 @@ def stacked(*networks: Network) -> Variants:
         able=rows("routes", "flyable"),
         flight=[rows("routes", name) for name in TOTALS],
         stages=[*map(Stage, 0.0 - stages("currents_A"), stages("durations_s"))],
-        bent_m=rows("legs", "distance_m") if any(bent) else None,
+        distance_m=rows("legs", "distance_m"),
     )
     return variants
 

@@ -20,9 +20,8 @@ def channel(mission: Mission) -> link.Channel:
 def pool(mission: Mission) -> kibam.Battery:
     """All packs as one battery."""
     battery = mission.battery
-    return kibam.Battery(
-        battery.packs * battery.capacity_As, battery.available_fraction, battery.flow_rate_per_s
-    )
+    size_As = battery.packs * battery.capacity_As
+    return kibam.Battery(size_As, battery.available_fraction, battery.flow_rate_per_s)
 
 
 def start(mission: Mission) -> kibam.Tilted:

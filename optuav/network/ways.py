@@ -84,11 +84,7 @@ def _vector(points_m: Floats) -> Vector:
 
 
 def build_ways(
-    mission: Mission,
-    towns: Sequence[Buildings],
-    position_m: Floats,
-    lines: Integers,
-    own: Integers,
+    mission: Mission, towns: Sequence[Buildings], position_m: Floats, lines: Integers, own: Integers
 ) -> Ways:
     """Ways along lines (line, 2) between places (variant or 1, place, 3) [m] past buildings.
 
@@ -102,10 +98,8 @@ def build_ways(
     limits_m = np.stack(np.broadcast_arrays(*np.atleast_2d(keep_m, highest)), axis=-1)
     rows = max(len(position_m), len(limits_m))
     ends_m = position_m[:, lines].reshape(-1, count, 6)
-    parts = [
-        np.broadcast_to(limits, (rows, count, limits.shape[-1])) for limits in (ends_m, limits_m)
-    ]
-    table = np.concatenate(parts, axis=-1)
+    shapes = ((each, (rows, count, each.shape[-1])) for each in (ends_m, limits_m))
+    table = np.concatenate([np.broadcast_to(*each) for each in shapes], axis=-1)
     # A line that is as in the first variant of its town is bent once.
     first = np.arange(rows) // (in_town := rows // len(towns)) * in_town
     source = np.where((table == table[first]).all(axis=2).T, first, np.arange(rows)).T
@@ -233,19 +227,15 @@ class Fences(NamedTuple):
         np.minimum.at(enter_m, pair, along_m)
         np.maximum.at(leave_m, pair, along_m)
         met = np.tile(enter_m <= leave_m, 2)
-        line, building, top_m = (
-            np.tile(column, 2)[met] for column in (line, self.obstacles.building[footprint], top_m)
-        )
+        building = self.obstacles.building[footprint]
+        line, building, top_m = (np.tile(x, 2)[met] for x in (line, building, top_m))
         level_m = np.hypot(*(end_m - start_m)[:, :2].T)
         at_m = np.clip(np.concatenate([enter_m, leave_m])[met], 0.0, level_m[line])
         order, many = np.lexsort((at_m, line)), np.bincount(line, minlength=len(start_m))
         place = line[order], np.arange(len(line)) - (np.cumsum(many) - many)[line[order]]
         shape = len(start_m), max(many.max(initial=0), 1)
-        table = Corners(
-            np.broadcast_to(level_m[:, None], shape).copy(),
-            np.full(shape, -np.inf),
-            np.full(shape, CLEAR),
-        )
+        none = np.full(shape, -np.inf), np.full(shape, CLEAR)
+        table = Corners(np.broadcast_to(level_m[:, None], shape).copy(), *none)
         for values, own in zip(table, (at_m, top_m, building), strict=True):
             values[place] = own[order]
         return table

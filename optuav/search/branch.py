@@ -259,9 +259,8 @@ def longest(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> tuple[Booleans, 
     """
     hover = np.array(boxes.pattern)[:, None]
     short = replace(boxes, high_s=np.where(hover, boxes.high_s, boxes.low_s))
-    (found_any, stays_s), (found_short, short_s) = (
-        _along(terrain, part, hover_s) for part in (boxes, short)
-    )
+    found_any, stays_s = _along(terrain, boxes, hover_s)
+    found_short, short_s = _along(terrain, short, hover_s)
     hovers = boxes.hovers
     longer = short_s[hovers].sum(axis=0) > stays_s[hovers].sum(axis=0)
     take = found_short & (longer | ~found_any)

@@ -12,7 +12,14 @@ from optuav.arrays import Floats
 from optuav.physics.kibam import Battery, Stage, Tilted, start, tilted_after, time_to_full
 from optuav.physics.roots import largest
 from optuav.search.branch import Stops
-from optuav.search.terrain import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN, Terrain
+from optuav.search.terrain import (
+    DESTINATION,
+    FIRST_BUILDING,
+    HOVER,
+    ORIGIN,
+    Terrain,
+    least_sums,
+)
 
 HALVINGS = 60  # Halvings of a bisection
 LIKELIEST = 3  # Buildings that are tried
@@ -30,23 +37,17 @@ def greedy(
     if terrain.stay_current_A[HOVER] >= 0.0 or min(rests, hovers) < 1:
         return None
     most = min(rests, hovers - 1)
-    plans = (
-        plan
-        for building in _likeliest(terrain)
-        for plan in _by_way_of(terrain, building, most, least_at_rests_As)
-    )
+    tried = (_by_way_of(terrain, place, most, least_at_rests_As) for place in _likeliest(terrain))
+    plans = itertools.chain.from_iterable(tried)
     return max(plans, key=lambda plan: plan.hover_s, default=None)
 
 
 def _likeliest(terrain: Terrain) -> list[int]:
     """Buildings with the largest share of hovering in a cycle, counting only charge."""
-    charge_As, gained_A = _charges(terrain), terrain.stay_current_A[FIRST_BUILDING:]
+    gained_A, roofs = terrain.stay_current_A[FIRST_BUILDING:], slice(FIRST_BUILDING, None)
     drawn_A, size_As = -terrain.stay_current_A[HOVER], float(terrain.battery.capacity_As)
-    flights = (
-        figures[HOVER, FIRST_BUILDING:] + figures[FIRST_BUILDING:, HOVER]
-        for figures in (terrain.duration_s, charge_As)
-    )
-    flight_s, flight_As = flights
+    figures = terrain.duration_s, _charges(terrain)
+    flight_s, flight_As = (each[HOVER, roofs] + each[roofs, HOVER] for each in figures)
     with np.errstate(divide="ignore", invalid="ignore"):
         hover_s = (size_As - flight_As) / drawn_A
         share = hover_s / (hover_s + flight_s + size_As / gained_A)
@@ -135,19 +136,9 @@ def hover_bound_s(terrain: Terrain, rests: int, hovers: int) -> float:
 
 def _flights(figures: Floats) -> tuple[float, float]:
     """Least figures from the origin by the hover point to the destination, and there and back."""
-    from_hover, to_hover = _least(figures, HOVER), _least(figures.T, HOVER)
+    from_hover, to_hover = least_sums(figures, HOVER), least_sums(figures.T, HOVER)
     trips = from_hover[FIRST_BUILDING:] + to_hover[FIRST_BUILDING:]
     return float(to_hover[ORIGIN] + from_hover[DESTINATION]), float(trips.min(initial=math.inf))
-
-
-def _least(figures: Floats, place: int) -> Floats:
-    """Least sums of the figures of legs from a place to every other."""
-    least: Floats = figures[place].copy()
-    before = b""
-    least[place] = 0.0
-    while before != (before := least.tobytes()):
-        least = np.minimum(least, (least[:, None] + figures).min(axis=0))
-    return least
 
 
 def _charges(terrain: Terrain) -> Floats:
@@ -159,12 +150,8 @@ def _charges(terrain: Terrain) -> Floats:
 def _longest_from_full_s(terrain: Terrain, drawn_A: float) -> float:
     """Longest hover from full wells that ends with y1 ≥ 0 at some landing [s]."""
     battery, reached = terrain.battery, np.isfinite(terrain.duration_s[HOVER])
-    stages = [
-        Stage(-currents_A[HOVER], durations_s[HOVER])
-        for currents_A, durations_s in zip(
-            terrain.stage_currents_A, terrain.stage_durations_s, strict=True
-        )
-    ]
+    landings = terrain.stage_currents_A[:, HOVER], terrain.stage_durations_s[:, HOVER]
+    stages = [Stage(-amps, lasts_s) for amps, lasts_s in zip(*landings, strict=True)]
     low_s = np.zeros(len(reached))
     high_s = np.full(len(reached), float(battery.capacity_As) / drawn_A)
     for _ in range(HALVINGS):

@@ -52,12 +52,8 @@ class Terrain:
     @property
     def longest_stay_s(self) -> float:
         """Time that the deadline leaves beyond the shortest way by the hover point [s], or −inf."""
-        there_s, back_s = self.duration_s[ORIGIN].copy(), self.duration_s[:, DESTINATION].copy()
-        before = None
-        while before != (before := (there_s.tobytes(), back_s.tobytes())):
-            there_s = np.minimum(there_s, (there_s[:, None] + self.duration_s).min(axis=0))
-            back_s = np.minimum(back_s, (self.duration_s + back_s).min(axis=1))
-        return self.deadline_s - float(there_s[HOVER] + back_s[HOVER])
+        back_s = least_sums(self.duration_s, HOVER)[DESTINATION]
+        return self.deadline_s - float(least_sums(self.duration_s.T, HOVER)[ORIGIN] + back_s)
 
     def charge_at(self, places: Integers) -> kibam.Tilted:
         """Largest charge on leaving first places: at the start the charge of take-off."""
@@ -78,6 +74,16 @@ class Terrain:
                 remaining, _ = kibam.levelling(self.battery, elapsed_s)
                 flown.append((-charge.total_As, remaining, charge.tilt_As))
         return Flown(self.duration_s[None], *map(np.array, zip(*flown, strict=True)))
+
+
+def least_sums(figures: Floats, place: int) -> Floats:
+    """Least sums of the figures of legs (start, end) from a place to every other."""
+    least: Floats = figures[place].copy()
+    before = b""
+    least[place] = 0.0
+    while before != (before := least.tobytes()):
+        least = np.minimum(least, (least[:, None] + figures).min(axis=0))
+    return least
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from formulations.parameters import FROM_HOVER, TO_HOVER, Number, Quantities
-from optuav.arrays import Floats, Integers
+from optuav.arrays import Integers
 from optuav.mission.flight_model import flight_of
-from optuav.mission.keys import numeric_keys, stated_keys
+from optuav.mission.keys import now_of, numeric_keys
 from optuav.network import vehicle
 from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER
+from optuav.network.routes import totals
 from optuav.network.variants import Variants, stacked
 from optuav.physics.kibam import Shift, Stage
 from optuav.physics.quantity import Quantity
@@ -47,29 +48,19 @@ def quantities(
 def numbers(variants: Variants, which: Integers, variant: Integers | None) -> dict[str, Number]:
     """The mission's numbers by table and key, and the length and the places of itineraries."""
     named, network = dict[str, Number](), variants.network
-    set_keys = stated_keys(variants.mission)
     for name, allowed in numeric_keys().items():
         unit = "1" if allowed.unit == "-" else allowed.unit
-        value = table_entries(set_keys[name].now, variant, which) if name in set_keys else None
+        if (value := now_of(variants.mission, name)) is not None:
+            value = table_entries(value, variant, which)
         named[name.replace(".", "_", 1)] = Number(value, unit, name)
-
-    def positions_m(place: Integers) -> Floats:
-        axes = (table_entries(variants.position_m[..., axis], variant, place) for axis in range(3))
-        return np.array([*axes])
-
-    flown_m, legs = np.zeros(len(which)), network.legs
-    for leg in network.routes.legs[which].T:
-        way_m = positions_m(legs.end[leg]) - positions_m(legs.start[leg])
-        length_m: Quantity = np.sqrt((way_m**2).sum(axis=0))
-        if variants.bent_m is not None:
-            length_m = table_entries(variants.bent_m, variant, leg)
-        flown_m += np.where(leg == NO_LEG, 0.0, length_m)
-    named["flight_distance_m"] = Number(flown_m, "m")
+    flown_m = totals(variants.distance_m, network.routes.legs)
+    named["flight_distance_m"] = Number(table_entries(flown_m, variant, which), "m")
     building = network.routes.building[which]
     stays = {"hover": np.full(len(which), HOVER)}
     stays |= {"rest": network.places.on(building)} if (building >= 0).all() else {}
     for stay, place in stays.items():
-        for axis, at_m in enumerate(positions_m(place)):
+        for axis in range(3):
+            at_m = table_entries(variants.position_m[..., axis], variant, place)
             named[f"{stay}_position_m[{axis}]"] = Number(at_m, "m")
     return named
 
@@ -182,11 +173,12 @@ def figures(variants: Variants) -> Quantities:
         if start.soc is not None and start.available_As is None and not np.isnan(start.soc).any():
             soc = start.soc
         elif start.soc is not None or start.available_As is not None:
-            wells = vehicle.start(variants.mission).wells(vehicle.pool(variants.mission))
+            charge = vehicle.start(variants.mission).wells(vehicle.pool(variants.mission))
+            wells = np.atleast_2d(charge.available_As), np.atleast_2d(charge.bound_As)
     return Quantities(
         deadline_s=limits.deadline_s,
         min_soc=limits.min_soc,
-        packs=packs,
+        packs=1.0 * packs,
         capacity_As=capacity_As,
         nominal_voltage_V=battery.nominal_voltage_V,
         flight_time_s=flight_s,
@@ -204,7 +196,7 @@ def figures(variants: Variants) -> Quantities:
         start_available_As=wells[0],
         start_bound_As=wells[1],
         hover_distance_m=variants.hover_distance_m,
-        coverage_radius_m=variants.coverage_radius_m,
+        coverage_radius_m=np.atleast_2d(variants.coverage_radius_m),
         hover_altitude_m=variants.position_m[:, [HOVER], 2],
         min_altitude_m=limits.min_altitude_m,
         max_altitude_m=limits.max_altitude_m,

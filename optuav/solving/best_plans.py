@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -22,25 +22,12 @@ from optuav.mission import Mission
 from optuav.modelling import Model
 from optuav.modelling.check import TOLERANCE, evaluated
 from optuav.modelling.forms import CONSTANT, Exponential
-from optuav.network.feasibility import hindrances
 from optuav.network.variants import Variants
 from optuav.options import Perspective
 from optuav.physics.kibam import Battery, Shift, Stage, Tilted, start, tilted_after
 from optuav.physics.quantity import Quantity
-from optuav.solving.assemble import (
-    chosen,
-    figures,
-    quantities,
-    table_entries,
-    turned,
-)
-from optuav.solving.balance import (
-    TIMES,
-    Balance,
-    balance,
-    longest_by_balance,
-    shortest_by_balance,
-)
+from optuav.solving.assemble import chosen, figures, quantities, table_entries, turned
+from optuav.solving.balance import TIMES, Balance, balance, longest_by_balance, shortest_by_balance
 from optuav.solving.longest import longest
 from optuav.solving.outcome import tied
 from optuav.solving.parts import allowed, declarations, groups
@@ -102,9 +89,9 @@ class Best:
     @classmethod
     def none(cls, count: int) -> Best:
         """No plan anywhere, and not known why."""
-        a, b, c, d, e, f, g, h, i = (np.full(count, np.nan) for _ in range(9))
-        status, reason = (np.zeros(count, np.int8) for _ in range(2))
-        return cls(a, b, c, d, e, f, g, np.full(count, -1), status, reason, h, i)
+        arrays: dict[str, Any] = {each.name: np.full(count, np.nan) for each in fields(cls)}
+        codes = {name: np.zeros(count, np.int8) for name in ("status", "reason")}
+        return cls(**arrays | codes | {"route": np.full(count, -1)})
 
 
 class Candidates(NamedTuple):
@@ -212,7 +199,7 @@ def hover_bounds_s(variants: Variants, perspective: Perspective) -> Floats:
 def impossible(variants: Variants) -> Codes:
     """Codes of why no route can be flown, whatever its way and the battery; 0 where one may."""
     code = np.zeros((variants.count, 1), np.int8)
-    for name, applies in reversed(hindrances(variants).items()):
+    for name, applies in reversed(variants.hindrances.items()):
         if applies.any():
             code[np.broadcast_to(applies, code.shape)] = CODES[name]
     return code[:, 0]
@@ -269,15 +256,11 @@ def _never_dry(variants: Variants, able: Booleans) -> Candidates:
     """
     most_s = _most_s(variants, able)
     hover_s, rest_s, beyond_s = (np.full(most_s.shape, fill) for fill in (np.nan, np.nan, -np.inf))
-    open_, all_variants, least_s = (
-        most_s >= 0.0,
-        np.arange(variants.count),
-        np.zeros(variants.count),
-    )
+    open_, least_s = most_s >= 0.0, np.zeros(variants.count)
     for number in range(ROUNDS):
         if number < ROUNDS - 1:
             route = np.where(open_, most_s, -np.inf).argmax(axis=0)
-            (variant,) = np.nonzero(open_[route, all_variants])
+            (variant,) = np.nonzero(open_[route, np.arange(variants.count)])
             route = route[variant]
         else:
             route, variant = np.nonzero(open_)
@@ -360,13 +343,8 @@ def _well_bound(variants: Variants, most_s: Floats) -> Floats:
         begin = Tilted(*(np.where(rest_first[:, None], a, b) for a, b in full))
     charge = tilted_after(pool, begin, *stages)
     terms = charge.wells(pool).available_As.terms
-    level, slope, bend = (
-        terms.get(monomial, 0.0)
-        for monomial in (
-            CONSTANT,
-            *(frozenset({("hover", kind)}) for kind in ("time", "levelling")),
-        )
-    )
+    monomials = CONSTANT, *(frozenset({("hover", kind)}) for kind in ("time", "levelling"))
+    level, slope, bend = (terms.get(monomial, 0.0) for monomial in monomials)
     rate_per_s, bound_s = pool.rate_per_s, most_s
     for step in range(STEPS + 1):
         levelled_s = np.expm1(-rate_per_s * bound_s) / -rate_per_s

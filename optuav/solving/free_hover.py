@@ -117,9 +117,8 @@ class Region:
 
     def kept(self, points_m: Floats) -> Floats:
         """Return the points (point, 3) [m] that are in the region, but for rounding."""
-        known_m = points_m[np.isfinite(points_m).all(axis=1)]
-        inside_m = self.inside(known_m)
-        found: Floats = inside_m[np.abs(inside_m - known_m).max(axis=1, initial=0.0) < 1e-7]
+        inside_m = self.inside(points_m)
+        found: Floats = inside_m[np.abs(inside_m - points_m).max(axis=1, initial=0.0) < 1e-7]
         return found
 
     def _level_m(self, altitude_m: Floats) -> Floats:
@@ -148,9 +147,8 @@ class PointSearch:
         """Return the best point found [m] over some routes; none if no point has a plan."""
         try:
             if starts := self._starts(routes):
-                top = maximise(
-                    starts, self._hovers_s, LENGTHS_M, self.region.inside, self._around_m
-                )
+                inside, around = self.region.inside, self._around_m
+                top = maximise(starts, self._hovers_s, LENGTHS_M, inside, around)
                 self.best_s, self.best_at_m = top.value, top.at
         except TimeoutError:
             self.ended = True
@@ -270,10 +268,8 @@ class PointSearch:
         brightest_m = points_m[np.argmax(brightest) if np.ndim(brightest) else 0]
         received = self._received(network, brightest_m[None])
         legs = np.where(routes.legs == NO_LEG, NO_LEG, np.arange(3 * count).reshape(count, 3))
-        separate, able = (
-            replace(network, routes=replace(routes, legs=legs)),
-            np.ones((1, count), bool),
-        )
+        separate = replace(network, routes=replace(routes, legs=legs))
+        able = np.ones((1, count), bool)
         for ring, (near_m, far_m) in enumerate(pairwise(rings_m)):
             self._check_time()
             open_m = np.where(outer, np.maximum(nearest_m, apart_m - far_m), near_m)
@@ -332,9 +328,8 @@ def free_program(question: Question, mission: Mission) -> FreeProgram:
         ):
             which = reached[group]
             parts.append(Part(_declared(network, which, rests, question.perspective), which))
-    return FreeProgram(
-        question, network, tuple(parts), () if parts else at_mission.reasons, at_mission
-    )
+    reasons = () if parts else at_mission.reasons
+    return FreeProgram(question, network, tuple(parts), reasons, at_mission)
 
 
 @dataclass(frozen=True)
@@ -445,17 +440,10 @@ def _declared(network: Network, which: Integers, rests: bool, perspective: Persp
         lit = vehicle.charging(mission, (w[0], w[1], w[2]))
         at_w["hover_current_A"] = known.hover_current_A - lit.current_A
         at_w["hover_received_W"] = lit.power_W
-    named: dict[str, Quantity] = {
-        quantity.name: model.let(
-            quantity.name,
-            at_w[quantity.name],
-            symbol=quantity.metadata["symbol"],
-            unit=quantity.metadata["unit"],
-            words=DESCRIPTIONS.get(quantity.name, ""),
-        )
-        for quantity in QUANTITIES
-        if quantity.name in at_w
-    }
+    named: dict[str, Quantity] = {}
+    for name, known_as in ((q.name, q.metadata) for q in QUANTITIES if q.name in at_w):
+        words = {k: known_as[k] for k in ("symbol", "unit")}
+        named[name] = model.let(name, at_w[name], **words, words=DESCRIPTIONS.get(name, ""))
     P1().declare(model, replace(values, **named, steps=list(chain.from_iterable(steps))))
     return model
 

@@ -31,13 +31,7 @@ from optuav.solving.outcome import best
 from optuav.solving.parts import Part, groups
 from optuav.solving.program import Program, declared_program
 from optuav.solving.question import Question
-from optuav.solving.speed_search import (
-    LegSpeeds,
-    RouteSpeeds,
-    SpeedSearch,
-    route_prices,
-    vector,
-)
+from optuav.solving.speed_search import LegSpeeds, RouteSpeeds, SpeedSearch, route_prices, vector
 from optuav.status import SAME_S, Status
 
 PRICED = "priced: every leg is cheapest at one price of a second, and the dual bound is met"

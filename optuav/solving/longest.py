@@ -143,9 +143,7 @@ def longest_hovers(
             return np.nan
         ends = (float(figure.min()), float(figure.max())) if figure.size else ()
         if not all(map(allowed.accepts, ends)):
-            first = next(
-                number for number in figure.ravel().tolist() if not allowed.accepts(number)
-            )
+            first = next(each for each in figure.ravel().tolist() if not allowed.accepts(each))
             faults.append(Fault(name, f"{first:g}", allowed.words))
         if not figure.ndim:
             return float(figure)
@@ -196,12 +194,8 @@ def longest(
     if count > AT_ONCE:
         pieces, least_of_all_s = [], np.broadcast_to(least_s, count)
         for batch in np.split(np.arange(count), range(AT_ONCE, count, AT_ONCE)):
-            values = entries(given, slice(batch[0], batch[-1] + 1))
-            pieces.append(
-                longest(
-                    values, len(batch), shortest_rest=shortest_rest, least_s=least_of_all_s[batch]
-                )
-            )
+            values, least_s = entries(given, slice(batch[0], batch[-1] + 1)), least_of_all_s[batch]
+            pieces.append(longest(values, len(batch), shortest_rest=shortest_rest, least_s=least_s))
         return Hovers(*map(np.concatenate, zip(*pieces, strict=True)))
     names = ("hover", "rest") if given.rests else ("hover",)
     times = [Exponential({frozenset({(name, "time")}): 1.0}) for name in names]

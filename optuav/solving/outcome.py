@@ -50,6 +50,11 @@ ANY_S = 1e9  # Longer than any time of a mission [s]
 STARTS = ("soc", "available_As", "bound_As")  # Keys of `[start]` that a problem may leave open
 MOST_VIOLATED = 2  # violated constraints that are stated in full
 ROUNDING = 1e-9  # share of the capacity that rounding may take
+EDITED = {
+    True: "some legs have figures from the graph, not from the flight model",
+    False: "some places have sight or power of the laser from the graph, not from the mission",
+}
+"""Notes on figures that a user stated, of legs or else of stays."""
 WARNED_OF = ("empty", "full")  # Events of a simulation that `Plan.warnings` states already.
 ENDS = {
     "flight": "at the end of the flight {} → {}",
@@ -105,23 +110,16 @@ def plan_for(
     """Return question and answer as a plan, with notes on its phases."""
     mission, notes, packs = network.mission, [*found.pop("notes", ())], network.mission.battery
     if flown and given:
-        if any(phase.edited for phase in flown if phase.kind == "flight"):
-            notes.append("some legs have figures from the graph, not from the flight model")
-        if any(phase.edited for phase in flown if phase.kind != "flight"):
-            notes.append(
-                "some places have sight or power of the laser from the graph, not from the mission"
-            )
-        peak_m_s, has_drag = (
-            max(phase.peak_speed_m_s for phase in flown),
-            flight_of(mission).has_drag,
-        )
-        if too_fast := speed_warning(peak_m_s, has_drag=has_drag):
-            notes.append(too_fast)
+        edited = {phase.kind == "flight" for phase in flown if phase.edited}
+        notes += (words for is_leg, words in EDITED.items() if is_leg in edited)
+        peak_m_s, has_drag = max(p.peak_speed_m_s for p in flown), flight_of(mission).has_drag
+        warnings = [speed_warning(peak_m_s, has_drag=has_drag)]
         cap = charging_cap(mission, network.places)
         if cap and any(phase.end_place in cap.places for phase in flown):
-            notes.append(cap.words)
+            warnings.append(cap.words)
         if beam := spreading_beam(mission):
-            notes += filter(None, (beam.limit_warning(), beam.eye_warning))
+            warnings += beam.limit_warning(), beam.eye_warning
+        notes += filter(None, warnings)
         soc = {p: float(np.squeeze(PERSPECTIVES[p](given, *times_s))) for p in PAPER}
         if packs.takes_turns or packs.charging != "constant":
             # Packs may refuse charge: `battery` counts the accepted charge.
@@ -193,11 +191,7 @@ def plan_of(
 
 def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
     """Return by constraint label the moment when it holds on a route, by places, if it has one."""
-    steps = {
-        constraint.label: constraint.step
-        for constraint in part.declared.constraints
-        if constraint.step is not None
-    }
+    steps = {c.label: c.step for c in part.declared.constraints if c.step is not None}
     if not steps:
         return {}
     table, names, ends = network.legs, network.places.names, list[str]()
@@ -218,7 +212,7 @@ def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
 def words(network: Network, part: Part, entry: int, labels: Sequence[str]) -> list[str]:
     """Labels of constraints with their moments by the places of the route."""
     known = moments(network, part, entry)
-    names = {constraint.label: constraint.name for constraint in part.declared.constraints}
+    names = {c.label: c.name for c in part.declared.constraints}
     return [f"{names[label]} {known[label]}" if label in known else label for label in labels]
 
 
@@ -292,9 +286,7 @@ def shortfalls(question: Question, network: Network, parts: Sequence[Part]) -> t
                 reasons.append(f"{constraint.label}: {exact} are asked for")
         return tuple(reasons)
     least = {variable.name: evaluate(variable.lower, parameters) for variable in model.variables}
-    times = ", ".join(
-        f"{variable.symbol} = {least[variable.name]:g}" for variable in model.variables
-    )
+    times = ", ".join(f"{each.symbol} = {least[each.name]:g}" for each in model.variables)
     broken = [row for row in evaluated(model, {**parameters, **least}) if not row.satisfied]
     labels = words(network, part, entry, [row.label for row in broken])
     way = " → ".join(network.route_names(int(part.routes[entry])))
@@ -321,12 +313,9 @@ def replayed(plan: Plan, *, must_fly: bool = True) -> Plan:
     if must_fly and plan.perspective == AVAILABLE and plan.problem in PROBLEM_NAMES and events:
         why = "; ".join(event.words + event.figures for event in events)
         raise SolverError(f"{plan.engine} returned a plan that fails its simulation: {why}")
-    more = tuple(
-        f"this plan cannot be flown: {event.words}{event.figures}"
-        for event in events
-        if event.kind not in WARNED_OF
-    )
-    return plan.model_copy(update={"flyable": not events, "notes": (*plan.notes, *more)})
+    untold = (event.words + event.figures for event in events if event.kind not in WARNED_OF)
+    notes = (*plan.notes, *(f"this plan cannot be flown: {words}" for words in untold))
+    return plan.model_copy(update={"flyable": not events, "notes": notes})
 
 
 def against_p1(question: Question, network: Network, parts: Sequence[Part], plan: Plan) -> Plan:
@@ -349,9 +338,8 @@ def against_p1(question: Question, network: Network, parts: Sequence[Part], plan
         beyond_s = max(beyond_s, float(most_s.max(initial=-np.inf)))
     notes, changes = list(plan.notes), dict[str, object]()
     if name == "P2":
-        notes.append(
-            "(P2) as printed has no Δ in its objective: any feasible hover time is optimal"
-        )
+        any_hover = "any feasible hover time is optimal"
+        notes.append(f"(P2) as printed has no Δ in its objective: {any_hover}")
     if (longer_s := longest_s - plan.hover_time_s) > SAME_S:
         notes.append(f"(P1) hovers {longest_s:.2f} s on the same mission, {longer_s:.2f} s longer")
     bound_s = least_s if name == "P2" else deadline_s - beyond_s

@@ -90,9 +90,8 @@ def packs_by_schedule(question: Question, network: Network, parts: Sequence[Part
     ]
     if clock.ended:
         proof = f"simulation that {clock.ended}, not proved"
-        notes.append(
-            f"the search {clock.ended}; there may be a longer hover, not all pairs were tried"
-        )
+        longer = "there may be a longer hover, not all pairs were tried"
+        notes.append(f"the search {clock.ended}; {longer}")
     status = Status.OPTIMAL if slot_s and not clock.ended else Status.FEASIBLE
     said = {"engine": ENGINE, "proof": proof, "status": status, "notes": notes}
     return route_plan(question, network, route.number, (hover_s, rest_s), **said)
@@ -106,9 +105,7 @@ def _proof_of_none(parts: Sequence[Part]) -> str:
     pooled = []
     for part in parts:
         model = copy(part.model)
-        model.constraints = [
-            constraint for constraint in model.constraints if constraint.kind != "past full"
-        ]
+        model.constraints = [each for each in model.constraints if each.kind != "past full"]
         pooled.append(Part(model, part.routes))
     proof = proof_of_none(pooled)
     return f"{proof}, even if the packs were pooled" if proof else ""

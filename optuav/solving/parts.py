@@ -47,10 +47,15 @@ class Part:
         whole = self.routes if self.whole is None else self.whole
         return Part(self.declared, self.routes[entries], values, whole)
 
+    @cached_property
+    def unknowns(self) -> frozenset[str]:
+        """Names of the unknowns."""
+        return frozenset(variable.name for variable in self.declared.variables)
+
     @property
     def rests(self) -> bool:
         """True if the declaration has a rest time."""
-        return any(variable.name == "rest_time_s" for variable in self.declared.variables)
+        return "rest_time_s" in self.unknowns
 
 
 def allowed(variants: Variants, problem: Formulation, possible: Booleans | None = None) -> Booleans:

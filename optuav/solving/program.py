@@ -39,6 +39,10 @@ from optuav.status import SAME_S, Status
 
 SLACK_S = 2.0 * SAME_S  # Tolerance of a bound for rounding and ties [s]
 MOST_REASONS = 10  # blocked legs that are named one by one
+ENDLESS = (
+    "no constraint keeps the objective finite: "
+    "given.keep_deadline(model, label, hover, rest) states the deadline"
+)
 
 
 def declared_program(question: Question, network: Network) -> "Program":
@@ -120,9 +124,7 @@ class Program:
         """Names of the engines that take every declared model, in slots if they were asked for."""
         slots = self.question.slot_s is not None
         able = [takers(traits(part.declared), slots) for part in self.parts]
-        return tuple(
-            name for name in capabilities if able and all(name in engines for engines in able)
-        )
+        return tuple(name for name in capabilities if able and all(name in each for each in able))
 
     def _repr_html_(self) -> str:
         from xml.etree.ElementTree import Element
@@ -274,13 +276,11 @@ class Program:
         if not isinstance(point, Mapping):
             words = "values by name, such as {'hover_time_s': plan.hover_time_s}"
             raise InputError([Fault("point", shown(point), words)])
-        unknowns = [{variable.name for variable in part.model.variables} for part in self.parts]
-        unknowns_of_point = set[str]().union(*unknowns) & point.keys()
-        matching = [
-            p for p, own in zip(self.parts, unknowns, strict=True) if own == unknowns_of_point
-        ]
+        kinds = dict.fromkeys(part.unknowns for part in self.parts)
+        unknowns_of_point = frozenset[str]().union(*kinds) & point.keys()
+        matching = [part for part in self.parts if part.unknowns == unknowns_of_point]
         if not matching:
-            known = " or ".join(dict.fromkeys(", ".join(sorted(unknown)) for unknown in unknowns))
+            known = " or ".join(", ".join(sorted(unknowns)) for unknowns in kinds)
             raise InputError(f"a point of this program has values for {known or 'no unknown'}")
         known_names = unknowns_of_point.union(*(part.model.given for part in matching))
         if strange := [name for name in point if name not in known_names]:
@@ -356,28 +356,20 @@ class Program:
             parts = [part.only(open_[part.routes]) for part in self.parts]
             program = replace(self, parts=tuple(part for part in parts if len(part.routes)))
             solutions = program.answers()
-            least_s = max(
-                np.fmax.reduce(solution.objective, initial=-np.inf) for solution in solutions
-            )
-            least_s -= SLACK_S
+            best_s = (np.fmax.reduce(each.objective, initial=-np.inf) for each in solutions)
+            least_s = max(best_s) - SLACK_S
         return program, solutions
 
     def plan(self, solutions: Sequence[Solution]) -> Plan:
         """The best plan by known answers to all parts, evaluated again outside the engine."""
         question, network = self.question, self.network
         engine, proof = solutions[0].engine, solutions[0].proof
-        engine_question = replace(question, engine=engine)
+        asked = replace(question, engine=engine)
         statuses = {status for solution in solutions for status in solution.statuses}
-        for solution in solutions if Status.ERROR in statuses else ():
+        for solution in solutions:
             solution.refuse_unusable()
         if Status.UNBOUNDED in statuses:
-            endless = (
-                "no constraint keeps the objective finite: "
-                "given.keep_deadline(model, label, hover, rest) states the deadline"
-            )
-            return outcome.plan_without(
-                engine_question, network, Status.UNBOUNDED, proof, [endless]
-            )
+            return outcome.plan_without(asked, network, Status.UNBOUNDED, proof, [ENDLESS])
         chosen = self.best(solutions)
         if chosen is None:
             if Status.UNKNOWN in statuses:
@@ -387,7 +379,7 @@ class Program:
                     nothing = "neither a plan nor proof that none exists"
                     raise SolverError(f"{engine} found {nothing}{words}")
             why = outcome.shortfalls(question, network, self.parts)
-            return outcome.plan_without(engine_question, network, Status.INFEASIBLE, proof, why)
+            return outcome.plan_without(asked, network, Status.INFEASIBLE, proof, why)
         number, entry = chosen
         solution = solutions[number]
         plan = outcome.plan_of(question, network, self.parts[number], solution, entry)
@@ -422,6 +414,8 @@ class Program:
 
     def tied(self, solutions: Sequence[Solution]) -> list[tuple[int, int]]:
         """Part and entry of all best answers, the tie rule's first; empty without one."""
+        if not solutions:
+            return []
         table, columns = self.network.routes, list[tuple[Floats, Floats, Integers]]()
         for part, solution in zip(self.parts, solutions, strict=True):
             stays_s = sum(solution.values.get(name, 0.0) for name in TIMES)
@@ -446,15 +440,13 @@ class Program:
         """
         solutions = self.answers() if solutions is None else solutions
         all_prices = [solutions[k].shadow_prices(index) for k, index in self.tied(solutions)]
-        if not all(all_prices):
+        if not solutions or not all(all_prices):
             return ShadowPrices({}, {})
         better, worse = (max, min) if self.parts[0].model.sense == "maximise" else (min, max)
         parameters = {name: p for part in self.parts for name, p in part.model.parameters.items()}
         nothing, prices = ShadowPrice(0.0, 0.0), {}
         for name in dict.fromkeys(name for route_prices in all_prices for name in route_prices):
-            less, more = zip(
-                *(route_prices.get(name, nothing) for route_prices in all_prices), strict=True
-            )
+            less, more = zip(*(each.get(name, nothing) for each in all_prices), strict=True)
             sides, now = [worse(less), better(more)], parameters[name].value
             allowed = number_of_key(parameters[name].key)
             for k, end in enumerate((-math.inf, math.inf)):
@@ -495,11 +487,8 @@ class CompiledProgram:
             question = replace(question, slot_s=program.network.mission.limits.slot_s)
         self.program, self.question = program, question
         limits = {"slot_s": question.slot_s, "time_limit_s": question.time_limit_s}
-        self._engines = [chosen_engine(part.model, question) for part in program.parts]
-        self._solves = [
-            engine.compile(part.model, len(part.routes), **limits)
-            for engine, part in zip(self._engines, program.parts, strict=True)
-        ]
+        engines = [(chosen_engine(part.model, question), part) for part in program.parts]
+        self._compiled = [(e, p, e.compile(p.model, len(p.routes), **limits)) for e, p in engines]
         parameters_of_parts = (part.model.parameters for part in program.parts)
         self._parameters = {name: each for own in parameters_of_parts for name, each in own.items()}
         self.parameters = tuple(self._parameters)  # those that `solve` may change, by name
@@ -536,15 +525,12 @@ class CompiledProgram:
             raise InputError(faults)
         numbers = {n: np.array(v, float) if np.ndim(v) else float(v) for n, v in values.items()}
         solutions = list[Solution]()
-        for engine, solve, part in zip(
-            self._engines, self._solves, self.program.parts, strict=True
-        ):
-            solution_of_part = solve(numbers)
+        for engine, part, solve in self._compiled:
+            solution = solve(numbers)
             if not of_the_package(engine):
-                solution_of_part = returned(
-                    solution_of_part, engine.name, part.model, len(part.routes), numbers
-                )
-            solutions.append(replace(solution_of_part, given=numbers))
+                size = len(part.routes)
+                solution = returned(solution, engine.name, part.model, size, numbers)
+            solutions.append(replace(solution, given=numbers))
         for solution in solutions:
             solution.refuse_unusable()
             if Status.UNBOUNDED in solution.statuses:

@@ -27,13 +27,7 @@ from optuav.physics.kibam import (
 from optuav.physics.quantity import norm
 from optuav.solving.assemble import figures
 from optuav.solving.balance import by_balance
-from optuav.solving.best_plans import (
-    Best,
-    best_plans,
-    hover_bounds_s,
-    impossible,
-    takes_arrays,
-)
+from optuav.solving.best_plans import Best, best_plans, hover_bounds_s, impossible, takes_arrays
 from optuav.solving.program import SLACK_S, Program, declared_program
 from optuav.solving.question import Question
 
@@ -71,15 +65,11 @@ def narrowed(mission: Mission, question: Question) -> Program | None:
     if not to_hover:
         bounds_s[:, 1::2] = -np.inf
     while size <= MOST:
-        best = [
-            np.argpartition(-bound_s, min(size, len(bound_s) - 1))[:size] for bound_s in bounds_s
-        ]
+        last = min(size, bounds_s.shape[1] - 1)
+        best = [np.argpartition(-bound_s, last)[:size] for bound_s in bounds_s]
         chosen = np.unique(np.concatenate(best) // 2)
         program = _over(mission, question, places, chosen)
-        scores = [
-            (solution.objective * part.declared.towards).max(initial=-np.inf)
-            for part, solution in zip(program.parts, program.answers(), strict=True)
-        ]
+        scores = [solution.objective.max(initial=-np.inf) for solution in program.answers()]
         promised_s, *flights_s = _figures_s(program.network).max(axis=1)
         found_s = np.fmax.reduce(scores, initial=0.0), max(promised_s, 0.0), *flights_s
         open_ = (bounds_s >= np.array(found_s)[:, None] - SLACK_S) & (bounds_s > -np.inf)

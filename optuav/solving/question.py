@@ -109,15 +109,9 @@ def perspectives_of(stated: Any, faults: list[Fault]) -> list[Perspective]:
     """Return one perspective or several; append their faults to `faults`."""
     single = isinstance(stated, str) or not isinstance(stated, Iterable)
     perspectives, names = [stated] if single else [*stated], tuple(PERSPECTIVES)
-    if not perspectives or any(
-        perspective in perspectives[:place] for place, perspective in enumerate(perspectives)
-    ):
+    if not perspectives or any(each in perspectives[:k] for k, each in enumerate(perspectives)):
         faults.append(Fault("perspective", shown(stated), ASKED))
-    faults += [
-        unknown("perspective", perspective, names)
-        for perspective in perspectives
-        if perspective not in names
-    ]
+    faults += unlisted(*(("perspective", each, names) for each in perspectives))
     return perspectives
 
 
@@ -146,12 +140,11 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
     problem: object = question.problem
     if isinstance(problem, Formulation):
         buildings = mission.buildings.names
-        if problem.order not in (None, *ORDERS):
-            yield unknown("order", problem.order, ORDERS)
+        if problem.order is not None:
+            yield from unlisted(("order", problem.order, ORDERS))
         if problem.building not in (None, *buildings):
             name = problem.building if isinstance(problem.building, str) else ""
-            words = no_building(name, buildings)
-            yield Fault("building", shown(problem.building), words)
+            yield Fault("building", shown(problem.building), no_building(name, buildings))
         if isinstance(problem, Cycle) and problem.building in buildings:
             yield from _cycle_faults(mission, problem, question.perspective)
         if type(problem) not in OF_THE_PAPER:
@@ -170,16 +163,13 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
         yield unknown("problem", problem, names_too)
     p1 = question.p1
     if isinstance(problem, P1 | P2):
-        if problem.trajectory not in TRAJECTORIES:
-            yield unknown("trajectory", problem.trajectory, TRAJECTORIES)
+        yield from unlisted(("trajectory", problem.trajectory, TRAJECTORIES))
         if problem.order is not None and problem.trajectory == "direct":
             yield Fault("order", shown(problem.order), "the direct route has no rest")
-    if p1.hover_point not in HOVER_POINTS:
-        yield unknown("hover_point", p1.hover_point, HOVER_POINTS)
-    if question.perspective not in (names := tuple(PERSPECTIVES)):
-        yield unknown("perspective", question.perspective, names)
-    if isinstance(question.engine, str) and question.engine not in (AUTO, *capabilities):
-        yield unknown("engine", question.engine, (AUTO, *capabilities))
+    yield from unlisted(("hover_point", p1.hover_point, HOVER_POINTS))
+    yield from unlisted(("perspective", question.perspective, tuple(PERSPECTIVES)))
+    if isinstance(question.engine, str):
+        yield from unlisted(("engine", question.engine, (AUTO, *capabilities)))
     limits = ("slot_s", question.slot_s, SLOT), ("time_limit_s", question.time_limit_s, LIMIT)
     for option, value, number in limits:
         if value is not None and not number.accepts(value):
@@ -189,13 +179,12 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
         ("slot_s", question.slot_s, (None,)),
         ("engine", question.engine_name, (AUTO,)),
     )
+    three = ("trajectory", p1.trajectory, ("optimal", "direct", "traj1"))
     if p1.hover_point == "free":
-        three = ("trajectory", p1.trajectory, ("optimal", "direct", "traj1"))
         yield from not_with("with hover_point = 'free'", three, *searched)
-    if isinstance(problem, P1 | P3 | P4) and problem.speed not in SPEEDS:
-        yield unknown("speed", problem.speed, SPEEDS)
+    if isinstance(problem, P1 | P3 | P4):
+        yield from unlisted(("speed", problem.speed, SPEEDS))
     if question.speed_free:
-        three = ("trajectory", p1.trajectory, ("optimal", "direct", "traj1"))
         one = ("stops", p1.stops, (1,)), ("hovers", p1.hovers, (1,))
         place = ("hover_point", p1.hover_point, ("w_U",))
         yield from not_with("with speed = 'free'", three, *one, place, *searched)
@@ -238,6 +227,11 @@ def _cycle_faults(mission: Mission, problem: Cycle, perspective: str) -> Iterato
             yield Fault(f"route.{name}", shown(list(at_m)), f"must be {words}")
     if perspective not in (AVAILABLE, "battery"):
         yield unknown("perspective", perspective, (AVAILABLE, "battery"))
+
+
+def unlisted(*stated: tuple[str, object, tuple[str, ...]]) -> Iterator[Fault]:
+    """Options, each with a value that is none of its choices."""
+    return (unknown(*each) for each in stated if each[1] not in each[2])
 
 
 def not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Iterator[Fault]:

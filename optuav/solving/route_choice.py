@@ -20,7 +20,6 @@ from formulations.soc import PAPER
 from optuav.engines.linear_form import last_slot, own_bounds
 from optuav.errors import NoPlanError, SolverError, printable, printed, refuse
 from optuav.mission import Mission
-from optuav.mission.messages import unknown
 from optuav.modelling import Model
 from optuav.modelling.expression import PartedLabel
 from optuav.network.graph import Graph
@@ -32,7 +31,7 @@ from optuav.solving.files import writer
 from optuav.solving.outcome import plan_of, plan_without, shortfalls
 from optuav.solving.parts import Part
 from optuav.solving.program import Program
-from optuav.solving.question import answer
+from optuav.solving.question import answer, unlisted
 from optuav.solving.solve import formulate
 from optuav.status import Status
 
@@ -153,8 +152,7 @@ def route_choice(
     >>> print(f"{choice.plan.hover_time_s:.2f} s, relaxed {choice.relaxation_s:.2f} s")
     688.85 s, relaxed 688.85 s
     """
-    choices = ("form", form, FORMS), ("perspective", perspective, PAPER)
-    refuse(unknown(*choice) for choice in choices if choice[1] not in choice[2])
+    refuse(unlisted(("form", form, FORMS), ("perspective", perspective, PAPER)))
     from optuav.engines.cvxpy_engine import Cvxpy
 
     program = formulate(
@@ -230,10 +228,7 @@ def _in_slots(route: Route, model: Model, slot_s: float) -> Iterator[Route]:
     # Where the deadline is Δ's own bound, it may cut the last slot short, which whole slots cannot
     # express: Δ is then at the end of that slot, and the cut off the objective.
     bounds = own_bounds(model, model.row(0))
-    first = {
-        variable.name: max(bounds[variable.name][0], variable.first_slot * slot_s)
-        for variable in model.variables
-    }
+    first = {v.name: max(bounds[v.name][0], v.first_slot * slot_s) for v in model.variables}
     least_s, bound_s = first["hover_time_s"], bounds["hover_time_s"][1]
     route = replace(route, least_rest_s=first.get("rest_time_s", 0.0))
     if not math.isfinite(bound_s):

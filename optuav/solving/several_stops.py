@@ -91,10 +91,9 @@ def terrain(network: Network) -> Terrain:
         filled[..., table.start, table.end] = np.where(table.flyable, figures, absent)
         return filled
 
-    stay_current_A = np.zeros(places)
-    stay_current_A[HOVER] = stay_net(network, HOVER).current_A
-    buildings = np.arange(places - FIRST_BUILDING)
-    stay_current_A[FIRST_BUILDING:] = stay_net(network, FIRST_BUILDING + buildings).current_A
+    stay_current_A, buildings = np.zeros(places), np.arange(FIRST_BUILDING, places)
+    for place in (HOVER, buildings):
+        stay_current_A[place] = stay_net(network, place).current_A
     pool = vehicle.pool(mission)
     return Terrain(
         pool,
@@ -135,9 +134,8 @@ def _compared(program: Program, network: Network, rests: int, hovers: int) -> Pr
             columns.append(rows)
             count += len(boxes)
             if count > MOST_SEQUENCES:
-                raise SolverError(
-                    f"more than {MOST_SEQUENCES} sequences of stops: ask for fewer stops or hovers"
-                )
+                many = f"more than {MOST_SEQUENCES} sequences of stops"
+                raise SolverError(f"{many}: ask for fewer stops or hovers")
     places = np.concatenate(columns, axis=1)
     best = np.take_along_axis(places, worth[places].argmax(axis=0)[None], axis=0)[0]
     building = np.where(best >= FIRST_BUILDING, best - FIRST_BUILDING, -1)
@@ -170,11 +168,9 @@ def _plan(program: Program, network: Network, found: SearchResult, most: str) ->
     if question.p1.stops and (not stops or found.ended or len(stops.stays_s) <= 2):
         with suppress(SolverError):  # a search that ends early is never worse than this
             one = program.solve()
-    if one and one.hover_time_s >= hover_s - TIE_S:
-        # Among equally good plans with one rest and one hover, its own engine finds the shortest.
-        hover_s = one.hover_time_s
-    else:
-        one = None
+    # Among equally good plans with one rest and one hover, its own engine finds the shortest.
+    one = one if one and one.hover_time_s >= hover_s - TIE_S else None
+    hover_s = one.hover_time_s if one else hover_s
     gap_s, notes = found.bound_s - hover_s, list[str]()
     status = Status.OPTIMAL if gap_s <= 3.0 * TIE_S else Status.FEASIBLE
     open_ = {"bound": found.bound_s} if status is Status.FEASIBLE else {}

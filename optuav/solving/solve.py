@@ -168,19 +168,15 @@ def _program(mission: Mission | str | Path, graph: Graph | None, *stated: Any) -
     """Declare the problem, with one rest and one hover if it allows several."""
     known = load(mission)
     question = checked_question(known, *stated)
-    if question.speed_free:
-        from optuav.solving import free_speed
-
-        if graph is not None:
-            words = "no graph goes with speed = 'free', as its legs have figures of one speed"
-            raise InputError([Fault("graph", shown(graph), words)])
-        return free_speed.free_program(question, known)
-    if question.p1.hover_point == "w_U":
+    if not question.speed_free and question.p1.hover_point == "w_U":
         network = build_network(known) if graph is None else edited_network(known, graph)
         return declared_program(question, network)
-    from optuav.solving.free_hover import free_program
-
+    why = "hover_point = 'free', as its legs lead to one hover point"
+    if question.speed_free:
+        why = "speed = 'free', as its legs have figures of one speed"
     if graph is not None:
-        words = "no graph goes with hover_point = 'free', as its legs lead to one hover point"
-        raise InputError([Fault("graph", shown(graph), words)])
-    return free_program(question, known)
+        raise InputError([Fault("graph", shown(graph), f"no graph goes with {why}")])
+    from optuav.solving import free_hover, free_speed
+
+    free = free_speed.free_program if question.speed_free else free_hover.free_program
+    return free(question, known)

@@ -72,7 +72,8 @@ class FixedPlan:
 
         Under ``"available"`` it can be flown where it keeps all of them.
         """
-        variants_of_route = Variants(self.network, variants.columns, variants.coverage_radius_m)
+        variants_of_route = Variants(self.network, variants.columns)
+        vars(variants_of_route)["coverage_radius_m"] = variants.coverage_radius_m
         numbers = np.arange(variants_of_route.count)
         rests = bool(self.network.routes.building[0] >= 0)
         values = quantities(variants_of_route, np.zeros_like(numbers), numbers, rests=rests)

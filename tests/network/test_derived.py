@@ -80,7 +80,7 @@ def test_a_hover_point_in_the_dark_is_marked() -> None:
 
 
 @pytest.mark.campaign
-@few(10, most=1000)
+@few(5, most=1000)
 @given(missions())
 def test_figures_are_finite_or_none(mission: Mission) -> None:
     """Nothing NaN reaches the screen; loads by hand, and buildings as in the graph."""

@@ -105,7 +105,7 @@ def test_the_hover_point_of_the_link_may_be_stated() -> None:
 
 
 @pytest.mark.campaign
-@few(10, most=1000)
+@few(5, most=1000)
 @given(missions())
 def test_a_plan_or_reasons(mission: Mission) -> None:
     """Never neither; nothing impossible is ever planned, and all of it is among the advice."""

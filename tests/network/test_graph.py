@@ -92,7 +92,7 @@ def test_blocked_legs_have_no_edge_and_dark_roofs_no_power() -> None:
 
 
 @pytest.mark.campaign
-@few(10, most=1000)
+@few(5, most=1000)
 @given(missions())
 def test_an_unedited_graph_is_in_order_and_changes_nothing(mission: Mission) -> None:
     """Also where there is no hover point, no laser, no building, or nothing can fly."""
@@ -168,7 +168,7 @@ def attempt(view: Graph) -> tuple[optuav.Plan | None, tuple[optuav.Fault, ...]]:
 
 
 @pytest.mark.campaign
-@few(10, most=1000)
+@few(5, most=1000)
 @given(st.data())
 def test_a_damaged_graph_is_refused_or_solved(data: st.DataObject) -> None:
     """Whatever is done to it: clear faults, or the plan that belongs to its figures."""
@@ -218,7 +218,7 @@ def test_a_damaged_graph_is_refused_or_solved(data: st.DataObject) -> None:
 
 
 @pytest.mark.campaign
-@few(10, most=1000)
+@few(5, most=1000)
 @given(st.data())
 def test_edited_figures_make_the_plan(data: st.DataObject) -> None:
     """Measured legs, forbidden legs, lost sight and weaker light, against a plan made by hand."""

@@ -45,7 +45,7 @@ def all_pairs(mission: Mission) -> tuple[Places, Legs]:
 
 
 @pytest.mark.campaign
-@few(10, most=1000)
+@few(5, most=1000)
 @given(missions())
 def test_the_table_of_all_pairs_holds_the_one_stop_legs(mission: Mission) -> None:
     """The same figures, sight included, wherever both tables have a leg; and there and back."""
@@ -88,7 +88,7 @@ def test_a_building_between_two_others_blocks_their_leg() -> None:
 
 
 @pytest.mark.campaign
-@few(10, most=1000)
+@few(5, most=1000)
 @given(missions("rotors"))
 def test_rotor_legs_are_those_of_the_physics_one_by_one(mission: Mission) -> None:
     """Durations and charges of every stage, wind included, as `six_stages.leg` gives them."""
@@ -112,7 +112,7 @@ def test_rotor_legs_are_those_of_the_physics_one_by_one(mission: Mission) -> Non
 
 
 @pytest.mark.campaign
-@few(10, most=1000)
+@few(5, most=1000)
 @given(missions("regimes"))
 def test_regime_legs_are_trapezoids(mission: Mission) -> None:
     """T = 2 sqrt(d/a), or d/v + v/a once the cap is reached; constant current and power."""

@@ -66,7 +66,7 @@ def searched(network: Network, name: str, order: Order | None) -> list[int]:
 
 
 @pytest.mark.campaign
-@few(10, most=1000)
+@few(5, most=1000)
 @given(missions(), st.sampled_from(TRAJECTORIES), st.sampled_from([None, *ORDERS]))
 def test_trajectories_are_what_they_say(mission: Mission, name: Any, order: Order | None) -> None:
     """All, the direct one, by way of the nearest building, the shortest by way of any."""
@@ -76,7 +76,7 @@ def test_trajectories_are_what_they_say(mission: Mission, name: Any, order: Orde
 
 
 @pytest.mark.campaign
-@few(10, most=1000)
+@few(5, most=1000)
 @given(st.data())
 def test_the_shortest_way_over_edited_legs(data: st.DataObject) -> None:
     """Any durations, 0 and ties among them, any legs forbidden."""

@@ -97,7 +97,7 @@ def test_a_hover_point_that_does_not_exist() -> None:
 
 
 @pytest.mark.campaign
-@few(10, most=1000)
+@few(5, most=1000)
 @given(missions())
 def test_charging_is_a_matter_of_sight_and_of_the_limit(mission: Mission) -> None:
     """0 without sight; with it between 0 and the limit, or as stated."""

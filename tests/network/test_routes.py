@@ -37,7 +37,7 @@ def route(network: Network, index: int) -> tuple[str, ...]:
 
 
 @pytest.mark.campaign
-@few(10, most=1000)
+@few(5, most=1000)
 @given(missions())
 def test_itineraries_are_all_routes_with_at_most_one_stop(mission: Mission) -> None:
     """Direct first, then by building, rest first and hover first; totals are sums over the legs."""

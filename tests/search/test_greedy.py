@@ -35,7 +35,7 @@ def test_eight_hours_of_paper() -> None:
 
 
 @pytest.mark.campaign
-@few(12, 100)
+@few(4, 100)
 @given(st.integers(0, 10**6))
 def test_the_bound_holds_and_greedy_plans_are_feasible(seed: int) -> None:
     """Random batteries and deadlines: greedy ≤ search ≤ bound; no limit breaks."""

@@ -191,7 +191,7 @@ def test_a_terrain_is_the_mission_in_arrays() -> None:
     assert known.least_charge_As == pytest.approx(3600.0)
 
 
-@settings(few(16), deadline=None)
+@settings(few(6), deadline=None)
 @given(small, st.sampled_from([*patterns(2, 2)]), st.integers(0, 2**32 - 1))
 def test_no_rule_drops_a_plan(keys: dict[str, float], pattern: Pattern, seed: int) -> None:
     """Random plans that the wells bear, in random boxes around them: asked for no more than their
@@ -222,7 +222,7 @@ def test_no_rule_drops_a_plan(keys: dict[str, float], pattern: Pattern, seed: in
     assert (left.high_s[:, order] >= held_s - rounding_s).all()
 
 
-@settings(few(16), deadline=None)
+@settings(few(6), deadline=None)
 @given(
     small,
     st.sampled_from([each for each in patterns(3, 2) if 1 < len(each) < 5]),

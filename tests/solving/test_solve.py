@@ -60,7 +60,7 @@ def within(mission: Mission, plan: Plan, perspective: str) -> None:
 # Against plans made by hand
 
 
-@few(8, most=1000)
+@few(4, most=1000)
 @pytest.mark.campaign
 @given(missions(), perspective_names)
 def test_the_optimum_is_the_one_worked_out_by_hand(mission: Mission, perspective: str) -> None:
@@ -109,7 +109,7 @@ def test_p2_tight_in_slots_says_that_the_slots_are_in_the_way() -> None:
     assert plan.reasons[0].startswith("P3.a state of charge")
 
 
-@few(8, most=1000)
+@few(4, most=1000)
 @pytest.mark.campaign
 @given(missions(), perspective_names)
 def test_p2_takes_the_shortest_way_that_is_feasible(mission: Mission, perspective: str) -> None:
@@ -129,7 +129,7 @@ def test_p2_takes_the_shortest_way_that_is_feasible(mission: Mission, perspectiv
     assert plan.flight_time_s + plan.rest_time_s == pytest.approx(least_s, rel=1e-6, abs=1e-6)
 
 
-@few(8, most=1000)
+@few(4, most=1000)
 @pytest.mark.campaign
 @given(missions(), perspective_names, st.sampled_from([1.0, 10.0, 33.3]))
 def test_slots_lose_less_than_two_of_them(
@@ -146,7 +146,7 @@ def test_slots_lose_less_than_two_of_them(
         assert slotted > continuous - 2 * slot_s - 1e-6
 
 
-@few(8, most=1000)
+@few(4, most=1000)
 @pytest.mark.campaign
 @given(missions(), perspective_names, st.sampled_from([0.5, 1.0, 7.0]))
 def test_slotted_p3_is_a_floor(mission: Mission, perspective: str, slot_s: float) -> None:
@@ -168,7 +168,7 @@ def test_slotted_p3_is_a_floor(mission: Mission, perspective: str, slot_s: float
 # Monotony and scaling
 
 
-@few(8, most=1000)
+@few(4, most=1000)
 @pytest.mark.campaign
 @given(missions(), perspective_names, st.floats(1.0, 3.0))
 def test_more_of_anything_never_hurts(mission: Mission, perspective: str, factor: float) -> None:
@@ -186,7 +186,7 @@ def test_more_of_anything_never_hurts(mission: Mission, perspective: str, factor
         assert hover_s(mission.replace(change), perspective=perspective) >= before_s - 1e-6, change
 
 
-@few(8, most=1000)
+@few(4, most=1000)
 @pytest.mark.campaign
 @given(missions("regimes"), perspective_names, st.floats(0.1, 10.0))
 def test_scaling_battery_currents_and_powers_changes_nothing(
@@ -413,7 +413,7 @@ def test_of_equal_plans_the_fewest_stops_then_the_first_building_then_rest_first
 
 
 @pytest.mark.campaign
-@settings(few(5, most=300), suppress_health_check=[HealthCheck.filter_too_much])
+@settings(few(3, most=300), suppress_health_check=[HealthCheck.filter_too_much])
 @given(missions(), perspective_names)
 def test_the_rest_is_the_shortest_that_its_hover_admits(mission: Mission, perspective: str) -> None:
     """A second less of it, and the state of charge falls short."""
@@ -479,7 +479,7 @@ def test_a_round_trip_from_the_hover_point() -> None:
     assert optuav.solve(mission, perspective="battery").hover_time_s >= plan.hover_time_s
 
 
-@few(8, most=1000)
+@few(4, most=1000)
 @pytest.mark.campaign
 @given(missions())
 def test_a_round_trip_home(mission: Mission) -> None:

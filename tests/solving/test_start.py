@@ -71,7 +71,7 @@ def test_full_wells_at_the_start_change_nothing() -> None:
 
 
 @pytest.mark.campaign
-@few(6, 100)
+@few(3, 100)
 @given(st.floats(0.3, 1), st.floats(0.3, 1), st.sampled_from([1, 2]))
 def test_batch_and_several_stops_agree_with_single_solves(y1: float, y2: float, stops: int) -> None:
     """The same start by batch, by solve and by the search; more stops are never worse."""

@@ -69,7 +69,7 @@ def crossings(network: Network, route: int, times_s: tuple[float, float]) -> Ite
         yield "deadline"
 
 
-@settings(few(10), suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
+@settings(few(5), suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 @given(questions(), st.data())
 def test_ends_of_stretches_tell_all(program: Program, data: st.DataObject) -> None:
     """Any stays: what the programme admits breaks no limit at any moment, what it refuses does."""
