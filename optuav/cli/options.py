@@ -33,6 +33,8 @@ SIMPLE: Mapping[str, tuple[tuple[type, ...], str]] = {
     **{"str": ((str,), "a text"), "bool": ((bool,), "true or false")},
 }
 """Types of values, and words for them, by the type of a field of your own problem."""
+BESIDE = ("perspective", "slot_s", "engine", "time_limit_s")
+"""Options that are none of a problem's."""
 WRITTEN = {"save", "plot", "animate", "out", "file", "directory"}
 """Parameters that name a file or a directory to be written."""
 
@@ -54,7 +56,7 @@ class ProblemOptions:
     slot_s: float | None = None
 
     def question(
-        self, source: str, settings: Sequence[str] | None, **stops: Any
+        self, source: str, settings: Sequence[str] | None
     ) -> tuple[Mission, Formulation, dict[str, Any]]:
         """The mission, the problem and the options beside it; or all that is wrong with them.
 
@@ -63,29 +65,24 @@ class ProblemOptions:
         from optuav.mission import Mission
         from optuav.solving import question
 
-        set_options, settings, kind = vars(self), list(settings or ()), None
-        flags = ("trajectory", "building", "order", "hover_point", "speed")
-        values, faults = {name: set_options[name] for name in flags}, list[Fault]()
-        if ".py" in self.problem:
+        values, settings, faults = dict(vars(self)), list(settings or ()), list[Fault]()
+        problem: Any = values.pop("problem")
+        options = {name: values.pop(name) for name in BESIDE if name in values}
+        if ".py" in problem:
             from optuav.cli.problem_file import problem_class
 
-            kind = problem_class(self.problem)
+            problem = problem_class(problem)
             keys = {setting: setting.partition("=")[0].strip() for setting in settings}
-            ours = Mission.model_fields
-            our_settings = [
-                setting
-                for setting in settings
-                if "." not in keys[setting] and keys[setting] not in ours
+            own = [
+                x for x in settings if "." not in keys[x] and keys[x] not in Mission.model_fields
             ]
-            settings = [setting for setting in settings if setting not in our_settings]
-            values |= values_of(our_settings, faults)
-            faults += misfits_of(kind, values)
+            settings = [setting for setting in settings if setting not in own]
+            values |= values_of(own, faults)
+            faults += misfits_of(problem, values)
         mission = mission_of(source, settings)
         refuse(faults)
-        beside = ("perspective", "slot_s", "engine", "time_limit_s")
-        options = {name: set_options[name] for name in beside if name in set_options}
         try:
-            return mission, question.problem_of(kind or self.problem, **values, **stops), options
+            return mission, question.problem_of(problem, **values), options
         except InputError as error:
             try:
                 question.checked_question(mission, "P1", **options)
@@ -111,11 +108,11 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
     drone's datasheets. The help comes from ``words.toml``.
     """
     parameters = inspect.signature(function, eval_str=True).parameters
-    records: dict[str, Any] = {
-        key: each.annotation for key, each in parameters.items() if is_dataclass(each.annotation)
+    kinds = {key: each.annotation for key, each in parameters.items()}
+    records: dict[str, Any] = {key: kind for key, kind in kinds.items() if is_dataclass(kind)}
+    own_fields: dict[str, Any] = {
+        key: inspect.signature(kind, eval_str=True).parameters for key, kind in records.items()
     }
-    signatures = {key: inspect.signature(kind, eval_str=True) for key, kind in records.items()}
-    own_fields: dict[str, Any] = {key: each.parameters for key, each in signatures.items()}
     own_fields["numbers"], helps = _of_datasheets() if "numbers" in parameters else ({}, {})
 
     def run(force: bool | None = None, **given: Any) -> None:

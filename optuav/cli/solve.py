@@ -37,8 +37,7 @@ def solve(
     animate: Path | None = None,
 ) -> None:
     """Find the longest hover for a mission, and show the plan."""
-    more: dict[str, Any] = {"stops": asked.stops, "hovers": asked.hovers}
-    asked_mission, problem, options = asked.question(mission, settings, **more)
+    asked_mission, problem, options = asked.question(mission, settings)
     if solver is not None:
         if asked.engine != "cvxpy":
             raise InputError([Fault("--solver", repr(solver), "goes with --engine cvxpy")])
@@ -129,7 +128,7 @@ def explain(
             problem = problem_of(plan.problem, **fields, **more)
             explained = optuav.explain(plan.mission, problem, perspective=perspective)
     else:
-        asked_mission, problem, options = asked.question(mission, settings, **more)
+        asked_mission, problem, options = asked.question(mission, settings)
         explained = optuav.explain(asked_mission, problem, **options)
     hint = ""
     if any(note.startswith(f"{MORE_STOPS}: ") for note in explained.notes):

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from optuav.studies.results import Results
 
 WORKERS = min(os.cpu_count() or 1, 4)  # Processes that share work: each takes a second to start
-MOVED = ("device", "laser", "hover-point")  # Each with its function in `optuav.maps`
 
 
 @dataclass(frozen=True)
@@ -264,32 +263,29 @@ def map(
     from optuav.mission.messages import unknown
 
     check_places(out.save, out.plot, *FORMATS)
+    places = {"device": DEVICE, "laser": LASER, "hover-point": HOVER_POINT}
     faults, ends = list[Fault](), None
     if out.save == STANDARD:
         faults.append(Fault("--save", "'-'", f"a name that ends in {' or '.join(FORMATS)}"))
-    if over not in MOVED:
-        faults.append(unknown("--over", over, MOVED))
+    if over not in places:
+        faults.append(unknown("--over", over, [*places]))
     if bounds is not None and not (ends := numbers_in(bounds) or None):
         words = "four numbers of metres with commas between them, as in 0,0,500,800"
         faults.append(Fault("--bounds", repr(bounds), words))
     with collected(faults):
         moved = mission_of(mission, out.settings)
     refuse([*faults, *(faults_of(step_m, ends, height_m, perspective) if faults else ())])
-    key = dict(zip(MOVED, (DEVICE, LASER, HOVER_POINT), strict=True))[over]
-    hovers_found = hovers(key, moved, step_m, ends, height_m, perspective)
+    found = hovers(places[over], moved, step_m, ends, height_m, perspective)
     written = []
     if out.save is not None:
-        written.append(maps.save(hovers_found.labelled(), out.save))
+        written.append(maps.save(found.labelled(), out.save))
     if out.plot is not None:
         from optuav.plots import hover_map, save_figures
 
-        written += save_figures(
-            [(f"{over}.png", hover_map(moved, hovers_found.labelled()))], out.plot
-        )
-    deliver(
-        lambda: to_dict(hovers_found), summary(hovers_found), as_json=out.as_json, written=written
-    )
-    if "best_m" not in hovers_found.facts:
+        pictures = [(f"{over}.png", hover_map(moved, found.labelled()))]
+        written += save_figures(pictures, out.plot)
+    deliver(lambda: to_dict(found), summary(found), as_json=out.as_json, written=written)
+    if "best_m" not in found.facts:
         raise typer.Exit(NO)
 
 

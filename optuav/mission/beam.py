@@ -25,13 +25,8 @@ BATTERY = "battery.charge_current_A"  # Key of the limit that the battery sets
 class Beam(ABC):
     """Model of how much of the laser's light becomes electric power at a place.
 
-    A beam is one class in one file. Its quantities may be numbers, arrays or symbols, as in
-    `optuav.physics`.
-
-    Parameters
-    ----------
-    mission
-        A mission with a laser, whose tables hold the figures of the beam.
+    A beam is one class in one file, made of a mission with a laser. Its quantities may be numbers,
+    arrays or symbols, as in `optuav.physics`.
     """
 
     def __init__(self, mission: Mission) -> None:

@@ -93,23 +93,15 @@ class Buildings(Sequence[Building]):
         chosen = range(len(self))[number]
         if isinstance(chosen, range):
             return Buildings.of(map(self.__getitem__, chosen))
-        values = self.row(chosen)
-        values["position_m"] = tuple(values["position_m"])
-        if (stated := values.get("footprint_m")) is not None:
-            values["footprint_m"] = tuple(
-                tuple(value) if isinstance(value, list) else value for value in stated
-            )
-        return Building.model_construct(**values)
+        return Building.model_construct(**self.row(chosen, tuple))
 
-    def row(self, number: int) -> dict[str, Any]:
-        """A building as a file states it."""
-        values = {
-            "name": self.names[number],
-            "position_m": self.roofs[3 * number : 3 * number + 3].tolist(),
-        }
+    def row(self, number: int, kind: type[list[Any] | tuple[Any, ...]] = list) -> dict[str, Any]:
+        """A building as a file states it, or with tuples as the kind of its sequences."""
+        roof_m = self.roofs[3 * number : 3 * number + 3]
+        values = {"name": self.names[number], "position_m": kind(roof_m)}
         begin, end = self.begins[number : number + 2]
-        flat = self.corners[2 * begin : 2 * end].tolist()
-        if ring := [[*corner] for corner in zip(flat[::2], flat[1::2], strict=True)]:
+        flat = self.corners[2 * begin : 2 * end]
+        if ring := kind(map(kind, zip(flat[::2], flat[1::2], strict=True))):
             values["footprint_m"] = ring if len(ring) > 1 else ring[0]
         return values
 

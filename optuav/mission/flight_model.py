@@ -67,13 +67,8 @@ class FlightTable(MissionSection):
 class FlightModel(ABC):
     """Model of a UAV's flight and power: the figures of legs, hover and rest.
 
-    A model is one class in one file. Its quantities may be numbers, arrays over missions or
-    legs, or symbols, as in `optuav.physics`.
-
-    Parameters
-    ----------
-    mission
-        The mission whose tables hold the figures of the model.
+    A model is one class in one file, made of a mission. Its quantities may be numbers, arrays over
+    missions or legs, or symbols, as in `optuav.physics`.
     """
 
     name: ClassVar[str]  # As ``flight.model`` states it

@@ -26,12 +26,17 @@ class KeyedForms:
         """All forms, that without the key first."""
         return [*filter(None, (self.plain,)), *(model.table for model in self.models.values())]
 
+    def is_misspelt(self, stated: object) -> bool:
+        """Whether a table states a model that does not exist."""
+        name = stated.get(self.key) if isinstance(stated, dict) else None
+        return name is not None and name not in [*self.models]
+
     def form_of(self, stated: object) -> type[MissionSection]:
         """The form that is meant; of a misspelt model, the one with most of the keys."""
         keys = stated if isinstance(stated, dict) else {}
         if (name := keys.get(self.key)) is None:
             return self.forms()[0]
-        if name in [*self.models]:
+        if not self.is_misspelt(keys):
             return self.models[name].table
         tables = self.forms()[self.plain is not None :]
         return max(tables, key=lambda form: len(keys.keys() & form.model_fields.keys()))

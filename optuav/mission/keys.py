@@ -8,7 +8,7 @@ from typing import Any
 
 from optuav.errors import Fault
 from optuav.mission.forms import TABLES, table_keys
-from optuav.mission.messages import nearest, number
+from optuav.mission.messages import nearest, number, number_of
 from optuav.mission.mission import Mission
 from optuav.mission.schema import COORDINATE, FORCE, RATE_PER_MINUTE, WIND_SPEED, Number
 
@@ -42,9 +42,9 @@ def numeric_keys() -> dict[str, Number]:
     """Ranges of all numeric keys of missions by name, components of places and forces by number."""
     numbers = {PER_MINUTE: RATE_PER_MINUTE}
     for table in TABLES[:-1]:
-        for name in table_keys(table):
-            if (allowed := number(key := f"{table}.{name}")) is not None:
-                numbers[key] = allowed
+        for name, form in table_keys(table).items():
+            if (allowed := number_of(form, name)) is not None:
+                numbers[f"{table}.{name}"] = allowed
     for key, (allowed, axes) in VECTORS.items():
         numbers |= {f"{key}[{axis}]": allowed for axis in range(axes)}
     return numbers

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from decimal import Decimal
-from functools import cache
 from numbers import Integral
 from pathlib import Path
 from typing import Any, get_args
@@ -14,7 +13,7 @@ from optuav.errors import nearest as nearest  # noqa: PLC0414
 from optuav.errors import shown as shown  # noqa: PLC0414
 from optuav.mission.files import expanded
 from optuav.mission.forms import forms
-from optuav.mission.schema import Allowed, MissionSection, Number, OneOf, short
+from optuav.mission.schema import Allowed, Number, OneOf, short
 
 TYPES = {
     "float_type": "a number",
@@ -54,11 +53,11 @@ def number(name: str) -> Number | None:
     """Unit and range of a key of the mission by its dotted name; None if it is not a number."""
     table, _, key = name.partition(".")
     form = next((form for form in forms(table) if key in form.model_fields), None)
-    return None if form is None else _number(form, key)
+    return None if form is None else number_of(form, key)
 
 
-@cache
-def _number(form: type[MissionSection], key: str) -> Number | None:
+def number_of(form: type[BaseModel], key: str) -> Number | None:
+    """Unit and range of a field; None if it is not a number."""
     whole = next(described(form, key), None)
     return whole if isinstance(whole, Number) else None
 

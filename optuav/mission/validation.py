@@ -160,27 +160,24 @@ def breaches_of(
     """Pydantic's errors by key and in our words; the rules report their own."""
     suggestions = 0
     for detail in error.errors(include_url=False, include_context=False, include_input=False):
-        key = _key(detail["loc"])
+        location = detail["loc"]  # Finer than a key, inside its value
+        key = location[: 3 if location[:1] == ("buildings",) else 2]
         if not key or (key == _RATE and stated.value(_RATE_PER_MINUTE) is not UNKNOWN):
             continue
-        name = str(key[0])
         if detail["type"] in ("extra_forbidden", "invalid_key"):
             suggestions += 1
-            known = (
-                {*model.model_fields, "schema", "extends", "buildings_file"}
-                if len(key) == 1
-                else keys_in_file(name)
+            yield Breach(
+                key, _unknown(key, model, stated, suggests=suggestions <= MOST_SUGGESTIONS)
             )
-            likely = known if suggestions <= MOST_SUGGESTIONS else ()
-            yield Breach(key, _unknown(key, likely, stated))
             continue
+        name, last = str(key[0]), str(key[-1])
         if name not in TABLES or key == ("buildings",):
             words = allowed(model, name)
         else:
-            form = table_keys(name).get(str(key[-1]))
-            words = allowed(form, str(key[-1])) if form else table(name)
+            form = table_keys(name).get(last)
+            words = allowed(form, last) if form else table(name)
         if stated.value(key) is UNKNOWN:
-            if _is_misspelt(name, stated):
+            if (choice := CHOICES.get(name)) and choice.is_misspelt(stated.document.get(name)):
                 continue  # Nobody knows what the form that is meant lacks
             by = stated.displaced.get(key)
             why = f"; a new {by} displaces the old one, state both" if by else ""
@@ -188,19 +185,7 @@ def breaches_of(
         yield Breach(key, words)
 
 
-def _is_misspelt(table: str, stated: StatedMission) -> bool:
-    """Whether a table states a form that does not exist."""
-    choice = CHOICES.get(table)
-    form = stated.value((table, choice.key)) if choice else UNKNOWN
-    return choice is not None and form is not UNKNOWN and form not in [*choice.models]
-
-
-def _key(location: tuple[int | str, ...]) -> Key:
-    """Return the place of pydantic's error, no finer than a key."""
-    return location[:3] if location[:1] == ("buildings",) else location[:2]
-
-
-def _unknown(key: Key, known: Iterable[str], stated: StatedMission) -> str:
+def _unknown(key: Key, model: type[BaseModel], stated: StatedMission, *, suggests: bool) -> str:
     """Return the words on a key that no table has, or that has no meaning here."""
     name = str(key[-1])
     if key == _RATE_PER_MINUTE:
@@ -214,10 +199,12 @@ def _unknown(key: Key, known: Iterable[str], stated: StatedMission) -> str:
             return f"only with {key[0]}.{choice.key} = {words}"
         if choice.plain and name in choice.plain.model_fields:
             return f"only without {key[0]}.{choice.key}"
-    home = next((key for key in dotted_keys() if key.partition(".")[2] == name), None)
-    if home is not None:
-        return f"unknown key; did you mean '{home}'?"
-    return f"unknown key{nearest(name, known)}"
+    for home in dotted_keys():
+        if home.endswith(f".{name}"):
+            return f"unknown key; did you mean '{home}'?"
+    of_file = {*model.model_fields, "schema", "extends", "buildings_file"}
+    known = of_file if len(key) == 1 else keys_in_file(str(key[0]))
+    return f"unknown key{nearest(name, known) if suggests else ''}"
 
 
 def without(value: Any, faulty: Collection[Key], place: Key = ()) -> Any:

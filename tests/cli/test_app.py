@@ -205,8 +205,8 @@ def test_pictures_without_matplotlib_are_refused_in_one_sentence(tmp_path: Path)
 
 
 def test_a_reader_that_has_seen_enough_gets_no_traceback() -> None:
-    """As ``optuav show paper | head -1``."""
-    command = [sys.executable, "-m", "optuav", "show", "paper"]
+    """As ``optuav missions | head -1``."""
+    command = [sys.executable, "-m", "optuav", "missions"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
         assert running.stdout is not None
         assert running.stderr is not None
@@ -244,7 +244,6 @@ def test_an_output_that_is_full_or_closed_is_one_sentence() -> None:
     shell = f"{sys.executable} -m optuav"
     for line, said in (
         (f"{shell} missions --json > /dev/full", "cannot be written: No space left on device"),
-        (f"{shell} show paper > /dev/full", "cannot be written: No space left on device"),
         (f"{shell} missions >&-", "the standard output is closed"),
     ):
         found = subprocess.run(["sh", "-c", line], capture_output=True, text=True, check=False)

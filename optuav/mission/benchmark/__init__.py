@@ -15,34 +15,25 @@ from optuav.options import SET
 
 FILE = Path(__file__).with_name("missions.toml")
 PERSPECTIVES = ("available", "battery", "energy", "adjusted")
-SHARED = {"about": "", "extends": "", "problems": ["P1"], "perspectives": [*PERSPECTIVES]}
+SHARED: Mapping[str, Any] = {
+    **{"about": "", "extends": "", "problems": ["P1"], "perspectives": [*PERSPECTIVES]},
+    **{"without": (), "town": None},
+}
 """Keys of a family or a mission beside the keys of a mission, with their defaults."""
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """Recipe of a mission of the set, and the questions about it.
+    """Recipe of a mission of the set, and the questions about it."""
 
-    Parameters
-    ----------
-    name, family, about
-        The name that `optuav.load` takes, the family, and its description.
-    extends, changes, without
-        The shipped mission that it extends, its changes, and the tables that it removes.
-    town
-        The options of `town`; None where the buildings stay.
-    problems, perspectives
-        The problems, such as ``"P1"`` or ``"P4 building=b1"``, each asked in all the perspectives.
-    """
-
-    name: str
+    name: str  # As `optuav.load` takes it
     family: str
-    about: str
-    extends: str
+    about: str  # Description of the family
+    extends: str  # Shipped mission
     changes: Mapping[str, Any]
-    without: Sequence[str]
-    town: Mapping[str, Any] | None
-    problems: Sequence[str]
+    without: Sequence[str]  # Tables that it removes
+    town: Mapping[str, Any] | None  # Options of `town`; None where the buildings stay
+    problems: Sequence[str]  # Such as "P1" or "P4 building=b1", each asked in all perspectives
     perspectives: Sequence[str]
 
     def mission(self, extended: Mission) -> Mission:
@@ -64,14 +55,10 @@ def recipes() -> dict[str, Recipe]:
     for family, table in read_toml(FILE).items():
         lines = table.pop("missions")
         for line in lines:
-            options_of_line = {**SHARED, **table, **line}
-            options: dict[str, Any] = {key: options_of_line.pop(key) for key in SHARED}
-            options |= {
-                "without": options_of_line.pop("without", ()),
-                "town": options_of_line.pop("town", None),
-            }
-            name = f"{SET}{family}-{options_of_line.pop('name')}"
-            by_name[name] = Recipe(name=name, family=family, changes=options_of_line, **options)
+            changes = {**SHARED, **table, **line}
+            options = {key: changes.pop(key) for key in SHARED}
+            name = f"{SET}{family}-{changes.pop('name')}"
+            by_name[name] = Recipe(name=name, family=family, changes=changes, **options)
     return by_name
 
 
