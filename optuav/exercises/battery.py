@@ -116,9 +116,9 @@ def _out(task: Task, current_A: float) -> Conditions:
 def _load(task: Task, load: Mapping[str, float]) -> Conditions:
     """A full battery of {capacity_As = 15000, 15250 .. 25000} A s has the available fraction
     {share = 0.4, 0.41 .. 0.6} and the flow rate 2e-4 per second. Draw as much charge as you can
-    within {time_s = 1000, 1020 .. 1500} s: first one current, then another until the end, each
-    {most_A = 40, 41 .. 60} A at most. The available well must not run dry. Design a load that draws
-    at least 98 % of the most that any load can draw.
+    within {time_s = 1000, 1020 .. 1500} s: first with one current, then with another until the end.
+    Both are {most_A = 40, 41 .. 60} A at most. The available well must not run dry. Design a load
+    that draws at least 98 % of the most that any load can draw.
     """
     battery, most_A, time_s = _cell(task), float(task["most_A"]), float(task["time_s"])
     wells, drawn_As = battery.full, 0.0
@@ -214,8 +214,8 @@ def _shortest(task: Task, hovers: Mapping[str, float]) -> Conditions:
 def _pooled(task: Task, current_A: float) -> Conditions:
     """Two packs of {capacity_As = 6000, 6050 .. 9000} A s with ω = 0.625 and k_F = 4.5e-5 per
     second carry a constant current without a pause. Pooled, they last longer than one after the
-    other. Why? The witness is a current [A] with which they last {gain_s = 30, 31 .. 159} s longer,
-    within 1 s.
+    other. Why? The witness is a current [A] at which the pooled packs last
+    {gain_s = 30, 31 .. 159} s longer, within 1 s.
 
     + Each pack gives half of the current, so more of its bound charge follows in time.
     - Pooled, the two packs hold more charge than they hold when one follows the other.

@@ -41,7 +41,7 @@ def numbers(lesson: str = "") -> tuple[str, ...]:
 
     Returns
     -------
-    Numbers as `task` and `check` take them; none for a lesson without exercises.
+    Numbers as `task` and `check` take them.
 
     Examples
     --------
@@ -49,9 +49,8 @@ def numbers(lesson: str = "") -> tuple[str, ...]:
     >>> exercises.numbers("01")[0]
     '01.1'
     """
-    return tuple(
-        number for number in _exercises() if number.startswith(f"{lesson}." if lesson else "")
-    )
+    beginning = f"{lesson}." if lesson else ""
+    return tuple(number for number in _exercises() if number.startswith(beginning))
 
 
 def task(number: str, student: str = "") -> Task:
@@ -62,8 +61,8 @@ def task(number: str, student: str = "") -> Task:
     number
         Its number, such as ``"01.2"``; `numbers` lists them.
     student
-        Any text that names the student, such as a matriculation number, however its accents are
-        encoded; without one, the numbers are those of the lessons' worked solutions.
+        Any text that names the student, such as a matriculation number; without one, the numbers
+        are those of the lessons' worked solutions.
 
     Returns
     -------
@@ -119,21 +118,17 @@ def check(number: str, answer: object, student: str = "") -> Grade:
     number
         Number of the exercise, such as ``"01.2"``.
     answer
-        What the task asks for. To predict: a number. To declare: a `Formulation`, its class if it
-        has no fields of its own, or a `Model`. To prove: multipliers by label of the constraint, as
-        fractions or other numbers; a float is read as the nearest fraction whose denominator is at
-        most a million. To design: what the task names, such as an `Itinerary`, a `Plan`, or stops
-        such as ``("b1", "rest", 100.0)``. To explain why: the letter of a reason and a witness, as
-        a pair. An ellipsis ``...`` stands for no answer yet.
+        As the task shows. A `Formulation` may be given by its class, a float multiplier is read as
+        the nearest fraction whose denominator is at most a million, and an itinerary may be a
+        `Plan`. An ellipsis ``...`` stands for no answer yet.
     student
         The text for which the task was made.
 
     Returns
     -------
     Grade
-        True where the answer is correct. An answer of another kind is not correct, and neither is
-        a formulation whose code raises an error: the words say what was expected, and where the
-        code stopped.
+        True if the answer is correct. An answer of another kind and a formulation whose code
+        raises an error are not correct: the words say what was expected, and where the code stops.
 
     Raises
     ------

@@ -77,7 +77,7 @@ def _leg_s(task: Task, share: float = 1.0, wind_N: float = 0.0) -> float:
 def _windy(task: Task, wind_N: float) -> Conditions:
     """The UAV weighs {body.mass_kg = 0.9, 0.92 .. 1.3} kg. A steady wind along the way from the
     origin to the hover point makes the leg take longer, whether it blows from ahead or from behind.
-    Why? The witness is the force of a wind [N] with which the leg of `six_stages.leg` takes
+    Why? The witness is the force [N] of a wind in which the leg of `six_stages.leg` takes
     {percent:g = 3.0, 3.5 .. 60.0} % longer than in calm air, within 0.1 %.
 
     + The wind helps one half, and costs more time in the other half than it saves.
@@ -223,7 +223,7 @@ def _volts(task: Task, power_W: float) -> Conditions:
     """In `paper-table2`, hovering draws {flight.hover_current_A = 68.0, 68.5 .. 90.0} A, and flying
     draws {flight.flight_power_W = 1250, 1260 .. 1550} W. The longest direct hover (P3) is much
     shorter in the perspective `energy` than in `battery`. Why? The witness is the power of the
-    hover [W], `flight.hover_power_W`, with which both are equally long, within 0.5 s.
+    hover [W], `flight.hover_power_W`, that makes both equally long, within 0.5 s.
 
     + A coulomb drawn above the nominal voltage takes more joules than a full pack counts.
     - The battery loses energy in its resistance, and loses more of it with a larger current.
@@ -281,12 +281,10 @@ def _pads(task: Task, power_W: float) -> Conditions:
     yield from equals(power_W, need_W, 0.005 * need_W, "W", hint)
 
 
-def _total_As(drawn: Mapping[str, int]) -> int:
-    """Return a charge [A s] that is more than the way home takes."""
-    return round(1.3 * drawn["flight_s"] * drawn["flight_A"]) + 5000
+CHARGE = {"total_As": lambda n: round(1.3 * n["flight_s"] * n["flight_A"]) + 5000}
 
 
-@explain("33.1", figures(home_As=72_000.0, dry_As=72_000.0), draws={"total_As": _total_As})
+@explain("33.1", figures(home_As=72_000.0, dry_As=72_000.0), draws=CHARGE)
 def _way_home(task: Task, charges: Mapping[str, float]) -> Conditions:
     """The way home takes {flight_s = 60, 65 .. 300} s with {flight_A = 60, 61 .. 120} A. The
     battery has 72 000 A s, the available fraction {available_fraction = 0.3, 0.35 .. 0.7} and the
@@ -298,7 +296,7 @@ def _way_home(task: Task, charges: Mapping[str, float]) -> Conditions:
     + Only the available well feeds the rotors, and bound charge hardly follows in that time.
     - The drain of the way home is uncertain, so that no charge is certain to be enough.
       here the drain is stated exactly
-    - The charge at the landing has to be 5 % of the capacity, which depends on the wells.
+    - The charge at the landing must be 5 % of the capacity, which depends on the wells.
       the well runs dry before this limit counts
     """
     home_As, dry_As, total_As = charges["home_As"], charges["dry_As"], float(task["total_As"])

@@ -17,8 +17,11 @@ MISSED = 0.01  # Largest error of a coefficient by rounded multipliers
 EXACT = "whole numbers and Fractions are exact, rounded numbers are not"
 
 
-def added(model: Model, multipliers: Exact, goal: Exact) -> tuple[Certificate, Condition]:
-    """Add the constraints up, and check signs and coefficients of the sum."""
+def added(
+    model: Model, multipliers: Exact, goal: Exact | None = None
+) -> tuple[Certificate, Condition]:
+    """Add the constraints up, and check the signs, and the sum by a goal: the objective."""
+    goal = objective(model) if goal is None else goal
     rows = tuple(
         replace(row, multiplier=multipliers.get(row.label, Fraction(0)))
         for row in inequalities(model, model.row(0))
@@ -49,7 +52,7 @@ def contradiction(model: Model, multipliers: Exact) -> Conditions:
 
 def optimality(model: Model, multipliers: Exact) -> Conditions:
     """Yield whether multipliers prove the optimum."""
-    proof, condition = added(model, multipliers, objective(model))
+    proof, condition = added(model, multipliers)
     yield condition
     best = closed_form.solve(model, 1)
     optimum = bound(model, model.row(0), best.binding_labels(0))
@@ -59,28 +62,16 @@ def optimality(model: Model, multipliers: Exact) -> Conditions:
     yield Condition(proof.limit == optimum.limit, words, hint)
 
 
-def slack(model: Model, point: Exact) -> Exact:
-    """Return the slack of each constraint at a point, by label."""
+def feasibility(model: Model, point: Exact, multipliers: Exact | None = None) -> Conditions:
+    """Yield whether a point satisfies each constraint, without slack beside a multiplier."""
     at = {variable.symbol: point[variable.name] for variable in model.variables}
-    return {
-        row.label: row.limit - sum(a * at[symbol] for symbol, a in row.coefficients.items())
-        for row in inequalities(model, model.row(0))
-    }
-
-
-def feasibility(model: Model, point: Exact) -> Conditions:
-    """Yield whether a point satisfies each constraint."""
-    for label, left in slack(model, point).items():
-        words = f"feasibility: the point violates {label!r}"
-        yield Condition(left >= 0, words, "a point needs every constraint, with exact numbers")
-
-
-def complementarity(model: Model, point: Exact, multipliers: Exact) -> Conditions:
-    """Yield whether a constraint with slack has the multiplier 0."""
-    for label, left in slack(model, point).items():
-        words = f"complementary slackness: {label!r} has slack and a multiplier"
+    for row in inequalities(model, model.row(0)):
+        slack = row.limit - sum(a * at[symbol] for symbol, a in row.coefficients.items())
+        words = f"feasibility: the point violates {row.label!r}"
+        yield Condition(slack >= 0, words, "a point needs every constraint, with exact numbers")
+        words = f"complementary slackness: {row.label!r} has slack and a multiplier"
         hint = "of slack and multiplier one is 0, with exact numbers"
-        yield Condition(not left * multipliers.get(label, 0), words, hint)
+        yield Condition(not slack * (multipliers or {}).get(row.label, 0), words, hint)
 
 
 def objective(model: Model) -> Exact:
