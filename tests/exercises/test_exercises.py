@@ -58,10 +58,10 @@ def test_few_exercises_are_predictions() -> None:
     assert others == {n.partition(".")[0] for n in NUMBERS if KINDS[n] != "predict"}
 
 
-@pytest.mark.parametrize("student", STUDENTS[:2])
 @pytest.mark.parametrize("number", NUMBERS)
-def test_the_worked_solution_is_correct(number: str, student: str) -> None:
-    grade = exercises.check(number, worked(number, student), student)
+def test_the_worked_solution_is_correct(number: str) -> None:
+    """With a name; `worked` asserts the same of any student, and other tests use no name."""
+    grade = exercises.check(number, worked(number, "ada"), "ada")
     assert grade, grade
     assert grade.score > 0.9
     assert not grade.hint
@@ -85,11 +85,12 @@ def test_worked_solutions_are_correct_for_a_whole_school() -> None:
 
 @pytest.mark.parametrize("number", NUMBERS)
 def test_a_copied_answer_fails(number: str) -> None:
-    """With the numbers of four of five others at least; most fail before the fifth is asked."""
+    """With the numbers of two of three others at least; most fail before the third is asked."""
     answer = worked(number, "ada")
-    others = ("grace", "emmy", "kurt", "alan", "sofia")
-    failed = (each for each in others if not exercises.check(number, answer, each))
-    assert len([*islice(failed, 4)]) == 4
+    failed = (
+        name for name in ("grace", "emmy", "kurt") if not exercises.check(number, answer, name)
+    )
+    assert len([*islice(failed, 2)]) == 2
 
 
 def exercise(number: str) -> Any:
