@@ -198,19 +198,3 @@ answer_2.subject_to("rest only by way", rest <= 2000 * by_way, unit="s")
 # %%
 grade = exercises.check("11.2", answer_2, student)
 print(grade)
-
-# %%
-task = exercises.task("11.3", student)
-print(task)
-
-# %%
-answer_3 = ...
-### BEGIN SOLUTION
-# One by one, as Algorithm 2 does it, and audited by the grader.
-plans = [optuav.solve(task.mission, optuav.P4(roof)) for roof in task.mission.buildings.names]
-answer_3 = max(plans, key=lambda plan: plan.hover_time_s)
-### END SOLUTION
-
-# %%
-grade = exercises.check("11.3", answer_3, student)
-print(grade)

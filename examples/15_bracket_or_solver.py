@@ -203,25 +203,3 @@ answer_1 = letter, {"flies_s": flies_s, "fails_s": fails_s}
 # %%
 grade = exercises.check("15.1", answer_1, student)
 print(grade)
-
-# %%
-task = exercises.task("15.2", student)
-print(task)
-
-# %%
-answer_2 = ...
-### BEGIN SOLUTION
-# Charging fills the well during the hover, so the longest way to it leaves most room: by way of a
-# roof that is passed by. The full well ends the hover.
-low_s, high_s = 0.0, 400.0  # the first can be flown, the second not
-while high_s - low_s > 0.2:
-    hover_s = 0.5 * (low_s + high_s)
-    stops = Stop("b2", "rest", 0.0), Stop("hover", "hover", hover_s)
-    flown = optuav.audit(optuav.Itinerary(task.mission, stops)).flyable
-    low_s, high_s = (hover_s, high_s) if flown else (low_s, hover_s)
-answer_2 = [("b2", "rest", 0.0), ("hover", "hover", low_s)]
-### END SOLUTION
-
-# %%
-grade = exercises.check("15.2", answer_2, student)
-print(grade)

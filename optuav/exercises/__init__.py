@@ -14,7 +14,7 @@ not correct
 """
 
 from optuav.exercises.course import check, numbers, task
-from optuav.exercises.exercise import Grade, Task
+from optuav.exercises.task import Grade, Task
 
 __all__ = ["Grade", "Task", "check", "numbers", "task"]
 __dir__ = __all__.copy

@@ -1,38 +1,28 @@
-"""Forms of answers: a figure, figures by name, fractions by name, an itinerary."""
+"""Forms of answers: a figure, figures by name, exact numbers by label, an itinerary."""
 
 import math
 import numbers
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any, NamedTuple, NoReturn
+from typing import NoReturn, TypeVar
 
 import numpy as np
 
+from optuav.diagnosis.infeasibility import inequalities
 from optuav.errors import Fault, InputError, refuse
-from optuav.exercises.exercise import Task
+from optuav.exercises.exercise import Form
+from optuav.exercises.task import Task
 from optuav.judge import Itinerary, Stop
 from optuav.mission.messages import shown
 from optuav.plan import Plan
 
-
-class Form(NamedTuple):
-    """The form of an answer: an example, and how it is read, or refused with an `InputError`."""
-
-    example: str
-    read: Callable[[Task, object], Any]
-
+Read = TypeVar("Read")
 
 LARGEST = 300  # Power of ten from which on a decimal is refused
 MOST_PARTS = 10**6  # Largest denominator of the fraction that a float is read as
 STOP = '("b1", "rest", 100.0)'
-ROUNDED = 0.01  # Relative distance from the truth that rounding may explain
-FACTORS = {100.0: "a factor of 100", 1000.0: "a factor of 1000"}
-FACTORS_OF_UNITS = {
-    "s": {60.0: "minutes for seconds", 3600.0: "hours for seconds"},
-    "A s": {3600.0: "ampere-hours for ampere-seconds"},
-}
 
 
 def number_of(value: object) -> object:
@@ -54,84 +44,93 @@ def finite(value: object) -> float | None:
     return None
 
 
-def figure(unit: str = "", least: float = -math.inf, most: float = math.inf) -> Form:
+def fraction(value: object) -> Fraction | None:
+    """Return the fraction that a value is, or the one nearest to a float, or None."""
+    number = number_of(value)
+    if isinstance(number, numbers.Rational) and not isinstance(number, bool):
+        return Fraction(int(number.numerator), int(number.denominator))
+    plain = finite(number)
+    return None if plain is None else Fraction(plain).limit_denominator(MOST_PARTS)
+
+
+def figure(unit: str, least: float = -math.inf, most: float = math.inf) -> Form:
     """Form of one finite number in a unit, within a range."""
-    named = f"a finite number [{unit}]" if unit else "a finite number"
-    allowed = named + (f" from {least:g} to {most:g}" if math.isfinite(least) else "")
+    span = f" from {least:g} to {most:g}" if math.isfinite(least) else ""
 
     def read(task: Task, answer: object) -> float:
         value = finite(answer)
         if value is None or not least <= value <= most:
-            _refuse(answer, allowed)
+            _refuse(answer, f"a finite number [{unit}]{span}")
         return value
 
     return Form("10.0", read)
 
 
-def is_close(value: float, other: float, within: float) -> bool:
-    """Whether two figures agree within an amount, with room for the last digits."""
-    return math.isfinite(other) and abs(value - other) <= within * (1.0 + 1e-9)
+def figures(least: float = 0.0, **most: float) -> Form:
+    """Form of several numbers by name, from a least to a largest value of each."""
+    allowed = {name: f"a number from {least:g} to {most[name]:g}" for name in most}
+
+    def inside(name: str, answer: object) -> float | None:
+        value = finite(answer)
+        return value if value is not None and least <= value <= most[name] else None
+
+    example = "{" + ", ".join(f"'{name}': 10.0" for name in most) + "}"
+    return Form(example, lambda task, answer: _by_name(answer, allowed, inside, most))
 
 
-def missed(value: float, truth: float, within: float, unit: str) -> tuple[str, str]:
-    """Return how a figure misses the truth, and a hint where rounding or a unit explains it."""
-    tolerance, near = f"within {within:.3g} {unit}".rstrip(), ROUNDED * abs(truth)
-    if is_close(value, truth, near):
-        hint = f"keep all digits until the end, and answer {tolerance}"
-        return f"close, but not {tolerance}: it looks rounded", hint
-    for factor, words in (FACTORS | FACTORS_OF_UNITS.get(unit, {})).items():
-        if any(is_close(x, truth, near) for x in (value * factor, value / factor)):
-            return f"off by {words}", f"the unit is {unit}"
-    if is_close(-value, truth, within):
-        return "the sign is wrong", ""
-    return "too large" if value > truth else "too small", ""
+def exact(example: str, *labels: str, multipliers: bool = True, point: bool = False) -> Form:
+    """Form of fractions by name: multipliers of a task's constraints, a point, or both.
+
+    Labels name constraints that the task adds to its model.
+    """
+
+    def read(task: Task, answer: object) -> dict[str, Fraction]:
+        assert task.model is not None
+        rows = inequalities(task.model, task.model.row(0)) if multipliers else []
+        unknowns = [variable.name for variable in task.model.variables] if point else []
+        names = (*(row.label for row in rows), *labels, *unknowns)
+        allowed = dict.fromkeys(names, "a number, such as Fraction(1, 98)")
+        return _by_name(answer, allowed, lambda _, value: fraction(value), unknowns)
+
+    return Form(example, read)
 
 
-def figures(**ranges: tuple[str, float, float]) -> Form:
-    """Form of several numbers by name: for each its unit, least and largest value."""
-    names = ", ".join(ranges)
+def two(form: Form) -> Form:
+    """Form of a list of two answers of a form."""
+    example = f"[{form.example}, {form.example}]"
 
-    def read(task: Task, answer: object) -> dict[str, float]:
-        if not isinstance(answer, Mapping):
-            _refuse(answer, f"a dict with the numbers {names}")
-        stated, faults, values = dict(answer), list[Fault](), dict[str, float]()
-        for name, value in stated.items():
-            if name not in ranges:
-                faults.append(Fault(_key(name), shown(value), f"the names are {names}"))
-        for name, (unit, least, most) in ranges.items():
-            value = finite(stated.get(name))
-            if value is None or not least <= value <= most:
-                allowed = f"a number [{unit}] from {least:g} to {most:g}"
-                faults.append(Fault(name, shown(stated[name]) if name in stated else "", allowed))
-            else:
-                values[name] = value
-        refuse(faults)
-        return values
+    def read(task: Task, answer: object) -> list[object]:
+        if not isinstance(answer, list | tuple) or len(answer) != 2:
+            _refuse(answer, f"a list of two, such as {example}")
+        return [form.read(task, part) for part in answer]
 
-    return Form("{" + ", ".join(f"'{name}': 10.0" for name in ranges) + "}", read)
+    return Form(example, read)
 
 
-def fractions(
-    answer: object, names: Sequence[str], needed: Collection[str] = ()
-) -> dict[str, Fraction]:
-    """Return the numbers of an answer as fractions, or raise `InputError` with all faults."""
-    faults, values = list[Fault](), dict[str, Fraction]()
+MULTIPLIERS = exact("{'charge': Fraction(1, 98), ...}")
+PROOFS = two(MULTIPLIERS)
+
+
+def _by_name(
+    answer: object,
+    allowed: Mapping[str, str],
+    read: Callable[[str, object], Read | None],
+    needed: Collection[str],
+) -> dict[str, Read]:
+    """Return the numbers of an answer by name, or raise `InputError` with all faults."""
+    names = ", ".join(allowed)
     if not isinstance(answer, Mapping):
-        _refuse(answer, f"a dict of numbers by name: {', '.join(names)}")
-    for name, stated in dict(answer).items():
-        value = number_of(stated)
-        if name not in names:
-            faults.append(Fault(_key(name), shown(value), f"the names are {', '.join(names)}"))
-        elif isinstance(value, bool) or not isinstance(value, numbers.Real):
-            faults.append(Fault(name, shown(value), "a number, such as Fraction(1, 98)"))
-        elif isinstance(value, numbers.Rational):
-            values[name] = Fraction(int(value.numerator), int(value.denominator))
-        elif not math.isfinite(value):
-            faults.append(Fault(name, shown(value), "a finite number"))
+        _refuse(answer, f"a dict of numbers by name: {names}")
+    faults, values = list[Fault](), dict[str, Read]()
+    for name, value in dict(answer).items():
+        if name not in allowed:
+            key = name if isinstance(name, str) else shown(name)
+            faults.append(Fault(key, shown(value), f"the names are {names}"))
+        elif (number := read(name, value)) is None:
+            faults.append(Fault(name, shown(value), allowed[name]))
         else:
-            values[name] = Fraction(float(value)).limit_denominator(MOST_PARTS)
-    faults += [Fault(name, "", "is missing") for name in needed if name not in answer]
-    refuse(faults)
+            values[name] = number
+    refuse([*faults, *(Fault(name, "", allowed[name]) for name in needed if name not in answer)])
     return values
 
 
@@ -141,24 +140,17 @@ def _itinerary(task: Task, answer: object) -> Itinerary:
         if answer.mission != task.mission:
             _refuse(answer, "an itinerary that flies task.mission")
         answer = answer.stops
-    if isinstance(answer, tuple) and len(answer) == 3 and isinstance(answer[1], str):
-        _refuse(answer, f"a list of stops, such as [{STOP}]")
-    if not isinstance(answer, Sequence) or isinstance(answer, str):
-        _refuse(answer, f"an optuav.Itinerary, or stops in order such as {STOP}")
-    stops = list[Any]()
-    for number, stop in enumerate(answer):
-        is_three = isinstance(stop, tuple | list) and len(stop) == 3
-        if not is_three and not isinstance(stop, Stop):
-            raise InputError([Fault(f"stops.{number}", shown(stop), f"a stop such as {STOP}")])
-        stops.append(Stop(*stop) if is_three else stop)
-    return Itinerary(task.mission, tuple(stops))
+    is_lone = isinstance(answer, tuple) and len(answer) == 3 and isinstance(answer[1], str)
+    if is_lone or not isinstance(answer, list | tuple):
+        _refuse(answer, f"an optuav.Itinerary, or a list of stops, such as [{STOP}]")
+    stops = (
+        Stop(*stop) if isinstance(stop, tuple | list) and len(stop) == 3 else stop
+        for stop in answer
+    )
+    return Itinerary(task.mission, stops)
 
 
 ITINERARY = Form("[('b1', 'rest', 100.0), ('hover', 'hover', 400.0)]", _itinerary)
-
-
-def _key(name: object) -> str:
-    return name if isinstance(name, str) else shown(name)
 
 
 def _refuse(answer: object, allowed: str) -> NoReturn:

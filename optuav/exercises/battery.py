@@ -2,30 +2,29 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 import optuav
-from formulations.formulation import Given
 from optuav.exercises.answers import ITINERARY, figure, figures
-from optuav.exercises.exercise import Task, decimals
-from optuav.exercises.predict import Predict, Predictions
-from optuav.exercises.witness import Condition, Conditions, Witness, equals, flown, longest, within
+from optuav.exercises.exercise import design, explain, predict
+from optuav.exercises.measure import equals, flown, longest, within
+from optuav.exercises.task import Condition, Conditions, Task
 from optuav.judge import Itinerary, Stop, audit
-from optuav.modelling import Model
+from optuav.mission import load
 from optuav.options import SCHEDULES
 from optuav.physics.kibam import Battery, Stage, step, time_to_empty
 from optuav.physics.packs import lifetime
 
-CAPACITY = {"battery.capacity_As": range(30_000, 42_001, 40)}
-CELL = {"capacity_As": range(15_000, 25_001, 250), "share": decimals(0.4, 0.6, 0.01)}
 FLOW_RATE_PER_S = 2e-4
-ISLAND = {
-    "battery.charge_current_A": 90.0,
-    "laser.power_W": 12_000.0,
-    "battery.available_fraction": 0.09,
-}
+
+
+ISLAND = load("paper").replace(
+    {
+        **{"battery.charge_current_A": 90.0, "battery.available_fraction": 0.09},
+        "laser.power_W": 12_000.0,
+    }
+)
 
 
 def _flies(task: Task, hover_s: float, *rests: Stop) -> bool:
@@ -34,90 +33,78 @@ def _flies(task: Task, hover_s: float, *rests: Stop) -> bool:
     return bool(audit(Itinerary(task.mission, stops)))
 
 
-@Witness(
-    "01.1",
-    "One pack of `paper` holds {battery.capacity_As} A s. Design a direct flight, without a rest, "
-    "that can be flown and lands with {left_As} A s in the available well, within 100 A s. With "
-    "`stops = [optuav.judge.Stop('hover', 'hover', 400.0)]`, "
-    "`optuav.replay(optuav.Itinerary(task.mission, stops))` flies your stops: `flyable` is its "
-    "verdict, and `trace.available_As` is the charge over `trace.time_s`.",
-    {**CAPACITY, "left_As": range(500, 5001, 20)},
-    form=ITINERARY,
-)
+@design("01.1", ITINERARY)
 def _direct(task: Task, plan: Itinerary) -> Conditions:
+    """One pack of `paper` holds {battery.capacity_As = 30000, 30040 .. 42000} A s. Design a direct
+    flight, without a rest, that can be flown and lands with {left_As = 500, 520 .. 5000} A s in the
+    available well, within 100 A s. With `stops = [optuav.judge.Stop('hover', 'hover', 400.0)]`,
+    `optuav.replay(optuav.Itinerary(task.mission, stops))` flies your stops: `flyable` is its
+    verdict, and `trace.available_As` is the charge over `trace.time_s`.
+    """
     yield from flown(plan, rests=0)
     left_As = float(optuav.replay(plan).trace.available_As[-1, 0])
     hint = "each second of hover leaves less: how much does it draw, and which part flows over?"
     yield within("the charge at the landing", left_As, task["left_As"], 100.0, "A s", hint)
 
 
-@Witness(
-    "01.2",
-    "One pack holds {battery.capacity_As} A s. The direct plan that counts all charge alike, "
-    "`plan = optuav.solve(task.mission, 'P3', perspective='battery')`, falls from the sky. Why? "
-    "The witness is the charge [A s] that is left in the bound well at that moment, within 50 A s. "
-    "`optuav.plots.wells([plan])` draws both wells. `optuav.replay(plan)` has them as "
-    "`trace.available_As` and `trace.bound_As` over `trace.time_s`.",
-    CAPACITY,
-    reasons={
-        "The available well is empty, and bound charge cannot follow fast enough.": "",
-        "The flights and the hover together draw more charge than the two packs hold.": "how much "
-        "charge is left in the plan?",
-        "The deadline passes while the drone is still on its way back to the origin.": "compare "
-        "the mission time with the deadline",
-    },
-    form=figure("A s", 0.0, 1e5),
-)
+@explain("01.2", figure("A s", 0.0, 1e5))
 def _falls(task: Task, bound_As: float) -> Conditions:
+    """One pack holds {battery.capacity_As = 30000, 30040 .. 42000} A s. The direct plan that counts
+    all charge alike, `plan = optuav.solve(task.mission, 'P3', perspective='battery')`, falls from
+    the sky. Why? The witness is the charge [A s] that is left in the bound well at that moment,
+    within 50 A s. `optuav.plots.wells([plan])` draws both wells. `optuav.replay(plan)` has them as
+    `trace.available_As` and `trace.bound_As` over `trace.time_s`.
+
+    + The available well is empty, and bound charge cannot follow fast enough.
+    - The flights and the hover together draw more charge than the two packs hold.
+      how much charge is left in the plan?
+    - The deadline passes while the drone is still on its way back to the origin.
+      compare the mission time with the deadline
+    """
     replay = optuav.replay(optuav.solve(task.mission, "P3", perspective="battery"))
     trace, dry_s = replay.trace, replay.first_s("empty")
     left_As = float(np.interp(dry_s or math.nan, trace.time_s, trace.bound_As[:, 0]))
     hint = "optuav.replay(plan).first_s('empty') is the moment at which the available well is empty"
-    yield equals(bound_As, left_As, 50.0, "A s", hint)
+    yield from equals(bound_As, left_As, 50.0, "A s", hint)
 
 
-@Predict(
-    "02.1",
-    "On `matrice350`, the longest direct hover (P3) shrinks by {less:.1%} if hovering draws more "
-    "current than stated (`flight.hover_current_A`). How many percent more does it draw?",
-    {"less": decimals(0.05, 0.22, 0.001)},
-    "matrice350",
-    unit="%",
-    within=0.05,
-)
-def _more_current(task: Task) -> Predictions:
+@predict("02.1", figure("%"), "matrice350")
+def _more_current(task: Task, percent: float) -> Conditions:
+    """On `matrice350`, the longest direct hover (P3) shrinks by {less:.1% = 0.05, 0.051 .. 0.22} if
+    hovering draws more current than stated (`flight.hover_current_A`). How many percent more does
+    it draw?
+    """
     less, stated_A = task["less"], task.mission.to_dict()["flight"]["hover_current_A"]
     factors = np.linspace(1.0, 1.3, 301)
     currents_A = {"flight.hover_current_A": (stated_A * factors).tolist()}
     hovers_s = optuav.batch_arrays(task.mission, currents_A, "P3")["hover_time_s"].ravel()
     factor = float(np.interp(less - 1.0, -hovers_s / hovers_s[0], factors))
     hint = "solve with other currents: the laser gives as much as before, the flights take as much"
-    yield 100.0 * (factor - 1.0), hint
-    yield 100.0 * less / (1.0 - less), "a time is a charge over a current, but the laser helps"
-    yield 100.0 * less, "the time is divided by a factor; it does not fall by the same percentage"
+    mistakes = (
+        (100.0 * less / (1.0 - less), "a time is a charge over a current, but the laser helps"),
+        (100.0 * less, "the time is divided by a factor; it does not fall by the same percentage"),
+    )
+    return equals(percent, 100.0 * (factor - 1.0), 0.05, "%", hint, *mistakes)
 
 
 def _cell(task: Task) -> Battery:
     return Battery(float(task["capacity_As"]), task["share"], FLOW_RATE_PER_S)
 
 
-@Witness(
-    "03.1",
-    "A constant current discharges a battery of {capacity_As} A s with the available fraction "
-    "{share} and the flow rate 2e-4 per second. Why does a larger current get less charge out of "
-    "the battery? The witness is the current [A] that gets {out:.2%} of the charge out before the "
-    "available well is empty, within 0.2 %.",
-    {**CELL, "out": decimals(0.7, 0.9, 0.0025)},
-    reasons={
-        "Bound charge follows at a limited rate, and a larger current leaves it less time.": "",
-        "A larger current heats the battery, which turns a part of its charge into heat.": "every "
-        "ampere-second that is drawn counts here",
-        "A larger current makes the available well narrower, so that it is empty sooner.": "the "
-        "width of the well is fixed",
-    },
-    form=figure("A", 0.1, 500.0),
-)
+@explain("03.1", figure("A", 0.1, 500.0))
 def _out(task: Task, current_A: float) -> Conditions:
+    """A constant current discharges a battery of {capacity_As = 15000, 15250 .. 25000} A s with the
+    available fraction {share = 0.4, 0.41 .. 0.6} and the flow rate 2e-4 per second. Why does a
+    larger current get less charge out of the battery? The witness is the current [A] that gets
+    {out:.2% = 0.7, 0.7025 .. 0.9} of the charge out before the available well is empty, within 0.2
+    %.
+
+    + Bound charge follows at a limited rate, and a larger current leaves it less time.
+    - A larger current heats the battery, which turns a part of its charge into heat.
+      every ampere-second that is drawn counts here
+    - A larger current makes the available well narrower, so that it is empty sooner.
+      the width of the well is fixed
+    """
     battery = _cell(task)
     out_As = current_A * float(time_to_empty(battery, battery.full, -current_A))
     percent = 100.0 * out_As / task["capacity_As"]
@@ -125,16 +112,14 @@ def _out(task: Task, current_A: float) -> Conditions:
     yield within("the share that comes out", percent, 100.0 * task["out"], 0.2, "%", hint)
 
 
-@Witness(
-    "03.2",
-    "A full battery of {capacity_As} A s has the available fraction {share} and the flow rate "
-    "2e-4 per second. Draw as much charge as you can within {time_s} s: first one current, then "
-    "another until the end, each {most_A} A at most. The available well must not run dry. Design "
-    "a load that draws at least 98 % of the most that any load can draw.",
-    {**CELL, "time_s": range(1000, 1501, 20), "most_A": range(40, 61)},
-    form=figures(first_A=("A", 0.0, 60.0), first_s=("s", 0.0, 1500.0), then_A=("A", 0.0, 60.0)),
-)
+@design("03.2", figures(first_A=60.0, first_s=1500.0, then_A=60.0))
 def _load(task: Task, load: Mapping[str, float]) -> Conditions:
+    """A full battery of {capacity_As = 15000, 15250 .. 25000} A s has the available fraction
+    {share = 0.4, 0.41 .. 0.6} and the flow rate 2e-4 per second. Draw as much charge as you can
+    within {time_s = 1000, 1020 .. 1500} s: first with one current, then with another until the end.
+    Both are {most_A = 40, 41 .. 60} A at most. The available well must not run dry. Design a load
+    that draws at least 98 % of the most that any load can draw.
+    """
     battery, most_A, time_s = _cell(task), float(task["most_A"]), float(task["time_s"])
     wells, drawn_As = battery.full, 0.0
     first_s = min(load["first_s"], time_s)
@@ -156,25 +141,22 @@ def _load(task: Task, load: Mapping[str, float]) -> Conditions:
     yield Condition(share >= 0.98, words, hint, min(share, 1.0), True)
 
 
-@Witness(
-    "04.1",
-    "One pack holds {battery.capacity_As} A s. The paper's way by b1, `optuav.solve(task.mission, "
-    "optuav.P4('b1', order='rest-first'), perspective='battery')`, rests for minutes before it "
-    "hovers. Which limit does it break first, and why? The witness is the length [s] of a rest on "
-    "b1 before the hover that ends with {room_As} A s missing from a full available well, within "
-    "5 A s. `optuav.replay(optuav.Itinerary(task.mission, stops))` flies stops such as "
-    "`optuav.judge.Stop('b1', 'rest', 100.0)`, and has the wells over time as its `trace`.",
-    {**CAPACITY, "room_As": range(100, 901, 5)},
-    reasons={
-        "Full: the flight out took little charge, so the rest overfills the available well.": "",
-        "Empty: the flight out took so much that the available well is empty before "
-        "the rest.": "how much did one leg take?",
-        "Deadline: the rest and the hover last longer than the deadline leaves "
-        "for both.": "compare mission_time_s with the deadline",
-    },
-    form=figure("s", 0.0, 1000.0),
-)
+@explain("04.1", figure("s", 0.0, 1000.0))
 def _overfull(task: Task, rest_s: float) -> Conditions:
+    """One pack holds {battery.capacity_As = 30000, 30040 .. 42000} A s. The paper's way by b1,
+    `optuav.solve(task.mission, optuav.P4('b1', order='rest-first'), perspective='battery')`, rests
+    for minutes before it hovers. Which limit does it break first, and why? The witness is the
+    length [s] of a rest on b1 before the hover that ends with {room_As = 100, 105 .. 900} A s
+    missing from a full available well, within 5 A s.
+    `optuav.replay(optuav.Itinerary(task.mission, stops))` flies stops such as
+    `optuav.judge.Stop('b1', 'rest', 100.0)`, and has the wells over time as its `trace`.
+
+    + Full: the flight out took little charge, so the rest overfills the available well.
+    - Empty: the flight out took so much that the available well is empty before the rest.
+      how much did one leg take?
+    - Deadline: the rest and the hover last longer than the deadline leaves for both.
+      compare mission_time_s with the deadline
+    """
     stops = (Stop("b1", "rest", rest_s), Stop("hover", "hover", 60.0))
     replay = optuav.replay(Itinerary(task.mission, stops))
     ended_s = next(phase.end_s for phase in replay.phases if phase.kind == "rest")
@@ -184,64 +166,41 @@ def _overfull(task: Task, rest_s: float) -> Conditions:
     yield within("the room in the well", room_As, task["room_As"], 5.0, "A s", hint)
 
 
-@dataclass(frozen=True)
-class _ShortRest(optuav.Formulation):
-    """Longest hover with a rest of a limited length."""
-
-    most_s: float
-
-    def declare(self, model: Model, given: Given) -> None:
-        hover, rest = given.hover_and_rest(model)
-        model.maximise(hover)
-        model.subject_to("charge", given.soc_end(hover, rest) >= given.min_soc)
-        given.keep_wells(model, "wells", hover, rest)
-        given.keep_deadline(model, "in time", hover, rest)
-        if given.rests:
-            model.subject_to("short rest", rest <= self.most_s)
-
-
-@Witness(
-    "04.2",
-    "One pack holds {battery.capacity_As} A s, and the laser serves others as well: a rest may "
-    "last {rest_s} s at most. Design an itinerary with one rest at most that can be flown and "
-    "hovers at least 99.5 % of the longest such hover. Where and when does a rest help, if the "
-    "available well must neither run dry nor be charged past full? "
-    "`optuav.audit(optuav.Itinerary(task.mission, stops))` judges stops such as "
-    "`optuav.judge.Stop('b1', 'rest', 100.0)`.",
-    {**CAPACITY, "rest_s": range(170, 231)},
-    form=ITINERARY,
-)
+@design("04.2", ITINERARY)
 def _one_rest(task: Task, plan: Itinerary) -> Conditions:
+    """One pack holds {battery.capacity_As = 30000, 30040 .. 42000} A s, and the laser serves others
+    as well: a rest may last {rest_s = 170, 171 .. 230} s at most. Design an itinerary with one rest
+    at most that can be flown and hovers at least 99.5 % of the longest such hover. Where and when
+    does a rest help, if the available well must neither run dry nor be charged past full?
+    `optuav.audit(optuav.Itinerary(task.mission, stops))` judges stops such as
+    `optuav.judge.Stop('b1', 'rest', 100.0)`.
+    """
     most_s = float(task["rest_s"])
     for stop in plan.stops:
-        words, hint = (
-            f"it rests for {stop.duration_s:.1f} s",
-            f"a rest may last {most_s:g} s at most",
-        )
-        yield Condition(stop.kind != "rest" or stop.duration_s <= most_s, words, hint)
-    best = optuav.solve(task.mission, _ShortRest(most_s))
-    yield from longest(plan, best.hover_time_s, 0.995)
+        words = f"it rests for {stop.duration_s:.1f} s"
+        short = stop.kind != "rest" or stop.duration_s <= most_s
+        yield Condition(short, words, f"a rest may last {most_s:g} s at most")
+    program = optuav.formulate(task.mission)
+    for part in program.parts:
+        if part.rests:
+            part.model.subject_to("short rest", part.model.variables[1] <= most_s)
+    yield from longest(plan, program.solve().hover_time_s, 0.995)
 
 
-@Witness(
-    "15.1",
-    "The mission is the island of the lesson: a charging current of 90 A from a laser of 12 000 "
-    "W, and 9 % of the charge in the available well. The flow rate is {battery.flow_rate_per_s} "
-    "per second. Some direct hovers are too short to be flown. Why? The witness is a hover that "
-    "can be flown, and one that cannot and is up to 1 s shorter.",
-    {"battery.flow_rate_per_s": decimals(2.85e-4, 3.2e-4, 2e-7)},
-    fixed=ISLAND,
-    reasons={
-        "The flight out nearly empties the small well, and a hover gives bound charge time to "
-        "follow.": "",
-        "After a short hover, more charge is left at the end than the limits of the mission "
-        "allow.": "no limit bounds the charge at the end from above",
-        "The laser charges too little in a short hover, so the charge ends below the required 5 "
-        "%.": "which limit does optuav.audit name?",
-    },
-    form=figures(flies_s=("s", 0.0, 2000.0), fails_s=("s", 0.0, 2000.0)),
-)
+@explain("15.1", figures(flies_s=2000.0, fails_s=2000.0), ISLAND)
 def _shortest(task: Task, hovers: Mapping[str, float]) -> Conditions:
+    """The mission is the island of the lesson: a charging current of 90 A from a laser of 12 000 W,
+    and 9 % of the charge in the available well. The flow rate is
+    {battery.flow_rate_per_s = 0.000285, 0.0002852 .. 0.00032} per second. Some direct hovers are
+    too short to be flown. Why? The witness is a hover that can be flown, and one that cannot and is
+    up to 1 s shorter.
+
+    + The flight out nearly empties the small well, and a hover gives bound charge time to follow.
+    - After a short hover, more charge is left at the end than the limits of the mission allow.
+      no limit bounds the charge at the end from above
+    - The laser charges too little in a short hover, so the charge ends below the required 5 %.
+      which limit does optuav.audit name?
+    """
     flies_s, fails_s = hovers["flies_s"], hovers["fails_s"]
     words = f"{fails_s:g} s is not up to 1 s shorter than {flies_s:g} s"
     yield Condition(0.0 < flies_s - fails_s <= 1.0, words, "halve the interval between them")
@@ -251,35 +210,19 @@ def _shortest(task: Task, hovers: Mapping[str, float]) -> Conditions:
     yield Condition(fails, f"{fails_s:g} s can be flown as well", hint)
 
 
-@Witness(
-    "15.2",
-    "The battery takes up to {battery.charge_current_A} A from a laser of 16 000 W, so that "
-    "hovering charges it. Design an itinerary with at most one rest, which may last 0 s, that can "
-    "be flown and hovers at least 99 % of the longest such hover. Which limit ends such a hover?",
-    {"battery.charge_current_A": decimals(132.0, 168.0, 0.5)},
-    fixed={"laser.power_W": 16_000.0},
-    form=ITINERARY,
-)
-def _charging(task: Task, plan: Itinerary) -> Conditions:
-    return longest(plan, optuav.solve(task.mission).hover_time_s, 0.99)
-
-
-@Witness(
-    "16.1",
-    "Two packs of {capacity_As} A s with ω = 0.625 and k_F = 4.5e-5 per second carry a constant "
-    "current without a pause. Pooled, they last longer than one after the other. Why? The witness "
-    "is a current [A] with which they last {gain_s} s longer, within 1 s.",
-    {"capacity_As": range(6000, 9001, 50), "gain_s": range(30, 160)},
-    reasons={
-        "Each pack gives half of the current, so more of its bound charge follows in time.": "",
-        "Pooled, the two packs hold more charge than they hold when one follows the other.": "how "
-        "much do the full packs hold either way?",
-        "The second pack loses a part of its charge while it waits for the first one to end.": "a "
-        "full pack keeps all its charge",
-    },
-    form=figure("A", 0.5, 100.0),
-)
+@explain("16.1", figure("A", 0.5, 100.0))
 def _pooled(task: Task, current_A: float) -> Conditions:
+    """Two packs of {capacity_As = 6000, 6050 .. 9000} A s with ω = 0.625 and k_F = 4.5e-5 per
+    second carry a constant current without a pause. Pooled, they last longer than one after the
+    other. Why? The witness is a current [A] at which the pooled packs last
+    {gain_s = 30, 31 .. 159} s longer, within 1 s.
+
+    + Each pack gives half of the current, so more of its bound charge follows in time.
+    - Pooled, the two packs hold more charge than they hold when one follows the other.
+      how much do the full packs hold either way?
+    - The second pack loses a part of its charge while it waits for the first one to end.
+      a full pack keeps all its charge
+    """
     cell = Battery(float(task["capacity_As"]), 0.625, 4.5e-5)
     pooled_s, in_turn_s = (
         lifetime([(current_A, 1e6)], packs=2, schedule=schedule, **vars(cell))
@@ -289,19 +232,13 @@ def _pooled(task: Task, current_A: float) -> Conditions:
     yield within("the gain", pooled_s - in_turn_s, task["gain_s"], 1.0, "s", hint)
 
 
-@Witness(
-    "17.1",
-    "One pack holds {battery.capacity_As} A s. An itinerary rests {first_s} s on b9, hovers 660 "
-    "s, and rests {last_s} s on b10. Keep both rests, and design the longest hover between them "
-    "that passes the audit: a hover that is 1 s longer must fail.",
-    {
-        "battery.capacity_As": range(30_000, 36_001, 100),
-        "first_s": range(100, 231, 2),
-        "last_s": range(200, 301, 2),
-    },
-    form=ITINERARY,
-)
+@design("17.1", ITINERARY)
 def _repaired(task: Task, plan: Itinerary) -> Conditions:
+    """One pack holds {battery.capacity_As = 30000, 30100 .. 36000} A s. An itinerary rests
+    {first_s = 100, 102 .. 230} s on b9, hovers 660 s, and rests {last_s = 200, 202 .. 300} s on
+    b10. Keep both rests, and design the longest hover between them that passes the audit: a hover
+    that is 1 s longer must fail.
+    """
     first = Stop("b9", "rest", float(task["first_s"]))
     last = Stop("b10", "rest", float(task["last_s"]))
     same = len(plan.stops) == 3 and (plan.stops[0], plan.stops[2]) == (first, last)
@@ -312,22 +249,18 @@ def _repaired(task: Task, plan: Itinerary) -> Conditions:
     yield Condition(fails, f"{hover_s:g} s passes the audit", "1 s more passes too", None, True)
 
 
-@Witness(
-    "18.1",
-    "One pack holds {battery.capacity_As} A s. A second rest lengthens the longest hover. Why? "
-    "The witness is an itinerary with two rests that can be flown and hovers at least 99 % of the "
-    "longest hover with two rests, and longer than any with one.",
-    {"battery.capacity_As": range(29_000, 34_001, 20)},
-    reasons={
-        "One rest refills the well before the hover, the other gives charge for the way home.": "",
-        "The way by two roofs is shorter than the direct way, so the flights take "
-        "less charge.": "compare the flight times",
-        "By total charge, two rests on two roofs return more than one rest of the same time.": "by "
-        "total charge, is a second rest worth anything?",
-    },
-    form=ITINERARY,
-)
+@explain("18.1", ITINERARY)
 def _two_rests(task: Task, plan: Itinerary) -> Conditions:
+    """One pack holds {battery.capacity_As = 29000, 29020 .. 34000} A s. A second rest lengthens the
+    longest hover. Why? The witness is an itinerary with two rests that can be flown and hovers at
+    least 99 % of the longest hover with two rests, and longer than any with one.
+
+    + One rest refills the well before the hover, the other gives charge for the way home.
+    - The way by two roofs is shorter than the direct way, so the flights take less charge.
+      compare the flight times
+    - By total charge, two rests on two roofs return more than one rest of the same time.
+      by total charge, is a second rest worth anything?
+    """
     problems = (optuav.P1(stops=1), optuav.P1(stops=2))
     one_s, two_s = (optuav.solve(task.mission, problem).hover_time_s for problem in problems)
     return longest(plan, two_s, max(0.99, one_s / two_s), rests=2)

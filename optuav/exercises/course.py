@@ -7,23 +7,19 @@ import unicodedata
 from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
-from types import EllipsisType
-
-import numpy as np
+from types import EllipsisType, FrameType
 
 from formulations.formulation import Formulation
-from optuav.errors import MOST_SHOWN, Fault, InputError, OptuavError
-from optuav.exercises.exercise import OPEN, Exercise, Grade, Task
+from optuav.errors import MOST_SHOWN, Fault, InputError, OptuavError, printable
+from optuav.exercises.exercise import Exercise
+from optuav.exercises.task import OPEN, WRONG, Grade, Task
 from optuav.mission.messages import nearest, shown
 
-PARTS = ("battery", "optimisation", "physics", "through_the_day")
+PARTS = ("battery", "optimisation", "models")
 """Files of exercises."""
 
 RENUMBERED = {"10": "12", "11": "10", "12": "11"}
 """Lessons that have another number now."""
-
-PLAIN = ("builtins", "numpy", "fractions", "decimal")
-"""Modules of answers that run no code of their own: another error is one of the grader."""
 
 
 @cache
@@ -45,7 +41,7 @@ def numbers(lesson: str = "") -> tuple[str, ...]:
 
     Returns
     -------
-    Numbers as `task` and `check` take them; none for a lesson without exercises.
+    Numbers as `task` and `check` take them.
 
     Examples
     --------
@@ -53,9 +49,8 @@ def numbers(lesson: str = "") -> tuple[str, ...]:
     >>> exercises.numbers("01")[0]
     '01.1'
     """
-    return tuple(
-        number for number in _exercises() if number.startswith(f"{lesson}." if lesson else "")
-    )
+    beginning = f"{lesson}." if lesson else ""
+    return tuple(number for number in _exercises() if number.startswith(beginning))
 
 
 def task(number: str, student: str = "") -> Task:
@@ -66,8 +61,8 @@ def task(number: str, student: str = "") -> Task:
     number
         Its number, such as ``"01.2"``; `numbers` lists them.
     student
-        Any text that names the student, such as a matriculation number, however its accents are
-        encoded; without one, the numbers are those of the lessons' worked solutions.
+        Any text that names the student, such as a matriculation number; without one, the numbers
+        are those of the lessons' worked solutions.
 
     Returns
     -------
@@ -123,21 +118,17 @@ def check(number: str, answer: object, student: str = "") -> Grade:
     number
         Number of the exercise, such as ``"01.2"``.
     answer
-        What the task asks for. To predict: a number. To declare: a `Formulation`, its class if it
-        has no fields of its own, or a `Model`. To prove: multipliers by label of the constraint, as
-        fractions or other numbers; a float is read as the nearest fraction whose denominator is at
-        most a million. To design: what the task names, such as an `Itinerary`, a `Plan`, or stops
-        such as ``("b1", "rest", 100.0)``. To explain why: the letter of a reason and a witness, as
-        a pair. An ellipsis ``...`` stands for no answer yet.
+        As the task shows. A `Formulation` may be given by its class, a float multiplier is read as
+        the nearest fraction whose denominator is at most a million, and an itinerary may be a
+        `Plan`. An ellipsis ``...`` stands for no answer yet.
     student
         The text for which the task was made.
 
     Returns
     -------
     Grade
-        True where the answer is correct. An answer of another kind is not correct, and neither is
-        a formulation whose code raises an error: the words say what was expected, and where the
-        code stopped.
+        True if the answer is correct. An answer of another kind and a formulation whose code
+        raises an error are not correct: the words say what was expected, and where the code stops.
 
     Raises
     ------
@@ -153,48 +144,34 @@ def check(number: str, answer: object, student: str = "") -> Grade:
     asked = task(number, student)
     if isinstance(answer, EllipsisType):
         return Grade(number, OPEN)
+    exercise, at_fault = _exercises()[number], BaseException
     try:
-        return _exercises()[number].grade(asked, answer)
+        objection, value = exercise.read(asked, answer)
+        # From here on only a declaration runs code of the student's own.
+        at_fault = BaseException if exercise.kind == "declare" else OptuavError
+        return exercise.grade(asked, objection, value)
     except KeyboardInterrupt:
         raise
-    except BaseException as error:
-        if _is_plain(answer) and not isinstance(error, OptuavError):
-            raise
+    except at_fault as error:
         try:
-            words = _stopped(error, answer) if _declares(answer) else _misfit(error)
+            words = _refusal(error, answer)
         except (Exception, SystemExit):  # Of an error without words
             words = type(error).__name__
-        return Grade.wrong(asked, words)
+        return Grade(number, WRONG, printable(words))
 
 
-def _kind(answer: object) -> type:
-    return answer if isinstance(answer, type) else type(answer)
-
-
-def _is_plain(answer: object) -> bool:
-    """Whether neither an answer nor what it holds runs code of its own."""
-    waiting, seen = [answer], set[int]()
-    while waiting:
-        part = waiting.pop()
-        has_objects = isinstance(part, np.ndarray | np.generic) and part.dtype.hasobject
-        if _kind(part).__module__ not in PLAIN or has_objects:
-            return False
-        if isinstance(part, dict | list | tuple | set) and id(part) not in seen:
-            seen.add(id(part))
-            waiting += [*part, *part.values()] if isinstance(part, dict) else part
-    return True
-
-
-def _declares(answer: object) -> bool:
-    """Whether an answer runs a formulation of the student's own."""
-    kind = _kind(answer)
-    return issubclass(kind, Formulation) and kind.__module__.split(".")[0] != "formulations"
-
-
-def _misfit(error: BaseException) -> str:
-    """Say why an answer does not have the form that the exercise asks for."""
+def _refusal(error: BaseException, answer: object) -> str:
+    """Say why an answer cannot be graded: its form, or where the code of a formulation stops."""
+    kind = answer if isinstance(answer, type) else type(answer)
+    named = "" if isinstance(error, OptuavError) else f"{type(error).__name__}: "
+    if issubclass(kind, Formulation) and not kind.__module__.startswith("formulations."):
+        steps = traceback.walk_tb(error.__traceback__)
+        own = [step for step in steps if step[0].f_globals.get("__name__") == kind.__module__]
+        if own:
+            return _stopped(error, *own[-1])
+        if named:
+            return f"{named}{error}"
     if not isinstance(error, InputError):
-        named = "" if isinstance(error, OptuavError) else f"{type(error).__name__}: "
         return f"not an answer: {named}{error}"
     first, *_ = faults = error.faults[:MOST_SHOWN]
     if first.key == "answer":
@@ -202,16 +179,11 @@ def _misfit(error: BaseException) -> str:
     return f"not an answer: {'; '.join(map(str, faults))}"
 
 
-def _stopped(error: BaseException, answer: object) -> str:
-    """Say what stopped the code of a formulation: the error, and the line of the student's code."""
-    named, module = type(error).__name__, _kind(answer).__module__
-    walked = traceback.walk_tb(error.__traceback__)
-    own = [each for each in walked if each[0].f_globals.get("__name__") == module]
-    if not own:
-        return _misfit(error) if isinstance(error, InputError) else f"{named}: {error}"
-    frame, line = own[-1]
+def _stopped(error: BaseException, frame: FrameType, line: int) -> str:
+    """Say at which line of a student's code an error stopped it."""
     text = linecache.getline(frame.f_code.co_filename, line, frame.f_globals).strip()
     where = f"line {line} of your code" + (f", {text!r}" if text else "")
     known = dir(error.obj) if isinstance(error, AttributeError) else [*frame.f_locals]
     missed = isinstance(error, AttributeError | NameError) and error.name
-    return f"{named} in {where}: {error}{nearest(missed, known) if missed else ''}"
+    spelled = nearest(missed, known) if missed else ""
+    return f"{type(error).__name__} in {where}: {error}{spelled}"

@@ -1,212 +1,163 @@
-"""The parts of an exercise: numbers drawn for each student, its task, and grades of answers."""
+"""An exercise: its text with numbers of each student, and its check with hints."""
 
 import re
-import textwrap
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
 from hashlib import sha256
-from typing import Any, ClassVar, Literal, Self, TypeAlias
+from inspect import getdoc
+from types import MappingProxyType
+from typing import Any, NamedTuple, TypeAlias
 
-from optuav.errors import Fault, InputError, printable, printed
+import numpy as np
+
+from optuav.errors import Fault, InputError, OptuavError, printable
+from optuav.exercises.linear import IN_BRACES, filled, linear
+from optuav.exercises.task import CORRECT, WRONG, Condition, Conditions, Grade, Kind, Task
 from optuav.mission import Mission, load
-from optuav.mission.messages import nearest
-from optuav.modelling import Model
+from optuav.mission.messages import shown
 
-Kind: TypeAlias = Literal["predict", "declare", "design", "prove", "explain-why"]
 Draws: TypeAlias = Mapping[str, Any]
 """Choices of each number, by mission key or name, or a function of the numbers before."""
 
-CORRECT, WRONG, OPEN = "correct", "not correct", "no answer yet"
 LETTERS = "abcdef"
-NUMBER = re.compile(r"\{([a-zA-Z][\w.]*)(?::([^}]*))?\}")
+REASON = re.compile(r"^[+-] (.+)(?:\n  (.+))?", re.MULTILINE)
+"""A reason in a docstring; a hint stands below those that do not hold, after a minus."""
 
 
-def decimals(first: float, last: float, step: float) -> tuple[float, ...]:
-    """Return numbers from first to last in equal steps, each the float of its short decimal."""
-    return tuple(round(first + k * step, 9) for k in range(round((last - first) / step) + 1))
+def decimals(first: float, second: float, last: float) -> tuple[float, ...]:
+    """Return numbers in equal steps, each the float of its short decimal."""
+    steps = round((last - first) / (second - first))
+    return tuple(round(first + k * (second - first), 9) for k in range(steps + 1))
 
 
-@dataclass(frozen=True)
-class Task:
-    """An exercise with a student's numbers.
+class Form(NamedTuple):
+    """The form of an answer: an example, and how it is read, or refused with an `InputError`."""
 
-    Parameters
-    ----------
-    number, kind
-        Number of the exercise, and its kind: predict, declare, design, prove or explain-why.
-    text
-        Question, with the numbers; the reasons to choose from are lines of their own.
-    numbers
-        Numbers drawn for the student, by key of the mission or by name; also ``task["name"]``.
-    mission
-        Mission of the exercise, with the numbers in it.
-    model
-        Model to prove something about, or None.
-    reasons
-        Reasons to choose from, by letter.
-
-    Examples
-    --------
-    >>> from optuav import exercises
-    >>> task = exercises.task("05.1", student="ada")
-    >>> task.kind, task["hover_A"]
-    ('declare', 80)
-    """
-
-    number: str
-    kind: Kind
-    text: str
-    numbers: Mapping[str, float | str]
-    mission: Mission
-    model: Model | None = None
-    reasons: Mapping[str, str] = field(default_factory=dict)
-
-    def __getitem__(self, name: str) -> Any:
-        if name not in self.numbers:
-            words = f"the numbers of exercise {self.number} are {', '.join(self.numbers)}"
-            raise InputError([Fault(str(name), "", words + nearest(str(name), self.numbers))])
-        return self.numbers[name]
-
-    @printed
-    def __str__(self) -> str:
-        lines = [f"Exercise {self.number} ({self.kind})"]
-        for paragraph in self.text.split("\n"):
-            lines += textwrap.wrap(paragraph, 80, subsequent_indent="    " * (paragraph[:1] == "("))
-        return "\n".join([*lines, "", str(self.model)] if self.model else lines)
-
-    def __repr__(self) -> str:
-        return f"<Task {self.number}: {self.kind}>"
-
-    def _repr_html_(self) -> str:
-        from optuav import markup
-        from optuav.modelling.mathml import html
-
-        shown = [markup.element("p", markup.element("strong", f"Exercise {self.number}"))]
-        for paragraph in self.text.split("\n"):
-            words = paragraph.split("`")  # Every second piece stood between two of them
-            pieces = (markup.element("code", w) if k % 2 else w for k, w in enumerate(words))
-            shown.append(markup.element("p", *pieces))
-        return markup.shown(*shown, *(html(self.model) if self.model else []))
+    example: str
+    read: Callable[[Task, object], Any]
 
 
-@dataclass(frozen=True)
-class Grade:
-    """Verdict on an answer; true if the answer is correct.
-
-    Parameters
-    ----------
-    number
-        Number of the exercise.
-    verdict
-        ``"correct"``, ``"not correct"`` or ``"no answer yet"``.
-    words
-        The first mistake, or how good the answer is.
-    hint
-        What to think about next; never the answer.
-    score
-        From 0 to 1; for an itinerary its hover time as a share of the best.
-
-    Examples
-    --------
-    >>> from optuav import exercises
-    >>> grade = exercises.check("02.1", 10.0, student="ada")
-    >>> bool(grade), grade.verdict
-    (False, 'not correct')
-    """
-
-    number: str
-    verdict: str
-    words: str = ""
-    hint: str = ""
-    score: float = 0.0
-
-    def __bool__(self) -> bool:
-        return self.verdict == CORRECT
-
-    @printed
-    def __str__(self) -> str:
-        head = f"exercise {self.number}: {self.verdict}"
-        lines = [f"{head}; {self.words}" if self.words else head]
-        lines += [f"Hint: {self.hint}"] if self.hint else []
-        return "\n".join(textwrap.fill(line, 80, subsequent_indent="  ") for line in lines)
-
-    def __repr__(self) -> str:
-        return f"<Grade {self.number}: {self.verdict}>"
-
-    def _repr_html_(self) -> str:
-        from optuav import markup
-
-        verdict = "; ".join(filter(None, (f"Exercise {self.number}: {self.verdict}", self.words)))
-        content = [markup.paragraph(verdict, good=None if self.verdict == OPEN else bool(self))]
-        content += [markup.paragraph(f"Hint: {self.hint}")] if self.hint else []
-        return markup.shown(*content)
-
-    @classmethod
-    def correct(cls, task: Task, words: str = "", score: float = 1.0) -> Self:
-        """Return the grade of a correct answer."""
-        return cls(task.number, CORRECT, words, score=score)
-
-    @classmethod
-    def wrong(cls, task: Task, words: str, hint: str = "", score: float = 0.0) -> Self:
-        """Return the grade of an answer that is not correct."""
-        return cls(task.number, WRONG, printable(words), printable(hint), score)
+AS_IT_IS = Form("", lambda task, answer: answer)
 
 
 @dataclass(frozen=True)
 class Exercise:
-    """An exercise as the bank declares it: a decorator of the function that knows the answer."""
+    """An exercise: a check of answers, whose docstring is its text.
 
+    Numbers stand in the text or the programme in braces, at first with their choices, such as
+    {less:.1% = 0.05, 0.051 .. 0.22}, or are among `draws`. With reasons below the text, the answer
+    is the letter of the right one and a witness. With a programme, the task has a model.
+    """
+
+    check: Callable[[Task, Any], Conditions]
     number: str
-    text: (
-        str  # With names of numbers in braces, such as {limits.deadline_s} or {limits.min_soc:.0%}
-    )
-    draws: Draws = field(default_factory=dict)
-    mission: str = "paper"
-    fixed: Mapping[str, object] = field(default_factory=dict)  # Other keys of the mission
-    reasons: Mapping[str, str] = field(default_factory=dict)  # With hints; the right one has none
-    function: Callable[..., Any] = print  # In place of the one that is decorated
-    kind: ClassVar[Kind]
-    answer: ClassVar[str] = ""  # How an answer is written
+    kind: Kind
+    form: Form
+    mission: str | Mission
+    draws: Draws
+    programme: Sequence[str]
 
-    def __call__(self, function: Callable[..., Any]) -> Self:
-        """Return the exercise with its function, as a decorator."""
-        return replace(self, function=function)
+    @cached_property
+    def text(self) -> str:
+        """Text and reasons with the choices of numbers."""
+        if not (text := getdoc(self.check)):
+            raise OptuavError("texts of exercises are docstrings: run Python without -OO")
+        return text
 
-    def grade(self, task: Task, answer: object) -> Grade:
-        """Return the grade of an answer."""
-        raise NotImplementedError
+    @property
+    def reasons(self) -> Mapping[str, str]:
+        """Hint against each reason; the right one has none."""
+        return dict(REASON.findall(self.text))
 
-    def model_of(self, task: Task) -> Model | None:
-        """Return the model that the task shows."""
-        return None
+    @property
+    def choices(self) -> Draws:
+        """Choices of each number by name, at last those that follow; whole numbers stay whole."""
+        stated = {
+            name: decimals(float(first), float(second), float(last))
+            if "." in first
+            else range(int(first), int(last) + 1, int(second) - int(first))
+            for name, _, first, second, last in IN_BRACES.findall(
+                "\n".join((self.text, *self.programme))
+            )
+            if last and name not in self.draws
+        }
+        return {**stated, **self.draws}
 
     def task(self, student: str) -> Task:
         """Return a student's task: a hash chooses each number, so it is the same anywhere."""
         numbers = dict[str, Any]()
-        for name, choices in self.draws.items():
+        for name, choices in self.choices.items():
             if callable(choices):
                 numbers[name] = choices(numbers)
             else:
                 numbers[name] = choices[self._hash(name, student) % len(choices)]
         keys = {name: value for name, value in numbers.items() if "." in name}
-        mission = load(self.mission).replace({**self.fixed, **keys})
         ordered = sorted(self.reasons, key=lambda reason: self._hash(reason, student))
         reasons = dict(zip(LETTERS, ordered, strict=False))
-        lines = [self.text, *(f"({letter}) {reason}" for letter, reason in reasons.items())]
-        lines += [f"Answer: {self.answer}"] if self.answer else []
-        text = filled("\n".join(lines), numbers)
-        task = Task(self.number, self.kind, text, numbers, mission, None, reasons)
-        return replace(task, model=self.model_of(task))
+        asked, example = " ".join(REASON.sub("", self.text).split()), self.form.example
+        lines = [asked, *(f"({letter}) {reason}" for letter, reason in reasons.items())]
+        if reasons:
+            lines.append(
+                f"Answer: the letter of the reason and a witness, such as ('a', {example})"
+            )
+        elif example:
+            lines.append(f"Answer: such as {example}")
+        return Task(
+            self.number,
+            self.kind,
+            filled("\n".join(lines), numbers),
+            numbers,
+            load(self.mission).replace(keys),
+            linear(numbers, self.programme) if self.programme else None,
+            reasons,
+        )
+
+    def read(self, task: Task, answer: object) -> tuple[str, Any]:
+        """Return the hint against the reason that an answer chooses, and the rest of the answer."""
+        if not task.reasons:
+            return "", self.form.read(task, answer)
+        if isinstance(answer, tuple | list) and len(answer) == 2 and isinstance(answer[0], str):
+            letter = answer[0].strip(" ()").casefold()
+            if letter in task.reasons:
+                return self.reasons[task.reasons[letter]], self.form.read(task, answer[1])
+        words = f"the letter of a reason, {', '.join(task.reasons)}, and a witness, ('a', ...)"
+        raise InputError([Fault("answer", shown(answer), words)])
+
+    @np.errstate(all="ignore")  # An answer may be far from where formulas are meant to be used
+    def grade(self, task: Task, objection: str, answer: Any) -> Grade:
+        """Return the grade of what was read: the first condition that it breaks, then its reason.
+
+        Only then, so that nobody can test letters without a witness.
+        """
+        last = Condition(True, "")
+        for last in self.check(task, answer):
+            if not last.holds:
+                words, hint = printable(last.words), printable(last.hint)
+                return Grade(task.number, WRONG, words, hint, last.score or 0.0)
+        if objection:
+            words = "the witness is right, but the reason does not hold"
+            return Grade(task.number, WRONG, words, objection)
+        score = 1.0 if last.score is None else last.score
+        return Grade(task.number, CORRECT, last.words if last.is_fact else "", score=score)
 
     def _hash(self, name: str, student: str) -> int:
         text = "\n".join((self.number, name, student))
         return int.from_bytes(sha256(text.encode("utf-8", "surrogatepass")).digest()[:8], "big")
 
 
-def filled(text: str, numbers: Mapping[str, Any]) -> str:
-    """Return a text with numbers in place of their names in braces."""
-    return NUMBER.sub(lambda name: _written(numbers[name[1]], name[2]), text)
+def exercise(
+    kind: Kind,
+    number: str,
+    form: Form = AS_IT_IS,
+    mission: str | Mission = "paper",
+    *,
+    draws: Draws = MappingProxyType({}),
+    programme: Sequence[str] = (),
+) -> Callable[[Callable[[Task, Any], Conditions]], Exercise]:
+    """Declare an exercise by its check, as a decorator."""
+    return lambda check: Exercise(check, number, kind, form, mission, draws, programme)
 
 
-def _written(value: float | str, form: str | None) -> str:
-    return value if isinstance(value, str) else format(value, form or ".10g").replace("%", " %")
+predict, declare, design = (partial(exercise, kind) for kind in ("predict", "declare", "design"))
+prove, explain = partial(exercise, "prove"), partial(exercise, "explain-why")

@@ -1,10 +1,10 @@
 """Linear programmes as short texts, with a student's numbers."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from typing import Any
 
-from optuav.exercises.exercise import Task, filled
 from optuav.modelling import Model
 from optuav.modelling.expression import Operand
 
@@ -15,16 +15,27 @@ UNKNOWNS = {
 }
 """Name and unit of each symbol."""
 TERM = re.compile(rf"([+-]?) *([\d.]*) *({'|'.join(UNKNOWNS)})(?![a-z])")
-NUMBER = re.compile(r"([+-]?) *([\d.]+)")
+CONSTANT = re.compile(r"([+-]?) *([\d.]+)")
+IN_BRACES = re.compile(r"\{([\w.]+)(?::([^}= ]+))?(?: = (\S+), (\S+) \.\. ([^}]+))?\}")
+"""A number's name in a text, with its format, and its first, second and last choice."""
 
 
-def linear(task: Task, lines: Sequence[str], *, binary: str = "") -> Model:
+def filled(text: str, numbers: Mapping[str, Any]) -> str:
+    """Return a text with numbers in place of their names in braces."""
+    return IN_BRACES.sub(lambda found: _written(numbers[found[1]], found[2]), text)
+
+
+def _written(value: float | str, form: str | None) -> str:
+    return value if isinstance(value, str) else format(value, form or ".10g").replace("%", " %")
+
+
+def linear(numbers: Mapping[str, Any], lines: Sequence[str], *, binary: str = "") -> Model:
     """Declare a linear model: its title, its goal such as "max Δ", and rows after their labels."""
-    title, goal, *rows = (filled(line, task.numbers).replace("−", "-") for line in lines)
+    title, goal, *rows = (filled(line, numbers).replace("−", "-") for line in lines)
     model = Model(title)
     sense, goal = goal.split(" ", 1)
     sides = " ".join([goal, *(row.split(": ")[1] for row in rows)])
-    used = [symbol for _, _, symbol in TERM.findall(sides)]
+    used = {symbol for _, _, symbol in TERM.findall(sides)}
     unknowns = {
         symbol: model.variable(name, symbol, unit=unit, binary=symbol == binary)
         for symbol, (name, unit) in UNKNOWNS.items()
@@ -44,6 +55,6 @@ def linear(task: Task, lines: Sequence[str], *, binary: str = "") -> Model:
     for row in rows:
         label, sides = row.split(": ")
         left, sense, right = re.split("([≤≥])", sides)
-        limit = float(sum(Fraction(sign + number) for sign, number in NUMBER.findall(right)))
+        limit = float(sum(Fraction(sign + number) for sign, number in CONSTANT.findall(right)))
         model.subject_to(label, total(left) <= limit if sense == "≤" else total(left) >= limit)
     return model
