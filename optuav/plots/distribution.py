@@ -15,19 +15,17 @@ from optuav.errors import Fault, InputError
 from optuav.mission.messages import unknown
 from optuav.plots import style
 from optuav.plots.charts import DASHES, LINES
-from optuav.plots.heat import answered
+from optuav.plots.heat import InDirectory, answered
 
 if TYPE_CHECKING:
     import xarray
-
-    from optuav.studies.sweep import Swept
 
 MOST_BINS = 40
 
 
 @style.applied()
 def distribution(
-    found: xarray.Dataset | Swept | str | Path,
+    found: xarray.Dataset | InDirectory | str | Path,
     variable: str = "hover_time_s",
     *,
     figure: style.AnyFigure | None = None,

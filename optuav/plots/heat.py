@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,6 +18,7 @@ from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
 
+import optuav
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, shown
 from optuav.options import LONGEST_HOVER
@@ -27,8 +28,6 @@ from optuav.plots.style import BLACK, GREY, Look
 
 if TYPE_CHECKING:
     import xarray
-
-    from optuav.studies.sweep import Swept
 
 COLOURS = "viridis"  # Brightness keeps its order for colour-blind readers
 MOST_CONTOURS = 8
@@ -43,7 +42,14 @@ LONG_LABEL = 40  # Characters of a label that is as long as a row of them is hig
 ROWS = ("scenario",)  # Dimension of rows of values
 
 
-def swept(found: xarray.Dataset | Swept | str | Path) -> style.Pictures:
+class InDirectory(Protocol):
+    """What is kept in a directory, such as a sweep."""
+
+    @property
+    def directory(self) -> Path: ...  # noqa: D102
+
+
+def swept(found: xarray.Dataset | InDirectory | str | Path) -> style.Pictures:
     """Draw the hover times of a dataset over up to three keys, one of them in rows at most.
 
     Over one key they are a line for each perspective, over two a map with contours for each of
@@ -75,13 +81,12 @@ def swept(found: xarray.Dataset | Swept | str | Path) -> style.Pictures:
     return style.Pictures(_drawn(answered(found)))
 
 
-def answered(found: xarray.Dataset | Swept | str | Path) -> xarray.Dataset:
+def answered(found: xarray.Dataset | InDirectory | str | Path) -> xarray.Dataset:
     """The dataset of a batch, or of a sweep by its directory; refused otherwise."""
-    place: Any = getattr(found, "directory", found)  # Of a sweep that was just run
+    place: Any = getattr(found, "directory", found)
     if isinstance(place, str | Path):
-        from optuav.studies.sweep import open_sweep
-
-        return open_sweep(place)
+        opened: xarray.Dataset = optuav.open_sweep(place)
+        return opened
     if not {"mission", "problem"} <= {*getattr(found, "attrs", ())}:
         words = "a dataset of one mission, as optuav.batch returns it, or the directory of a sweep"
         raise InputError([Fault("found", shown(found), words)])

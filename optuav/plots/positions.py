@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.transforms import offset_copy
 
-from optuav.arrays import Floats
+from optuav.arrays import Floats, Integers
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission, load
 from optuav.mission.messages import counted, shown
@@ -25,8 +25,6 @@ from optuav.plots.style import BLACK, GREEN, GREY, LASER, ORANGE, PALE, PINK, SK
 
 if TYPE_CHECKING:
     import xarray
-
-    from optuav.siting.place_laser import Siting
 
 MOVED = {"link.device_m": "device", "laser.position_m": "laser", "route.hover_m": "hover point"}
 """Name of the place that a map moves, by its key."""
@@ -102,8 +100,25 @@ def hover_map(
     return heat_map(x, y, found.to_numpy(), ("x [m]", "y [m]", LONGEST), title, ax)
 
 
+class _Placed(Protocol):
+    """Lasers on some of several candidates."""
+
+    @property
+    def missions(self) -> tuple[Mission, ...]: ...
+    @property
+    def perspective(self) -> str: ...
+    @property
+    def candidates_m(self) -> Floats: ...
+    @property
+    def position_m(self) -> Floats: ...
+    @property
+    def selection(self) -> Any: ...
+    @property
+    def laser(self) -> Integers: ...
+
+
 @style.applied()
-def sites(found: Siting, *, ax: Axes | None = None) -> Axes:
+def sites(found: _Placed, *, ax: Axes | None = None) -> Axes:
     """Draw candidates, the sites chosen, lasers where they are, and the devices they serve.
 
     Parameters
