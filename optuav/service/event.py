@@ -13,7 +13,7 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.errors import Fault, NoPlanError, printable, refuse
 from optuav.judge.fleets import FleetReplay, replay_fleet
-from optuav.mission.messages import misfits, shown
+from optuav.mission.messages import counted, misfits, shown
 from optuav.mission.schema import Number
 from optuav.physics.kibam import Stage, Wells, step, tapered
 from optuav.plan import Plan
@@ -73,7 +73,9 @@ def event_of(coverage: Coverage, visit: Visit, hours: float, drones: int | None)
         if least > MOST:
             raise NoPlanError(f"even {MOST} drones cannot cover {hours:g} h by charge")
     if drones is not None and drones < least:
-        words = f"{drones} drones cannot cover {hours:g} h: charge requires at least {least}"
+        words = (
+            f"{counted(drones, 'drone')} cannot cover {hours:g} h: charge requires at least {least}"
+        )
         raise NoPlanError(words)
     for count in range(least, MOST + 1) if drones is None else [drones]:
         for share in SHORTER:
@@ -86,8 +88,8 @@ def event_of(coverage: Coverage, visit: Visit, hours: float, drones: int | None)
             event = _event(coverage, hours, least, roster)
             if event.replay().flyable:
                 return event
-    words = f"charge allows {count} drones for {hours:g} h, but every roster that optuav tried"
-    words += " empties an available well"
+    words = f"charge allows {counted(count, 'drone')} for {hours:g} h, but every roster that optuav"
+    words += " tried empties an available well"
     raise NoPlanError(words if drones is None else f"{words}: allow one more drone")
 
 
@@ -239,7 +241,8 @@ def _show(event: Results) -> Iterator[str]:
     facts = event.facts
     yield f"{facts['hours']:g} h without a gap: {printable(event.mission.name)}"
     yield f"Drones      {facts['drones']}; charge requires at least {facts['least_drones']}"
-    yield f"Hovers      {len(event.rows)}, up to {facts['longest_hover_s']:.2f} s\n"
+    yield f"Hovers      {len(event.rows)}, up to {facts['longest_hover_s']:.2f} s"
+    yield f"Rest        on {printable(facts['building'])}\n"
     yield from turns_shown(["drone", "from [s]", "hover [s]", "rest [s]"], event.rows)
 
 

@@ -63,7 +63,8 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
         if it is too late at once, inf if hovering draws nothing); ``binds``, the limit behind it;
         and the monitor ``a``, ``b`` [-], ``g_As`` [A s]: leave as soon as a·y1 + b·y2 < g. Facts:
         ``latest_s`` and ``place`` of the place that leaves most time, ``available_As`` and
-        ``bound_As`` on arrival [A s], and ``hover_current_A`` [A].
+        ``bound_As`` on arrival [A s], and ``hover_current_A`` [A] beyond ``received_current_A``,
+        which the laser gives; remove ``laser`` where nothing charges the hover.
 
     Raises
     ------
@@ -105,6 +106,7 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
     facts = {
         **{name: best[name] for name in ("latest_s", "place")},
         **{"available_As": available_As, "bound_As": bound_As, "hover_current_A": hover_A},
+        "received_current_A": received_A,
     }
     return ResultsWithFacts("optuav return", loaded, facts, UNITS, tuple(rows), _show, _draw)
 
@@ -214,7 +216,10 @@ def _show(times: Results) -> Iterator[str]:
     facts = times.facts
     yield f"When to leave the hover point: {printable(times.mission.name)}"
     wells = f"y1 = {facts['available_As']:.1f} A s, y2 = {facts['bound_As']:.1f} A s"
-    yield f"On arrival: {wells}; hovering draws {facts['hover_current_A']:.4g} A\n"
+    drawn = f"draws {facts['hover_current_A']:.4g} A from the battery"
+    drawn += f"; the laser gives {facts['received_current_A']:.4g} A"
+    yield f"On arrival  {wells}"
+    yield f"Hovering    {drawn}\n"
     ranked = sorted(
         times.rows[1:], key=lambda row: math.inf if row["latest_s"] is None else -row["latest_s"]
     )
@@ -228,7 +233,8 @@ def _show(times: Results) -> Iterator[str]:
     if (more := len(rows) - SHOWN) > 0:
         yield f"and {more} more that leave less time"
     yield ""
-    yield "Leave within the smaller time after arrival, as soon as a·y1 + b·y2 < g."
+    yield "Leave at the latest when the smaller of both times has passed after arrival."
+    yield "A monitor on board that knows the wells leaves as soon as a·y1 + b·y2 < g."
 
 
 def _draw(times: Results) -> Pictures:
