@@ -15,13 +15,14 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, collected, refuse
 from optuav.mission import Mission
 from optuav.mission.files import read_toml
-from optuav.mission.messages import of_kind, path_of, shown
+from optuav.mission.messages import of_kind, path_of
 from optuav.mission.schema import Number
 from optuav.network.variants import Columns
 from optuav.physics.quantity import Quantity
-from optuav.studies.samples import Draws, Spread, independent, spreads, with_conversion
+from optuav.studies.samples import Draws, Spread, independent, spreads, with_conversion, written
 
 FACTORS = ("drain", "charge")
+FORMS = "must be { percent = p }, 0 < p < 100, or { low = a, high = b }, 0 < a < b"
 LEVELS = {"battery.available_fraction": 5, "battery.flow_rate_per_s": 5}
 """Number of values of keys in which the wells are not monotone; of all others, both ends."""
 WIND = "wind.velocity_m_s"  # A helicopter draws most in the least wind or in the strongest
@@ -85,14 +86,10 @@ def box_of(mission: Mission, uncertainty: Mapping[str, object] | str | Path) -> 
         faults.append(Fault("uncertainty", "", "at least one key or factor with its range"))
     for name in FACTORS:
         if name in table:
-            form = table.pop(name)
-            if (ends := _factor(form)) is None:
-                words = "must be { percent = p }, 0 < p < 100, or { low = a, high = b }, 0 < a < b"
-                pairs = form.items() if isinstance(form, dict) else ()
-                value = ", ".join(f"{key} = {shown(number)}" for key, number in pairs)
-                faults.append(Fault(name, f"{{ {value} }}" if value else shown(form), words))
-            else:
+            if ends := _factor(form := table.pop(name)):
                 factors[name] = ends
+            else:
+                faults.append(Fault(name, written(form), FORMS))
     with collected(faults):
         keys = spreads(mission, table) if table else ()
     refuse(faults)

@@ -32,8 +32,7 @@ def flyable_network(mission: Mission) -> Network:
 
 def need_laser(coverage: Coverage) -> None:
     """Refuse an endless hover, a dark hover, and charging by anything but the laser."""
-    if coverage.building is None:
-        raise NoPlanError(f"there is no cycle: {coverage.proof}")
+    coverage.ending()
     if coverage.charged_by != "laser" or not coverage.lit_hover:
         words = "must be left out: the mission's laser serves hover and rest here"
         name = {"pad": "pad_power_W", "exchange": "swap_s"}.get(coverage.charged_by, "lit_hover")

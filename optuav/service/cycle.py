@@ -13,6 +13,7 @@ import numpy as np
 
 from formulations.soc import PAPER
 from formulations.soc import PERSPECTIVES as PERSPECTIVES_OF
+from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, NoPlanError, printable, refuse
 from optuav.judge.replay import replay
 from optuav.mission import Mission, load
@@ -33,12 +34,12 @@ from optuav.service.declared import compared, program_of
 from optuav.service.event import Event, event_of
 from optuav.service.fleet import Fleet, PadPower, fleet_of, pad_power
 from optuav.service.horizon import Horizon, horizon_of
-from optuav.service.levels import Level, draw_levels
+from optuav.service.levels import draw_wells
 from optuav.service.visit import Visit
 from optuav.solving.assemble import quantities
 from optuav.solving.program import Program
 from optuav.status import Status
-from optuav.studies.results import Pictures, Results, ResultsWithFacts
+from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
 
 PERSPECTIVES = ("available", "battery")
 DURATION = Number("s", gt=0, le=1e7)
@@ -91,21 +92,15 @@ class Coverage(ResultsWithFacts):
         """One cycle as a plan that `optuav.replay` takes, from its periodic wells.
 
         In the perspective `battery` it begins full and only its charge comes back, so that the
-        available well may run dry. An exchange of the pack ends it at the landing.
-
-        Raises
-        ------
-        NoPlanError
-            If the hover never ends.
+        available well may run dry. An exchange of the pack ends it at the landing. `NoPlanError` if
+        the hover never ends.
         """
-        if self.visit is None:
-            raise NoPlanError(f"there is no cycle to plan: {ENDLESS}")
-        return _planned(self.mission, self.visit, self.facts)
+        return _planned(self.mission, self.ending(), self.facts)
 
-    def _ending(self) -> Visit:
+    def ending(self) -> Visit:
         """Return the visit, or refuse a hover that never ends."""
         if self.visit is None:
-            raise NoPlanError(f"one drone is enough, it never lands: {ENDLESS}")
+            raise NoPlanError(f"there is no cycle, one drone never lands: {ENDLESS}")
         return self.visit
 
     def fleet(self, share: float = 1.0, overlap_s: float = 0.0) -> Fleet:
@@ -127,12 +122,10 @@ class Coverage(ResultsWithFacts):
 
         Raises
         ------
-        InputError
-            If share or overlap is out of range.
-        NoPlanError
-            If the hover never ends, or the ring needs more than 100 000 drones.
+        InputError, NoPlanError
+            If a number is out of range; or the hover never ends, or 100 000 drones are too few.
         """
-        return fleet_of(self, self._ending(), self.plan, share, overlap_s)
+        return fleet_of(self, self.ending(), self.plan, share, overlap_s)
 
     def program(self) -> Program:
         """Declare this cycle as a problem: `Cycle` on its building, its start wells unknown.
@@ -144,10 +137,8 @@ class Coverage(ResultsWithFacts):
 
         Raises
         ------
-        InputError
-            If something other than the mission's laser charges, or the hover is dark.
-        NoPlanError
-            If the hover never ends.
+        InputError, NoPlanError
+            If the mission's laser does not serve hover and rest, or if the hover never ends.
 
         Examples
         --------
@@ -167,10 +158,8 @@ class Coverage(ResultsWithFacts):
 
         Raises
         ------
-        InputError, NoPlanError
-            As `program`.
-        SolverError
-            If an engine fails.
+        InputError, NoPlanError, SolverError
+            As `program`; or if an engine fails.
         """
         return compared(self)
 
@@ -192,11 +181,9 @@ class Coverage(ResultsWithFacts):
 
         Raises
         ------
-        InputError
-            If the hours are out of range, something other than the mission's laser charges, or
-            the perspective is not ``"available"``.
-        NoPlanError
-            If the hover never ends, or no hover fits into the day.
+        InputError, NoPlanError
+            If the hours are out of range, the mission's laser does not serve hover and rest, or the
+            perspective is not ``"available"``; or if the hover never ends, or none fits.
 
         Examples
         --------
@@ -229,10 +216,9 @@ class Coverage(ResultsWithFacts):
 
         Raises
         ------
-        InputError
-            If a number is out of range, or the perspective is ``"battery"``.
-        NoPlanError
-            If so many drones do not suffice, or the hover never ends.
+        InputError, NoPlanError
+            If a number is out of range, or the perspective is ``"battery"``; or if so many drones
+            do not suffice, or the hover never ends.
 
         Examples
         --------
@@ -241,7 +227,7 @@ class Coverage(ResultsWithFacts):
         >>> [relay.event(hours).drones for hours in (1, 2, 4)]
         [2, 3, 4]
         """
-        return event_of(self, self._ending(), hours, drones)
+        return event_of(self, self.ending(), hours, drones)
 
     def watts(self, drones: int, share: float = 1.0, overlap_s: float = 0.0) -> PadPower:
         """Find what pads must deliver so that some drones with dark hovers cover a share.
@@ -261,14 +247,13 @@ class Coverage(ResultsWithFacts):
 
         Raises
         ------
-        InputError
-            If a number is out of range.
-        NoPlanError
-            If no power suffices, or the hover never ends.
+        InputError, NoPlanError
+            If a number is out of range; or if no power suffices, or the hover never ends.
         """
-        self._ending()
+        self.ending()
         network = build_network(self.mission)
-        visits = _visits(network, _Flows(network, False, math.inf), self.perspective, None)
+        currents = _net_currents(network, lit=False, pad_power_W=math.inf)
+        visits = _visits(network, *currents, self.perspective, None)
         return pad_power(self.mission, [*visits], drones, share, overlap_s)
 
 
@@ -306,11 +291,10 @@ def coverage(
 
     Raises
     ------
-    InputError
+    InputError, NoPlanError
         If an option has no such value, the packs take turns, no building is in reach, or nothing
-        charges there.
-    NoPlanError
-        If the drone cannot fly, or no building allows a hover that can be repeated.
+        charges there; or if the drone cannot fly, or no building allows a hover that can be
+        repeated.
 
     Examples
     --------
@@ -324,17 +308,17 @@ def coverage(
     refuse([*faults, *schedule_faults(loaded)])
     network = flyable_network(loaded)
     lit = lit_hover and swap_s is None and pad_power_W is None
-    flows = _Flows(network, lit, pad_power_W)
+    hover_A, rest_A = _net_currents(network, lit, pad_power_W)
     charged_by = "pad" if pad_power_W is not None else "laser" if swap_s is None else "exchange"
     options = {"charged_by": charged_by, "lit_hover": lit, "perspective": perspective}
-    if flows.hover_A <= 0.0:
+    if hover_A <= 0.0:
         facts = dict(zip(FACTS, NEVER_LANDS, strict=True)) | options
         return Coverage("optuav coverage", loaded, facts, UNITS, (), _show, _draw)
-    best, hover_s, bound = _best([*_visits(network, flows, perspective, swap_s)])
-    most_A = math.inf if swap_s is not None else flows.rest_A.max()
-    limit_share = float(1.0 / (1.0 + flows.hover_A / most_A))
-    facts = _facts(best, hover_s, bound, limit_share) | options
-    rows = tuple(dict(zip(UNITS, row, strict=True)) for row in _rows(best, hover_s))
+    visits = _visits(network, hover_A, rest_A, perspective, swap_s)
+    best, hover_s, bound = _best([*visits])
+    most_A = math.inf if swap_s is not None else float(rest_A.max())
+    facts = _facts(best, hover_s, bound, 1.0 / (1.0 + hover_A / most_A)) | options
+    rows = labelled_rows(UNITS, _rows(best, hover_s))
     return Coverage("optuav coverage", loaded, facts, UNITS, rows, _show, _draw, visit=best)
 
 
@@ -377,22 +361,20 @@ def _rows(visit: Visit, hover_s: float) -> Iterator[tuple[object, ...]]:
         yield "swap", visit.swap_s, *map(float, visit.battery.full)
 
 
-class _Flows:
-    """Net currents while hovering and resting [A], and whether buildings charge."""
-
-    def __init__(self, network: Network, lit: bool, pad_power_W: float | None) -> None:
-        mission, places = network.mission, network.places
-        received_A = float(places.charge_current_A[HOVER]) if lit else 0.0
-        self.hover_A = float(vehicle.hover_load(mission).current_A) - received_A
-        charge_A = places.charge_current_A[FIRST_BUILDING:]
-        if pad_power_W is not None:
-            pad_A = pad_power_W / mission.battery.nominal_voltage_V
-            charge_A = np.full_like(charge_A, min(pad_A, mission.battery.charge_current_A))
-        self.rest_A = charge_A - float(flight_of(mission).rest().current_A)
+def _net_currents(network: Network, lit: bool, pad_power_W: float | None) -> tuple[float, Floats]:
+    """Drawn while hovering, and into the battery while resting on each building [A]."""
+    mission, places = network.mission, network.places
+    received_A = float(places.charge_current_A[HOVER]) if lit else 0.0
+    charge_A = places.charge_current_A[FIRST_BUILDING:]
+    if pad_power_W is not None:
+        pad_A = pad_power_W / mission.battery.nominal_voltage_V
+        charge_A = np.full_like(charge_A, min(pad_A, mission.battery.charge_current_A))
+    hover_A = float(vehicle.hover_load(mission).current_A) - received_A
+    return hover_A, charge_A - float(flight_of(mission).rest().current_A)
 
 
 def _visits(
-    network: Network, flows: _Flows, perspective: Perspective, swap_s: float | None
+    network: Network, hover_A: float, rest_A: Floats, perspective: Perspective, swap_s: float | None
 ) -> Iterator[Visit]:
     """Yield the visit from every building in reach that charges."""
     legs, mission, pool = network.legs, network.mission, vehicle.pool(network.mission)
@@ -401,7 +383,7 @@ def _visits(
     if not reach.any():
         words = "at least one, from which the hover point can be reached and back"
         raise InputError([Fault("buildings", f"{len(reach)} in the mission", words)])
-    charges = reach & ((flows.rest_A > 0.0) | (swap_s is not None))
+    charges = reach & ((rest_A > 0.0) | (swap_s is not None))
     if not charges.any():
         words = "nothing charges a resting drone: the laser must see a roof, or state a pad"
         key = "laser" if mission.laser is None else "laser.power_W"
@@ -410,9 +392,8 @@ def _visits(
     least_As = mission.limits.min_soc * float(pool.capacity_As)
     for k in np.flatnonzero(charges).tolist():
         out, back = (legs.stages_of(number[k] + leg) for leg in (1, 2))
-        currents_A = flows.hover_A, float(flows.rest_A[k])
-        name = mission.buildings.names[k]
-        yield Visit(name, pool, out, back, *currents_A, least_As, perspective, swap_s)
+        name, charged_A = mission.buildings.names[k], float(rest_A[k])
+        yield Visit(name, pool, out, back, hover_A, charged_A, least_As, perspective, swap_s)
 
 
 def _best(visits: list[Visit]) -> tuple[Visit, float, float]:
@@ -437,10 +418,11 @@ def _best(visits: list[Visit]) -> tuple[Visit, float, float]:
     return *best[0], bound
 
 
-def _from_roof(mission: Mission, visit: Visit, facts: Mapping[str, Any]) -> Mission:
-    """Return the mission that begins and ends on the building, with the wells of the cycle."""
-    roof_m = mission.buildings.roof_m[mission.buildings.names.index(visit.building)].tolist()
-    return mission.replace(
+def _planned(mission: Mission, visit: Visit, facts: Mapping[str, Any]) -> Plan:
+    """Return one cycle as a plan of the mission that begins and ends on the building."""
+    building, rests, number = mission.buildings.names.index(visit.building), visit.swap_s is None, 0
+    roof_m = mission.buildings.roof_m[building].tolist()
+    cycled = mission.replace(
         {
             "route.origin_m": roof_m,
             "route.destination_m": roof_m,
@@ -449,22 +431,14 @@ def _from_roof(mission: Mission, visit: Visit, facts: Mapping[str, Any]) -> Miss
             "start": visit.wells(facts["hover_s"])._asdict(),
         }
     )
-
-
-def _planned(mission: Mission, visit: Visit, facts: Mapping[str, Any]) -> Plan:
-    """Return one cycle as a plan of the mission that begins and ends on the building."""
-    cycled = _from_roof(mission, visit, facts)
-    network, rests, number = build_network(cycled), visit.swap_s is None, 0
+    network = build_network(cycled)
     if rests:
-        building = cycled.buildings.names.index(visit.building)
         on_it = (network.routes.building == building) & ~network.routes.rest_first
         number = int(np.flatnonzero(on_it)[0])
     times_s = facts["hover_s"], facts["rest_s"] if rests else 0.0
     net_A = {"hover": -visit.hover_A, "rest": visit.rest_A}
-    phases = [
-        _with_currents(cycled, phase, net_A) for phase in route_phases(network, number, *times_s)
-    ]
-    flown = simulated(cycled, phases)
+    phases = route_phases(network, number, *times_s)
+    flown = simulated(cycled, [_with_currents(cycled, phase, net_A) for phase in phases])
     received_W = flown[1].power_W + float(vehicle.hover_load(cycled).power_W)
     table = replace(
         quantities(network, np.array([number]), rests=rests, steps=False),
@@ -492,10 +466,9 @@ def _planned(mission: Mission, visit: Visit, facts: Mapping[str, Any]) -> Plan:
 
 def _with_currents(mission: Mission, phase: Phase, net_A: dict[str, float]) -> Phase:
     """Return a stay with the current of the cycle if the mission has another one."""
-    (stage,) = phase.stages if phase.kind != "flight" else (None,)
-    if stage is None or math.isclose(stage.current_A, net_A[phase.kind], rel_tol=1e-12):
+    stage, cycle_A = phase.stages[0], net_A.get(phase.kind)
+    if cycle_A is None or math.isclose(stage.current_A, cycle_A, rel_tol=1e-12):
         return phase
-    cycle_A = net_A[phase.kind]
     drawn = vehicle.hover_load(mission) if phase.kind == "hover" else flight_of(mission).rest()
     power_W = (cycle_A + float(drawn.current_A)) * mission.battery.nominal_voltage_V
     net = Flow(cycle_A, power_W - float(drawn.power_W))
@@ -512,14 +485,11 @@ def _show(results: Results) -> Iterator[str]:
     yield f"Building    {printable(facts['building'])}"
     times = (f"{name} {facts[f'{name}_s']:.2f} s" for name in ("hover", "flight", "rest"))
     yield f"Cycle       {', '.join(times)}: {facts['period_s']:.2f} s"
-    yield (
-        f"Charge      {facts['soc_at_departure']:.2%} at departure, "
-        f"{facts['soc_at_landing']:.2%} at landing"
-    )
+    departing, landing = (facts[f"soc_at_{name}"] for name in ("departure", "landing"))
+    yield f"Charge      {departing:.2%} at departure, {landing:.2%} at landing"
     if facts["limit_share"] < 1.0:
         yield f"Free legs   would give {facts['limit_share']:.2%}"
-    yield f"Proof       {facts['status']}: {facts['proof']}"
-    yield ""
+    yield f"Proof       {facts['status']}: {facts['proof']}\n"
     lines = [[row["kind"], *(f"{row[name]:.2f}" for name in [*UNITS][1:])] for row in results.rows]
     heads = ["phase", "duration [s]", "y1 [A s]", "y2 [A s]"]
     yield from tabulated([heads, *lines])
@@ -530,8 +500,6 @@ def _draw(cycle: Results) -> Pictures:
     assert isinstance(cycle, Coverage)
     if cycle.visit is None:
         return
-    simulated_once = replay(cycle.plan)
-    flights = [(simulated_once, 0.0), (simulated_once, cycle.period_s)]
-    levels = [Level("available well", "available", flights), Level("bound well", "bound", flights)]
+    once = replay(cycle.plan)
     title = f"Two periods of the endless cycle, {cycle.share:.2%} covered"
-    yield "cycle.png", draw_levels(cycle, title, levels)
+    yield "cycle.png", draw_wells(cycle, title, [(once, 0.0), (once, cycle.period_s)])

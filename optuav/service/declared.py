@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from formulations.cycle import Cycle
 from optuav.errors import printable
 from optuav.plan.summary import tabulated
 from optuav.service.checks import need_laser
-from optuav.solving import formulate
+from optuav.solving import formulate, solve
 from optuav.solving.program import Program
-from optuav.studies.results import Pictures, Results, fixed
+from optuav.studies.results import Results, fixed, labelled_rows
 
 if TYPE_CHECKING:
     from optuav.service.cycle import Coverage
 
 UNITS = {"method": "", "hover_s": "s", "rest_s": "s", "share": "-", "gap_s": "s", "status": ""}
 METHODS = {"available": "bisection", "battery": "closed form"}
-METHODS_TAKEN = ("cvxpy", "casadi")
 
 
 def program_of(coverage: Coverage) -> Program:
@@ -31,26 +30,20 @@ def program_of(coverage: Coverage) -> Program:
 
 def compared(coverage: Coverage) -> Results:
     """The cycle by `coverage` and by every engine that takes its declaration."""
-    program, method = program_of(coverage), METHODS[coverage.perspective]
-    answers = {method: (coverage.hover_s, coverage.rest_s, coverage.status)}
-    for engine in METHODS_TAKEN:
+    program = program_of(coverage)
+    mission, problem = program.network.mission, program.question.problem
+    answers = [(METHODS[coverage.perspective], coverage.hover_s, coverage.rest_s, coverage.status)]
+    for engine in ("cvxpy", "casadi"):
         if engine in program.engines:
-            plan = formulate(
-                program.network.mission,
-                program.question.problem,
-                perspective=coverage.perspective,
-                engine=engine,
-            ).solve()
-            answers[engine] = plan.hover_time_s, plan.rest_time_s, plan.status.value
-    rows = list[dict[str, Any]]()
-    for method, (hover_s, rest_s, status) in answers.items():
-        share = hover_s / (hover_s + rest_s + coverage.flight_s)
-        row = method, hover_s, rest_s, share, hover_s - coverage.hover_s, status
-        rows.append(dict(zip(UNITS, row, strict=True)))
-    facts = {"building": coverage.building, "perspective": coverage.perspective}
-    return Results(
-        "optuav comparison of cycles", coverage.mission, facts, UNITS, tuple(rows), _show, _draw
+            plan = solve(mission, problem, perspective=coverage.perspective, engine=engine)
+            answers.append((engine, plan.hover_time_s, plan.rest_time_s, plan.status.value))
+    rows = (
+        (method, h, r, h / (h + r + coverage.flight_s), h - coverage.hover_s, status)
+        for method, h, r, status in answers
     )
+    facts = {"building": coverage.building, "perspective": coverage.perspective}
+    table = coverage.mission, facts, UNITS, labelled_rows(UNITS, rows)
+    return Results("optuav comparison of cycles", *table, _show, lambda _: ())
 
 
 def _show(results: Results) -> Iterator[str]:
@@ -64,8 +57,3 @@ def _show(results: Results) -> Iterator[str]:
         share = fixed(100.0 * row["share"], 6)
         table.append([row["method"], *times, share, fixed(abs(row["gap_s"]), 4), row["status"]])
     yield from tabulated(table)
-
-
-def _draw(_: Results) -> Pictures:
-    """No picture: the answers agree."""
-    return ()

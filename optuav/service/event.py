@@ -18,9 +18,9 @@ from optuav.mission.schema import Number
 from optuav.physics.kibam import Stage, Wells, step, tapered
 from optuav.plan import Plan
 from optuav.service.fleet import repeated, turns_shown
-from optuav.service.levels import Level, draw_levels
+from optuav.service.levels import draw_levels
 from optuav.service.visit import Visit
-from optuav.studies.results import Pictures, Results, ResultsWithFacts
+from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
 
 if TYPE_CHECKING:
     from optuav.service.cycle import Coverage
@@ -210,25 +210,20 @@ def _programme(
     objective = np.append(np.zeros(2 * count), -1.0)
     rows: Any = sparse.bmat(blocks, format="csc")
     method: Literal["highs-ds", "highs-ipm"] = "highs-ds" if count < LARGE else "highs-ipm"
-    answer = linprog(
-        objective, rows, np.concatenate(limits), total, [until_s], bounds, method=method
-    )
+    inequalities = rows, np.concatenate(limits)
+    answer = linprog(objective, *inequalities, total, [until_s], bounds, method=method)
     return None if answer.x is None else np.asarray(answer.x)[:count]
 
 
 def _event(coverage: Coverage, hours: float, least: int, roster: Roster) -> Event:
     """The roster as a table, with the plan of every course."""
     figures = np.stack([roster.starts_s, roster.hovers_s, roster.rests_s], axis=1).tolist()
-    rows = tuple(
-        dict(zip(UNITS, (number % roster.drones + 1, *times), strict=True))
-        for number, times in enumerate(figures)
-    )
-    courses = roster.courses
-    facts: dict[str, Any] = {
+    numbered = ((k % roster.drones + 1, *times) for k, times in enumerate(figures))
+    facts = {
         **{"hours": hours, "drones": roster.drones, "least_drones": least},
-        "longest_hover_s": float(roster.hovers_s.max()),
-        "building": coverage.building,
+        **{"longest_hover_s": float(roster.hovers_s.max()), "building": coverage.building},
     }
+    rows, courses = labelled_rows(UNITS, numbered), roster.courses
     stays_s = [(hover_s, rest_s) for _, hover_s, rest_s in figures]
     return Event(
         *("optuav event", coverage.mission, facts, UNITS, rows, _show, _draw),
@@ -251,8 +246,6 @@ def _draw(event: Results) -> Pictures:
     assert isinstance(event, Event)
     drones, courses = event.facts["drones"], event.replay().courses
     flights = [*zip(courses, event.offsets_s, strict=True)]
-    levels = [
-        Level(f"drone {drone + 1}", "available", flights[drone::drones]) for drone in range(drones)
-    ]
     title = f"{event.facts['hours']:g} h without a gap, available wells"
-    yield "event.png", draw_levels(event, title, levels)
+    wells = {f"drone {k + 1}": ("available", flights[k::drones]) for k in range(drones)}
+    yield "event.png", draw_levels(event, title, wells)

@@ -19,7 +19,7 @@ from optuav.physics.roots import largest
 from optuav.plan import Plan
 from optuav.plan.summary import tabulated
 from optuav.service.visit import Visit
-from optuav.studies.results import Pictures, Results, ResultsWithFacts
+from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
 
 SHARE = Number("-", gt=0, le=1000, note=", where 1 is all of the time")
 OVERLAP = Number("s", ge=0, le=1e7)
@@ -59,17 +59,8 @@ class Fleet(ResultsWithFacts):
     def replay(self, days: float = 4.0) -> FleetReplay:
         """Simulate the fleet for some days by the judge alone, all drones full at first.
 
-        A charger goes on while its drone waits, until the next one needs the place.
-
-        Parameters
-        ----------
-        days
-            How long [d], > 0 and up to 30.
-
-        Raises
-        ------
-        InputError
-            If the days are out of range.
+        A charger goes on while its drone waits, until the next one needs the place. Days are > 0
+        and up to 30 [d], else `InputError`.
         """
         refuse(misfits(("days", days, Number("d", gt=0, le=30))))
         facts, visit, until_s = self.facts, self.visit, days * DAY_S
@@ -92,21 +83,18 @@ class Fleet(ResultsWithFacts):
 
 
 def repeated(cycle: Plan, stays_s: Sequence[tuple[float, float]]) -> Plan:
-    """A plan of visits with hovers and rests [s], from full wells, whose charging tapers.
-
-    The last rest is left out.
-    """
+    """A plan of visits with hovers and rests [s] but the last, from full, that charges tapering."""
     mission = cycle.mission.replace(
         {"start": None, "battery.charging": "taper", "limits.deadline_s": 1e7}
     )
     out, hover, back, *rest = cycle.phases
-    building, phases = str(cycle.building), list[Phase]()
+    phases = list[Phase]()
     for hover_s, rest_s in stays_s:
-        phases.append(replace(out, start_place=building) if phases else out)
-        phases += [lasting(hover, hover_s), back, *(lasting(stay, rest_s) for stay in rest[:1])]
+        phases += [replace(out, start_place=str(cycle.building)), lasting(hover, hover_s), back]
+        phases += [lasting(stay, rest_s) for stay in rest[:1]]
     if rest:
         phases.pop()
-    phases[-1] = replace(back, end_place="destination")
+    phases[0], phases[-1] = out, replace(back, end_place="destination")
     flown = simulated(mission, phases)
     return cycle.model_copy(
         update={"mission": mission, "phases": flown, "soc": {}, "flyable": None}
@@ -125,8 +113,12 @@ def fleet_of(cycle: Results, visit: Visit, plan: Plan, share: float, overlap_s: 
     By Little's law: mean numbers in the air and on the ground are the rate of starts times the
     durations, and a ring attains the next whole numbers.
     """
-    every_s = _starts_every_s(cycle.facts["hover_s"], share, overlap_s)
+    refuse(misfits(("share", share, SHARE), ("overlap_s", overlap_s, OVERLAP)))
     hover_s, rest_s, period_s = (cycle.facts[name] for name in ("hover_s", "rest_s", "period_s"))
+    if overlap_s >= hover_s:
+        words = f"must be less than the hover of a cycle, {hover_s:.6g} s"
+        raise InputError([Fault("overlap_s", shown(overlap_s), words)])
+    every_s = (hover_s - overlap_s) / share
     drones = upwards(period_s / every_s)
     if drones > MOST:
         words = f"a ring needs {drones} drones, more than {MOST}"
@@ -149,11 +141,8 @@ def fleet_of(cycle: Results, visit: Visit, plan: Plan, share: float, overlap_s: 
         "rest_s": rest_s,
         "building": visit.building,
     }
-    times_s = (visit.flight_s, hover_s, rest_s, wait_s)
-    rows = tuple(
-        dict(zip(UNITS, (number, offset_s, *times_s), strict=True))
-        for number, offset_s in enumerate(offsets_s, start=1)
-    )
+    times_s = visit.flight_s, hover_s, rest_s, wait_s
+    rows = labelled_rows(UNITS, ((k, s, *times_s) for k, s in enumerate(offsets_s, start=1)))
     table = "optuav fleet", cycle.mission, facts, UNITS, rows, _show, _draw
     return Fleet(*table, plan=plan, visit=visit)
 
@@ -165,15 +154,6 @@ def covering(share: float, overlap_s: float) -> str:
         return f"for {100.0 * share:.6g} % of the time{overlap}"
     noun = "devices" if share % 1.0 == 0.0 else "drones that hover on average"
     return f"for {share:.6g} {noun}{overlap}"
-
-
-def _starts_every_s(hover_s: float, share: float, overlap_s: float) -> float:
-    """Return the time between two starts, (h − o)/c [s], or refuse the numbers."""
-    refuse(misfits(("share", share, SHARE), ("overlap_s", overlap_s, OVERLAP)))
-    if overlap_s >= hover_s:
-        words = f"must be less than the hover of a cycle, {hover_s:.6g} s"
-        raise InputError([Fault("overlap_s", shown(overlap_s), words)])
-    return (hover_s - overlap_s) / share
 
 
 def upwards(count: float) -> int:
@@ -260,8 +240,7 @@ def _show(fleet: Results) -> Iterator[str]:
     yield f"Drones      {facts['drones']}, a start every {facts['starts_every_s']:.2f} s"
     yield f"Places      {facts['places']} on {printable(facts['building'])}, {facts['beams']} beams"
     mean = f"{facts['share']:.4g} hover on average"
-    yield f"Gap         {facts['longest_gap_s']:.2f} s at most; {mean}"
-    yield ""
+    yield f"Gap         {facts['longest_gap_s']:.2f} s at most; {mean}\n"
     yield from turns_shown([name.replace("_s", " [s]") for name in UNITS], fleet.rows)
 
 

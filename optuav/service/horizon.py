@@ -19,9 +19,9 @@ from optuav.plan.summary import tabulated
 from optuav.search.greedy import greedy, hover_bound_s
 from optuav.search.terrain import Terrain
 from optuav.service.checks import need_laser
-from optuav.service.levels import Level, draw_levels
+from optuav.service.levels import draw_wells
 from optuav.solving.several_stops import terrain
-from optuav.studies.results import Pictures, Results, ResultsWithFacts
+from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
 
 if TYPE_CHECKING:
     from optuav.service.cycle import Coverage
@@ -65,16 +65,12 @@ def horizon_of(coverage: Coverage, hours: float) -> Horizon:
     if plan is None:
         words = f"{hours:g} h leave no time to hover and land with limits.min_soc of the charge"
         raise NoPlanError(words)
-    names = {HOVER: "hover", FIRST_BUILDING: coverage.building}
-    kinds = {HOVER: "hover", FIRST_BUILDING: "rest"}
-    rows = tuple(
-        {"place": names[place], "kind": kinds[place], "duration_s": stay_s}
-        for place, stay_s in zip(plan.places[1:-1].tolist(), plan.stays_s.tolist(), strict=True)
-    )
-    bound_s = hover_bound_s(day, most, most + 1)
+    stops = zip(plan.places[1:-1].tolist(), plan.stays_s.tolist(), strict=True)
+    named = {HOVER: ("hover", "hover"), FIRST_BUILDING: (coverage.building, "rest")}
+    rows = labelled_rows(UNITS, ((*named[place], stay_s) for place, stay_s in stops))
     facts = {
         **{"hours": hours, "building": coverage.building, "hover_s": plan.hover_s},
-        **{"bound_s": bound_s, "share": plan.hover_s / (3600.0 * hours)},
+        **{"bound_s": hover_bound_s(day, most, most + 1), "share": plan.hover_s / (3600.0 * hours)},
     }
     itinerary = Itinerary(mission, [Stop(*row.values()) for row in rows])
     return Horizon("optuav horizon", mission, facts, UNITS, rows, _show, _draw, itinerary=itinerary)
@@ -104,6 +100,5 @@ def _show(day: Results) -> Iterator[str]:
 def _draw(day: Results) -> Pictures:
     """Both wells over the day."""
     assert isinstance(day, Horizon)
-    flights = [(replay(day.itinerary), 0.0)]
-    levels = [Level("available well", "available", flights), Level("bound well", "bound", flights)]
-    yield "horizon.png", draw_levels(day, f"One drone for {day.facts['hours']:g} h", levels)
+    title = f"One drone for {day.facts['hours']:g} h"
+    yield "horizon.png", draw_wells(day, title, [(replay(day.itinerary), 0.0)])

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, TypeAlias
 
 from optuav.errors import printable
 from optuav.judge.replay import Replay
@@ -13,21 +13,22 @@ from optuav.studies.results import Results
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-
-class Level(NamedTuple):
-    """A line of a picture: a well through simulations that begin at some moments [s]."""
-
-    words: str
-    well: Literal["available", "bound"]
-    flights: Sequence[tuple[Replay, float]]
+Flights: TypeAlias = Sequence[tuple[Replay, float]]
+"""Simulations with the moments at which they begin [s]."""
 
 
-def draw_levels(results: Results, title: str, levels: Sequence[Level]) -> Axes:
-    """Draw how full wells are over time."""
+def draw_wells(results: Results, title: str, flights: Flights) -> Axes:
+    """Draw how full both wells are over time."""
+    lines = {f"{well} well": (well, flights) for well in ("available", "bound")}
+    return draw_levels(results, title, lines)
+
+
+def draw_levels(results: Results, title: str, wells: Mapping[str, tuple[str, Flights]]) -> Axes:
+    """Draw how full wells are over time: by words, which well, and the flights."""
     from optuav.plots import Line, curves
 
     lines = list[Line]()
-    for words, well, flights in levels:
+    for words, (well, flights) in wells.items():
         hours, percent = list[float](), list[float]()
         for replay, start_s in flights:
             full_As = float(getattr(vehicle.pool(replay.mission).full, f"{well}_As"))
@@ -35,10 +36,6 @@ def draw_levels(results: Results, title: str, levels: Sequence[Level]) -> Axes:
             hours += ((replay.trace.time_s + start_s) / 3600.0).tolist()
             percent += (100.0 * level_As / full_As).tolist()
         lines.append(Line(words, hours, percent))
-    return curves(
-        lines,
-        title=f"{title}: {printable(results.mission.name)}",
-        x_label="time $t$ [h]",
-        y_label="charge of a full well [%]",
-        y_from_zero=True,
-    )
+    title = f"{title}: {printable(results.mission.name)}"
+    x_label, y_label = "time $t$ [h]", "charge of a full well [%]"
+    return curves(lines, title=title, x_label=x_label, y_label=y_label, y_from_zero=True)

@@ -14,7 +14,7 @@ from optuav.mission import Mission, load
 from optuav.network import vehicle
 from optuav.network.legs import Legs
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
-from optuav.physics.kibam import Battery, Stage, Tilted, Wells, levelling, tilted_after
+from optuav.physics.kibam import Battery, Stage, Tilted, Wells, step, tilted_after
 from optuav.plan.summary import tabulated
 from optuav.service.checks import flyable_network, schedule_faults
 from optuav.studies.results import Pictures, Results, ResultsWithFacts, fixed
@@ -25,18 +25,20 @@ UNITS = {
 }
 SHOWN = 10  # Places that are printed
 POINTS = 100  # Moments of a picture
-SMALL = 1e-6  # Share of the tilt that levels out in a hover, below which a root is approached
-NEWTON_STEPS = 3  # From an error of SMALL, each step squares it
 MOST = 1e-9  # Share of the capacity by which rounding may empty a well
 
 
 class Rule(NamedTuple):
     """Leave as soon as a·y1 + b·y2 < g, and the last moment at which that does not hold."""
 
-    latest_s: float | None  # After now [s]; inf if it never ends, None if it is too late
+    latest_s: float  # After now [s]; inf if it never ends, −inf if it is too late
     a: float
     b: float
     g_As: float
+
+    def spare_As(self, wells: Wells) -> float:
+        """a·y1 + b·y2 − g [A s]."""
+        return self.a * float(wells.available_As) + self.b * float(wells.bound_As) - self.g_As
 
 
 def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
@@ -48,7 +50,7 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
     origin leave. To ask again on the way, state ``start`` and ``route.origin_m`` there.
 
     The well at the end of a stage of the leg is α + βt + γ·exp(−k't) after a hover of t ([1]_ eqs
-    (15)-(16)), so that its last zero is t = −α/β + W(−(k'γ/β)·exp(k'α/β))/k'.
+    (15)-(16)); the last zero of that is bracketed.
 
     Parameters
     ----------
@@ -96,17 +98,16 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
     rows = list[dict[str, Any]]()
     for leg in landing:
         way = network.legs.stages_of(leg)
-        by_well = _by_well(battery, charge, hover_A, way)
         by_charge = _by_charge(charge, hover_A, way, least_As)
+        rule = _earlier(_by_well(battery, charge, hover_A, way), by_charge)
         place, flight_s = network.legs.end[leg], float(network.legs.duration_s[leg])
-        row = network.places.names[place], flight_s, *_earlier(by_well, by_charge)
+        row = network.places.names[place], flight_s, *rule
         rows.append(dict(zip(UNITS, row, strict=True)))
     best = max(rows, key=lambda row: -1.0 if row["latest_s"] is None else row["latest_s"])
     available_As, bound_As = map(float, charge.wells(battery))
     facts = {
-        **{name: best[name] for name in ("latest_s", "place")},
-        **{"available_As": available_As, "bound_As": bound_As, "hover_current_A": hover_A},
-        "received_current_A": received_A,
+        **{"latest_s": best["latest_s"], "place": best["place"], "available_As": available_As},
+        **{"bound_As": bound_As, "hover_current_A": hover_A, "received_current_A": received_A},
     }
     return ResultsWithFacts("optuav return", loaded, facts, UNITS, tuple(rows), _show, _draw)
 
@@ -136,80 +137,58 @@ def _arrived(mission: Mission, way: Sequence[Stage]) -> Tilted:
 
 def _earlier(by_well: Rule, by_charge: Rule) -> tuple[object, ...]:
     """Return both moments and the earlier, which limit binds, and its monitor; see `UNITS`."""
-    dry_s, soc_s = moments_s = by_well.latest_s, by_charge.latest_s
-    dry_first = dry_s is None or (soc_s is not None and dry_s < soc_s)
-    rule = by_well if dry_first else by_charge
-    binds = "available well" if rule is by_well else "charge"
-    return *moments_s, None if None in moments_s else rule.latest_s, binds, *rule[1:]
+    dry_s, soc_s = by_well.latest_s, by_charge.latest_s
+    rule, binds = by_charge, "charge"
+    if dry_s < soc_s or dry_s == -math.inf:
+        rule, binds = by_well, "available well"
+    moments_s = (None if at_s < 0.0 else at_s for at_s in (dry_s, soc_s, rule.latest_s))
+    return *moments_s, binds, *rule[1:]
 
 
 def _by_charge(charge: Tilted, hover_A: float, way: Sequence[Stage], least_As: float) -> Rule:
     """The rule that keeps the charge at the landing."""
     g_As = least_As - sum(stage.current_A * stage.duration_s for stage in way)
     spare_As = float(charge.total_As) - g_As
-    if spare_As < 0.0:
-        return Rule(None, 1.0, 1.0, g_As)
-    return Rule(spare_As / hover_A if hover_A > 0.0 else math.inf, 1.0, 1.0, g_As)
+    lasts_s = spare_As / hover_A if hover_A > 0.0 else math.inf
+    return Rule(lasts_s if spare_As >= 0.0 else -math.inf, 1.0, 1.0, g_As)
 
 
 def _by_well(battery: Battery, charge: Tilted, hover_A: float, way: Sequence[Stage]) -> Rule:
     """The rule that keeps y1 ≥ 0 while hovering and at the end of every stage of the way."""
+    ends = range(len(way) + 1)
+    rules = [_at_an_end(battery, charge, hover_A, way[:count]) for count in ends]
+    first = min(rules, key=lambda rule: rule.latest_s)
+    hover = Stage(-hover_A, first.latest_s if math.isfinite(first.latest_s) else 0.0)
+    wells = tilted_after(battery, charge, hover).wells(battery)
+    in_time = min(rule.spare_As(wells) for rule in rules) >= -MOST * battery.capacity_As
+    return first if in_time else first._replace(latest_s=-math.inf)
+
+
+def _at_an_end(battery: Battery, charge: Tilted, hover_A: float, way: Sequence[Stage]) -> Rule:
+    """The rule that keeps y1 ≥ 0 at the end of some stages, and when hovering breaks it for good.
+
+    After a hover of t, y1 there is α + βt + γ·exp(−k't), which may rise at first and then falls.
+    """
+    from scipy.optimize import brentq
+
     share, rate_per_s = float(battery.available_fraction), float(battery.rate_per_s)
+    e = math.exp(-rate_per_s * sum(stage.duration_s for stage in way))
+    gained_As = float(tilted_after(battery, Tilted(0.0, 0.0), *way).wells(battery).available_As)
+    rule = Rule(-math.inf, share * (1.0 - e) + e, share * (1.0 - e), -gained_As)
+
+    def spare_As(hover_s: float) -> float:
+        hovered = tilted_after(battery, charge, Stage(-hover_A, hover_s))
+        return rule.spare_As(hovered.wells(battery))
+
     total_As, tilt_As = map(float, charge)
-    passed_s, response, rules, latest = 0.0, Tilted(0.0, 0.0), list[Rule](), list[float | None]()
-    for stage in (Stage(0.0, 0.0), *way):
-        response = tilted_after(battery, response, stage)
-        passed_s += stage.duration_s
-        e = math.exp(-rate_per_s * passed_s)
-        gained_As, tilted_As = map(float, response)
-        a, b = share * (1.0 - e) + e, share * (1.0 - e)
-        rules.append(Rule(None, a, b, -share * gained_As - tilted_As))
-        fixed_As = share * (total_As + gained_As) + tilted_As
-        latest.append(_last_zero(battery, fixed_As, e, tilt_As, hover_A))
-    if None in latest:
-        return rules[latest.index(None)]
-    times_s = [moment_s for moment_s in latest if moment_s is not None]
-    first = int(np.argmin(times_s))
-    hover = Stage(-hover_A, times_s[first]) if math.isfinite(times_s[first]) else Stage(0.0, 0.0)
-    left = tilted_after(battery, charge, hover).wells(battery)
-    spare_As = [r.a * float(left.available_As) + r.b * float(left.bound_As) - r.g_As for r in rules]
-    in_time = min(spare_As) >= -MOST * float(battery.capacity_As)
-    return rules[first]._replace(latest_s=times_s[first] if in_time else None)
-
-
-def _last_zero(
-    battery: Battery, fixed_As: float, e: float, tilt_As: float, hover_A: float
-) -> float | None:
-    """Last moment t ≥ 0 at which α + βt + γ·exp(−k't) ≥ 0 [s]; None where there is none."""
-    from scipy.special import lambertw, wrightomega
-
-    share, rate_per_s = float(battery.available_fraction), float(battery.rate_per_s)
     if hover_A <= 0.0:
-        return math.inf if fixed_As + e * tilt_As >= 0.0 else None
-    latest_s = (fixed_As + e * tilt_As) / (hover_A * (share + e * (1.0 - share)))
-    if rate_per_s * latest_s < SMALL:  # α and γ would cancel
-        for _ in range(NEWTON_STEPS):
-            remaining, integral_s = levelling(battery, latest_s)
-            drained_As = (1.0 - share) * hover_A
-            left_As = fixed_As - share * hover_A * latest_s
-            left_As += e * (tilt_As * remaining - drained_As * integral_s)
-            slope_A = share * hover_A + e * remaining * (rate_per_s * tilt_As + drained_As)
-            latest_s += left_As / slope_A
-        return float(latest_s) if latest_s >= 0.0 else None
-    settled_As = (1.0 - share) * hover_A / rate_per_s
-    α, β, γ = fixed_As - e * settled_As, -share * hover_A, e * (tilt_As + settled_As)
-    exponent = rate_per_s * α / β  # In logarithms, as its exponential may overflow
-    if γ == 0.0:
-        root = 0.0
-    elif γ > 0.0:
-        root = float(wrightomega(math.log(-rate_per_s * γ / β) + exponent))
-    else:
-        exponent += math.log(rate_per_s * γ / β)
-        if exponent > -1.0:
-            return None
-        root = float(lambertw(-math.exp(exponent)).real)
-    latest_s = -α / β + root / rate_per_s
-    return latest_s if latest_s >= 0.0 else None
+        return rule._replace(latest_s=math.inf if spare_As(0.0) >= 0.0 else -math.inf)
+    rises_A = -e * (rate_per_s * tilt_As + (1.0 - share) * hover_A)
+    peak_s = math.log(max(rises_A / (share * hover_A), 1.0)) / rate_per_s
+    if spare_As(peak_s) < 0.0:
+        return rule
+    most_s = (share * total_As + gained_As + e * max(tilt_As, 0.0)) / (share * hover_A)
+    return rule._replace(latest_s=float(brentq(spare_As, peak_s, most_s)))
 
 
 def _show(times: Results) -> Iterator[str]:
@@ -245,22 +224,15 @@ def _draw(times: Results) -> Pictures:
     latest_s = facts["latest_s"]
     if latest_s is None or not math.isfinite(latest_s):
         return
-    battery, passed_s = vehicle.pool(times.mission), np.linspace(0.0, 1.05 * latest_s, POINTS)
-    charge = Tilted.of(battery, Wells(facts["available_As"], facts["bound_As"]))
-    hover = Stage(-facts["hover_current_A"], passed_s)
-    available_As, bound_As = tilted_after(battery, charge, hover).wells(battery)
+    passed_s = np.linspace(0.0, 1.05 * latest_s, POINTS)
+    begin, hover = Wells(facts["available_As"], facts["bound_As"]), facts["hover_current_A"]
+    wells = step(vehicle.pool(times.mission), begin, Stage(-hover, passed_s))
     lines = list[Line]()
     for place in dict.fromkeys((times.rows[0]["place"], facts["place"])):
         row = rows[place]
-        left_As = row["a"] * available_As + row["b"] * bound_As - row["g_As"]
+        left_As = row["a"] * wells.available_As + row["b"] * wells.bound_As - row["g_As"]
         words = f"{printable(place)}, {row['binds']}"
         lines.append(Line(words, passed_s.tolist(), np.asarray(left_As).tolist()))
-    yield (
-        "return.png",
-        curves(
-            lines,
-            title=f"When to leave the hover point: {printable(times.mission.name)}",
-            x_label="hover before leaving [s]",
-            y_label="left at the landing above the limit [A s]",
-        ),
-    )
+    title = f"When to leave the hover point: {printable(times.mission.name)}"
+    x_label, y_label = "hover before leaving [s]", "left at the landing above the limit [A s]"
+    yield "return.png", curves(lines, title=title, x_label=x_label, y_label=y_label)

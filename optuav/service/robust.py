@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -30,7 +29,7 @@ from optuav.solving.assemble import figures
 from optuav.solving.outcome import replayed, route_plan
 from optuav.solving.parts import allowed
 from optuav.solving.question import Question, checked_question
-from optuav.studies.results import Pictures, Results, ResultsWithFacts
+from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
 from optuav.studies.samples import SEED, completed
 
 SAMPLES = Number("-", ge=1, le=1e6, whole=True)
@@ -86,10 +85,10 @@ def robust(
     therefore worst for dry wells and for charge with the most drawn and the least charged, and
     worst for overfull ones with the least drawn and the most charged. Limits are declared for these
     two at every corner of the keys, and also for the least wind and for five values each of ω and
-    k_F, in which the wells are not monotone. The route, the hover point and the times are the same
-    for all. Of other keys, such as positions, the worst value may lie between the ends: if the plan
-    fails at points within the box, the worst of them are declared too, until none is found. For
-    factors this is a proof; for keys it rests on samples, and fresh ones check the answer.
+    k_F, in which the wells are not monotone; route, hover point and times are the same for all. The
+    worst value of other keys, such as positions, may lie between: points within the box at which
+    the plan fails are declared too, until none is found. For factors this is a proof; for keys it
+    rests on samples, and fresh ones check the answer.
 
     Parameters
     ----------
@@ -124,11 +123,10 @@ def robust(
 
     Raises
     ------
-    InputError
+    InputError, NoPlanError
         If an argument is out of range, the box has more than 128 corners, or the samples are too
-        few for the chance (459 for 99 % at a confidence of 99 %).
-    NoPlanError
-        If optuav finds no plan that holds in the whole box, or with the chance.
+        few for the chance (459 for 99 % at a confidence of 99 %); or if optuav finds no plan that
+        holds in the whole box, or with the chance.
 
     Examples
     --------
@@ -171,26 +169,24 @@ def robust(
         **{"hover_s": times.hover_s, "rest_s": times.rest_s, "route": tuple(plan.route)},
         "nominal_hover_s": nominal.hover_time_s,
         "price_s": nominal.hover_time_s - times.hover_s,
-        "corners": corners_of(loaded, box).count,
-        **{"samples": count, "flyable": float(kept.mean()), "chance": chance},
-        **{"reach_share": share, "confidence": confidence},
+        **{"corners": corners_of(loaded, box).count, "samples": count},
+        **{"flyable": float(kept.mean()), "chance": chance, "reach_share": share},
+        "confidence": confidence,
         "risk_bound": _risk_bound(count, int(np.count_nonzero(~kept)), confidence),
     }
-    rows = sorted(_gains(search, times, box), key=lambda row: -row["gain_s"])
-    return RobustPlan("optuav robust", loaded, facts, UNITS, tuple(rows), _show, _draw, plan=plan)
+    gains = sorted(_gains(search, times, box), key=lambda row: -row[-1])
+    rows = labelled_rows(UNITS, gains)
+    return RobustPlan("optuav robust", loaded, facts, UNITS, rows, _show, _draw, plan=plan)
 
 
 def _option_faults(
     perspective: str, chance: float | None, confidence: float, samples: int, seed: int
 ) -> Iterator[Fault]:
     """Yield options out of range, and samples that are too few for a chance."""
-    stated = [
-        ("samples", samples, SAMPLES),
-        ("seed", seed, SEED),
-        ("confidence", confidence, CHANCE),
-    ]
-    stated += [] if chance is None else [("chance", chance, CHANCE)]
-    yield from (faults := [*misfits(*stated)])
+    faults = [*misfits(("samples", samples, SAMPLES), ("seed", seed, SEED))]
+    faults += misfits(("confidence", confidence, CHANCE))
+    faults += misfits(("chance", chance, CHANCE)) if chance is not None else ()
+    yield from faults
     if not faults and chance is not None and _most_failures(samples, chance, confidence) < 0:
         least = math.ceil(math.log1p(-confidence) / math.log(chance))
         words = f"at least {least} for a chance of {chance:g} at a confidence of {confidence:g}"
@@ -230,12 +226,13 @@ def _no_plan(network: Network, box: Box, chance: float | None) -> NoPlanError:
     return NoPlanError(f"optuav found no plan that holds {where}: {repair}")
 
 
-def _gains(search: Search, times: RobustTimes, box: Box) -> Iterator[dict[str, Any]]:
+def _gains(
+    search: Search, times: RobustTimes, box: Box
+) -> Iterator[tuple[str, float, float, float]]:
     """Yield every uncertain number with the hover gained on the route if it were certain."""
-    for name, ends in box.numbers.items():
+    for name, (low, high) in box.numbers.items():
         certain, _ = search.holding(np.array([times.route]), box.without(name))
-        gain_s = 0.0 if certain is None else certain.hover_s - times.hover_s
-        yield dict(zip(UNITS, (name, *ends, gain_s), strict=True))
+        yield name, low, high, 0.0 if certain is None else certain.hover_s - times.hover_s
 
 
 def _most_failures(samples: int, chance: float, confidence: float) -> int:

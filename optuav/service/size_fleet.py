@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,7 +12,7 @@ import numpy as np
 from optuav.errors import Fault, InputError, NoPlanError, collected, printable, refuse
 from optuav.mission import Mission, load
 from optuav.mission.files import read_toml
-from optuav.mission.messages import misfits, of_kind, path_of, shown, unknown
+from optuav.mission.messages import misfits, of_kind, path_of, unknown
 from optuav.mission.schema import Number
 from optuav.plan.summary import tabulated
 from optuav.service.cycle import DURATION, Coverage, coverage
@@ -42,10 +42,9 @@ def size_fleet(
 ) -> ResultsWithFacts:
     """Find the least counts that cover at least a share of the time, for each way to charge.
 
-    The drones of a fleet rest under lasers that also serve the hover (``"laser, lit hover"``) or do
-    not (``"laser, dark hover"``), on pads by cable at ``battery.charge_current_A`` times the
-    nominal voltage (``"pad"``), or have their packs exchanged (``"swap"``). A tether is only its
-    price. Which one suits is not decided here: counts and costs stand beside each other.
+    Drones rest under lasers that also serve the hover (``"laser, lit hover"``) or do not (``"laser,
+    dark hover"``), on pads by cable at ``battery.charge_current_A`` times the nominal voltage
+    (``"pad"``), or have their packs exchanged (``"swap"``). A tether is only its price.
 
     Parameters
     ----------
@@ -72,7 +71,7 @@ def size_fleet(
     Raises
     ------
     InputError
-        If an argument is out of range, a price is missing, unknown or negative, or no technology
+        If an argument or a price is out of range, a price is missing or unknown, or no technology
         can serve the mission.
 
     Examples
@@ -92,7 +91,12 @@ def size_fleet(
     cycles = dict(_cycles(loaded, swap_s))
     rows = [service.row(name, cycle) for name, cycle in cycles.items()]
     if all(row["why"] for row in rows):
-        raise _no_way(rows)
+        reasons = dict[str, list[str]]()
+        for row in rows:
+            reasons.setdefault(row["why"], []).append(row["technology"])
+        lines = [f"{' and '.join(names)}: {words}" for words, names in reasons.items()]
+        words = ["no way to charge serves this mission:", *(lines if len(lines) > 1 else reasons)]
+        raise InputError(Fault("", "", line) for line in words)
     if stated is not None:
         alone = dict.fromkeys(UNITS) | {"technology": "tether", "why": ""}
         rows.append(alone | {"cost": service.tether_cost(share)})
@@ -107,12 +111,10 @@ def size_fleet(
 def _cycles(mission: Mission, swap_s: float) -> Iterator[tuple[str, Coverage | str]]:
     """Yield the cycle of each technology, or why there is none."""
     battery = mission.battery
-    ways: dict[str, dict[str, Any]] = {
-        "laser, lit hover": {},
-        "laser, dark hover": {"lit_hover": False},
-        "pad": {"pad_power_W": battery.charge_current_A * battery.nominal_voltage_V},
-        "swap": {"swap_s": swap_s},
-    }
+    ways: dict[str, dict[str, Any]] = {"laser, lit hover": {}}
+    ways["laser, dark hover"] = {"lit_hover": False}
+    ways["pad"] = {"pad_power_W": battery.charge_current_A * battery.nominal_voltage_V}
+    ways["swap"] = {"swap_s": swap_s}
     for name, options in ways.items():
         try:
             yield name, coverage(mission, **options)
@@ -120,35 +122,19 @@ def _cycles(mission: Mission, swap_s: float) -> Iterator[tuple[str, Coverage | s
             yield name, str(error)
 
 
-def _no_way(rows: Sequence[Mapping[str, Any]]) -> InputError:
-    """Return the refusal of a mission that no technology serves, with every reason once."""
-    reasons = dict[str, list[str]]()
-    for row in rows:
-        reasons.setdefault(row["why"], []).append(row["technology"])
-    lines = [f"{' and '.join(names)}: {words}" for words, names in reasons.items()]
-    words = ["no way to charge serves this mission:", *(lines if len(lines) > 1 else reasons)]
-    return InputError(Fault("", "", line) for line in words)
-
-
 def _prices(prices: Mapping[str, float] | str | Path) -> Mapping[str, Any]:
     """The prices that a mapping or a file states, or a refusal with all faults."""
     words = "prices by name, or the path of a TOML file with them"
     of_kind("prices", prices, Mapping | str | Path, words)
     stated = prices if isinstance(prices, Mapping) else read_toml(path_of(prices))
-    refuse(_price_faults(stated))
-    return stated
-
-
-def _price_faults(prices: Mapping[str, object]) -> Iterator[Fault]:
-    """Every price that is missing, unknown or out of range."""
-    for name in prices:
-        if name not in PRICED:
-            yield unknown("prices", name, PRICED)
+    faults = [unknown("prices", name, PRICED) for name in stated if name not in PRICED]
     for name in PRICED:
-        if name not in prices:
-            yield Fault(f"prices.{name}", "", f"needs {PRICE.words}")
-        elif not PRICE.accepts(prices[name]):
-            yield Fault(f"prices.{name}", shown(prices[name]), PRICE.words)
+        if name not in stated:
+            faults.append(Fault(f"prices.{name}", "", f"needs {PRICE.words}"))
+        else:
+            faults += misfits((f"prices.{name}", stated[name], PRICE))
+    refuse(faults)
+    return stated
 
 
 class _Service(NamedTuple):
@@ -179,24 +165,15 @@ class _Service(NamedTuple):
     def counts(self, cycle: Coverage, share: float) -> dict[str, Any]:
         """The counts of the ring that covers exactly a share."""
         fleet = cycle.fleet(share, self.overlap_s)
-        chargers = self.chargers(cycle, share) if cycle.charged_by == "exchange" else 0
-        return {
-            "share": share,
-            "drones": fleet.drones,
-            "beams": fleet.beams,
-            "pads": fleet.places if cycle.charged_by == "pad" else 0,
-            "bays": fleet.places if cycle.charged_by == "exchange" else 0,
-            "chargers": chargers,
-            "battery_sets": fleet.drones + chargers,
-        }
-
-    def chargers(self, cycle: Coverage, share: float) -> int:
-        """Chargers for packs outside a drone: ⌈c·D/I_ch/(h − o)⌉, D the charge of a visit."""
-        battery = cycle.mission.battery
-        visit_As = (cycle.soc_at_departure - cycle.soc_at_landing) * battery.packs
-        visit_As *= battery.capacity_As
-        every_s = (cycle.hover_s - self.overlap_s) / share
-        return upwards(visit_As / battery.charge_current_A / every_s)
+        places, chargers = {cycle.charged_by: fleet.places}, 0
+        if cycle.charged_by == "exchange":  # ⌈c·D/I_ch/(h − o)⌉, D the charge of a visit
+            battery = cycle.mission.battery
+            visit_As = (cycle.soc_at_departure - cycle.soc_at_landing) * battery.packs
+            visit_As *= battery.capacity_As
+            chargers = upwards(visit_As / battery.charge_current_A / fleet.starts_every_s)
+        row = {"share": share, "drones": fleet.drones, "beams": fleet.beams, "chargers": chargers}
+        row |= {"pads": places.get("pad", 0), "bays": places.get("exchange", 0)}
+        return row | {"battery_sets": fleet.drones + chargers}
 
     def tether_cost(self, share: float) -> float:
         """Cost of a tethered drone for each device."""
@@ -223,30 +200,23 @@ def _draw(mission: Mission, cycles: Mapping[str, Coverage | str], service: _Serv
     """Cost, or the number of drones without prices, over the share."""
     from optuav.plots import Line, curves
 
-    def steps(name: str, known: Sequence[tuple[float, float]]) -> Line:
+    def steps(name: str, values: Mapping[float, float]) -> Line:
         """A line that holds the value of each share from the one before."""
-        ends, values = np.transpose(known)
-        return Line(name, np.repeat([0.0, *ends], 2)[1:-1], np.repeat(values, 2))
+        x, y = np.repeat([0.0, *values], 2)[1:-1], np.repeat([*values.values()], 2)
+        return Line(name, x, y)
 
     shares = np.linspace(0.0, max(service.share, 1.0), SHARES + 1)[1:].tolist()
     priced, lines = service.prices is not None, list[Line]()
     overlap = f", {service.overlap_s:g} s of overlap" * (service.overlap_s > 0.0)
     for name, cycle in cycles.items():
-        rows = [(part, service._replace(share=part).row(name, cycle)) for part in shares]
-        known = [
-            (part, row["cost" if priced else "drones"]) for part, row in rows if not row["why"]
-        ]
-        if known:
-            lines.append(steps(name, known))
+        rows = {part: service._replace(share=part).row(name, cycle) for part in shares}
+        y = {x: row["cost" if priced else "drones"] for x, row in rows.items() if not row["why"]}
+        if y:
+            lines.append(steps(name, y))
     if priced:
-        lines.append(steps("tether", [(part, service.tether_cost(part)) for part in shares]))
-    yield (
-        "sizes.png",
-        curves(
-            lines,
-            title=f"Fleets by what they cover{overlap}: {printable(mission.name)}",
-            x_label="mean number of drones that hover",
-            y_label="cost [currency of the prices]" if priced else "drones",
-            y_from_zero=True,
-        ),
-    )
+        lines.append(steps("tether", {part: service.tether_cost(part) for part in shares}))
+    title = f"Fleets by what they cover{overlap}: {printable(mission.name)}"
+    y_label = "cost [currency of the prices]" if priced else "drones"
+    x_label = "mean number of drones that hover"
+    ax = curves(lines, title=title, x_label=x_label, y_label=y_label, y_from_zero=True)
+    yield "sizes.png", ax

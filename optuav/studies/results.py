@@ -137,6 +137,13 @@ class Results:
         return save_figures(self.draw(self), directory)
 
 
+def labelled_rows(
+    columns: Iterable[str], rows: Iterable[Iterable[object]]
+) -> tuple[dict[str, Any], ...]:
+    """Return rows of values as rows by column."""
+    return tuple(dict(zip(columns, row, strict=True)) for row in rows)
+
+
 class ResultsWithFacts(Results):
     """A table whose facts are its attributes too."""
 

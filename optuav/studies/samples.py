@@ -310,13 +310,11 @@ def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
     """Return the spread of one key, or refuse its form."""
     key = _key(known, name)
     parts_by_name = form if isinstance(form, dict) else {}
-    parts = ", ".join(f"{part} = {shown(value)}" for part, value in parts_by_name.items())
-    written = f"{{ {parts} }}" if parts_by_name else shown(form)
     numbers = {part: value for part, value in parts_by_name.items() if part != "along"}
     if numbers.keys() not in KINDS or not all(map(FINITE.accepts, numbers.values())):
-        raise InputError([Fault(name, written, FORMS)])
+        raise InputError([Fault(name, written(form), FORMS)])
     if key.whole:
-        raise InputError([Fault(name, written, "a whole number cannot be spread")])
+        raise InputError([Fault(name, written(form), "a whole number cannot be spread")])
     along = parts_by_name.get("along", [])
     if not isinstance(along, list) or not all(isinstance(key_along, str) for key_along in along):
         raise InputError([Fault(f"{name}.along", shown(along), "a list of keys")])
@@ -329,8 +327,15 @@ def _spread(known: Mapping[str, Key], name: str, form: object) -> Spread:
         low, high = max(low, key.low), min(high, key.high)
     if not (key.low <= low < high <= key.high and low <= numbers.get("likely", low) <= high):
         within = f"within {key.low:g} to {key.high:g} [{key.unit}]"
-        raise InputError([Fault(name, written, f"low < high, likely between, {within}")])
+        raise InputError([Fault(name, written(form), f"low < high, likely between, {within}")])
     return Spread(key, low, high, likely, deviation, tuple(_key(known, other) for other in along))
+
+
+def written(form: object) -> str:
+    """A form as TOML writes it."""
+    if not isinstance(form, dict) or not form:
+        return shown(form)
+    return f"{{ {', '.join(f'{part} = {shown(value)}' for part, value in form.items())} }}"
 
 
 def _key(known: Mapping[str, Key], name: str) -> Key:
