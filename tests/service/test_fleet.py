@@ -114,6 +114,28 @@ def test_known_pads() -> None:
     assert less.fleet().drones == 6
 
 
+@pytest.mark.parametrize("mission", ["relay-today", "matrice350"])
+@pytest.mark.parametrize("options", [{}, {"swap_s": 120}, {"pad_power_W": 400}], ids=str)
+def test_pads_serve_the_fleet_with_its_overlap(mission: str, options: Any) -> None:
+    """The pads it names need as many drones, weaker ones more, whatever the coverage charged by."""
+    pads = optuav.coverage(mission, **options).watts(3, 1.0, 60.0)
+    strong = optuav.load(mission).replace({"battery.charge_current_A": 20.0})
+    for power_W, drones in ((pads.power_W, 3), (0.999 * pads.power_W, 4)):
+        cycle = optuav.coverage(strong, pad_power_W=power_W)
+        assert cycle.building == pads.building
+        assert cycle.fleet(1.0, 60.0).drones == drones
+    assert pads.building in str(pads)
+
+
+def test_no_pad_makes_up_for_an_overlap_as_long_as_the_hover() -> None:
+    """And one drone cannot cover all of the time."""
+    for drones, overlap_s in ((1, 0.0), (3, 1e5)):
+        with pytest.raises(NoPlanError, match=rf"{drones} drones?: the legs and the overlap"):
+            optuav.coverage("matrice350").watts(drones, 1.0, overlap_s)
+    with pytest.raises(InputError, match="overlap_s = -1"):
+        optuav.coverage("matrice350").watts(3, 1.0, -1.0)
+
+
 @settings(max_examples=80, deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 60), st.integers(1, 30)), min_size=1, max_size=12),
        st.integers(1, 3))  # fmt: skip

@@ -21,6 +21,22 @@ def test_known_moments() -> None:
     assert by_place["b9"]["latest_s"] == pytest.approx(597.270, abs=5e-4)
 
 
+def test_what_the_laser_gives_is_said_and_lost_without_it() -> None:
+    """As the link budget has it; a mission whose receiver stays behind names both tables."""
+    relay = optuav.load("relay-today")
+    lit, dark = (
+        optuav.return_by(mission)
+        for mission in (relay, relay.replace({"laser": None, "receiver": None}))
+    )
+    given_A = optuav.link_budget(relay, "hover").current_A
+    assert lit.received_current_A == pytest.approx(given_A)
+    assert dark.hover_current_A == pytest.approx(lit.hover_current_A + given_A)
+    assert f"the laser gives {given_A:.4g} A" in str(lit)
+    assert "the laser gives 0 A" in str(dark)
+    with pytest.raises(InputError, match=r"without \[laser\], remove \[receiver\] too"):
+        relay.replace({"laser": None})
+
+
 @pytest.mark.parametrize("mission", SHIPPED)
 def test_the_longest_direct_hover_ends_at_the_last_moment(mission: str) -> None:
     """P3 without a deadline is found by other code, a bracket over the declared model."""
