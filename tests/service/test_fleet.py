@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import optuav
@@ -72,7 +72,7 @@ def test_staggered_devices_need_fewer_than_the_published_rule(
     assert fleet.beams == fleet.places + devices
 
 
-@few(15)
+@few(8)
 @given(
     st.floats(10, 3000), st.floats(1, 300), st.floats(10, 9000), st.floats(0.05, 3),
     st.floats(0, 0.9),
@@ -136,7 +136,7 @@ def test_no_pad_makes_up_for_an_overlap_as_long_as_the_hover() -> None:
         optuav.coverage("matrice350").watts(3, 1.0, -1.0)
 
 
-@settings(max_examples=80, deadline=None)
+@few(30)
 @given(st.lists(st.tuples(st.integers(0, 60), st.integers(1, 30)), min_size=1, max_size=12),
        st.integers(1, 3))  # fmt: skip
 def test_gaps_and_places_by_brute_force(stated: list[tuple[int, int]], wanted: int) -> None:

@@ -4,11 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import optuav
 from optuav.errors import InputError, NoPlanError
+from tests.examples import few
 
 SHIPPED = ["paper", "paper-table2", "paper-drag", "matrice350", "relay-today"]
 
@@ -67,7 +68,7 @@ def lowest(mission: optuav.Mission, place: str, hover_s: float) -> tuple[float, 
     return least, y1 + y2
 
 
-@settings(max_examples=12, deadline=None)
+@few(8)
 @given(st.integers(0, 10**6))
 def test_a_second_later_is_too_late_and_a_second_earlier_is_in_time(seed: int) -> None:
     """Random batteries, stepped through by the differential equations."""

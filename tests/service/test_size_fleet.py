@@ -95,8 +95,8 @@ def test_the_picture_holds_the_cost_between_shares() -> None:
 
 def test_titles_say_per_cent_or_devices() -> None:
     """All of the time is 100 %, more than that are devices, or a mean; no value is a dash."""
-    for share, words in ((0.5, "for 50 % of the time"), (1.0, "for 100 % of the time"),
-                         (2.0, "for 2 devices:"), (2.5, "for 2.5 drones that hover on av")):  # fmt: skip
+    titles = {0.5: "for 50 % of the time", 1.0: "for 100 % of the time", 2.0: "for 2 devices:"}
+    for share, words in (titles | {2.5: "for 2.5 drones that hover on average"}).items():
         assert words in str(optuav.size_fleet("matrice350", None, share))
     assert str(optuav.size_fleet("matrice350", PRICES)).splitlines()[-1].split()[1:6] == ["-"] * 5
 
