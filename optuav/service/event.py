@@ -18,7 +18,6 @@ from optuav.mission.schema import Number
 from optuav.physics.kibam import Stage, Wells, step, tapered
 from optuav.plan import Plan
 from optuav.service.fleet import repeated, turns_shown
-from optuav.service.levels import draw_levels
 from optuav.service.visit import Visit
 from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
 
@@ -242,10 +241,16 @@ def _show(event: Results) -> Iterator[str]:
 
 
 def _draw(event: Results) -> Pictures:
-    """Available wells of all drones over the event."""
+    """A bar per drone, and below who covers."""
+    from optuav.plots.fleets import Turn, courses_drawn
+
     assert isinstance(event, Event)
-    drones, courses = event.facts["drones"], event.replay().courses
-    flights = [*zip(courses, event.offsets_s, strict=True)]
-    title = f"{event.facts['hours']:g} h without a gap, available wells"
-    wells = {f"drone {k + 1}": ("available", flights[k::drones]) for k in range(drones)}
-    yield "event.png", draw_levels(event, title, wells)
+    drones, flight_s = event.facts["drones"], event.plans[0].phases[0].duration_s
+    flight_s += event.plans[0].phases[2].duration_s
+    turns = [
+        Turn(row["start_s"], flight_s, row["hover_s"], row["rest_s"], 0.0) for row in event.rows
+    ]
+    end_s = turns[-1].offset_s + turns[-1].round_s
+    words = f"{event.facts['hours']:g} h without a gap, {counted(drones, 'drone')}"
+    title = f"{words}: {printable(event.mission.name)}"
+    yield "event.png", courses_drawn([turns[k::drones] for k in range(drones)], end_s, title)

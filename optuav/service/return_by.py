@@ -218,7 +218,7 @@ def _show(times: Results) -> Iterator[str]:
 
 def _draw(times: Results) -> Pictures:
     """Draw the margin of the rule at the landing over the moment of leaving, for two places."""
-    from optuav.plots import Line, curves
+    from optuav.plots import Line, Mark, curves
 
     facts, rows = times.facts, {row["place"]: row for row in times.rows}
     latest_s = facts["latest_s"]
@@ -227,12 +227,13 @@ def _draw(times: Results) -> Pictures:
     passed_s = np.linspace(0.0, 1.05 * latest_s, POINTS)
     begin, hover = Wells(facts["available_As"], facts["bound_As"]), facts["hover_current_A"]
     wells = step(vehicle.pool(times.mission), begin, Stage(-hover, passed_s))
-    lines = list[Line]()
+    lines, marks = list[Line](), list[Mark]()
     for place in dict.fromkeys((times.rows[0]["place"], facts["place"])):
         row = rows[place]
         left_As = row["a"] * wells.available_As + row["b"] * wells.bound_As - row["g_As"]
-        words = f"{printable(place)}, {row['binds']}"
+        words = f"{printable(place)}, {row['binds']}: {fixed(row['latest_s'], 1)} s"
         lines.append(Line(words, passed_s.tolist(), np.asarray(left_As).tolist()))
+        marks += [Mark(row["latest_s"], "")] if row["latest_s"] is not None else []
     title = f"When to leave the hover point: {printable(times.mission.name)}"
     x_label, y_label = "hover before leaving [s]", "left at the landing above the limit [A s]"
-    yield "return.png", curves(lines, title=title, x_label=x_label, y_label=y_label)
+    yield "return.png", curves(lines, title=title, x_label=x_label, y_label=y_label, marks=marks)

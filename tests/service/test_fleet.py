@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.colors import to_hex
 
 import optuav
 from optuav.errors import InputError, NoPlanError
 from optuav.judge.fleets import busiest, longest_gap
+from optuav.looks import PHASES
 from tests.examples import few
 
 SHIPPED = ["paper", "paper-table2", "matrice350"]
@@ -147,6 +149,23 @@ def test_gaps_and_places_by_brute_force(stated: list[tuple[int, int]], wanted: i
     runs = "".join("x" if each < wanted else " " for each in count).split()
     assert longest_gap(intervals, wanted, 0.0, 90.0)[0] == max(map(len, runs), default=0)
     assert busiest(intervals, 1e-9)[0] == max(count)
+
+
+def test_the_picture_of_a_roster_has_its_hovers() -> None:
+    """One bar per drone as long as the rows say, in the colour of hovers, and all of them below."""
+    event = optuav.coverage("matrice350").event(2)
+    (ax,) = event.plot()["event.png"].axes
+    spans = {number: list[tuple[float, float]]() for number in range(event.drones + 1)}
+    for bar in ax.collections:
+        if to_hex(bar.get_facecolor()[0]) == PHASES["hover"].lower():
+            low, high = bar.get_paths()[0].get_extents().get_points()
+            spans[int(low[1] + 0.5)].append((low[0] * 3600.0, high[0] * 3600.0))
+    rows = [(row["start_s"], row["start_s"] + row["hover_s"]) for row in event.rows]
+    leg_s = event.plans[0].phases[0].duration_s
+    for number, drawn in spans.items():
+        due = rows if number == event.drones else rows[number :: event.drones]
+        assert np.array(sorted(drawn)) == pytest.approx(np.array(due) + leg_s)
+    assert event.building in str(event)
 
 
 def test_the_picture_and_the_table_of_a_fleet() -> None:

@@ -38,6 +38,14 @@ def test_what_the_laser_gives_is_said_and_lost_without_it() -> None:
         relay.replace({"laser": None})
 
 
+def test_the_picture_marks_the_last_moments() -> None:
+    """Of the destination and of the place that leaves most time."""
+    times = optuav.return_by("paper")
+    (ax,) = times.plot()["return.png"].axes
+    marks = [line.get_xdata()[0] for line in ax.get_lines()[2:]]
+    assert marks == pytest.approx([times.rows[0]["latest_s"], times.latest_s])
+
+
 @pytest.mark.parametrize("mission", SHIPPED)
 def test_the_longest_direct_hover_ends_at_the_last_moment(mission: str) -> None:
     """P3 without a deadline is found by other code, a bracket over the declared model."""
