@@ -14,7 +14,7 @@ import typer
 import optuav
 from optuav.cli.options import mission_of, numbers_in
 from optuav.cli.output import FAILED, NO, check_places, deliver, progress, say
-from optuav.errors import Fault, InputError, collected, decimal, refuse
+from optuav.errors import Fault, InputError, NoPlanError, collected, decimal, refuse
 from optuav.options import Order, Perspective
 
 if TYPE_CHECKING:
@@ -147,16 +147,19 @@ def coverage(
 
     Exit code 1 if there is no endless cycle.
     """
-    from optuav.mission.messages import misfits
+    from optuav.mission.messages import counted, misfits
+    from optuav.service.fleet import COUNT, covering
     from optuav.service.horizon import HOURS
 
     fleet = share is not None or overlap_s is not None
     hours_stated = {"horizon_hours": horizon_hours, "hours": hours}
     single = [name for name, value in hours_stated.items() if value is not None]
     if len(single) + fleet > 1 or (horizon_hours is not None and drones is not None):
-        words = (
-            "goes without --share, --overlap-s and other hours; --horizon-hours is for one drone"
-        )
+        words = "plans some hours of one drone, so leave out the other hours, --share, --overlap-s "
+        words += "and --drones"
+        if single == ["hours"]:
+            words = "plans an event with all of its time covered: leave out --share and --overlap-s"
+            words += ", or leave out --hours for a fleet that covers a share without end"
         raise InputError([Fault(name, f"{hours_stated[name]:g}", words) for name in single])
     share = 1.0 if share is None else share
     covered = optuav.coverage(
@@ -172,13 +175,23 @@ def coverage(
         results = covered.horizon(horizon_hours)
     if hours is not None:
         results = covered.event(hours, drones)
-    elif drones is not None:
-        pads = covered.watts(drones, share)
-        facts = {"pad_drones": drones, **{f"pad_{k}": v for k, v in pads._asdict().items()}}
+    words = ""
+    if drones is not None and hours is None:
+        refuse(misfits(("drones", drones, COUNT)))
+        covers = min(drones * covered.share, 1.0)  # In turns, without overlap
+        facts = {"pad_drones": drones, "drones_share": covers}
+        words = f"\nTurns of {counted(drones, 'drone')} cover {covers:.2%} of the time"
+        if swap_s is None:
+            try:
+                pads = covered.watts(drones, share, overlap_s or 0.0)
+                facts |= {f"pad_{name}": value for name, value in pads._asdict().items()}
+                words += f"\nPads {covering(share, overlap_s or 0.0)}: {pads}"
+            except NoPlanError as error:
+                words += f"\n{error}"
         results = replace(results, facts={**results.facts, **facts})
     out.deliver(results)
-    if drones is not None and hours is None and not out.as_json:
-        say(f"\nPads for {drones} drones: {pads}")
+    if words and not out.as_json:
+        say(words)
 
 
 def size(
@@ -197,6 +210,8 @@ def size(
 
 def return_(mission: str, out: Study) -> None:
     """Find the last moment to leave the hover point, for the destination and every building.
+
+    The laser goes on charging the hover; where nothing does, --set laser= --set receiver=.
 
     Exit code 1 if the hover point cannot be reached.
     """

@@ -57,10 +57,8 @@ def to_dict(found: HoverMap) -> dict[str, Any]:
     ]
     axes = {"x_m": found.x.tolist(), "y_m": found.y.tolist()}
     words = {"reason_words": [*REASONS.values()]}
-    head = {
-        "kind": "optuav map",
-        **dict(zip(("long_name", "units"), LABELS["hover_time_s"], strict=True)),
-    }
+    long_name, unit = LABELS["hover_time_s"]
+    head = {"kind": "optuav map", "long_name": long_name, "units": unit}
     return {**head, **found.facts, **axes, **values, **words}
 
 

@@ -53,14 +53,12 @@ def device(
     mission
         A mission, the name of a shipped one, or the path of a mission file.
     step_m
-        Distance between two points along x and along y, 0.001 <= x <= 1e6 [m]; at most 4 million
-        points.
+        Distance between two points along x and along y [m], 0.001 to 1e6; at most 4 million points.
     bounds
-        Least x, least y, largest x and largest y, each -1e6 to 1e6 [m], the first two being
-        a point's; by default multiples of the distance around everything in the mission:
-        places, buildings, and the coverage of the device.
+        Least x, least y, largest x and largest y [m], each -1e6 to 1e6, the first two being a
+        point's; by default multiples of the distance around everything in the mission.
     height_m
-        Height z of all points, -1e6 to 1e6 [m]; by default the height of the mission's own device.
+        Height z of all points [m], -1e6 to 1e6; by default that of the mission's own device.
     perspective
         As for `optuav.solve`.
 
@@ -68,13 +66,12 @@ def device(
     -------
     xarray.DataArray
         Longest hover of P1 by ``y`` and ``x`` [s], NaN without a plan, each as by `optuav.solve`.
-        Beside it stands the coordinate ``reason``: the reason for no plan, as a number whose words
-        are in its attributes ``flag_meanings`` and ``words`` (0 with a plan). Attributes
-        state ``mission``, ``perspective``, the key that varies (``over``), its ``height_m``, the
-        ``crs`` if the mission has one, ``best_m``: where the hover is longest, of several such
-        points the one nearest to the mission's own, ``best_points``: how many of them there are,
-        ``best_at``: whether that nearest is ``"inside"`` or at the ``"edge"`` of the map, and
-        ``best_because``: what caps the charging current there, if something does.
+        The coordinate ``reason`` is why there is no plan, as a number whose words are in its
+        attributes ``flag_meanings`` and ``words`` (0 with a plan). Attributes state ``mission``,
+        ``perspective``, the key that varies (``over``), its ``height_m``, the ``crs`` if there is
+        one, ``best_m``: where the hover is longest, of ``best_points`` such points the one nearest
+        to the mission's own, ``best_at``: whether that is ``"inside"`` the map or at its
+        ``"edge"``, and ``best_because``: what caps the charging current there, if something does.
 
     Raises
     ------
@@ -211,18 +208,20 @@ def hovers(
     x, y = _axes(corners_m, float(step_m))
     solved = solved_batch(base, {f"{over}[1]": y, f"{over}[0]": x}, perspective=perspective)
     facts: dict[str, Any] = {"mission": whole.name, "perspective": perspective}
-    facts |= {"over": over, "height_m": z_m} | (
-        {"crs": crs} if (crs := stated_system(whole)) else {}
-    )
-    if (best := _best(solved.values["hover_time_s"], x - x_m, y - y_m)) is not None:
-        facts["best_m"] = [float(x[best[1]]), float(y[best[0]]), z_m]
-        hover_s = solved.values["hover_time_s"]
-        facts["best_points"] = int((hover_s >= np.nanmax(hover_s) - SAME_S).sum())
+    facts |= {"over": over, "height_m": z_m}
+    facts |= {"crs": crs} if (crs := stated_system(whole)) else {}
+    hover_s = solved.values["hover_time_s"]
+    if not np.isnan(hover_s).all():
+        longest = hover_s >= np.nanmax(hover_s) - SAME_S
+        away = np.where(longest, (x - x_m) ** 2 + (y - y_m)[:, None] ** 2, np.inf)
+        row, column = divmod(int(away.argmin()), len(x))
+        facts["best_m"] = [float(x[column]), float(y[row]), z_m]
+        facts["best_points"] = int(longest.sum())
         if over == LASER:
             there = base.replace({LASER: facts["best_m"]})
             if cap := charging_cap(there, scene(there).places):
                 facts["best_because"] = cap.words
-        at_edge = best[0] in (0, len(y) - 1) or best[1] in (0, len(x) - 1)
+        at_edge = row in (0, len(y) - 1) or column in (0, len(x) - 1)
         facts["best_at"] = "edge" if at_edge else "inside"
     return HoverMap(solved, facts, x, y)
 
@@ -283,13 +282,3 @@ def _around_m(over: str, mission: Mission, step_m: float) -> Floats:
     room_m = ROOM * (high_m - low_m).max()
     first, last = np.floor((low_m - room_m) / step_m), np.ceil((high_m + room_m) / step_m)
     return step_m * np.array([first, np.maximum(last, first + 1.0)])
-
-
-def _best(hover_s: Floats, away_x: Floats, away_y: Floats) -> tuple[int, int] | None:
-    """Row and column of the longest hover [s], of several the nearest; None without a plan."""
-    if np.isnan(hover_s).all():
-        return None
-    longest = hover_s >= np.nanmax(hover_s) - SAME_S
-    away = np.where(longest, away_x**2 + away_y[:, None] ** 2, np.inf)
-    row, column = divmod(int(away.argmin()), len(away_x))
-    return row, column

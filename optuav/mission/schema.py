@@ -179,7 +179,7 @@ Velocity = Annotated[
     tuple[_WindSpeed, _WindSpeed, Annotated[float, Number("m/s", ge=0, le=0)]],
     Strict(),
     Listed,
-    Allowed("three numbers [x, y, 0], each |x| <= 1e3 [m/s]"),
+    Allowed("three numbers [x, y, 0], such as [6, 0, 0], each |x| <= 1e3 [m/s]"),
 ]
 SPEED = Number("m/s", ge=1e-3, le=1e6)
 Speed = Annotated[float, SPEED]

@@ -245,7 +245,8 @@ def rules(document: Document) -> Iterator[Breach]:
         if (beam := laser.get("beam")) in [*BEAMS]:
             yield from _rules_of_model(document, BEAMS[beam], f'laser.beam = "{beam}"')
     if "receiver" in document and laser is not UNKNOWN and "beam" not in keys_of(laser):
-        yield Breach(("receiver",), f"only with laser.beam = {schema.BEAM.words}")
+        words = "; without [laser], remove [receiver] too" * (laser is None)
+        yield Breach(("receiver",), f"only with laser.beam = {schema.BEAM.words}{words}")
     origin = {"latitude_deg", "longitude_deg"} & keys_of(document.get("earth")).keys()
     if origin and document.get("crs"):
         yield from (Breach(("earth", key), "not beside crs") for key in sorted(origin))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
@@ -38,7 +39,6 @@ class Turn(NamedTuple):
         return sum(self[1:])
 
 
-@style.applied()
 def fleet_turns(turns: Sequence[Turn], *, title: str, ax: Axes | None = None) -> Axes:
     """Draw a bar per drone, and below who covers.
 
@@ -68,26 +68,41 @@ def fleet_turns(turns: Sequence[Turn], *, title: str, ax: Axes | None = None) ->
     'time [h]'
     """
     turns = several("turns", turns, Turn, "at least one Turn")
-    ax = ax or style.page(1.6 + 0.28 * len(turns)).subplots()
     end_s = ROUNDS * turns[0].round_s
-    kinds = {"fly": "flight", "hover": "hover", "rest": "rest", "wait": None}
+    courses = [
+        [turn._replace(offset_s=s) for s in np.arange(turn.offset_s, end_s, turn.round_s).tolist()]
+        for turn in turns
+    ]
+    return courses_drawn(courses, end_s, title, ax)
+
+
+@style.applied()
+def courses_drawn(
+    courses: Sequence[Sequence[Turn]], end_s: float, title: str, ax: Axes | None = None
+) -> Axes:
+    """Draw a bar per drone with its turns until an end [s], and below who covers."""
+    ax = ax or style.page(1.6 + 0.28 * len(courses)).subplots()
+    waits = any(turn.wait_s > 0.0 for course in courses for turn in course)
+    kinds = {"fly": "flight", "hover": "hover", "rest": "rest"} | ({"wait": None} if waits else {})
     colours = {words: PHASES[kind] if kind else style.PALE for words, kind in kinds.items()}
-    for number, turn in enumerate(turns):
-        begin_s = turn.offset_s
-        while begin_s < end_s:
-            leg_s = 0.5 * turn.flight_s
-            lasts = ("fly", leg_s), ("hover", turn.hover_s), ("fly", leg_s)
-            for words, lasts_s in (*lasts, ("rest", turn.rest_s), ("wait", turn.wait_s)):
-                shown_s = max(min(lasts_s, end_s - begin_s), 0.0) / 3600.0
-                look: style.Look = {"color": colours[words], "linewidth": 0.0}
-                ax.broken_barh([(begin_s / 3600.0, shown_s)], (number - 0.4, 0.8), **look)
-                if words == "hover":
-                    below = (len(turns) + 0.1, 0.8)
-                    shade = {**look, "alpha": 0.55 + 0.45 * (number % 2)}
-                    ax.broken_barh([(begin_s / 3600.0, shown_s)], below, **shade)
+    for number, course in enumerate(courses):
+        for order, turn in enumerate(course):
+            begin_s, leg = turn.offset_s, ("fly", 0.5 * turn.flight_s)
+            stays = leg, ("hover", turn.hover_s), leg, ("rest", turn.rest_s), ("wait", turn.wait_s)
+            for words, lasts_s in stays:
+                if (shown_s := min(lasts_s, end_s - begin_s)) > 0.0:
+                    span = [(begin_s / 3600.0, shown_s / 3600.0)]
+                    rim = (
+                        {"linewidth": 1.5, "zorder": 2.0} if words == "fly" else {"linewidth": 0.0}
+                    )
+                    look: style.Look = {"color": colours[words], **rim}  # Legs are short
+                    ax.broken_barh(span, (number - 0.4, 0.8), **look)
+                    if words == "hover":
+                        alpha = 0.55 + 0.45 * ((number + len(courses) * order) % 2)
+                        ax.broken_barh(span, (len(courses) + 0.1, 0.8), alpha=alpha, **look)
                 begin_s += lasts_s
-    names = [f"drone {number}" for number in range(1, len(turns) + 1)]
-    ax.set_yticks([*range(len(turns)), len(turns) + 0.5], [*names, COVERS])
+    names = [f"drone {number}" for number in range(1, len(courses) + 1)]
+    ax.set_yticks([*range(len(courses)), len(courses) + 0.5], [*names, COVERS])
     ax.invert_yaxis()
     ax.set(xlabel="time [h]", xlim=(0.0, end_s / 3600.0))
     ax.set_title(title, pad=style.LEGEND_PT)

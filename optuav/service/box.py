@@ -42,10 +42,13 @@ class Box(NamedTuple):
         return factors | {spread.key.name: (spread.low, spread.high) for spread in self.spreads}
 
     @property
-    def holds_now(self) -> bool:
-        """Whether the numbers of the mission itself lie in the box."""
-        return all(low <= 1.0 <= high for low, high in self.factors.values()) and all(
-            spread.low <= spread.key.now <= spread.high for spread in self.spreads
+    def outside(self) -> tuple[str, ...]:
+        """Numbers of the mission itself that do not lie in the box, in words."""
+        now = dict.fromkeys(FACTORS, 1.0) | {each.key.name: each.key.now for each in self.spreads}
+        return tuple(
+            f"{name} = {now[name]:g} of the mission is not in {low:g} to {high:g}"
+            for name, (low, high) in self.numbers.items()
+            if not low <= now[name] <= high
         )
 
     @property

@@ -229,27 +229,32 @@ class Coverage(ResultsWithFacts):
         """
         return event_of(self, self.ending(), hours, drones)
 
-    def watts(self, drones: int, share: float = 1.0) -> PadPower:
+    def watts(self, drones: int, share: float = 1.0, overlap_s: float = 0.0) -> PadPower:
         """Find what pads must deliver so that some drones with dark hovers cover a share.
 
         Parameters
         ----------
-        drones, share
-            How many, 1 to 10000, and the mean number of them that hover [-], > 0 and up to 1000.
+        drones
+            How many, 1 to 10000.
+        share, overlap_s
+            As of `fleet`.
 
         Returns
         -------
         PadPower
-            Power and current of every drone's pad on the building of the cycle; whether the
-            battery accepts it.
+            Least power and current of every drone's pad, on the building that is best for pads;
+            whether the battery accepts it.
 
         Raises
         ------
         InputError, NoPlanError
             If a number is out of range; or if no power suffices, or the hover never ends.
         """
-        dark_A = float(vehicle.hover_load(self.mission).current_A)
-        return pad_power(self, self.ending(), dark_A, drones, share)
+        self.ending()
+        network = build_network(self.mission)
+        currents = _net_currents(network, lit=False, pad_power_W=math.inf)
+        visits = _visits(network, *currents, self.perspective, None)
+        return pad_power(self.mission, [*visits], drones, share, overlap_s)
 
 
 def coverage(

@@ -13,12 +13,11 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.errors import Fault, NoPlanError, printable, refuse
 from optuav.judge.fleets import FleetReplay, replay_fleet
-from optuav.mission.messages import misfits, shown
+from optuav.mission.messages import counted, misfits, shown
 from optuav.mission.schema import Number
 from optuav.physics.kibam import Stage, Wells, step, tapered
 from optuav.plan import Plan
 from optuav.service.fleet import repeated, turns_shown
-from optuav.service.levels import draw_levels
 from optuav.service.visit import Visit
 from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
 
@@ -73,7 +72,9 @@ def event_of(coverage: Coverage, visit: Visit, hours: float, drones: int | None)
         if least > MOST:
             raise NoPlanError(f"even {MOST} drones cannot cover {hours:g} h by charge")
     if drones is not None and drones < least:
-        words = f"{drones} drones cannot cover {hours:g} h: charge requires at least {least}"
+        words = (
+            f"{counted(drones, 'drone')} cannot cover {hours:g} h: charge requires at least {least}"
+        )
         raise NoPlanError(words)
     for count in range(least, MOST + 1) if drones is None else [drones]:
         for share in SHORTER:
@@ -86,8 +87,8 @@ def event_of(coverage: Coverage, visit: Visit, hours: float, drones: int | None)
             event = _event(coverage, hours, least, roster)
             if event.replay().flyable:
                 return event
-    words = f"charge allows {count} drones for {hours:g} h, but every roster that optuav tried"
-    words += " empties an available well"
+    words = f"charge allows {counted(count, 'drone')} for {hours:g} h, but every roster that optuav"
+    words += " tried empties an available well"
     raise NoPlanError(words if drones is None else f"{words}: allow one more drone")
 
 
@@ -234,15 +235,22 @@ def _show(event: Results) -> Iterator[str]:
     facts = event.facts
     yield f"{facts['hours']:g} h without a gap: {printable(event.mission.name)}"
     yield f"Drones      {facts['drones']}; charge requires at least {facts['least_drones']}"
-    yield f"Hovers      {len(event.rows)}, up to {facts['longest_hover_s']:.2f} s\n"
+    yield f"Hovers      {len(event.rows)}, up to {facts['longest_hover_s']:.2f} s"
+    yield f"Rest        on {printable(facts['building'])}\n"
     yield from turns_shown(["drone", "from [s]", "hover [s]", "rest [s]"], event.rows)
 
 
 def _draw(event: Results) -> Pictures:
-    """Available wells of all drones over the event."""
+    """A bar per drone, and below who covers."""
+    from optuav.plots.fleets import Turn, courses_drawn
+
     assert isinstance(event, Event)
-    drones, courses = event.facts["drones"], event.replay().courses
-    flights = [*zip(courses, event.offsets_s, strict=True)]
-    title = f"{event.facts['hours']:g} h without a gap, available wells"
-    wells = {f"drone {k + 1}": ("available", flights[k::drones]) for k in range(drones)}
-    yield "event.png", draw_levels(event, title, wells)
+    drones, flight_s = event.facts["drones"], event.plans[0].phases[0].duration_s
+    flight_s += event.plans[0].phases[2].duration_s
+    turns = [
+        Turn(row["start_s"], flight_s, row["hover_s"], row["rest_s"], 0.0) for row in event.rows
+    ]
+    end_s = turns[-1].offset_s + turns[-1].round_s
+    words = f"{event.facts['hours']:g} h without a gap, {counted(drones, 'drone')}"
+    title = f"{words}: {printable(event.mission.name)}"
+    yield "event.png", courses_drawn([turns[k::drones] for k in range(drones)], end_s, title)

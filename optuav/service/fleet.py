@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 from optuav.errors import MOST_SHOWN, Fault, InputError, NoPlanError, printable, refuse
 from optuav.judge.fleets import FleetReplay, replay_fleet
+from optuav.mission import Mission
 from optuav.mission.flight_model import flight_of
-from optuav.mission.messages import misfits, shown
+from optuav.mission.messages import counted, misfits, shown
 from optuav.mission.schema import Number
 from optuav.network.timeline import Phase, simulated
 from optuav.physics.roots import largest
@@ -19,7 +21,7 @@ from optuav.plan.summary import tabulated
 from optuav.service.visit import Visit
 from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
 
-SHARE = Number("-", gt=0, le=1000)
+SHARE = Number("-", gt=0, le=1000, note=", where 1 is all of the time")
 OVERLAP = Number("s", ge=0, le=1e7)
 COUNT = Number("-", ge=1, le=10_000, whole=True)
 UNITS = {"drone": "-", "offset_s": "s", "flight_s": "s", "hover_s": "s", "rest_s": "s"}
@@ -145,6 +147,15 @@ def fleet_of(cycle: Results, visit: Visit, plan: Plan, share: float, overlap_s: 
     return Fleet(*table, plan=plan, visit=visit)
 
 
+def covering(share: float, overlap_s: float) -> str:
+    """Words for what a fleet covers: a part of the time, or several devices."""
+    overlap = f", {overlap_s:g} s of overlap" * (overlap_s > 0.0)
+    if share <= 1.0:
+        return f"for {100.0 * share:.6g} % of the time{overlap}"
+    noun = "devices" if share % 1.0 == 0.0 else "drones that hover on average"
+    return f"for {share:.6g} {noun}{overlap}"
+
+
 def upwards(count: float) -> int:
     """Return the next whole number, but for rounding; at least 1."""
     return max(1, math.ceil(count * (1.0 - ROUNDING)))
@@ -159,6 +170,8 @@ class PadPower(NamedTuple):
         Of the pad, at the nominal voltage of the battery [W], [A].
     hover_s, c_rate
         Hover of a cycle [s], and the charging current over the capacity in an hour [1/h].
+    building
+        The best one for pads.
     accepted
         Whether the current is at most ``battery.charge_current_A``.
 
@@ -174,48 +187,60 @@ class PadPower(NamedTuple):
     current_A: float
     hover_s: float
     c_rate: float
+    building: str
     accepted: bool
 
     def __str__(self) -> str:
-        words = f"{self.power_W:.4g} W, {self.current_A:.4g} A, {self.c_rate:.3g} C"
+        words = f"{self.power_W:.4g} W on {printable(self.building)}, "
+        words += f"{self.current_A:.4g} A, {self.c_rate:.3g} C"
         return words if self.accepted else f"{words}: more than battery.charge_current_A allows"
 
 
-def pad_power(cycle: Results, visit: Visit, dark_A: float, drones: int, share: float) -> PadPower:
-    """The least power of pads with which so many drones cover a share, see `Coverage.watts`."""
-    refuse(misfits(("drones", drones, COUNT), ("share", share, SHARE)))
-    battery, resting_A = cycle.mission.battery, float(flight_of(cycle.mission).rest().current_A)
+def pad_power(
+    mission: Mission, visits: Sequence[Visit], drones: int, share: float, overlap_s: float
+) -> PadPower:
+    """The least power of pads with which so many drones cover a share, see `Coverage.watts`.
 
-    def charged(rest_A: float) -> Visit:
-        """Return the visit with a dark hover and a current into the resting battery [A]."""
-        return replace(visit, hover_A=dark_A, rest_A=rest_A, swap_s=None)
+    The visits are those of dark hovers from all buildings in reach.
+    """
+    faults = misfits(("drones", drones, COUNT), ("share", share, SHARE))
+    refuse([*faults, *misfits(("overlap_s", overlap_s, OVERLAP))])
 
-    def too_weak(rest_A: float) -> bool:
-        """Return whether a current needs more drones."""
-        hover_s = charged(rest_A).longest_s if rest_A > 0.0 else None
-        return not hover_s or share / charged(rest_A).share(hover_s) > drones
+    def too_weak(visit: Visit, rest_A: float) -> bool:
+        """Return whether a current into the resting battery needs more drones."""
+        resting = replace(visit, rest_A=rest_A)
+        hover_s = resting.longest_s if rest_A > 0.0 else None
+        return not hover_s or share * resting.period_s(hover_s) > drones * (hover_s - overlap_s)
 
-    high_A = 1.0
-    while too_weak(high_A):
-        high_A *= 2.0
-        if high_A > MOST_A:
-            words = f"no pad is strong enough for {drones} drones: the legs take too long"
-            raise NoPlanError(words)
-    weak = largest(too_weak, high_A)
-    rest_A = high_A if weak is None else weak[1]
-    hover_s = charged(rest_A).longest_s
-    assert hover_s is not None
-    current_A, capacity_Ah = rest_A + resting_A, float(visit.battery.capacity_As) / 3600.0
-    power_W, accepted = current_A * battery.nominal_voltage_V, current_A <= battery.charge_current_A
-    return PadPower(power_W, current_A, hover_s, current_A / capacity_Ah, accepted)
+    visits, best, rest_A = sorted(visits, key=lambda visit: visit.flight_s), None, 1.0
+    while all(too_weak(visit, rest_A) for visit in visits):
+        rest_A *= 2.0
+        if rest_A > MOST_A:
+            words = f"no pad is strong enough for {counted(drones, 'drone')}"
+            raise NoPlanError(f"{words}: the legs and the overlap take too long")
+    for visit in visits:
+        below_A = rest_A * (1.0 - ROUNDING * (best is not None))  # Of equal buildings the first
+        if not too_weak(visit, below_A):
+            weak = largest(partial(too_weak, visit), below_A)
+            assert weak is not None  # Without current every pad is too weak
+            best, rest_A = visit, weak[1]
+    assert best is not None
+    current_A = rest_A + float(flight_of(mission).rest().current_A)
+    c_rate = 3600.0 * current_A / float(best.battery.capacity_As)
+    power_W = current_A * mission.battery.nominal_voltage_V
+    accepted = current_A <= mission.battery.charge_current_A
+    hover_s = replace(best, rest_A=rest_A).longest_s or 0.0
+    return PadPower(power_W, current_A, hover_s, c_rate, best.building, accepted)
 
 
 def _show(fleet: Results) -> Iterator[str]:
     facts = fleet.facts
-    yield f"Fleet: {printable(fleet.mission.name)}, {facts['share']:.4g} drones hover on average"
+    words = covering(facts["asked_share"], facts["overlap_s"])
+    yield f"Fleet {words}: {printable(fleet.mission.name)}"
     yield f"Drones      {facts['drones']}, a start every {facts['starts_every_s']:.2f} s"
     yield f"Places      {facts['places']} on {printable(facts['building'])}, {facts['beams']} beams"
-    yield f"Gap         {facts['longest_gap_s']:.2f} s at most\n"
+    mean = f"{facts['share']:.4g} hover on average"
+    yield f"Gap         {facts['longest_gap_s']:.2f} s at most; {mean}\n"
     yield from turns_shown([name.replace("_s", " [s]") for name in UNITS], fleet.rows)
 
 

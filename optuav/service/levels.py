@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, TypeAlias
 
 from optuav.errors import printable
@@ -19,23 +19,17 @@ Flights: TypeAlias = Sequence[tuple[Replay, float]]
 
 def draw_wells(results: Results, title: str, flights: Flights) -> Axes:
     """Draw how full both wells are over time."""
-    lines = {f"{well} well": (well, flights) for well in ("available", "bound")}
-    return draw_levels(results, title, lines)
-
-
-def draw_levels(results: Results, title: str, wells: Mapping[str, tuple[str, Flights]]) -> Axes:
-    """Draw how full wells are over time: by words, which well, and the flights."""
     from optuav.plots import Line, curves
 
     lines = list[Line]()
-    for words, (well, flights) in wells.items():
+    for well in ("available", "bound"):
         hours, percent = list[float](), list[float]()
         for replay, start_s in flights:
             full_As = float(getattr(vehicle.pool(replay.mission).full, f"{well}_As"))
             level_As = getattr(replay.trace, f"{well}_As")[:, 0]
             hours += ((replay.trace.time_s + start_s) / 3600.0).tolist()
             percent += (100.0 * level_As / full_As).tolist()
-        lines.append(Line(words, hours, percent))
+        lines.append(Line(f"{well} well", hours, percent))
     title = f"{title}: {printable(results.mission.name)}"
     x_label, y_label = "time $t$ [h]", "charge of a full well [%]"
     return curves(lines, title=title, x_label=x_label, y_label=y_label, y_from_zero=True)

@@ -65,7 +65,8 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
         if it is too late at once, inf if hovering draws nothing); ``binds``, the limit behind it;
         and the monitor ``a``, ``b`` [-], ``g_As`` [A s]: leave as soon as a·y1 + b·y2 < g. Facts:
         ``latest_s`` and ``place`` of the place that leaves most time, ``available_As`` and
-        ``bound_As`` on arrival [A s], and ``hover_current_A`` [A].
+        ``bound_As`` on arrival [A s], and ``hover_current_A`` [A] beyond ``received_current_A``,
+        which the laser gives; remove ``laser`` where nothing charges the hover.
 
     Raises
     ------
@@ -106,7 +107,7 @@ def return_by(mission: Mission | str | Path) -> ResultsWithFacts:
     available_As, bound_As = map(float, charge.wells(battery))
     facts = {
         **{"latest_s": best["latest_s"], "place": best["place"], "available_As": available_As},
-        **{"bound_As": bound_As, "hover_current_A": hover_A},
+        **{"bound_As": bound_As, "hover_current_A": hover_A, "received_current_A": received_A},
     }
     return ResultsWithFacts("optuav return", loaded, facts, UNITS, tuple(rows), _show, _draw)
 
@@ -194,7 +195,10 @@ def _show(times: Results) -> Iterator[str]:
     facts = times.facts
     yield f"When to leave the hover point: {printable(times.mission.name)}"
     wells = f"y1 = {facts['available_As']:.1f} A s, y2 = {facts['bound_As']:.1f} A s"
-    yield f"On arrival: {wells}; hovering draws {facts['hover_current_A']:.4g} A\n"
+    drawn = f"draws {facts['hover_current_A']:.4g} A from the battery"
+    drawn += f"; the laser gives {facts['received_current_A']:.4g} A"
+    yield f"On arrival  {wells}"
+    yield f"Hovering    {drawn}\n"
     ranked = sorted(
         times.rows[1:], key=lambda row: math.inf if row["latest_s"] is None else -row["latest_s"]
     )
@@ -208,12 +212,13 @@ def _show(times: Results) -> Iterator[str]:
     if (more := len(rows) - SHOWN) > 0:
         yield f"and {more} more that leave less time"
     yield ""
-    yield "Leave within the smaller time after arrival, as soon as a·y1 + b·y2 < g."
+    yield "Leave at the latest when the smaller of both times has passed after arrival."
+    yield "A monitor on board that knows the wells leaves as soon as a·y1 + b·y2 < g."
 
 
 def _draw(times: Results) -> Pictures:
     """Draw the margin of the rule at the landing over the moment of leaving, for two places."""
-    from optuav.plots import Line, curves
+    from optuav.plots import Line, Mark, curves
 
     facts, rows = times.facts, {row["place"]: row for row in times.rows}
     latest_s = facts["latest_s"]
@@ -222,12 +227,13 @@ def _draw(times: Results) -> Pictures:
     passed_s = np.linspace(0.0, 1.05 * latest_s, POINTS)
     begin, hover = Wells(facts["available_As"], facts["bound_As"]), facts["hover_current_A"]
     wells = step(vehicle.pool(times.mission), begin, Stage(-hover, passed_s))
-    lines = list[Line]()
+    lines, marks = list[Line](), list[Mark]()
     for place in dict.fromkeys((times.rows[0]["place"], facts["place"])):
         row = rows[place]
         left_As = row["a"] * wells.available_As + row["b"] * wells.bound_As - row["g_As"]
-        words = f"{printable(place)}, {row['binds']}"
+        words = f"{printable(place)}, {row['binds']}: {fixed(row['latest_s'], 1)} s"
         lines.append(Line(words, passed_s.tolist(), np.asarray(left_As).tolist()))
+        marks += [Mark(row["latest_s"], "")] if row["latest_s"] is not None else []
     title = f"When to leave the hover point: {printable(times.mission.name)}"
     x_label, y_label = "hover before leaving [s]", "left at the landing above the limit [A s]"
-    yield "return.png", curves(lines, title=title, x_label=x_label, y_label=y_label)
+    yield "return.png", curves(lines, title=title, x_label=x_label, y_label=y_label, marks=marks)

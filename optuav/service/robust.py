@@ -160,18 +160,18 @@ def robust(
         share, times = search.by_chance(routes, box, trials, most)
     if times is None:
         raise _no_plan(network, box, chance)
-    kept = search.kept(times, samples_of(loaded, box, 0, count, int(seed)))
+    outside, kept = box.outside, search.kept(times, samples_of(loaded, box, 0, count, int(seed)))
     box = box.shrunk(share) if share < 1.0 else box
     stays_s = times.hover_s, times.rest_s
     plan = route_plan(question, network, times.route, stays_s, **times.how)
-    plan = replayed(plan, must_fly=box.holds_now)
+    plan = replayed(plan, must_fly=not box.outside)
     facts = {
         **{"hover_s": times.hover_s, "rest_s": times.rest_s, "route": tuple(plan.route)},
         "nominal_hover_s": nominal.hover_time_s,
         "price_s": nominal.hover_time_s - times.hover_s,
         **{"corners": corners_of(loaded, box).count, "samples": count},
         **{"flyable": float(kept.mean()), "chance": chance, "reach_share": share},
-        "confidence": confidence,
+        **{"confidence": confidence, "outside": outside},
         "risk_bound": _risk_bound(count, int(np.count_nonzero(~kept)), confidence),
     }
     gains = sorted(_gains(search, times, box), key=lambda row: -row[-1])
@@ -223,7 +223,8 @@ def _no_plan(network: Network, box: Box, chance: float | None) -> NoPlanError:
     if np.any(table.hover_distance_m > table.coverage_radius_m * (1.0 + KEPT)):
         repair = "the link does not reach the hover point at some corners: state route.hover_m "
         repair += "nearer to link.device_m"
-    return NoPlanError(f"optuav found no plan that holds {where}: {repair}")
+    words = (f"optuav found no plan that holds {where}: {repair}", *box.outside)
+    return NoPlanError("; ".join(words))
 
 
 def _gains(
@@ -264,6 +265,7 @@ def _show(robust: Results) -> Iterator[str]:
     yield f"Holds       at {2 * facts['corners']} corners{part}, and in {held}"
     if facts["chance"] is None and facts["flyable"] < 1.0:
         yield "Beware      not in the whole box: state smaller ranges, or a chance"
+    yield from (f"Beware      {words}" for words in facts["outside"])
     sure = f"with a confidence of {facts['confidence']:g}"
     yield f"Risk        at most {facts['risk_bound']:.2%} of the box, {sure}\n"
     lines = [["if this were certain", "low", "high", "hover gained [s]"]]

@@ -16,8 +16,8 @@ from optuav.mission.messages import misfits, of_kind, path_of, unknown
 from optuav.mission.schema import Number
 from optuav.plan.summary import tabulated
 from optuav.service.cycle import DURATION, Coverage, coverage
-from optuav.service.fleet import OVERLAP, SHARE, upwards
-from optuav.studies.results import NONE, Pictures, Results, ResultsWithFacts
+from optuav.service.fleet import OVERLAP, SHARE, covering, upwards
+from optuav.studies.results import Pictures, Results, ResultsWithFacts
 
 PRICED = ("drone", "laser", "pad", "charger", "battery_set", "tether")
 """Names of prices: a drone without its packs, a beam, a pad by cable, a charger for packs outside
@@ -28,8 +28,9 @@ PRICE_OF = {
     **{"drones": "drone", "beams": "laser", "pads": "pad", "chargers": "charger"},
     "battery_sets": "battery_set",
 }
-UNITS = {"technology": "", **dict.fromkeys((*COUNTS, "cost"), "-"), "why": ""}
-SHARES = 40  # Shares in a picture
+SCARCE = (*COUNTS, "share")  # In this order least, among rings
+UNITS = {"technology": "", **dict.fromkeys((*COUNTS, "cost", "share"), "-"), "why": ""}
+SHARES = 100  # Shares in a picture
 
 
 def size_fleet(
@@ -39,7 +40,7 @@ def size_fleet(
     overlap_s: float = 0.0,
     swap_s: float = 120.0,
 ) -> ResultsWithFacts:
-    """Find the least counts that cover a share of the time, for each way to charge.
+    """Find the least counts that cover at least a share of the time, for each way to charge.
 
     Drones rest under lasers that also serve the hover (``"laser, lit hover"``) or do not (``"laser,
     dark hover"``), on pads by cable at ``battery.charge_current_A`` times the nominal voltage
@@ -63,7 +64,8 @@ def size_fleet(
     Returns
     -------
     ResultsWithFacts
-        One row per technology with its counts and its cost; ``why`` says why there is none. `plot`
+        One row per technology with its counts, its cost and the ``share`` of its ring, which may
+        start faster than asked for to need fewer places; ``why`` says why there is none. `plot`
         draws cost, or drones, over the share.
 
     Raises
@@ -93,8 +95,8 @@ def size_fleet(
         for row in rows:
             reasons.setdefault(row["why"], []).append(row["technology"])
         lines = [f"{' and '.join(names)}: {words}" for words, names in reasons.items()]
-        words = "\n".join(lines if len(lines) > 1 else reasons)
-        raise InputError(f"no way to charge serves this mission:\n{words}")
+        words = ["no way to charge serves this mission:", *(lines if len(lines) > 1 else reasons)]
+        raise InputError(Fault("", "", line) for line in words)
     if stated is not None:
         alone = dict.fromkeys(UNITS) | {"technology": "tether", "why": ""}
         rows.append(alone | {"cost": service.tether_cost(share)})
@@ -148,21 +150,30 @@ class _Service(NamedTuple):
         if isinstance(cycle, str):
             return row | {"why": cycle}
         try:
-            fleet = cycle.fleet(self.share, self.overlap_s)
+            drones = cycle.fleet(self.share, self.overlap_s).drones
         except (InputError, NoPlanError) as error:
             return row | {"why": str(error)}
+        # As many drones may start faster: without waiting, or as often as one beam more allows.
+        fastest = max(self.share, drones * (cycle.hover_s - self.overlap_s) / cycle.period_s)
+        shares = self.share, min(fastest, math.ceil(self.share)), fastest
+        rings = [self.counts(cycle, share) for share in shares if SHARE.accepts(share)]
+        row |= min(rings, key=lambda ring: [ring[count] for count in SCARCE])
+        if self.prices is not None:
+            row["cost"] = sum(row[count] * self.prices[price] for count, price in PRICE_OF.items())
+        return row
+
+    def counts(self, cycle: Coverage, share: float) -> dict[str, Any]:
+        """The counts of the ring that covers exactly a share."""
+        fleet = cycle.fleet(share, self.overlap_s)
         places, chargers = {cycle.charged_by: fleet.places}, 0
         if cycle.charged_by == "exchange":  # ⌈c·D/I_ch/(h − o)⌉, D the charge of a visit
             battery = cycle.mission.battery
             visit_As = (cycle.soc_at_departure - cycle.soc_at_landing) * battery.packs
             visit_As *= battery.capacity_As
             chargers = upwards(visit_As / battery.charge_current_A / fleet.starts_every_s)
-        row |= {"drones": fleet.drones, "beams": fleet.beams, "chargers": chargers}
+        row = {"share": share, "drones": fleet.drones, "beams": fleet.beams, "chargers": chargers}
         row |= {"pads": places.get("pad", 0), "bays": places.get("exchange", 0)}
-        row["battery_sets"] = fleet.drones + chargers
-        if self.prices is not None:
-            row["cost"] = sum(row[count] * self.prices[price] for count, price in PRICE_OF.items())
-        return row
+        return row | {"battery_sets": fleet.drones + chargers}
 
     def tether_cost(self, share: float) -> float:
         """Cost of a tethered drone for each device."""
@@ -172,11 +183,12 @@ class _Service(NamedTuple):
 
 def _show(table: Results) -> Iterator[str]:
     facts = table.facts
-    yield f"Fleets that cover {facts['share']:.6g} of the time: {printable(table.mission.name)}\n"
+    words = covering(facts["share"], facts["overlap_s"])
+    yield f"Fleets {words}: {printable(table.mission.name)}\n"
     names = [*COUNTS, *(["cost"] if facts["prices"] is not None else [])]
     lines = [["technology", *(name.replace("_", " ") for name in names)]]
     for row in table.rows:
-        cells = (NONE if row[name] is None else f"{row[name]:.8g}" for name in names)
+        cells = ("-" if row[name] is None else f"{row[name]:.8g}" for name in names)
         lines.append([row["technology"], *cells])
     yield from tabulated(lines)
     if whys := {row["technology"]: row["why"] for row in table.rows if row["why"]}:
@@ -188,16 +200,22 @@ def _draw(mission: Mission, cycles: Mapping[str, Coverage | str], service: _Serv
     """Cost, or the number of drones without prices, over the share."""
     from optuav.plots import Line, curves
 
+    def steps(name: str, values: Mapping[float, float]) -> Line:
+        """A line that holds the value of each share from the one before."""
+        x, y = np.repeat([0.0, *values], 2)[1:-1], np.repeat([*values.values()], 2)
+        return Line(name, x, y)
+
     shares = np.linspace(0.0, max(service.share, 1.0), SHARES + 1)[1:].tolist()
     priced, lines = service.prices is not None, list[Line]()
+    overlap = f", {service.overlap_s:g} s of overlap" * (service.overlap_s > 0.0)
     for name, cycle in cycles.items():
         rows = {part: service._replace(share=part).row(name, cycle) for part in shares}
         y = {x: row["cost" if priced else "drones"] for x, row in rows.items() if not row["why"]}
         if y:
-            lines.append(Line(name, [*y], [*y.values()]))
+            lines.append(steps(name, y))
     if priced:
-        lines.append(Line("tether", shares, [*map(service.tether_cost, shares)]))
-    title = f"Fleets by the share of the time that they cover: {printable(mission.name)}"
+        lines.append(steps("tether", {part: service.tether_cost(part) for part in shares}))
+    title = f"Fleets by what they cover{overlap}: {printable(mission.name)}"
     y_label = "cost [currency of the prices]" if priced else "drones"
     x_label = "mean number of drones that hover"
     ax = curves(lines, title=title, x_label=x_label, y_label=y_label, y_from_zero=True)

@@ -52,22 +52,16 @@ class Siting:
 
     Parameters
     ----------
-    missions
-        The missions.
-    candidates_m
-        The candidates (site, 3) [m].
-    perspective
-        How charge was counted.
-    at_least_s
-        Hover that counts as covered [s], or None.
+    missions, candidates_m, perspective, at_least_s
+        As asked: the missions, the candidates (site, 3) [m], how charge was counted, and the hover
+        that counts as covered [s], or None.
     selection
         The candidates selected and a greedy choice, with their values and the bound.
     candidate_hover_s
         Longest hovers (mission, site) [s], NaN without a plan.
-    position_m
-        Where the lasers are in the end (laser, 3) [m], in the order of `selection.sites`.
-    hover_s
-        Longest hovers there (mission, laser) [s], NaN without a plan.
+    position_m, hover_s
+        Where the lasers are in the end (laser, 3) [m], in the order of `selection.sites`, and the
+        longest hovers there (mission, laser) [s], NaN without a plan.
     value
         Mean or smallest hover [s] or the number of missions covered, lasers where they are.
 
@@ -100,19 +94,13 @@ class Siting:
         """By mission, the number of the laser that lets it hover longest; −1 without a plan."""
         none = np.full((len(self.missions), 1), -1.0)
         hovers_s = np.concatenate([none, np.nan_to_num(self.hover_s, nan=-1.0)], axis=1)
-        return np.asarray(
-            (hovers_s >= hovers_s.max(axis=1, keepdims=True) - SAME_S).argmax(axis=1) - 1
-        )
+        longest = hovers_s >= hovers_s.max(axis=1, keepdims=True) - SAME_S
+        return np.asarray(longest.argmax(axis=1) - 1)
 
     def mission(self, number: int = 0) -> Mission:
         """One of the missions, 0 the first, with its laser where that lets it hover longest.
 
-        Unchanged without a plan.
-
-        Raises
-        ------
-        InputError
-            If that mission does not exist.
+        Unchanged without a plan; `InputError` if that mission does not exist.
         """
         known = Number("-", ge=0, lt=len(self.missions), whole=True)
         refuse(misfits(("number", number, known)))
@@ -142,14 +130,7 @@ class Siting:
         }
 
     def to_frame(self) -> DataFrame:
-        """One row a mission; needs pandas.
-
-        Returns
-        -------
-        DataFrame
-            Columns ``mission``, ``laser`` that lets it hover longest (its number, −1 without a
-            plan) and ``hover_s`` with that [s], NaN without a plan.
-        """
+        """One row a mission: its name, its `laser`, and its ``hover_s`` with that [s]."""
         rows = [
             (each.name, laser, hover_s[laser] if laser >= 0 else np.nan)
             for each, laser, hover_s in zip(self.missions, self.laser, self.hover_s, strict=True)
@@ -213,14 +194,10 @@ class Siting:
         mission = self.missions[number].replace({"laser.position_m": place_m})
         cap = charging_cap(mission, scene(mission).places)
         served = np.flatnonzero(self.laser >= 0).tolist()
-        alike = [str(n) for n in served if self._equal(n, number)]
+        one, name = self.missions[number], {"name": self.missions[number].name}
+        alike = [str(n) for n in served if self.missions[n].model_copy(update=name) == one]
         which = f"mission{'s' * (len(alike) > 1)} {listed(alike)}, " * (len(self.missions) > 1)
         return f"; {which}{cap.words}" if cap else ""
-
-    def _equal(self, one: int, other: int) -> bool:
-        """Return whether two missions are the same but for their names."""
-        name = {"name": self.missions[other].name}
-        return self.missions[one].model_copy(update=name) == self.missions[other]
 
 
 def place_laser(
@@ -237,9 +214,9 @@ def place_laser(
 ) -> Siting:
     """Choose where to put lasers, from candidates, for one mission or for many.
 
-    Every mission is flown with the one laser that lets it hover longest, by its best plan with at
-    most one rest. A mission without a plan hovers for 0 s; of ``"worst"`` it is left out if no
-    candidate gives it one.
+    Every mission flies its best plan with at most one rest, with the one laser that lets it hover
+    longest. A mission without a plan hovers for 0 s; of ``"worst"`` it is left out if no candidate
+    gives it one.
 
     Parameters
     ----------
@@ -309,8 +286,8 @@ def place_laser(
     if refine and best.sites:
         reach_m = 0.5 * _nearest_m(table_m, best.sites)
         at_m, hover_s = refined(loaded, at_m, reach_m, perspective, value)
-    inputs = loaded, table_m, perspective, at_least_s
-    return Siting(*inputs, best, times_s, at_m, hover_s, value(hover_s))
+    asked = loaded, table_m, perspective, at_least_s
+    return Siting(*asked, best, times_s, at_m, hover_s, value(hover_s))
 
 
 def _nearest_m(points_m: Floats, chosen: Sequence[int]) -> Floats:

@@ -147,18 +147,18 @@ def batch(
     Returns
     -------
     xarray.Dataset
-        Its dimensions are ``"perspective"`` if there are several; ``"mission"`` or ``"layout"`` if
-        there are several; and every key, in their order. Missions are numbered from 0, with their
-        names as the coordinate ``mission_name``. Paired values have the one dimension
-        ``"scenario"`` instead of missions, layouts and keys. Its variables are ``hover_time_s``,
-        ``rest_time_s``, ``flight_time_s`` and ``mission_time_s`` [s] of the best plan;
-        ``soc_battery``, ``soc_energy`` and ``soc_adjusted``, the state of charge at its end
-        [-]; and as numbers, whose words are in the attributes ``flag_meanings`` and ``words``:
-        ``building`` and ``order`` of its route (−1 and 0 for none; of several rests the first),
-        ``status``, and ``reason``, why it has no plan (0 with a plan). ``proved`` is true
-        if it is certain that no plan is better, or that none exists. ``objective`` and
-        ``bound`` are as in a `Plan`. Without a plan times, charges and objective are NaN; no
-        scenario is left out. Answers equal those from `optuav.solve`, its tie rule included.
+        Its dimensions are ``"perspective"``, ``"mission"`` or ``"layout"`` where there are several,
+        and every key, in their order. Missions are numbered from 0, with their names as the
+        coordinate ``mission_name``. Paired values have the one dimension ``"scenario"`` instead of
+        missions, layouts and keys. Its variables are ``hover_time_s``, ``rest_time_s``,
+        ``flight_time_s`` and ``mission_time_s`` [s] of the best plan; ``soc_battery``,
+        ``soc_energy`` and ``soc_adjusted``, the state of charge at its end [-]; and as numbers,
+        whose words are in the attributes ``flag_meanings`` and ``words``: ``building`` and
+        ``order`` of its route (−1 and 0 for none; of several rests the first), ``status``, and
+        ``reason``, why it has no plan (0 with a plan). ``proved`` is true if it is certain that no
+        plan is better, or that none exists. ``objective`` and ``bound`` are as in a `Plan`.
+        Without a plan times, charges and objective are NaN. Answers equal those from
+        `optuav.solve`, its tie rule included.
 
     Raises
     ------

@@ -14,7 +14,7 @@ from optuav.mission import Mission, load
 from optuav.mission.flight_model import FLIGHTS, FlightModel, flight_of
 from optuav.mission.messages import several, shown
 from optuav.plan.summary import tabulated
-from optuav.studies.results import Pictures, Results, ResultsWithFacts
+from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
 
 UNITS = {"speed_m_s": "m/s", "power_W": "W", "current_A": "A"}
 STEPS = 100  # Intervals up to the cap, if no speeds are given
@@ -114,13 +114,13 @@ def power_curve(
             raise InputError([Fault("speeds_m_s", shown(speeds.tolist()), SPEEDS)])
     level = flight.power_over_speed(speeds)
     assert level is not None
-    columns = (speeds, level.power_W, level.drawn.current_A)
-    rows = [dict(zip(UNITS, row, strict=True)) for row in np.stack(columns, axis=1).tolist()]
+    columns = speeds, level.power_W, level.drawn.current_A
+    rows = labelled_rows(UNITS, np.stack(columns, axis=1).tolist())
     facts = {"hover_power_W": float(level.hover_power_W)}
     for name in NAMED:
         speed, power = getattr(level, name)
         facts |= {f"{name}_m_s": float(speed), f"{name}_power_W": float(power)}
-    return PowerCurve("optuav power curve", whole, facts, UNITS, tuple(rows), _show, _draw)
+    return PowerCurve("optuav power curve", whole, facts, UNITS, rows, _show, _draw)
 
 
 def _show(curve: Results) -> Iterator[str]:
@@ -144,15 +144,13 @@ def _draw(curve: Results) -> Pictures:
     facts, name = curve.facts, curve.mission.name
     speeds, powers = ([row[key] for row in curve.rows] for key in ("speed_m_s", "power_W"))
     hover = Line("hover, in the mission's wind", [0.0], [facts["hover_power_W"]], "o")
+    named = {words: facts[f"{key}_m_s"] for key, words in NAMED.items()}
     ax = curves(
         [Line("level flight", speeds, powers), hover],
         title=f"Power over air speed: {printable(name)}",
         x_label="air speed $V$ [m/s]",
         y_label="power at the rotors $P$ [W]",
-        marks=[
-            Mark(facts[f"{key}_m_s"], f"{words}: {facts[f'{key}_m_s']:.1f} m/s")
-            for key, words in NAMED.items()
-        ],
+        marks=[Mark(speed, f"{words}: {speed:.1f} m/s") for words, speed in named.items()],
         y_from_zero=True,
     )
     yield "power.png", ax

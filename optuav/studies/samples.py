@@ -184,8 +184,7 @@ def sobol(names: Sequence[str], seed: int, first: int, count: int) -> Floats:
     points = qmc.Sobol(len(names), rng=seed)
     begin = points.random(1)  # A first draw of other than a power of two would warn
     if first:
-        found: Floats = points.fast_forward(first - 1).random(count)
-        return found
+        return np.asarray(points.fast_forward(first - 1).random(count))
     return np.concatenate([begin, points.random(count - 1)])
 
 
@@ -193,8 +192,7 @@ def latin_hypercube(names: Sequence[str], seed: int, _: int, count: int) -> Floa
     """All points of a Latin hypercube."""
     from scipy.stats import qmc
 
-    found: Floats = qmc.LatinHypercube(len(names), rng=seed).random(count)
-    return found
+    return np.asarray(qmc.LatinHypercube(len(names), rng=seed).random(count))
 
 
 def independent(names: Sequence[str], seed: int, first: int, count: int) -> Floats:

@@ -29,9 +29,13 @@ from optuav.network.network import Network, build_network
 from optuav.network.variants import Columns, Variants
 from optuav.studies.samples import COEFFICIENTS, WAVELENGTH, Draws, dotted
 
-SIZES, ENERGIES = ("packs", "capacity_As"), ("flight_energy_J", "hover_energy_J")
-OF_WELLS = ("battery.packs", "battery.capacity_As", "battery.available_fraction")
-"""Keys whose new values displace the wells of [start]."""
+OF_ENERGIES = ("battery.packs", "battery.capacity_As")
+OF_WELLS = (*OF_ENERGIES, "battery.available_fraction")
+DISPLACED: Mapping[str, tuple[str, ...]] = {
+    **dict.fromkeys(("battery.flight_energy_J", "battery.hover_energy_J"), OF_ENERGIES),
+    **dict.fromkeys(("start.available_As", "start.bound_As"), OF_WELLS),
+}
+"""Keys that a new value of others displaces."""
 MOST = 10**9
 ROW = "scenario"
 AT_ONCE = 1 << 17
@@ -116,40 +120,25 @@ class Scenarios:
 
     def columns(self, first: int, count: int) -> Columns:
         """The same with what `Mission.replace` displaces, for the variants of `base`."""
-        mission, laser, battery = self.mission, self.mission.laser, self.mission.battery
+        mission, laser = self.mission, self.mission.laser
         columns = self.stated(first, count)
         if not columns:
             return {"limits.deadline_s": np.full(count, mission.limits.deadline_s)}
         if PER_MINUTE in columns:
             columns[PER_SECOND] = columns.pop(PER_MINUTE) / 60.0
-        if (
-            isinstance(laser, Laser)
-            and WAVELENGTH in columns
-            and f"laser.{COEFFICIENTS[0]}" not in columns
-        ):
+        held = f"laser.{COEFFICIENTS[0]}" in columns
+        if isinstance(laser, Laser) and WAVELENGTH in columns and not held:
             same = columns[WAVELENGTH] == laser.wavelength_nm
             known, which = np.unique(columns[WAVELENGTH], return_inverse=True)
             for name in COEFFICIENTS:
                 coefficient = getattr(laser, name)
-                table = [
-                    CONVERSIONS.get(wavelength_nm, {}).get(name, coefficient)
-                    for wavelength_nm in known.tolist()
-                ]
+                table = [CONVERSIONS.get(λ, {}).get(name, coefficient) for λ in known.tolist()]
                 columns[f"laser.{name}"] = np.where(same, coefficient, np.array(table)[which])
-        sizes = [key for name in SIZES if (key := f"battery.{name}") in columns]
-        for name in ENERGIES if sizes else ():
-            stated_J, key = getattr(battery, name), f"battery.{name}"
-            if stated_J is not None and key not in columns:
-                same = np.logical_and.reduce([columns[e] == now_of(mission, e) for e in sizes])
-                if same.any():
-                    columns[key] = np.where(same, stated_J, np.nan)
-        for name in ("available_As", "bound_As"):
-            level_As, key = now_of(mission, f"start.{name}"), f"start.{name}"
-            if level_As is not None and key not in columns:
-                sizes = [well for well in OF_WELLS if well in columns]
-                same = np.logical_and.reduce([columns[e] == now_of(mission, e) for e in sizes])
-                if not np.all(same):
-                    columns[key] = np.where(same, level_As, np.nan)
+        for key, sizes in DISPLACED.items():
+            stated, changed = now_of(mission, key), [size for size in sizes if size in columns]
+            if stated is not None and key not in columns and changed:
+                same = np.logical_and.reduce([columns[e] == now_of(mission, e) for e in changed])
+                columns[key] = np.where(same, stated, np.nan)
         return columns
 
     def missions(self, first: int, count: int) -> Iterator[Mission | InputError]:
@@ -230,17 +219,11 @@ def _refuse_wavelengths(found: Scenarios) -> None:
     stated_rows = {} if isinstance(found.rows, Draws) else found.rows or {}
     values, laser = {**stated_rows, **found.grid}, found.mission.laser
     coefficients = [name for name in COEFFICIENTS if f"laser.{name}" in values]
-    if (
-        WAVELENGTH not in values
-        or not isinstance(laser, Laser)
-        or len(coefficients) == len(COEFFICIENTS)
-    ):
+    if WAVELENGTH not in values or not isinstance(laser, Laser):
         return
     known = [*CONVERSIONS, laser.wavelength_nm]
-    unknown = [
-        wavelength_nm for wavelength_nm in values[WAVELENGTH].tolist() if wavelength_nm not in known
-    ]
-    if coefficients or unknown:
+    unknown = [λ for λ in values[WAVELENGTH].tolist() if λ not in known]
+    if len(coefficients) < len(COEFFICIENTS) and (coefficients or unknown):
         value = ", ".join(coefficients) or f"{unknown[0]:g}"
         words = f"with all of {', '.join(COEFFICIENTS)}, or none of them and 810 or 1550 nm"
         refuse([Fault(WAVELENGTH, value, words)])

@@ -91,10 +91,10 @@ def sensitivity(
         percent of the key, as a mean over the range; and the local one at the value itself, from
         steps of 0.01 and 0.02 % below it and above it, which differ at a kink (``local_less``,
         ``local_more``; None if such a step leaves the possible values, ``at_end`` if that is the
-        range of the key). Among the facts are ``hover_time_s``, the longest hover of the mission
-        itself (0 without a plan), and ``chances``, from the samples: quantiles of the longest
-        hover, how often each route is the best, and the share of samples where the fixed plan
-        can be flown; None if nothing is uncertain.
+        range of the key). Facts are ``hover_time_s``, the longest hover of the mission itself (0
+        without a plan), and ``chances``, from the samples: quantiles of the longest hover, how
+        often each route is the best, and the share of samples where the fixed plan can be flown;
+        None if nothing is uncertain.
 
     Raises
     ------
@@ -125,32 +125,25 @@ def sensitivity(
             words = "pooled, or another perspective: each sample would take seconds"
             faults.append(Fault("battery.schedule", shown(studied.battery.schedule), words))
     refuse(faults)
-    given_spreads = None if uncertainty is None else spreads(studied, uncertainty)
-    studied = completed(studied, given_spreads or ())
-    varied = {spread.key.name: spread for spread in (*unstated(studied), *(given_spreads or ()))}
-    taken = {other.name for spread in given_spreads or () for other in spread.along}
+    uncertain = () if uncertainty is None else spreads(studied, uncertainty)
+    studied = completed(studied, uncertain)
+    varied = {spread.key.name: spread for spread in (*unstated(studied), *uncertain)}
+    taken = {other.name for spread in uncertain for other in spread.along}
     alone_in_turn = [spread for name, spread in varied.items() if name not in taken]
-    uncertain = given_spreads
-    if uncertain is None:
-        measured = (
-            spread for spread in alone_in_turn if spread.key.name.partition(".")[0] in WORLD
-        )
-        uncertain = tuple(spread for spread in measured if "[" not in spread.key.name)
+    if uncertainty is None:
+        names = {name for name in varied if name.partition(".")[0] in WORLD and "[" not in name}
+        uncertain = tuple(spread for spread in alone_in_turn if spread.key.name in names)
     best = solve(studied, perspective=perspective)
     held = FixedPlan.of(plan or best, studied) if plan or best else None
-    hover_s, chances_found, is_stated = (
-        best.hover_time_s if best else 0.0,
-        None,
-        given_spreads is not None,
-    )
+    hover_s, of_samples = best.hover_time_s if best else 0.0, None
     if uncertain:
-        draws = Draws(studied, tuple(uncertain), int(samples), int(seed), independent)
-        chances_found = chances(draws, perspective, held, stated=is_stated)
+        draws = Draws(studied, uncertain, int(samples), int(seed), independent)
+        of_samples = chances(draws, perspective, held, stated=uncertainty is not None)
     facts = {
         "perspective": perspective,
         "hover_time_s": hover_s,
         "plan_hover_time_s": None if held is None else held.hover_time_s,
-        "chances": chances_found,
+        "chances": of_samples,
     }
     rows = effects(studied, alone_in_turn, perspective, hover_s)
     return Results("optuav sensitivity", studied, facts, UNITS, rows, _tables, _figures)
@@ -181,27 +174,17 @@ def effects(
         share = key.now / hover_time_s if hover_time_s and key.now else math.nan
         slope = (high_s - low_s) / (spread.high - spread.low)
         figures = (low_s, high_s, slope * share, *(rate * share for rate in rates))
-        low, high, mean, less, more = (
-            figure if np.isfinite(figure) else None for figure in figures
-        )
+        low, high, mean, less, more = (x if np.isfinite(x) else None for x in figures)
         at_end = not inside[2:].all()
         has_kink = (less is None) != (more is None) and not at_end
         if less is not None and more is not None:
             has_kink = not math.isclose(less, more, rel_tol=0.01, abs_tol=KINK)  # else a curve
         row = {
-            "key": key.name,
-            "unit": key.unit,
-            "now": key.now,
-            "low": spread.low,
-            "high": spread.high,
-            "hover_low_s": low,
-            "hover_high_s": high,
-            "elasticity": mean,
-            "local_less": less,
-            "local_more": more,
+            **{"key": key.name, "unit": key.unit, "now": key.now},
+            **{"low": spread.low, "high": spread.high, "hover_low_s": low, "hover_high_s": high},
+            **{"elasticity": mean, "local_less": less, "local_more": more},
             "local_elasticity": None if has_kink else less if more is None else more,
-            "has_kink": has_kink,
-            "at_end": at_end,
+            **{"has_kink": has_kink, "at_end": at_end},
             "swing_s": max(abs((end_s or 0.0) - hover_time_s) for end_s in (low, high)),
             "along": tuple(other.name for other in spread.along),
         }
@@ -283,10 +266,8 @@ def _chances(found: Chances, plan_hover_s: float | None) -> Iterator[str]:
     none = {"no plan": found.no_plan} if found.no_plan else {}
     yield f"Best       {_percent({**found.routes, **none})}"
     if found.kept is not None and found.flyable is not None:
-        yield (
-            f"Fixed plan {plan_hover_s:.2f} s of hover, can be flown in "
-            f"{found.flyable:.1%} of the samples; it keeps {_percent(found.kept)}"
-        )
+        flies = f"can be flown in {found.flyable:.1%} of the samples"
+        yield f"Fixed plan {plan_hover_s:.2f} s of hover, {flies}; it keeps {_percent(found.kept)}"
 
 
 def _percent(shares: Mapping[str, float]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
@@ -19,7 +19,7 @@ from optuav.plan.summary import tabulated
 from optuav.solving import formulate, solve
 from optuav.solving.free_speed import FreeSpeedProgram
 from optuav.solving.speed_search import RULES, RouteSpeeds
-from optuav.studies.results import Pictures, Results, Row, fixed
+from optuav.studies.results import Pictures, Results, fixed, labelled_rows
 
 UNITS = {"method": "", "hover_time_s": "s", "brings_s": "s", "speeds_m_s": "m/s", "status": ""}
 GRID = 20_000  # Most points of the grid of speeds
@@ -42,26 +42,19 @@ def compare_speeds(mission: Mission, perspective: Perspective) -> Results:
         for rule in RULES
     }
     plan = plans["free"] = free.solve()
-    rows = list[Row]()
-
-    def add(method: str, hover_s: float | None, speeds: Sequence[float], status: str) -> None:
-        known = hover_s is not None and rows and rows[0]["hover_time_s"] is not None
-        brings_s = hover_s - rows[0]["hover_time_s"] if hover_s is not None and known else None
-        row = method, hover_s, brings_s, tuple(speeds), status
-        rows.append(dict(zip(UNITS, row, strict=True)))
-
+    answers = list[tuple[str, float | None, tuple[float, ...], str]]()
     for method, each in plans.items():
-        flown = [speed for leg in each.speeds_m_s for speed in leg] if each else []
-        add(method, each.hover_time_s if each else None, flown, each.status.value)
+        flown = tuple(speed for leg in each.speeds_m_s for speed in leg) if each else ()
+        answers.append((method, each.hover_time_s if each else None, flown, each.status.value))
     route: RouteSpeeds | None = None
     if plan:
         solutions = free.answers()
         if (best := free.best(solutions)) is not None:
             solution, entry = solutions[best[0]], best[1]
             point = solution.point(entry)
-            speeds = [x for name, x in point.items() if name.startswith("speed_")]
-            hover_s, status = point["hover_time_s"], solution.statuses[entry].value
-            add("free, CasADi", hover_s, speeds, status)
+            speeds = tuple(x for name, x in point.items() if name.startswith("speed_"))
+            status = solution.statuses[entry].value
+            answers.append(("free, CasADi", point["hover_time_s"], speeds, status))
         route = free.route_of(plan)
         most_m_s = route.largest_m_s
         side = int(GRID ** (1.0 / len(most_m_s)))
@@ -69,10 +62,17 @@ def compare_speeds(mission: Mission, perspective: Perspective) -> Results:
         points = np.array([axis.ravel() for axis in axes]).T
         hovers_s = route.hover_times_s(points, 0.0, perspective)
         top = int(hovers_s.argmax())
-        add("free, grid", float(hovers_s[top]), (points[top] * most_m_s).tolist(), f"{side} a leg")
+        speeds = tuple((points[top] * most_m_s).tolist())
+        answers.append(("free, grid", float(hovers_s[top]), speeds, f"{side} a leg"))
+    first_s = answers[0][1]
+    rows = (
+        (method, s, None if s is None or first_s is None else s - first_s, speeds, status)
+        for method, s, speeds, status in answers
+    )
     facts = {"by": ("speed",), "perspective": perspective}
     draw = partial(_draw, route=route, plan=plan)
-    return Results("optuav comparison of speeds", mission, facts, UNITS, tuple(rows), _show, draw)
+    table = mission, facts, UNITS, labelled_rows(UNITS, rows)
+    return Results("optuav comparison of speeds", *table, _show, draw)
 
 
 def _show(found: Results) -> Iterator[str]:
@@ -99,18 +99,13 @@ def _draw(found: Results, route: RouteSpeeds | None, plan: Plan) -> Pictures:
     points = np.minimum(speeds[:, None] / np.maximum(most_m_s, 1e-9), 1.0)
     hovers_s = route.hover_times_s(points, 0.0, perspective)
     flown = np.isfinite(hovers_s)
-    leg_speeds_m_s = [speed for leg in plan.speeds_m_s for speed in leg]
+    at_best = [speed for leg in plan.speeds_m_s for speed in leg]
     curve: Any = flight_of(found.mission).power_over_speed(0.0)
     named = {"best endurance": curve.best_endurance[0], "best range": curve.best_range[0]}
     ax = curves(
         [
             Line("all legs at one speed", speeds[flown], hovers_s[flown]),
-            Line(
-                "each leg at its best",
-                leg_speeds_m_s,
-                [plan.hover_time_s] * len(leg_speeds_m_s),
-                "o",
-            ),
+            Line("each leg at its best", at_best, [plan.hover_time_s] * len(at_best), "o"),
         ],
         title=f"Hover over the speed of the legs: {printable(found.mission.name)}",
         x_label="ground speed $V$ [m/s]",

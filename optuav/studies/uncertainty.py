@@ -80,10 +80,8 @@ class FixedPlan:
         point = {"hover_time_s": self.hover_time_s}
         if rests:
             point["rest_time_s"] = self.rest_time_s
-        kept = {
-            name: np.ones(variants_of_route.count, bool)
-            for name in (LEGS, *CONDITIONS.values(), ALTITUDE)
-        }
+        names = (LEGS, *CONDITIONS.values(), ALTITUDE)
+        kept = {name: np.ones(variants_of_route.count, bool) for name in names}
         kept[LEGS] &= variants_of_route.able[:, 0]
         for check in evaluated(P1().model(values, perspective), point):
             # A row without a kind bounds the altitude; or the ends, which all routes join.

@@ -39,6 +39,21 @@ def test_pads_are_saved_and_printed_as_data_too(
         assert found["pad_accepted"] is False
 
 
+def test_drones_in_turns_and_their_pads(capsys: pytest.CaptureFixture[str]) -> None:
+    """N times the share of one, up to all of the time; no pads beside an exchange of packs."""
+    assert run("matrice350", "--drones", "3") == 0
+    assert "Turns of 3 drones cover 76.23% of the time" in (out := capsys.readouterr().out)
+    assert "Pads for 100 % of the time: 620.8 W on b4" in " ".join(out.split())
+    assert run("matrice350", "--drones", "2", "--swap-s", "120") == 0
+    out = capsys.readouterr().out
+    assert "Turns of 2 drones cover 100.00% of the time" in out
+    assert "Pads" not in out
+    assert run("matrice350", "--drones", "1") == 0
+    out = capsys.readouterr().out
+    assert "Turns of 1 drone cover 25.41% of the time" in out
+    assert "no pad is strong enough for 1 drone:" in out
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
@@ -46,6 +61,9 @@ def test_pads_are_saved_and_printed_as_data_too(
         (["paper", "--overlap-s", "900"], 2, "the hover of a cycle"),
         (["paper", "--drones", "0"], 2, "--drones = 0: a whole number"),
         (["paper", "--swap-s", "-1"], 2, "--swap-s = -1.0"),
+        (["paper", "--swap-s", "60", "--drones", "0"], 2, "--drones = 0: a whole number"),
+        (["paper", "--hours", "2", "--share", "1"], 2, "leave out --share and --overlap-s, or"),
+        (["paper", "--hours", "2", "--drones", "1"], 1, "1 drone cannot cover 2 h"),
         (["paper", "--set", "battery.capacity_As=1000"], 1, "no building allows a hover"),
     ],
 )

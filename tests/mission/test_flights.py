@@ -116,7 +116,7 @@ def test_a_batch_of_winds_is_each_mission_alone() -> None:
         ({"flight.speed": "fast"}, "flight.speed = 'fast': one of"),
         ({"flight.speed": "max", "flight.cruise_speed_m_s": 5}, "either speed or cruise_speed_m_s"),
         ({"flight.efficiency": 0}, "flight.efficiency = 0: a number, 0 < x <= 1"),
-        ({"wind.velocity_m_s": [1, 0, 2]}, "three numbers [x, y, 0]"),
+        ({"wind.velocity_m_s": 6}, "three numbers [x, y, 0], such as [6, 0, 0]"),
         ({"wind.force_N": [1, 0, 0]}, '[0, 0, 0] with flight.model = "rotary-wing"'),
         ({"air.density_kg_m3": 1.2}, 'not with flight.model = "rotary-wing"'),
         ({"body.drag_area_m2": 0.1}, "body.drag_area_m2 = 0.1: not with flight.model"),

@@ -62,7 +62,7 @@ def ends(plan: optuav.Plan) -> Iterator[tuple[float, float, str]]:
 
 
 @pytest.mark.campaign
-@few(10)
+@few(6)
 @given(missions(), OPTIONS, st.floats(0.05, 3.0), st.sampled_from([0.0, 0.1, 0.5]))
 def test_cycles_and_fleets(
     mission: optuav.Mission, options: Any, share: float, overlap: float
@@ -165,7 +165,7 @@ def test_robust_plans(
 
 
 @pytest.mark.campaign
-@few(10)
+@few(6)
 @given(missions())
 def test_last_moments(mission: optuav.Mission) -> None:
     """The direct hover of the last moment can be flown, a thousandth longer it cannot."""

@@ -56,7 +56,7 @@ def test_the_judge_flies_every_cycle_to_the_same_wells(mission: str, options: An
     assert optuav.audit(found.plan.to_dict())
 
 
-@few(25)
+@few(12)
 @given(st.integers(0, 10**6))
 def test_no_other_cycle_covers_more(seed: int) -> None:
     """Brute force over hovers: those that pass in the wells' own equations are no longer."""
@@ -81,7 +81,7 @@ def test_no_other_cycle_covers_more(seed: int) -> None:
             assert hover_s > longest_s * (1 - 1e-9)
 
 
-@few(20)
+@few(10)
 @given(st.integers(0, 10**6))
 def test_mixed_cycles_are_no_better_by_charge(seed: int) -> None:
     """By charge, a cycle of several hovers on several buildings covers at most the best share."""

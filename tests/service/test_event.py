@@ -93,7 +93,7 @@ def test_exchanges_by_hand(mission: str, hours: float, swap_s: float) -> None:
     assert [*event.plot()] == ["event.png"]
 
 
-@few(25)
+@few(12)
 @given(st.integers(0, 10**6))
 def test_rosters_are_told_apart_by_sums_only_where_the_programme_has_no_answer(seed: int) -> None:
     """Sums over runs of any width never refuse hovers that HiGHS finds."""

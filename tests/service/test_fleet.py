@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.colors import to_hex
 
 import optuav
 from optuav.errors import InputError, NoPlanError
 from optuav.judge.fleets import busiest, longest_gap
+from optuav.looks import PHASES
 from tests.examples import few
 
 SHIPPED = ["paper", "paper-table2", "matrice350"]
@@ -72,7 +74,7 @@ def test_staggered_devices_need_fewer_than_the_published_rule(
     assert fleet.beams == fleet.places + devices
 
 
-@few(15)
+@few(8)
 @given(
     st.floats(10, 3000), st.floats(1, 300), st.floats(10, 9000), st.floats(0.05, 3),
     st.floats(0, 0.9),
@@ -114,7 +116,29 @@ def test_known_pads() -> None:
     assert less.fleet().drones == 6
 
 
-@settings(max_examples=80, deadline=None)
+@pytest.mark.parametrize("mission", ["relay-today", "matrice350"])
+@pytest.mark.parametrize("options", [{}, {"swap_s": 120}, {"pad_power_W": 400}], ids=str)
+def test_pads_serve_the_fleet_with_its_overlap(mission: str, options: Any) -> None:
+    """The pads it names need as many drones, weaker ones more, whatever the coverage charged by."""
+    pads = optuav.coverage(mission, **options).watts(3, 1.0, 60.0)
+    strong = optuav.load(mission).replace({"battery.charge_current_A": 20.0})
+    for power_W, drones in ((pads.power_W, 3), (0.999 * pads.power_W, 4)):
+        cycle = optuav.coverage(strong, pad_power_W=power_W)
+        assert cycle.building == pads.building
+        assert cycle.fleet(1.0, 60.0).drones == drones
+    assert pads.building in str(pads)
+
+
+def test_no_pad_makes_up_for_an_overlap_as_long_as_the_hover() -> None:
+    """And one drone cannot cover all of the time."""
+    for drones, overlap_s in ((1, 0.0), (3, 1e5)):
+        with pytest.raises(NoPlanError, match=rf"{drones} drones?: the legs and the overlap"):
+            optuav.coverage("matrice350").watts(drones, 1.0, overlap_s)
+    with pytest.raises(InputError, match="overlap_s = -1"):
+        optuav.coverage("matrice350").watts(3, 1.0, -1.0)
+
+
+@few(30)
 @given(st.lists(st.tuples(st.integers(0, 60), st.integers(1, 30)), min_size=1, max_size=12),
        st.integers(1, 3))  # fmt: skip
 def test_gaps_and_places_by_brute_force(stated: list[tuple[int, int]], wanted: int) -> None:
@@ -125,6 +149,23 @@ def test_gaps_and_places_by_brute_force(stated: list[tuple[int, int]], wanted: i
     runs = "".join("x" if each < wanted else " " for each in count).split()
     assert longest_gap(intervals, wanted, 0.0, 90.0)[0] == max(map(len, runs), default=0)
     assert busiest(intervals, 1e-9)[0] == max(count)
+
+
+def test_the_picture_of_a_roster_has_its_hovers() -> None:
+    """One bar per drone as long as the rows say, in the colour of hovers, and all of them below."""
+    event = optuav.coverage("matrice350").event(2)
+    (ax,) = event.plot()["event.png"].axes
+    spans = {number: list[tuple[float, float]]() for number in range(event.drones + 1)}
+    for bar in ax.collections:
+        if to_hex(bar.get_facecolor()[0]) == PHASES["hover"].lower():
+            low, high = bar.get_paths()[0].get_extents().get_points()
+            spans[int(low[1] + 0.5)].append((low[0] * 3600.0, high[0] * 3600.0))
+    rows = [(row["start_s"], row["start_s"] + row["hover_s"]) for row in event.rows]
+    leg_s = event.plans[0].phases[0].duration_s
+    for number, drawn in spans.items():
+        due = rows if number == event.drones else rows[number :: event.drones]
+        assert np.array(sorted(drawn)) == pytest.approx(np.array(due) + leg_s)
+    assert event.building in str(event)
 
 
 def test_the_picture_and_the_table_of_a_fleet() -> None:

@@ -4,11 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import optuav
 from optuav.errors import InputError, NoPlanError
+from tests.examples import few
 
 SHIPPED = ["paper", "paper-table2", "paper-drag", "matrice350", "relay-today"]
 
@@ -19,6 +20,30 @@ def test_known_moments() -> None:
     by_place = {row["place"]: row for row in times.rows}
     assert by_place["destination"]["latest_s"] == pytest.approx(577.524, abs=5e-4)
     assert by_place["b9"]["latest_s"] == pytest.approx(597.270, abs=5e-4)
+
+
+def test_what_the_laser_gives_is_said_and_lost_without_it() -> None:
+    """As the link budget has it; a mission whose receiver stays behind names both tables."""
+    relay = optuav.load("relay-today")
+    lit, dark = (
+        optuav.return_by(mission)
+        for mission in (relay, relay.replace({"laser": None, "receiver": None}))
+    )
+    given_A = optuav.link_budget(relay, "hover").current_A
+    assert lit.received_current_A == pytest.approx(given_A)
+    assert dark.hover_current_A == pytest.approx(lit.hover_current_A + given_A)
+    assert f"the laser gives {given_A:.4g} A" in str(lit)
+    assert "the laser gives 0 A" in str(dark)
+    with pytest.raises(InputError, match=r"without \[laser\], remove \[receiver\] too"):
+        relay.replace({"laser": None})
+
+
+def test_the_picture_marks_the_last_moments() -> None:
+    """Of the destination and of the place that leaves most time."""
+    times = optuav.return_by("paper")
+    (ax,) = times.plot()["return.png"].axes
+    marks = [line.get_xdata()[0] for line in ax.get_lines()[2:]]
+    assert marks == pytest.approx([times.rows[0]["latest_s"], times.latest_s])
 
 
 @pytest.mark.parametrize("mission", SHIPPED)
@@ -51,7 +76,7 @@ def lowest(mission: optuav.Mission, place: str, hover_s: float) -> tuple[float, 
     return least, y1 + y2
 
 
-@settings(max_examples=12, deadline=None)
+@few(8)
 @given(st.integers(0, 10**6))
 def test_a_second_later_is_too_late_and_a_second_earlier_is_in_time(seed: int) -> None:
     """Random batteries, stepped through by the differential equations."""

@@ -162,6 +162,18 @@ def test_a_box_beside_the_mission_has_a_plan_that_the_mission_may_not_fly() -> N
     assert {event.kind for event in optuav.replay(found.plan).violations} == {"full"}
 
 
+def test_a_range_without_the_mission_s_number_is_told() -> None:
+    """With its value: beside a plan, and where there is none."""
+    words = "battery.capacity_As = 36000 of the mission is not in"
+    found = optuav.robust(
+        "paper", {"battery.capacity_As": {"low": 37e3, "high": 38e3}}, samples=500
+    )
+    assert f"{words} 37000 to 38000" in str(found)
+    assert not optuav.robust("paper", {"drain": {"percent": 1}}, samples=500).outside
+    with pytest.raises(NoPlanError, match=f"{words} 100 to 200"):
+        optuav.robust("paper", {"battery.capacity_As": {"low": 100, "high": 200}}, samples=500)
+
+
 def test_an_altitude_that_is_not_allowed_everywhere_holds_no_plan() -> None:
     """The hover at 50 m is below what some points of the box allow."""
     box = {"limits.min_altitude_m": {"low": 40.0, "high": 90.0}}

@@ -1,8 +1,10 @@
 """Fleets by technology: counts that fewer cannot replace, costs by hand, prices that are wrong."""
 
+import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import optuav
@@ -33,6 +35,7 @@ def test_one_drone_or_charger_fewer_is_too_few(
         assert (
             (row["drones"] - 1) * every_s < cycle.period_s <= row["drones"] * every_s * (1 + 1e-9)
         )
+        assert row["share"] >= share
     drawn_As = -sum(
         phase.current_A * phase.duration_s
         for phase in cycle.plan.phases
@@ -40,6 +43,62 @@ def test_one_drone_or_charger_fewer_is_too_few(
     )
     pack_s, chargers = drawn_As / battery.charge_current_A, rows["swap"]["chargers"]
     assert (chargers - 1) * every_s < pack_s <= chargers * every_s * (1 + 1e-9)
+
+
+def ring_cost(cycle: optuav.Coverage, share: float, overlap_s: float, prices: Any) -> float:
+    """Cost of the ring that covers exactly a share, counted from the times of the cycle."""
+    every_s = (cycle.hover_s - overlap_s) / share
+    drones = math.ceil(cycle.period_s / every_s - 1e-7)
+    ground_s = drones * every_s - cycle.hover_s - cycle.flight_s
+    stay_s = 120.0 if cycle.charged_by == "exchange" else ground_s
+    places = max(math.ceil(stay_s / every_s - 1e-7), 1)
+    cost = float(drones * (prices["drone"] + prices["battery_set"]))
+    if cycle.charged_by == "laser":
+        return cost + prices["laser"] * (places + cycle.lit_hover * math.ceil(share - 1e-9))
+    if cycle.charged_by == "pad":
+        return cost + prices["pad"] * places
+    drawn_As = (cycle.soc_at_departure - cycle.soc_at_landing) * cycle.mission.battery.packs
+    pack_s = drawn_As * cycle.mission.battery.capacity_As / cycle.mission.battery.charge_current_A
+    chargers = math.ceil(pack_s / every_s - 1e-7)
+    return cost + chargers * (prices["charger"] + prices["battery_set"])
+
+
+@pytest.mark.parametrize(("mission", "overlap_s"), [("relay-today", 0.0), ("matrice350", 60.0)])
+def test_no_ring_of_at_least_the_share_is_cheaper(mission: str, overlap_s: float) -> None:
+    """All shares of a fine grid from the one that is asked for; dear places, cheap drones too."""
+    battery = optuav.load(mission).battery
+    pad_W = battery.charge_current_A * battery.nominal_voltage_V
+    options: Any = [{}, {"lit_hover": False}, {"pad_power_W": pad_W}, {"swap_s": 120.0}]
+    cycles = [optuav.coverage(mission, **chosen) for chosen in options]
+    grid, faster = np.arange(0.02, 4.0, 0.002), 0
+    for prices in (PRICES, {**PRICES, "drone": 1, "battery_set": 1, "pad": 9000}):
+        for share in (0.3, 0.5, 0.81, 0.95, 1.0, 1.5, 1.83, 1.95):
+            rows = optuav.size_fleet(mission, prices, share, overlap_s).rows
+            for cycle, row in zip(cycles, rows, strict=False):
+                more = [ring_cost(cycle, c, overlap_s, prices) for c in grid if c >= share - 1e-9]
+                assert row["cost"] <= min(more)
+                assert row["cost"] == ring_cost(cycle, row["share"], overlap_s, prices)
+                faster += row["cost"] < ring_cost(cycle, share, overlap_s, prices)
+    assert faster
+
+
+def test_the_picture_holds_the_cost_between_shares() -> None:
+    """Steps that never fall, and the overlap in the title."""
+    figure = optuav.size_fleet("relay-today", PRICES, overlap_s=30.0).plot()["sizes.png"]
+    (ax,) = figure.axes
+    assert "30 s of overlap" in ax.get_title(loc="left")
+    for line in ax.get_lines():
+        x, y = (np.asarray(values, dtype=float) for values in line.get_data())
+        assert np.all((np.diff(x) == 0.0) | (np.diff(y) == 0.0))
+        assert np.all(np.diff(y) >= 0.0)
+
+
+def test_titles_say_per_cent_or_devices() -> None:
+    """All of the time is 100 %, more than that are devices, or a mean; no value is a dash."""
+    titles = {0.5: "for 50 % of the time", 1.0: "for 100 % of the time", 2.0: "for 2 devices:"}
+    for share, words in (titles | {2.5: "for 2.5 drones that hover on average"}).items():
+        assert words in str(optuav.size_fleet("matrice350", None, share))
+    assert str(optuav.size_fleet("matrice350", PRICES)).splitlines()[-1].split()[1:6] == ["-"] * 5
 
 
 def test_costs_are_counts_times_prices() -> None:
@@ -63,8 +122,12 @@ def test_wrong_prices_and_numbers_are_named_all_at_once(tmp_path: Path) -> None:
     for wrong in ({"share": 0.0}, {"share": 1001}, {"overlap_s": -1.0}, {"swap_s": 0.0}):
         with pytest.raises(InputError, match=next(iter(wrong))):
             optuav.size_fleet("paper", **wrong)
-    with pytest.raises(InputError, match="no way to charge"):
+    with pytest.raises(InputError, match="no way to charge") as refused:
         optuav.size_fleet("paper", overlap_s=1e5)
+    assert len(str(refused.value).splitlines()) == 4  # The first, and two lasers alike
+    assert "\N{REPLACEMENT CHARACTER}" not in str(refused.value)
+    with pytest.raises(InputError, match="1 is all of the time"):
+        optuav.size_fleet("paper", share=0)
 
 
 def test_a_mission_without_a_laser_still_has_pads_and_exchanges() -> None:

@@ -33,7 +33,7 @@ def lowest(visit: Visit, stages: list[Stage]) -> tuple[float, float]:
     return min(y1 for y1, _ in ends) / B, max(y1 for y1, _ in ends) / B
 
 
-@few(30)
+@few(12)
 @given(SEEDS)
 def test_no_wells_allow_a_longer_hover_than_full_ones(seed: int) -> None:
     """So that share(h_full) bounds all cycles on a building; and the share grows with the hover."""
@@ -52,7 +52,7 @@ def test_no_wells_allow_a_longer_hover_than_full_ones(seed: int) -> None:
     assert np.all(np.diff(shares) > 0.0) or most_s == 0.0
 
 
-@few(30)
+@few(12)
 @given(SEEDS)
 def test_the_range_of_the_available_well_grows_with_the_hover(seed: int) -> None:
     """Over one cycle that repeats: what the bisection rests on."""
@@ -68,7 +68,7 @@ def test_the_range_of_the_available_well_grows_with_the_hover(seed: int) -> None
     assert np.all(np.diff(ranges) >= -1e-9 * visit.battery.capacity_As)
 
 
-@few(30)
+@few(12)
 @given(SEEDS)
 def test_two_unequal_hovers_cover_no_more_than_the_bound(seed: int) -> None:
     """A cycle of several visits that repeats, with any hovers and rests, in both wells."""
@@ -101,7 +101,7 @@ def test_two_unequal_hovers_cover_no_more_than_the_bound(seed: int) -> None:
             assert hovers_s.sum() / period_s <= bound * (1.0 + 1e-9)
 
 
-@few(30)
+@few(12)
 @given(SEEDS)
 def test_more_drawn_and_less_charged_is_never_fuller(seed: int) -> None:
     """The positive kernel: any factors within a box, any schedule, any number of stops."""
@@ -123,7 +123,7 @@ def test_more_drawn_and_less_charged_is_never_fuller(seed: int) -> None:
         assert high <= most + 1e-9
 
 
-@few(20)
+@few(10)
 @given(SEEDS)
 def test_a_longer_hover_repeats_from_no_level_of_charge(seed: int) -> None:
     """The tilt has one periodic solution and the level is free: all levels of it are tried."""
@@ -171,7 +171,7 @@ def test_a_charger_that_tapers_covers_no_more(seed: int) -> None:
         assert wells != before, "it repeats and covers more"
 
 
-@few(20)
+@few(10)
 @given(SEEDS)
 def test_the_longest_hover_from_full_wells_by_marching(seed: int) -> None:
     """Charge and wells at the end of all hovers of a grid; in `battery` (F − Q)/I_h again."""
@@ -184,7 +184,7 @@ def test_the_longest_hover_from_full_wells_by_marching(seed: int) -> None:
             assert bool(not dry and sum(ends[-1]) >= other.least_As) == (hover_s <= longest_s)
 
 
-@few(20)
+@few(10)
 @given(SEEDS)
 def test_the_monitor_knows_the_well_at_the_landing(seed: int) -> None:
     """a·y1 + b·y2 − g is y1 at the landing for any wells, by Euler steps through the leg back."""
@@ -253,7 +253,7 @@ def test_a_charger_that_stops_lets_a_waiting_fleet_run_dry() -> None:
     assert -0.02 < least / visit.battery.capacity_As < -0.002
 
 
-@few(30)
+@few(12)
 @given(SEEDS)
 def test_a_longer_discharge_is_worse_if_it_draws_enough(seed: int) -> None:
     """With |I| ≥ (1 − ω) I_max no later y1 is higher; a gentle discharge may raise it."""
@@ -284,7 +284,7 @@ def test_a_longer_gentle_discharge_may_be_better() -> None:
     assert ends[1] > ends[0]
 
 
-@few(30)
+@few(12)
 @given(SEEDS)
 def test_the_smallest_capacity_is_worst(seed: int) -> None:
     """For the same currents least y1 and the charge above η0 grow with B, at any k_F and ω."""

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import optuav
@@ -29,6 +29,7 @@ from optuav.mission import files
 from optuav.studies import scenarios as machine
 from optuav.studies.study import read_plan
 from optuav.studies.sweep import Parts, _sealed
+from tests.examples import few
 
 GRID = """
 perspective = ["battery", "available"]
@@ -152,7 +153,7 @@ def test_the_files_speak_for_themselves(tmp_path: Path) -> None:
     count=st.integers(1, 40),
     kind=st.sampled_from(["", "paired", "samples"]),
 )
-@settings(max_examples=60)
+@few(20)
 def test_any_rows_are_those_of_the_whole(
     tmp_path_factory: pytest.TempPathFactory, sizes: list[int], first: int, count: int, kind: str
 ) -> None:
