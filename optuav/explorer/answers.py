@@ -238,9 +238,12 @@ def _reasons(explained: Explanation, facts: Rows) -> Data:
     """Limits that bind; and tables: why there is no plan and what would give one, limits, proof."""
     sides = [e for e in explained.constraints if e.binds or e.kind not in LABELS]
     limits = sorted(sides, key=lambda side: not side.binds)
+    spare = ["binds" if e.binds else with_unit(e.slack, e.unit) for e in limits]
+    stated = [(e.words, e.label, e.statement, e.figures) for e in limits]
     prices = [price for price in explained.prices if price.matters]
-    reasons, repairs = explained.plan.reasons, [repair.row for repair in explained.repairs]
+    values = [f"{e.symbol} = {with_unit(e.value, e.unit)}" for e in prices]
     steps = [sentence(explained, price) for price in prices if price.solved_again]
+    reasons, repairs = explained.plan.reasons, [repair.row for repair in explained.repairs]
     worth = f"Worth: {explained.objective} per unit, as a slope at the margin, the others held"
     tables: list[Data] = [
         {"title": "Why there is no plan", "lines": reasons},
@@ -248,35 +251,23 @@ def _reasons(explained: Explanation, facts: Rows) -> Data:
         {
             "title": "Limits; y1_k is the charge in the available well after step k",
             "heads": ["limit", "constraint", "as stated", "in numbers", "to spare"],
-            "rows": [
-                [
-                    *(limit.words, limit.label, limit.statement, limit.figures),
-                    "binds" if limit.binds else with_unit(limit.slack, limit.unit),
-                ]
-                for limit in limits
-            ],
+            "rows": [[*row, left] for row, left in zip(stated, spare, strict=True)],
         },
         {
             "title": worth,
             "heads": ["parameter", "value", "less", "more"],
             "rows": [
-                [
-                    *(name(price), f"{price.symbol} = {with_unit(price.value, price.unit)}"),
-                    *(signed(price.less), signed(price.more)),
-                ]
-                for price in prices
+                (name(e), value, signed(e.less), signed(e.more))
+                for e, value in zip(prices, values, strict=True)
             ],
             "note": "For whole steps, solved again:" if steps else "",
             "lines": steps,
         },
         {"title": "Question, answer and proof", "rows": facts},
     ]
+    binding = [(ROLES.get(e.kind, "bounds"), e.words) for e in limits if e.binds]
     return {
-        "binding": [
-            {"role": ROLES.get(limit.kind, "bounds"), "words": limit.words}
-            for limit in limits
-            if limit.binds
-        ],
+        "binding": [{"role": role, "words": words} for role, words in binding],
         "tables": [table for table in tables if table.get("rows") or table.get("lines")],
         "repairable": bool(reasons) and not repairs,
     }

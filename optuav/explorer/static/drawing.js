@@ -104,8 +104,10 @@ export class Picture {
   #taken = []; // Boxes [left, top, right, bottom] of words and of marks that they may not cover
   #faint = []; // Points that are better left free
 
-  constructor({size, u, symbols}, {label, marks, ...options}) {
+  constructor({width, height, size, u, symbols}, {label, margins, marks, ...options}) {
+    const [marginTop, marginRight, marginBottom, marginLeft] = margins;
     const plot = Plot.plot({
+      ...{width, height, marginTop, marginRight, marginBottom, marginLeft},
       inset: 0,
       axis: null,
       color: {type: "identity"},
@@ -117,7 +119,7 @@ export class Picture {
     Object.assign(plot.dataset, {x: x.domain.join(" "), y: y.domain.join(" ")});
     plot.setAttribute("role", "img");
     plot.setAttribute("aria-label", label);
-    Object.assign(this, {plot, size, u, symbols, width: options.width, height: options.height});
+    Object.assign(this, {plot, width, height, size, u, symbols});
     [this.left, this.right] = d3.extent(x.range);
     [this.top, this.bottom] = d3.extent(y.range);
     this.x = Object.assign((value) => x.apply(value), {invert: x.invert});
@@ -154,24 +156,31 @@ export class Picture {
     return text;
   }
 
-  // The box of lines of words.
-  box({x, y, anchor}, [first, ...others], {size = this.size, weight = 400, symbol, mark}) {
+  // Width and height of lines of words.
+  extent([first, ...others], {size = this.size, weight = 400, symbol, mark}) {
     const whole = `${first}${symbol && this.symbols ? `  ${symbol}` : ""}${mark ? ` ${mark.words}   ` : ""}`;
     const across = d3.max([whole, ...others], (words) => wide(words, size, weight));
+    return [across, size * (1.25 * others.length + 1.2)];
+  }
+
+  // The box of words at a spot.
+  box({x, y, anchor}, [across, down], size = this.size) {
     const left = x - across * {start: 0, middle: 0.5, end: 1}[anchor];
     const top = y - 0.95 * size;
-    return [left, top, left + across, top + size * (1.25 * others.length + 1.2)];
+    return [left, top, left + across, top + down];
   }
 
   // Writes lines of words, the first in the weight, at the best of some spots {x, y, anchor, cost}; those
   // that are not needed only where they are free.
   put(lines, spots, {needed = true, ...look} = {}) {
-    const rated = spots.map((spot) => this.#rate(spot, this.box(spot, lines, look)));
+    const {size = this.size} = look;
+    const extent = this.extent(lines, look);
+    const rated = spots.map((spot) => this.#rate(spot, this.box(spot, extent, size)));
     const best = d3.least(rated, ({cost}) => cost);
     if (!best || (!needed && !best.free)) return null;
     const [left, top, right, bottom] = best.box;
     this.#taken.push([left - APART_PX, top, right + APART_PX, bottom]);
-    const [{x, y, anchor}, {size = this.size}] = [best, look];
+    const {x, y, anchor} = best;
     best.text = this.write({...look, x, y, anchor, words: lines[0]});
     const under = {size, fill: look.fill, halo: look.halo, x, anchor};
     lines.slice(1).forEach((words, k) => this.write({...under, y: y + 1.25 * (k + 1) * size, words}));

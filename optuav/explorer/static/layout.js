@@ -38,12 +38,13 @@ export class Column {
     const lecture = element.closest(".lecture");
     const size = parseFloat(getComputedStyle(map).fontSize);
     const symbols = Boolean(element.closest(".symbols"));
-    const look = (axes) => ({axes, size, symbols, u: lecture ? size / LABEL_PX : 1});
-    const picture = seen(map) && drawMap(map, answer, {...look(session.axes.map), all: !lecture});
+    const look = ({clientWidth: width, clientHeight: height}, axes) =>
+      ({width, height, axes, size, symbols, u: lecture ? size / LABEL_PX : 1});
+    const picture = seen(map) && drawMap(map, answer, {...look(map, session.axes.map), all: !lecture});
     if (picture && this.kind === "now" && !session.stored) drawHandles(map, picture, answer.map, session);
     if (seen(plane)) this.#drawPlane(plane, answer, look);
     const clock = seen(wells) && (answer.wells
-      ? drawWells(wells, answer, look(session.axes.wells))
+      ? drawWells(wells, answer, look(wells, session.axes.wells))
       : explain(wells, "There is no plan to fly."));
     this.tick = () => {
       if (clock) clock(this.moment);
@@ -56,9 +57,10 @@ export class Column {
     const {session: {axes, trail, stored}, kind} = this;
     const {words} = answer.picture ?? answer.plane;
     if (words) return explain(draw, words);
-    if (answer.picture) return drawPicture(draw, answer, look(axes[answer.picture.name]));
+    if (answer.picture) return drawPicture(draw, answer, look(draw, axes[answer.picture.name]));
     const slots = this.slots.firstChild.checked;
-    drawPlane(draw, answer, {...look(stored ? null : axes.plane), trail: kind === "now" ? trail : [], slots});
+    const own = {trail: kind === "now" ? trail : [], slots};
+    drawPlane(draw, answer, {...look(draw, stored ? null : axes.plane), ...own});
   }
 
   #title({plane: {route, chosen}, picture, pictures, verdict, wells}) {
@@ -66,8 +68,8 @@ export class Column {
     const [map, plane] = this.element.querySelectorAll("figcaption");
     this.slots.hidden = Boolean(picture);
     showTabs(this.tabs, ["plane", ...pictures], picture?.name ?? "plane", (name) => this.session.open(name));
-    const titles = picture ? [picture.title ?? WORDS.pictures[picture.name]] : WORDS.plane;
-    fit(plane.children[0], alone || picture ? titles : titles.slice(1));
+    const [long, ...brief] = picture ? [picture.title ?? WORDS.pictures[picture.name]] : WORDS.plane;
+    fit(plane.children[0], alone || picture ? [long] : brief);
     const way = route?.join(" → ");
     const between = route?.slice(1, -1).join(" → ");
     const ways = chosen ? [way, between] : [`shortest flight: ${way}`, "shortest flight"];
@@ -105,7 +107,7 @@ function explain(draw, words) {
 function fit(note, texts) {
   for (const words of texts) {
     note.textContent = words;
-    if (note.scrollWidth <= note.clientWidth) return;
+    if (words === texts.at(-1) || note.scrollWidth <= note.clientWidth) return;
   }
 }
 

@@ -26,14 +26,12 @@ const FALLEN_PX = 118; // Where it says so
 const ROTORS = [[-11, -7], [11, -7], [-11, 7], [11, 7]];
 
 export function drawMap(draw, {map, verdict}, {axes, all, ...look}) {
-  const frame = frameOf(draw, axes, look.u);
-  const {width, height, across, up, scale, step} = frame;
+  const frame = frameOf(axes, look);
+  const {across, up, scale, step} = frame;
   const named = map.buildings.length <= MOST_NAMED;
   const stops = map.stops.map(({kind, at}) => `${kind} at ${at}`).join(", ");
   const picture = new Picture(look, {
-    width,
-    height,
-    margin: 0,
+    margins: [0, 0, 0, 0],
     x: {domain: across},
     y: {domain: up},
     symbol: {type: "identity"},
@@ -55,8 +53,7 @@ export function drawMap(draw, {map, verdict}, {axes, all, ...look}) {
 }
 
 // Ends of both axes [m] and pixels per m, so that the window is inside.
-function frameOf(draw, [[x1, y1], [x2, y2]], u) {
-  const [width, height] = [draw.clientWidth, draw.clientHeight];
+function frameOf([[x1, y1], [x2, y2]], {width, height, u}) {
   const side = Math.min(0.2 * width, (u > 1 ? 38 : 42) * u);
   const [top, bottom] = [16 * u, 30 * u];
   const [aside, upward] = [width - 2 * side, height - top - bottom];
@@ -64,11 +61,11 @@ function frameOf(draw, [[x1, y1], [x2, y2]], u) {
   const left = (x1 + x2 - width / scale) / 2;
   const low = (y1 + y2 - (upward + 2 * bottom) / scale) / 2;
   const step = d3.tickStep(0, Math.max(x2 - x1, y2 - y1), 7);
-  return {width, height, scale, step, across: [left, left + width / scale], up: [low, low + height / scale]};
+  return {scale, step, across: [left, left + width / scale], up: [low, low + height / scale]};
 }
 
 // Position of a place by its name [m].
-export function placeOf(map, name) {
+function placeOf(map, name) {
   return ENDS.includes(name) ? map[name] : map.buildings.find((building) => building.name === name)?.at;
 }
 

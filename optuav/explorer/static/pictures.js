@@ -11,18 +11,18 @@ const NAMES = {...NUMBERS, tickFormat: String, fill: colour("ink")};
 export function drawPicture(draw, {picture: data}, {axes, ...look}) {
   const notes = make("ul", {class: "notes"}, ...data.notes.map((words) => make("li", {}, words)));
   draw.replaceChildren(notes);
-  const room = {width: draw.clientWidth, height: draw.clientHeight - notes.offsetHeight};
-  draw.prepend(...DRAWN[data.name](data, {...look, axes: axes ?? data.axes}, room));
+  const height = look.height - notes.offsetHeight;
+  draw.prepend(...DRAWN[data.name](data, {...look, height, axes: axes ?? data.axes}));
 }
 
 // Around a picture, with room for the widest name at its left.
-function edges(size, widest, marginRight, top = 0.5) {
-  return {marginLeft: widest + size, marginRight, marginTop: top * size, marginBottom: 1.9 * size};
+function edges(size, widest, right, top = 0.5) {
+  return [top * size, right, 1.9 * size, widest + size];
 }
 
 // What is left at each station of the way, and what was lost before it.
-function drawBeam({title, stations}, {axes: [most], ...look}, {width, height}) {
-  const {size, u} = look;
+function drawBeam({title, stations}, {axes: [most], ...look}) {
+  const {width, height, size, u} = look;
   const narrow = width < NARROW_PX * u; // Words stand above the bars, else beside them
   const widest = (key) => (narrow ? 0 : d3.max(stations, (station) => wide(station[key], size - 1)));
   const padding = narrow ? 0.6 : 0.25;
@@ -32,9 +32,7 @@ function drawBeam({title, stations}, {axes: [most], ...look}, {width, height}) {
     : {x: "before_W", text: "said", dx: 6};
   const left = {x: "power_W", fill: ({electric}) => colour(electric ? "ink" : "laser")};
   return [new Picture(look, {
-    width,
-    height,
-    ...edges(size, widest("words"), widest("said") + size),
+    margins: edges(size, widest("words"), widest("said") + size),
     label: `${title}: ${stations.map((station) => `${station.words} ${station.said}`).join("; ")}`,
     x: {domain: [0, most]},
     y: {domain: stations.map((station) => station.words), padding},
@@ -50,16 +48,14 @@ function drawBeam({title, stations}, {axes: [most], ...look}, {width, height}) {
 }
 
 // The power at the rotors over the air speed, and the speeds that stand out.
-function drawSpeed({speed_m_s, power_W, marks}, {axes: [most_x, most_y], ...look}, {width, height}) {
-  const {size, u} = look;
+function drawSpeed({speed_m_s, power_W, marks}, {axes: [most_x, most_y], ...look}) {
+  const {width, size, u} = look;
   const rows = d3.zip(speed_m_s, power_W);
   const brief = width < NARROW_PX * u;
   const said = marks.map(({words, power_W: power}) => (brief ? words : `${words}, ${power.toFixed(0)} W`));
   const points = {x: "speed_m_s", y: "power_W", r: 5 * u, stroke: colour("ink"), strokeWidth: 1.25 * u};
   const picture = new Picture(look, {
-    width,
-    height,
-    ...edges(size, wide(grouped(most_y), size), 12 * u),
+    margins: edges(size, wide(grouped(most_y), size), 12 * u),
     label: `Power over air speed: ${said.join("; ")}`,
     x: {domain: [0, most_x]},
     y: {domain: [0, most_y]},
@@ -87,19 +83,19 @@ function nameAxes(picture, [lower, upper], top) {
 }
 
 // Who flies when, and beside it how many drones leave no gap, by the power of their pads.
-function drawDay(data, look, {width, height}) {
-  const narrow = width < NARROW_PX * look.u;
+function drawDay(data, look) {
+  const {width, height, u} = look;
+  const narrow = width < NARROW_PX * u;
   const [across, down] = narrow ? [1, 0.55] : [0.58, 1];
-  const ring = drawRing(data, look, {width: across * width, height: down * height});
-  const rest = narrow ? {width, height: (1 - down) * height} : {width: (1 - across) * width, height};
-  const pads = drawPads(data, look, rest);
-  pads.style.left = narrow ? "0" : `${across * width}px`;
-  pads.style.top = narrow ? `${down * height}px` : "0";
+  const ring = drawRing(data, {...look, width: across * width, height: down * height});
+  const rest = narrow ? {height: (1 - down) * height} : {width: (1 - across) * width};
+  const pads = drawPads(data, {...look, ...rest});
+  Object.assign(pads.style, narrow ? {top: `${down * height}px`} : {left: `${across * width}px`});
   return [ring, pads];
 }
 
-function drawRing({turns, drones}, {axes: [end, rows], ...look}, {width, height}) {
-  const {size} = look;
+function drawRing({turns, drones}, {axes: [end, rows], ...look}) {
+  const {height, size} = look;
   const shown = turns.slice(0, rows);
   const names = d3.range(rows).map((k) => `drone ${k + 1}`);
   const stays = shown.flatMap((phases, k) => phases.map((phase) => ({...phase, drone: names[k]})));
@@ -111,9 +107,7 @@ function drawRing({turns, drones}, {axes: [end, rows], ...look}, {width, height}
   const hours = steps(end, 6);
   const unit = (hour) => `${grouped(hour)}${hour === hours[1] ? " h" : ""}`;
   return new Picture(look, {
-    width,
-    height,
-    ...edges(size, wide(COVERS, size), 10),
+    margins: edges(size, wide(COVERS, size), 10),
     label: `Who flies when, the first turns${more}`,
     x: {domain: [0, end]},
     y: {domain: [...names, COVERS], padding: 0.15},
@@ -127,15 +121,13 @@ function drawRing({turns, drones}, {axes: [end, rows], ...look}, {width, height}
   }).plot;
 }
 
-function drawPads({pads, drones, most_W}, {axes: [, , most_x, most_y], ...look}, {width, height}) {
+function drawPads({pads, drones, most_W}, {axes: [, , most_x, most_y], ...look}) {
   const {size, u} = look;
   const counts = steps(most_y, 5).filter(Number.isInteger);
   const place = {x: "power_W", y: "drones"};
   const each = pads.map((pad) => `${pad.drones} with ${pad.power_W.toFixed(0)} W`).join(", ");
   const picture = new Picture(look, {
-    width,
-    height,
-    ...edges(size, wide(grouped(most_y), size), 12 * u, 1.8),
+    margins: edges(size, wide(grouped(most_y), size), 12 * u, 1.8),
     label: `Drones that leave no gap by the power of a pad: ${each}; with the laser ${drones}`,
     x: {domain: [0, most_x]},
     y: {domain: [0, most_y]},

@@ -10,20 +10,14 @@ const MOST_NOWHERE = 3; // Limits that are told to hold nowhere
 const CORNERS = [4, 5, 6, 7, 0, 1, 3, 2]; // Spots of `around` for the words of the optimum
 
 export function drawPlane(draw, {plane, wells}, {axes, trail, slots, ...look}) {
-  const {size, u} = look;
-  const [width, height] = [draw.clientWidth, draw.clientHeight];
+  const {width, height, size, u} = look;
   const narrow = width < NARROW_PLANE_PX;
   const [most_x, most_y] = axes ?? [plane.rest_s[1], plane.hover_s[1]];
   const below = plane.hover_s[0] / plane.hover_s[1]; // Both axes begin as far below 0
   const limits = plane.constraints.filter(({role}) => role !== "bounds");
   const rests = plane.rests ? steps(most_x, 7, narrow || width < 34 * size) : [];
   const picture = new Picture(look, {
-    width,
-    height,
-    marginLeft: (narrow ? 3.1 : 3.5) * size,
-    marginRight: 12 * u,
-    marginTop: 6 * u,
-    marginBottom: 1.9 * size,
+    margins: [6 * u, 12 * u, 1.9 * size, (narrow ? 3.1 : 3.5) * size],
     label: planeWords(plane, limits),
     x: {domain: [below * most_x, most_x]},
     y: {domain: [below * most_y, most_y]},
@@ -121,10 +115,11 @@ function nameLimits(picture, lines, narrow) {
     said.add(text);
     const look = {...STRONG, fill: role, symbol};
     const others = lines.flatMap((other) => (other.points === points ? [] : dots(other.points)));
-    const spots = d3.range(0.05, 1, 0.06).flatMap((share) => {
+    const extent = picture.extent([text], look);
+    const spots = d3.range(0.1, 1, 0.08).flatMap((share) => {
       const point = points[Math.floor(share * points.length)];
       return around(point, 6 * u, size).map((spot) => {
-        const [a, b, c, d] = picture.box(spot, [text], look);
+        const [a, b, c, d] = picture.box(spot, extent);
         const near = others.filter(([x, y]) => x > a - 6 && x < c + 6 && y > b - 8 && y < d + 8);
         return {...spot, cost: spot.cost + 14 * (1 - share) + 4 * near.length};
       });

@@ -9,8 +9,7 @@ const ON_DARK = {...ON_FILL, fill: "on-dark"};
 const SPARE_S = 0.5; // Before the deadline, that is told
 
 export function drawWells(draw, {wells, verdict}, {axes, ...look}) {
-  const {size, u} = look;
-  const [width, height] = [draw.clientWidth, draw.clientHeight];
+  const {width, height, size, u} = look;
   const [end, most] = axes ?? wells.axes;
   const strip = 1.55 * size; // Height of the phases
   const top = TOP_PX + strip + 4;
@@ -22,12 +21,7 @@ export function drawWells(draw, {wells, verdict}, {axes, ...look}) {
   const phases = wells.phases.map(({kind, at, start_s}) =>
     `${kind} ${kind === "flight" ? "to" : "at"} ${at} from ${start_s.toFixed(0)} s`);
   const picture = new Picture(look, {
-    width,
-    height,
-    marginLeft: Math.max(4.3 * size, wide(grouped(most), size) + 8),
-    marginRight: 12 * u,
-    marginTop: top,
-    marginBottom: 2.2 * size,
+    margins: [top, 12 * u, 2.2 * size, Math.max(4.3 * size, wide(grouped(most), size) + 8)],
     label: `Charge in both wells over time: ${phases.join("; ")}. ${verdict.text}`,
     x: {domain: [0, end]},
     y: {domain: [Math.min(0, d3.min(wells.total_As)), HEADROOM * most]},
@@ -125,7 +119,7 @@ function nameAll(view) {
 function nameBand({picture, rows}, words, {lower, upper, apart, ...look}, near, until) {
   const {x, y, size} = picture;
   const across = wide(words, size, 600);
-  const spots = d3.range(x(0) + 6, x(until) - across, 6).flatMap((left) => {
+  const spots = d3.range(x(0) + 6, x(until) - across, 10).flatMap((left) => {
     const met = [0, 0.5, 1].map((share) => rowAt(rows, x.invert(left + share * across)));
     const [high, low] = [d3.max(met, (row) => y(upper(row))), d3.min(met, (row) => y(lower(row)))];
     const at = {x: left, y: (high + low) / 2 + 0.36 * size, anchor: "start", cost: Math.abs(left - near)};
