@@ -134,7 +134,7 @@ function drawPads({pads, drones, most_W}, {axes: [, , most_x, most_y], ...look})
     marks: [
       Plot.gridY(counts, GRID),
       Plot.axisY(counts, NUMBERS),
-      Plot.axisX(steps(most_x, 4).filter((power) => power < 0.5 * most_x), NUMBERS),
+      Plot.axisX(steps(most_x, 4).filter((power) => power < 0.35 * most_x), NUMBERS),
       Plot.ruleX([most_W], line("bounds", u)),
       Plot.ruleY([drones], line("laser", u)),
       Plot.line(pads, {...place, stroke: colour("ink"), strokeWidth: 1.25 * u}),
