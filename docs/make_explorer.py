@@ -86,7 +86,7 @@ def _brief(answer: dict[str, Any]) -> dict[str, Any]:
     plane = {**plane, "samples": len(range(0, count, EVERY)), "round_s": AXES_S}
     presets = [preset for preset in answer["presets"] if "changes" not in preset["state"]][:2]
     stored = {"stored": True, "controls": controls, "options": options, "presets": presets}
-    stored["pictures"] = []  # They are computed while they are seen
+    stored |= {"repairable": False, "pictures": []}  # Both are computed while they are seen
     return {**answer, **stored, "plane": plane}
 
 

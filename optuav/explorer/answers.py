@@ -33,7 +33,6 @@ from optuav.solving import Program, formulate
 from optuav.solving.program import entry_of
 
 MOST_STEPS = 16  # Steps along the longer side of a map
-SHOWN = ("words", "label", "statement", "figures", "binds")  # Fields of a limit
 EMPTY = 1e-5  # Share of the capacity that counts as an empty well
 MOST_BUILDINGS = 2_000
 LACKING = 1e-8  # Share of the capacity that counts as an overdrawn available well
@@ -43,6 +42,7 @@ ANGLES = np.linspace(0.0, 2.0 * np.pi, 91)
 RIM = np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1)  # A circle of radius 1
 
 Data: TypeAlias = dict[str, Any]
+Rows: TypeAlias = Sequence[tuple[str, str]]
 
 
 def answers(base: Mission, stated: object) -> Data:
@@ -86,12 +86,11 @@ def _answers(base: Mission, state: State) -> tuple[Data, Plan]:
         "options": {**OPTIONS, "building": mission.buildings.names},
         "presets": presets(base),
         "verdict": header(program, explained),
-        "facts": [*facts(plan), *notes],
         "map": _map(mission, plan),
         "wells": _wells(plan) if plan else None,
         "plane": _plane(program, plan, state.axes),
         "pictures": pictures(program.network),
-        **_reasons(explained),
+        **_reasons(explained, [*facts(plan), *notes]),
     }
     if state.picture is not None:
         found["picture"] = picture(state.picture, program, plan, state.building)
@@ -233,32 +232,40 @@ def _plane(program: Program, plan: Plan, axes: Sequence[float]) -> Data:
     }
 
 
-def _reasons(explained: Explanation) -> Data:
-    """Binding limits and their worth; or reasons for no plan, and changes that give one."""
+def _reasons(explained: Explanation, facts: Rows) -> Data:
+    """Limits that bind; and tables: why there is no plan and what would give one, limits, proof."""
     sides = [e for e in explained.constraints if e.binds or e.kind not in LABELS]
+    limits = sorted(sides, key=lambda side: not side.binds)
+    stated = [(e.words, e.label, e.statement, e.figures, e.spare) for e in limits]
+    prices = [price for price in explained.prices if price.matters]
+    steps = [sentence(explained, price) for price in prices if price.solved_again]
+    reasons, repairs = explained.plan.reasons, [repair.row for repair in explained.repairs]
+    worth = f"Worth: {explained.objective} per unit, as a slope at the margin, the others held"
+    tables: list[Data] = [
+        {"title": "Why there is no plan", "lines": reasons},
+        {"title": "Feasible if", "heads": ["change", ""], "rows": repairs},
+        {
+            "title": "Limits; y1_k is the charge in the available well after step k",
+            "heads": ["limit", "constraint", "as stated", "in numbers", "to spare"],
+            "rows": stated,
+        },
+        {
+            "title": worth,
+            "heads": ["parameter", "value", "less", "more"],
+            "rows": [
+                (name(price), valued(price), signed(price.less), signed(price.more))
+                for price in prices
+            ],
+            "note": "For whole steps, solved again:" if steps else "",
+            "lines": steps,
+        },
+        {"title": "Question, answer and proof", "rows": facts},
+    ]
+    binding = [(ROLES.get(e.kind, "bounds"), e.words) for e in limits if e.binds]
     return {
-        "constraints": [
-            {
-                **{key: getattr(limit, key) for key in SHOWN},
-                "role": ROLES.get(limit.kind, "bounds"),
-                "spare": limit.spare,
-            }
-            for limit in sorted(sides, key=lambda side: not side.binds)
-        ],
-        "prices": [
-            {
-                "key": name(price),
-                "value": valued(price),
-                "less": signed(price.less),
-                "more": signed(price.more),
-                "words": sentence(explained, price) if price.solved_again else "",
-            }
-            for price in explained.prices
-            if price.matters
-        ],
-        "objective": explained.objective,
-        "reasons": explained.plan.reasons,
-        "repairs": [repair.row for repair in explained.repairs],
+        "binding": [{"role": role, "words": words} for role, words in binding],
+        "tables": [table for table in tables if table.get("rows") or table.get("lines")],
+        "repairable": bool(reasons) and not repairs,
     }
 
 

@@ -9,8 +9,8 @@ from optuav.looks import LOOKS, variables
 FOLDER = Path(__file__).parent / "static"
 LIBRARIES = ("d3.min.js", "plot.umd.min.js")  # The second finds the first where it is put
 MODULES = (
-    *("state", "drawing", "labels", "map", "handles", "drone", "plane", "pictures", "wells"),
-    *("controls", "saying", "tables", "layout", "saving", "explorer"),
+    *("state", "drawing", "map", "plane", "pictures", "wells"),
+    *("controls", "saying", "layout", "saving", "explorer"),
 )
 HIDDEN = "define, exports, module, globalThis, self"
 """Names that tell a library where to put itself; without them it takes `this`."""
@@ -32,6 +32,6 @@ def script() -> str:
     libraries = "\n".join(text(f"vendor/{name}") for name in LIBRARIES)
     start = f"const {{d3, Plot}} = (function ({HIDDEN}) {{\n"
     looks = f"const LOOKS = {json.dumps({role: look._asdict() for role, look in LOOKS.items()})};"
-    looks += f"\nconst WORDS = {text('words.json')};"
+    looks += f"\nconst WORDS = {text('words.json')}, PAGE = {json.dumps(text('explorer.html'))};"
     modules = BETWEEN.sub("", "\n".join(text(f"{name}.js") for name in MODULES))
     return f"{start}{libraries}\nreturn this;\n}}).call({{}});\n{looks}\n{modules}"

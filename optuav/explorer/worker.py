@@ -16,10 +16,6 @@ MOST_AT_ONCE = 2
 LOOK_S = 0.1  # Pause between looks whether the answer is still wanted
 
 
-def _always() -> bool:
-    return True
-
-
 class Worker:
     """A process that answers about a mission, one question after the other."""
 
@@ -27,7 +23,7 @@ class Worker:
         self._mission, self._longest_s = mission, longest_s
         self._start()
 
-    def ask(self, state: Any, wanted: Callable[[], bool] = _always) -> dict[str, Any]:
+    def ask(self, state: Any, wanted: Callable[[], bool] = lambda: True) -> dict[str, Any]:
         """The answer to a state; after the longest time, or if the process ends, a fault.
 
         A `ConnectionAbortedError` is raised if nobody waits for the answer any more.
@@ -74,7 +70,7 @@ class Workers:
         for worker in (*[None] * (MOST_AT_ONCE - 1), *self._started):
             self._idle.put(worker)
 
-    def ask(self, state: Any, wanted: Callable[[], bool] = _always) -> dict[str, Any]:
+    def ask(self, state: Any, wanted: Callable[[], bool] = lambda: True) -> dict[str, Any]:
         """Like `Worker.ask`, by a worker that has nothing to do."""
         worker = self._idle.get()
         try:

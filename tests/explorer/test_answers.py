@@ -286,11 +286,13 @@ def test_without_a_plan_reasons_stand_and_repairs_when_asked(paper: Mission) -> 
     late = {"changes": {"limits.deadline_s": 60.0}, "problem": "P3"}
     found = answers(paper, late)
     assert found["verdict"]["event"] == "no plan"
-    assert "75.79 s" in found["reasons"][0]
-    assert (found["wells"], found["repairs"], found["plane"]["best"]) == (None, [], None)
+    reasons, _ = found["tables"]
+    assert "75.79 s" in reasons["lines"][0]
+    assert (found["wells"], found["repairable"], found["plane"]["best"]) == (None, True, None)
     assert [max(e["excess"]) < 0 for e in found["plane"]["constraints"]] == [True]
-    repairs = answers(paper, {**late, "repairs": True})["repairs"]
-    assert ("limits.deadline_s >= 75.8", "now 60") in repairs
+    repaired = answers(paper, {**late, "repairs": True})
+    assert ("limits.deadline_s >= 75.8", "now 60") in repaired["tables"][1]["rows"]
+    assert not repaired["repairable"]
 
 
 def test_every_answer_is_json(paper: Mission) -> None:
@@ -337,8 +339,8 @@ def test_files_hold_what_is_shown(paper: Mission, tmp_path: Path) -> None:
 
 def test_figures_have_no_rounding_errors(paper: Mission) -> None:
     """A well that is empty at the end of a flight is at 0, not at −4e−13."""
-    figures = [each["figures"] for each in answers(paper, {})["constraints"] if each["binds"]]
-    assert figures == ["0 ≥ 0", "0 ≥ 0"]
+    limits, *_ = answers(paper, {})["tables"]
+    assert [row[3] for row in limits["rows"] if row[-1] == "binds"] == ["0 ≥ 0", "0 ≥ 0"]
 
 
 def test_no_warning_comes_from_far_off_the_plane(paper: Mission) -> None:

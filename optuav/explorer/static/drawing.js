@@ -1,9 +1,15 @@
-// What the page and its pictures share: elements, numbers, and lines of the table of looks.
-export const LIMITS = ["charge", "deadline", "dry", "overfull", "bounds"];
+// What the page and its pictures share: elements, numbers, lines of the table of looks, and a picture whose
+// words keep apart.
 export const GRID = {stroke: "var(--faint)", strokeOpacity: 1}; // Lines below the marks of a picture
 export const NUMBERS = {tickSize: 0, tickFormat: grouped, label: null, fill: "var(--muted)", clip: false};
+export const STRONG = {weight: 600};
+export const ON_FILL = {...STRONG, fill: "on-fill", halo: false};
 const FONT = "system-ui, sans-serif";
-let ruler = null;
+const APART_PX = 3; // Between words that are side by side
+const GRAZED = 0.06; // Share of words that may touch a mark
+const CROSSED = 3; // Points that words may not cover, where they are not needed
+const MOST_DOTS = 400; // Along a line
+const ruler = document.createElement("canvas").getContext("2d");
 
 // An element of the page; every word is text, never markup.
 export function make(tag, attributes = {}, ...content) {
@@ -13,8 +19,8 @@ export function make(tag, attributes = {}, ...content) {
   return element;
 }
 
-export function button(words, act, {key = "", ...attributes} = {}) {
-  const made = make("button", {type: "button", ...attributes}, words, ...(key ? [make("kbd", {}, key)] : []));
+export function button(words, act, attributes = {}) {
+  const made = make("button", {type: "button", ...attributes}, words);
   made.addEventListener("click", () => act(made));
   return made;
 }
@@ -29,12 +35,6 @@ export function shape(parent, tag, attributes = {}, words = null) {
 // As in other pictures, thousands of long numbers stand apart.
 export function grouped(value) {
   return d3.format(Math.abs(value) < 10000 ? "~r" : ",~r")(Number(value)).replaceAll(",", "\u2009");
-}
-
-// A decimal number; other text as it is, for the answer to refuse.
-export function decimal(text) {
-  const plain = text.replaceAll(/[\s\u2009]/g, "");
-  return /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(plain) ? Number(plain) : text;
 }
 
 export function colour(role) {
@@ -57,64 +57,152 @@ export function cased(role, u = 1) {
   return [{stroke: colour("panel"), strokeWidth: (LOOKS[role].width + 3) * u}, line(role, u)];
 }
 
-// A picture of Plot that fills its place; marks that a mission lacks are left out.
-export function picture({size, label, marks, ...options}) {
-  const plot = Plot.plot({
-    inset: 0,
-    color: {type: "identity"},
-    style: `font: ${size - 1}px ${FONT}; background: none; color: ${colour("ink")}; overflow: hidden`,
-    marks: marks.flat(Infinity).filter(Boolean),
-    ...options,
-  });
-  for (const name of ["x", "y"]) plot.dataset[name] = plot.scale(name).domain.join(" ");
-  plot.setAttribute("role", "img");
-  plot.setAttribute("aria-label", label);
-  return plot;
-}
-
-// A scale of a picture as a function, with its inverse and its last pixel.
-export function place(plot, name) {
-  const {apply, invert, range} = plot.scale(name);
-  return Object.assign((value) => apply(value), {invert, most: d3.max(range)});
-}
-
-// Words in place of a picture.
-export function explain(draw, words) {
-  draw.replaceChildren(make("p", {}, words));
-}
-
-// The line of a role as a small picture for a list.
-export function swatch(role) {
-  const mark = Plot.ruleY([0], {...line(role), ariaHidden: "true"});
-  return Plot.plot({width: 30, height: 10, margin: 2, axis: null, marks: [mark]});
-}
-
 // The width of words [px].
 export function wide(words, size, weight = 400) {
-  ruler ??= document.createElement("canvas").getContext("2d");
   ruler.font = `${weight} ${size}px ${FONT}`;
   return ruler.measureText(words).width;
-}
-
-// Words in a picture: with a halo in the colour of the ground, or none where they are on a fill.
-export function write(svg, {x, y, words, size, ...look}) {
-  const {anchor = "start", fill = "ink", weight = 400, halo = true, symbol = ""} = look;
-  const outline = {"paint-order": "stroke", stroke: colour("panel"), "stroke-width": size / 3.2};
-  const text = shape(svg, "text", {
-    x,
-    y,
-    "font-size": size,
-    "text-anchor": anchor,
-    "font-weight": weight,
-    fill: colour(fill),
-    ...(halo ? {...outline, "stroke-linejoin": "round"} : {}),
-  }, words);
-  if (symbol) shape(text, "tspan", {class: "sym", dx: 6}, symbol);
-  return text;
 }
 
 // Round values from 0 on, at most so many steps; every second where there is little room.
 export function steps(most, count, coarse = false) {
   const step = d3.tickStep(0, most, count / Math.SQRT2) * (coarse ? 2 : 1); // Rounded up by as much at most
   return d3.range(0, most + step / 1000, step);
+}
+
+// Points along a line, for words to avoid.
+export function dots(points, step = 6) {
+  return d3.pairs(points).flatMap(([[x1, y1], [x2, y2]]) => {
+    const count = Math.min(MOST_DOTS, Math.ceil(Math.hypot(x2 - x1, y2 - y1) / step));
+    return d3.range(count + 1).map((k) => [x1 + (k / count) * (x2 - x1), y1 + (k / count) * (y2 - y1)]);
+  });
+}
+
+// Spots for lines of words around a point: right, left, above, below, and the four corners; or in another
+// order, the preferred first.
+export function around([x, y], gap, size, {lines = 1, order = null} = {}) {
+  const down = size * 1.25 * (lines - 1);
+  const middle = y + size * 0.35 - down / 2;
+  const [above, below] = [-down, size * 0.8];
+  const corner = (across, shift, down) => ({
+    x: x + 0.8 * across * gap,
+    y: y + 0.7 * shift * gap + down,
+    anchor: across > 0 ? "start" : "end",
+    cost: 3,
+  });
+  const spots = [
+    {x: x + gap, y: middle, anchor: "start", cost: 0},
+    {x: x - gap, y: middle, anchor: "end", cost: 1},
+    {x, y: y - gap + above, anchor: "middle", cost: 2},
+    {x, y: y + gap + below, anchor: "middle", cost: 2},
+    ...[corner(1, -1, above), corner(-1, -1, above), corner(1, 1, below), corner(-1, 1, below)],
+  ];
+  return order ? order.map((k, cost) => ({...spots[k], cost})) : spots;
+}
+
+// A picture of Plot with its scales and edges [px]; marks that a mission lacks are left out.
+export class Picture {
+  #taken = []; // Boxes [left, top, right, bottom] of words and of marks that they may not cover
+  #faint = []; // Points that are better left free
+
+  constructor({width, height, size, u, symbols}, {label, margins, marks, ...options}) {
+    const [marginTop, marginRight, marginBottom, marginLeft] = margins;
+    const plot = Plot.plot({
+      ...{width, height, marginTop, marginRight, marginBottom, marginLeft},
+      inset: 0,
+      axis: null,
+      color: {type: "identity"},
+      style: `font: ${size - 1}px ${FONT}; background: none; color: ${colour("ink")}; overflow: hidden`,
+      marks: marks.flat(Infinity).filter(Boolean),
+      ...options,
+    });
+    const [x, y] = [plot.scale("x"), plot.scale("y")];
+    Object.assign(plot.dataset, {x: x.domain.join(" "), y: y.domain.join(" ")});
+    plot.setAttribute("role", "img");
+    plot.setAttribute("aria-label", label);
+    Object.assign(this, {plot, width, height, size, u, symbols});
+    [this.left, this.right] = d3.extent(x.range);
+    [this.top, this.bottom] = d3.extent(y.range);
+    this.x = Object.assign((value) => x.apply(value), {invert: x.invert});
+    this.y = Object.assign((value) => y.apply(value), {invert: y.invert});
+    this.axis = {size: size - 1, fill: "muted", halo: false}; // Look of what an axis is called
+  }
+
+  has([x, y]) {
+    return x >= this.left && x <= this.right && y >= this.top && y <= this.bottom;
+  }
+
+  // Keeps words from a box around a point.
+  keep([x, y], across, up = across) {
+    this.#taken.push([x - across, y - up, x + across, y + up]);
+  }
+
+  avoid(points) {
+    this.#faint.push(...points);
+  }
+
+  // Words with a halo in the colour of the ground, or none where they are on a fill.
+  write({x, y, words, size = this.size, parent = this.plot, ...look}) {
+    const {anchor = "start", fill = "ink", weight = 400, halo = true, symbol = "", mark = null} = look;
+    const outline = {"paint-order": "stroke", stroke: colour("panel"), "stroke-width": size / 3.2};
+    const font = {"font-size": size, "text-anchor": anchor, "font-weight": weight, fill: colour(fill)};
+    const text = shape(parent, "text", {
+      x,
+      y,
+      ...font,
+      ...(halo ? {...outline, "stroke-linejoin": "round"} : {}),
+    }, words);
+    if (symbol) shape(text, "tspan", {class: "sym", dx: 6}, symbol);
+    if (mark) shape(text, "tspan", {dx: 1.2 * size, fill: colour(mark.role)}, mark.words);
+    return text;
+  }
+
+  // Width and height of lines of words.
+  extent([first, ...others], {size = this.size, weight = 400, symbol, mark}) {
+    const whole = `${first}${symbol && this.symbols ? `  ${symbol}` : ""}${mark ? ` ${mark.words}   ` : ""}`;
+    const across = d3.max([whole, ...others], (words) => wide(words, size, weight));
+    return [across, size * (1.25 * others.length + 1.2)];
+  }
+
+  // The box of words at a spot.
+  box({x, y, anchor}, [across, down], size = this.size) {
+    const left = x - across * {start: 0, middle: 0.5, end: 1}[anchor];
+    const top = y - 0.95 * size;
+    return [left, top, left + across, top + down];
+  }
+
+  // Writes lines of words, the first in the weight, at the best of some spots {x, y, anchor, cost}; those
+  // that are not needed only where they are free.
+  put(lines, spots, {needed = true, ...look} = {}) {
+    const {size = this.size} = look;
+    const extent = this.extent(lines, look);
+    const rated = spots.map((spot) => this.#rate(spot, this.box(spot, extent, size)));
+    const best = d3.least(rated, ({cost}) => cost);
+    if (!best || (!needed && !best.free)) return null;
+    const [left, top, right, bottom] = best.box;
+    this.#taken.push([left - APART_PX, top, right + APART_PX, bottom]);
+    const {x, y, anchor} = best;
+    best.text = this.write({...look, x, y, anchor, words: lines[0]});
+    const under = {size, fill: look.fill, halo: look.halo, x, anchor};
+    lines.slice(1).forEach((words, k) => this.write({...under, y: y + 1.25 * (k + 1) * size, words}));
+    return best;
+  }
+
+  // A spot inside the picture, with the cost of moving it there and of what it covers.
+  #rate(wished, [left, top, right, bottom]) {
+    const dx = Math.max(Math.min(0, this.right - right), this.left - left);
+    const dy = Math.max(-top, Math.min(0, this.bottom - bottom));
+    const [a, b, c, d] = [left + dx, top + dy, right + dx, bottom + dy];
+    const moved = Math.hypot(dx, dy);
+    const covered = d3.sum(this.#taken, ([e, f, g, h]) =>
+      Math.max(0, Math.min(c, g) - Math.max(a, e)) * Math.max(0, Math.min(d, h) - Math.max(b, f)));
+    const crossed = this.#faint.filter(([x, y]) => x > a && x < c && y > b && y < d).length;
+    return {
+      ...wished,
+      x: wished.x + dx,
+      y: wished.y + dy,
+      cost: (wished.cost ?? 0) + 0.5 * moved + 20 * covered + 6 * crossed,
+      free: covered <= GRAZED * (c - a) * (d - b) && !moved && crossed < CROSSED,
+      box: [a, b, c, d],
+    };
+  }
 }

@@ -1,35 +1,31 @@
-// The explorer: it draws answers and computes nothing. `d3`, `Plot`, `LOOKS` and `WORDS` stand above this
-// text where it is served or handed to a notebook.
+// The explorer: it draws answers and computes nothing. `d3`, `Plot`, `LOOKS`, `WORDS` and the markup `PAGE`
+// stand above this text where it is served or handed to a notebook.
 import {Controls, presetOf} from "./controls.js";
 import {button, make} from "./drawing.js";
-import {Column, Tabs, gripOf} from "./layout.js";
-import {shareMenu, save} from "./saving.js";
-import {sayBinding, sayVerdict} from "./saying.js";
+import {Column, showTabs} from "./layout.js";
+import {copyLink, save, savePicture} from "./saving.js";
+import {sayBinding, sayVerdict, tables} from "./saying.js";
 import {Model, Session} from "./state.js";
-import {tables} from "./tables.js";
 
 const FLIGHT_MS = 8000; // Of the animation of a whole plan
 const PHONE_PX = 700; // Below it there is no lecture
-const LIVE = {role: "status", "aria-live": "polite"};
-const STAYS = {"data-stays": ""}; // Beside the verdict on a narrow screen too
+const SHEETS = ["half", "low", "full"]; // Heights of the controls on a phone
 
 function render({model, el}) {
   const own = Boolean(el.closest(".optuav-page")); // Whether the whole window is this page
   const query = new URLSearchParams(own ? location.search : "");
-  const root = make("div", {class: "optuav-explorer"});
-  const below = make("div", {class: "tables", hidden: ""});
-  const frame = make("div", {class: "optuav-frame"}, root, below);
-  const waits = make("p", {class: "waits", ...LIVE});
-  const faults = make("ul", {class: "faults", role: "alert"});
-  const plans = make("div", {class: "plans"});
-  const foot = make("div", {class: "panel foot"});
-  const chosen = make("div", {class: "chosen"});
-  const presets = make("div", {class: "presets"});
-  const view = {answered, busy, told, draw, save: ({name, text}) => save(name, new Blob([text]))};
-  const session = new Session(model, view);
-  const controls = new Controls(session);
-  const now = new Column(session, "now", "Plan", fly);
-  const columns = [now, new Column(session, "pinned", "Pinned plan", fly)];
+  const frame = make("div", {class: "optuav-frame"});
+  frame.innerHTML = PAGE;
+  const [root, below] = frame.children;
+  const part = (selector) => root.querySelector(selector);
+  const copy = (name) => frame.querySelector(`template.${name}`).content.firstElementChild.cloneNode(true);
+  const [actions, faults, plans, chosen, presets, share] =
+    [".actions", ".faults", ".plans", ".chosen", ".presets", ".menu"].map(part);
+  const session = new Session(model, {answered, busy, told, draw, save: ({name, text}) => save(name, text)});
+  const controls = new Controls(session, root, copy);
+  const columns = [["now", "Plan"], ["pinned", "Pinned plan"]]
+    .map(([kind, title]) => new Column(session, kind, title, copy("plan")));
+  const sized = new ResizeObserver(() => requestAnimationFrame(resized));
   let flight = null;
   let lecture = false;
   let shaped = false;
@@ -37,32 +33,37 @@ function render({model, el}) {
   let phases = ""; // Of the plan that is shown
   let invited = query.has("lecture"); // By the address, once
 
-  const press = (words, key, name, act) => button(words, () => {
-    act();
-    changed();
-  }, {key, "aria-pressed": "false", "data-name": name, ...(name === "pin" ? STAYS : {})});
-  const toggles = {
-    pin: press("Pin to compare", "P", "pin", () => session.pin()),
-    lock: press("Lock axes", "A", "lock", () => session.lock(!session.locked)),
-    symbols: press("Symbols", "S", "symbols", () => root.classList.toggle("symbols")),
-    lecture: press("Lecture", "L", "lecture", () => teach(!lecture)),
+  const acts = {
+    pin: () => session.pin(),
+    lock: () => session.lock(!session.locked),
+    symbols: () => root.classList.toggle("symbols"),
+    lecture: () => teach(!lecture),
+    sheet: () => root.classList.toggle("sheet-open"),
+    more: () => actions.classList.toggle("open"),
+    grip: () => (root.dataset.sheet = SHEETS[(SHEETS.indexOf(root.dataset.sheet) + 1) % SHEETS.length]),
+    previous: () => controls.begin(-1),
+    next: () => controls.begin(1),
+    reset: () => begin(() => session.reset()),
+    link: (pressed) => copyLink(pressed, session),
+    mission: () => session.change({file: "mission"}),
+    plan: () => session.change({file: "plan"}),
+    svg: () => savePicture("svg", root, session.shown),
+    png: () => savePicture("png", root, session.shown),
+    details: openTables,
+    play: (pressed) => fly(columns.find(({play}) => play === pressed)),
   };
-  const tabs = new Tabs(openPicture); // Of a narrow screen
-  const details = button("Details ▾", openTables, {"aria-expanded": "false"});
-  const menu = make("div", {class: "panel"});
-  const share = make("details", {class: "menu"}, make("summary", {}, "Share ▾"), menu);
-  const openSheet = () => root.classList.toggle("sheet-open");
-  const sheet = button("Controls", openSheet, {class: "sheet-opener", ...STAYS});
-  const narrow = button("Details", () => details.click(), {class: "narrow"});
-  const reset = button("Reset", () => begin(() => session.reset()), STAYS);
-  const actions = make("div", {class: "actions"}, sheet, ...Object.values(toggles), share, narrow, reset);
-  const more = button("⋯", () => actions.classList.toggle("open"), {
-    class: "more",
-    "aria-label": "Pin, lock axes, symbols, share, reset",
+  plans.append(columns[0].element);
+  el.replaceChildren(frame);
+  if (!own) frame.style.colorScheme = d3.lab(getComputedStyle(el).color).l > 50 ? "dark" : "light";
+  (own ? document : root).addEventListener("keydown", shortcut);
+  root.addEventListener("click", ({target}) => {
+    if (!target.closest(".menu")) share.open = false;
+    const pressed = target.closest("button[data-name]");
+    if (!pressed) return;
+    acts[pressed.dataset.name](pressed);
+    if (pressed.ariaPressed) changed();
   });
-  const sized = new ResizeObserver(() => requestAnimationFrame(resized));
-  build();
-  listen();
+  sized.observe(plans);
   session.start();
   return () => {
     sized.disconnect();
@@ -70,44 +71,20 @@ function render({model, el}) {
     flight?.stop();
   };
 
-  function build() {
-    const sentence = make("div", {class: "sentence", ...LIVE});
-    sentence.append(make("p", {class: "verdict"}), make("p", {class: "why"}));
-    const header = make("header", {class: "panel"}, sentence, waits, actions, more);
-    const stage = make("div", {class: "panel stage"}, chosen, presets);
-    gripOf(root, controls.form);
-    root.dataset.picture = "map";
-    tabs.element.classList.add("pictures");
-    root.append(header, faults, tabs.element, controls.form, plans, stage, foot);
-    plans.append(now.element);
-    el.replaceChildren(frame);
-    if (!own) frame.style.colorScheme = d3.lab(getComputedStyle(el).color).l > 50 ? "dark" : "light";
-  }
-
-  function listen() {
-    (own ? document : root).addEventListener("keydown", shortcut);
-    root.addEventListener("click", ({target}) => {
-      if (!target.closest(".menu")) share.open = false;
-    });
-    sized.observe(plans);
-  }
-
   function shortcut(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (event.key === "Escape") escape();
     const {tagName, type} = event.target;
     const flies = lecture && event.key === " " && event.target.closest(".chosen"); // After each choice
     const typing = /^(INPUT|SELECT|TEXTAREA)$/.test(tagName) && type !== "range" && !flies;
-    const acts = event.key === " " && /^(BUTTON|SUMMARY)$/.test(tagName) && !flies;
-    if (typing || acts) return;
-    const preset = lecture && [...presets.children].find(({dataset}) => dataset.digit === event.key);
-    const {pin, lock, symbols} = toggles;
-    const keys = {p: pin, a: lock, s: symbols, l: toggles.lecture, " ": now.play};
-    const act = keys[event.key.toLowerCase()] ?? preset;
-    if (!act) return;
+    const presses = event.key === " " && /^(BUTTON|SUMMARY)$/.test(tagName) && !flies;
+    const key = event.key.toLowerCase();
+    const pressed = [...root.querySelectorAll("button")].find(({dataset: {press, digit}}) =>
+      press === key || (lecture && digit === key));
+    if (typing || presses || !pressed) return;
     event.preventDefault();
     event.stopPropagation(); // A notebook has keys of its own
-    act.click();
+    pressed.click();
   }
 
   function escape() {
@@ -127,7 +104,7 @@ function render({model, el}) {
 
   function openTables() {
     below.hidden = !below.hidden;
-    details.setAttribute("aria-expanded", !below.hidden);
+    part(".foot button").ariaExpanded = !below.hidden;
     if (!below.hidden) below.scrollIntoView({behavior: "smooth", block: "nearest"});
   }
 
@@ -135,18 +112,19 @@ function render({model, el}) {
 
   function busy(on, words = "") {
     root.classList.toggle("busy", on);
+    const waits = part(".waits");
     if (waits.textContent !== words) waits.textContent = words;
   }
 
   function answered(foreign) {
+    const {wells, presets: known, stored} = session.shown;
     controls.fill(foreign);
-    const found = JSON.stringify(session.shown.wells?.phases);
+    const found = JSON.stringify(wells?.phases);
     if (found !== phases) land(); // Another plan has not been flown
     phases = found;
-    if (!menu.children.length) menu.append(...shareMenu(root, session, model));
-    if (!presets.children.length) {
-      presets.append(...session.shown.presets.slice(1).map(presetButton));
-    }
+    part("[data-name=link]").hidden = !model.get("link");
+    for (const file of ["mission", "plan"]) part(`[data-name=${file}]`).hidden = stored;
+    if (!presets.children.length) presets.append(...known.slice(1).map(presetButton));
     if (invited) return teach(true);
     if (lecture) choose();
     changed();
@@ -155,7 +133,8 @@ function render({model, el}) {
   function told(found, refused) {
     faults.replaceChildren(...found.map(({key, words}) => {
       const title = controls.title(key);
-      const commas = [session.state.changes?.[key]].flat().some((value) => /^[-+]?\d*,\d+$/.test(value));
+      const values = [session.now.state.changes?.[key]].flat();
+      const commas = values.some((value) => /^[-+]?\d*,\d+$/.test(value));
       const hint = commas ? "; a decimal point is a point, as in 1.5" : "";
       return make("li", {}, `${title ? `${title}: ` : ""}${words}${hint}`);
     }));
@@ -164,21 +143,21 @@ function render({model, el}) {
   }
 
   function changed() {
-    const {shown, pinnedAnswer, pinned, locked} = session;
+    const {shown, pinned, locked, now: {state}} = session;
     if (!shown) return;
-    if (pinnedAnswer) plans.append(columns[1].element);
+    if (pinned?.answer) plans.append(columns[1].element);
     else columns[1].element.remove();
-    root.classList.toggle("compares", Boolean(pinnedAnswer));
-    toggles.pin.firstChild.textContent = pinned ? "Unpin" : "Pin to compare";
+    root.classList.toggle("compares", Boolean(pinned?.answer));
+    part("[data-name=pin]").firstChild.textContent = pinned ? "Unpin" : "Pin to compare";
     const pressed = {pin: pinned, lock: locked, symbols: root.classList.contains("symbols"), lecture};
-    for (const [name, on] of Object.entries(pressed)) toggles[name].setAttribute("aria-pressed", Boolean(on));
-    sayVerdict(root.querySelector("header"), session, lecture);
+    for (const [name, on] of Object.entries(pressed)) part(`[data-name=${name}]`).ariaPressed = Boolean(on);
+    sayVerdict(part("header"), session, lecture);
     const {picture} = root.dataset;
-    const opened = picture === "plane" ? session.state.picture ?? picture : picture;
-    tabs.show(["map", "plane", "wells", ...shown.pictures], opened);
-    details.textContent = pinned ? "Details ▾" : "Details: limits, worth, proof ▾";
-    sayBinding(foot, session, details);
-    below.replaceChildren(...tables(shown, () => session.repairs()));
+    const opened = picture === "plane" ? state.picture ?? picture : picture;
+    showTabs(part(".tabs.pictures"), ["map", "plane", "wells", ...shown.pictures], opened, openPicture);
+    sayBinding(part(".binding"), session);
+    part(".foot button").textContent = pinned ? "Details ▾" : "Details: limits, worth, proof ▾";
+    below.replaceChildren(...tables(shown, () => session.change({repairs: true})));
     if (!shaped) for (const column of columns) column.shape(shown.map.bounds);
     shaped = true;
     draw();
@@ -230,8 +209,7 @@ function render({model, el}) {
 
   function presetButton({short, state}) {
     const digit = Object.keys(WORDS.chosen).indexOf(short); // Is a preset's own, whatever others there are
-    const act = () => begin(() => session.begin(state));
-    return button(`${digit} ${short}`, act, {"data-digit": digit, "aria-pressed": "false"});
+    return button(`${digit} ${short}`, () => begin(() => session.begin(state)), {"data-digit": digit});
   }
 
   function teach(on) {
@@ -244,15 +222,12 @@ function render({model, el}) {
 
   function choose() {
     const known = session.shown.presets;
-    const preset = presetOf(session.state, known);
+    const preset = presetOf(session.now.state, known);
     if (lecture && preset !== "") chosen.dataset.preset = known[preset].short;
-    const names = controls.names();
-    const stated = (query.get("lecture") ?? "").split(",").filter(Boolean)
-      .map((name) => names.find((full) => full.split("|")[0] === name));
-    const usual = WORDS.chosen[chosen.dataset.preset ?? "Mission"];
-    const wanted = stated.length ? stated : usual;
-    controls.lend(lecture ? wanted.filter((name) => controls.get(name)) : [], chosen);
-    [...presets.children].forEach((one, k) => one.setAttribute("aria-pressed", k + 1 === preset));
+    const stated = (query.get("lecture") ?? "").split(",").filter(Boolean);
+    const wanted = stated.length ? stated : WORDS.chosen[chosen.dataset.preset ?? "Mission"];
+    controls.lend(lecture ? wanted : [], chosen);
+    [...presets.children].forEach((one, k) => (one.ariaPressed = k + 1 === preset));
   }
 }
 

@@ -1,8 +1,6 @@
-// The page: columns of pictures, tabs of a narrow screen, and the sheet of a phone.
+// Columns of pictures, and tabs of a narrow screen.
 import {button, make} from "./drawing.js";
-import {drawDrone} from "./drone.js";
-import {Handles} from "./handles.js";
-import {drawMap} from "./map.js";
+import {drawDrone, drawHandles, drawMap} from "./map.js";
 import {drawPicture} from "./pictures.js";
 import {drawPlane} from "./plane.js";
 import {outcome} from "./saying.js";
@@ -12,108 +10,104 @@ const TALL = 1.2; // Height over width of a mission
 const WIDE = 1.6; // Width over height
 const LEAST_PX = 60; // Of a picture, to be drawn
 const LABEL_PX = 12.6; // Of labels beside lines of plain width
-const SHEETS = ["half", "low", "full"];
 
 export class Column {
   moment = null; // Of the playhead
-  #figures = {};
-  #handles = null;
+  tick = () => {}; // Moves what moves in flight
 
-  constructor(session, kind, title, play) {
-    this.session = session;
-    this.kind = kind;
-    this.heading = make("h2", {class: "panel title"});
-    for (const name of Object.keys(WORDS.figures)) this.#figures[name] = figure(name);
-    const {plane, wells} = this.#figures;
-    this.play = button("▶ Fly it", () => play(this), {key: "Space", class: "play"});
-    this.slots = make("input", {type: "checkbox"});
+  constructor(session, kind, title, element) {
+    Object.assign(this, {session, kind, element});
+    element.classList.add(kind);
+    element.setAttribute("aria-label", title);
+    this.slots = element.querySelector(".slots");
     this.slots.addEventListener("change", () => this.draw());
-    wells.caption.append(this.play);
-    plane.caption.append(make("label", {class: "slots"}, this.slots, "slots"));
-    if (kind === "now") {
-      this.tabs = new Tabs((name) => session.open(name));
-      plane.caption.append(this.tabs.element);
-    }
-    this.grid = make("div", {}, this.heading, ...Object.values(this.#figures).map(({element}) => element));
-    this.element = make("section", {class: `plan ${kind}`, "aria-label": title}, this.grid);
-    if (kind === "now") this.#handles = new Handles(session);
+    this.play = element.querySelector(".play");
+    this.tabs = element.querySelector(".tabs");
+    if (kind === "pinned") this.tabs.remove();
   }
 
   get answer() {
-    return this.kind === "now" ? this.session.shown : this.session.pinnedAnswer;
+    return this.session[this.kind]?.answer;
   }
 
   draw() {
-    const {answer} = this;
+    const {answer, session, element} = this;
     if (!answer) return;
-    const {axes, trail, stored} = this.session;
-    const {map, plane, wells} = this.#figures;
-    const lecture = this.element.closest(".lecture");
-    const size = parseFloat(getComputedStyle(map.draw).fontSize);
-    const look = {size, u: lecture ? size / LABEL_PX : 1};
-    this.#caption(answer);
-    const place = seen(map) && drawMap(map.draw, answer, {window: axes.map, all: !lecture, ...look});
-    if (place && this.#handles && !stored) this.#handles.draw(map.draw, place, answer.map);
-    if (seen(plane)) {
-      const own = {axes: stored ? null : axes.plane, trail: this.kind === "now" ? trail : []};
-      if (answer.picture) drawPicture(plane.draw, answer, {axes: this.session.endsOf(answer), ...look});
-      else drawPlane(plane.draw, answer, {...own, slots: this.slots.checked, ...look});
-    }
-    const clock = seen(wells) && drawWells(wells.draw, answer, {axes: axes.wells, ...look});
-    // What moves in flight
+    this.#title(answer);
+    const [map, plane, wells] = element.querySelectorAll(".draw");
+    const lecture = element.closest(".lecture");
+    const size = parseFloat(getComputedStyle(map).fontSize);
+    const symbols = Boolean(element.closest(".symbols"));
+    const look = ({clientWidth: width, clientHeight: height}, axes) =>
+      ({width, height, axes, size, symbols, u: lecture ? size / LABEL_PX : 1});
+    const picture = seen(map) && drawMap(map, answer, {...look(map, session.axes.map), all: !lecture});
+    if (picture && this.kind === "now" && !session.stored) drawHandles(map, picture, answer.map, session);
+    if (seen(plane)) this.#drawPlane(plane, answer, look);
+    const clock = seen(wells) && (answer.wells
+      ? drawWells(wells, answer, look(wells, session.axes.wells))
+      : explain(wells, "There is no plan to fly."));
     this.tick = () => {
       if (clock) clock(this.moment);
-      if (place) drawDrone(place, answer, this.moment);
+      if (picture) drawDrone(picture, answer, this.moment);
     };
     this.tick();
   }
 
-  #caption({plane: {route, chosen}, picture, pictures, verdict, wells}) {
-    const {stored, pinnedAnswer} = this.session;
-    const alone = !pinnedAnswer;
-    const {map, plane} = this.#figures;
-    const title = picture ? picture.title ?? WORDS.pictures[picture.name] : WORDS.figures.plane;
-    plane.caption.firstChild.textContent = alone || picture ? title : WORDS.briefly.plane;
-    this.slots.parentNode.hidden = Boolean(picture);
-    this.tabs?.show(["plane", ...pictures], picture?.name ?? "plane");
+  #drawPlane(draw, answer, look) {
+    const {session: {axes, trail, stored}, kind} = this;
+    const {words} = answer.picture ?? answer.plane;
+    if (words) return explain(draw, words);
+    if (answer.picture) return drawPicture(draw, answer, look(draw, axes[answer.picture.name]));
+    const slots = this.slots.firstChild.checked;
+    const own = {trail: kind === "now" ? trail : [], slots};
+    drawPlane(draw, answer, {...look(draw, stored ? null : axes.plane), ...own});
+  }
+
+  #title({plane: {route, chosen}, picture, pictures, verdict, wells}) {
+    const alone = !this.session.pinned?.answer;
+    const [map, plane] = this.element.querySelectorAll("figcaption");
+    this.slots.hidden = Boolean(picture);
+    showTabs(this.tabs, ["plane", ...pictures], picture?.name ?? "plane", (name) => this.session.open(name));
+    const [long, ...brief] = picture ? [picture.title ?? WORDS.pictures[picture.name]] : WORDS.plane;
+    fit(plane.children[0], alone || picture ? [long] : brief);
     const way = route?.join(" → ");
     const between = route?.slice(1, -1).join(" → ");
     const ways = chosen ? [way, between] : [`shortest flight: ${way}`, "shortest flight"];
-    fit(plane.note, alone && route && !picture ? [...ways, ""] : [""]);
-    map.note.textContent = alone && !stored ? "drag a ring, or arrows" : "";
+    fit(plane.children[1], alone && route && !picture ? [...ways, ""] : [""]);
+    map.children[1].textContent = alone && !this.session.stored ? "drag a ring, or arrows" : "";
     this.play.hidden = !wells;
     const promise = verdict.promise ? `${verdict.promise.replace(/ of hover.*/, "")}, ` : "";
-    const binds = make("span", {}, lower(verdict.binds));
+    const heading = this.element.querySelector(".title");
     const name = this.kind === "now" ? "Now" : "Pinned";
-    this.heading.replaceChildren(`${name}: ${promise}`, outcome(verdict), make("br"), binds);
-    this.heading.classList.toggle("good", verdict.good);
+    const binds = make("span", {}, lower(verdict.binds));
+    heading.replaceChildren(`${name}: ${promise}`, outcome(verdict), make("br"), binds);
+    heading.classList.toggle("good", verdict.good);
   }
 
   // The arrangement of the pictures by the mission's shape.
   shape([[x1, y1], [x2, y2]]) {
     const [across, up] = [x2 - x1, y2 - y1];
-    this.grid.className = up > TALL * across ? "tall" : across > WIDE * up ? "wide" : "even";
+    const kind = up > TALL * across ? "tall" : across > WIDE * up ? "wide" : "even";
+    this.element.firstElementChild.className = kind;
     const share = Math.min(1.2, Math.max(0.5, (across + 0.25 * up) / (1.09 * up)));
     this.element.style.setProperty("--shape", share);
   }
 }
 
-function figure(name) {
-  const note = make("span");
-  const caption = make("figcaption", {}, make("b", {}, WORDS.figures[name]), note);
-  const draw = make("div", {class: "draw"});
-  return {caption, note, draw, element: make("figure", {class: `panel ${name}`}, caption, draw)};
+function seen(draw) {
+  return Math.min(draw.clientWidth, draw.clientHeight) > LEAST_PX;
 }
 
-function seen({draw}) {
-  return Math.min(draw.clientWidth, draw.clientHeight) > LEAST_PX;
+// Words in place of a picture.
+function explain(draw, words) {
+  draw.replaceChildren(make("p", {}, words));
 }
 
 // The longest of some texts that a caption has room for.
 function fit(note, texts) {
   for (const words of texts) {
     note.textContent = words;
-    if (note.scrollWidth <= note.clientWidth) return;
+    if (words === texts.at(-1) || note.scrollWidth <= note.clientWidth) return;
   }
 }
 
@@ -121,34 +115,12 @@ function lower(words) {
   return words ? `${words[0].toLowerCase()}${words.slice(1).replace(/\.$/, "")}` : "";
 }
 
-// A row of tabs, one of which is open.
-export class Tabs {
-  element = make("div", {class: "tabs", role: "tablist"});
-  #known = "";
-
-  constructor(open) {
-    this.open = open;
-  }
-
-  show(names, opened) {
-    if (names.join() !== this.#known) {
-      this.#known = names.join();
-      this.element.hidden = names.length < 2;
-      this.element.replaceChildren(...names.map((name) =>
-        button(wordOf(name), () => this.open(name), {role: "tab", "data-tab": name})));
-    }
-    for (const tab of this.element.children) tab.setAttribute("aria-selected", tab.dataset.tab === opened);
-  }
-}
-
-function wordOf(name) {
-  return WORDS.tabs[name] ?? WORDS.pictures[name] ?? name;
-}
-
-export function gripOf(root, form) {
-  const next = () => {
-    root.dataset.sheet = SHEETS[(SHEETS.indexOf(root.dataset.sheet) + 1) % SHEETS.length];
-  };
-  root.dataset.sheet = SHEETS[0];
-  form.prepend(button("", next, {class: "grip", "aria-label": "Height of the controls"}));
+// A row of tabs, one of which is open; the tabs stay while they are the same, as one may have the focus.
+export function showTabs(row, names, opened, open) {
+  row.hidden = names.length < 2;
+  const words = (name) => WORDS.tabs[name] ?? WORDS.pictures[name] ?? name;
+  d3.select(row).selectAll("button").data(names, (name) => name)
+    .join((enter) => enter.append((name) => button(words(name), () => open(name), {role: "tab"})))
+    .attr("data-tab", (name) => name)
+    .attr("aria-selected", (name) => name === opened);
 }

@@ -1,6 +1,6 @@
-// The map: one scale for x and y, terrain to its edges, and the places with their names.
-import {colour, grouped, picture, place, write} from "./drawing.js";
-import {Labels, around, dots} from "./labels.js";
+// The map: one scale for x and y, terrain to its edges, the places with their names, points over it that
+// can be moved, and the drone.
+import {Picture, STRONG, around, colour, dots, grouped, shape} from "./drawing.js";
 
 const MOST_NAMED = 40; // Buildings
 const LONGEST_NAME = 24;
@@ -8,206 +8,291 @@ const LEAST_S = 0.05; // Of a stay that is named
 const ARROW_PX = 30; // Of a leg that has an arrow, at least
 const ENDS = ["origin", "destination", "hover"]; // Places that no building is named by
 const POINT = {x: ([x]) => x, y: ([, y]) => y};
-const ABOVE = [2, 0, 1, 3, 4, 5, 6, 7]; // Candidates of `around`, the preferred first
+const ABOVE = [2, 0, 1, 3, 4, 5, 6, 7]; // Spots of `around`, the preferred first
 const BELOW = [3, 0, 1, 2, 4, 5, 6, 7];
+const MOST_FOCUSED = 60; // Points by the tabulator
+const STEP_M = 10;
+const LONG_STEP_M = 100;
+export const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1]};
+const HANDLE_PX = 12;
+const ROOF_PX = 8;
+// Steps of a fall: below, aside [px], strength, and turn.
+const FALL = [
+  {down: 30, aside: 0, opacity: 0.3, turn: 10},
+  {down: 56, aside: 2, opacity: 0.55, turn: 28},
+  {down: 86, aside: 5, opacity: 1, turn: 55},
+];
+const FALLEN_PX = 118; // Where it says so
+const ROTORS = [[-11, -7], [11, -7], [-11, 7], [11, 7]];
 
-export function drawMap(draw, answer, {window, size, u, all}) {
-  const {map} = answer;
+export function drawMap(draw, {map, verdict}, {axes, all, ...look}) {
+  const frame = frameOf(axes, look);
+  const {across, up, scale, step} = frame;
   const named = map.buildings.length <= MOST_NAMED;
-  const frame = frameOf(draw, window, u);
-  const plot = picture({
-    width: frame.width,
-    height: frame.height,
-    size,
-    margin: 0,
-    x: {domain: frame.across, axis: null},
-    y: {domain: frame.up, axis: null},
+  const stops = map.stops.map(({kind, at}) => `${kind} at ${at}`).join(", ");
+  const picture = new Picture(look, {
+    margins: [0, 0, 0, 0],
+    x: {domain: across},
+    y: {domain: up},
     symbol: {type: "identity"},
-    label: mapWords(answer),
-    marks: [terrain(map, frame, u), sights(map, u, named), route(map, frame.scale, u), spots(map, u, named)],
+    label: `Map. ${verdict.text}. Route: ${stops || "none"}`,
+    marks: [
+      terrain(map, frame, look.u),
+      sights(map, look.u, named),
+      route(map, scale, look.u),
+      spots(map, look.u, named),
+    ],
   });
   // The points over the map stay where they are, as one may have the focus or be dragged.
-  if (draw.firstChild) draw.firstChild.replaceWith(plot);
-  else draw.append(plot);
-  const view = {...frame, plot, size, u, x: place(plot, "x"), y: place(plot, "y")};
-  const labels = nameStops(view, map);
-  if (named && all) nameBuildings(view, map, labels);
-  nameLevels(view, window[0][1], labels);
-  return view;
-}
-
-function mapWords({map, verdict}) {
-  const stops = map.stops.map(({kind, at}) => `${kind} at ${at}`).join(", ");
-  return `Map. ${verdict.text}. Route: ${stops || "none"}`;
+  if (draw.firstChild) draw.firstChild.replaceWith(picture.plot);
+  else draw.append(picture.plot);
+  nameStops(picture, map);
+  if (named && all) nameBuildings(picture, map);
+  nameLevels(picture, axes[0][1], step, scale, up[1]);
+  return picture;
 }
 
 // Ends of both axes [m] and pixels per m, so that the window is inside.
-function frameOf(draw, [[x1, y1], [x2, y2]], u) {
-  const [width, height] = [draw.clientWidth, draw.clientHeight];
+function frameOf([[x1, y1], [x2, y2]], {width, height, u}) {
   const side = Math.min(0.2 * width, (u > 1 ? 38 : 42) * u);
   const [top, bottom] = [16 * u, 30 * u];
-  const room = [width - 2 * side, height - top - bottom];
-  const fits = Math.min(room[0] / Math.max(x2 - x1, 1), room[1] / Math.max(y2 - y1, 1));
-  const scale = Math.max(1e-9, fits);
+  const [aside, upward] = [width - 2 * side, height - top - bottom];
+  const scale = Math.max(1e-9, Math.min(aside / Math.max(x2 - x1, 1), upward / Math.max(y2 - y1, 1)));
   const left = (x1 + x2 - width / scale) / 2;
-  const spare = room[1] - (y2 - y1) * scale;
-  const low = y1 - (bottom + spare / 2) / scale;
+  const low = (y1 + y2 - (upward + 2 * bottom) / scale) / 2;
   const step = d3.tickStep(0, Math.max(x2 - x1, y2 - y1), 7);
-  return {width, height, scale, step, across: [left, left + width / scale], up: [low, low + height / scale]};
+  return {scale, step, across: [left, left + width / scale], up: [low, low + height / scale]};
 }
 
 // Position of a place by its name [m].
-export function placeOf(map, name) {
+function placeOf(map, name) {
   return ENDS.includes(name) ? map[name] : map.buildings.find((building) => building.name === name)?.at;
 }
 
-function terrain(map, {step, across, up}, u) {
+function restsOf(map) {
+  return map.stops.filter(({kind}) => kind === "rest").map(({at}) => placeOf(map, at));
+}
+
+function unused({buildings, stops}) {
+  return buildings.filter(({name}) => !stops.some(({at}) => at === name));
+}
+
+function terrain({rim}, {step, across, up}, u) {
   const every = ([from, to]) => d3.range(Math.ceil(from / step) * step, to, step);
-  const rim = {fill: colour("hover"), fillOpacity: 0.13, stroke: colour("hover"), strokeWidth: 1.25 * u};
-  return [
-    Plot.ruleX(every(across), {stroke: colour("faint")}),
-    Plot.ruleY(every(up), {stroke: colour("faint")}),
-    map.rim && Plot.line(map.rim, rim),
-  ];
+  const reach = {fill: colour("hover"), fillOpacity: 0.13, stroke: colour("hover"), strokeWidth: 1.25 * u};
+  const rules = {stroke: colour("faint")};
+  return [Plot.ruleX(every(across), rules), Plot.ruleY(every(up), rules), rim && Plot.line(rim, reach)];
 }
 
 // Lines of sight of the laser, those of the plan stronger; and the walls that cut some of them.
 function sights(map, u, named) {
-  const rests = map.stops.filter(({kind}) => kind === "rest").map(({at}) => placeOf(map, at));
-  const same = ([a, b], [c, d]) => Math.hypot(a - c, b - d) < 1e-6;
-  const lines = map.sight.map(({line: [from, to], clear}) => ({
-    from,
-    to,
-    clear,
-    used: rests.some((rest) => same(rest, to)),
-  }));
+  const rests = restsOf(map);
+  const used = ({line: [, to]}) => rests.some(([x, y]) => Math.hypot(x - to[0], y - to[1]) < 1e-6);
   const look = (clear) => ({
-    x1: ({from}) => from[0],
-    y1: ({from}) => from[1],
-    x2: ({to}) => to[0],
-    y2: ({to}) => to[1],
+    x1: ({line: [[x]]}) => x,
+    y1: ({line: [[, y]]}) => y,
+    x2: ({line: [, [x]]}) => x,
+    y2: ({line: [, [, y]]}) => y,
+    filter: (sight) => sight.clear === clear,
     stroke: colour(clear ? "laser" : "muted"),
-    strokeWidth: ({used}) => (used ? 2.25 : 0.9) * u,
-    strokeOpacity: ({used}) => (used ? 1 : named ? 0.45 : 0.1),
+    strokeWidth: (sight) => (used(sight) ? 2.25 : 0.9) * u,
+    strokeOpacity: (sight) => (used(sight) ? 1 : named ? 0.45 : 0.1),
     strokeDasharray: clear ? `${2 * u} ${3 * u}` : `${u} ${6 * u}`,
   });
-  const walls = map.buildings.flatMap(({name, ring: corners}) => corners.map(([x, y]) => ({x, y, name})));
+  const walls = map.buildings.flatMap(({name, ring}) => ring.map(([x, y]) => ({x, y, name})));
   const wall = {fill: colour("muted"), fillOpacity: 0.18, stroke: colour("muted"), strokeWidth: 0.6};
   return [
-    ...[true, false].map((clear) => Plot.link(lines.filter((sight) => sight.clear === clear), look(clear))),
+    Plot.link(map.sight, look(true)),
+    Plot.link(map.sight, look(false)),
     Plot.line(walls, {x: "x", y: "y", z: "name", curve: "linear-closed", ...wall}),
   ];
 }
 
 function route({route: way}, scale, u) {
-  const legs = d3.pairs(way ?? []);
-  const arrows = legs
-    .filter(([[a, b], [c, d]]) => Math.hypot(c - a, d - b) * scale > ARROW_PX * u)
-    .map(([[a, b], [c, d]]) => ({
-      x: (a + c) / 2,
-      y: (b + d) / 2,
-      turn: 90 - (Math.atan2(d - b, c - a) * 180) / Math.PI,
-    }));
+  const legs = d3.pairs(way ?? [], ([a, b], [c, d]) => ({
+    x: (a + c) / 2,
+    y: (b + d) / 2,
+    long: Math.hypot(c - a, d - b) * scale > ARROW_PX * u,
+    turn: 90 - (Math.atan2(d - b, c - a) * 180) / Math.PI,
+  }));
   const arrow = {symbol: "triangle", r: 5.5 * u, fill: colour("flight"), stroke: colour("casing")};
   return [
     Plot.line(way ?? [], {stroke: colour("casing"), strokeWidth: 4.75 * u, strokeLinejoin: "round"}),
     Plot.line(way ?? [], {stroke: colour("flight"), strokeWidth: 2.75 * u, strokeLinejoin: "round"}),
-    Plot.dot(arrows, {x: "x", y: "y", rotate: "turn", ...arrow}),
+    Plot.dot(legs, {x: "x", y: "y", rotate: "turn", filter: "long", ...arrow}),
   ];
 }
 
 function spots(map, u, named) {
-  const used = new Set(map.stops.map(({at}) => at));
-  const rests = map.stops.filter(({kind}) => kind === "rest").map(({at}) => placeOf(map, at));
+  const {origin, destination, laser, device, hover} = map;
+  const mark = (places, symbol, r, role, edge = {}) =>
+    Plot.dot(places.filter(Boolean), {...POINT, symbol, r: r * u, fill: colour(role), ...edge});
   const edge = {stroke: colour("ink"), strokeWidth: 1.25 * u};
-  const ring = {r: 12 * u, ...edge, stroke: colour("muted"), strokeDasharray: `${3 * u} ${3 * u}`};
+  const ring = {...edge, fill: "none", stroke: colour("muted"), strokeDasharray: `${3 * u} ${3 * u}`};
   return [
-    Plot.dot(map.buildings.filter(({name}) => !used.has(name)), {
-      x: ({at}) => at[0],
-      y: ({at}) => at[1],
+    Plot.dot(unused(map), {
+      x: ({at: [x]}) => x,
+      y: ({at: [, y]}) => y,
       symbol: "square",
       r: (named ? 3.9 : 1) * u,
       fill: ({lit}) => colour(lit ? "muted" : "bounds"),
     }),
-    Plot.dot(rests, {...POINT, symbol: "square", r: 6.7 * u, fill: colour("rest"), ...edge}),
-    Plot.dot([map.origin, map.destination], {...POINT, symbol: "diamond", r: 6.5 * u, fill: colour("ink")}),
-    map.laser && Plot.dot([map.laser], {...POINT, symbol: "triangle", r: 7 * u, fill: colour("laser")}),
-    Plot.dot([map.device], {...POINT, r: 5 * u, fill: colour("ink")}),
-    Plot.dot([map.device], {...POINT, ...ring}), // It can be dragged
-    map.hover && Plot.dot([map.hover], {...POINT, r: 6.5 * u, fill: colour("hover"), ...edge}),
+    mark(restsOf(map), "square", 6.7, "rest", edge),
+    mark([origin, destination], "diamond", 6.5, "ink"),
+    mark([laser], "triangle", 7, "laser"),
+    mark([device], "circle", 5, "ink"),
+    mark([device], "circle", 12, "muted", ring), // It can be dragged
+    mark([hover], "circle", 6.5, "hover", edge),
   ];
 }
 
-// Writes lines of words beside a point [m] where they are free; the first is strong.
-function put({plot, x, y, u, ...view}, labels, lines, point, options = {}) {
-  const {gap = 10 * u, order = null, weight = 400, fill = "ink", needed = true, size = view.size} = options;
-  const candidates = around(x(point[0]), y(point[1]), gap, size, lines.length);
-  const ordered = order ? order.map((k, cost) => ({...candidates[k], cost})) : candidates;
-  const found = labels.find(lines, ordered, {size, weight, needed});
-  if (!found) return null;
-  lines.forEach((words, k) => {
-    const y_px = found.y + 1.25 * k * size;
-    write(plot, {...found, y: y_px, words, size, fill, weight: k ? 400 : weight});
-  });
-  return found;
+// Writes lines of words beside a point [m].
+function nameAt(picture, [x, y], lines, {gap = 10 * picture.u, order = null, ...look} = {}) {
+  const around_px = [picture.x(x), picture.y(y)];
+  const candidates = around(around_px, gap, look.size ?? picture.size, {lines: lines.length, order});
+  return picture.put(lines, candidates, look);
 }
 
 // Names of places, those that the plan uses first.
-function nameStops(view, map) {
-  const {x, y, u} = view;
-  const labels = new Labels(view.width, view.height);
-  const px = ([a, b]) => [x(a), y(b)];
-  labels.avoid(dots((map.route ?? []).map(px)));
-  const marks = [map.device, map.hover, ...map.buildings.map(({at}) => at)];
-  for (const mark of marks.filter(Boolean)) labels.keepAround(px(mark), 5 * u);
-  for (const mark of [map.origin, map.destination, map.laser].filter(Boolean)) {
-    labels.keepAround(px(mark), 7 * u, 10 * u);
+function nameStops(picture, map) {
+  const {u} = picture;
+  const px = ([x, y]) => [picture.x(x), picture.y(y)];
+  const {device, hover, origin, destination, laser, buildings} = map;
+  picture.avoid(dots((map.route ?? []).map(px)));
+  for (const at of [device, hover, ...buildings.map(({at}) => at)]) if (at) picture.keep(px(at), 5 * u);
+  for (const at of [origin, destination, laser]) if (at) picture.keep(px(at), 7 * u, 10 * u);
+  for (const stop of map.stops) nameStop(picture, placeOf(map, stop.at), stop);
+  for (const end of ["laser", "origin", "destination"]) {
+    if (map[end]) nameAt(picture, map[end], [end], {order: BELOW, gap: 13 * u});
   }
-  for (const stop of map.stops) nameStop(view, map, stop, labels);
-  for (const name of ["laser", "origin", "destination"]) {
-    if (map[name]) put(view, labels, [name], map[name], {order: BELOW, gap: 13 * u});
-  }
-  put(view, labels, ["device"], map.device, {gap: 15 * u, order: ABOVE});
-  const hovers = map.stops.some(({at}) => at === "hover");
-  if (map.hover && !hovers) put(view, labels, ["hover point"], map.hover);
-  return labels;
+  nameAt(picture, device, ["device"], {gap: 15 * u, order: ABOVE});
+  if (hover && map.stops.every(({at}) => at !== "hover")) nameAt(picture, hover, ["hover point"]);
 }
 
-function nameStop(view, map, {kind, at, duration_s}, labels) {
-  const point = placeOf(map, at);
-  const strong = (lines, options) => put(view, labels, lines, point, {weight: 600, ...options});
-  if (duration_s < LEAST_S) return strong([kind === "hover" ? "hover point" : `${short(at)}: pass by`]);
-  if (kind === "hover") return strong([`hover ${duration_s.toFixed(1)} s`], {gap: 12 * view.u, order: ABOVE});
+function nameStop(picture, point, {kind, at, duration_s}) {
+  const strong = (lines, options) => nameAt(picture, point, lines, {...STRONG, ...options});
+  const hovers = kind === "hover";
+  if (duration_s < LEAST_S) return strong([hovers ? "hover point" : `${short(at)}: pass by`]);
+  if (hovers) return strong([`hover ${duration_s.toFixed(1)} s`], {gap: 12 * picture.u, order: ABOVE});
   const whole = `${short(at)}: rest ${duration_s.toFixed(1)} s`;
   return strong([whole], {needed: false}) ?? strong([short(at), `rest ${duration_s.toFixed(0)} s`]);
 }
 
 // Names of the other buildings where there is room, on the outer side first.
-function nameBuildings(view, map, labels) {
-  const used = new Set(map.stops.map(({at}) => at));
-  const small = {gap: 7 * view.u, fill: "muted", needed: false, size: view.size - 1};
-  for (const {name, at} of map.buildings) {
-    if (used.has(name)) continue;
-    const aside = view.x(at[0]) - view.width / 2;
-    const below = Math.abs(aside) < 0.09 * view.width ? [3] : [];
+function nameBuildings(picture, map) {
+  const small = {gap: 7 * picture.u, fill: "muted", needed: false, size: picture.size - 1};
+  for (const building of unused(map)) {
+    const aside = picture.x(building.at[0]) - picture.width / 2;
+    const below = Math.abs(aside) < 0.09 * picture.width ? [3] : [];
     const order = [...below, ...(aside < 0 ? [1, 0] : [0, 1]), 3, 2, 4, 5, 6, 7];
-    put(view, labels, [short(name)], at, {...small, order});
+    nameAt(picture, building.at, [short(building.name)], {...small, order});
   }
 }
 
 // Words on the lines of the grid, in steps at which they keep apart.
-function nameLevels({plot, y, size, scale, step, up}, from, labels) {
+function nameLevels(picture, from, step, scale, most) {
+  const {y, size} = picture;
   const apart = 2 ** Math.ceil(Math.log2((2.4 * size) / (step * scale)));
   const coarse = step * Math.max(step === 500 ? 2 : 1, apart);
-  for (const value of d3.range(Math.ceil(from / coarse) * coarse, up[1], coarse)) {
+  for (const value of d3.range(Math.ceil(from / coarse) * coarse, most, coarse)) {
     const words = coarse % 1000 ? `${grouped(value)} m` : `${grouped(value / 1000)} km`;
     const level = {x: 4, y: y(value) - 3, anchor: "start"};
-    const options = {size: size - 1, needed: false};
-    const found = y(value) > size * 1.5 && labels.find([words], [level], options);
-    if (found) write(plot, {...found, words, size: size - 1, fill: "muted"});
+    if (level.y > 1.5 * size) picture.put([words], [level], {...picture.axis, halo: true, needed: false});
   }
 }
 
-function short(name) {
-  return name.length > LONGEST_NAME ? `${name.slice(0, LONGEST_NAME - 1)}…` : name;
+function short(words) {
+  return words.length > LONGEST_NAME ? `${words.slice(0, LONGEST_NAME - 1)}…` : words;
+}
+
+// Points that can be moved lie over the map, and stay while it is drawn anew.
+
+export function points({device, laser, buildings}) {
+  const roofs = buildings.map(({name, at}) =>
+    ({key: `buildings.${name}.position_m`, name: `roof of ${name}`, at, roof: true}));
+  return [
+    {key: "link.device_m", name: "device", at: device},
+    {key: "laser.position_m", name: "laser", at: laser},
+    ...roofs,
+  ].filter(({at}) => at);
+}
+
+export function drawHandles(draw, {x, y, width, height}, map, session) {
+  const movable = points(map);
+  const all = movable.length <= MOST_FOCUSED;
+  const layer = d3.select(draw).selectAll(".handles").data([map])
+    .join((enter) => enter.append("svg").attr("class", "handles").attr("role", "group"))
+    .attr("aria-label", "Points that can be moved")
+    .attr("width", width)
+    .attr("height", height);
+  const move = ({key, at}, ...xy) => session.changeKey(key, [...xy.map(Math.round), at[2]]);
+  const within = (px, most) => Math.min(Math.max(px, 0), most); // Not beyond the edges of the map
+  const drag = d3.drag()
+    .container(layer.node())
+    .subject((_, {at}) => ({x: x(at[0]), y: y(at[1])}))
+    .on("start", ({sourceEvent}) => {
+      sourceEvent.target.focus({preventScroll: true});
+      session.hold();
+    })
+    .on("drag", (event, point) =>
+      move(point, x.invert(within(event.x, width)), y.invert(within(event.y, height))))
+    .on("end", () => session.release());
+  const step = (event, point) => {
+    const direction = ARROWS[event.key];
+    if (!direction) return;
+    event.preventDefault();
+    session.holdByKey();
+    const at = session.now.state.changes[point.key] ?? point.at;
+    move(point, ...direction.map((sign, k) => at[k] + sign * (event.shiftKey ? LONG_STEP_M : STEP_M)));
+  };
+  layer.selectAll("circle").data(movable, ({key}) => key).join("circle")
+    .attr("role", "button")
+    .attr("data-key", ({key}) => key)
+    .attr("r", ({roof}) => (roof ? ROOF_PX : HANDLE_PX))
+    .attr("cx", ({at}) => x(at[0]))
+    .attr("cy", ({at}) => y(at[1]))
+    .attr("tabindex", ({roof}) => (all || !roof ? 0 : -1))
+    .attr("aria-label", ({name, at: [px, py]}) =>
+      `${name} at x ${Math.round(px)} m, y ${Math.round(py)} m; arrow keys move it, with shift farther`)
+    .on("keydown", step)
+    .call(drag);
+}
+
+// The drone at a moment: on its way, at a stop, or falling once its available well is empty.
+export function drawDrone(picture, {map, wells, verdict}, moment) {
+  const {plot, height, size, u} = picture;
+  d3.select(plot).selectAll(".drone").remove();
+  if (moment === null || !wells) return;
+  const parent = shape(plot, "g", {class: "drone"});
+  const falls = wells.dry_s !== null && moment >= wells.dry_s;
+  const at = positionAt(map, wells.phases, falls ? wells.dry_s : moment);
+  const [x, y] = [picture.x(at[0]), picture.y(at[1])];
+  if (!falls) return drawCraft(parent, x, y, {opacity: 1, turn: 0}, "ink", u);
+  const room = u * Math.max(0.3, Math.min(1, (height - y - 2 * size) / (FALLEN_PX * u)));
+  for (const {down, aside, ...look} of FALL) {
+    drawCraft(parent, x + aside * u, y + down * room, look, "dry", u);
+  }
+  const look = {parent, anchor: "middle", fill: "dry", ...STRONG};
+  picture.write({x, y: y + FALLEN_PX * room, words: verdict.event, ...look});
+}
+
+// Along the way from stop to stop, by its waypoints, slow at both ends.
+function positionAt(map, phases, time) {
+  const k = Math.max(0, phases.findIndex(({end_s}) => time <= end_s));
+  const {kind, at, by, start_s, end_s} = phases[k];
+  const to = placeOf(map, at);
+  if (kind !== "flight") return to;
+  const points = [placeOf(map, phases[k - 1]?.at ?? "origin"), ...by, to];
+  const length = (a, b) => Math.hypot(...a.map((m, axis) => b[axis] - m));
+  const flown_m = [0, ...d3.cumsum(d3.pairs(points, length))];
+  const share = d3.easeQuadInOut((time - start_s) / Math.max(end_s - start_s, 1e-9));
+  return d3.scaleLinear(flown_m, points)(share * flown_m.at(-1));
+}
+
+function drawCraft(parent, x, y, {opacity, turn}, role, u) {
+  const transform = `translate(${x} ${y}) rotate(${turn}) scale(${u})`;
+  const look = {opacity, stroke: colour(role), "stroke-width": 2.5, fill: "none"};
+  const craft = shape(parent, "g", {transform, ...look});
+  shape(craft, "path", {d: "M-9,-6L9,6M-9,6L9,-6"});
+  for (const [cx, cy] of ROTORS) shape(craft, "circle", {cx, cy, r: 4.5});
 }

@@ -41,7 +41,7 @@ model.set("link", (states) => {
   history.replaceState(null, "", `#${encodeURIComponent(JSON.stringify(states))}`);
   return location.href;
 });
-model.on("change:answer", () => {
+model.on("change:answer.title", () => {
   const {name} = model.get("answer");
   if (name) document.title = `${name} – optuav explore`;
 });

@@ -1,7 +1,8 @@
-// What the page says: the verdict and its reason, how far a pinned plan differs, and what binds.
-import {LIMITS, make, swatch} from "./drawing.js";
-import {DEFAULTS} from "./state.js";
+// What the page says: the verdict and its reason, how far a pinned plan differs, what binds, and tables.
+import {button, line, make} from "./drawing.js";
+import {brief} from "./state.js";
 
+const LIMITS = ["charge", "deadline", "dry", "overfull"];
 const EQUAL = 0.005; // Seconds by which plans are as long
 
 // How a plan ends, by sign and word.
@@ -10,28 +11,25 @@ export function outcome({event, good}) {
 }
 
 export function sayVerdict(header, session, lecture) {
-  const {shown: {verdict, plane}, pinnedAnswer: other} = session;
-  const [line, why] = header.querySelectorAll(".verdict, .why");
+  const {shown: {verdict, plane}, pinned} = session;
+  const [says, why] = header.querySelectorAll(".verdict, .why");
   header.classList.toggle("good", verdict.good);
-  if (other && verdict.promise && other.verdict.promise) return sayDifference(line, why, session);
+  if (verdict.promise && pinned?.answer?.verdict.promise) return sayDifference(says, why, session);
   const [time, what] = verdict.promise?.split(" of ") ?? [];
   const promise = verdict.promise ? [make("span", {class: "n"}, time), ` of ${what}; `] : [];
-  line.replaceChildren(...promise, outcome(verdict), verdict.reason ? `: ${verdict.reason}` : "");
-  if (verdict.promise) {
-    why.replaceChildren(make("b", {}, verdict.binds), make("span", {class: "route"}, ` ${verdict.route}`));
-    return;
-  }
+  says.replaceChildren(...promise, outcome(verdict), verdict.reason ? `: ${verdict.reason}` : "");
   const kept = plane.words ?? "No times of rest and hover keep every limit.";
-  why.replaceChildren(lecture ? kept : "Details show which single change would make a plan possible.");
+  const told = lecture ? kept : "Details show which single change would make a plan possible.";
+  const binds = [make("b", {}, verdict.binds), make("span", {class: "route"}, ` ${verdict.route}`)];
+  why.replaceChildren(...(verdict.promise ? binds : [told]));
 }
 
 // With a pin, how much longer the other plan is, whether it lands, and in what it differs.
-function sayDifference(line, why, session) {
-  const now = session.shown.verdict;
-  const other = session.pinnedAnswer.verdict;
+function sayDifference(says, why, session) {
+  const [now, other] = [session.shown.verdict, session.pinned.answer.verdict];
   const trips = !other.hover_s && !now.hover_s;
   const time = trips ? "time_s" : "hover_s";
-  line.replaceChildren(
+  says.replaceChildren(
     `The pinned plan ${trips ? "travels" : "hovers"} `,
     make("span", {class: "n"}, than(other[time] - now[time], 2)),
     ", ",
@@ -62,34 +60,38 @@ function restDiffers(now, other) {
 }
 
 // In what the state of the pinned plan differs.
-function differences({state, pinned}) {
-  const value = (from, name) => from[name] ?? DEFAULTS[name];
-  const options = Object.keys(WORDS.titles).filter((name) => value(pinned, name) !== value(state, name));
-  const changes = (from) => JSON.stringify(from.changes ?? {});
-  const mission = changes(pinned) === changes(state) ? [] : ["the mission"];
-  return [...options.map((name) => WORDS.differs[name]), ...mission];
+function differences({now, pinned}) {
+  const [here, there] = [now.state, pinned.state].map((state) => ({changes: {}, ...brief(state)}));
+  const differs = (name) => JSON.stringify(here[name]) !== JSON.stringify(there[name]);
+  return Object.keys(WORDS.differs).filter(differs).map((name) => WORDS.differs[name]);
 }
 
-// What binds, in words, with the line of each role; and what more would bring.
-export function sayBinding(foot, {shown, pinnedAnswer}, details) {
+// What binds, in words, with the line of each role; and what more would bring, or what binds a pinned plan.
+export function sayBinding(binding, {shown, pinned}) {
   const separator = make("span", {class: "sep"});
-  const worth = make("span", {class: "worth"});
   const parts = (shown.verdict.worth ?? "").split(/([\d.]+ s)(?= of|[,.])/);
-  worth.append(...parts.map((words, k) => (k % 2 ? make("b", {}, words) : words)));
-  const other = pinnedAnswer && [separator, make("b", {}, "Binds pinned"), ...chips(pinnedAnswer)];
-  const rest = other ?? (worth.textContent ? [separator, worth] : []);
-  const title = make("b", {}, pinnedAnswer ? "Binds now" : "What binds");
-  foot.replaceChildren(title, ...chips(shown), ...rest, details);
+  const worth = parts.map((words, k) => (k % 2 ? make("b", {}, words) : words));
+  const other = pinned?.answer;
+  const more = [separator, make("span", {class: "worth"}, ...worth)];
+  const title = make("b", {}, other ? "Binds now" : "What binds");
+  const beside = other ? [separator, make("b", {}, "Binds pinned"), ...chips(other)] : more;
+  binding.replaceChildren(title, ...chips(shown), ...(other || shown.verdict.worth ? beside : []));
 }
 
-function chips({constraints, verdict}) {
-  const binding = d3.group(constraints.filter(({binds}) => binds), ({role}) => role);
-  const roles = LIMITS.filter((role) => role !== "bounds" && binding.has(role));
+function chips({binding, verdict}) {
+  const byRole = d3.group(binding, ({role}) => role);
+  const roles = LIMITS.filter((role) => byRole.has(role));
   if (!roles.length) return [make("span", {}, verdict.promise ? "nothing" : verdict.reason)];
   return roles.map((role) => {
-    const words = binding.get(role).map((limit, k) => briefly(limit.words, k, roles.length > 1));
+    const words = byRole.get(role).map((limit, k) => briefly(limit.words, k, roles.length > 1));
     return make("span", {class: "chip"}, swatch(role), make("span", {}, words.join(", ")));
   });
+}
+
+// The line of a role as a small picture.
+function swatch(role) {
+  const mark = Plot.ruleY([0], {...line(role), ariaHidden: "true"});
+  return Plot.plot({width: 30, height: 10, margin: 2, axis: null, marks: [mark]});
 }
 
 // Words of a limit without what those before it say, or what there is no room for.
@@ -98,4 +100,21 @@ function briefly(words, k, several) {
   const well = /^available (well (?:empty|past full))(?: on landing)? /;
   const short = words.replace(well, (_, state) => (k ? "and " : `${state} `));
   return short.replace("at the destination", "at the end");
+}
+
+// Tables below the screen, and below the reasons for no plan a button that asks for repairs.
+export function tables({tables: all, repairable}, askRepairs) {
+  const [first, ...others] = all.map(folded);
+  return [first, ...(repairable ? [button("What would make it feasible?", askRepairs)] : []), ...others];
+}
+
+function folded({title, heads = [], rows = [], note = "", lines = []}) {
+  const cells = (tag) => (row) => make("tr", {}, ...row.map((cell) => make(tag, {}, cell)));
+  const head = heads.length ? [heads].map(cells("th")) : [];
+  const label = heads.filter(Boolean).join(", ") || "facts";
+  const scrolls = {class: "scrolls", tabindex: 0, role: "group", "aria-label": label};
+  const table = make("div", scrolls, make("table", {}, ...head, ...rows.map(cells("td"))));
+  const list = make("ul", {}, ...lines.map((words) => make("li", {}, words)));
+  const parts = [...(rows.length ? [table] : []), note, ...(lines.length ? [list] : [])];
+  return make("details", {open: ""}, make("summary", {}, title), ...parts);
 }

@@ -1,4 +1,4 @@
-// The state of the page: what is asked and answered, pinned and locked, and the axes that stand still.
+// What is asked and answered, pinned and locked, and the axes that stand still.
 const QUESTION = {problem: "P1", perspective: "available", trajectory: "optimal"};
 export const DEFAULTS = {...QUESTION, building: "", order: ""};
 const PATIENCE_MS = 15000; // With a question that cannot be given up
@@ -12,7 +12,7 @@ const ELSEWHERE = 0.004; // Share of the axes by which an optimum has moved
 // Values with listeners, as anywidget has them.
 export class Model {
   #values;
-  #listeners = {};
+  #heard = d3.dispatch("change:answer");
 
   constructor(values) {
     this.#values = values;
@@ -24,19 +24,20 @@ export class Model {
 
   set(name, value) {
     this.#values[name] = value;
-    for (const listener of this.#listeners[`change:${name}`] ?? []) listener();
+    if (name === "answer") this.#heard.call("change:answer");
   }
 
   on(event, listener) {
-    (this.#listeners[event] ??= []).push(listener);
+    this.#heard.on(event, listener);
   }
 }
 
 // Questions are asked one at a time, the last state always; `view` draws what is answered.
+// A plan has its state, the state that was asked, its answer, and the good state that was answered.
 export class Session {
-  shown = null; // The last answer that was no fault
-  pinnedAnswer = null;
-  axes = {plane: null, picture: null, wells: null, map: null}; // Ends of those that are drawn
+  now;
+  pinned = null;
+  axes = {}; // Ends of those that are drawn: plane, wells, map, and pictures by name
   locked = false;
   trail = []; // The last optima, all by moves of one control
   last = null; // What was changed last
@@ -45,8 +46,7 @@ export class Session {
   #model;
   #held = false; // Whether a control is moved
   #letGo = null;
-  #asked = null; // The question that is open
-  #later = null; // What to ask after it
+  #open = null; // The question that is not answered yet
   #number = Date.now() % 1e9; // So that no two answers of a notebook are alike
   #touched = false;
   #kept; // Faults of the address, which are told until something is changed
@@ -55,18 +55,16 @@ export class Session {
   constructor(model, view) {
     this.#model = model;
     this.#view = view;
-    this.state = {changes: {}, ...model.get("state")};
-    this.good = this.state; // The last state that was answered without a fault
-    this.pinned = model.get("pinned") ?? null;
+    this.now = {state: {changes: {}, ...model.get("state")}};
+    if (model.get("pinned")) this.pinned = {state: model.get("pinned")};
     this.#kept = model.get("faults") ?? [];
   }
 
   start() {
     const answer = this.#model.get("answer");
     this.#model.on("change:answer", () => this.#received(this.#model.get("answer")));
-    if (this.pinned) this.#ask("pinned");
-    else if (answer?.controls) this.#received(answer);
-    else this.#ask("now");
+    if (answer?.controls && !this.pinned) this.#received(answer);
+    else this.#ask();
   }
 
   end() {
@@ -74,127 +72,115 @@ export class Session {
     clearTimeout(this.#letGo);
   }
 
+  get shown() {
+    return this.now.answer;
+  }
+
   get stored() {
     return Boolean(this.shown?.stored);
   }
 
+  // Whether the state has changed since the question that is shown.
   get waiting() {
-    return Boolean(this.#later);
+    return this.now.state !== this.now.good;
   }
 
   // Questions and answers.
 
-  #ask(kind, more = {}) {
+  #ask() {
+    const order = this.pinned?.answer ? [this.now, this.pinned] : [this.pinned, this.now];
+    const plan = order.find((each) => each && this.#stale(each));
     const patience = this.#model.give_up ? PATIENCE_WHILE_MOVED_MS : PATIENCE_MS;
-    if (this.#asked && performance.now() - this.#asked.moment < patience) {
-      this.#later = {kind, more};
-      return;
-    }
+    if (!plan || (this.#open && performance.now() - this.#open.moment < patience)) return;
     this.#model.give_up?.();
-    const stated = kind === "pinned" ? {...this.pinned, picture: this.state.picture} : this.state;
     const still = this.#held || this.locked || this.pinned;
     const axes = still && this.axes.plane ? {axes: this.axes.plane} : {};
     const number = ++this.#number;
-    this.#asked = {kind, stated, ...more, number, moment: performance.now()};
+    this.#open = {plan, state: plan.state, number, moment: performance.now()};
+    Object.assign(plan, {asked: plan.state, refused: false});
     clearInterval(this.#ticking);
     this.#ticking = setInterval(() => this.#tell(), TELL_MS);
     this.#view.busy(true);
-    this.#model.set("state", {...stated, ...axes, ...more, number});
+    this.#model.set("state", {...plan.state, picture: this.now.state.picture, ...axes, number});
     this.#model.save_changes();
   }
 
-  #askLater() {
-    if (!this.#later) return;
-    const {kind, more} = this.#later;
-    this.#later = null;
-    this.#ask(kind, more);
+  #stale(plan) {
+    if (plan.asked !== plan.state) return true;
+    return this.#open?.plan !== plan && !plan.refused && this.#endsElsewhere(plan.answer);
   }
 
   #tell() {
-    this.#askLater();
-    const long = performance.now() - this.#asked.moment >= STILL_MS;
+    this.#ask();
+    const long = performance.now() - this.#open.moment >= STILL_MS;
     this.#view.busy(true, long ? "still computing …" : "computing …");
   }
 
   #received(answer) {
-    if (!answer || (this.#asked && answer.number !== this.#asked.number)) return;
-    const foreign = !this.#asked; // By another view of a notebook, or the notebook itself
-    if (foreign) this.state = {changes: {}, ...this.#model.get("state"), axes: []};
-    const asked = this.#asked ?? {kind: "now", stated: this.state};
-    this.#asked = null;
+    if (!answer || (this.#open && answer.number !== this.#open.number)) return;
+    const foreign = !this.#open; // By another view of a notebook, or the notebook itself
+    if (foreign) this.now.asked = this.now.state = {changes: {}, ...brief(this.#model.get("state"))};
+    const {plan, state} = this.#open ?? {plan: this.now, state: this.now.state};
+    this.#open = null;
     clearInterval(this.#ticking);
     this.#view.busy(false);
-    if (answer.faults) return this.#refused(asked.kind, answer.faults);
+    if (answer.faults) this.#refused(plan, answer.faults);
+    else this.#accept(plan, state, answer, foreign);
+    this.#ask();
+  }
+
+  #accept(plan, state, answer, foreign) {
     const before = this.shown;
-    if (asked.kind === "pinned") this.pinnedAnswer = answer;
-    else this.#accept(answer, asked);
-    if (!this.shown) return this.#ask("now");
-    const redone = this.settle();
-    if (asked.kind === "now") this.#follow(answer, before);
+    Object.assign(plan, {answer, good: state});
+    if (!this.shown) return;
+    this.#settle();
+    if (plan === this.now) this.#follow(answer, before);
+    if (plan === this.now && this.#touched) this.link();
     this.#view.answered(foreign);
     this.#view.told(this.#kept, false);
-    if (redone) this.#later ??= {kind: redone, more: {}};
-    this.#askLater();
+    if (state.file && answer.file) this.#view.save(answer.file);
+    state.file = null;
   }
 
-  #accept(answer, {stated, file}) {
-    this.shown = answer;
-    this.good = stated;
-    if (this.#touched) this.link();
-    if (file && answer.file) this.#view.save(answer.file);
-  }
-
-  #refused(kind, faults) {
-    if (kind === "pinned") {
+  #refused(plan, faults) {
+    plan.refused = true;
+    if (plan === this.pinned) {
       this.#kept = [{key: "", words: "The pinned plan of the address is left out:"}, ...faults];
-      this.pinned = null;
-      this.#model.set("pinned", null);
-      return this.#ask("now");
-    }
-    if (!this.shown && JSON.stringify(brief(this.state)) !== JSON.stringify({changes: {}})) {
+      this.#setPin(null);
+    } else if (!this.shown && JSON.stringify(brief(plan.state)) !== JSON.stringify({changes: {}})) {
       const words = "The mission is shown as it is, as what the address states is refused:";
       this.#kept = [...this.#kept, {key: "", words}, ...faults];
-      this.state = {changes: {}};
-      return this.#ask("now");
+      plan.state = {changes: {}};
+    } else {
+      this.#view.told([...this.#kept, ...faults], true);
     }
-    this.#view.told([...this.#kept, ...faults], true);
-    this.#askLater();
   }
 
   // Axes.
 
-  // Sets round axes for both columns, unless a control is moved; returns whose answer has others.
-  settle() {
-    const both = [this.shown, this.pinnedAnswer].filter(Boolean);
+  // Sets round axes for both columns, unless a control is moved.
+  #settle() {
+    const both = [this.now.answer, this.pinned?.answer].filter(Boolean);
     const windows = both.map(({map}) => map.window);
+    const {picture: opened} = this.now.state;
     const ends = {
       plane: furthest(both.map(({plane}) => plane.round_s)),
-      picture: furthest(both.map(({picture}) => picture?.name === this.state.picture && picture?.axes)),
+      [opened]: furthest(both.map(({picture}) => picture?.name === opened && picture?.axes)),
       wells: furthest(both.map(({wells}) => wells?.axes)),
-      map: [
-        [0, 1].map((k) => d3.min(windows, ([low]) => low[k])),
-        [0, 1].map((k) => d3.max(windows, ([, high]) => high[k])),
-      ],
+      map: [d3.min, d3.max].map((end, k) => [0, 1].map((axis) => end(windows, (each) => each[k][axis]))),
     };
     const still = this.#held || this.locked;
     for (const name of Object.keys(ends)) {
       if (!still || !this.axes[name]) this.axes[name] = ends[name] ?? this.axes[name];
     }
-    if (this.stored || !this.axes.plane) return null;
-    if (this.#endsElsewhere(this.shown)) return "now";
-    return this.#endsElsewhere(this.pinnedAnswer) ? "pinned" : null;
-  }
-
-  // Ends of the axes of an answer's picture; none while another one is asked for.
-  endsOf({picture}) {
-    return picture.name === this.state.picture ? this.axes.picture : null;
   }
 
   // Whether the plane ends elsewhere, or another picture stands in its place.
   #endsElsewhere(answer) {
-    const {rest_s, hover_s} = answer?.plane ?? {};
-    const picture = answer?.picture?.name ?? null;
-    if (answer && picture !== (this.state.picture ?? null)) return true;
+    if (!answer) return true;
+    if (this.stored || !this.axes.plane) return false;
+    if ((answer.picture?.name ?? null) !== (this.now.state.picture ?? null)) return true;
+    const {rest_s, hover_s} = answer.plane;
     return rest_s && (rest_s[1] !== this.axes.plane[0] || hover_s[1] !== this.axes.plane[1]);
   }
 
@@ -209,22 +195,21 @@ export class Session {
   }
 
   release() {
-    if (!this.#held) return;
     clearTimeout(this.#letGo);
-    this.#held = false;
-    this.resettle();
+    if (this.#held) this.#resettle();
   }
 
-  resettle() {
+  #resettle() {
+    this.#held = false;
     if (!this.shown) return;
-    const redone = this.settle();
+    this.#settle();
     this.#view.draw();
-    if (redone) this.#ask(redone);
+    this.#ask();
   }
 
   lock(on) {
     this.locked = on;
-    if (!on) this.resettle();
+    if (!on) this.#resettle();
   }
 
   // Another control begins the trail anew, where the plan was before its move.
@@ -247,38 +232,29 @@ export class Session {
     return {best: plane.best, from: control && [control.value, control.unit]};
   }
 
-  // Changes. The address has states that were answered alone: a link opens what was seen.
+  // Changes. The address has states that were answered without a fault: a link opens what was seen.
 
   link() {
-    return this.#model.get("link")?.({state: brief(this.good), pinned: this.pinned && brief(this.pinned)});
+    const pinned = this.pinned && brief(this.pinned.state);
+    return this.#model.get("link")?.({state: brief(this.now.good), pinned});
   }
 
   change(changes) {
-    this.state = {...this.state, ...changes};
+    this.now.state = {...this.now.state, file: null, repairs: false, ...changes};
     this.#kept = [];
     this.#touched = true;
-    this.#ask("now");
+    this.#ask();
   }
 
   changeKey(key, value, axis = null) {
     this.last = `${key}|${axis}`;
-    this.change({changes: {...this.state.changes, [key]: value}});
+    this.change({changes: {...this.now.state.changes, [key]: value}});
   }
 
   // A picture in place of the plane; none for the plane itself.
   open(name) {
     const picture = name === "plane" ? null : name;
-    if (picture === (this.state.picture ?? null)) return;
-    this.axes.picture = null;
-    this.change({picture});
-  }
-
-  file(file) {
-    this.#ask("now", {file});
-  }
-
-  repairs() {
-    this.#ask("now", {repairs: true});
+    if (picture !== (this.now.state.picture ?? null)) this.change({picture});
   }
 
   begin(state) {
@@ -289,22 +265,21 @@ export class Session {
 
   reset() {
     this.locked = false;
-    if (this.pinned) this.#setPin(null, null);
+    if (this.pinned) this.#setPin(null);
     this.begin({picture: null});
   }
 
   pin() {
-    if (this.pinned) this.#setPin(null, null);
-    else this.#setPin({...this.good}, this.shown);
+    const {good} = this.now;
+    this.#setPin(this.pinned ? null : {...this.now, state: good, asked: good});
     this.#touched = true;
     this.link();
-    this.resettle();
+    this.#resettle();
   }
 
-  #setPin(state, answer) {
-    this.pinned = state;
-    this.pinnedAnswer = answer;
-    this.#model.set("pinned", state && brief(state));
+  #setPin(plan) {
+    this.pinned = plan;
+    this.#model.set("pinned", plan && brief(plan.state));
   }
 }
 
