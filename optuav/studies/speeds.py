@@ -65,9 +65,11 @@ def compare_speeds(mission: Mission, perspective: Perspective) -> Results:
         speeds = tuple((points[top] * most_m_s).tolist())
         answers.append(("free, grid", float(hovers_s[top]), speeds, f"{side} a leg"))
     first_s = answers[0][1]
+    gains_s = [None if s is None or first_s is None else s - first_s for _, s, _, _ in answers]
+    gains_s[0] = None  # The others are compared with it
     rows = (
-        (method, s, None if s is None or first_s is None else s - first_s, speeds, status)
-        for method, s, speeds, status in answers
+        (method, s, gain_s, speeds, status)
+        for (method, s, speeds, status), gain_s in zip(answers, gains_s, strict=True)
     )
     facts = {"by": ("speed",), "perspective": perspective}
     draw = partial(_draw, route=route, plan=plan)
