@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import networkx as nx
 import numpy as np
 import pytest
 
@@ -41,7 +42,9 @@ class LeastLaser(optuav.Formulation):
         given.keep_deadline(model, "deadline", hover, rest)
 
 
-def looked_at(look: Callable[[Any], object], **fields: Any) -> list[Any]:
+def looked_at(
+    look: Callable[[Any], object], graph: nx.DiGraph[str] | None = None, **fields: Any
+) -> list[Any]:
     """What a look at `given` shows on the direct route and on those with a rest."""
     seen = []
 
@@ -54,7 +57,7 @@ def looked_at(look: Callable[[Any], object], **fields: Any) -> list[Any]:
             model.maximise(hover)
             given.keep_deadline(model, "deadline", hover, rest)
 
-    optuav.formulate(MISSION, Look(**fields), perspective="battery")
+    optuav.formulate(MISSION, Look(**fields), perspective="battery", graph=graph)
     return seen
 
 
@@ -102,6 +105,17 @@ def test_lengths_and_places_of_routes() -> None:
     assert rested.flight_distance_m.value == pytest.approx(length_m, abs=1e-3)
     assert [float(np.squeeze(e.value)) for e in rested.rest_position_m] == [*roofs["b2"]]
     assert copy.copy(rested).flight_distance_m is rested.flight_distance_m
+
+
+def test_lengths_of_an_edited_graph_are_those_of_its_edges() -> None:
+    """As durations and charges are."""
+    graph = optuav.graph(MISSION)
+    for number, (*_, edge) in enumerate(graph.edges(data=True)):
+        edge["distance_m"] = 100.0 * 2**number
+    (rested,) = looked_at(lambda given: given, graph, building="b2", order="hover-first")
+    legs = itertools.pairwise(["origin", "hover", "b2", "destination"])
+    length_m = sum(graph.edges[leg]["distance_m"] for leg in legs)
+    assert rested.flight_distance_m.value == length_m
 
 
 @pytest.mark.parametrize(
