@@ -6,6 +6,7 @@ drone on its way, both wells, and a line of time. Readers who ask for less motio
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable, Iterator
 from itertools import pairwise
@@ -186,7 +187,7 @@ def _way(replayed: Replay, across: Callable[[float], float]) -> Iterator[tuple[f
     for phase in replayed.phases:
         if phase.kind == "flight":
             yield across(distance_m), GROUND - PX_PER_M * phase.start.position_m[2]
-            distance_m += float(np.hypot(*phase.way_m[:2]))
+            distance_m += math.dist(phase.start.position_m[:2], phase.end.position_m[:2])
             yield across(distance_m), GROUND - PX_PER_M * phase.end.position_m[2]
 
 
