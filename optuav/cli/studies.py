@@ -155,12 +155,13 @@ def coverage(
     hours_stated = {"horizon_hours": horizon_hours, "hours": hours}
     single = [name for name, value in hours_stated.items() if value is not None]
     if len(single) + fleet > 1 or (horizon_hours is not None and drones is not None):
-        words = "plans some hours of one drone, so leave out the other hours, --share, --overlap-s "
-        words += "and --drones"
-        if single == ["hours"]:
-            words = "plans an event with all of its time covered: leave out --share and --overlap-s"
-            words += ", or leave out --hours for a fleet that covers a share without end"
-        raise InputError([Fault(name, f"{hours_stated[name]:g}", words) for name in single])
+        words = {
+            "horizon_hours": "plans some hours of one drone, so leave out --hours, --share, "
+            "--overlap-s and --drones",
+            "hours": "plans an event with all of its time covered: leave out --share, --overlap-s "
+            "and --horizon-hours, or leave out --hours for a fleet that covers a share without end",
+        }
+        raise InputError([Fault(name, f"{hours_stated[name]:g}", words[name]) for name in single])
     share = 1.0 if share is None else share
     covered = optuav.coverage(
         out.mission(mission),
@@ -175,23 +176,24 @@ def coverage(
         results = covered.horizon(horizon_hours)
     if hours is not None:
         results = covered.event(hours, drones)
-    words = ""
+    turns = ""
     if drones is not None and hours is None:
         refuse(misfits(("drones", drones, COUNT)))
         covers = min(drones * covered.share, 1.0)  # In turns, without overlap
         facts = {"pad_drones": drones, "drones_share": covers}
-        words = f"\nTurns of {counted(drones, 'drone')} cover {covers:.2%} of the time"
+        turns = f"\nTurns of {counted(drones, 'drone')} cover {covers:.2%} of the time"
         if swap_s is None:
             try:
                 pads = covered.watts(drones, share, overlap_s or 0.0)
                 facts |= {f"pad_{name}": value for name, value in pads._asdict().items()}
-                words += f"\nPads {covering(share, overlap_s or 0.0)}: {pads}"
+                turns += f"\nPads {covering(share, overlap_s or 0.0)}: {pads}"
             except NoPlanError as error:
-                words += f"\n{error}"
+                facts["pad_reason"] = str(error)
+                turns += f"\n{error}"
         results = replace(results, facts={**results.facts, **facts})
     out.deliver(results)
-    if words and not out.as_json:
-        say(words)
+    if turns and not out.as_json:
+        say(turns)
 
 
 def size(
@@ -211,7 +213,7 @@ def size(
 def return_(mission: str, out: Study) -> None:
     """Find the last moment to leave the hover point, for the destination and every building.
 
-    The laser goes on charging the hover; where nothing does, --set laser= --set receiver=.
+    The laser charges the drone while it hovers. If nothing does, add --set laser= --set receiver=.
 
     Exit code 1 if the hover point cannot be reached.
     """

@@ -130,7 +130,8 @@ def _by_name(
             faults.append(Fault(name, shown(value), allowed[name]))
         else:
             values[name] = number
-    refuse([*faults, *(Fault(name, "", allowed[name]) for name in needed if name not in answer)])
+    missing = [name for name in needed if name not in answer]
+    refuse([*faults, *(Fault(name, "", f"is missing; {allowed[name]}") for name in missing)])
     return values
 
 

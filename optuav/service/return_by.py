@@ -188,6 +188,8 @@ def _at_an_end(battery: Battery, charge: Tilted, hover_A: float, way: Sequence[S
     if spare_As(peak_s) < 0.0:
         return rule
     most_s = (share * total_As + gained_As + e * max(tilt_As, 0.0)) / (share * hover_A)
+    if spare_As(most_s) >= 0.0:  # By rounding, where the wells level out at once
+        return rule._replace(latest_s=most_s)
     return rule._replace(latest_s=float(brentq(spare_As, peak_s, most_s)))
 
 

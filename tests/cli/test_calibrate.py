@@ -15,6 +15,7 @@ EXAMPLES = {
     "kibam": "lifetimes.csv",
     "regimes": "flight_log.csv",
     "rotor": "bench.csv",
+    "table": "paper_table2.toml",
 }
 Fitted = tuple[str, Ran, Path]
 
@@ -49,6 +50,9 @@ def test_values_mission_and_picture(fitted: Fitted) -> None:
     command = [part for each in settings for part in ("--set", each.strip())]
     used = run("show", "matrice350" if kind == "regimes" else "paper", *command)
     assert used.code == 0, used.err  # The command that is printed can be used.
+    if kind == "table":
+        asked = ("--problem", "P3", "--slot-s", "1", "--perspective", "battery")
+        assert "Hover            950.00 s" in run("solve", "paper", *asked, *command).out
 
 
 def test_extends_another_mission(tmp_path: Path) -> None:

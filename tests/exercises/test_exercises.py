@@ -718,7 +718,7 @@ def test_a_point_and_its_multipliers_are_checked_together() -> None:
     late["hover_time_s"] += Fraction(task["rest_A"], task["hover_A"])
     assert exercises.check("08.2", late).words == f"feasibility: the point violates {used!r}"
     assert refused("08.2", {"hover_time_s": 1.0}) == (
-        "not an answer: rest_time_s: a number, such as Fraction(1, 98)"
+        "not an answer: rest_time_s: is missing; a number, such as Fraction(1, 98)"
     )
 
 

@@ -342,6 +342,30 @@ NOTEBOOK = """async ({code, answer}) => {
 }"""
 
 
+def test_a_touch_drags_a_point_through_its_answers(browser: Any, address: str) -> None:
+    """An answer that is drawn meanwhile does not end the drag, and its end lets the axes go."""
+    page = browser.new_page(viewport={"width": 1400, "height": 900}, has_touch=True)
+    page.goto(address)
+    point = page.locator("circle[data-key='link.device_m']")
+    playwright.expect(point).to_be_visible()
+    box = point.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    touches = page.context.new_cdp_session(page)
+    kinds = ("touchStart", "touchMove", "touchMove", "touchMove", "touchEnd")
+    for kind, step in zip(kinds, (0, 1, 2, 3, None), strict=True):
+        before = point.get_attribute("aria-label")
+        at = [] if step is None else [{"x": x - 20 * step, "y": y + 20 * step}]
+        touches.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": at})
+        if kind == "touchMove":
+            playwright.expect(point).not_to_have_attribute("aria-label", before)
+    wells = page.locator(".draw > svg[role=img]").nth(2)
+    field = page.locator("input[data-key='limits.deadline_s|null'][type=text]")
+    before = wells.get_attribute("data-x")
+    field.fill("5000")
+    playwright.expect(wells).not_to_have_attribute("data-x", before)
+    page.close()
+
+
 def test_a_notebook_runs_the_same_page_beside_its_own_libraries(browser: Any) -> None:
     """One text without imports: it draws answers of the kernel, and hands it states."""
     page = browser.new_page()

@@ -113,6 +113,18 @@ def test_wells_that_hardly_level_out(flow_rate_per_s: float) -> None:
     assert row["dry_s"] == pytest.approx(expected_s, rel=1e-12 + 1e4 * flow_rate_per_s)
 
 
+@pytest.mark.parametrize("flow_rate_per_s", [1.0, 1e3])
+def test_wells_that_level_out_at_once(flow_rate_per_s: float) -> None:
+    """The battery as a whole lasts for (B − Q)/I; rounding left no bracket for it."""
+    mission = optuav.load("paper").replace({"battery.flow_rate_per_s": flow_rate_per_s})
+    plan = optuav.solve(mission, "P3", perspective="battery")
+    legs = [phase for phase in plan.phases if phase.kind == "flight"]
+    hover_A = -next(phase.current_A for phase in plan.phases if phase.kind == "hover")
+    expected_s = (72_000 + sum(phase.charge_As for phase in legs)) / hover_A
+    row = optuav.return_by(mission).rows[0]
+    assert row["dry_s"] == pytest.approx(expected_s, rel=1e-4 / flow_rate_per_s)
+
+
 @pytest.mark.parametrize("mission", SHIPPED)
 def test_the_monitor_sounds_at_the_last_moment(mission: str) -> None:
     """a·y1 + b·y2 = g for the wells that the judge finds at the end of the longest hover."""

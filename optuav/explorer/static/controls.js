@@ -29,7 +29,7 @@ export class Controls {
     on("pointerup", "[type=range]", () => session.release());
     on("pointercancel", "[type=range]", () => session.release());
     on("keydown", "[type=range]", (range, event) => this.#press(range, event));
-    on("focusin", "[data-key]", (input) => this.#hand(input));
+    on("focusin", ".slider [data-key]", (input) => this.#hand(input));
     on("focusout", "[type=text]", (field) => field.ariaInvalid !== "true" && this.fill(false));
   }
 

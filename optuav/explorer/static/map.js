@@ -220,7 +220,7 @@ export function points({device, laser, buildings}) {
 export function drawHandles(draw, {x, y, width, height}, map, session) {
   const movable = points(map);
   const all = movable.length <= MOST_FOCUSED;
-  const layer = d3.select(draw).selectAll(".handles").data([map])
+  const layer = d3.select(draw).selectAll(".handles").data([{x, y, width, height}])
     .join((enter) => enter.append("svg").attr("class", "handles").attr("role", "group"))
     .attr("aria-label", "Points that can be moved")
     .attr("width", width)
@@ -229,13 +229,15 @@ export function drawHandles(draw, {x, y, width, height}, map, session) {
   const within = (px, most) => Math.min(Math.max(px, 0), most); // Not beyond the edges of the map
   const drag = d3.drag()
     .container(layer.node())
-    .subject((_, {at}) => ({x: x(at[0]), y: y(at[1])}))
+    .subject((_, {at}) => ({x: layer.datum().x(at[0]), y: layer.datum().y(at[1])}))
     .on("start", ({sourceEvent}) => {
       sourceEvent.target.focus({preventScroll: true});
       session.hold();
     })
-    .on("drag", (event, point) =>
-      move(point, x.invert(within(event.x, width)), y.invert(within(event.y, height))))
+    .on("drag", (event, point) => {
+      const now = layer.datum();
+      move(point, now.x.invert(within(event.x, now.width)), now.y.invert(within(event.y, now.height)));
+    })
     .on("end", () => session.release());
   const step = (event, point) => {
     const direction = ARROWS[event.key];
@@ -245,7 +247,7 @@ export function drawHandles(draw, {x, y, width, height}, map, session) {
     const at = session.now.state.changes[point.key] ?? point.at;
     move(point, ...direction.map((sign, k) => at[k] + sign * (event.shiftKey ? LONG_STEP_M : STEP_M)));
   };
-  layer.selectAll("circle").data(movable, ({key}) => key).join("circle")
+  layer.selectAll("circle").data(movable, ({key}) => key).join((enter) => enter.append("circle").call(drag))
     .attr("role", "button")
     .attr("data-key", ({key}) => key)
     .attr("r", ({roof}) => (roof ? ROOF_PX : HANDLE_PX))
@@ -254,8 +256,7 @@ export function drawHandles(draw, {x, y, width, height}, map, session) {
     .attr("tabindex", ({roof}) => (all || !roof ? 0 : -1))
     .attr("aria-label", ({name, at: [px, py]}) =>
       `${name} at x ${Math.round(px)} m, y ${Math.round(py)} m; arrow keys move it, with shift farther`)
-    .on("keydown", step)
-    .call(drag);
+    .on("keydown", step);
 }
 
 // The drone at a moment: on its way, at a stop, or falling once its available well is empty.

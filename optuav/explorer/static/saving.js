@@ -5,9 +5,9 @@ const HEAD_PX = 34; // Of the title
 const COPIED_MS = 2000; // For which it is told
 const PARTS = "figcaption, h2.title, .draw > svg[role=img], .notes li";
 
-export function save(name, content) {
+export function save(name, content, type = "") {
   const link = document.createElement("a");
-  Object.assign(link, {href: URL.createObjectURL(new Blob([content])), download: name});
+  Object.assign(link, {href: URL.createObjectURL(new Blob([content], {type})), download: name});
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
@@ -21,7 +21,8 @@ export async function copyLink(made, session) {
 export async function savePicture(kind, root, {name, verdict}) {
   const stem = name.replace(/[^\p{L}\p{N}.-]+/gu, "-") || "mission";
   const svg = drawing(root, verdict.text);
-  save(`${stem}.${kind}`, kind === "svg" ? svg : await raster(svg));
+  if (kind === "svg") save(`${stem}.svg`, svg, "image/svg+xml");
+  else save(`${stem}.png`, await raster(svg), "image/png");
 }
 
 function drawing(root, title) {
@@ -32,6 +33,7 @@ function drawing(root, title) {
     .attr("font-family", "system-ui, sans-serif")
     .attr("width", width)
     .attr("height", height + HEAD_PX)
+    .attr("viewBox", [0, 0, width, height + HEAD_PX])
     .node();
   shape(whole, "rect", {width: "100%", height: "100%", fill: "var(--panel)"});
   const strong = {"font-weight": 600, fill: "var(--ink)"};
