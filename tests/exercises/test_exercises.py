@@ -450,7 +450,7 @@ def test_a_figure_of_a_witness_has_a_range() -> None:
     letter, _ = worked("15.1")
     words = refused("15.1", (letter, {"flies_s": -1.0, "other": 2.0}))
     assert "flies_s = -1.0: a number from 0 to 2000" in words
-    assert "fails_s: a number" in words
+    assert "fails_s: is missing; a number" in words
     assert "other = 2.0: the names are flies_s, fails_s" in words
 
 
