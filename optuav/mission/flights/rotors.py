@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from optuav import physics
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from optuav.physics.quantity import Quantity, Vector
     from optuav.physics.rotor import Motor
     from optuav.physics.six_stages import Airframe, Leg
+
+STANDARD_AIR = Air()
 
 
 class RotorFlight(FlightTable):
@@ -38,13 +41,13 @@ class Rotors(FlightModel):
     )
     refuses: ClassVar[tuple[str, ...]] = ("wind.velocity_m_s",)
 
-    @property
+    @cached_property
     def motor(self) -> Motor:
         """Constants of a rotor."""
         assert self.mission.rotor is not None
         return self.mission.rotor.as_record(physics.rotor.Motor)
 
-    @property
+    @cached_property
     def airframe(self) -> Airframe:
         """Mass and inertia."""
         assert self.mission.body is not None
@@ -64,7 +67,7 @@ class Rotors(FlightModel):
     @property
     def drag_kg_m(self) -> Quantity:
         """Drag over squared speed [kg/m]."""
-        body, air = self.mission.body, self.mission.air or Air()
+        body, air = self.mission.body, self.mission.air or STANDARD_AIR
         assert body is not None
         return physics.drag.coefficient(body.drag_area_m2, air.density_kg_m3)
 
