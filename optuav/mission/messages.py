@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from decimal import Decimal
+from functools import cache
 from numbers import Integral
 from pathlib import Path
 from typing import Any, get_args
@@ -56,6 +57,7 @@ def number(name: str) -> Number | None:
     return None if form is None else number_of(form, key)
 
 
+@cache
 def number_of(form: type[BaseModel], key: str) -> Number | None:
     """Unit and range of a field; None if it is not a number."""
     whole = next(described(form, key), None)
