@@ -15,7 +15,7 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, collected, refuse
 from optuav.mission import Mission
 from optuav.mission.files import read_toml
-from optuav.mission.messages import of_kind, path_of
+from optuav.mission.messages import nearest, of_kind, path_of
 from optuav.mission.schema import Number
 from optuav.network.variants import Columns
 from optuav.physics.quantity import Quantity
@@ -93,6 +93,8 @@ def box_of(mission: Mission, uncertainty: Mapping[str, object] | str | Path) -> 
                 factors[name] = ends
             else:
                 faults.append(Fault(name, written(form), FORMS))
+    for name in [name for name in table if nearest(name, FACTORS)]:
+        faults.append(Fault(name, written(table.pop(name)), f"a factor{nearest(name, FACTORS)}"))
     with collected(faults):
         keys = spreads(mission, table) if table else ()
     refuse(faults)

@@ -224,6 +224,7 @@ def test_bad_input(tmp_path: Path) -> None:
         ({"charge": {"low": 2, "high": 1}}, "charge"),
         ({"drain": 5, "charge": {"percent": 0}}, "drain = 5"),
         ({"battery.capacity": {"percent": 5}}, "battery.capacity"),
+        ({"drian": {"percent": 5}}, "drian.*did you mean .drain"),
         ({}, "at least one"),
     ):
         with pytest.raises(InputError, match=words):
