@@ -175,8 +175,9 @@ def check(found: Scenarios) -> None:
     refuse(homeless_keys(mission, values))
     if values:
         _refuse_wavelengths(found)
-        for seen in (False, True):
-            mission.replace(found._first(seen=seen))
+        mission.replace(first := found._first())
+        if (seen := found._first(seen=True)) != first:
+            mission.replace(seen)
 
 
 def values_of(ranges: object, faults: list[Fault], *, paired: bool) -> dict[str, Floats]:
