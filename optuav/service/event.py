@@ -232,11 +232,13 @@ def _event(coverage: Coverage, hours: float, least: int, roster: Roster) -> Even
 
 
 def _show(event: Results) -> Iterator[str]:
+    assert isinstance(event, Event)
     facts = event.facts
     yield f"{facts['hours']:g} h without a gap: {printable(event.mission.name)}"
     yield f"Drones      {facts['drones']}; charge requires at least {facts['least_drones']}"
     yield f"Hovers      {len(event.rows)}, up to {facts['longest_hover_s']:.2f} s"
-    yield f"Rest        on {printable(facts['building'])}\n"
+    out_s = event.plans[0].phases[0].duration_s
+    yield f"Rest        on {printable(facts['building'])}; take off {out_s:.2f} s before a hover\n"
     yield from turns_shown(["drone", "from [s]", "hover [s]", "rest [s]"], event.rows)
 
 
