@@ -72,10 +72,8 @@ def event_of(coverage: Coverage, visit: Visit, hours: float, drones: int | None)
         if least > MOST:
             raise NoPlanError(f"even {MOST} drones cannot cover {hours:g} h by charge")
     if drones is not None and drones < least:
-        words = (
-            f"{counted(drones, 'drone')} cannot cover {hours:g} h: charge requires at least {least}"
-        )
-        raise NoPlanError(words)
+        number = counted(drones, "drone")
+        raise NoPlanError(f"{number} cannot cover {hours:g} h: charge requires at least {least}")
     for count in range(least, MOST + 1) if drones is None else [drones]:
         for share in SHORTER:
             hovers_s = _hovers(visit, count, until_s, share * visit.most_s)

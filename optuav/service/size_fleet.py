@@ -145,14 +145,15 @@ class _Service(NamedTuple):
         if isinstance(cycle, str):
             return row | {"why": cycle}
         try:
-            drones = cycle.fleet(self.share, self.overlap_s).drones
+            asked = self.counts(cycle, self.share)
         except (InputError, NoPlanError) as error:
             return row | {"why": str(error)}
         # As many drones may start faster: without waiting, or as often as one beam more allows.
-        fastest = max(self.share, drones * (cycle.hover_s - self.overlap_s) / cycle.period_s)
-        shares = self.share, min(fastest, math.ceil(self.share)), fastest
+        drones_s = asked["drones"] * (cycle.hover_s - self.overlap_s)
+        fastest = max(self.share, drones_s / cycle.period_s)
+        shares = {min(fastest, math.ceil(self.share)), fastest} - {self.share}
         rings = [self.counts(cycle, share) for share in shares if SHARE.accepts(share)]
-        row |= min(rings, key=lambda ring: [ring[count] for count in SCARCE])
+        row |= min([asked, *rings], key=lambda ring: [ring[count] for count in SCARCE])
         if self.prices is not None:
             row["cost"] = sum(row[count] * self.prices[price] for count, price in PRICE_OF.items())
         return row
