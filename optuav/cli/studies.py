@@ -162,7 +162,7 @@ def coverage(
             "and --horizon-hours, or leave out --hours for a fleet that covers a share without end",
         }
         raise InputError([Fault(name, f"{hours_stated[name]:g}", words[name]) for name in single])
-    share = 1.0 if share is None else share
+    share, overlap_s = 1.0 if share is None else share, overlap_s or 0.0
     covered = optuav.coverage(
         out.mission(mission),
         perspective=perspective,
@@ -170,7 +170,7 @@ def coverage(
         lit_hover=not dark_hover,
         pad_power_W=pad_power_W,
     )
-    results: Results = covered.fleet(share, overlap_s or 0.0) if fleet else covered
+    results: Results = covered.fleet(share, overlap_s) if fleet else covered
     if horizon_hours is not None:
         refuse(misfits(("horizon_hours", horizon_hours, HOURS)))
         results = covered.horizon(horizon_hours)
@@ -179,14 +179,16 @@ def coverage(
     turns = ""
     if drones is not None and hours is None:
         refuse(misfits(("drones", drones, COUNT)))
-        covers = min(drones * covered.share, 1.0)  # In turns, without overlap
+        number = counted(drones, "drone")
+        covers = min(drones * (covered.share - overlap_s / covered.period_s), 1.0)
         facts = {"pad_drones": drones, "drones_share": covers}
-        turns = f"\nTurns of {counted(drones, 'drone')} cover {covers:.2%} of the time"
+        turns = f"\nTurns of {number} cover {covers:.2%} of the time"
+        turns += f", {overlap_s:g} s of overlap" * (overlap_s > 0.0)
         if swap_s is None:
             try:
-                pads = covered.watts(drones, share, overlap_s or 0.0)
+                pads = covered.watts(drones, share, overlap_s)
                 facts |= {f"pad_{name}": value for name, value in pads._asdict().items()}
-                turns += f"\nPads {covering(share, overlap_s or 0.0)}: {pads}"
+                turns += f"\nPads of {number} {covering(share, overlap_s)}: {pads}"
             except NoPlanError as error:
                 facts["pad_reason"] = str(error)
                 turns += f"\n{error}"

@@ -34,6 +34,7 @@ def need_laser(coverage: Coverage) -> None:
     """Refuse an endless hover, a dark hover, and charging by anything but the laser."""
     coverage.ending()
     if coverage.charged_by != "laser" or not coverage.lit_hover:
-        words = "must be left out: the mission's laser serves hover and rest here"
-        name = {"pad": "pad_power_W", "exchange": "swap_s"}.get(coverage.charged_by, "lit_hover")
-        raise InputError([Fault(name, shown(coverage.charged_by), words)])
+        name = {"pad": "pad_power_W", "exchange": "swap_s"}.get(coverage.charged_by)
+        words = "must be left out" if name else "must be True, without --dark-hover"
+        words += ": the mission's laser serves hover and rest here"
+        raise InputError([Fault(name or "lit_hover", "" if name else "False", words)])

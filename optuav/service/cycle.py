@@ -18,7 +18,7 @@ from optuav.errors import Fault, InputError, NoPlanError, printable, refuse
 from optuav.judge.replay import replay
 from optuav.mission import Mission, load
 from optuav.mission.flight_model import flight_of
-from optuav.mission.messages import shown, unknown
+from optuav.mission.messages import counted, misfits, shown, unknown
 from optuav.mission.schema import Number
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
@@ -112,7 +112,7 @@ class Coverage(ResultsWithFacts):
             Mean number of drones that hover [-], > 0 and up to 1000: several devices at equal
             distance need as many, each lit hover with a beam of its own.
         overlap_s
-            For how long a hover goes on after the next one began [s], less than the hover.
+            For how long a hover goes on after the next one began [s], at most half of the hover.
 
         Returns
         -------
@@ -253,7 +253,7 @@ class Coverage(ResultsWithFacts):
         self.ending()
         network = build_network(self.mission)
         currents = _net_currents(network, lit=False, pad_power_W=math.inf)
-        visits = _visits(network, *currents, self.perspective, None)
+        visits = _visits(network, *currents, self.perspective, None, math.inf)
         return pad_power(self.mission, [*visits], drones, share, overlap_s)
 
 
@@ -314,7 +314,7 @@ def coverage(
     if hover_A <= 0.0:
         facts = dict(zip(FACTS, NEVER_LANDS, strict=True)) | options
         return Coverage("optuav coverage", loaded, facts, UNITS, (), _show, _draw)
-    visits = _visits(network, hover_A, rest_A, perspective, swap_s)
+    visits = _visits(network, hover_A, rest_A, perspective, swap_s, pad_power_W)
     best, hover_s, bound = _best([*visits])
     most_A = math.inf if swap_s is not None else float(rest_A.max())
     facts = _facts(best, hover_s, bound, 1.0 / (1.0 + hover_A / most_A)) | options
@@ -328,13 +328,12 @@ def _option_faults(
     """Yield options that have no such value, or exclude each other."""
     if perspective not in PERSPECTIVES:
         yield unknown("perspective", perspective, PERSPECTIVES)
-    for name, value, allowed in (("swap_s", swap_s, DURATION), ("pad_power_W", pad_power_W, POWER)):
-        if value is not None and not allowed.accepts(value):
-            yield Fault(name, shown(value), f"{allowed.words}, or None")
+    options = ("swap_s", swap_s, DURATION), ("pad_power_W", pad_power_W, POWER)
+    yield from misfits(*(option for option in options if option[1] is not None))
     if not isinstance(lit_hover, bool):
         yield Fault("lit_hover", shown(lit_hover), "must be True or False")
     if swap_s is not None and pad_power_W is not None:
-        yield Fault("pad_power_W", shown(pad_power_W), "either swap_s or pad_power_W")
+        yield Fault("pad_power_W", shown(pad_power_W), "must be left out beside swap_s")
 
 
 def _facts(visit: Visit, hover_s: float, bound: float, limit_share: float) -> dict[str, Any]:
@@ -374,26 +373,46 @@ def _net_currents(network: Network, lit: bool, pad_power_W: float | None) -> tup
 
 
 def _visits(
-    network: Network, hover_A: float, rest_A: Floats, perspective: Perspective, swap_s: float | None
+    network: Network,
+    hover_A: float,
+    rest_A: Floats,
+    perspective: Perspective,
+    swap_s: float | None,
+    pad_power_W: float | None,
 ) -> Iterator[Visit]:
     """Yield the visit from every building in reach that charges."""
     legs, mission, pool = network.legs, network.mission, vehicle.pool(network.mission)
     number = 2 + 4 * np.arange(len(mission.buildings))
     reach = legs.flyable[number + 1] & legs.flyable[number + 2]
     if not reach.any():
-        words = "at least one, from which the hover point can be reached and back"
-        raise InputError([Fault("buildings", f"{len(reach)} in the mission", words)])
+        words = "needs one from which the hover point can be reached and back; the mission has"
+        raise InputError([Fault("buildings", "", f"{words} {counted(len(reach), 'building')}")])
     charges = reach & ((rest_A > 0.0) | (swap_s is not None))
     if not charges.any():
-        words = "nothing charges a resting drone: the laser must see a roof, or state a pad"
-        key = "laser" if mission.laser is None else "laser.power_W"
-        value = "" if mission.laser is None else f"{mission.laser.power_W:g}"
-        raise InputError([Fault(key, value, f"{words} (pad_power_W) or an exchange (swap_s)")])
+        raise InputError([_uncharged(mission, float(rest_A[reach].max()), pad_power_W)])
     least_As = mission.limits.min_soc * float(pool.capacity_As)
     for k in np.flatnonzero(charges).tolist():
         out, back = (legs.stages_of(number[k] + leg) for leg in (1, 2))
         name, charged_A = mission.buildings.names[k], float(rest_A[k])
         yield Visit(name, pool, out, back, hover_A, charged_A, least_As, perspective, swap_s)
+
+
+def _uncharged(mission: Mission, net_A: float, pad_power_W: float | None) -> Fault:
+    """Return why no resting drone charges: the net current into the best one is not above 0."""
+    battery, drawn_A = mission.battery, float(flight_of(mission).rest().current_A)
+    given_A, other = net_A + drawn_A, "state a pad (pad_power_W) or an exchange (swap_s)"
+    if given_A >= battery.charge_current_A:
+        words = f"must exceed the {drawn_A:.4g} A that a resting drone draws"
+        return Fault("battery.charge_current_A", f"{battery.charge_current_A:g}", words)
+    if pad_power_W is not None:
+        drawn_W = drawn_A * battery.nominal_voltage_V
+        words = f"must exceed the {drawn_W:.4g} W that a resting drone draws"
+        return Fault("pad_power_W", shown(pad_power_W), words)
+    if mission.laser is None:
+        return Fault("laser", "", f"nothing charges a resting drone: {other}")
+    words = f"gives {given_A:.4g} A to a resting drone, which draws {drawn_A:.4g} A"
+    words += f": the laser must be stronger or see a roof, or {other}"
+    return Fault("laser.power_W", f"{mission.laser.power_W:g}", words)
 
 
 def _best(visits: list[Visit]) -> tuple[Visit, float, float]:

@@ -72,10 +72,8 @@ def event_of(coverage: Coverage, visit: Visit, hours: float, drones: int | None)
         if least > MOST:
             raise NoPlanError(f"even {MOST} drones cannot cover {hours:g} h by charge")
     if drones is not None and drones < least:
-        words = (
-            f"{counted(drones, 'drone')} cannot cover {hours:g} h: charge requires at least {least}"
-        )
-        raise NoPlanError(words)
+        number = counted(drones, "drone")
+        raise NoPlanError(f"{number} cannot cover {hours:g} h: charge requires at least {least}")
     for count in range(least, MOST + 1) if drones is None else [drones]:
         for share in SHORTER:
             hovers_s = _hovers(visit, count, until_s, share * visit.most_s)
@@ -232,11 +230,13 @@ def _event(coverage: Coverage, hours: float, least: int, roster: Roster) -> Even
 
 
 def _show(event: Results) -> Iterator[str]:
+    assert isinstance(event, Event)
     facts = event.facts
     yield f"{facts['hours']:g} h without a gap: {printable(event.mission.name)}"
     yield f"Drones      {facts['drones']}; charge requires at least {facts['least_drones']}"
     yield f"Hovers      {len(event.rows)}, up to {facts['longest_hover_s']:.2f} s"
-    yield f"Rest        on {printable(facts['building'])}\n"
+    out_s = event.plans[0].phases[0].duration_s
+    yield f"Rest        on {printable(facts['building'])}; take off {out_s:.2f} s before a hover\n"
     yield from turns_shown(["drone", "from [s]", "hover [s]", "rest [s]"], event.rows)
 
 

@@ -115,14 +115,11 @@ def fleet_of(cycle: Results, visit: Visit, plan: Plan, share: float, overlap_s: 
     """
     refuse(misfits(("share", share, SHARE), ("overlap_s", overlap_s, OVERLAP)))
     hover_s, rest_s, period_s = (cycle.facts[name] for name in ("hover_s", "rest_s", "period_s"))
-    if overlap_s >= hover_s:
-        words = f"must be less than the hover of a cycle, {hover_s:.6g} s"
-        raise InputError([Fault("overlap_s", shown(overlap_s), words)])
+    _need_handover(overlap_s, hover_s)
     every_s = (hover_s - overlap_s) / share
     drones = upwards(period_s / every_s)
     if drones > MOST:
-        words = f"a ring needs {drones} drones, more than {MOST}"
-        raise NoPlanError(f"{words}: state a smaller share or overlap_s")
+        raise NoPlanError(f"a ring needs {drones} drones, more than {MOST}: state a smaller share")
     wait_s = max(drones * every_s - period_s, 0.0)
     places = upwards((rest_s if visit.swap_s is not None else rest_s + wait_s) / every_s)
     lit = math.ceil(share - ROUNDING) if cycle.facts["lit_hover"] else 0
@@ -145,6 +142,14 @@ def fleet_of(cycle: Results, visit: Visit, plan: Plan, share: float, overlap_s: 
     rows = labelled_rows(UNITS, ((k, s, *times_s) for k, s in enumerate(offsets_s, start=1)))
     table = "optuav fleet", cycle.mission, facts, UNITS, rows, _show, _draw
     return Fleet(*table, plan=plan, visit=visit)
+
+
+def _need_handover(overlap_s: float, hover_s: float) -> None:
+    """Refuse an overlap in which a third drone would hover."""
+    if overlap_s > 0.5 * hover_s:
+        words = f"must be at most half of the hover of a cycle, {0.5 * hover_s:.6g} s"
+        more = "a larger share lets more drones hover at once"
+        raise InputError([Fault("overlap_s", shown(overlap_s), f"{words}; {more}")])
 
 
 def covering(share: float, overlap_s: float) -> str:
@@ -217,7 +222,7 @@ def pad_power(
         rest_A *= 2.0
         if rest_A > MOST_A:
             words = f"no pad is strong enough for {counted(drones, 'drone')}"
-            raise NoPlanError(f"{words}: the legs and the overlap take too long")
+            raise NoPlanError(f"{words}: even without rests too little is covered")
     for visit in visits:
         below_A = rest_A * (1.0 - ROUNDING * (best is not None))  # Of equal buildings the first
         if not too_weak(visit, below_A):
@@ -230,6 +235,7 @@ def pad_power(
     power_W = current_A * mission.battery.nominal_voltage_V
     accepted = current_A <= mission.battery.charge_current_A
     hover_s = replace(best, rest_A=rest_A).longest_s or 0.0
+    _need_handover(overlap_s, hover_s)
     return PadPower(power_W, current_A, hover_s, c_rate, best.building, accepted)
 
 
@@ -260,5 +266,6 @@ def _draw(fleet: Results) -> Pictures:
 
     facts = fleet.facts
     turns = [Turn(*times_s) for _, *times_s in (row.values() for row in fleet.rows)]
-    title = f"{facts['drones']} drones of {printable(fleet.mission.name)}"
+    words = covering(facts["asked_share"], facts["overlap_s"])
+    title = f"{counted(facts['drones'], 'drone')} {words}: {printable(fleet.mission.name)}"
     yield "fleet.png", fleet_turns(turns, title=title)

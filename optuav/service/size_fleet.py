@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -57,7 +57,7 @@ def size_fleet(
     share
         Mean number of drones that hover [-], > 0 and up to 1000.
     overlap_s
-        For how long a hover goes on after the next one began [s], less than the hover.
+        For how long a hover goes on after the next one began [s], at most half of the hover.
     swap_s
         Duration of an exchange of the packs [s], > 0 and up to 1e7.
 
@@ -91,11 +91,7 @@ def size_fleet(
     cycles = dict(_cycles(loaded, swap_s))
     rows = [service.row(name, cycle) for name, cycle in cycles.items()]
     if all(row["why"] for row in rows):
-        reasons = dict[str, list[str]]()
-        for row in rows:
-            reasons.setdefault(row["why"], []).append(row["technology"])
-        lines = [f"{' and '.join(names)}: {words}" for words, names in reasons.items()]
-        words = ["no way to charge serves this mission:", *(lines if len(lines) > 1 else reasons)]
+        words = ["no way to charge serves this mission:", *_reasons(rows)]
         raise InputError(Fault("", "", line) for line in words)
     if stated is not None:
         alone = dict.fromkeys(UNITS) | {"technology": "tether", "why": ""}
@@ -128,11 +124,10 @@ def _prices(prices: Mapping[str, float] | str | Path) -> Mapping[str, Any]:
     of_kind("prices", prices, Mapping | str | Path, words)
     stated = prices if isinstance(prices, Mapping) else read_toml(path_of(prices))
     faults = [unknown("prices", name, PRICED) for name in stated if name not in PRICED]
-    for name in PRICED:
-        if name not in stated:
-            faults.append(Fault(f"prices.{name}", "", f"needs {PRICE.words}"))
-        else:
-            faults += misfits((f"prices.{name}", stated[name], PRICE))
+    known, missing = ([n for n in PRICED if (n in stated) is there] for there in (True, False))
+    faults += misfits(*((f"prices.{name}", stated[name], PRICE) for name in known))
+    if missing:
+        faults.append(Fault("prices", "", f"needs also {', '.join(missing)}: each {PRICE.words}"))
     refuse(faults)
     return stated
 
@@ -150,14 +145,15 @@ class _Service(NamedTuple):
         if isinstance(cycle, str):
             return row | {"why": cycle}
         try:
-            drones = cycle.fleet(self.share, self.overlap_s).drones
+            asked = self.counts(cycle, self.share)
         except (InputError, NoPlanError) as error:
             return row | {"why": str(error)}
         # As many drones may start faster: without waiting, or as often as one beam more allows.
-        fastest = max(self.share, drones * (cycle.hover_s - self.overlap_s) / cycle.period_s)
-        shares = self.share, min(fastest, math.ceil(self.share)), fastest
+        drones_s = asked["drones"] * (cycle.hover_s - self.overlap_s)
+        fastest = max(self.share, drones_s / cycle.period_s)
+        shares = {min(fastest, math.ceil(self.share)), fastest} - {self.share}
         rings = [self.counts(cycle, share) for share in shares if SHARE.accepts(share)]
-        row |= min(rings, key=lambda ring: [ring[count] for count in SCARCE])
+        row |= min([asked, *rings], key=lambda ring: [ring[count] for count in SCARCE])
         if self.prices is not None:
             row["cost"] = sum(row[count] * self.prices[price] for count, price in PRICE_OF.items())
         return row
@@ -191,9 +187,18 @@ def _show(table: Results) -> Iterator[str]:
         cells = ("-" if row[name] is None else f"{row[name]:.8g}" for name in names)
         lines.append([row["technology"], *cells])
     yield from tabulated(lines)
-    if whys := {row["technology"]: row["why"] for row in table.rows if row["why"]}:
+    if reasons := _reasons(table.rows):
         yield ""
-        yield from (f"{name}: {words}" for name, words in whys.items())
+        yield from reasons
+
+
+def _reasons(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return why technologies have no counts, each reason once with their names."""
+    reasons = dict[str, list[str]]()
+    for row in rows:
+        if row["why"]:
+            reasons.setdefault(row["why"], []).append(row["technology"])
+    return [f"{'; '.join(names)}: {words}" for words, names in reasons.items()]
 
 
 def _draw(mission: Mission, cycles: Mapping[str, Coverage | str], service: _Service) -> Pictures:

@@ -43,7 +43,10 @@ def test_drones_in_turns_and_their_pads(capsys: pytest.CaptureFixture[str]) -> N
     """N times the share of one, up to all of the time; no pads beside an exchange of packs."""
     assert run("matrice350", "--drones", "3") == 0
     assert "Turns of 3 drones cover 76.23% of the time" in (out := capsys.readouterr().out)
-    assert "Pads for 100 % of the time: 620.8 W on b4" in " ".join(out.split())
+    assert "Pads of 3 drones for 100 % of the time: 620.8 W on b4" in " ".join(out.split())
+    assert run("matrice350", "--drones", "3", "--overlap-s", "30") == 0
+    out = capsys.readouterr().out  # 3 (1797.05 s - 30 s) of 7072.16 s
+    assert "Turns of 3 drones cover 74.96% of the time, 30 s of overlap" in out
     assert run("matrice350", "--drones", "2", "--swap-s", "120") == 0
     out = capsys.readouterr().out
     assert "Turns of 2 drones cover 100.00% of the time" in out
@@ -58,7 +61,8 @@ def test_drones_in_turns_and_their_pads(capsys: pytest.CaptureFixture[str]) -> N
     ("arguments", "code", "words"),
     [
         (["paper", "--share", "0"], 2, "--share = 0.0: a number, 0 < x <= 1000"),
-        (["paper", "--overlap-s", "900"], 2, "the hover of a cycle"),
+        (["paper", "--overlap-s", "900"], 2, "--overlap-s = 900.0: must be at most half"),
+        (["matrice350", "--pad-power-W", "20"], 2, "--pad-power-W = 20.0: must exceed"),
         (["paper", "--drones", "0"], 2, "--drones = 0: a whole number"),
         (["paper", "--swap-s", "-1"], 2, "--swap-s = -1.0"),
         (["paper", "--swap-s", "60", "--drones", "0"], 2, "--drones = 0: a whole number"),
@@ -91,7 +95,8 @@ def test_a_day_and_an_event(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("paper", "--horizon-hours", "8") == 0
     assert "3277.31 s of at most 3305.80 s" in capsys.readouterr().out
     assert run("matrice350", "--hours", "2") == 0
-    assert "Drones      3" in capsys.readouterr().out
+    assert "Drones      3" in (out := capsys.readouterr().out)
+    assert "on b4; take off 39.26 s before a hover" in out
     assert run("matrice350", "--hours", "2", "--drones", "4") == 0
     assert run("matrice350", "--hours", "2", "--drones", "2") == 1
     assert "at least 3" in capsys.readouterr().err

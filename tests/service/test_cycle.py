@@ -149,11 +149,10 @@ def test_the_table_the_picture_and_the_page() -> None:
         ({}, {"perspective": "energy"}, "perspective = 'energy': one of available, battery"),
         ({}, {"swap_s": 0}, "swap_s = 0: a number, 0 < x <= 1e7"),
         ({}, {"pad_power_W": -5}, "pad_power_W = -5"),
-        ({}, {"swap_s": 10, "pad_power_W": 5}, "either swap_s or pad_power_W"),
+        ({}, {"swap_s": 10, "pad_power_W": 5}, "pad_power_W = 5: must be left out beside swap_s"),
         ({}, {"lit_hover": "no"}, "lit_hover = 'no': must be True or False"),
         ({"battery.schedule": "round-robin"}, {}, "battery.schedule = 'round-robin': "),
-        ({"buildings": []}, {}, "buildings = 0 in the mission: at least one"),
-        ({"laser.power_W": 1}, {}, "laser.power_W = 1: nothing charges"),
+        ({"buildings": []}, {}, "the mission has 0 buildings"),
         ({"laser": None}, {}, "laser: nothing charges"),
     ],
 )
@@ -162,6 +161,27 @@ def test_bad_input_is_one_clear_error(changes: Any, options: Any, words: str) ->
     with pytest.raises(InputError) as refusal:
         optuav.coverage(optuav.load("paper").replace(changes), **options)
     assert words in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "options", "words"),
+    [
+        ({}, {"pad_power_W": 20}, "pad_power_W = 20: must exceed the 20.14 W that"),
+        ({"laser.power_W": 100}, {}, r"laser.power_W = 100: gives 0\.\d+ A .* draws 0.45 A"),
+        ({"battery.charge_current_A": 0.4}, {}, "charge_current_A = 0.4: must exceed the 0.45 A"),
+        ({"battery.charge_current_A": 0.4}, {"pad_power_W": 99}, "charge_current_A = 0.4: must"),
+        ({"battery.charge_current_A": 0.4, "laser": None}, {"pad_power_W": 9}, "_W = 9: must"),
+    ],
+)
+def test_a_charger_that_is_too_weak_is_named(changes: Any, options: Any, words: str) -> None:
+    """By hand: at rest `matrice350` draws 0.45 A, with a battery of 44.76 V that is 20.14 W."""
+    with pytest.raises(InputError, match=words):
+        optuav.coverage(optuav.load("matrice350").replace(changes), **options)
+
+
+def test_a_pad_just_strong_enough_charges() -> None:
+    """The limit that the refusal names is the limit."""
+    assert 0.0 < optuav.coverage("matrice350", pad_power_W=20.2).share < 0.001
 
 
 def test_without_enough_charge_there_is_no_cycle() -> None:

@@ -77,7 +77,7 @@ def test_staggered_devices_need_fewer_than_the_published_rule(
 @few(8)
 @given(
     st.floats(10, 3000), st.floats(1, 300), st.floats(10, 9000), st.floats(0.05, 3),
-    st.floats(0, 0.9),
+    st.floats(0, 0.5),
 )  # fmt: skip
 def test_counts_by_brute_force(h: float, T: float, r: float, share: float, part: float) -> None:
     """The smallest ring in which every drone is back in time, by trying them.
@@ -130,9 +130,11 @@ def test_pads_serve_the_fleet_with_its_overlap(mission: str, options: Any) -> No
 
 
 def test_no_pad_makes_up_for_an_overlap_as_long_as_the_hover() -> None:
-    """And one drone cannot cover all of the time."""
+    """One drone cannot cover all of the time; a long overlap is refused as for a fleet."""
+    with pytest.raises(InputError, match="must be at most half of the hover"):
+        optuav.coverage("matrice350").watts(8, 1.0, 900.0)
     for drones, overlap_s in ((1, 0.0), (3, 1e5)):
-        with pytest.raises(NoPlanError, match=rf"{drones} drones?: the legs and the overlap"):
+        with pytest.raises(NoPlanError, match=rf"{drones} drones?: even without rests"):
             optuav.coverage("matrice350").watts(drones, 1.0, overlap_s)
     with pytest.raises(InputError, match="overlap_s = -1"):
         optuav.coverage("matrice350").watts(3, 1.0, -1.0)
@@ -174,6 +176,9 @@ def test_the_picture_and_the_table_of_a_fleet() -> None:
     assert [*fleet.plot()] == ["fleet.png"]
     assert len(fleet.to_frame()) == fleet.drones == 4
     assert "4, a start every" in str(fleet)
+    lone = optuav.coverage("relay-today", swap_s=120).fleet(0.9)
+    (ax,) = lone.plot()["fleet.png"].axes
+    assert ax.get_title(loc="left") == "1 drone for 90 % of the time: relay-today"
 
 
 @pytest.mark.parametrize(
@@ -184,7 +189,7 @@ def test_the_picture_and_the_table_of_a_fleet() -> None:
         ({"overlap_s": -1}, "overlap_s = -1"),
         (
             {"overlap_s": 1e6},
-            "overlap_s = 1000000.0: must be less than the hover of a cycle, 1797.05 s",
+            "overlap_s = 1000000.0: must be at most half of the hover of a cycle, 898.523 s",
         ),
     ],
 )
@@ -195,11 +200,19 @@ def test_bad_fleets_are_refused(asked: Any, words: str) -> None:
     assert words in str(refusal.value)
 
 
-def test_a_fleet_without_end_is_refused() -> None:
-    """An overlap next to the hover leaves no time between two starts."""
+def test_an_overlap_is_up_to_half_of_the_hover() -> None:
+    """Two drones hover at once at most; beyond it a third one would."""
     cycle = optuav.coverage("matrice350")
-    with pytest.raises(NoPlanError, match="more than 100000"):
-        cycle.fleet(1.0, cycle.hover_s * (1.0 - 1e-9))
+    fleet = cycle.fleet(1.0, 0.5 * cycle.hover_s)
+    assert fleet.share == pytest.approx(2.0)
+    with pytest.raises(InputError, match="must be at most half"):
+        cycle.fleet(1.0, 0.5 * cycle.hover_s + 1e-6)
+
+
+def test_a_fleet_without_end_is_refused() -> None:
+    """Weak pads let a drone hover for less than 1 % of the time."""
+    with pytest.raises(NoPlanError, match="more than 100000: state a smaller share"):
+        optuav.coverage("matrice350", pad_power_W=22).fleet(1000)
 
 
 def test_bad_days_drones_and_shares_are_refused() -> None:

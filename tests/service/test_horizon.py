@@ -41,8 +41,10 @@ def test_what_is_no_day_is_refused() -> None:
     for hours in (0, -1, float("nan"), "8", 2001):
         with pytest.raises(InputError, match="hours"):
             coverage.horizon(hours)
-    with pytest.raises(InputError, match="swap_s"):
+    with pytest.raises(InputError, match="swap_s: must be left out: the mission's laser"):
         optuav.coverage("paper", swap_s=90).horizon(8)
+    with pytest.raises(InputError, match="lit_hover = False: must be True, without --dark-hover"):
+        optuav.coverage("paper", lit_hover=False).horizon(8)
     with pytest.raises(InputError, match="available"):
         optuav.coverage("paper", perspective="battery").horizon(8)
     with pytest.raises(NoPlanError, match="no time"):
