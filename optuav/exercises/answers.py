@@ -63,7 +63,7 @@ def figure(unit: str, least: float = -math.inf, most: float = math.inf) -> Form:
             _refuse(answer, f"a finite number [{unit}]{span}")
         return value
 
-    return Form(_example(least, most), read, f" in {unit}")
+    return Form(f"{min(max(least, 10.0), most)}", read, f" in {unit}")
 
 
 def figures(least: float = 0.0, **most: float) -> Form:
@@ -74,21 +74,12 @@ def figures(least: float = 0.0, **most: float) -> Form:
         value = finite(answer)
         return value if value is not None and least <= value <= most[name] else None
 
-    example = ", ".join(f"'{name}': {_example(least, limit)}" for name, limit in most.items())
+    example = ", ".join(f"'{name}': {min(max(least, 10.0), top)}" for name, top in most.items())
     return Form(f"{{{example}}}", lambda task, answer: _by_name(answer, allowed, inside, most))
 
 
-def _example(least: float, most: float) -> str:
-    """Return 10, or the end of a range that is nearest to it."""
-    return str(min(max(least, 10.0), most))
-
-
 def exact(
-    example: str,
-    *labels: str,
-    multipliers: bool = True,
-    point: bool = False,
-    pair: bool = False,
+    example: str, *labels: str, multipliers: bool = True, point: bool = False, pair: bool = False
 ) -> Form:
     """Form of fractions by name: multipliers of a task's constraints, a point, or both.
 
