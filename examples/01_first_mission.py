@@ -16,7 +16,8 @@
 # Many cells are preceded by a question. Write your answer down *before* you run the cell: a wrong
 # guess teaches more than a number that you only read.
 #
-# The last line of a cell shows itself. Click on a title with a triangle to see more.
+# The last line of a cell shows itself. Click on a title with a triangle to see more, but leave
+# *Notes* closed at first: they answer questions that the page asks later.
 
 # %%
 import tempfile
@@ -44,7 +45,7 @@ plan
 
 # %% [markdown]
 # At 88 A the packs would last for nearly 14 minutes, and the plan hovers for nearly 10. The flight
-# takes its share, and the rotors cannot draw all of the rest, as the next section shows.
+# takes its share, and the rotors cannot draw all that is left, as the next section shows.
 #
 # The map shows the route, the disc in which the device is in reach, the laser and its roofs. Beside
 # it are the altitudes along the way.
@@ -125,8 +126,8 @@ sooner.to_frame()[columns].round(2)
 # %% [markdown]
 # There is too little time left for the rest that the paper's plan needs: the direct flight wins,
 # and only charge binds. The plan that can be flown loses 17 s of hover: by b10 it would land too
-# late, so it rests on b2, for a shorter time. There the available well is empty twice again, and
-# the drone lands before the deadline.
+# late, so it rests on b2, for a shorter time. On this route too the available well is empty twice,
+# and the drone lands before the deadline.
 #
 # Sliders answer more questions than cells do. In a notebook of your own, run
 #

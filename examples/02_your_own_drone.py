@@ -39,12 +39,12 @@ mission
 # time.
 
 # %%
-plan = optuav.solve(mission, perspective="battery")
+plan = optuav.solve(mission)
 plan
 
 # %% [markdown]
 # The drone hovers longer than the datasheet promises: the laser gives more than half of the hover
-# current. The deadline of 3000 s ends the hover, and not the charge.
+# current. The deadline of 3000 s ends the hover, not the charge.
 #
 # ## What a flight time says
 #
@@ -90,7 +90,7 @@ same
 def hover_s(payload_kg: float, laser_power_W: float) -> float:
     changed = sheet.model_copy(update={"payload_kg": payload_kg, "laser_power_W": laser_power_W})
     patient = changed.mission().replace({"limits.deadline_s": 7200})
-    return optuav.solve(patient, "P3", perspective="battery").hover_time_s
+    return optuav.solve(patient, "P3").hover_time_s
 
 
 without_s = hover_s(0.0, 0.0)
@@ -122,11 +122,12 @@ optuav.plots.curves(
 #
 # If the received power equals the power of the hover, the net hover current is 0, and only the
 # deadline ends the flight. The receiver then has to feed the motors directly: it delivers more
-# current than the charger of the packs takes.
+# current than the charger of the packs takes. Even more power would charge the packs past full. A
+# charger prevents that, but this section counts only charge (the perspective `battery`).
 #
 # **Before you run:** with 90 % of the power that carries the drone, the battery has to give the
-# remaining tenth. By how much does the hover grow from 90 % to 99 %: by a tenth, to twice, or to
-# ten times?
+# remaining tenth. From 90 % to 99 %, does the hover become a tenth longer, twice as long, or ten
+# times as long?
 
 # %%
 direct = mission.replace({"battery.charge_current_A": 30, "limits.deadline_s": 1e6})

@@ -10,7 +10,7 @@
 # **Learning intentions.** After this page you can
 #
 # - explain why a battery stops with charge left in it (the rate-capacity effect);
-# - explain why you can use it again after a pause (the recovery effect);
+# - explain what a pause does to it (the recovery effect);
 # - predict lifetimes under a load that comes and goes.
 
 # %%
@@ -48,7 +48,7 @@ vessels({"a small cell": (cell, cell.full, 0.5), "a drone": (drone, drone.full, 
 # each other at the rate $k' = k_F / (\omega (1 - \omega))$. Measurements usually state $k'$, which
 # tells how fast a battery recovers; $k_F$ tells how many amperes flow.
 #
-# ## Drained fast, it stops with charge left
+# ## Drained fast, and slowly
 #
 # The small cell has 5.5 A min, a sixth of it available, with k' = 0.122 per minute.
 #
@@ -86,7 +86,7 @@ optuav.plots.curves(
 )
 
 # %% [markdown]
-# ## A pause brings charge back
+# ## A pause
 #
 # **Before you run:** 0.5 A empties the cell. Then it rests for two minutes without load, and
 # nothing is added. Will it be able to feed a load again? Will it contain more charge than before?

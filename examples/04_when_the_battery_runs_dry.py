@@ -33,7 +33,7 @@ movies.flight(promised["P1"])
 # Only the available well feeds the rotors. Simulate the direct plan as well, and look at both wells
 # at the moment when the available one is empty.
 #
-# **Before you run:** the best plan falls with 13 377 A s still bound, after a rest of minutes. The
+# **Before you run:** the best plan rests for minutes, and falls with 13 377 A s still bound. The
 # direct plan never rests. Does it fall with less charge in the battery, about as much, or more?
 
 # %%

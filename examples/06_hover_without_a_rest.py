@@ -10,7 +10,7 @@
 # **Learning intentions.** After this page you can
 #
 # - give one declaration to four engines and compare their answers and proofs;
-# - explain why the paper's two wells, though nonlinear, lead to the same hover time;
+# - say what the paper's two wells, which are nonlinear, change about the hover time, and why;
 # - check the answer of an engine independently.
 
 # %%
@@ -65,7 +65,7 @@ def answers(plans):
 answers(plans.values())
 
 # %% [markdown]
-# `grid` finds the best whole second, which is below the best of all. The proof by duality is a
+# `grid` finds the best whole second, which is below the optimum. The proof by duality is a
 # number for each constraint, its *multiplier*. The two constraints are $I_\mathrm{hv} \Delta \le$
 # usable charge and $\Delta \le$ time left. Multiplied by these numbers they add up to Δ ≤ the
 # optimum: no hover is longer.

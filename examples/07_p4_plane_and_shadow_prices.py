@@ -71,7 +71,7 @@ optuav.plots.plane(program.parts[0].model, numbers, [program.solve()])
 
 # %%
 y1, y2 = np.linalg.solve(lines.T, [1.0, 0.0]).tolist()
-bound_s = y1 * usable_As + y2 * left_s
+bound_s = float(y1 * usable_As + y2 * left_s)
 {"y1": y1, "y2": y2, "bound [s]": bound_s}
 
 # %% [markdown]

@@ -32,7 +32,7 @@ battery_As = numbers["packs"] * numbers["capacity_As"]
 Q = (1.0 - numbers["min_soc"]) * battery_As - numbers["flight_charge_As"]
 T = numbers["deadline_s"] - numbers["flight_time_s"]
 I_hv, I_rest = numbers["hover_current_A"], numbers["rest_current_A"]
-{"Q [A s]": Q, "T [s]": T, "I_hv [A]": I_hv, "I_rest [A]": I_rest}
+pd.Series({"Q [A s]": Q, "T [s]": T, "I_hv [A]": I_hv, "I_rest [A]": I_rest}).to_frame("value")
 
 # %% [markdown]
 # ## The primal

@@ -39,7 +39,7 @@ class Given(Quantities):
             hint = nearest(name, [*others, *own, *(quantity.name for quantity in QUANTITIES)])
             if name.startswith("rest_") and not self.rests:
                 hint = " on a route without a rest: ask for it under 'if given.rests:'."
-            words = "Numbers of the mission have the name of their table and key, as laser_power_W"
+            words = "Name a number of the mission by its table and key, such as laser_power_W"
             raise AttributeError(f"given has no {name!r}{hint or '.'} {words}")
         return others[name]
 

@@ -107,6 +107,8 @@ def shown(value: object, depth: int = 2) -> str:
             return repr(value)
         case dict():
             return "a table" if value else "an empty table"
+        case type():
+            return f"the class {value.__name__}"
         case list() | tuple() if depth == 0:
             return "[...]"
         case list() | tuple():

@@ -22,8 +22,8 @@ from optuav.mission.tables import COLUMNS, corners_of, of_polygons
 
 ON_EARTH = "|longitude| <= 180, |latitude| <= 90 [deg]"
 NOTED = {
-    "level_heights": "heights that follow from levels",
-    "assumed_heights": "heights that are assumed",
+    "level_heights": "heights from levels",
+    "assumed_heights": "assumed heights",
     "mended": "invalid outlines that were mended",
     "filled": "buildings whose courtyards count as built over",
     "left_out": "features without an area, left out",

@@ -63,7 +63,7 @@ def figure(unit: str, least: float = -math.inf, most: float = math.inf) -> Form:
             _refuse(answer, f"a finite number [{unit}]{span}")
         return value
 
-    return Form("10.0", read)
+    return Form(f"{min(max(least, 10.0), most)}", read, f" in {unit}")
 
 
 def figures(least: float = 0.0, **most: float) -> Form:
@@ -74,41 +74,39 @@ def figures(least: float = 0.0, **most: float) -> Form:
         value = finite(answer)
         return value if value is not None and least <= value <= most[name] else None
 
-    example = "{" + ", ".join(f"'{name}': 10.0" for name in most) + "}"
-    return Form(example, lambda task, answer: _by_name(answer, allowed, inside, most))
+    example = ", ".join(f"'{name}': {min(max(least, 10.0), top)}" for name, top in most.items())
+    return Form(f"{{{example}}}", lambda task, answer: _by_name(answer, allowed, inside, most))
 
 
-def exact(example: str, *labels: str, multipliers: bool = True, point: bool = False) -> Form:
+def exact(
+    example: str, *labels: str, multipliers: bool = True, point: bool = False, pair: bool = False
+) -> Form:
     """Form of fractions by name: multipliers of a task's constraints, a point, or both.
 
-    Labels name constraints that the task adds to its model.
+    Labels name constraints that the task adds to its model. A pair is a list of two such answers.
     """
 
-    def read(task: Task, answer: object) -> dict[str, Fraction]:
+    def read(task: Task, answer: object) -> object:
         assert task.model is not None
         rows = inequalities(task.model, task.model.row(0)) if multipliers else []
         unknowns = [variable.name for variable in task.model.variables] if point else []
         names = (*(row.label for row in rows), *labels, *unknowns)
         allowed = dict.fromkeys(names, "a number, such as Fraction(1, 98)")
-        return _by_name(answer, allowed, lambda _, value: fraction(value), unknowns)
 
-    return Form(example, read)
+        def one(part: object) -> dict[str, Fraction]:
+            return _by_name(part, allowed, lambda _, value: fraction(value), unknowns)
 
-
-def two(form: Form) -> Form:
-    """Form of a list of two answers of a form."""
-    example = f"[{form.example}, {form.example}]"
-
-    def read(task: Task, answer: object) -> list[object]:
+        if not pair:
+            return one(answer)
         if not isinstance(answer, list | tuple) or len(answer) != 2:
-            _refuse(answer, f"a list of two, such as {example}")
-        return [form.read(task, part) for part in answer]
+            _refuse(answer, f"a list of two dicts of numbers by name: {', '.join(names)}")
+        return [one(part) for part in answer]
 
-    return Form(example, read)
+    return Form(f"[{example}, {example}]" if pair else example, read)
 
 
-MULTIPLIERS = exact("{'charge': Fraction(1, 98), ...}")
-PROOFS = two(MULTIPLIERS)
+EXAMPLE = "{'charge': Fraction(1, 98), ...}"
+MULTIPLIERS, PROOFS = exact(EXAMPLE), exact(EXAMPLE, pair=True)
 
 
 def _by_name(

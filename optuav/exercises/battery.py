@@ -112,7 +112,7 @@ def _out(task: Task, current_A: float) -> Conditions:
     yield within("the share that comes out", percent, 100.0 * task["out"], 0.2, "%", hint)
 
 
-@design("03.2", figures(first_A=60.0, first_s=1500.0, then_A=60.0))
+@design("03.2", figures(first_A=500.0, first_s=1500.0, then_A=500.0))
 def _load(task: Task, load: Mapping[str, float]) -> Conditions:
     """A full battery of {capacity_As = 15000, 15250 .. 25000} A s has the available fraction
     {share = 0.4, 0.41 .. 0.6} and the flow rate 2e-4 per second. Draw as much charge as you can

@@ -185,5 +185,6 @@ def _stopped(error: BaseException, frame: FrameType, line: int) -> str:
     where = f"line {line} of your code" + (f", {text!r}" if text else "")
     known = dir(error.obj) if isinstance(error, AttributeError) else [*frame.f_locals]
     missed = isinstance(error, AttributeError | NameError) and error.name
-    spelled = nearest(missed, known) if missed else ""
-    return f"{type(error).__name__} in {where}: {error}{spelled}"
+    words = str(error)
+    spelled = nearest(missed, known) if missed and "did you mean" not in words else ""
+    return f"{type(error).__name__} in {where}: {words}{spelled}"

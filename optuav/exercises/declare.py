@@ -69,10 +69,10 @@ def _declared(task: Task, answer: object, asked: Model | Program, unknowns: str)
     unset = [f.name for f in known if f.default is MISSING and f.default_factory is MISSING]
     if unset and answer is kind:
         example = f"{kind.__name__}({', '.join(f'{name}=...' for name in unset)})"
-        words = f"an object, such as {example}, because {' and '.join(unset)} must be set"
+        words = f"an object with {' and '.join(unset)} set, such as {example}"
         raise InputError([Fault("answer", shown(answer), words)])
     if not {"building", "order"} <= {field.name for field in known}:
-        words = "an object of an optuav.Formulation that takes any building and order"
+        words = "an optuav.Formulation that takes any building and order"
         raise InputError([Fault("answer", shown(answer), words)])
     stated: Any = kind() if answer is kind else answer
     route = asked.question.problem

@@ -36,6 +36,7 @@ class Form(NamedTuple):
 
     example: str
     read: Callable[[Task, object], Any]
+    unit: str = ""
 
 
 AS_IT_IS = Form("", lambda task, answer: answer)
@@ -95,14 +96,13 @@ class Exercise:
         keys = {name: value for name, value in numbers.items() if "." in name}
         ordered = sorted(self.reasons, key=lambda reason: self._hash(reason, student))
         reasons = dict(zip(LETTERS, ordered, strict=False))
-        asked, example = " ".join(REASON.sub("", self.text).split()), self.form.example
+        asked, (example, _, unit) = " ".join(REASON.sub("", self.text).split()), self.form
         lines = [asked, *(f"({letter}) {reason}" for letter, reason in reasons.items())]
         if reasons:
-            lines.append(
-                f"Answer: the letter of the reason and a witness, such as ('a', {example})"
-            )
+            witness = f"a witness{unit}, such as ('a', {example})"
+            lines.append(f"Answer: the letter of the reason and {witness}")
         elif example:
-            lines.append(f"Answer: such as {example}")
+            lines.append(f"Answer{unit}: such as {example}")
         return Task(
             self.number,
             self.kind,

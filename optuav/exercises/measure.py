@@ -41,7 +41,7 @@ def equals(
 def _missed(value: float, truth: float, within: float, unit: str) -> tuple[str, str]:
     """Return how a figure misses the truth, and a hint where rounding or a unit explains it."""
     near = ROUNDED * abs(truth)
-    if is_close(value, truth, near):
+    if is_close(value, truth, near) or value == round(truth) != 0:
         hint = f"keep all digits until the end, and answer within {within:.3g} {unit}"
         return f"close, but not within {within:.3g} {unit}: it looks rounded", hint
     for factor, words in (FACTORS | FACTORS_OF_UNITS.get(unit, {})).items():
@@ -49,7 +49,7 @@ def _missed(value: float, truth: float, within: float, unit: str) -> tuple[str, 
             return f"off by {words}", f"the unit is {unit}"
     if is_close(-value, truth, within):
         return "the sign is wrong", ""
-    return "too large" if value > truth else "too small", ""
+    return f"{value:.6g} {unit} is too {'large' if value > truth else 'small'}", ""
 
 
 def within(name: str, value: float, wanted: float, by: float, unit: str, hint: str) -> Condition:

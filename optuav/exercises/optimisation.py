@@ -7,7 +7,7 @@ import numpy as np
 
 import optuav
 from optuav.arrays import Booleans, Floats
-from optuav.exercises.answers import MULTIPLIERS, PROOFS, exact, figure, figures, two
+from optuav.exercises.answers import EXAMPLE, MULTIPLIERS, PROOFS, exact, figure, figures
 from optuav.exercises.declare import same_problem
 from optuav.exercises.exercise import decimals, declare, explain, predict, prove
 from optuav.exercises.linear import linear
@@ -133,7 +133,7 @@ def _dual(task: Task, answer: object) -> Conditions:
     return same_problem(task, answer, linear(task.numbers, dual))
 
 
-@prove("08.2", exact(MULTIPLIERS.example, point=True), programme=KKT)
+@prove("08.2", exact(EXAMPLE, point=True), programme=KKT)
 def _short_rest(task: Task, numbers: Exact) -> Conditions:
     """Satisfy all KKT conditions of this linear programme: give hover_time_s, rest_time_s and the
     multiplier of each constraint by its label, in one dict.
@@ -289,7 +289,7 @@ SLOTS = {
 BRANCHES = ("branch: f ≤ {whole}", "branch: −f ≤ −{next}")
 
 
-@prove("12.1", two(exact(MULTIPLIERS.example, "branch")), draws=SLOTS, programme=VALUE)
+@prove("12.1", exact(EXAMPLE, "branch", pair=True), draws=SLOTS, programme=VALUE)
 def _branches(task: Task, proofs: list[Exact]) -> Conditions:
     """n and f are whole numbers of slots at a near and at a far device, and one choice of them has
     the value {value}. Prove by one branching that no choice has a higher value: give multipliers by

@@ -85,4 +85,4 @@ def text_of(value: Fraction) -> str:
     """Return a fraction as words show it, short where it has many digits."""
     if max(abs(value.numerator), value.denominator) < 10**9:
         return str(value).replace("-", "−")
-    return f"{float(value):.6g}".replace("-", "−") if abs(value) < 10**300 else "a huge number"
+    return f"{float(value):.12g}".replace("-", "−") if abs(value) < 10**300 else "a huge number"

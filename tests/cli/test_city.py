@@ -181,7 +181,7 @@ def test_helsinki_is_a_mission() -> None:
     options = [*words.split(), "--laser", "24.9443,60.1695,60", "--default-height-m", "12"]
     found = run("city", str(file), *options, warns=True)
     assert found.code == 0
-    assert "heights that are assumed: 323 (b5606, " in found.out
+    assert "assumed heights: 323 (b5606, " in found.out
 
 
 def test_an_answer_as_data(town: Path, tmp_path: Path) -> None:
@@ -194,7 +194,7 @@ def test_an_answer_as_data(town: Path, tmp_path: Path) -> None:
     assert data["crs"] == optuav.load(file).crs
     assert (data["buildings"], data["written"]) == (2, [str(file)])
     assert (data["level_heights"], data["assumed_heights"], data["mended"]) == (["b0"], ["b1"], [])
-    assert "heights that are assumed: 1 (b1)" in data["notes"]
+    assert "assumed heights: 1 (b1)" in data["notes"]
     assert all(isinstance(each, str) for each in data["warnings"])
     assert optuav.load(file).buildings.roof_m[:, 2].tolist() == [10.0, 9.0]
     assert "--json: goes with --save FILE" in refused("city", str(town), *SITE, "--json")

@@ -155,7 +155,7 @@ def test_the_right_letter_differs_from_student_to_student(number: str) -> None:
 
 
 WITNESSES: dict[str, list[tuple[Any, str]]] = {
-    "01.2": [(0.0, "too small"), (20_000.0, "too large")],
+    "01.2": [(0.0, "0 A s is too small"), (20_000.0, "20000 A s is too large")],
     "03.1": [(400.0, "%, too little"), (0.1, "%, too much")],
     "04.1": [(0.0, "A s, too much"), (500.0, "A s, too little")],
     "07.2": [([{"deadline": 1, "bounds of T'": 1}] * 2, "with the prices 1 and 1")],
@@ -184,7 +184,7 @@ WITNESSES: dict[str, list[tuple[Any, str]]] = {
     "21.1": [(1.0, "the additional time is "), (20.0, "the additional time is nan %")],
     "22.1": [(0.05, "the received power is 0 W")],
     "24.1": [(900.0, "too large")],
-    "26.1": [({"greedy_s": 0.0, "best_s": 0.0}, "the greedy pair: too small")],
+    "26.1": [({"greedy_s": 0.0, "best_s": 0.0}, "the greedy pair: 0 s is too small")],
     "30.1": [(1400.0, "1400 m is beyond the middle"), (1.0, "the cost of the stop is ")],
     "31.1": [(0.0, "after a cycle the bound well is ")],
     "32.1": [(1.0, "too small"), (90_000.0, "too large")],
@@ -265,6 +265,9 @@ def test_a_rounded_figure_is_said_to_be_close() -> None:
     near = exercises.check("02.1", 0.992 * worked("02.1"))
     assert near.words == "close, but not within 0.05 %: it looks rounded"
     assert near.hint == "keep all digits until the end, and answer within 0.05 %"
+    whole = exercises.check("02.1", round(worked("02.1", "ada")), "ada")
+    assert abs(round(worked("02.1", "ada")) / worked("02.1", "ada") - 1.0) > 0.01
+    assert whole.words == near.words
     minutes = exercises.check("10.2", worked("10.2") / 60.0)
     assert (minutes.words, minutes.hint) == ("off by minutes for seconds", "the unit is s")
 
@@ -290,6 +293,8 @@ def test_a_number_may_follow_from_those_before() -> None:
     "answer", [float("nan"), float("inf"), 10**400, True, None, "472", [472.0]]
 )
 def test_an_answer_that_is_no_figure_is_told_so(answer: object) -> None:
+    """In the unit that the task states."""
+    assert "\nAnswer in %: such as 10.0" in str(exercises.task("02.1"))
     assert re.match(r"the answer must be a finite number \[%\], not .", refused("02.1", answer))
 
 
@@ -444,6 +449,15 @@ def test_a_decimal_or_an_array_that_is_no_figure_is_told_so(answer: object) -> N
     assert "a finite number [%]" in refused("02.1", answer)
 
 
+@pytest.mark.parametrize("student", STUDENTS)
+def test_the_example_of_a_task_can_be_graded_and_is_wrong(student: str) -> None:
+    for number in NUMBERS:
+        task, asked = exercises.task(number, student), exercise(number)
+        if (example := asked.form.example) and "..." not in example:
+            value = asked.form.read(task, eval(example, {"Fraction": Fraction}))
+            assert not asked.grade(task, "", value), number
+
+
 def test_a_figure_of_a_witness_has_a_range() -> None:
     letter, _ = worked("03.1")
     assert "a finite number [A] from 0.1 to 500" in refused("03.1", (letter, 0.05))
@@ -567,7 +581,9 @@ def test_a_formulation_may_be_a_class_or_an_object() -> None:
     assert grade.words.startswith("your problem allows (hover_time_s = ")
     assert "deadline" not in str(grade)  # That row is what is asked for
     assert "takes any building and order" in refused("05.2", optuav.P1())
-    assert "an object, such as P4(building=...), because building" in refused("05.2", optuav.P4)
+    unset = "the answer must be an object with building set, such as P4(building=...)"
+    assert refused("05.2", optuav.P4) == f"{unset}, not the class P4"
+    assert refused("14.1", Model).endswith("takes any building and order, not the class Model")
 
     class Reserve(optuav.Formulation):
         """Longest hover with a reserve of time."""
@@ -643,7 +659,9 @@ class Aimless(optuav.Formulation):
     ],
 )
 def test_where_the_code_of_a_formulation_stops(answer: object, words: str) -> None:
-    assert re.fullmatch(words, refused("05.2", answer))
+    said = refused("05.2", answer)
+    assert re.fullmatch(words, said)
+    assert said.count("did you mean") <= 1
 
 
 def direct_or_not(task: Any, *, more_As: float, binary: bool = True) -> Model:
@@ -762,7 +780,7 @@ def test_a_branch_that_is_not_bounded_is_named() -> None:
     weak["bounds of f"] = weak["charge"] * task["far_As"] - task["far"]
     grade = exercises.check("12.1", [first, weak])
     assert grade.words.startswith("second branch: no choice has a value above ")
-    assert "a list of two, such as [{'charge'" in refused("12.1", first)
+    assert "a list of two dicts of numbers by name: charge, near slots" in refused("12.1", first)
     assert "near slots, bounds of n, bounds of f, branch" in refused("12.1", [first, {"x": 1}])
 
 
