@@ -97,8 +97,8 @@ def explain(
     ----------
     subject
         A plan or its file (.json), a program of `optuav.formulate`, or a mission for
-        `optuav.solve`. For a `RobustPlan`, its question is explained without doubt, and the number
-        that costs most hover is named.
+        `optuav.solve`. For a `RobustPlan`, its question is explained with certain numbers,
+        and the number that costs most hover is named.
     problem, perspective
         With a mission only: an instance of a `Formulation` or a name such as ``"P2"``, and the
         count of charge, such as ``"battery"``. None for ``"P1"`` and ``"available"``.

@@ -133,8 +133,8 @@ def robust(
     >>> import optuav
     >>> box = {"drain": {"percent": 5}, "charge": {"percent": 10}}
     >>> robust = optuav.robust("paper", box)
-    >>> f"{robust.hover_s:.3f} s, {robust.price_s:.1f} s less than without doubt"
-    '555.810 s, 41.5 s less than without doubt'
+    >>> f"{robust.hover_s:.3f} s, {robust.price_s:.1f} s less than with certain numbers"
+    '555.810 s, 41.5 s less than with certain numbers'
     """
     faults = [*_option_faults(perspective, chance, confidence, samples, seed)]
     with collected(faults):
@@ -146,7 +146,7 @@ def robust(
     question = _question(loaded, problem, perspective)
     nominal = solve(loaded, question.problem, perspective=perspective)
     if not nominal:
-        raise NoPlanError(f"no plan even without doubt: {'; '.join(nominal.reasons)}")
+        raise NoPlanError(f"no plan even with certain numbers: {'; '.join(nominal.reasons)}")
     hover_m = vehicle.hover_point_m(loaded)
     network = flyable_network(loaded.replace({"route.hover_m": [*map(float, hover_m)]}))
     search = Search(question, network)
@@ -205,7 +205,7 @@ def _battery_faults(mission: Mission) -> Iterator[Fault]:
 def _question(
     mission: Mission, problem: Formulation | ProblemName, perspective: Perspective
 ) -> Question:
-    """Return the question without doubt, or refuse a problem that has no robust form."""
+    """Return the question with certain numbers, or refuse a problem that has no robust form."""
     question = checked_question(mission, problem, perspective)
     several = question.several or question.speed_free or question.p1.hover_point != "w_U"
     if question.problem.name not in PROBLEMS_TAKEN or several:
@@ -258,7 +258,7 @@ def _show(robust: Results) -> Iterator[str]:
     yield f"Robust plan: {printable(robust.mission.name)}"
     yield f"Route       {' → '.join(map(printable, facts['route']))}"
     yield f"Hover       {facts['hover_s']:.3f} s, rest {facts['rest_s']:.3f} s"
-    nominal = f"{facts['nominal_hover_s']:.3f} s without doubt"
+    nominal = f"{facts['nominal_hover_s']:.3f} s with certain numbers"
     yield f"Price       {facts['price_s']:.3f} s of hover: {nominal}"
     part = "" if facts["chance"] is None else f" at {facts['reach_share']:.1%} of its reach"
     held = f"{facts['flyable']:.2%} of {facts['samples']} samples of the box"
