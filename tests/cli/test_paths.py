@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 
+import optuav
 from tests.cli.run import refused, run
 from tests.cli.test_own_problem import MINE
 
@@ -66,3 +68,30 @@ def test_an_unknown_user_is_refused(line: tuple[str, ...], home: Path) -> None:
     asked = [part.format("~nobody-here") for part in line]
     assert "there is no user 'nobody-here'; state the whole path" in refused(*asked)
     assert not [*Path().iterdir()]
+
+
+def test_a_place_that_may_not_be_written_to_is_refused_before_the_work(
+    home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A new file in a locked folder, a locked file, a folder whose name is too long."""
+    monkeypatch.setattr(optuav, "solve", lambda *_, **__: pytest.fail("solved"))
+    (home / "plan.json").touch()
+    for locked in (home, home / "plan.json"):
+        monkeypatch.setattr(os, "access", lambda path, _, locked=locked: Path(path) != locked)
+        words = "plan.json: cannot be written: Permission denied"
+        assert words in refused("solve", "paper", "--save", "~/plan.json")
+    words = f"{'n' * 300}: cannot be made: File name too long"
+    assert words in refused("solve", "paper", "--plot", "n" * 300)
+
+
+@pytest.mark.parametrize(
+    ("line", "name"),
+    [
+        (("solve", "paper", "--animate"), "--animate"),
+        (("audit", "plan.json", "--plot"), "--plot"),
+        (("export", "plan.json"), "FILE"),
+        (("map", "paper", "--over", "device", "--step", "900", "--save"), "--save"),
+    ],
+)
+def test_what_is_no_text_is_not_printed(line: tuple[str, ...], name: str) -> None:
+    assert f"{name} = '-': a name that ends in ." in refused(*line, "-")
