@@ -53,9 +53,6 @@ LOOKS: Mapping[str, Look] = {
 }
 """Meaning of each colour and line, by name of its role."""
 
-LIMITS = ("charge", "deadline", "dry", "overfull", "bounds")
-"""Roles of the limits of a plan."""
-
 PHASES = {kind: LOOKS[kind].light for kind in ("flight", "hover", "rest")}
 """Fills of the phases by kind."""
 

@@ -14,11 +14,12 @@ import pytest
 from PIL import Image, ImageColor
 
 import optuav
-from optuav.looks import LIMITS, LOOKS, SERIES, colour, variables
+from optuav.looks import LOOKS, SERIES, colour, variables
 
 ROOT = Path(optuav.__file__).parents[1]
 CODE = re.compile(r"#[0-9a-fA-F]{3,8}\b")
 WORDS = ("ink", "muted", "charge", "deadline", "dry", "overfull", "flies")
+LIMITS = ("charge", "deadline", "dry", "overfull", "bounds")  # Limits of a plan, drawn together
 FLOOR = 4.5  # Least contrast of words, WCAG 2.2 AA
 FLOOR_OF_LINES = 3.0
 APART = 20.0  # Least distance of two limits, CIE 1976

@@ -27,14 +27,13 @@ def calibrate(
 ) -> None:
     """Find parameters of a mission from measurements, and say how sure they are."""
     from optuav.mission import load
-    from optuav.mission.files import ending_of, must_be_new, write_text
+    from optuav.mission.files import must_be_new, write_text
 
     if extends is not None:
         load(extends)  # refused before the work
-    check_places(None, plot)
     if save is not None:
-        ending_of(save, ".toml", "", name="--save")
         must_be_new(save)
+    check_places(save, plot, ".toml", "")
     from optuav import calibration
 
     found: Fit = getattr(calibration, f"fit_{kind.replace('-', '_')}")(files)

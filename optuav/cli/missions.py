@@ -196,11 +196,12 @@ def missions(of_the_set: bool = False, as_json: bool = False) -> None:
 def new(file: Path, source: str = "paper", **numbers: float | None) -> None:
     """Write a mission file that explains every key."""
     from optuav.mission import load
-    from optuav.mission.files import STANDARD, ending_of, must_be_new, write_text
+    from optuav.mission.files import STANDARD, check_place, ending_of, must_be_new, write_text
     from optuav.mission.template import template
 
     ending_of(file, ".toml", "", name="FILE")
     must_be_new(file)
+    check_place(file)  # before the questions
     if source in SHEETS:
         sheet = _sheet(getattr(optuav, SHEETS[source]), numbers)
         mission, remarks = sheet.mission(), sheet.remarks()

@@ -30,22 +30,24 @@ STYLES = {
 Progress: TypeAlias = Callable[[int, int | None, str], None]
 
 
-def check_places(
-    save: Path | None, plot: Path | None, *endings: str, option: str = "--save"
-) -> None:
-    """Refuse files and directories that cannot be written to, before the work begins."""
+def check_places(save: Path | None, plot: Path | None, *endings: str, file_only: str = "") -> None:
+    """Refuse files and directories that cannot be written to, before the work begins.
+
+    An option `file_only` cannot be the standard output, as --save of a text can.
+    """
     if save is not None:
         from optuav.mission.files import STANDARD, check_place, ending_of
 
-        if endings and save != STANDARD:
-            ending_of(save, *endings, name=option)
+        if endings and (save != STANDARD or file_only):
+            ending_of(save, *endings, name=file_only or "--save")
         check_place(save)
     if plot is not None:
         from optuav import plots
-        from optuav.mission.files import refusal
+        from optuav.mission.files import refusal, refusals
 
         _ = plots.curves  # refused here where matplotlib is missing
-        made = next(parent for parent in (plot, *plot.absolute().parents) if parent.exists())
+        with refusals(plot, "made"):
+            made = next(parent for parent in (plot, *plot.absolute().parents) if parent.exists())
         if not made.is_dir():
             raise refusal(plot, "is not a directory")
         if not os.access(made, os.W_OK):

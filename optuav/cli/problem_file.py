@@ -36,7 +36,11 @@ def problem_class(stated: str) -> type[Formulation]:
     # The file may import what lies beside it, but hides nothing that is installed.
     sys.path.append(str(place.parent))
     try:
-        exec(compile(text, str(place), "exec"), module.__dict__)
+        program = compile(text, str(place), "exec")
+    except (MemoryError, RecursionError, SyntaxError) as error:
+        raise _refused(error, name, getattr(error, "lineno", None) or 1) from error
+    try:
+        exec(program, module.__dict__)
     except SystemExit as error:
         raise InputError([Fault("", "", f"ended with {error!r} as it was run", name)]) from error
     classes = {key: each for key, each in vars(module).items() if isinstance(each, type)}
@@ -58,8 +62,6 @@ def faults_named() -> Iterator[None]:
     except Exception as error:
         trace = traceback.extract_tb(error.__traceback__)
         places = [(frame.filename, frame.lineno) for frame in trace]
-        if isinstance(error, SyntaxError):
-            places.append((error.filename or "", error.lineno))
         known = [(files[file], line) for file, line in places if file in files]
         if not known:
             raise
@@ -69,5 +71,9 @@ def faults_named() -> Iterator[None]:
             raise InputError(faults) from error
         if isinstance(error, OptuavError):
             raise
-        words = f"{type(error).__name__}: {getattr(error, 'msg', error)}"
-        raise InputError([Fault("", "", words, f"{name}, line {line}")]) from error
+        raise _refused(error, name, line) from error
+
+
+def _refused(error: Exception, name: str, line: int | None) -> InputError:
+    words = f"{type(error).__name__}: {getattr(error, 'msg', error)}"
+    return InputError([Fault("", "", words, f"{name}, line {line}")])

@@ -43,7 +43,7 @@ def solve(
             raise InputError([Fault("--solver", repr(solver), "goes with --engine cvxpy")])
         options["engine"] = optuav.Cvxpy(solver=solver)
     check_places(save, plot, ".json", "")
-    check_places(animate, None, ".gif", option="--animate")
+    check_places(animate, None, ".gif", file_only="--animate")
     one_stop = not {asked.stops, asked.hovers} - {None, 1}
     in_slots = "grid" in (asked.engine, asked.slot_s and asked.engine.replace("auto", "grid"))
     explained = one_stop and asked.hover_point in (None, "w_U")
@@ -143,7 +143,7 @@ def audit(plan: str, as_json: bool = False, plot: Path | None = None) -> None:
 
     Exit code 1 if it cannot, 2 if the file cannot be read.
     """
-    check_places(plot, None, ".png", option="--plot")
+    check_places(plot, None, ".png", file_only="--plot")
     judged = optuav.audit(plan)
     written = []
     if plot is not None and judged.replay is not None and judged.replay.phases:
@@ -162,7 +162,7 @@ def export(plan: str, file: Path, force: bool = False) -> None:
     """
     from optuav.plan.export import WRITERS
 
-    check_places(file, None, *WRITERS, option="FILE")
+    check_places(file, None, *WRITERS, file_only="FILE")
     try:
         optuav.load_plan(plan).export(file, force=force)
     except NoPlanError as error:

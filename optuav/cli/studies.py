@@ -278,14 +278,11 @@ def map(
     from optuav import maps
     from optuav.maps.output import FORMATS, summary, to_dict
     from optuav.maps.positions import DEVICE, HOVER_POINT, LASER, faults_of, hovers
-    from optuav.mission.files import STANDARD
     from optuav.mission.messages import unknown
 
-    check_places(out.save, out.plot, *FORMATS)
+    check_places(out.save, out.plot, *FORMATS, file_only="--save")
     places = {"device": DEVICE, "laser": LASER, "hover-point": HOVER_POINT}
     faults, ends = list[Fault](), None
-    if out.save == STANDARD:
-        faults.append(Fault("--save", "'-'", f"a name that ends in {' or '.join(FORMATS)}"))
     if over not in places:
         faults.append(unknown("--over", over, [*places]))
     if bounds is not None and not (ends := numbers_in(bounds) or None):

@@ -33,7 +33,7 @@ ENTRY = {
     "problem": "a problem that the set asks of this mission",
     "perspective": "a perspective that it asks about",
     "hover_s": f"{DURATION.words}; null without a plan",
-    "stops": f"a list of at most {MOST_STOPS}, each {STOP}; null or none without a plan",
+    "stops": f"a list of at most {MOST_STOPS}, each {STOP}; null without a plan",
 }
 """Keys of a solution."""
 TIMES = ("hover", "claimed", "best_known", "bound")  # Times of a checked solution, without _s

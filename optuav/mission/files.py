@@ -259,9 +259,12 @@ def check_place(path: Path, content: bytes | None = None) -> None:
         target = Path(os.path.realpath(path))
         if path.is_dir():
             raise refusal(path, "is a directory, not a file")
-        if not (path.exists() or target.parent.is_dir()):
+        if not (taken := path.exists()) and not target.parent.is_dir():
             folder = target.parent if path.parent.is_dir() else path.parent
             raise refusal(path, f"there is no directory {label(folder)}")
+        changed = [path] * taken + [target.parent] * (path.is_file() or not taken)
+        if not all(os.access(place, os.W_OK) for place in changed):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
         if not only_ours.get() or not path.is_file() or not path.stat().st_size:
             return
         if content is None and path.suffix == ".csv":
@@ -310,9 +313,9 @@ def expanded(stated: str | Path, name: str = "path") -> Path:
     raise InputError([Fault(name, _quoted(path), words)])
 
 
-def beside(folder: Path, stated: str | Path) -> Path:
+def beside(folder: Path, stated: str | Path, name: str = "path") -> Path:
     """A path that is stated relative to a folder, see `expanded`."""
-    return folder / expanded(stated)
+    return folder / expanded(stated, name)
 
 
 def seen_from(file: Path, path: str) -> str:
@@ -369,8 +372,6 @@ def _is_output(status: os.stat_result) -> bool:
 
 def _replace(target: Path, old: os.stat_result | None, content: bytes) -> None:
     """Put a new file in the place of an old one, or of none."""
-    if old and not os.access(target, os.W_OK):
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     temporary = target.with_name(TEMPORARY)
     with _locked(target.parent) as folder:
         unfinished.add(temporary)

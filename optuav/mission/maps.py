@@ -123,6 +123,6 @@ def _crs(document: dict[str, Any], file: Path) -> Any:
     with suppress(LookupError, TypeError, pyproj.exceptions.CRSError):
         if CODE.fullmatch(name := stated["properties"]["name"]):
             return pyproj.CRS.from_user_input(name)
-    words = 'not a reference system that pyproj knows, such as "EPSG:25832", and no link is '
-    words += "followed; correct it in the file"
+    words = 'not a reference system that pyproj knows, by its name as in {"type": "name", '
+    words += '"properties": {"name": "EPSG:25832"}}; correct it in the file'
     raise InputError([Fault("the file's crs", shown(name), words, label(file))])

@@ -10,7 +10,7 @@ from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats
 from optuav.errors import Fault, collected, refuse
 from optuav.mission import Mission, load
-from optuav.mission.messages import misfits, shown, unknown
+from optuav.mission.messages import counted, misfits, shown, unknown
 from optuav.mission.schema import Number
 from optuav.options import Perspective
 from optuav.plan import Plan, load_plan
@@ -255,7 +255,7 @@ def _range(now: float, low: float, high: float) -> str:
 
 def _chances(found: Chances, plan_hover_s: float | None) -> Iterator[str]:
     how = "as stated" if found.stated else "within 10 %, as nothing was stated"
-    count = f"{len(found.uncertain)} keys at once, {how}: {found.samples} samples"
+    count = f"{counted(len(found.uncertain), 'key')} at once, {how}: {found.samples} samples"
     yield f"{count}, seed {found.seed}"
     quantiles = ", ".join(f"{share:.0%} {s:.1f}" for share, s in found.quantiles_s.items())
     mean = f"mean {found.mean_s:.1f} s"

@@ -83,9 +83,11 @@ class SweepPlan:
 
 def read_plan(study: Path | Mapping[str, object]) -> SweepPlan:
     """Read a study from its file or its tables, or refuse it with all its faults."""
-    faults, is_file = list[Fault](), isinstance(study, Path)
-    path, source = (study, label(study)) if isinstance(study, Path) else (Path(), "study")
-    document = read_toml(path) if is_file else to_jsonable_python(study, fallback=_as_list)
+    faults, path, source = list[Fault](), Path(), "study"
+    if isinstance(study, Path):
+        path, source, document = study, label(study), read_toml(study)
+    else:
+        document = to_jsonable_python({**study}, fallback=_as_list)
     study_file = _stated(document, faults)
     with collected(faults):
         plan = _plan(study_file, path, faults)
@@ -146,8 +148,8 @@ def _plan(stated: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
             wrong.append(Fault("count", "", COUNT.words))
         if not spread:
             wrong.append(Fault("samples", "", "at least one key with its distribution"))
-    named = is_name(stated.mission)
-    loaded = load_all(stated.mission if named else beside(path.parent, stated.mission), wrong)
+    named, source = is_name(stated.mission), stated.mission
+    loaded = load_all(source if named else beside(path.parent, source, "mission"), wrong)
     questions = list[Question]()
     for mission in loaded:
         with collected(wrong):
@@ -165,7 +167,7 @@ def _plan(stated: StudyFile, path: Path, faults: list[Fault]) -> SweepPlan:
         Scenarios(mission, rows, grid),
         questions,
         stated.scenarios_per_part,
-        beside(path.parent, stated.output or path.stem),
+        beside(path.parent, stated.output or path.stem, "output"),
         {**stated.model_dump(exclude={"output"}), "mission": mission.to_dict()},
     )
     check(plan.scenarios)

@@ -108,6 +108,8 @@ BROKEN = [
     (("latin.py:Least",), "latin.py: is not text in UTF-8"),
     (("long.py:Least",), "long.py: is larger than the 1 MB that are read"),
     (("half.py:Least",), "half.py, line 2: SyntaxError: "),
+    (("null.py:Least",), "null.py, line 1: SyntaxError: source code string cannot contain null"),
+    (("deep.py:Least",), "deep.py, line 1: RecursionError: maximum recursion depth"),
     (("zero.py:Least",), "zero.py, line 2: ZeroDivisionError: division by zero"),
     (("ends.py:Least",), "ends.py: ended with SystemExit(0) as it was run"),
     (("twice.py:Twice",), "twice.py, line 7: the model has a variable 'x' already"),
@@ -124,6 +126,8 @@ def test_what_is_broken_is_one_error_without_a_traceback(
     (folder / "latin.py").write_bytes(b"\xff\xfe")
     (folder / "long.py").write_text("#" * 1_000_001)
     (folder / "half.py").write_text("\ndef half(:\n")
+    (folder / "null.py").write_text("\0")
+    (folder / "deep.py").write_text(".".join("a" * 100_000))
     (folder / "zero.py").write_text("\n1 / 0\n")
     (folder / "ends.py").write_text("import sys\nsys.exit(0)\n")
     (folder / "twice.py").write_text(TWICE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -66,3 +67,39 @@ def test_an_unknown_user_is_refused(line: tuple[str, ...], home: Path) -> None:
     asked = [part.format("~nobody-here") for part in line]
     assert "there is no user 'nobody-here'; state the whole path" in refused(*asked)
     assert not [*Path().iterdir()]
+
+
+@pytest.mark.parametrize(
+    ("line", "work"),
+    [
+        (("solve", "paper", "--save", "~/a.json"), "optuav.solve"),
+        (("calibrate", "rotor", "~/log.csv", "--save", "~/a.toml"), "optuav.calibration.fit_rotor"),
+        (("new", "~/a.toml"), "optuav.mission.template.template"),
+    ],
+)
+def test_a_place_that_may_not_be_written_to_is_refused_before_the_work(
+    line: tuple[str, ...], work: str, home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A new file in a locked folder; root may write everything: simulated."""
+    monkeypatch.setattr(work, lambda *_, **__: pytest.fail("done before"))
+    monkeypatch.setattr(os, "access", lambda path, _: Path(path) != home)
+    assert "a." in (words := refused(*line))
+    assert words.endswith("cannot be written: Permission denied\n")
+
+
+def test_a_folder_whose_name_is_too_long_is_named(home: Path) -> None:
+    words = f"{'n' * 300}: cannot be made: File name too long"
+    assert words in refused("solve", "paper", "--plot", "n" * 300)
+
+
+@pytest.mark.parametrize(
+    ("line", "name"),
+    [
+        (("solve", "paper", "--animate"), "--animate"),
+        (("audit", "plan.json", "--plot"), "--plot"),
+        (("export", "plan.json"), "FILE"),
+        (("map", "paper", "--over", "device", "--step", "900", "--save"), "--save"),
+    ],
+)
+def test_what_is_no_text_is_not_printed(line: tuple[str, ...], name: str) -> None:
+    assert f"{name} = '-': a name that ends in ." in refused(*line, "-")

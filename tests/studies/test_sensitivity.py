@@ -540,6 +540,7 @@ def test_the_mean_says_that_a_sample_without_a_plan_counts_as_none() -> None:
     assert 20 < len(flown) < 200
     words = f"mean {times_s.mean():.1f} s with 0 s for no plan, {flown.mean():.1f} s where there"
     assert words in " ".join(str(found).split())
+    assert "1 key at once, as stated: 200 samples" in str(found)
 
 
 def test_a_plan_without_an_answer_is_refused() -> None:

@@ -581,6 +581,10 @@ def test_what_is_no_path_is_refused() -> None:
     for call in (optuav.sweep, optuav.open_sweep):
         with pytest.raises(InputError, match="None: a path"):
             call(None)  # type: ignore[operator]
+    with pytest.raises(InputError, match=r"output = '~nobody-here': there is no user"):
+        optuav.sweep({"output": "~nobody-here", "grid": {"limits": {"deadline_s": [600]}}})
+    with pytest.raises(InputError, match=r"study: hover_time_s = 'a DataArray': unknown key"):
+        optuav.sweep(optuav.batch("paper", {"limits.deadline_s": [600.0]}))
 
 
 def test_what_cannot_be_opened_is_refused(tmp_path: Path) -> None:
