@@ -69,7 +69,7 @@ class Terrain:
 
     def time_left_s(self, places: Integers) -> Floats:
         """Time that the deadline leaves beyond the legs between places (stop + 2, box) [s]."""
-        return self.deadline_s - self.duration_s[places[:-1], places[1:]].sum(axis=0)
+        return np.asarray(self.deadline_s - self.duration_s[places[:-1], places[1:]].sum(axis=0))
 
 
 def least_sums(figures: Floats, place: int) -> Floats:
