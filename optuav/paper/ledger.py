@@ -4,6 +4,7 @@ import itertools
 import math
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from decimal import ROUND_DOWN, ROUND_HALF_EVEN, Decimal, InvalidOperation
 from enum import StrEnum
@@ -91,11 +92,9 @@ class PaperStatement:
     @property
     def is_number(self) -> bool:
         """Whether a number is stated, and not a finding in words, a formula or a range."""
-        try:
-            Decimal(self.stated)
-        except InvalidOperation:
-            return False
-        return True
+        with suppress(InvalidOperation):
+            return Decimal(self.stated).is_finite()
+        return False
 
 
 STATEMENTS = tuple(PaperStatement(**fields) for fields in DATA["statement"])
@@ -318,11 +317,7 @@ def ledger(names: str | Collection[str] = ()) -> Ledger:
         if not any(known.startswith(name) for known in names_known)
     )
     begun = tuple(name for name in names or [""] if name not in names_known)
-    chosen = (
-        statement
-        for statement in STATEMENTS
-        if statement.name in names or statement.name.startswith(begun)
-    )
+    chosen = (each for each in STATEMENTS if each.name in names or each.name.startswith(begun))
     return Ledger(tuple(map(_entry, chosen)))
 
 

@@ -6,6 +6,7 @@ that a name that looks like either is shown as a name.
 
 import base64
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
@@ -213,13 +214,10 @@ def _made(
         if isinstance(exhibit, tuple):
             left_out.append(exhibit)
         elif not only or {*only}.intersection([study.name, *exhibit.numbers]):
-            axes, names = (
-                exhibit.axes,
-                (f"figures/{exhibit.name}.{form}" for form in ("png", "svg")),
-            )
+            axes, names = exhibit.axes, [f"figures/{exhibit.name}.{end}" for end in ("png", "svg")]
             pictures = {name: image(axes, Path(name)) for name in names} if axes else {}
-            contents |= pictures
-            contents[f"data/{exhibit.name}.csv"] = as_csv(exhibit.records).encode()
+            table_file = {f"data/{exhibit.name}.csv": as_csv(exhibit.records).encode()}
+            contents |= pictures | table_file
             elements += _figure(exhibit, pictures)
     return contents, elements, left_out
 
@@ -286,12 +284,9 @@ def _section(anchor: str, title: str, *content: Element) -> Element:
 
 def _figure(exhibit: Exhibit, pictures: Mapping[str, bytes]) -> Iterator[Element]:
     """A picture, or a table, with its caption, links to its files, and its findings."""
-    names = [*pictures, f"data/{exhibit.name}.csv"]
-    links = [
-        part
-        for name in names
-        for part in (" ", element("a", name.rpartition(".")[2].upper(), href=quote(name)))
-    ]
+    names, links = [*pictures, f"data/{exhibit.name}.csv"], list[str | Element]()
+    for name in names:
+        links += (" ", element("a", name.rpartition(".")[2].upper(), href=quote(name)))
     if pictures:
         encoded = base64.b64encode(pictures[names[0]]).decode("ascii")
         source = f"data:image/png;base64,{encoded}"
@@ -305,36 +300,32 @@ def _figure(exhibit: Exhibit, pictures: Mapping[str, bytes]) -> Iterator[Element
 
 def _of_the_paper(entries: Ledger) -> Iterator[Element]:
     """Return the ledger's verdicts in short, the fit of Table II, and all statements, folded."""
-    rows = [("verdict", "statements of the paper")]
-    rows += [(verdict.value, str(count)) for verdict, count in entries.counts.items()]
-    rows.append(("all", str(len(entries.entries))))
+    counts = [(verdict.value, str(count)) for verdict, count in entries.counts.items()]
+    rows = [("verdict", "statements of the paper"), *counts, ("all", str(len(entries.entries)))]
     yield _section("in-short", "In short", prose(DATA["paper"]["missions"]), table(rows))
-    texts, entries_of_table = DATA["table2"], entries.table2
-    count = {
-        verdict.name.lower(): sum(cell.verdict is verdict for cell in entries_of_table)
-        for verdict in Verdict
-    }
+    texts, cells = DATA["table2"], entries.table2
+    verdicts = Counter(cell.verdict for cell in cells)
+    count = {verdict.name.lower(): verdicts[verdict] for verdict in Verdict}
     exact = count["fitted"] + count["recovered"]
     numbers = {
         **count,
-        **{"cells": len(entries_of_table), "exact": exact, "agreeing": exact + count["within"]},
+        **{"cells": len(cells), "exact": exact, "agreeing": exact + count["within"]},
         "parameters": len(texts["free_parameters"]),
         "exists": "is a" if table2.loads_exist(table2.CONSISTENT) else "is no",
     }
-    sentences = ("agreement", "worth", "adjusted", "existence")
     agreement, worth, *others = (
-        prose(texts[name].format(**texts, **numbers)) for name in sentences
+        prose(texts[name].format(**texts, **numbers))
+        for name in ("agreement", "worth", "adjusted", "existence")
     )
     parameters = f"Free parameters: {'; '.join(texts['free_parameters'])}."
     listed = listing((parameters, f"Data: {'; '.join(texts['data'])}."))
-    cells = [["cell", "printed", "by paper-table2", "why it cannot be matched"]]
-    for cell in (
-        candidate for candidate in entries_of_table if candidate.verdict is Verdict.CONTRADICTS
-    ):
-        values = (cell.statement.stated, cell.shown(cell.recovered))
-        shown = (minus(f"{value}\N{NO-BREAK SPACE}%") for value in values)
-        cells.append([f"{cell.statement.place}, {cell.statement.what}", *shown, cell.reason])
-    content = (agreement, worth, listed, *others, table(cells, cards=True))
+    wrong = [["cell", "printed", "by paper-table2", "why it cannot be matched"]]
+    for cell in cells:
+        if cell.verdict is Verdict.CONTRADICTS:
+            paper, values = cell.statement, (cell.statement.stated, cell.shown(cell.recovered))
+            shown = (minus(f"{value}\N{NO-BREAK SPACE}%") for value in values)
+            wrong.append([f"{paper.place}, {paper.what}", *shown, cell.reason])
+    content = (agreement, worth, listed, *others, table(wrong, cards=True))
     yield _section("fit", "Table II and the fit behind it", *content)
     keys = (*HEAD[1:], "by printed parameters", "by recovered parameters", "verdict", "reason")
     records = [keys, *([record[key] for key in keys] for record in entries.records())]

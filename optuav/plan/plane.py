@@ -148,7 +148,7 @@ class Plane(NamedTuple):
 
         def all_hold(but: Booleans | None = None) -> Booleans:
             others = [held for *_, held in bounding if held is not but]
-            return np.all([np.ones((len(y), len(x)), dtype=bool), *others], axis=0)
+            return np.asarray(np.all([np.ones((len(y), len(x)), dtype=bool), *others], axis=0))
 
         inside = all_hold()
         for cut in list(bounding):

@@ -13,14 +13,7 @@ from optuav.arrays import Floats
 from optuav.physics.kibam import Battery, Stage, Tilted, start, tilted_after, time_to_full
 from optuav.physics.roots import largest
 from optuav.search.branch import Stops
-from optuav.search.terrain import (
-    DESTINATION,
-    FIRST_BUILDING,
-    HOVER,
-    ORIGIN,
-    Terrain,
-    least_sums,
-)
+from optuav.search.terrain import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN, Terrain, least_sums
 
 HALVINGS = 60  # Halvings of a bisection
 LIKELIEST = 3  # Buildings that are tried
