@@ -97,8 +97,7 @@ class PaperStatement:
         return False
 
 
-STATEMENTS = tuple(PaperStatement(**fields) for fields in DATA["statement"])
-"""About in the paper's order."""
+STATEMENTS = tuple(PaperStatement(**fields) for fields in table2.STATEMENTS)
 
 
 @dataclass(frozen=True)
