@@ -6,7 +6,7 @@ that a name that looks like either is shown as a name.
 
 import base64
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
@@ -82,9 +82,7 @@ STUDIES = tuple(
     for name, texts in DATA["study"].items()
 )
 NAMES = (*(study.name for study in STUDIES), LEDGER)
-NUMBERS = sorted(
-    (number for study in STUDIES for number in study.numbers), key=lambda n: (len(n), n)
-)
+NUMBERS = sorted((n for study in STUDIES for n in study.numbers), key=lambda n: (len(n), n))
 
 
 def reproduce(
@@ -162,8 +160,8 @@ def _files(
     """Every file by its name in the directory, the report last, with its contents on top."""
     missions = PAPERS if own is None else (own,)
     chosen = [study for study in STUDIES if not only or {study.name, *study.numbers} & {*only}]
-    shown: dict[Study, list[Element]] = {study: [] for study in chosen}
-    left_out: dict[tuple[str, str], list[str]] = {}
+    shown = defaultdict[Study, list[Element]](list)
+    left_out = defaultdict[tuple[str, str], list[str]](list)
     steps = [(study, mission) for study in chosen for mission in missions]
     made = run_tasks(_made, [(*step, only) for step in steps], workers)
     tell = progress or (lambda *_: None)
@@ -174,7 +172,7 @@ def _files(
         shown[study] += elements
         for part, reason in lacking:
             what = f"{study.heading(of_paper=is_papers(mission))}{part and f', {part}'}"
-            left_out.setdefault((mission.name, reason), []).append(what)
+            left_out[mission.name, reason].append(what)
     numbers = list[Element]()
     if own is None and (not only or LEDGER in only):
         tell(len(steps), len(steps) + 1, LEDGER)
@@ -195,9 +193,7 @@ def _files(
     intro = [f"Computed by optuav from {' and '.join(names)}. The paper: {paper}."]
     plans = zip(names, map(solve, missions), strict=True)
     intro += [f"{name} has no plan: {why(plan)}." for name, plan in plans if not plan]
-    links = [
-        element("a", section[0].text or "", href=f"#{section.get('id')}") for section in sections
-    ]
+    links = (element("a", s[0].text or "", href=f"#{s.get('id')}") for s in sections)
     head = (element("h1", title), *(element("p", words) for words in intro))
     body = element("body", *head, element("nav", listing(links)), *sections)
     yield "report.md", markdown(body).encode()
