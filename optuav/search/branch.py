@@ -4,7 +4,7 @@ import itertools
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -57,29 +57,29 @@ def search(
     its rests are as short as its hover time allows. Rests may be 0; places may be visited again.
     Without a time limit [s], a search ends after about `MOST_BOXES` boxes; Ctrl-C ends any.
     """
-    return _BranchAndBound(terrain, time_limit_s, progress).run(patterns(rests, hovers))
+    limit_s = np.inf if time_limit_s is None else time_limit_s
+    return _BranchAndBound(terrain, limit_s, progress).run(patterns(rests, hovers))
 
 
 class _EarlyEnd(Exception):  # noqa: N818
     """The search ends early, for the reason given as text."""
 
 
+@dataclass
 class _BranchAndBound:
     """The open boxes, and the best plan so far: of plans that tie, the one that ranks first.
 
     The longest hover time met exceeds the plan's own by no more than a tie.
     """
 
-    def __init__(
-        self, terrain: Terrain, time_limit_s: float | None, progress: Progress | None
-    ) -> None:
-        self.terrain, self.progress = terrain, progress
-        self.time_limit_s = np.inf if time_limit_s is None else time_limit_s
-        self.started_s = time.monotonic()
-        self.longest_s = -np.inf
-        self.best: Stops | None = None
-        self.open: deque[Boxes] = deque()
-        self.examined = 0
+    terrain: Terrain
+    time_limit_s: float
+    progress: Progress | None
+    longest_s: float = -np.inf
+    best: "Stops | None" = None
+    open: deque[Boxes] = field(default_factory=deque)
+    examined: int = 0
+    started_s: float = field(default_factory=time.monotonic)
 
     def run(self, kinds: Iterable[Pattern]) -> SearchResult:
         ended, begun = "", False
@@ -221,8 +221,7 @@ def slack(terrain: Terrain, places: Integers, stays_s: Floats) -> Floats:
         charge = Tilted(totals[-1], tilts[-1])
         if stop == len(stays_s):
             break
-        stay = Stage(terrain.stay_current_A[end], stays_s[stop])
-        charge = _after_stay(terrain, charge, stay)
+        charge = _after_stay(terrain, charge, Stage(terrain.stay_current_A[end], stays_s[stop]))
         available = share * charge.total_As + charge.tilt_As
         room_As = np.inf if terrain.tapers else full_As - available
         least = np.minimum(least, np.minimum(available, room_As))
