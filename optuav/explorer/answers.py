@@ -27,7 +27,7 @@ from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.network.scene import Scene, scene
 from optuav.plan import Plan
 from optuav.plan.display import levels, round_step, rounded_up, thinned
-from optuav.plan.plane import ROLES, SAMPLES, sampled
+from optuav.plan.plane import ROLES, SAMPLES, Plane
 from optuav.plan.summary import facts
 from optuav.solving import Program, formulate
 from optuav.solving.program import entry_of
@@ -204,7 +204,7 @@ def _plane(program: Program, plan: Plan, axes: Sequence[float]) -> Data:
     model, way = part.model, program.network.route_names(int(part.routes[entry]))
     marked = [(plan.rest_time_s, plan.hover_time_s)] if plan else []
     try:
-        shown = sampled(model, model.row(entry), mission.limits, marked, axes[::-1])
+        shown = Plane(model, model.row(entry)).sampled(mission.limits, marked, axes[::-1])
     except InputError as error:
         return {"words": str(error)}
     return {

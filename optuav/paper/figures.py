@@ -204,10 +204,8 @@ def _records(plans: Mapping[str, Plan], column: str) -> list[Record]:
 
 def _stays(plan: Plan) -> list[str]:
     """The stops of a plan in words."""
-    return [
-        f"{stop.kind if stop.kind == stop.at else f'{stop.kind} {stop.at}'} {stop.duration_s:.2f} s"
-        for stop in plan.stops
-    ]
+    stops = ((dict.fromkeys((stop.kind, str(stop.at))), stop.duration_s) for stop in plan.stops)
+    return [f"{' '.join(names)} {duration_s:.2f} s" for names, duration_s in stops]
 
 
 def _columns(**values: Any) -> list[Record]:
@@ -257,17 +255,10 @@ def direct_path(mission: Mission) -> Exhibits:
     plans_found = existing(plans)
     rows: list[Sequence[str]] = [HEAD]
     for name, plan in plans_found.items():
-        values = (
-            plan.hover_time_s,
-            plan.mission_time_s,
-            *(eta(plan, perspective) for perspective in PAPER),
-        )
+        values = (plan.hover_time_s, plan.mission_time_s, *(eta(plan, each) for each in PAPER))
         rows.append((name, *(number(value, 2) for value in values)))
-    said, records = (
-        (*grounded(plans_found, "rows"), *missing(plans)),
-        _records(plans_found, "deadline"),
-    )
-    words = {"slot_s": mission.limits.slot_s}
+    said = (*grounded(plans_found, "rows"), *missing(plans))
+    records, words = _records(plans_found, "deadline"), {"slot_s": mission.limits.slot_s}
     yield Exhibit(mission, "direct-path", records, words, rows=rows, findings=said)
     if is_papers(mission):
         yield _beside_the_paper(mission)
@@ -442,12 +433,10 @@ def second_problem(mission: Mission) -> Exhibits:
     problems = (P1(), P2(), P2(tight=True))
     plans = {problem.name: solve(changed, problem, perspective="battery") for problem in problems}
     labels = DATA["exhibit"]["second-problem"]["labels"]
-    hovers = "; ".join(
-        f"{name} " + (f"{plan.hover_time_s:.2f} s" if plan else f"no plan, {why(plan)}")
-        for name, plan in plans.items()
-    )
-    records = _records(existing(plans), "problem")
-    bars = _bars({(labels[name], ""): plan for name, plan in plans.items() if plan})
+    said = {n: f"{p.hover_time_s:.2f} s" if p else f"no plan, {why(p)}" for n, p in plans.items()}
+    hovers = "; ".join(f"{name} {words}" for name, words in said.items())
+    records = _records(flown := existing(plans), "problem")
+    bars = _bars({(labels[name], ""): plan for name, plan in flown.items()})
     yield Exhibit(changed, "second-problem", records, {"hovers": hovers}, bars=bars)
 
 

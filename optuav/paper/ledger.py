@@ -4,6 +4,7 @@ import itertools
 import math
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from decimal import ROUND_DOWN, ROUND_HALF_EVEN, Decimal, InvalidOperation
 from enum import StrEnum
@@ -13,6 +14,7 @@ import numpy as np
 
 from formulations.p4 import P4
 from formulations.soc import PAPER, PERSPECTIVES
+from optuav import markup
 from optuav.arrays import Floats
 from optuav.errors import Fault, printed, refuse, shown
 from optuav.frames import DataFrame, frame
@@ -91,15 +93,12 @@ class PaperStatement:
     @property
     def is_number(self) -> bool:
         """Whether a number is stated, and not a finding in words, a formula or a range."""
-        try:
-            Decimal(self.stated)
-        except InvalidOperation:
-            return False
-        return True
+        with suppress(InvalidOperation):
+            return Decimal(self.stated).is_finite()
+        return False
 
 
-STATEMENTS = tuple(PaperStatement(**fields) for fields in DATA["statement"])
-"""About in the paper's order."""
+STATEMENTS = tuple(PaperStatement(**fields) for fields in table2.STATEMENTS)
 
 
 @dataclass(frozen=True)
@@ -245,8 +244,6 @@ class Ledger:
         return f"<Ledger of {counted(len(self.entries), 'statement')}, {wrong} not matched>"
 
     def _repr_html_(self) -> str:
-        from optuav import markup
-
         heads = ("name", "what", "stated", "unit", "by printed parameters", "verdict")
         rows = [[record[head] for head in heads] for record in self.records()]
         rows.sort(key=lambda row: row[-1] not in UNMATCHED)
@@ -318,11 +315,7 @@ def ledger(names: str | Collection[str] = ()) -> Ledger:
         if not any(known.startswith(name) for known in names_known)
     )
     begun = tuple(name for name in names or [""] if name not in names_known)
-    chosen = (
-        statement
-        for statement in STATEMENTS
-        if statement.name in names or statement.name.startswith(begun)
-    )
+    chosen = (each for each in STATEMENTS if each.name in names or each.name.startswith(begun))
     return Ledger(tuple(map(_entry, chosen)))
 
 
@@ -421,14 +414,14 @@ def energy_is_shorter(mission: Mission) -> Value:
     changed = with_deadline(mission, 800.0)
     energy, *others = (curves.by_trajectory(changed, name) for name in ("energy", *SAME))
     pairs = [(energy[name], plans[name]) for plans in others for name in energy]
-    return "yes" if all(less.hover_time_s < more.hover_time_s for less, more in pairs) else "no"
+    return markup.yes_or_no(all(less.hover_time_s < more.hover_time_s for less, more in pairs))
 
 
 def least_charge_is_kept(mission: Mission) -> Value:
     """Return whether η1 is at least η0 at the end of every plan at 800 s."""
     changed, least = with_deadline(mission, 800.0), mission.limits.min_soc - 1e-9
     plans = (plan for name in PAPER for plan in curves.by_trajectory(changed, name).values())
-    return "yes" if all((plan.soc or {})["battery"] >= least for plan in plans) else "no"
+    return markup.yes_or_no(all((plan.soc or {})["battery"] >= least for plan in plans))
 
 
 def hover_drop(mission: Mission, percent: float, building: str) -> Value:
@@ -479,8 +472,8 @@ FORMULAS: dict[str, Callable[..., Any]] = {
     "hover_time_s": lambda m, *row: curves.table2_row(m, *row).hover_time_s,
     "mission_time_s": lambda m, *row: curves.table2_row(m, *row).mission_time_s,
     "optimum_in_slots": lambda m: solve(m, perspective="battery", slot_s=1.0).hover_time_s,
-    "same_in_slots": lambda m: (
-        "yes" if len({solve(m, perspective=p, slot_s=1).hover_time_s for p in SAME}) == 1 else "no"
+    "same_in_slots": lambda m: markup.yes_or_no(
+        len({solve(m, perspective=p, slot_s=1).hover_time_s for p in SAME}) == 1
     ),
     "crossing_As": _crossing_As,
     "saving_As": lambda m, *at: _crossing_As(m, *at) - m.battery.capacity_As,

@@ -6,6 +6,7 @@ that a name that looks like either is shown as a name.
 
 import base64
 import re
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
@@ -81,9 +82,7 @@ STUDIES = tuple(
     for name, texts in DATA["study"].items()
 )
 NAMES = (*(study.name for study in STUDIES), LEDGER)
-NUMBERS = sorted(
-    (number for study in STUDIES for number in study.numbers), key=lambda n: (len(n), n)
-)
+NUMBERS = sorted((n for study in STUDIES for n in study.numbers), key=lambda n: (len(n), n))
 
 
 def reproduce(
@@ -161,8 +160,8 @@ def _files(
     """Every file by its name in the directory, the report last, with its contents on top."""
     missions = PAPERS if own is None else (own,)
     chosen = [study for study in STUDIES if not only or {study.name, *study.numbers} & {*only}]
-    shown: dict[Study, list[Element]] = {study: [] for study in chosen}
-    left_out: dict[tuple[str, str], list[str]] = {}
+    shown = defaultdict[Study, list[Element]](list)
+    left_out = defaultdict[tuple[str, str], list[str]](list)
     steps = [(study, mission) for study in chosen for mission in missions]
     made = run_tasks(_made, [(*step, only) for step in steps], workers)
     tell = progress or (lambda *_: None)
@@ -173,7 +172,7 @@ def _files(
         shown[study] += elements
         for part, reason in lacking:
             what = f"{study.heading(of_paper=is_papers(mission))}{part and f', {part}'}"
-            left_out.setdefault((mission.name, reason), []).append(what)
+            left_out[mission.name, reason].append(what)
     numbers = list[Element]()
     if own is None and (not only or LEDGER in only):
         tell(len(steps), len(steps) + 1, LEDGER)
@@ -194,9 +193,7 @@ def _files(
     intro = [f"Computed by optuav from {' and '.join(names)}. The paper: {paper}."]
     plans = zip(names, map(solve, missions), strict=True)
     intro += [f"{name} has no plan: {why(plan)}." for name, plan in plans if not plan]
-    links = [
-        element("a", section[0].text or "", href=f"#{section.get('id')}") for section in sections
-    ]
+    links = (element("a", s[0].text or "", href=f"#{s.get('id')}") for s in sections)
     head = (element("h1", title), *(element("p", words) for words in intro))
     body = element("body", *head, element("nav", listing(links)), *sections)
     yield "report.md", markdown(body).encode()
@@ -213,13 +210,10 @@ def _made(
         if isinstance(exhibit, tuple):
             left_out.append(exhibit)
         elif not only or {*only}.intersection([study.name, *exhibit.numbers]):
-            axes, names = (
-                exhibit.axes,
-                (f"figures/{exhibit.name}.{form}" for form in ("png", "svg")),
-            )
+            axes, names = exhibit.axes, [f"figures/{exhibit.name}.{end}" for end in ("png", "svg")]
             pictures = {name: image(axes, Path(name)) for name in names} if axes else {}
-            contents |= pictures
-            contents[f"data/{exhibit.name}.csv"] = as_csv(exhibit.records).encode()
+            table_file = {f"data/{exhibit.name}.csv": as_csv(exhibit.records).encode()}
+            contents |= pictures | table_file
             elements += _figure(exhibit, pictures)
     return contents, elements, left_out
 
@@ -286,12 +280,9 @@ def _section(anchor: str, title: str, *content: Element) -> Element:
 
 def _figure(exhibit: Exhibit, pictures: Mapping[str, bytes]) -> Iterator[Element]:
     """A picture, or a table, with its caption, links to its files, and its findings."""
-    names = [*pictures, f"data/{exhibit.name}.csv"]
-    links = [
-        part
-        for name in names
-        for part in (" ", element("a", name.rpartition(".")[2].upper(), href=quote(name)))
-    ]
+    names, links = [*pictures, f"data/{exhibit.name}.csv"], list[str | Element]()
+    for name in names:
+        links += (" ", element("a", name.rpartition(".")[2].upper(), href=quote(name)))
     if pictures:
         encoded = base64.b64encode(pictures[names[0]]).decode("ascii")
         source = f"data:image/png;base64,{encoded}"
@@ -305,36 +296,32 @@ def _figure(exhibit: Exhibit, pictures: Mapping[str, bytes]) -> Iterator[Element
 
 def _of_the_paper(entries: Ledger) -> Iterator[Element]:
     """Return the ledger's verdicts in short, the fit of Table II, and all statements, folded."""
-    rows = [("verdict", "statements of the paper")]
-    rows += [(verdict.value, str(count)) for verdict, count in entries.counts.items()]
-    rows.append(("all", str(len(entries.entries))))
+    counts = [(verdict.value, str(count)) for verdict, count in entries.counts.items()]
+    rows = [("verdict", "statements of the paper"), *counts, ("all", str(len(entries.entries)))]
     yield _section("in-short", "In short", prose(DATA["paper"]["missions"]), table(rows))
-    texts, entries_of_table = DATA["table2"], entries.table2
-    count = {
-        verdict.name.lower(): sum(cell.verdict is verdict for cell in entries_of_table)
-        for verdict in Verdict
-    }
+    texts, cells = DATA["table2"], entries.table2
+    verdicts = Counter(cell.verdict for cell in cells)
+    count = {verdict.name.lower(): verdicts[verdict] for verdict in Verdict}
     exact = count["fitted"] + count["recovered"]
     numbers = {
         **count,
-        **{"cells": len(entries_of_table), "exact": exact, "agreeing": exact + count["within"]},
+        **{"cells": len(cells), "exact": exact, "agreeing": exact + count["within"]},
         "parameters": len(texts["free_parameters"]),
         "exists": "is a" if table2.loads_exist(table2.CONSISTENT) else "is no",
     }
-    sentences = ("agreement", "worth", "adjusted", "existence")
     agreement, worth, *others = (
-        prose(texts[name].format(**texts, **numbers)) for name in sentences
+        prose(texts[name].format(**texts, **numbers))
+        for name in ("agreement", "worth", "adjusted", "existence")
     )
     parameters = f"Free parameters: {'; '.join(texts['free_parameters'])}."
     listed = listing((parameters, f"Data: {'; '.join(texts['data'])}."))
-    cells = [["cell", "printed", "by paper-table2", "why it cannot be matched"]]
-    for cell in (
-        candidate for candidate in entries_of_table if candidate.verdict is Verdict.CONTRADICTS
-    ):
-        values = (cell.statement.stated, cell.shown(cell.recovered))
-        shown = (minus(f"{value}\N{NO-BREAK SPACE}%") for value in values)
-        cells.append([f"{cell.statement.place}, {cell.statement.what}", *shown, cell.reason])
-    content = (agreement, worth, listed, *others, table(cells, cards=True))
+    wrong = [["cell", "printed", "by paper-table2", "why it cannot be matched"]]
+    for cell in cells:
+        if cell.verdict is Verdict.CONTRADICTS:
+            paper, values = cell.statement, (cell.statement.stated, cell.shown(cell.recovered))
+            shown = (minus(f"{value}\N{NO-BREAK SPACE}%") for value in values)
+            wrong.append([f"{paper.place}, {paper.what}", *shown, cell.reason])
+    content = (agreement, worth, listed, *others, table(wrong, cards=True))
     yield _section("fit", "Table II and the fit behind it", *content)
     keys = (*HEAD[1:], "by printed parameters", "by recovered parameters", "verdict", "reason")
     records = [keys, *([record[key] for key in keys] for record in entries.records())]

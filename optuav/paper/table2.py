@@ -1,10 +1,10 @@
 """Table II: its states of charge, and the loads that they allow, by linear programming."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from decimal import Decimal
 from functools import cache
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -21,14 +21,36 @@ NOMINAL_J = BATTERY_AS * TABLE["nominal_V"]
 FLIGHT_J = BATTERY_AS * float(TABLE["flight_V"])
 HOVER_J = BATTERY_AS * float(TABLE["hover_V"])  # B, E_0, E_1 and E_2 as the paper composes them
 
-_CHARGES = (
-    (*statement["compute"][1:], statement["stated"])
-    for statement in DATA["statement"]
-    if statement["compute"][0] == "charge_left"
+
+def cells(rows: Sequence[Sequence[Any]], columns: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """The statements of the table, row by row; a column says what its cells share."""
+    for number, (deadline_s, perspective, slots_s, *printed) in enumerate(rows, start=1):
+        known = {"deadline_s": deadline_s, "perspective": perspective, "slots_s": slots_s}
+        for (name, column), stated in zip(columns.items(), printed, strict=True):
+            texts = ((key, text) for key, text in column.items() if isinstance(text, str))
+            cell = {key: text.format(**known, hover_s=printed[0]) for key, text in texts}
+            at = (column["eta"], slots_s) if "eta" in column else (deadline_s, perspective)
+            yield {
+                **cell,
+                **{key: (cell[key], *at) for key in ("compute", "room") if key in cell},
+                **{"name": f"table2-{number}-{name}", "place": f"Table II, row {number}"},
+                **{"stated": stated, "fitted": stated in column.get("fitted", ())},
+                "reason": column["reasons"].get(stated, ""),
+            }
+
+
+STATEMENTS = tuple(
+    statement
+    for fields in DATA["statement"]
+    for statement in (cells(**fields) if "rows" in fields else [fields])
 )
+"""Fields of the statements, about in the paper's order."""
 CONSISTENT: tuple[Charge, ...] = tuple(
     dict.fromkeys(
-        charge for charge in _CHARGES if [charge[0], charge[2]] not in TABLE["impossible"]
+        (*statement["compute"][1:], statement["stated"])
+        for statement in STATEMENTS
+        if statement["compute"][0] == "charge_left"
+        and [statement["compute"][1], statement["stated"]] not in TABLE["impossible"]
     )
 )
 """The different states of charge, without those that the others rule out."""

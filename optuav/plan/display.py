@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple
 from xml.etree.ElementTree import Element
@@ -66,29 +66,26 @@ def verdict(plan: Plan) -> str:
     return f"Hover {plan.hover_time_s:.2f} s ({known}){flies}"
 
 
-def _notes(plan: Plan) -> list[Element]:
+def _notes(plan: Plan) -> Iterator[Element]:
     """Warnings, and the notes folded: some give away what a reader may want to find."""
-    warnings = [remark for remark in remarks(plan) if remark[0] != "Note"]
-    notes = [remark for remark in remarks(plan) if remark[0] == "Note"]
-    shown_notes = [folded(f"Notes ({len(notes)})", pairs(notes))] if notes else []
-    return [*([pairs(warnings)] if warnings else []), *shown_notes]
+    if warnings := [remark for remark in remarks(plan) if remark[0] != "Note"]:
+        yield pairs(warnings)
+    if notes := [remark for remark in remarks(plan) if remark[0] == "Note"]:
+        yield folded(f"Notes ({len(notes)})", pairs(notes))
 
 
 def levels(plan: Plan) -> Levels:
     """Both wells over a plan; of packs that take turns, when one of them changes its part."""
-    changes = list[tuple[float, float, float]]()
-    if plan.mission.battery.takes_turns:
-        for stretch in chain.from_iterable(carry(plan.mission, plan.phases).stretches):
-            end_s = float(stretch.start_s[0] + stretch.duration_s[0])
-            available_As, bound_As = (float(well[0].sum()) for well in stretch.wells)
-            changes.append((end_s, available_As, bound_As))
+    mission = plan.mission
+    changes = [(0.0, *vehicle.start(mission).wells(vehicle.pool(mission)))]
+    if mission.battery.takes_turns:
+        for stretch in chain.from_iterable(carry(mission, plan.phases).stretches):
+            end_s = stretch.start_s[0] + stretch.duration_s[0]
+            changes.append((end_s, *(well[0].sum() for well in stretch.wells)))
     else:
-        for step in steps(plan.mission, plan.phases, PIECES):
-            end_s = step.start_s + step.stage.duration_s
-            changes.append((end_s, *map(float, step.after)))
-    pool = vehicle.pool(plan.mission)
-    begin = vehicle.start(plan.mission).wells(pool)
-    return Levels(*np.array([(0.0, *map(float, begin)), *changes]).T)
+        for step in steps(mission, plan.phases, PIECES):
+            changes.append((step.start_s + step.stage.duration_s, *step.after))
+    return Levels(*np.array(changes, dtype=float).T)
 
 
 def thinned(course: Levels) -> Levels:
@@ -145,10 +142,11 @@ def picture(
         draw("rect", x=start, y=ABOVE - 5.0, width=wide, height=4.0, fill=PHASES[kind])
         if wide > LETTER * len(kind):
             draw("text", kind, x=start + wide / 2.0, y=ABOVE - 8.0, text_anchor="middle")
-    for tick_s in ticks(end_s):
-        at = x(tick_s)
+    step_s = round_step(end_s)
+    for number in range(int(end_s / step_s) + 1):
+        at = x(step_s * number)
         draw("line", x1=at, x2=at, y1=bottom, y2=bottom + 4.0, **line)
-        draw("text", figure(tick_s), x=at, y=bottom + 16.0, text_anchor="middle")
+        draw("text", figure(step_s * number), x=at, y=bottom + 16.0, text_anchor="middle")
     draw("text", "s", x=right + RIGHT, y=bottom + 16.0, text_anchor="end")
     at, below = LEFT, bottom + 37.0
     for colour, words in legend:
@@ -162,12 +160,6 @@ def picture(
     box = f"0 0 {right + RIGHT:g} {below + 9.0:g}"
     named = {"role": "img", "aria_label": "Charge in both wells over time"}
     return element("svg", *drawn, viewBox=box, fill="currentColor", font_size="12", **named)
-
-
-def ticks(end_s: float) -> list[float]:
-    """Round moments from 0 on [s], at most `MOST_TICKS` steps."""
-    step = round_step(end_s, MOST_TICKS)
-    return [step * number for number in range(int(end_s / step) + 1)]
 
 
 def round_step(length: float, most: int = MOST_TICKS) -> float:

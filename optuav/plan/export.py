@@ -57,20 +57,20 @@ def course_of(plan: Plan) -> Course:
     ahead = pyproj.Transformer.from_crs(system_in_metres(crs), DEGREES, always_xy=True)
     degrees = np.column_stack(ahead.transform(*position_m[:, :2].T))
     if not np.isfinite(degrees).all():
-        raise InputError(
-            [Fault("crs", crs, "a reference system that holds all places of the plan")]
-        )
-    angles = np.round(degrees, DIGITS).tolist()
-    heights_m = position_m[:, 2].tolist()
-    points = [Position(x, y, z_m) for (x, y), z_m in zip(angles, heights_m, strict=True)]
+        words = "a reference system that holds all places of the plan"
+        raise InputError([Fault("crs", crs, words)])
+    angles = np.round(degrees, DIGITS)
+    points = [Position(*row) for row in np.column_stack([angles, position_m[:, 2]]).tolist()]
     places, bends = dict(zip(names, points, strict=False)), iter(points[len(names) :])
     steps = []
     for phase in plan.phases:
-        ends = (phase.start_place, phase.end_place)
         if phase.kind == "flight" or phase.duration_s > 0.0:
-            first, last = (places[name] for name in ends)
-            way = (first, *islice(bends, len(phase.waypoints_m)), last)
-            way = way if phase.kind == "flight" else way[1:]
-            steps.append(Step(phase.kind, ends[1], way, phase.duration_s, phase.peak_speed_m_s))
+            end, way = (
+                phase.end_place,
+                (*islice(bends, len(phase.waypoints_m)), places[phase.end_place]),
+            )
+            if phase.kind == "flight":
+                way = (places[phase.start_place], *way)
+            steps.append(Step(phase.kind, end, way, phase.duration_s, phase.peak_speed_m_s))
     altitude_m = mission.earth.altitude_m if mission.earth else 0.0
     return Course(mission.name, (NOT_FLOWN, *plan.warnings), altitude_m, tuple(steps))

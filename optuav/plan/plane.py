@@ -5,7 +5,7 @@ A problem without a rest has only Δ: its plane is the same for all rest times.
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -16,6 +16,8 @@ from optuav.mission.schema import Limits
 from optuav.modelling import Constraint, Model
 from optuav.modelling.check import Checks, evaluated
 from optuav.plan.display import rounded_up
+
+Points: TypeAlias = Sequence[tuple[float, float]]
 
 REACHED = {"dry": "dry", "past full": "full"}
 """State of the available well where a limit of it binds, by the kind of the constraint."""
@@ -68,27 +70,6 @@ class Sampled(NamedTuple):
     feasible: Booleans
 
 
-def sampled(
-    model: Model,
-    parameters: Mapping[str, object],
-    given: Limits,
-    marked: Sequence[tuple[float, float]],
-    highest_s: Sequence[float] = (),
-) -> Sampled:
-    """Return the plane up to stated times, Δ and T' [s], or up to round ones if none are stated.
-
-    Marked points are (T', Δ). Where nothing is feasible, the axes end at the deadline.
-    """
-    counted = worth_seeing(model, parameters, given.slot_s, marked, SAMPLES)
-    along = ([*values_s[-1:], *(p[1 - k] for p in marked)] for k, values_s in enumerate(counted))
-    round_s = [rounded_up(float(max(ends, default=0.0)) or given.deadline_s) for ends in along]
-    ends_s = [(-BELOW * highest, float(highest)) for highest in highest_s or round_s]
-    y, x = (np.linspace(*end_s, SAMPLES) for end_s in ends_s)
-    grid_s, one_of = thinned(counted, POINTS)
-    curves = [*cuts(model, parameters, x, y, marked)]
-    return Sampled(ends_s, round_s, curves, grid_s, one_of, feasible(model, parameters, *grid_s))
-
-
 def constraint_name(constraint: Constraint, route: Sequence[str]) -> str:
     """The label of a constraint; for one of the available well, what happens on the route."""
     moment = constraint.moment
@@ -101,106 +82,106 @@ def constraint_name(constraint: Constraint, route: Sequence[str]) -> str:
     return f"{well}, {'end' if moment.lands else f'stage {moment.stage}'} of {flight}"
 
 
-def worth_seeing(
-    model: Model,
-    parameters: Mapping[str, object],
-    slot_s: float,
-    marked: Sequence[tuple[float, float]],
-    samples: int,
-) -> list[Floats]:
-    """The grid [s], Δ and T', as far as it is feasible and somewhat farther, if that is much less.
-
-    Points (T', Δ) that are marked belong to it.
-    """
-    counted = [*grid.axes(model, parameters, slot_s), np.zeros(1)][:2]
-    y, x = (np.linspace(0.0, values_s.max(initial=0.0), samples) for values_s in counted)
-    excesses = _excesses(model, parameters, x, y)
-    holds = [excess >= 0.0 for each, excess in excesses if each.relation.sense != "=="]
-    feasible = np.all([np.ones((samples, samples), dtype=bool), *holds], axis=0)
-    reached = (y[feasible.any(axis=1)], 1), (x[feasible.any(axis=0)], 0)
-    seen = []
-    for values_s, (inside, number) in zip(counted, reached, strict=True):
-        farthest = BEYOND * max([*inside, *(point[number] for point in marked)], default=np.inf)
-        cut = values_s[values_s <= farthest]
-        seen.append(cut if len(cut) > 1 and farthest < 0.7 * values_s.max() else values_s)
-    return seen
-
-
 def thinned(counted: Sequence[Floats], most: int = MOST_POINTS) -> tuple[list[Floats], int]:
     """Every n-th value of both axes of the grid, and one of how many points is left."""
     steps = [max(1, math.ceil(len(values_s) / most)) for values_s in counted]
     return [values_s[::n] for values_s, n in zip(counted, steps, strict=True)], math.prod(steps)
 
 
-def feasible(
-    model: Model, parameters: Mapping[str, object], upward_s: Floats, across_s: Floats
-) -> Booleans:
-    """Test which points of the grid satisfy all constraints (Δ, T')."""
-    x, y = np.meshgrid(across_s, upward_s)
-    rows = _rows(model, parameters, y, x)
-    return np.asarray(np.all([np.broadcast_to(row.satisfied, x.shape) for row in rows], axis=0))
+class Plane(NamedTuple):
+    """A problem at the values of its parameters; rest times x and hover times y [s] are axes.
 
-
-def cuts(
-    model: Model,
-    parameters: Mapping[str, object],
-    x: Floats,
-    y: Floats,
-    marked: Sequence[tuple[float, float]] = (),
-) -> Iterator[Cut]:
-    """The constraints without which more would be feasible, one of those that do the same.
-
-    Evaluated at rest times x and hover times y [s]. One that binds at a marked point (T', Δ) is
-    among them unless another one of its kind is.
+    Marked points are (T', Δ).
     """
-    touching = {label for point in marked for label in _binding(model, parameters, point)}
-    kept = [(each, e, e >= 0.0) for each, e in _excesses(model, parameters, x, y)]
-    bounding = [cut for cut in kept if cut[0].relation.sense != "=="]
 
-    def all_hold(but: Booleans | None = None) -> Booleans:
-        others = [held for *_, held in bounding if held is not but]
-        return np.all(others, axis=0) if others else np.ones((len(y), len(x)), dtype=bool)
+    model: Model
+    parameters: Mapping[str, object]
 
-    inside = all_hold()
-    for cut in list(bounding):
-        # What holds nowhere is named, though another constraint forbids everything as well.
-        kind = kind_of(cut[0])
-        only_one = sum(kind_of(cut[0]) == kind for cut in bounding) == 1
-        if only_one and kind in DRAWN and cut[0].label in touching:
-            continue
-        if cut[2].any() and (all_hold(but=cut[2]) == inside).all():
-            bounding.remove(cut)
-            kept.remove(cut)
-    for constraint, excess, own in kept:
-        yield Cut(constraint, excess, all_hold(but=own))
+    def sampled(self, given: Limits, marked: Points, highest_s: Sequence[float] = ()) -> Sampled:
+        """Return the plane up to stated times, Δ and T' [s], or up to round ones without them.
 
+        Where nothing is feasible, the axes end at the deadline.
+        """
+        counted = self.worth_seeing(given.slot_s, marked, SAMPLES)
+        along = (
+            [*values_s[-1:], *(p[1 - k] for p in marked)] for k, values_s in enumerate(counted)
+        )
+        round_s = [rounded_up(float(max(ends, default=0.0)) or given.deadline_s) for ends in along]
+        ends_s = [(-BELOW * highest, float(highest)) for highest in highest_s or round_s]
+        y, x = (np.linspace(*end_s, SAMPLES) for end_s in ends_s)
+        grid_s, one_of = thinned(counted, POINTS)
+        curves = [*self.cuts(x, y, marked)]
+        return Sampled(ends_s, round_s, curves, grid_s, one_of, self.feasible(*grid_s))
 
-def _binding(
-    model: Model, parameters: Mapping[str, object], point: tuple[float, float]
-) -> Iterator[str]:
-    """The labels of the constraints that hold with equality at a point (T', Δ)."""
-    for row in _rows(model, parameters, *point[::-1]):
-        if abs(row.slack) <= BINDS * max(1.0, abs(row.right)):
-            yield row.constraint.label
+    def worth_seeing(self, slot_s: float, marked: Points, samples: int) -> list[Floats]:
+        """The grid [s], Δ and T', as far as it is feasible or marked, and somewhat farther.
 
+        The whole grid if that is not much more.
+        """
+        counted = [*grid.axes(self.model, self.parameters, slot_s), np.zeros(1)][:2]
+        y, x = (np.linspace(0.0, values_s.max(initial=0.0), samples) for values_s in counted)
+        excesses = [e >= 0.0 for each, e in self._excesses(x, y) if each.relation.sense != "=="]
+        feasible = np.all([np.ones((samples, samples), dtype=bool), *excesses], axis=0)
+        reached = (y[feasible.any(axis=1)], 1), (x[feasible.any(axis=0)], 0)
+        seen = []
+        for values_s, (inside, number) in zip(counted, reached, strict=True):
+            farthest = BEYOND * max([*inside, *(point[number] for point in marked)], default=np.inf)
+            cut = values_s[values_s <= farthest]
+            seen.append(cut if len(cut) > 1 and farthest < 0.7 * values_s.max() else values_s)
+        return seen
 
-@np.errstate(over="ignore", invalid="ignore")
-def _rows(
-    model: Model, parameters: Mapping[str, object], hover_s: float | Floats, rest_s: float | Floats
-) -> Checks:
-    """The constraints at times, also so far away that an exponential is too large for a number."""
-    names = [variable.name for variable in model.variables]
-    return evaluated(model, {**parameters, **dict(zip(names, (hover_s, rest_s), strict=False))})
+    def feasible(self, y: Floats, x: Floats) -> Booleans:
+        """Test which points of the grid satisfy all constraints (Δ, T')."""
+        held = [
+            np.broadcast_to(row.satisfied, (len(y), len(x))) for row in self._rows(y[:, None], x)
+        ]
+        return np.asarray(np.all(held, axis=0))
 
+    def cuts(self, x: Floats, y: Floats, marked: Points = ()) -> Iterator[Cut]:
+        """The constraints without which more would be feasible, one of those that do the same.
 
-def _excesses(
-    model: Model, parameters: Mapping[str, object], x: Floats, y: Floats
-) -> Iterator[tuple[Constraint, Floats]]:
-    """Constraints and by how much they hold (y, x); they forbid where that is negative.
+        One that binds at a marked point is among them unless another one of its kind is.
+        """
+        touching = {label for point in marked for label in self._binding(*point)}
+        kept = [(each, e, e >= 0.0) for each, e in self._excesses(x, y)]
+        bounding = [cut for cut in kept if cut[0].relation.sense != "=="]
 
-    A shortfall within the tolerance of a check counts as held.
-    """
-    for row in _rows(model, parameters, y[:, None], x):
-        held = np.where(row.satisfied, np.maximum(row.slack, 0.0), row.slack)
-        excess = row.left - row.right if row.sense == "==" else held
-        yield row.constraint, np.broadcast_to(np.asarray(excess, dtype=float), (len(y), len(x)))
+        def all_hold(but: Booleans | None = None) -> Booleans:
+            others = [held for *_, held in bounding if held is not but]
+            return np.asarray(np.all([np.ones((len(y), len(x)), dtype=bool), *others], axis=0))
+
+        inside = all_hold()
+        for cut in list(bounding):
+            # What holds nowhere is named, though another constraint forbids everything as well.
+            kind = kind_of(cut[0])
+            only_one = sum(kind_of(cut[0]) == kind for cut in bounding) == 1
+            if only_one and kind in DRAWN and cut[0].label in touching:
+                continue
+            if cut[2].any() and (all_hold(but=cut[2]) == inside).all():
+                bounding.remove(cut)
+                kept.remove(cut)
+        for constraint, excess, own in kept:
+            yield Cut(constraint, excess, all_hold(but=own))
+
+    def _binding(self, rest_s: float, hover_s: float) -> Iterator[str]:
+        """The labels of the constraints that hold with equality at a point."""
+        for row in self._rows(hover_s, rest_s):
+            if abs(row.slack) <= BINDS * max(1.0, abs(row.right)):
+                yield row.constraint.label
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def _rows(self, hover_s: float | Floats, rest_s: float | Floats) -> Checks:
+        """The constraints at times, also so far away that exponentials are too large to write."""
+        names = [variable.name for variable in self.model.variables]
+        times_s = dict(zip(names, (hover_s, rest_s), strict=False))
+        return evaluated(self.model, {**self.parameters, **times_s})
+
+    def _excesses(self, x: Floats, y: Floats) -> Iterator[tuple[Constraint, Floats]]:
+        """Constraints and by how much they hold (y, x); they forbid where that is negative.
+
+        A shortfall within the tolerance of a check counts as held.
+        """
+        for row in self._rows(y[:, None], x):
+            held = np.where(row.satisfied, np.maximum(row.slack, 0.0), row.slack)
+            excess = row.left - row.right if row.sense == "==" else held
+            yield row.constraint, np.broadcast_to(np.asarray(excess, dtype=float), (len(y), len(x)))

@@ -53,9 +53,8 @@ def summary(plan: Plan) -> str:
 
 def heading(plan: Plan) -> list[Line]:
     """Mission and question, and status of the answer."""
-    options = {"trajectory": plan.trajectory, "building": plan.building}
-    stated = [f"{name} {value}" for name, value in options.items() if value]
-    stated += [plan.order] if plan.order else []
+    way = plan.trajectory and f"trajectory {plan.trajectory}"
+    stated = filter(None, (way, plan.building and f"building {plan.building}", plan.order))
     question = [plan.problem, *stated, f"perspective {plan.perspective}", counted_in(plan.slot_s)]
     lines = [("Mission", plan.mission.name), ("Problem", ", ".join(question))]
     if not plan:
@@ -82,9 +81,7 @@ def facts(plan: Plan) -> list[Line]:
 
 def remarks(plan: Plan) -> list[Line]:
     """Warnings, then notes."""
-    warnings = plan.warnings if plan else ()
-    if plan.mission.buildings.source:
-        warnings += tuple(filter(None, [unknown_buildings(plan.mission)]))
+    warnings = filter(None, (*(plan.warnings if plan else ()), unknown_buildings(plan.mission)))
     return [("Warning", warning) for warning in warnings] + [("Note", note) for note in plan.notes]
 
 
@@ -152,10 +149,8 @@ def times(plan: Plan) -> list[tuple[str, float, str]]:
 
 def outcome(plan: Plan) -> list[Line]:
     """Rows on where a plan leads, what charge it leaves, and what keeps it from being better."""
-    levels = ", ".join(
-        f"{name} {_number(100 * level, 2)} %" for name, level in (plan.soc or {}).items()
-    )
-    left = f"of the battery, by perspective: {levels}"
+    levels = [f"{name} {_number(100 * level, 2)} %" for name, level in (plan.soc or {}).items()]
+    left = f"of the battery, by perspective: {', '.join(levels)}"
     lines = [("Route", " → ".join(plan.route)), ("Charge left", left)]
     known = None if plan.problem in LONGEST_HOVER else plan.objective  # The hover is shown above
     for name, value in (("Objective", known), ("Bound", plan.bound)):

@@ -15,7 +15,7 @@ from optuav.errors import Fault, InputError
 from optuav.mission.messages import of_kind, shown
 from optuav.modelling import Model, Variable
 from optuav.plan import Plans, load_plans
-from optuav.plan.plane import ROLES, constraint_name, cuts, feasible, kind_of, thinned, worth_seeing
+from optuav.plan.plane import ROLES, Plane, constraint_name, kind_of, thinned
 from optuav.plots import style
 from optuav.plots.style import BLACK, printed
 
@@ -90,15 +90,16 @@ def plane(
         words = "plans of the itinerary of this model"
         raise InputError([Fault("plans", " → ".join(route), words)])
     ax = ax or style.page(4.4).subplots()
-    counted = worth_seeing(model, parameters, slot_s, points, SAMPLES)
+    drawn = Plane(model, parameters)
+    counted = drawn.worth_seeing(slot_s, points, SAMPLES)
     for name, number, values_s in (("ylim", 1, counted[0]), ("xlim", 0, counted[1])):
         highest_s = max([0.0, *values_s[-1:], *(point[number] for point in points)]) or 1.0
         ax.set(**{name: (-MARGIN * highest_s, (1.0 + MARGIN) * highest_s)})
     ax.set_title("\n".join([model.title, *[" → ".join(map(printed, route))] * bool(route)]))
     ax.set(xlabel=_axis_label(across), ylabel=_axis_label(upward))
     style.group_thousands(ax)
-    handles = list(_draw_constraints(ax, model, parameters, route))
-    handles += _draw_grid(ax, model, parameters, counted, slot_s)
+    handles = list(_draw_constraints(ax, drawn, route))
+    handles += _draw_grid(ax, drawn, counted, slot_s)
     for plan, point in zip(known, points, strict=True):
         marker, size, colour, words = "*", 11.0, style.YELLOW, "optimum"
         if plan.slot_s is not None:
@@ -126,12 +127,12 @@ def _set(words: str) -> str:
 
 
 def _draw_grid(
-    ax: Axes, model: Model, parameters: Values, counted: Sequence[Floats], slot_s: float
+    ax: Axes, drawn: Plane, counted: Sequence[Floats], slot_s: float
 ) -> Iterator[Artist]:
     """Draw the grid, dots where it is feasible and crosses elsewhere; entries of the legend."""
     (upward, across), one_of = thinned(counted)
     x, y = np.meshgrid(across, upward)
-    inside = feasible(model, parameters, upward, across)
+    inside = drawn.feasible(upward, across)
     fewer = f", one of {one_of} shown" if one_of > 1 else ""
     slots = f"(slots of {slot_s:g} s{fewer})"
     for which, marker, size, colour, words in (
@@ -144,14 +145,12 @@ def _draw_grid(
             yield dots
 
 
-def _draw_constraints(
-    ax: Axes, model: Model, parameters: Values, route: Sequence[str]
-) -> Iterator[Artist]:
+def _draw_constraints(ax: Axes, drawn: Plane, route: Sequence[str]) -> Iterator[Artist]:
     """Draw the boundaries that cut, with their forbidden sides; entries of the legend."""
     x, y = (np.linspace(*limits, SAMPLES) for limits in (ax.get_xlim(), ax.get_ylim()))
     names = [*map(printed, route)]
     colours = cycle(OWN)
-    for cut in cuts(model, parameters, x, y):
+    for cut in drawn.cuts(x, y):
         role = ROLES.get(kind_of(cut.constraint))
         look: style.Look = (
             {"color": next(colours), "linestyle": "-"} if role is None else style.limit(role)

@@ -212,9 +212,9 @@ def test_no_rule_drops_a_plan(keys: dict[str, float], pattern: Pattern, seed: in
         low_s=np.maximum(stays_s - wide_s[0], 0.0),
         high_s=stays_s + wide_s[1],
     ).take(bears)
-    held_s, hovers = stays_s[:, bears], boxes.hovers
+    held_s = stays_s[:, bears]
     shares = chance.choice([0.5, 0.99, 1.0], len(boxes))
-    left = possible(known, boxes, held_s[hovers].sum(axis=0) * shares - 1e-9)
+    left = possible(known, boxes, held_s[boxes.hover].sum(axis=0) * shares - 1e-9)
     assert len(left) == len(boxes)
     order = left.rank.searchsorted(np.flatnonzero(bears))
     rounding_s = 1e-6
@@ -245,7 +245,7 @@ def test_no_part_of_a_sequence_is_ruled_out_that_a_plan_has(
     longest_s = some.high_s * chance.choice([0.0, 0.1, 0.6, 1.0], some.high_s.shape)
     stays_s = longest_s * chance.random(some.high_s.shape)
     bears = (slack(known, some.places, stays_s) >= 0.0) & (stays_s.sum(axis=0) <= some.high_s[0])
-    hover_s = np.where(bears, stays_s[some.hovers].sum(axis=0), -1.0)
+    hover_s = np.where(bears, stays_s[some.hover].sum(axis=0), -1.0)
     for plan in np.argsort(-hover_s)[:5]:
         least_s = float(hover_s[plan])
         if least_s >= 0.0:
