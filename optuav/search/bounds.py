@@ -32,7 +32,6 @@ may then pass y1 = ωB.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -40,66 +39,83 @@ import numpy as np
 from optuav.arrays import Booleans, Floats
 from optuav.physics.kibam import Battery, Stage, Tilted, levelling, tilted_after
 from optuav.physics.quantity import TINY
-from optuav.search.terrain import ORIGIN, ROUNDING, Boxes, Pattern, Terrain
+from optuav.search.terrain import ORIGIN, ROUNDING, Boxes, Flown, Terrain
 
 
 def possible(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> Boxes:
     """The boxes that may hold plans with such hover times (box,) [s], each cut to these."""
-    boxes, hover_s = passable(terrain, boxes, hover_s)
-    time_left_s, overfull = terrain.time_left_s(boxes.places), boxes.pulled
-    low_s, high_s, hover = boxes.low_s, boxes.high_s, boxes.hover
-    least_hover_s = low_s[hover].sum(axis=0)
-    hovered_s = np.maximum(hover_s, least_hover_s)
-    more_hover_s = hovered_s - least_hover_s
-    less_rest_s = high_s[~hover].sum(axis=0) + hovered_s - time_left_s
-    less_hover_s = high_s[hover].sum(axis=0) + low_s[~hover].sum(axis=0) - time_left_s
+    boxes, legs, hover_s, overfull = passable(terrain, boxes, hover_s)
+    time_left_s = terrain.deadline_s - legs.duration_s.sum(axis=0)
+    low_s, high_s = boxes.low_s, boxes.high_s
+    hovers, rests = boxes.hovers, boxes.rests
+    hover = np.array(boxes.pattern)[:, None]
+    hovered_s = np.maximum(hover_s, low_s[hovers].sum(axis=0))
+    more_hover_s = hovered_s - low_s[hovers].sum(axis=0)
+    less_rest_s = high_s[rests].sum(axis=0) + hovered_s - time_left_s
+    less_hover_s = high_s[hovers].sum(axis=0) + low_s[rests].sum(axis=0) - time_left_s
+    none_s = np.zeros(len(boxes))
     width_s = high_s - low_s
-    # Near moves start from long rests and short hovers, far moves from the other corner.
     near_s, far_s = width_s.copy(), width_s.copy()
-    near = near_s, ((hover, more_hover_s), (~hover, less_rest_s))
-    far = far_s, ((hover, less_hover_s), (~hover, np.zeros(len(boxes))))
     promise = np.full(len(boxes), np.inf)
     rounding_As = ROUNDING * terrain.battery.capacity_As
-    limits = [*_limits(terrain, boxes)]
-    sums = _against_full(limits, boxes.pattern, width_s) if overfull.any() else []
+    limits = [*_limits(terrain, boxes, legs, low_s, high_s)]
+    sums = _against_full(limits, rests, width_s) if overfull.any() else []
     for limit in (*limits, *sums):
-        moves_s, needs = far if limit.full else near
-        losses = [_cheapest(limit.price_A[kind], width_s[kind], need_s) for kind, need_s in needs]
+        needs_s = (less_hover_s, none_s) if limit.full else (more_hover_s, less_rest_s)
+        moves_s = far_s if limit.full else near_s
+        groups = [(g, need_s) for g, need_s in zip((hovers, rests), needs_s, strict=True) if g]
+        losses = [_cheapest(limit.price_A[g], width_s[g], need_s) for g, need_s in groups]
         room_As = limit.value_As + rounding_As - sum(losses)
         promise = np.minimum(promise, room_As)
-        for (kind, _), loss_As in zip(needs, losses, strict=True):
-            price_A = limit.price_A[kind]
-            earned_As = np.minimum(price_A * width_s[kind], 0.0).sum(axis=0)
+        for (group, _), loss_As in zip(groups, losses, strict=True):
+            price_A = limit.price_A[group]
+            earned_As = np.minimum(price_A * width_s[group], 0.0).sum(axis=0)
             room_s = (room_As + loss_As - earned_As) / np.maximum(price_A, TINY)
-            moves_s[kind] = np.minimum(moves_s[kind], np.maximum(room_s, 0.0))
-    column = hover[:, None]
+            moves_s[group] = np.minimum(moves_s[group], np.maximum(room_s, 0.0))
+    # Near moves start from long rests and short hovers, far moves from the other corner.
     low_s, high_s = (
-        np.where(column, np.maximum(low_s, high_s - far_s), high_s - near_s),
-        np.where(column, low_s + near_s, np.minimum(high_s, low_s + far_s)),
+        np.where(hover, np.maximum(low_s, high_s - far_s), high_s - near_s),
+        np.where(hover, low_s + near_s, np.minimum(high_s, low_s + far_s)),
     )
     alive = (promise >= 0.0) & (low_s <= high_s).all(axis=0)
-    pulled = overfull | np.where(column, more_hover_s > 0.0, less_rest_s > 0.0)
+    pulled = overfull | np.where(hover, more_hover_s > 0.0, less_rest_s > 0.0)
     cut = replace(boxes, low_s=low_s, high_s=high_s, promise=promise, pulled=pulled)
     return cut if alive.all() else cut.take(alive)
 
 
-def passable(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> tuple[Boxes, Floats]:
-    """The boxes that time and envelopes leave, cut and pulled where overfull, and their hovers.
+def passable(
+    terrain: Terrain, boxes: Boxes, hover_s: Floats
+) -> tuple[Boxes, Flown, Floats, Booleans]:
+    """The boxes that time and envelopes leave, cut, their legs and hovers, and where overfull.
 
     They may be of parts of sequences that have all hovers: the first place is left with full wells
     at most then, and behind the last there may be more stops. Envelopes look at what time leaves.
     """
-    low_s, high_s, hover = boxes.low_s.copy(), boxes.high_s.copy(), boxes.hover
-    lacking_s = np.maximum(hover_s - low_s[hover].sum(axis=0), 0.0)
-    spare_s = terrain.time_left_s(boxes.places) - low_s.sum(axis=0)
-    more_s = np.where(hover[:, None], spare_s, spare_s - lacking_s)
-    high_s = np.minimum(high_s, low_s + more_s)
-    hovered_s = high_s[hover].sum(axis=0)
-    low_s[hover] = np.maximum(low_s[hover], hover_s - (hovered_s - high_s[hover]))
+    legs = Flown(*(table[-1][boxes.places[:-1], boxes.places[1:]] for table in terrain.leg_maps))
+    time_left_s = terrain.deadline_s - legs.duration_s.sum(axis=0)
+    low_s, high_s, alive = _in_time(boxes, time_left_s, hover_s)
+    boxes = replace(boxes, low_s=low_s, high_s=high_s).take(alive)
+    legs, hover_s = Flown(*(leg[:, alive] for leg in legs)), hover_s[alive]
+    alive, overfull = _enveloped(terrain, boxes, legs)
+    legs = Flown(*(leg[:, alive] for leg in legs))
+    return boxes.take(alive), legs, hover_s[alive], overfull[:, alive]
+
+
+def _in_time(boxes: Boxes, time_left_s: Floats, hover_s: Floats) -> tuple[Floats, Floats, Booleans]:
+    """Intervals cut by the deadline and the hover time to reach, and whether something is left."""
+    low_s, high_s = boxes.low_s.copy(), boxes.high_s.copy()
+    hovers = boxes.hovers
+    lacking_s = np.maximum(hover_s - low_s[hovers].sum(axis=0), 0.0)
+    spare_s = time_left_s - low_s.sum(axis=0)
+    for stop, hover in enumerate(boxes.pattern):
+        more_s = spare_s if hover else spare_s - lacking_s
+        high_s[stop] = np.minimum(high_s[stop], low_s[stop] + more_s)
+    hovered_s = high_s[hovers].sum(axis=0)
+    for stop in hovers:
+        least_s = hover_s - (hovered_s - high_s[stop])
+        low_s[stop] = np.maximum(low_s[stop], least_s)
     alive = (high_s >= low_s).all(axis=0) & (hovered_s >= hover_s) & (spare_s >= lacking_s)
-    boxes = replace(boxes, low_s=low_s, high_s=np.maximum(low_s, high_s)).take(alive)
-    possible, overfull = _enveloped(terrain, boxes)
-    return replace(boxes, pulled=overfull).take(possible), hover_s[alive][possible]
+    return low_s, np.maximum(low_s, high_s), alive
 
 
 def _cheapest(price: Floats, width: Floats, need: Floats) -> Floats:
@@ -111,66 +127,69 @@ def _cheapest(price: Floats, width: Floats, need: Floats) -> Floats:
     return np.asarray((price * taken).sum(axis=0))
 
 
-def _enveloped(terrain: Terrain, boxes: Boxes) -> tuple[Booleans, Booleans]:
+def _enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> tuple[Booleans, Booleans]:
     """Test if envelopes leave a box possible (box,), and pass y1 = ωB after a stay (stop, box)."""
     battery = terrain.battery
     full, share = battery.full, battery.available_fraction
     rounding_As = ROUNDING * battery.capacity_As
-
-    def state(total_As: Floats, available_As: Floats) -> Tilted:
-        return Tilted(total_As, available_As - share * total_As)
-
-    start = terrain.charge_at(boxes.places[0])
-    most = Tilted(*(np.full(len(boxes), charge_As) for charge_As in start))
+    # Total charge and tilt.
     from_full = (boxes.places[0] == ORIGIN).all()
-    least = most if from_full else most._replace(total_As=np.full(len(boxes), -np.inf))
+    most = tuple(np.full(len(boxes), charge_As) for charge_As in terrain.charge_at(boxes.places[0]))
+    least = most if from_full else (np.full(len(boxes), -np.inf), most[1])
     alive, overfull = np.ones(len(boxes), bool), np.zeros(boxes.low_s.shape, bool)
-    for stop, way in enumerate(pairwise(boxes.places)):
-        most, least = (tilted_after(battery, charge, terrain.leg(*way)) for charge in (most, least))
-        alive &= share * most.total_As + most.tilt_As >= -rounding_As
+    for stop, leg in enumerate(Flown(*values) for values in zip(*legs, strict=True)):
+        most = most[0] - leg.charge_As, most[1] * leg.remaining + leg.tilt_As
+        least = least[0] - leg.charge_As, least[1] * leg.remaining + leg.tilt_As
+        alive &= share * most[0] + most[1] >= -rounding_As
         if stop == len(boxes.pattern):
+            alive &= most[0] >= terrain.least_charge_As - rounding_As
             break
-        stay = terrain.stay_current_A[way[1]], boxes.low_s[stop], boxes.high_s[stop]
+        current_A = terrain.stay_current_A[boxes.places[stop + 1]]
+        stay = current_A, boxes.low_s[stop], boxes.high_s[stop]
         total, available = _farthest(battery, most, *stay, np.maximum)
         alive &= available >= -rounding_As
         overfull[: stop + 1] |= available > full.available_As
         available = np.minimum(available, full.available_As)
-        most = state(np.minimum(total, available + full.bound_As), available)
+        total = np.minimum(total, available + full.bound_As)
+        most = total, available - share * total
         if not terrain.tapers:
-            available = np.maximum(share * least.total_As + least.tilt_As, 0.0)
-            least = state(np.maximum(least.total_As, available), available)
+            available = np.maximum(share * least[0] + least[1], 0.0)
+            total = np.maximum(least[0], available)
+            least = total, available - share * total
             total, available = _farthest(battery, least, *stay, np.minimum)
             alive &= available <= full.available_As + rounding_As
             available = np.maximum(available, 0.0)
-            least = state(np.maximum(total, available), available)
-    return alive & (most.total_As >= terrain.least_charge_As - rounding_As), overfull
+            total = np.maximum(total, available)
+            least = total, available - share * total
+    return alive, overfull
 
 
 def _farthest(
     battery: Battery,
-    charge: Tilted,
+    state: tuple[Floats, Floats],
     current_A: Floats,
     low_s: Floats,
     high_s: Floats,
     pick: np.ufunc,
 ) -> tuple[Floats, Floats]:
     """Largest or least y and y1 [A s] after a stay of any duration between two."""
-    share, rate = battery.available_fraction, battery.rate_per_s
+    share, (total, tilt) = battery.available_fraction, state
 
     def available(time_s: Floats) -> Floats:
         """y1 after a duration."""
-        total_As, tilt_As = tilted_after(battery, charge, Stage(current_A, time_s))
+        total_As, tilt_As = tilted_after(battery, Tilted(total, tilt), Stage(current_A, time_s))
         return np.asarray(share * total_As + tilt_As)
 
     # dy1/dt = I − k'z vanishes where e^(−k't) = ω I / (k'z − (1−ω) I).
-    slope = rate * charge.tilt_As - (1.0 - share) * current_A
+    rate = battery.rate_per_s
+    slope = rate * tilt - (1.0 - share) * current_A
     turn = share * current_A / np.where(slope == 0.0, TINY, slope)
     turn_s = -np.log(np.clip(turn, TINY, 1.0)) / rate
-    farthest = pick(available(low_s), available(high_s))
+    lowest = pick(available(low_s), available(high_s))
     inside = (low_s < turn_s) & (turn_s < high_s)
     if inside.any():
-        farthest = pick(farthest, available(np.where(inside, turn_s, low_s)))
-    return charge.total_As + pick(current_A * low_s, current_A * high_s), farthest
+        lowest = pick(lowest, available(np.where(inside, turn_s, low_s)))
+    return np.asarray(total + pick(current_A * low_s, current_A * high_s)), lowest
 
 
 class Limit(NamedTuple):
@@ -185,11 +204,13 @@ class Limit(NamedTuple):
     full: bool
 
 
-def _limits(terrain: Terrain, boxes: Boxes) -> Iterator[Limit]:
+def _limits(
+    terrain: Terrain, boxes: Boxes, legs: Flown, low_s: Floats, high_s: Floats
+) -> Iterator[Limit]:
     """0 ≤ y1 after every leg, y1 ≤ ωB after every stay, and the charge left at the end."""
-    battery, stops, low_s, high_s = terrain.battery, len(boxes.pattern), boxes.low_s, boxes.high_s
+    battery, stops = terrain.battery, len(boxes.pattern)
     share, rate = battery.available_fraction, battery.rate_per_s
-    hover, number = boxes.hover[:, None], np.arange(stops)[:, None]
+    hover, number = np.array(boxes.pattern)[:, None], np.arange(stops)[:, None]
     current_A = terrain.stay_current_A[boxes.places[1:-1]]
     remaining, integral_s = levelling(battery, np.stack([low_s, high_s]))
     # Total charge at the corner and at the opposite one; tilt at both, and its bounds in the box.
@@ -206,9 +227,9 @@ def _limits(terrain: Terrain, boxes: Boxes) -> Iterator[Limit]:
         price_A = share * current_A + push_A * fade
         return np.where(number < past, np.where(hover, -price_A, price_A), 0.0)
 
-    for stop, way in enumerate(pairwise(boxes.places)):
-        leg = terrain.leg(*way)
-        total_As, tilt_As = tilted_after(battery, Tilted(total_As, tilt_As), leg)
+    for stop, leg in enumerate(Flown(*each) for each in zip(*legs, strict=True)):
+        total_As = total_As - leg.charge_As
+        tilt_As = tilt_As * leg.remaining + leg.tilt_As
         least[:stop] *= leg.remaining
         most[:stop] *= leg.remaining
         yield Limit(share * total_As[0] + tilt_As[0], price_A(stop), full=False)
@@ -221,7 +242,8 @@ def _limits(terrain: Terrain, boxes: Boxes) -> Iterator[Limit]:
         after_As = tilt_As[:, None] * remaining[:, stop] + charging_A * integral_s[:, stop]
         corners = after_As[0, long], after_As[1, 1 - long]
         tilt_As = np.stack([*corners, after_As[2].min(axis=0), after_As[3].max(axis=0)])
-        weakest_A[stop], strongest_A[stop] = charging_A - rate * tilt_As[[3, 2]]
+        weakest_A[stop] = charging_A - rate * tilt_As[3]
+        strongest_A[stop] = charging_A - rate * tilt_As[2]
         least[:stop] *= remaining[1, stop]
         most[:stop] *= remaining[0, stop]
         if not terrain.tapers:
@@ -231,7 +253,7 @@ def _limits(terrain: Terrain, boxes: Boxes) -> Iterator[Limit]:
     yield Limit(total_As[0] - terrain.least_charge_As, price, full=False)
 
 
-def _against_full(limits: Sequence[Limit], pattern: Pattern, width_s: Floats) -> list[Limit]:
+def _against_full(limits: Sequence[Limit], rests: Sequence[int], width_s: Floats) -> list[Limit]:
     """Sums of a limit y1 ≤ ωB after a rest and a later one that cancel the price of the rest.
 
     Seen from the corner of long rests, y1 ≤ ωB has prices < 0: the gain from leaving that corner.
@@ -239,7 +261,7 @@ def _against_full(limits: Sequence[Limit], pattern: Pattern, width_s: Floats) ->
     sums = []
     for number, limit in enumerate(limits):
         stay = number // 2
-        if not limit.full or pattern[stay]:
+        if not limit.full or stay not in rests:
             continue
         price_A = limit.price_A[stay]
         missed_As = (limit.price_A * width_s).sum(axis=0)

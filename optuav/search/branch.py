@@ -4,12 +4,12 @@ import itertools
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from optuav.arrays import Booleans, Floats, Integers
-from optuav.physics.kibam import Shift, Stage, Tilted, Wells, tapered, tilted_after
+from optuav.physics.kibam import Stage, Tilted, Wells, tapered, tilted_after
 from optuav.physics.quantity import TINY
 from optuav.search.bounds import possible
 from optuav.search.sequences import patterns, sequences
@@ -57,29 +57,29 @@ def search(
     its rests are as short as its hover time allows. Rests may be 0; places may be visited again.
     Without a time limit [s], a search ends after about `MOST_BOXES` boxes; Ctrl-C ends any.
     """
-    limit_s = np.inf if time_limit_s is None else time_limit_s
-    return _BranchAndBound(terrain, limit_s, progress).run(patterns(rests, hovers))
+    return _BranchAndBound(terrain, time_limit_s, progress).run(patterns(rests, hovers))
 
 
 class _EarlyEnd(Exception):  # noqa: N818
     """The search ends early, for the reason given as text."""
 
 
-@dataclass
 class _BranchAndBound:
     """The open boxes, and the best plan so far: of plans that tie, the one that ranks first.
 
     The longest hover time met exceeds the plan's own by no more than a tie.
     """
 
-    terrain: Terrain
-    time_limit_s: float
-    progress: Progress | None
-    longest_s: float = -np.inf
-    best: "Stops | None" = None
-    open: deque[Boxes] = field(default_factory=deque)
-    examined: int = 0
-    started_s: float = field(default_factory=time.monotonic)
+    def __init__(
+        self, terrain: Terrain, time_limit_s: float | None, progress: Progress | None
+    ) -> None:
+        self.terrain, self.progress = terrain, progress
+        self.time_limit_s = np.inf if time_limit_s is None else time_limit_s
+        self.started_s = time.monotonic()
+        self.longest_s = -np.inf
+        self.best: Stops | None = None
+        self.open: deque[Boxes] = deque()
+        self.examined = 0
 
     def run(self, kinds: Iterable[Pattern]) -> SearchResult:
         ended, begun = "", False
@@ -93,7 +93,8 @@ class _BranchAndBound:
             ended = INTERRUPTED
             self.time_limit_s = time.monotonic() - self.started_s + INTERRUPTED_S
         bound_s = self._bound_s() if begun else self.terrain.longest_stay_s
-        return SearchResult(self.best and with_short_rests(self.terrain, self.best), bound_s, ended)
+        best = None if self.best is None else with_short_rests(self.terrain, self.best)
+        return SearchResult(best, bound_s, ended)
 
     def _begin(self, kinds: Iterable[Pattern]) -> None:
         """Look at every sequence; the most promising boxes of each pattern lead to a good plan."""
@@ -150,15 +151,20 @@ class _BranchAndBound:
             ahead_s = np.nextafter(self.best.hover_s, np.inf)
             beat_s = np.where(boxes.rank == self.best.rank, ahead_s, beat_s)
         better, stays_s = longest(self.terrain, boxes, beat_s)
+        if not better.any():
+            return
         places, rank = boxes.places[:, better], boxes.rank[better]
-        hover_s = stays_s[boxes.hover].sum(axis=0)
-        self.longest_s = float(hover_s.max(initial=self.longest_s))
+        hover_s = stays_s[boxes.hovers].sum(axis=0)
+        self.longest_s = max(self.longest_s, float(hover_s.max()))
         ties = np.flatnonzero(hover_s >= self.longest_s - TIE_S)
-        first = ties[np.lexsort((-hover_s[ties], rank[ties]))[:1]]
-        plans = [Stops(places[:, k], stays_s[:, k], float(hover_s[k]), int(rank[k])) for k in first]
-        if self.best is not None and self.best.hover_s >= self.longest_s - TIE_S:
-            plans.insert(0, self.best)
-        self.best = min(plans, key=lambda plan: (plan.rank, -plan.hover_s), default=self.best)
+        if not len(ties):
+            return
+        first = int(ties[np.lexsort((-hover_s[ties], rank[ties]))[0]])
+        new = Stops(places[:, first], stays_s[:, first], float(hover_s[first]), int(rank[first]))
+        old = self.best
+        falls_behind = old is None or old.hover_s < self.longest_s - TIE_S
+        if old is None or falls_behind or (new.rank, -new.hover_s) < (old.rank, -old.hover_s):
+            self.best = new
 
     def _go_on(self) -> None:
         """Report the progress; the search ends if it is late."""
@@ -210,22 +216,25 @@ def slack(terrain: Terrain, places: Integers, stays_s: Floats) -> Floats:
     At the ends of stages: y1 is least or largest there. Where charging tapers, none passes full.
     Places (stop + 2, plan), stays (stop, plan) [s].
     """
-    battery, count = terrain.battery, places.shape[1]
+    battery, maps = terrain.battery, terrain.leg_maps
     share, full_As = battery.available_fraction, battery.full.available_As
-    charge = Tilted(*(np.full(count, charge_As) for charge_As in terrain.charge_at(places[0])))
+    current_A = terrain.stay_current_A[places]
+    count = places.shape[1]
+    total, tilt = (np.full(count, charge_As) for charge_As in terrain.charge_at(places[0]))
     least = np.full(count, np.inf)
     for stop, (start, end) in enumerate(itertools.pairwise(places)):
-        leg = Shift(*(part[:, start, end] for part in terrain.flown))
-        totals, tilts = tilted_after(battery, charge, leg)
+        totals = total - maps.charge_As[:, start, end]
+        tilts = tilt * maps.remaining[:, start, end] + maps.tilt_As[:, start, end]
         least = np.minimum(least, (share * totals + tilts).min(axis=0))
-        charge = Tilted(totals[-1], tilts[-1])
+        total, tilt = totals[-1], tilts[-1]
         if stop == len(stays_s):
             break
-        charge = _after_stay(terrain, charge, Stage(terrain.stay_current_A[end], stays_s[stop]))
-        available = share * charge.total_As + charge.tilt_As
+        stay = Stage(current_A[stop + 1], stays_s[stop])
+        total, tilt = _after_stay(terrain, Tilted(total, tilt), stay)
+        available = share * total + tilt
         room_As = np.inf if terrain.tapers else full_As - available
         least = np.minimum(least, np.minimum(available, room_As))
-    return np.asarray(np.minimum(least, charge.total_As - terrain.least_charge_As))
+    return np.asarray(np.minimum(least, total - terrain.least_charge_As))
 
 
 def _after_stay(terrain: Terrain, before: Tilted, stay: Stage) -> Tilted:
@@ -248,62 +257,66 @@ def longest(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> tuple[Booleans, 
     they may be. Halving finds where the wells end each. Returns whether one was found (box,), and
     the stays of those found (stop, found) [s].
     """
-    hover = boxes.hover
-    short = replace(boxes, high_s=np.where(hover[:, None], boxes.high_s, boxes.low_s))
+    hover = np.array(boxes.pattern)[:, None]
+    short = replace(boxes, high_s=np.where(hover, boxes.high_s, boxes.low_s))
     found_any, stays_s = _along(terrain, boxes, hover_s)
     found_short, short_s = _along(terrain, short, hover_s)
-    longer = short_s[hover].sum(axis=0) > stays_s[hover].sum(axis=0)
-    stays_s = np.where(found_short & (longer | ~found_any), short_s, stays_s)
+    hovers = boxes.hovers
+    longer = short_s[hovers].sum(axis=0) > stays_s[hovers].sum(axis=0)
+    take = found_short & (longer | ~found_any)
     found_any = found_any | found_short
-    return found_any, stays_s[:, found_any]
+    return found_any, np.where(take, short_s, stays_s)[:, found_any]
 
 
 def _along(terrain: Terrain, boxes: Boxes, hover_s: Floats) -> tuple[Booleans, Floats]:
     """Like `longest`, with the long rests of a box only; stays of all boxes (stop, box)."""
-    hover, left_s = boxes.hover, terrain.time_left_s(boxes.places)
-
-    def holds(boxes: Boxes, stays_s: Floats, left_s: Floats) -> Booleans:
-        """Whether deadline and wells allow stays."""
-        in_time = stays_s.sum(axis=0) <= left_s
-        return np.asarray(in_time & (slack(terrain, boxes.places, stays_s) >= 0.0))
-
-    low_s = np.maximum(boxes.low_s[hover].sum(axis=0), hover_s)
+    hovers, rests = boxes.hovers, boxes.rests
+    legs_s = terrain.duration_s[boxes.places[:-1], boxes.places[1:]]
+    left_s = terrain.deadline_s - legs_s.sum(axis=0)
+    low_s = np.maximum(boxes.low_s[hovers].sum(axis=0), hover_s)
     stays_s = _stays(boxes, low_s, left_s)
-    held = holds(boxes, stays_s, left_s) & (stays_s[hover].sum(axis=0) >= hover_s)
+    held = _holds(terrain, boxes, stays_s, left_s) & (stays_s[hovers].sum(axis=0) >= hover_s)
     if not held.any():
         return held, stays_s
-    chosen, low_s, left_s, best_s = boxes.take(held), low_s[held], left_s[held], stays_s[:, held]
-    high_s = left_s - chosen.low_s[~hover].sum(axis=0)
-    high_s = np.maximum(low_s, np.minimum(high_s, chosen.high_s[hover].sum(axis=0)))
+    chosen, low_s, left_s = boxes.take(held), low_s[held], left_s[held]
+    high_s = left_s - chosen.low_s[rests].sum(axis=0)
+    high_s = np.maximum(low_s, np.minimum(high_s, chosen.high_s[hovers].sum(axis=0)))
+    best_s = stays_s[:, held]
     for _ in range(HALVINGS):
         middle_s = 0.5 * (low_s + high_s)
         tried_s = _stays(chosen, middle_s, left_s)
-        good = holds(chosen, tried_s, left_s)
+        good = _holds(terrain, chosen, tried_s, left_s)
         best_s = np.where(good, tried_s, best_s)
         low_s, high_s = np.where(good, middle_s, low_s), np.where(good, high_s, middle_s)
     stays_s[:, held] = best_s
     return held, stays_s
 
 
+def _holds(terrain: Terrain, boxes: Boxes, stays_s: Floats, left_s: Floats) -> Booleans:
+    """Test whether deadline and wells allow stays."""
+    in_time = stays_s.sum(axis=0) <= left_s
+    return np.asarray(in_time & (slack(terrain, boxes.places, stays_s) >= 0.0))
+
+
 def with_short_rests(terrain: Terrain, stops: Stops) -> Stops:
     """The same plan with every rest, one after another, as short as the wells allow."""
     places, stays_s = stops.places[:, None], stops.stays_s[:, None].copy()
     for stop in np.flatnonzero(stops.places[1:-1] != HOVER):
-        low_s, high_s, tried_s = 0.0, stays_s[stop, 0], stays_s.copy()
-        tried_s[stop] = 0.0
-        for _ in range(1 + HALVINGS):
+        low_s, high_s = 0.0, float(stays_s[stop, 0])
+        for time_s in (low_s, *[None] * HALVINGS):
+            tried_s = stays_s.copy()
+            tried_s[stop] = 0.5 * (low_s + high_s) if time_s is None else time_s
             if slack(terrain, places, tried_s)[0] >= 0.0:
-                high_s, stays_s = tried_s[stop, 0], tried_s.copy()
+                high_s, stays_s = float(tried_s[stop, 0]), tried_s
             else:
-                low_s = tried_s[stop, 0]
-            tried_s[stop] = 0.5 * (low_s + high_s)
+                low_s = float(tried_s[stop, 0])
     return replace(stops, stays_s=stays_s[:, 0])
 
 
 def _stays(boxes: Boxes, hover_s: Floats, left_s: Floats) -> Floats:
     """Stays (stop, box) of a given total hover, with rests for the other time, within the boxes."""
     stays_s = np.empty_like(boxes.low_s)
-    for group, sum_s in ((boxes.hover, hover_s), (~boxes.hover, left_s - hover_s)):
+    for group, sum_s in ((boxes.hovers, hover_s), (boxes.rests, left_s - hover_s)):
         low_s, width_s = boxes.low_s[group], boxes.high_s[group] - boxes.low_s[group]
         most_s = np.maximum(width_s.sum(axis=0), TINY)
         stays_s[group] = low_s + np.clip((sum_s - low_s.sum(axis=0)) / most_s, 0.0, 1.0) * width_s

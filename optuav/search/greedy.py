@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 
@@ -13,7 +12,14 @@ from optuav.arrays import Floats
 from optuav.physics.kibam import Battery, Stage, Tilted, start, tilted_after, time_to_full
 from optuav.physics.roots import largest
 from optuav.search.branch import Stops
-from optuav.search.terrain import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN, Terrain, least_sums
+from optuav.search.terrain import (
+    DESTINATION,
+    FIRST_BUILDING,
+    HOVER,
+    ORIGIN,
+    Terrain,
+    least_sums,
+)
 
 HALVINGS = 60  # Halvings of a bisection
 LIKELIEST = 3  # Buildings that are tried
@@ -54,8 +60,9 @@ def _by_way_of(terrain: Terrain, building: int, most: int, least_at_rests_As: fl
     """Plans of 0 to `most` rests on one building."""
     battery, drawn_A = terrain.battery, -float(terrain.stay_current_A[HOVER])
     gained_A, least_As = float(terrain.stay_current_A[building]), terrain.least_charge_As
+    to_hover, home = _stages(terrain, ORIGIN, HOVER), _stages(terrain, HOVER, DESTINATION)
+    back, out = _stages(terrain, HOVER, building), _stages(terrain, building, HOVER)
     flights = (ORIGIN, HOVER), (HOVER, DESTINATION), (HOVER, building), (building, HOVER)
-    to_hover, home, back, out = (_stages(terrain, *flight) for flight in flights)
     there_s, home_s, back_s, out_s = (float(terrain.duration_s[flight]) for flight in flights)
     charge = Tilted(*map(float, terrain.begin or start(battery)))
     if not math.isfinite(there_s + home_s) or _lowest_As(battery, charge, to_hover) < 0.0:
@@ -70,14 +77,6 @@ def _by_way_of(terrain: Terrain, building: int, most: int, least_at_rests_As: fl
             places = np.array([ORIGIN, *ways, HOVER, DESTINATION])
             plans.append(Stops(places, every_s, float(every_s[::2].sum()), 0))
 
-    def last_s(landed: Tilted, rest_s: float) -> float:
-        """Longest last hover after a rest; a longer rest allows more, and leaves less time."""
-        rested = Stage(gained_A, rest_s), *out
-        if _lowest_As(battery, landed, rested) < 0.0:
-            return -math.inf
-        again = tilted_after(battery, landed, *rested)
-        return _longest_s(battery, again, drawn_A, home, least_As)
-
     for number in range(most + 1):
         planned(min(_longest_s(battery, charge, drawn_A, home, least_As), left_s))
         hover_s = _longest_s(battery, charge, drawn_A, back, least_at_rests_As)
@@ -86,18 +85,27 @@ def _by_way_of(terrain: Terrain, building: int, most: int, least_at_rests_As: fl
             break
         landed = tilted_after(battery, charge, Stage(-drawn_A, hover_s), *back)
         full_s = float(time_to_full(battery, landed.wells(battery), gained_A))
-        low_s, rest_s = 0.0, min(full_s, left_s)
-        if last_s(landed, high_s := rest_s) > left_s - rest_s:
-            for _ in range(HALVINGS):
-                rest_s = 0.5 * (low_s + high_s)
-                short = last_s(landed, rest_s) <= left_s - rest_s
-                low_s, high_s = (rest_s, high_s) if short else (low_s, rest_s)
-        planned(hover_s, rest_s, min(last_s(landed, rest_s), left_s - rest_s))
-        full = Stage(gained_A, full_s), *out
-        charge = tilted_after(battery, landed, *full)
+        rest_s, last_s = 0.0, left_s
+        low_s, high_s = 0.0, min(full_s, left_s)
+        for middle_s in itertools.chain([high_s], [None] * HALVINGS):
+            # A longer rest allows a longer last hover and leaves less time for it.
+            rest_s = 0.5 * (low_s + high_s) if middle_s is None else middle_s
+            rested = Stage(gained_A, rest_s), *out
+            last_s = -math.inf
+            if _lowest_As(battery, landed, rested) >= 0.0:
+                again = tilted_after(battery, landed, *rested)
+                last_s = _longest_s(battery, again, drawn_A, home, least_As)
+            if last_s <= left_s - rest_s:
+                if middle_s is not None:
+                    break
+                low_s = rest_s
+            else:
+                high_s = rest_s
+        planned(hover_s, rest_s, min(last_s, left_s - rest_s))
+        charge = tilted_after(battery, landed, Stage(gained_A, full_s), *out)
         stays_s += [hover_s, full_s]
         left_s -= full_s
-        if left_s < 0.0 or _lowest_As(battery, landed, full) < 0.0:
+        if left_s < 0.0 or _lowest_As(battery, landed, (Stage(gained_A, full_s), *out)) < 0.0:
             break
     return plans
 
@@ -114,14 +122,16 @@ def hover_bound_s(terrain: Terrain, rests: int, hovers: int) -> float:
     gained_A = max(0.0, float(terrain.stay_current_A[FIRST_BUILDING:].max(initial=0.0)))
     begin = terrain.begin or start(terrain.battery)
     spare_As = float(begin.total_As) - terrain.least_charge_As
-    flights = [_flights(figures) for figures in (terrain.duration_s, _charges(terrain))]
-    full_s, bounds_s = _longest_from_full_s(terrain, drawn_A), [-math.inf]
-    for more in range(min(hovers, rests + 1)):
-        flight_s, flight_As = (once + (more * trip if more else 0.0) for once, trip in flights)
+    (once_s, trip_s), (once_As, trip_As) = map(_flights, (terrain.duration_s, _charges(terrain)))
+    full_s, bound_s = _longest_from_full_s(terrain, drawn_A), -math.inf
+    for pieces in range(1, min(hovers, rests + 1) + 1):
+        more = pieces - 1
+        flight_s = once_s + more * trip_s if more else once_s
+        flight_As = once_As + more * trip_As if more else once_As
         time_s = terrain.deadline_s - flight_s
         by_charge_s = (spare_As - flight_As + gained_A * time_s) / (drawn_A + gained_A)
-        bounds_s.append(min(time_s, by_charge_s, (more + 1) * full_s))
-    return max(bounds_s)
+        bound_s = max(bound_s, min(time_s, by_charge_s, pieces * full_s))
+    return bound_s
 
 
 def _flights(figures: Floats) -> tuple[float, float]:
@@ -140,7 +150,8 @@ def _charges(terrain: Terrain) -> Floats:
 def _longest_from_full_s(terrain: Terrain, drawn_A: float) -> float:
     """Longest hover from full wells that ends with y1 ≥ 0 at some landing [s]."""
     battery, reached = terrain.battery, np.isfinite(terrain.duration_s[HOVER])
-    stages = [*map(Stage, -terrain.stage_currents_A[:, HOVER], terrain.stage_durations_s[:, HOVER])]
+    landings = terrain.stage_currents_A[:, HOVER], terrain.stage_durations_s[:, HOVER]
+    stages = [Stage(-amps, lasts_s) for amps, lasts_s in zip(*landings, strict=True)]
     low_s = np.zeros(len(reached))
     high_s = np.full(len(reached), float(battery.capacity_As) / drawn_A)
     for _ in range(HALVINGS):
@@ -153,15 +164,18 @@ def _longest_from_full_s(terrain: Terrain, drawn_A: float) -> float:
 
 def _stages(terrain: Terrain, place: int, end: int) -> tuple[Stage, ...]:
     """The stages of a leg."""
-    figures = -terrain.stage_currents_A[:, place, end], terrain.stage_durations_s[:, place, end]
-    stages = map(Stage, *(column.tolist() for column in figures))
-    return tuple(stage for stage in stages if stage.duration_s > 0.0)
+    figures = terrain.stage_currents_A[:, place, end], terrain.stage_durations_s[:, place, end]
+    pairs = zip(*figures, strict=True)
+    return tuple(Stage(-float(amps), float(lasts_s)) for amps, lasts_s in pairs if lasts_s > 0.0)
 
 
 def _lowest_As(battery: Battery, charge: Tilted, stages: Sequence[Stage]) -> float:
     """Least y1 at the ends of stages [A s]."""
-    _, *ends = itertools.accumulate(stages, partial(tilted_after, battery), initial=charge)
-    return min((float(end.wells(battery).available_As) for end in ends), default=math.inf)
+    lowest_As = math.inf
+    for stage in stages:
+        charge = tilted_after(battery, charge, stage)
+        lowest_As = min(lowest_As, float(charge.wells(battery).available_As))
+    return lowest_As
 
 
 def _longest_s(

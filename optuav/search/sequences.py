@@ -74,7 +74,7 @@ def _chosen(
     end = min((stop - 1 for stop in open_ if stop > last), default=len(pattern) + 1)
     if not any(first < stop < last for stop in open_):
         part = places[start : end + 1]
-        time_left_s = terrain.time_left_s(part)
+        time_left_s = terrain.deadline_s - terrain.duration_s[part[:-1], part[1:]].sum(axis=0)
         kept = np.flatnonzero(time_left_s >= 0.0)
         if to_beat_s and open_ and start < first:  # the first place is left, its stay not counted
             within = pattern[start : min(end, len(pattern))]

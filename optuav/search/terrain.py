@@ -1,13 +1,14 @@
 """A mission as arrays for the search, and boxes of the plans over it.
 
-Each leg and stay shifts the state (y, z): the total charge y = y1 + y2 and the tilt z = y1 − ωy. A
-stay of duration t at the current I takes it to (y + I t, z e^(−k't) + (1−ω) I (1 − e^(−k't))/k'),
-with k' = k_F/(ω(1−ω)); see `optuav.physics.kibam`.
+Each leg and stay is a map of the state (y, z): the total charge y = y1 + y2 and the tilt
+z = y1 − ωy. A leg of duration T that draws Q takes it to (y − Q, z e^(−k'T) + Z), a stay of
+duration t at the current I to (y + I t, z e^(−k't) + (1−ω) I (1 − e^(−k't))/k'), with
+k' = k_F/(ω(1−ω)); see `optuav.physics.kibam`.
 """
 
-from dataclasses import dataclass, fields, replace
-from functools import cached_property, partial
-from itertools import accumulate
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,18 @@ from optuav.physics import kibam
 ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3  # Numbers of places
 Pattern = tuple[bool, ...]  # Kinds of the stops in order: True for a hover, False for a rest
 ROUNDING = 1e-11  # Least violation of a limit that drops a box, as a share of the capacity [-]
+
+
+class Flown(NamedTuple):
+    """Time of legs and their effect on the wells: (leg, box), or (stage, start, end) from take-off.
+
+    Duration of the leg [s], Q [A s], e^(−k'T) [-] and Z [A s].
+    """
+
+    duration_s: Floats
+    charge_As: Floats
+    remaining: Floats
+    tilt_As: Floats
 
 
 @dataclass(frozen=True)
@@ -48,28 +61,19 @@ class Terrain:
         return self.begin if self.begin and (places == ORIGIN).all() else full
 
     @cached_property
-    def flown(self) -> kibam.Shift:
-        """Effect of the legs up to the end of each stage (stage, start, end).
-
-        Only of whole legs where y1 is least at their ends.
-        """
-        stages = map(kibam.Stage, -self.stage_currents_A, self.stage_durations_s)
-        after = partial(kibam.tilted_after, self.battery)
-        _, *charges = accumulate(stages, after, initial=kibam.Tilted(0.0, 0.0))
-        remaining, _ = kibam.levelling(self.battery, np.cumsum(self.stage_durations_s, axis=0))
-        totals, tilts = zip(*charges, strict=True)
-        shifts = kibam.Shift(np.array(totals), remaining, np.array(tilts))
+    def leg_maps(self) -> Flown:
+        """All legs up to the end of each stage; only whole legs where y1 is least at their ends."""
         drawn_A = self.stage_currents_A[self.stage_durations_s > 0.0]
         whole = np.all(kibam.falls_throughout(self.battery, -drawn_A))
-        return kibam.Shift(*(part[-1:] for part in shifts)) if whole else shifts
-
-    def leg(self, start: Integers, end: Integers) -> kibam.Shift:
-        """Effect of whole legs."""
-        return kibam.Shift(*(part[-1, start, end] for part in self.flown))
-
-    def time_left_s(self, places: Integers) -> Floats:
-        """Time that the deadline leaves beyond the legs between places (stop + 2, box) [s]."""
-        return np.asarray(self.deadline_s - self.duration_s[places[:-1], places[1:]].sum(axis=0))
+        charge, elapsed_s, flown = kibam.Tilted(0.0, 0.0), np.zeros_like(self.duration_s), []
+        stages = zip(self.stage_currents_A, self.stage_durations_s, strict=True)
+        for number, (current_A, time_s) in enumerate(stages, 1):
+            charge = kibam.tilted_after(self.battery, charge, kibam.Stage(-current_A, time_s))
+            elapsed_s = elapsed_s + time_s
+            if number == len(self.stage_currents_A) or not whole:
+                remaining, _ = kibam.levelling(self.battery, elapsed_s)
+                flown.append((-charge.total_As, remaining, charge.tilt_As))
+        return Flown(self.duration_s[None], *map(np.array, zip(*flown, strict=True)))
 
 
 def least_sums(figures: Floats, place: int) -> Floats:
@@ -113,14 +117,19 @@ class Boxes:
         return len(self.rank)
 
     @property
-    def hover(self) -> Booleans:
-        """Whether the stops are hovers (stop,)."""
-        return np.array(self.pattern)
+    def hovers(self) -> list[int]:
+        """Numbers of the stops that are hovers."""
+        return [k for k, hover in enumerate(self.pattern) if hover]
+
+    @property
+    def rests(self) -> list[int]:
+        """Numbers of the stops that are rests."""
+        return [k for k, hover in enumerate(self.pattern) if not hover]
 
     def take(self, which: Booleans | Integers | slice) -> "Boxes":
         """Some of the boxes."""
-        columns = {f.name: getattr(self, f.name)[..., which] for f in fields(self)[1:]}
-        return replace(self, **columns)
+        columns = (getattr(self, field.name) for field in fields(self)[1:])
+        return Boxes(self.pattern, *(column[..., which] for column in columns))
 
     def halves(self) -> "Boxes":
         """Every box cut in two where it is widest, of the stays that something pulls."""

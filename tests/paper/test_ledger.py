@@ -251,7 +251,11 @@ def test_the_printed_columns_are_those_of_the_table(by_name: dict[str, Entry]) -
         )
         assert math.isclose(float(mission.stated) - float(hover.stated), 59.35, abs_tol=1e-9)
         whole_s = math.ceil(float(hover.stated))
-        assert [each.compute[1:] for each in charges] == [[1, whole_s], [2, whole_s], [3, whole_s]]
+        assert [[*each.compute[1:]] for each in charges] == [
+            [1, whole_s],
+            [2, whole_s],
+            [3, whole_s],
+        ]
         assert hover.compute[1:] == mission.compute[1:]
 
 

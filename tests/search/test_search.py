@@ -212,9 +212,9 @@ def test_no_rule_drops_a_plan(keys: dict[str, float], pattern: Pattern, seed: in
         low_s=np.maximum(stays_s - wide_s[0], 0.0),
         high_s=stays_s + wide_s[1],
     ).take(bears)
-    held_s = stays_s[:, bears]
+    held_s, hovers = stays_s[:, bears], boxes.hovers
     shares = chance.choice([0.5, 0.99, 1.0], len(boxes))
-    left = possible(known, boxes, held_s[boxes.hover].sum(axis=0) * shares - 1e-9)
+    left = possible(known, boxes, held_s[hovers].sum(axis=0) * shares - 1e-9)
     assert len(left) == len(boxes)
     order = left.rank.searchsorted(np.flatnonzero(bears))
     rounding_s = 1e-6
@@ -245,7 +245,7 @@ def test_no_part_of_a_sequence_is_ruled_out_that_a_plan_has(
     longest_s = some.high_s * chance.choice([0.0, 0.1, 0.6, 1.0], some.high_s.shape)
     stays_s = longest_s * chance.random(some.high_s.shape)
     bears = (slack(known, some.places, stays_s) >= 0.0) & (stays_s.sum(axis=0) <= some.high_s[0])
-    hover_s = np.where(bears, stays_s[some.hover].sum(axis=0), -1.0)
+    hover_s = np.where(bears, stays_s[some.hovers].sum(axis=0), -1.0)
     for plan in np.argsort(-hover_s)[:5]:
         least_s = float(hover_s[plan])
         if least_s >= 0.0:
@@ -271,3 +271,16 @@ def test_stops_far_from_the_hover_are_chosen_last(monkeypatch: pytest.MonkeyPatc
     assert found.stops.hover_s == pytest.approx(605.456, abs=5e-4)
     assert found.bound_s == pytest.approx(least, abs=1e-6)
     assert sum(bounded) < 4 * 10**3
+
+
+def test_a_last_rest_may_lift_the_charge() -> None:
+    """Before a rest, less than min_soc may be left: only the end of the flight must have it."""
+    mission = optuav.load("matrice350").replace({"limits.deadline_s": 3000.0})
+    once = optuav.solve(mission)
+    assert once.route == ("origin", "hover", "b5", "destination")
+    low = once.phases[2]  # Landed on b5
+    left_As = low.available_As[0] + low.bound_As[0]
+    pool_As = mission.battery.packs * mission.battery.capacity_As
+    assert left_As < mission.limits.min_soc * pool_As
+    twice = optuav.solve(mission, optuav.P1(stops=1, hovers=2))
+    assert twice.hover_time_s >= once.hover_time_s - 1e-6
