@@ -31,10 +31,7 @@ Progress: TypeAlias = Callable[[int, int | None, str], None]
 
 
 def check_places(save: Path | None, plot: Path | None, *endings: str, file_only: str = "") -> None:
-    """Refuse files and directories that cannot be written to, before the work begins.
-
-    An option `file_only` cannot be the standard output, as --save of a text can.
-    """
+    """Refuse places that cannot be written to, before work; an option `file_only` takes no -."""
     if save is not None:
         from optuav.mission.files import STANDARD, check_place, ending_of
 
