@@ -264,7 +264,7 @@ export function drawDrone(picture, {map, wells, verdict}, moment) {
   const {plot, height, size, u} = picture;
   d3.select(plot).selectAll(".drone").remove();
   if (moment === null || !wells) return;
-  const parent = shape(plot, "g", {class: "drone"});
+  const parent = d3.select(plot).insert("g", ":scope > text").attr("class", "drone").node(); // Behind words
   const falls = wells.dry_s !== null && moment >= wells.dry_s;
   const at = positionAt(map, wells.phases, falls ? wells.dry_s : moment);
   const [x, y] = [picture.x(at[0]), picture.y(at[1])];
@@ -279,7 +279,7 @@ export function drawDrone(picture, {map, wells, verdict}, moment) {
 
 // Along the way from stop to stop, by its waypoints, slow at both ends.
 function positionAt(map, phases, time) {
-  const k = Math.max(0, phases.findIndex(({end_s}) => time <= end_s));
+  const k = d3.bisector(({end_s}) => end_s).left(phases, time, 0, phases.length - 1);
   const {kind, at, by, start_s, end_s} = phases[k];
   const to = placeOf(map, at);
   if (kind !== "flight") return to;
