@@ -16,4 +16,4 @@ addEventListener("message", ({data}) => {
 });
 
 const state = Object.fromEntries(new URLSearchParams(location.hash.slice(1))); // Such as #perspective=battery
-render({model: new Stored({state, pinned: null}), el: document.getElementById("explorer")});
+render({model: new Stored([["state", state]]), el: document.getElementById("explorer")});

@@ -150,7 +150,8 @@ export class Controls {
     const slides = input.type === "range";
     const typed = slides ? Number(input.value) : decimal(input.value);
     const value = unit === "%" && !slides && typeof typed === "number" ? typed / 100 : typed;
-    if (slides) input.ariaValueText = this.#fields.get(input.dataset.key).inputs[1].value = grouped(shown(typed, unit));
+    const [, field] = this.#fields.get(input.dataset.key)?.inputs ?? [];
+    if (slides) input.ariaValueText = field.value = grouped(shown(typed, unit));
     const stated = this.#session.now.state.changes[key] ?? whole;
     this.#session.changeKey(key, whole ? stated.with(axis, value) : value, axis);
   }

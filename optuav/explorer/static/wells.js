@@ -160,8 +160,8 @@ function nameFull({picture, wells: {full_As, overfull_s}, end, narrow}) {
   }
 }
 
-// Where the available well is empty, and why; and the charge that is not there.
-function nameDry({picture, wells, verdict: {event, reason}, rows, last, narrow}) {
+// Where the available well is empty, and why.
+function nameDry({picture, wells, verdict: {event, reason}, rows, narrow}) {
   const {x, y, top, size, u} = picture;
   const at = x(wells.dry_s);
   const side = at - x(0) > size * 14 ? {x: at - 8 * u, anchor: "end"} : {x: at + 8 * u, anchor: "start"};
@@ -169,9 +169,6 @@ function nameDry({picture, wells, verdict: {event, reason}, rows, last, narrow})
   const reach = x.invert(side.x - wide(reason, size));
   const free = side.anchor === "start" || y(rowAt(rows, reach).upper) > spot.y + 1.5 * size;
   picture.put([`✕ ${event}`, ...(narrow || !free ? [] : [reason])], [spot], {fill: "dry", weight: 700});
-  const gap = {x: x(last) - 6, y: y(rowAt(rows, wells.dry_s).bound) - 6 * u, anchor: "end"};
-  const fits = x(last) - at > wide("not there", size, 600) + 16 * u;
-  if (wells.lacks && fits) picture.put(["not there"], [gap], {...STRONG, fill: "dry"});
 }
 
 // A plan that flies lands as its available well is empty: above the charge.
