@@ -87,7 +87,7 @@ export function around([x, y], gap, size, {lines = 1, order = d3.range(8)} = {})
   return order.map((k, cost) => {
     const [across, down] = SPOTS[k];
     const anchor = ["end", "middle", "start"][Math.sign(across) + 1];
-    return {x: x + across * gap, y: y + down * gap + shifts[Math.sign(down) + 1], anchor, cost: Math.min(cost, 3)};
+    return {x: x + across * gap, y: y + down * gap + shifts[Math.sign(down) + 1], anchor, cost};
   });
 }
 
