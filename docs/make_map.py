@@ -16,6 +16,8 @@ from optuav.network.scene import scene
 PX_PER_M = 0.135
 LEFT, BOTTOM = 112.0, 290.0
 """Origin of the map in the picture [px]."""
+BESIDE = {"b7": (-8.0, 18.0), "b8": (-8.0, -9.0), "b9": (-8.0, -9.0), "b10": (-12.0, 18.0)}
+"""Where words are off the lines [px], other than right of their roof."""
 PICTURE = """\
 <style>
 .mission {{display: block; flex: 1 1 auto; margin: auto; max-width: 100%; min-height: 0}}
@@ -64,7 +66,7 @@ def page() -> str:
         circle("device", "reach", PX_PER_M * seen.disc_radius_m),
         *(line("beam", "laser", place) for place in (*roofs, "hover")),
         line("way", "origin", "hover", "destination"),
-        *(circle(roof, "roof", 4.0) + label(roof, 8.0, 5.0) for roof in roofs),
+        *(circle(roof, "roof", 4.0) + label(roof, *BESIDE.get(roof, (8.0, 5.0))) for roof in roofs),
         *(circle(end, "end", 6.0) for end in ("origin", "hover", "destination")),
         *(circle(spot, spot, 8.0) for spot in ("device", "laser")),
         label("device", 0.0, 28.0),

@@ -15,4 +15,5 @@ addEventListener("message", ({data}) => {
   if (data === "dark" || data === "light") document.documentElement.style.colorScheme = data;
 });
 
-render({model: new Stored({state: {}, pinned: null}), el: document.getElementById("explorer")});
+const state = Object.fromEntries(new URLSearchParams(location.hash.slice(1))); // Such as #perspective=battery
+render({model: new Stored([["state", state]]), el: document.getElementById("explorer")});

@@ -35,7 +35,6 @@ from optuav.solving.program import entry_of
 MOST_STEPS = 16  # Steps along the longer side of a map
 EMPTY = 1e-5  # Share of the capacity that counts as an empty well
 MOST_BUILDINGS = 2_000
-LACKING = 1e-8  # Share of the capacity that counts as an overdrawn available well
 SOLVE_S = 10.0  # Longest that an engine may take [s]
 
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 91)
@@ -172,7 +171,6 @@ def _wells(plan: Plan) -> Data:
         "spare_s": deadline_s - plan.mission_time_s,
         "empty_s": [e.end_s for e in plan.phases if sum(e.available_As) < EMPTY * full_As],
         "axes": [rounded_up(max(deadline_s, plan.mission_time_s)), rounded_up(1.1 * full_As)],
-        "lacks": bool((available_As < -LACKING * full_As).any()),
         "full_As": full_As,
         "least_As": mission.limits.min_soc * full_As,
         "phases": [

@@ -51,7 +51,8 @@ class Cut(NamedTuple):
         """The excess as whole numbers up to `WHOLE`, row by row; NaN counts as violated."""
         known = np.nan_to_num(self.excess, nan=-np.inf, posinf=np.inf, neginf=-np.inf)
         most = np.abs(known[np.isfinite(known)]).max(initial=0.0) or 1.0
-        return [round(share * WHOLE) for share in np.clip(known / most, -1.0, 1.0).flat]
+        rounded = np.rint(np.clip(known / most, -1.0, 1.0) * WHOLE).astype(int)
+        return list[int](rounded.ravel().tolist())
 
     @property
     def forbids(self) -> bool:

@@ -103,7 +103,6 @@ def test_wells_are_those_of_the_known_plan(by_battery: dict[str, Any]) -> None:
     assert available[0] == pytest.approx(0.8 * CAPACITY_As)
     assert available[-1] / CAPACITY_As == pytest.approx(-0.13, abs=0.005)
     assert wells["total_As"][-1] == pytest.approx(0.05 * CAPACITY_As, rel=1e-4)
-    assert wells["lacks"]
     assert 0.0 < wells["overfull_s"] < wells["dry_s"] < wells["time_s"][-1]
     assert not by_battery["verdict"]["good"]
 

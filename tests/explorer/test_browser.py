@@ -411,6 +411,8 @@ def test_stored_answers_are_shown_from_a_file(browser: Any, tmp_path: Path) -> N
     page.keyboard.press("l")
     page.keyboard.press("1")
     says(page, "719.54 s of hover promised; ✕ falls")
+    page.goto(f"{(tmp_path / 'explorer.html').as_uri()}?lecture#perspective=battery")
+    says(page, "719.54 s of hover promised; ✕ falls")
     assert errors == []
     page.close()
 

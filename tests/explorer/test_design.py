@@ -103,6 +103,15 @@ ON_ROUTE = """() => {
   const {e: x, f: y} = document.querySelector("figure.map .drone g").transform.baseVal[0].matrix;
   return route.isPointInStroke(new DOMPoint(x, y));
 }"""
+MOVE = """([option, deadline_s]) => {
+  const tell = (selector, value, type) => {
+    const input = document.querySelector(selector);
+    input.value = value;
+    input.dispatchEvent(new Event(type, {bubbles: true}));
+  };
+  tell("select[name=perspective]", option, "change");
+  tell("[data-key='limits.deadline_s|null'][type=range]", deadline_s, "input");
+}"""
 COUNT = """addEventListener("DOMContentLoaded", () => {
   window.drawn = 0;
   const isPicture = (each) => each.matches?.(".draw > svg[role=img]");
@@ -365,6 +374,27 @@ def test_no_axis_moves_on_a_drag(open_page: Open) -> None:
     page.get_by_role("button", name="Lock axes").click()
     rests(page)
     assert not same(domains(page), before)
+
+
+@pytest.mark.parametrize("name", ["desktop", "lecture", "site", "phone"])
+def test_pictures_keep_their_place_while_words_change(open_page: Open, name: str) -> None:
+    """From a plan that falls to one that flies, and to a control that changes nothing."""
+    page = opened(open_page, name)
+    still = "figure, .stage input[type=range]"
+    before = boxes(page, still)
+    for option, deadline_s, says in (("battery", 600, "flies"), ("available", 1400, "b10")):
+        page.evaluate(MOVE, [option, deadline_s])
+        playwright.expect(page.locator("header")).to_contain_text(says)
+        rests(page)
+        after = zip(boxes(page, still), before, strict=True)
+        assert all(now == pytest.approx(box, abs=2) for now, box in after)
+
+
+def test_the_drone_stands_at_its_destination_once_it_has_landed(open_page: Open) -> None:
+    page = opened(open_page, "desktop", {})
+    page.get_by_role("button", name="Fly it").click()
+    page.locator("figure.map .drone g").wait_for()
+    assert page.evaluate(ON_ROUTE)
 
 
 def test_the_trail_holds_six_optima_and_is_cleared(open_page: Open) -> None:

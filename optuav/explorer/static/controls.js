@@ -150,7 +150,8 @@ export class Controls {
     const slides = input.type === "range";
     const typed = slides ? Number(input.value) : decimal(input.value);
     const value = unit === "%" && !slides && typeof typed === "number" ? typed / 100 : typed;
-    if (slides) this.#fields.get(input.dataset.key).inputs[1].value = grouped(shown(typed, unit));
+    const [, field] = this.#fields.get(input.dataset.key)?.inputs ?? [];
+    if (slides) input.ariaValueText = field.value = grouped(shown(typed, unit));
     const stated = this.#session.now.state.changes[key] ?? whole;
     this.#session.changeKey(key, whole ? stated.with(axis, value) : value, axis);
   }
@@ -176,8 +177,7 @@ export class Controls {
     const at = d3.scaleLinear([Math.min(low, value), Math.max(high, value)], [0, 100]).clamp(true);
     const [min, max] = at.domain();
     Object.assign(slider, {min, max, step});
-    slider.setAttribute("aria-valuetext", `${shown(value, unit)} ${unit}`);
-    if (free(slider)) slider.value = value;
+    if (free(slider)) Object.assign(slider, {value, ariaValueText: `${shown(value, unit)} ${unit}`});
     if (free(field)) field.value = written(control);
     for (const input of [slider, field]) this.#inputs.get(input).whole = whole;
     for (const [name, end] of [["at", value], ["from", idle?.low ?? 0], ["to", idle?.high ?? max]]) {

@@ -9,6 +9,8 @@ const APART_PX = 3; // Between words that are side by side
 const GRAZED = 0.06; // Share of words that may touch a mark
 const CROSSED = 3; // Points that words may not cover, where they are not needed
 const MOST_DOTS = 400; // Along a line
+// Right, left, above, below, and corners [gaps to the right and down]
+const SPOTS = [[1, 0], [-1, 0], [0, -1], [0, 1], [0.8, -0.7], [-0.8, -0.7], [0.8, 0.7], [-0.8, 0.7]];
 const ruler = document.createElement("canvas").getContext("2d");
 
 // An element of the page; every word is text, never markup.
@@ -65,8 +67,8 @@ export function wide(words, size, weight = 400) {
 
 // Round values from 0 on, at most so many steps; every second where there is little room.
 export function steps(most, count, coarse = false) {
-  const step = d3.tickStep(0, most, count / Math.SQRT2) * (coarse ? 2 : 1); // Rounded up by as much at most
-  return d3.range(0, most + step / 1000, step);
+  const all = d3.ticks(0, most, count / Math.SQRT2); // Which rounds steps down by as much at most
+  return coarse ? all.filter((_, k) => k % 2 === 0) : all;
 }
 
 // Points along a line, for words to avoid.
@@ -79,24 +81,14 @@ export function dots(points, step = 6) {
 
 // Spots for lines of words around a point: right, left, above, below, and the four corners; or in another
 // order, the preferred first.
-export function around([x, y], gap, size, {lines = 1, order = null} = {}) {
-  const down = size * 1.25 * (lines - 1);
-  const middle = y + size * 0.35 - down / 2;
-  const [above, below] = [-down, size * 0.8];
-  const corner = (across, shift, down) => ({
-    x: x + 0.8 * across * gap,
-    y: y + 0.7 * shift * gap + down,
-    anchor: across > 0 ? "start" : "end",
-    cost: 3,
+export function around([x, y], gap, size, {lines = 1, order = d3.range(8)} = {}) {
+  const further = size * 1.25 * (lines - 1);
+  const shifts = [-further, size * 0.35 - further / 2, size * 0.8]; // Above, beside and below
+  return order.map((k, cost) => {
+    const [across, down] = SPOTS[k];
+    const anchor = ["end", "middle", "start"][Math.sign(across) + 1];
+    return {x: x + across * gap, y: y + down * gap + shifts[Math.sign(down) + 1], anchor, cost};
   });
-  const spots = [
-    {x: x + gap, y: middle, anchor: "start", cost: 0},
-    {x: x - gap, y: middle, anchor: "end", cost: 1},
-    {x, y: y - gap + above, anchor: "middle", cost: 2},
-    {x, y: y + gap + below, anchor: "middle", cost: 2},
-    ...[corner(1, -1, above), corner(-1, -1, above), corner(1, 1, below), corner(-1, 1, below)],
-  ];
-  return order ? order.map((k, cost) => ({...spots[k], cost})) : spots;
 }
 
 // A picture of Plot with its scales and edges [px]; marks that a mission lacks are left out.

@@ -28,7 +28,6 @@ function render({model, el}) {
   const sized = new ResizeObserver(() => requestAnimationFrame(resized));
   let flight = null;
   let lecture = false;
-  let shaped = false;
   let drawn = ""; // For which size
   let phases = ""; // Of the plan that is shown
   let invited = query.has("lecture"); // By the address, once
@@ -158,8 +157,7 @@ function render({model, el}) {
     sayBinding(part(".binding"), session);
     part(".foot button").textContent = pinned ? "Details ▾" : "Details: limits, worth, proof ▾";
     below.replaceChildren(...tables(shown, () => session.change({repairs: true})));
-    if (!shaped) for (const column of columns) column.shape(shown.map.bounds);
-    shaped = true;
+    for (const column of columns) column.shape(shown.map.bounds);
     draw();
   }
 

@@ -79,13 +79,13 @@ export class Column {
     const promise = verdict.promise ? `${verdict.promise.replace(/ of hover.*/, "")}, ` : "";
     const heading = this.element.querySelector(".title");
     const name = this.kind === "now" ? "Now" : "Pinned";
-    const binds = make("span", {}, lower(verdict.binds));
-    heading.replaceChildren(`${name}: ${promise}`, outcome(verdict), make("br"), binds);
+    heading.replaceChildren(`${name}: ${promise}`, outcome(verdict), make("span", {}, verdict.binds));
     heading.classList.toggle("good", verdict.good);
   }
 
   // The arrangement of the pictures by the mission's shape.
   shape([[x1, y1], [x2, y2]]) {
+    if (this.element.firstElementChild.className) return; // It stays as it was on loading
     const [across, up] = [x2 - x1, y2 - y1];
     const kind = up > TALL * across ? "tall" : across > WIDE * up ? "wide" : "even";
     this.element.firstElementChild.className = kind;
@@ -109,10 +109,6 @@ function fit(note, texts) {
     note.textContent = words;
     if (words === texts.at(-1) || note.scrollWidth <= note.clientWidth) return;
   }
-}
-
-function lower(words) {
-  return words ? `${words[0].toLowerCase()}${words.slice(1).replace(/\.$/, "")}` : "";
 }
 
 // A row of tabs, one of which is open; the tabs stay while they are the same, as one may have the focus.

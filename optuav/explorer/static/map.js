@@ -1,6 +1,6 @@
 // The map: one scale for x and y, terrain to its edges, the places with their names, points over it that
 // can be moved, and the drone.
-import {Picture, STRONG, around, colour, dots, grouped, shape} from "./drawing.js";
+import {GRID, Picture, STRONG, around, colour, dots, grouped, shape} from "./drawing.js";
 
 const MOST_NAMED = 40; // Buildings
 const LONGEST_NAME = 24;
@@ -26,8 +26,7 @@ const FALLEN_PX = 118; // Where it says so
 const ROTORS = [[-11, -7], [11, -7], [-11, 7], [11, 7]];
 
 export function drawMap(draw, {map, verdict}, {axes, all, ...look}) {
-  const frame = frameOf(axes, look);
-  const {across, up, scale, step} = frame;
+  const {across, up, scale, step} = frameOf(axes, look);
   const named = map.buildings.length <= MOST_NAMED;
   const stops = map.stops.map(({kind, at}) => `${kind} at ${at}`).join(", ");
   const picture = new Picture(look, {
@@ -37,7 +36,7 @@ export function drawMap(draw, {map, verdict}, {axes, all, ...look}) {
     symbol: {type: "identity"},
     label: `Map. ${verdict.text}. Route: ${stops || "none"}`,
     marks: [
-      terrain(map, frame, look.u),
+      terrain(map, step, look.u),
       sights(map, look.u, named),
       route(map, scale, look.u),
       spots(map, look.u, named),
@@ -77,11 +76,10 @@ function unused({buildings, stops}) {
   return buildings.filter(({name}) => !stops.some(({at}) => at === name));
 }
 
-function terrain({rim}, {step, across, up}, u) {
-  const every = ([from, to]) => d3.range(Math.ceil(from / step) * step, to, step);
+function terrain({rim}, step, u) {
   const reach = {fill: colour("hover"), fillOpacity: 0.13, stroke: colour("hover"), strokeWidth: 1.25 * u};
-  const rules = {stroke: colour("faint")};
-  return [Plot.ruleX(every(across), rules), Plot.ruleY(every(up), rules), rim && Plot.line(rim, reach)];
+  const rules = {...GRID, interval: step};
+  return [Plot.gridX(rules), Plot.gridY(rules), rim && Plot.line(rim, reach)];
 }
 
 // Lines of sight of the laser, those of the plan stronger; and the walls that cut some of them.
@@ -147,10 +145,12 @@ function spots(map, u, named) {
 }
 
 // Writes lines of words beside a point [m].
-function nameAt(picture, [x, y], lines, {gap = 10 * picture.u, order = null, ...look} = {}) {
-  const around_px = [picture.x(x), picture.y(y)];
-  const candidates = around(around_px, gap, look.size ?? picture.size, {lines: lines.length, order});
-  return picture.put(lines, candidates, look);
+function nameAt(picture, [x, y], lines, {gap = 10 * picture.u, order, ...look} = {}) {
+  const {needed = true, size = picture.size} = look;
+  const spots = [0, ...(needed ? [1] : [])].flatMap((far) => // Farther off where words are needed
+    around([picture.x(x), picture.y(y)], gap * (1 + 0.8 * far), size, {lines: lines.length, order})
+      .map((spot) => ({...spot, cost: spot.cost + 9 * far})));
+  return picture.put(lines, spots, look);
 }
 
 // Names of places, those that the plan uses first.
@@ -264,7 +264,7 @@ export function drawDrone(picture, {map, wells, verdict}, moment) {
   const {plot, height, size, u} = picture;
   d3.select(plot).selectAll(".drone").remove();
   if (moment === null || !wells) return;
-  const parent = shape(plot, "g", {class: "drone"});
+  const parent = d3.select(plot).insert("g", ":scope > text").attr("class", "drone").node(); // Behind words
   const falls = wells.dry_s !== null && moment >= wells.dry_s;
   const at = positionAt(map, wells.phases, falls ? wells.dry_s : moment);
   const [x, y] = [picture.x(at[0]), picture.y(at[1])];
@@ -279,7 +279,7 @@ export function drawDrone(picture, {map, wells, verdict}, moment) {
 
 // Along the way from stop to stop, by its waypoints, slow at both ends.
 function positionAt(map, phases, time) {
-  const k = Math.max(0, phases.findIndex(({end_s}) => time <= end_s));
+  const k = d3.bisector(({end_s}) => end_s).left(phases, time, 0, phases.length - 1);
   const {kind, at, by, start_s, end_s} = phases[k];
   const to = placeOf(map, at);
   if (kind !== "flight") return to;

@@ -36,7 +36,7 @@ function read() {
   }
 }
 
-const model = new Served(read());
+const model = new Served(Object.entries(read()));
 model.set("link", (states) => {
   history.replaceState(null, "", `#${encodeURIComponent(JSON.stringify(states))}`);
   return location.href;

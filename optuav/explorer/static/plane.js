@@ -9,7 +9,7 @@ const SHORT_PX = 230;
 const MOST_NOWHERE = 3; // Limits that are told to hold nowhere
 const CORNERS = [4, 5, 6, 7, 0, 1, 3, 2]; // Spots of `around` for the words of the optimum
 
-export function drawPlane(draw, {plane, wells}, {axes, trail, slots, ...look}) {
+export function drawPlane(draw, {plane, verdict}, {axes, trail, slots, ...look}) {
   const {width, height, size, u} = look;
   const narrow = width < NARROW_PLANE_PX;
   const [most_x, most_y] = axes ?? [plane.rest_s[1], plane.hover_s[1]];
@@ -38,7 +38,7 @@ export function drawPlane(draw, {plane, wells}, {axes, trail, slots, ...look}) {
   const lines = limits.map((limit) => ({...limit, points: points(limit)}));
   keepFree(picture, plane, lines);
   nameTimes(picture, plane.rests);
-  if (plane.best) drawOptimum(picture, plane, trail, missed(wells), narrow);
+  if (plane.best) drawOptimum(picture, plane, trail, missed(verdict), narrow);
   nameLimits(picture, lines, narrow);
   nameNowhere(picture, limits);
   if (plane.chosen) nameAllowed(picture, plane, limits, across, up);
@@ -130,10 +130,9 @@ function nameLimits(picture, lines, narrow) {
 }
 
 // What a plan misses that cannot be flown, and the role of that limit.
-function missed(wells) {
-  if ((wells?.dry_s ?? null) !== null) return {words: "✕ falls", role: "dry"};
-  if ((wells?.overfull_s ?? null) !== null) return {words: "✕ overfills", role: "overfull"};
-  return null;
+function missed({event, good}) {
+  const words = `✕ ${event.replace(/ at .*/, "")}`;
+  return good ? null : {words, role: event.startsWith("overfills") ? "overfull" : "dry"};
 }
 
 // The star, a ring where the plan falls, the optima before it, and their words.

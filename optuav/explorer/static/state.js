@@ -10,20 +10,11 @@ const LONGEST_TRAIL = 7; // The optimum, and the six before it
 const ELSEWHERE = 0.004; // Share of the axes by which an optimum has moved
 
 // Values with listeners, as anywidget has them.
-export class Model {
-  #values;
+export class Model extends Map {
   #heard = d3.dispatch("change:answer");
 
-  constructor(values) {
-    this.#values = values;
-  }
-
-  get(name) {
-    return this.#values[name];
-  }
-
   set(name, value) {
-    this.#values[name] = value;
+    super.set(name, value);
     if (name === "answer") this.#heard.call("change:answer");
   }
 

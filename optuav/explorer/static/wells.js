@@ -104,7 +104,7 @@ function nameAll(view) {
   const {picture, wells, rows, rings, end} = view;
   const {x, y, top, bottom, u} = picture;
   for (const time of [wells.dry_s, wells.overfull_s, wells.deadline_s]) {
-    if (time !== null && time <= end) picture.keep([x(time), (top + bottom) / 2], 4, (bottom - top) / 2);
+    if (time !== null && time <= end) picture.keep([x(time), (top + bottom) / 2], 7 * u, (bottom - top) / 2);
   }
   for (const time of rings) picture.keep([x(time), y(rowAt(rows, time).bound)], 9 * u, 16 * u);
   nameFull(view);
@@ -122,7 +122,7 @@ function nameBand({picture, rows}, words, {lower, upper, apart, ...look}, near, 
   const spots = d3.range(x(0) + 6, x(until) - across, 10).flatMap((left) => {
     const met = [0, 0.5, 1].map((share) => rowAt(rows, x.invert(left + share * across)));
     const [high, low] = [d3.max(met, (row) => y(upper(row))), d3.min(met, (row) => y(lower(row)))];
-    const at = {x: left, y: (high + low) / 2 + 0.36 * size, anchor: "start", cost: Math.abs(left - near)};
+    const at = {x: left, y: (high + low) / 2 + 0.3 * size, anchor: "start", cost: Math.abs(left - near)};
     return low - high > apart * size ? [at] : [];
   });
   return picture.put([words], spots, {...look, needed: false});
@@ -160,8 +160,8 @@ function nameFull({picture, wells: {full_As, overfull_s}, end, narrow}) {
   }
 }
 
-// Where the available well is empty, and why; and the charge that is not there.
-function nameDry({picture, wells, verdict: {event, reason}, rows, last, narrow}) {
+// Where the available well is empty, and why.
+function nameDry({picture, wells, verdict: {event, reason}, rows, narrow}) {
   const {x, y, top, size, u} = picture;
   const at = x(wells.dry_s);
   const side = at - x(0) > size * 14 ? {x: at - 8 * u, anchor: "end"} : {x: at + 8 * u, anchor: "start"};
@@ -169,9 +169,6 @@ function nameDry({picture, wells, verdict: {event, reason}, rows, last, narrow})
   const reach = x.invert(side.x - wide(reason, size));
   const free = side.anchor === "start" || y(rowAt(rows, reach).upper) > spot.y + 1.5 * size;
   picture.put([`✕ ${event}`, ...(narrow || !free ? [] : [reason])], [spot], {fill: "dry", weight: 700});
-  const gap = {x: x(last) - 6, y: y(rowAt(rows, wells.dry_s).bound) - 6 * u, anchor: "end"};
-  const fits = x(last) - at > wide("not there", size, 600) + 16 * u;
-  if (wells.lacks && fits) picture.put(["not there"], [gap], {...STRONG, fill: "dry"});
 }
 
 // A plan that flies lands as its available well is empty: above the charge.
