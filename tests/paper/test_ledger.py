@@ -14,6 +14,7 @@ import pytest
 
 import optuav
 from optuav.paper import ledger, table2
+from optuav.paper.curves import DATA
 from optuav.paper.ledger import STATEMENTS, Entry, Ledger, PaperStatement, Verdict, agrees, fits
 from optuav.paper.table2 import admitted, loads_exist
 from tests.cli.run import refused, run
@@ -143,7 +144,9 @@ def test_the_missions_have_the_printed_settings() -> None:
 
 def test_every_computation_is_used_and_every_name_exists() -> None:
     """By the file of the statements, which names them."""
-    named = {known[0] for each in STATEMENTS for known in (each.compute, each.room) if known}
+    named = {
+        each[key][0] for each in DATA["statement"] for key in ("compute", "room") if key in each
+    }
     functions = inspect.getmembers(ledger, inspect.isfunction)
     public = {
         name
@@ -251,11 +254,7 @@ def test_the_printed_columns_are_those_of_the_table(by_name: dict[str, Entry]) -
         )
         assert math.isclose(float(mission.stated) - float(hover.stated), 59.35, abs_tol=1e-9)
         whole_s = math.ceil(float(hover.stated))
-        assert [[*each.compute[1:]] for each in charges] == [
-            [1, whole_s],
-            [2, whole_s],
-            [3, whole_s],
-        ]
+        assert [each.compute[1:] for each in charges] == [[1, whole_s], [2, whole_s], [3, whole_s]]
         assert hover.compute[1:] == mission.compute[1:]
 
 
