@@ -32,7 +32,7 @@ def cells(rows: Sequence[Sequence[Any]], columns: Mapping[str, Any]) -> Iterator
             at = (column["eta"], slots_s) if "eta" in column else (deadline_s, perspective)
             yield {
                 **cell,
-                **{key: (cell[key], *at) for key in ("compute", "room") if key in cell},
+                **{key: [cell[key], *at] for key in ("compute", "room") if key in cell},
                 **{"name": f"table2-{number}-{name}", "place": f"Table II, row {number}"},
                 **{"stated": stated, "fitted": stated in column.get("fitted", ())},
                 "reason": column["reasons"].get(stated, ""),
