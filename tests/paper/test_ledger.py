@@ -14,7 +14,6 @@ import pytest
 
 import optuav
 from optuav.paper import ledger, table2
-from optuav.paper.curves import DATA
 from optuav.paper.ledger import STATEMENTS, Entry, Ledger, PaperStatement, Verdict, agrees, fits
 from optuav.paper.table2 import admitted, loads_exist
 from tests.cli.run import refused, run
@@ -144,9 +143,7 @@ def test_the_missions_have_the_printed_settings() -> None:
 
 def test_every_computation_is_used_and_every_name_exists() -> None:
     """By the file of the statements, which names them."""
-    named = {
-        each[key][0] for each in DATA["statement"] for key in ("compute", "room") if key in each
-    }
+    named = {known[0] for each in STATEMENTS for known in (each.compute, each.room) if known}
     functions = inspect.getmembers(ledger, inspect.isfunction)
     public = {
         name
