@@ -126,7 +126,7 @@ def test_pads_that_are_stronger_need_no_more_drones() -> None:
 def test_a_day_that_nobody_covers_says_why(relay: Mission) -> None:
     assert "available well" in shown(relay, "day", perspective="energy")["words"]
     dark = shown(relay, "day", changes={"laser.power_W": 10.0})
-    assert "charge" in dark["words"]
+    assert "to a resting drone" in dark["words"]
     assert "laser.beam" in shown(optuav.load("paper"), "beam")["words"]
 
 

@@ -127,7 +127,7 @@ def test_lengths_of_an_edited_graph_are_those_of_its_edges() -> None:
             "the mission does not state laser.visibility_km",
         ),
         ("min_sok", "did you mean 'min_soc'?"),
-        ("power_W", "have the name of their table and key, as laser_power_W"),
+        ("power_W", "by its table and key, such as laser_power_W"),
         ("rest_position_m", "on a route without a rest: ask for it under 'if given.rests:'"),
     ],
 )
