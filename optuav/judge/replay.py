@@ -359,6 +359,7 @@ def _figures(
             yield time_s, f"{here}.{name}", getattr(stated, name), getattr(found, name), 1.0, unit
         for k, (mine, own) in enumerate(zip(stated.stages, found.stages, strict=False)):
             stage, (net_A, net_W) = f"{here}.stages[{k}]", own.net
+            # The scales are sums, as drawn and received cancel in part.
             A, W = (float(out + back) for out, back in zip(own.drawn, own.received, strict=True))
             yield time_s, f"{stage}.duration_s", mine.duration_s, own.duration_s, 1.0, "s"
             yield time_s, f"{stage}.current_A", mine.current_A, net_A, A, "A"
