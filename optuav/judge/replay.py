@@ -292,8 +292,9 @@ def _broken_limits(mission: Mission, flown: Sequence[Phase], soc: float) -> Iter
 
 def _too_fast(mission: Mission, phase: Phase) -> Iterator[Event]:
     """Stated speeds of a leg that it cannot reach, by the cap, its length or its climb."""
-    flight, way = flight_of(mission), f"{phase.start.name} → {phase.end.name}"
+    flight = flight_of(mission)
     if phase.speeds_m_s and isinstance(flight, CruisingModel):
+        way = f"{phase.start.name} → {phase.end.name}"
         for way_m, speed_m_s in zip(ways_along(phase.points_m), phase.speeds_m_s, strict=True):
             most_m_s = float(flight.named_speed_m_s(way_m, "max"))
             if not speed_m_s <= most_m_s * (1.0 + TOLERANCE):
