@@ -23,9 +23,11 @@ if TYPE_CHECKING:
     from formulations.formulation import Formulation
     from optuav.mission import Mission
 
-NUMBERS: Mapping[Any, Callable[[str], float]] = {
+PATHS = (Path, Path | None, list[Path])
+PARSERS: Mapping[Any, Callable[[str], Any]] = {
     **dict.fromkeys((float, float | None), decimal),
     **dict.fromkeys((int, int | None), integer),
+    **dict.fromkeys(PATHS, str),  # made a path later: an empty text would be the current folder
 }
 """Parser of an option, by the type of its parameter."""
 SIMPLE: Mapping[str, tuple[tuple[type, ...], str]] = {
@@ -117,14 +119,13 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
 
     def run(force: bool | None = None, **given: Any) -> None:
         faults = list[Fault]()
-        for key, value in given.items():
-            several = value if isinstance(value, list) else [value]
-            with collected(faults):
-                if several and isinstance(several[0], Path):
-                    from optuav.mission.files import expanded
+        for key in [part.name for part in parts if part.annotation in PATHS]:
+            if (text := given[key]) is not None:
+                from optuav.mission.messages import path_of
 
-                    paths = [expanded(path, key) for path in several]
-                    given[key] = paths if isinstance(value, list) else paths[0]
+                with collected(faults):
+                    several = isinstance(text, list)
+                    given[key] = [path_of(x, key) for x in text] if several else path_of(text, key)
         refuse(faults)
         for key, record in records.items():
             given[key] = record(**{field: given.pop(field) for field in own_fields[key]})
@@ -144,24 +145,25 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
     ]
     if WRITTEN & {part.name for part in parts} and "force" not in parameters:
         parts.append(keyword_only("force", bool, False))
-    for number, part in enumerate(parts):
+    options = list[inspect.Parameter]()
+    for part in parts:
         said: Any = known.get(part.name) or helps[part.name]
         if isinstance(said, str):
             said = [f"--{part.name.replace('_', '-')}", said]
         flag, help, default = [*said, ""][:3]
         flag, _, metavar = flag.partition(" ")
-        option: Any = typer.Argument(metavar=flag, help=help, case_sensitive=False)
+        parser = PARSERS.get(part.annotation)
+        option: Any = typer.Argument(metavar=flag, help=help, case_sensitive=False, parser=parser)
         if flag.startswith("--"):
             shown: Any = default or True
-            parser = NUMBERS.get(part.annotation)
             place: Any = {"metavar": metavar or (parser and parser.__name__.upper())}
             option = typer.Option(flag, help=help, show_default=shown, parser=parser, **place)
         # Any word passes for a perspective: the library refuses unknown ones.
         any_word: Any = {Perspective: str, Perspective | None: str | None}
         kind = any_word.get(part.annotation, part.annotation)
-        parts[number] = part.replace(annotation=Annotated[kind, option])
+        options.append(part.replace(annotation=Annotated[kind, option]))
     run.__doc__ = function.__doc__
-    run.__signature__ = inspect.Signature(parts)  # type: ignore[attr-defined]
+    run.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
     return run
 
 
