@@ -37,6 +37,8 @@ SIMPLE: Mapping[str, tuple[tuple[type, ...], str]] = {
 """Types of values, and words for them, by the type of a field of your own problem."""
 BESIDE = ("perspective", "slot_s", "engine", "time_limit_s")
 """Options that are none of a problem's."""
+OPPOSITE = {"lit_hover": "--dark-hover"}
+"""Options that turn off an argument of the library, by its name."""
 WRITTEN = {"save", "plot", "animate", "out", "file", "directory"}
 """Parameters that name a file or a directory to be written."""
 
