@@ -19,6 +19,7 @@ from optuav.options import Order, Perspective
 
 if TYPE_CHECKING:
     from optuav.mission import Mission
+    from optuav.service.cycle import Coverage
     from optuav.studies.results import Results
 
 WORKERS = min(os.cpu_count() or 1, 4)  # Processes that share work: each takes a second to start
@@ -129,73 +130,102 @@ def power(mission: str, out: Study) -> None:
     out.deliver(optuav.power_curve(out.mission(mission)))
 
 
+@dataclass(frozen=True)
+class Service:
+    """Options of ``optuav coverage``: an event, a day of one drone, a fleet, or drones in turns."""
+
+    share: float | None = None
+    overlap_s: float | None = None
+    drones: int | None = None
+    hours: float | None = None
+    horizon_hours: float | None = None
+
+    @property
+    def is_fleet(self) -> bool:
+        """Whether a fleet for a share of the time is asked for."""
+        return self.share is not None or self.overlap_s is not None
+
+    @property
+    def covered(self) -> tuple[float, float]:
+        """The share of the time [-] and the overlap of hovers [s]; all of it, and none."""
+        return 1.0 if self.share is None else self.share, self.overlap_s or 0.0
+
+    def check(self) -> None:
+        """Refuse hours together with options that they exclude, and numbers out of range."""
+        from optuav.mission.messages import misfits
+        from optuav.service.fleet import COUNT
+        from optuav.service.horizon import HOURS
+
+        one_drone, event = self.horizon_hours is not None, self.hours is not None
+        faults = list[Fault]()
+        if one_drone and (event or self.is_fleet or self.drones is not None):
+            words = "plans some hours of one drone, so leave out --hours, --share, --overlap-s "
+            words += "and --drones"
+            faults.append(Fault("horizon_hours", f"{self.horizon_hours:g}", words))
+        if event and (one_drone or self.is_fleet):
+            words = "plans an event with all of its time covered: leave out --share, --overlap-s "
+            words += "and --horizon-hours, or leave out --hours for a fleet that covers a share "
+            faults.append(Fault("hours", f"{self.hours:g}", f"{words}without end"))
+        limits = ("horizon_hours", self.horizon_hours, HOURS), ("drones", self.drones, COUNT)
+        refuse([*faults, *misfits(*(each for each in limits if each[1] is not None))])
+
+    def results(self, cycle: Coverage) -> Results:
+        """The answer that is asked for about a cycle."""
+        if self.horizon_hours is not None:
+            return cycle.horizon(self.horizon_hours)
+        if self.hours is not None:
+            return cycle.event(self.hours, self.drones)
+        return cycle.fleet(*self.covered) if self.is_fleet else cycle
+
+    def turns(self, cycle: Coverage) -> tuple[dict[str, object], list[str]]:
+        """What drones in turns cover and what their pads must deliver, as facts and in words."""
+        from optuav.mission.messages import counted
+        from optuav.service.fleet import covering
+
+        if self.drones is None or self.hours is not None:
+            return {}, []
+        number, (share, overlap_s) = counted(self.drones, "drone"), self.covered
+        covered = min(self.drones * (cycle.share - overlap_s / cycle.period_s), 1.0)
+        facts: dict[str, object] = {"pad_drones": self.drones, "drones_share": covered}
+        overlap = f", {overlap_s:g} s of overlap" * (overlap_s > 0.0)
+        lines = ["", f"Turns of {number} cover {covered:.2%} of the time{overlap}"]
+        if cycle.charged_by == "exchange":
+            return facts, lines
+        try:
+            pads = cycle.watts(self.drones, share, overlap_s)
+        except NoPlanError as error:
+            return facts | {"pad_reason": str(error)}, [*lines, str(error)]
+        facts |= {f"pad_{name}": value for name, value in pads._asdict().items()}
+        return facts, [*lines, f"Pads of {number} {covering(share, overlap_s)}: {pads}"]
+
+
 def coverage(
     mission: str,
     perspective: Perspective = "available",
     swap_s: float | None = None,
     pad_power_W: float | None = None,
     dark_hover: bool = False,
-    share: float | None = None,
-    overlap_s: float | None = None,
-    drones: int | None = None,
-    hours: float | None = None,
-    horizon_hours: float | None = None,
     *,
+    asked: Service,
     out: Study,
 ) -> None:
     """Find the share of the day that one drone covers, for ever, and the fleet for more.
 
     Exit code 1 if there is no endless cycle.
     """
-    from optuav.mission.messages import counted, misfits
-    from optuav.service.fleet import COUNT, covering
-    from optuav.service.horizon import HOURS
-
-    fleet = share is not None or overlap_s is not None
-    hours_stated = {"horizon_hours": horizon_hours, "hours": hours}
-    single = [name for name, value in hours_stated.items() if value is not None]
-    if len(single) + fleet > 1 or (horizon_hours is not None and drones is not None):
-        words = {
-            "horizon_hours": "plans some hours of one drone, so leave out --hours, --share, "
-            "--overlap-s and --drones",
-            "hours": "plans an event with all of its time covered: leave out --share, --overlap-s "
-            "and --horizon-hours, or leave out --hours for a fleet that covers a share without end",
-        }
-        raise InputError([Fault(name, f"{hours_stated[name]:g}", words[name]) for name in single])
-    share, overlap_s = 1.0 if share is None else share, overlap_s or 0.0
-    covered = optuav.coverage(
+    asked.check()
+    cycle = optuav.coverage(
         out.mission(mission),
         perspective=perspective,
         swap_s=swap_s,
         lit_hover=not dark_hover,
         pad_power_W=pad_power_W,
     )
-    results: Results = covered.fleet(share, overlap_s) if fleet else covered
-    if horizon_hours is not None:
-        refuse(misfits(("horizon_hours", horizon_hours, HOURS)))
-        results = covered.horizon(horizon_hours)
-    if hours is not None:
-        results = covered.event(hours, drones)
-    turns = ""
-    if drones is not None and hours is None:
-        refuse(misfits(("drones", drones, COUNT)))
-        number = counted(drones, "drone")
-        covers = min(drones * (covered.share - overlap_s / covered.period_s), 1.0)
-        facts = {"pad_drones": drones, "drones_share": covers}
-        turns = f"\nTurns of {number} cover {covers:.2%} of the time"
-        turns += f", {overlap_s:g} s of overlap" * (overlap_s > 0.0)
-        if swap_s is None:
-            try:
-                pads = covered.watts(drones, share, overlap_s)
-                facts |= {f"pad_{name}": value for name, value in pads._asdict().items()}
-                turns += f"\nPads of {number} {covering(share, overlap_s)}: {pads}"
-            except NoPlanError as error:
-                facts["pad_reason"] = str(error)
-                turns += f"\n{error}"
-        results = replace(results, facts={**results.facts, **facts})
-    out.deliver(results)
+    results = asked.results(cycle)
+    facts, turns = asked.turns(cycle)
+    out.deliver(replace(results, facts={**results.facts, **facts}) if facts else results)
     if turns and not out.as_json:
-        say(turns)
+        say("\n".join(turns))
 
 
 def size(
