@@ -120,15 +120,8 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
     own_fields["numbers"], helps = _of_datasheets() if "numbers" in parameters else ({}, {})
 
     def run(force: bool | None = None, **given: Any) -> None:
-        faults = list[Fault]()
-        for key in [part.name for part in parts if part.annotation in PATHS]:
-            if (text := given[key]) is not None:
-                from optuav.mission.messages import path_of
-
-                with collected(faults):
-                    several = isinstance(text, list)
-                    given[key] = [path_of(x, key) for x in text] if several else path_of(text, key)
-        refuse(faults)
+        texts = {part.name: given[part.name] for part in parts if part.annotation in PATHS}
+        given |= _paths({name: text for name, text in texts.items() if text is not None})
         for key, record in records.items():
             given[key] = record(**{field: given.pop(field) for field in own_fields[key]})
         context = copy_context()
@@ -147,26 +140,42 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
     ]
     if WRITTEN & {part.name for part in parts} and "force" not in parameters:
         parts.append(keyword_only("force", bool, False))
-    options = list[inspect.Parameter]()
-    for part in parts:
-        said: Any = known.get(part.name) or helps[part.name]
-        if isinstance(said, str):
-            said = [f"--{part.name.replace('_', '-')}", said]
-        flag, help, default = [*said, ""][:3]
-        flag, _, metavar = flag.partition(" ")
-        parser = PARSERS.get(part.annotation)
-        option: Any = typer.Argument(metavar=flag, help=help, case_sensitive=False, parser=parser)
-        if flag.startswith("--"):
-            shown: Any = default or True
-            place: Any = {"metavar": metavar or (parser and parser.__name__.upper())}
-            option = typer.Option(flag, help=help, show_default=shown, parser=parser, **place)
-        # Any word passes for a perspective: the library refuses unknown ones.
-        any_word: Any = {Perspective: str, Perspective | None: str | None}
-        kind = any_word.get(part.annotation, part.annotation)
-        options.append(part.replace(annotation=Annotated[kind, option]))
     run.__doc__ = function.__doc__
+    options = [_option(part, known.get(part.name) or helps[part.name]) for part in parts]
     run.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
     return run
+
+
+def _option(part: inspect.Parameter, said: Any) -> inspect.Parameter:
+    """A parameter as an option or an argument, with what ``words.toml`` says of it."""
+    if isinstance(said, str):
+        said = [f"--{part.name.replace('_', '-')}", said]
+    flag, help, default = [*said, ""][:3]
+    flag, _, metavar = flag.partition(" ")
+    parser = PARSERS.get(part.annotation)
+    option: Any = typer.Argument(metavar=flag, help=help, case_sensitive=False, parser=parser)
+    if flag.startswith("--"):
+        shown: Any = default or True
+        place: Any = {"metavar": metavar or (parser and parser.__name__.upper())}
+        option = typer.Option(flag, help=help, show_default=shown, parser=parser, **place)
+    # Any word passes for a perspective: the library refuses unknown ones.
+    any_word: Any = {Perspective: str, Perspective | None: str | None}
+    kind = any_word.get(part.annotation, part.annotation)
+    return part.replace(annotation=Annotated[kind, option])
+
+
+def _paths(given: Mapping[str, str | list[str]]) -> dict[str, Any]:
+    """The texts of options as paths; or a refusal with all faults."""
+    paths, faults = dict[str, Any](), list[Fault]()
+    for key, text in given.items():
+        from optuav.mission.messages import path_of
+
+        several = [text] if isinstance(text, str) else text
+        with collected(faults):
+            found = [path_of(one, key) for one in several]
+            paths[key] = found if several is text else found[0]
+    refuse(faults)
+    return paths
 
 
 def keyword_only(name: str, kind: Any, default: Any) -> inspect.Parameter:

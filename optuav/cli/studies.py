@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import time
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from optuav.mission import Mission
     from optuav.service.cycle import Coverage
     from optuav.studies.results import Results
+    from optuav.studies.sweep import Swept
 
 WORKERS = min(os.cpu_count() or 1, 4)  # Processes that share work: each takes a second to start
 
@@ -360,32 +362,29 @@ def sweep(
         from optuav import plots
 
         written = plots.save_figures(plots.swept(open_sweep(done.directory)), plot)
-    shown = [
-        f"Scenarios  {done.scenarios}",
-        f"Parts      {done.parts}" + f", {done.kept} of them from before" * bool(done.kept),
-        f"Directory  {done.directory}",
-    ]
-    without = {name: sum(each.values()) for name, each in done.reasons.items()}
-    plans = {name: done.scenarios - count for name, count in without.items()}
+    plans = {name: done.scenarios - sum(why.values()) for name, why in done.reasons.items()}
+    data = {
+        "kind": "optuav sweep",
+        **done._asdict(),
+        "directory": str(done.directory),
+        "plans": plans,
+        "without_plan": {name: done.scenarios - count for name, count in plans.items()},
+        "pictures": [str(path) for path in written],
+        "elapsed_s": round(took_s, 3),
+    }
+    deliver(lambda: data, _swept(done, plans), as_json=as_json, written=written)
+
+
+def _swept(done: Swept, plans: Mapping[str, int]) -> Iterator[str]:
+    """Yield how many scenarios have a plan, why others have none, and the range of hovers."""
+    yield f"Scenarios  {done.scenarios}"
+    yield f"Parts      {done.parts}" + f", {done.kept} of them from before" * bool(done.kept)
+    yield f"Directory  {done.directory}"
     for name, reasons in done.reasons.items():
         why = [f"{count} without: {words}" for words, count in reasons.items()]
-        shown.append(f"Plans      {'; '.join([f'{name} {plans[name]}', *why])}")
+        yield f"Plans      {'; '.join([f'{name} {plans[name]}', *why])}"
         if ends := done.hover_time_s[name]:
-            shown.append(f"Hover      {name} {ends['shortest']:.2f} to {ends['longest']:.2f} s")
-    deliver(
-        lambda: {
-            "kind": "optuav sweep",
-            **done._asdict(),
-            "directory": str(done.directory),
-            "plans": plans,
-            "without_plan": without,
-            "pictures": [str(path) for path in written],
-            "elapsed_s": round(took_s, 3),
-        },
-        shown,
-        as_json=as_json,
-        written=written,
-    )
+            yield f"Hover      {name} {ends['shortest']:.2f} to {ends['longest']:.2f} s"
 
 
 def reproduce(
