@@ -52,8 +52,8 @@ def size_fleet(
         A mission, or its name or path.
     prices
         A price for each of ``drone`` (without packs), ``laser`` (a beam), ``pad``, ``charger``,
-        ``battery_set`` (the packs of one drone) and ``tether``, in any currency, 0 to 1e12; or the
-        path of a TOML file with these keys. None: counts alone.
+        ``battery_set`` (the packs of one drone) and ``tether``, in any currency, 0 to 1e12, not all
+        0; or the path of a TOML file with these keys. None: counts alone.
     share
         Mean number of drones that hover [-], > 0 and up to 1000.
     overlap_s
@@ -129,6 +129,9 @@ def _prices(prices: Mapping[str, float] | str | Path) -> Mapping[str, Any]:
     if missing:
         faults.append(Fault("prices", "", f"needs also {', '.join(missing)}: each {PRICE.words}"))
     refuse(faults)
+    if not any(stated.values()):
+        words = f"at least one above 0, each {PRICE.words}; leave prices out to see counts alone"
+        raise InputError([Fault("prices", "all 0", words)])
     return stated
 
 
