@@ -78,6 +78,8 @@ Look: TypeAlias = dict[str, Any]  # Properties of a line or marker, by matplotli
 LABEL: Look = {"ha": "left", "va": "bottom", "linespacing": 1.1, "annotation_clip": False}
 POINTS_PER_PIXEL = 0.6  # Width of a line in a picture and in the explorer's page
 HALO: Look = {"path_effects": [withStroke(linewidth=2.5, foreground="white")]}
+CASING, SOLID = 3.0, {"dash_offset": 0.0, "dash_list": None}
+"""How much wider the casing of a line is [px], and a line without dashes."""
 LABEL |= {**HALO, "zorder": 10}
 _ONE_AT_A_TIME = RLock()
 
@@ -239,6 +241,13 @@ def limit(role: str) -> Look:
     dashes: LineStyleType = (0.0, tuple(length / width for length in dash)) if dash else "-"
     look: Look = {"color": colour, "linestyle": dashes, "linewidth": POINTS_PER_PIXEL * width}
     return {**look, "dash_capstyle": "round" if rounded else "butt"}
+
+
+def cased(role: str) -> Look:
+    """A limit above a casing in the colour of the ground, so that it reads on any fill."""
+    look: Look = limit(role)
+    casing = {"linewidth": look["linewidth"] + POINTS_PER_PIXEL * CASING, "foreground": "white"}
+    return look | {"path_effects": [withStroke(**casing, dashes=SOLID)]}
 
 
 def root(ax: Axes) -> Figure:
