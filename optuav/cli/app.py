@@ -112,8 +112,9 @@ def _failure(error: Any, name: str | None) -> tuple[str, int]:
         return str(error), NO
     if isinstance(error, InputError) and name is not None:
         params = program(name).params
-        stated = {param.name: param.opts[0] for param in params if param.opts[0].startswith("-")}
-        flags = OPPOSITE | stated
+        flags = OPPOSITE | {
+            param.name: param.opts[0] for param in params if param.opts[0][0] == "-"
+        }
         faults = (fault if fault.source else by_flags(fault, flags) for fault in error.faults)
         error = InputError(faults)
     if isinstance(error, InputError | SolverError):

@@ -60,7 +60,19 @@ def city(
     faults = [Fault("--json", "", "goes with --save FILE")] if as_json and printed else []
     base, town, places = _read(file, site, map, source, faults)
     at_m = {name: town.point_m(*place) for name, place in places.items()}
-    mission = _mission(base, town, at_m, file.name.partition(".")[0])
+    mission = base.replace(
+        {
+            "name": file.name.partition(".")[0],
+            "description": "",
+            "crs": town.crs,
+            "route.origin_m": at_m["origin"],
+            "route.destination_m": at_m["destination"],
+            "route.hover_m": None,
+            "link.device_m": at_m["device"],
+            "laser.position_m": at_m["laser"],
+            "buildings": town.buildings(),
+        }
+    )
     notes, warnings = [*town.notes()], [*_warnings(mission, at_m)]
     remarks = [*notes, *(f"warning: {warning}" for warning in warnings)]
     files = _files(mission, remarks, save)
@@ -101,25 +113,6 @@ def _read(
     flags = {name: f"--{name.replace('_', '-')}" for name in options}
     refuse([*faults, *(by_flags(fault, flags, ARGUMENT) for fault in of_map)])
     return base, town, places
-
-
-def _mission(
-    base: Mission, town: City, at_m: Mapping[str, tuple[float, float, float]], name: str
-) -> Mission:
-    """The mission with its places and buildings in town."""
-    return base.replace(
-        {
-            "name": name,
-            "description": "",
-            "crs": town.crs,
-            "route.origin_m": at_m["origin"],
-            "route.destination_m": at_m["destination"],
-            "route.hover_m": None,
-            "link.device_m": at_m["device"],
-            "laser.position_m": at_m["laser"],
-            "buildings": town.buildings(),
-        }
-    )
 
 
 def _files(mission: Mission, remarks: Sequence[str], save: Path | None) -> dict[Path, bytes]:

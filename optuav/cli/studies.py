@@ -132,90 +132,27 @@ def power(mission: str, out: Study) -> None:
     out.deliver(optuav.power_curve(out.mission(mission)))
 
 
-@dataclass(frozen=True)
-class Service:
-    """Options of ``optuav coverage``: an event, a day of one drone, a fleet, or drones in turns."""
-
-    share: float | None = None
-    overlap_s: float | None = None
-    drones: int | None = None
-    hours: float | None = None
-    horizon_hours: float | None = None
-
-    @property
-    def is_fleet(self) -> bool:
-        """Whether a fleet for a share of the time is asked for."""
-        return self.share is not None or self.overlap_s is not None
-
-    @property
-    def covered(self) -> tuple[float, float]:
-        """The share of the time [-] and the overlap of hovers [s]; all of it, and none."""
-        return 1.0 if self.share is None else self.share, self.overlap_s or 0.0
-
-    def check(self) -> None:
-        """Refuse hours together with options that they exclude, and numbers out of range."""
-        from optuav.mission.messages import misfits
-        from optuav.service.fleet import COUNT
-        from optuav.service.horizon import HOURS
-
-        one_drone, event = self.horizon_hours is not None, self.hours is not None
-        faults = list[Fault]()
-        if one_drone and (event or self.is_fleet or self.drones is not None):
-            words = "plans some hours of one drone, so leave out --hours, --share, --overlap-s "
-            words += "and --drones"
-            faults.append(Fault("horizon_hours", f"{self.horizon_hours:g}", words))
-        if event and (one_drone or self.is_fleet):
-            words = "plans an event with all of its time covered: leave out --share, --overlap-s "
-            words += "and --horizon-hours, or leave out --hours for a fleet that covers a share "
-            faults.append(Fault("hours", f"{self.hours:g}", f"{words}without end"))
-        limits = ("horizon_hours", self.horizon_hours, HOURS), ("drones", self.drones, COUNT)
-        refuse([*faults, *misfits(*(each for each in limits if each[1] is not None))])
-
-    def results(self, cycle: Coverage) -> Results:
-        """The answer that is asked for about a cycle."""
-        if self.horizon_hours is not None:
-            return cycle.horizon(self.horizon_hours)
-        if self.hours is not None:
-            return cycle.event(self.hours, self.drones)
-        return cycle.fleet(*self.covered) if self.is_fleet else cycle
-
-    def turns(self, cycle: Coverage) -> tuple[dict[str, object], list[str]]:
-        """What drones in turns cover and what their pads must deliver, as facts and in words."""
-        from optuav.mission.messages import counted
-        from optuav.service.fleet import covering
-
-        if self.drones is None or self.hours is not None:
-            return {}, []
-        number, (share, overlap_s) = counted(self.drones, "drone"), self.covered
-        covered = min(self.drones * (cycle.share - overlap_s / cycle.period_s), 1.0)
-        facts: dict[str, object] = {"pad_drones": self.drones, "drones_share": covered}
-        overlap = f", {overlap_s:g} s of overlap" * (overlap_s > 0.0)
-        lines = ["", f"Turns of {number} cover {covered:.2%} of the time{overlap}"]
-        if cycle.charged_by == "exchange":
-            return facts, lines
-        try:
-            pads = cycle.watts(self.drones, share, overlap_s)
-        except NoPlanError as error:
-            return facts | {"pad_reason": str(error)}, [*lines, str(error)]
-        facts |= {f"pad_{name}": value for name, value in pads._asdict().items()}
-        return facts, [*lines, f"Pads of {number} {covering(share, overlap_s)}: {pads}"]
-
-
 def coverage(
     mission: str,
     perspective: Perspective = "available",
     swap_s: float | None = None,
     pad_power_W: float | None = None,
     dark_hover: bool = False,
+    share: float | None = None,
+    overlap_s: float | None = None,
+    drones: int | None = None,
+    hours: float | None = None,
+    horizon_hours: float | None = None,
     *,
-    asked: Service,
     out: Study,
 ) -> None:
     """Find the share of the day that one drone covers, for ever, and the fleet for more.
 
     Exit code 1 if there is no endless cycle.
     """
-    asked.check()
+    fleet = share is not None or overlap_s is not None
+    _check_hours(horizon_hours, hours, drones, fleet=fleet)
+    share, overlap_s = 1.0 if share is None else share, overlap_s or 0.0
     cycle = optuav.coverage(
         out.mission(mission),
         perspective=perspective,
@@ -223,11 +160,59 @@ def coverage(
         lit_hover=not dark_hover,
         pad_power_W=pad_power_W,
     )
-    results = asked.results(cycle)
-    facts, turns = asked.turns(cycle)
-    out.deliver(replace(results, facts={**results.facts, **facts}) if facts else results)
+    results: Results = cycle.fleet(share, overlap_s) if fleet else cycle
+    if horizon_hours is not None:
+        results = cycle.horizon(horizon_hours)
+    if hours is not None:
+        results = cycle.event(hours, drones)
+    turns = ""
+    if drones is not None and hours is None:
+        facts, turns = _turns(cycle, drones, share, overlap_s)
+        results = replace(results, facts={**results.facts, **facts})
+    out.deliver(results)
     if turns and not out.as_json:
-        say("\n".join(turns))
+        say(turns)
+
+
+def _check_hours(
+    horizon_hours: float | None, hours: float | None, drones: int | None, *, fleet: bool
+) -> None:
+    """Refuse hours together with options that they exclude, and numbers out of range."""
+    from optuav.mission.messages import misfits
+    from optuav.service.fleet import COUNT
+    from optuav.service.horizon import HOURS
+
+    words = {
+        "horizon_hours": "plans one drone: leave out --hours, --share, --overlap-s and --drones",
+        "hours": "plans an event without a gap: leave out --share, --overlap-s and --horizon-hours",
+    }
+    named = ("horizon_hours", horizon_hours), ("hours", hours)
+    faults = [Fault(name, f"{x:g}", words[name]) for name, x in named if x is not None]
+    if len(faults) + fleet > 1 or (horizon_hours is not None and drones is not None):
+        raise InputError(faults)
+    limits = ("horizon_hours", horizon_hours, HOURS), ("drones", drones, COUNT)
+    refuse(misfits(*(limit for limit in limits if limit[1] is not None)))
+
+
+def _turns(
+    cycle: Coverage, drones: int, share: float, overlap_s: float
+) -> tuple[dict[str, object], str]:
+    """What drones in turns cover and what their pads must deliver, as facts and in words."""
+    from optuav.mission.messages import counted
+    from optuav.service.fleet import covering
+
+    number, covers = counted(drones, "drone"), drones * (cycle.share - overlap_s / cycle.period_s)
+    facts: dict[str, object] = {"pad_drones": drones, "drones_share": min(covers, 1.0)}
+    words = f"\nTurns of {number} cover {facts['drones_share']:.2%} of the time"
+    words += f", {overlap_s:g} s of overlap" * (overlap_s > 0.0)
+    if cycle.charged_by == "exchange":
+        return facts, words
+    try:
+        pads = cycle.watts(drones, share, overlap_s)
+    except NoPlanError as error:
+        return facts | {"pad_reason": str(error)}, f"{words}\n{error}"
+    facts |= {f"pad_{name}": value for name, value in pads._asdict().items()}
+    return facts, f"{words}\nPads of {number} {covering(share, overlap_s)}: {pads}"
 
 
 def size(

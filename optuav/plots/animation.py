@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from PIL import Image
+from PIL import Image, ImageColor
 
 from optuav.judge import Itinerary, Replay, replay
 from optuav.mission.files import ending_of, write_files
@@ -158,10 +158,9 @@ def gif(images: Sequence[Image.Image], kept: Sequence[str] = PALETTE) -> bytes:
     plain = Image.Dither.NONE
     first, *rest = frames = [image.quantize(palette=palette, dither=plain) for image in images]
     colours = np.array(palette.getpalette(), np.uint8).reshape(-1, 3)
-    for colour in ("white", *kept):  # The entry that takes it is only near it
-        swatch = Image.new("RGB", (1, 1), colour)
-        entry = np.asarray(swatch.quantize(palette=palette, dither=plain))
-        colours[entry] = np.asarray(swatch)
+    exact = np.array([[ImageColor.getrgb(colour) for colour in ("white", *kept)]], np.uint8)
+    near = Image.fromarray(exact).quantize(palette=palette, dither=plain)
+    colours[np.asarray(near)] = exact
     for frame in frames:
         frame.putpalette(colours.tobytes())
     file = io.BytesIO()

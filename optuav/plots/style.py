@@ -235,19 +235,15 @@ def entry(
     return Line2D([], [], color=colour, linewidth=linewidth, linestyle=linestyle, label=label)
 
 
-def limit(role: str) -> Look:
-    """Colour and line of a limit, as in `optuav.looks`."""
+def limit(role: str, *, cased: bool = False) -> Look:
+    """Colour and line of a limit, as in `optuav.looks`; with a casing it reads on any fill."""
     colour, _, width, dash, rounded = LOOKS[role]
     dashes: LineStyleType = (0.0, tuple(length / width for length in dash)) if dash else "-"
     look: Look = {"color": colour, "linestyle": dashes, "linewidth": POINTS_PER_PIXEL * width}
+    if cased:
+        wide = POINTS_PER_PIXEL * (width + CASING)
+        look["path_effects"] = [withStroke(linewidth=wide, foreground="white", dashes=SOLID)]
     return {**look, "dash_capstyle": "round" if rounded else "butt"}
-
-
-def cased(role: str) -> Look:
-    """A limit above a casing in the colour of the ground, so that it reads on any fill."""
-    look: Look = limit(role)
-    casing = {"linewidth": look["linewidth"] + POINTS_PER_PIXEL * CASING, "foreground": "white"}
-    return look | {"path_effects": [withStroke(**casing, dashes=SOLID)]}
 
 
 def root(ax: Axes) -> Figure:
