@@ -36,7 +36,7 @@ SIMPLE: Mapping[str, tuple[tuple[type, ...], str]] = {
 }
 """Types of values, and words for them, by the type of a field of your own problem."""
 BESIDE = ("perspective", "slot_s", "engine", "time_limit_s")
-"""Options that are none of a problem's."""
+"""Options that do not belong to the problem."""
 OPPOSITE = {"lit_hover": "--dark-hover"}
 """Options that turn off an argument of the library, by its name."""
 WRITTEN = {"save", "plot", "animate", "out", "file", "directory"}
@@ -64,7 +64,7 @@ class ProblemOptions:
     ) -> tuple[Mission, Formulation, dict[str, Any]]:
         """The mission, the problem and the options beside it; or all that is wrong with them.
 
-        Of a problem of one's own, settings without a dot are fields.
+        Settings without a dot are fields of a problem of your own.
         """
         from optuav.mission import Mission
         from optuav.solving import question

@@ -34,7 +34,7 @@ def check_places(save: Path | None, plot: Path | None, *endings: str, file_only:
     """Refuse places that cannot be written to, before the work: a file, and a directory to plot.
 
     The file must have one of the endings, if there are any; the standard output needs none. Where
-    `file_only` names the option, the content is no text and cannot go to the standard output.
+    `file_only` names the option, the content is not text and cannot go to the standard output.
     """
     if save is not None:
         from optuav.mission.files import STANDARD, check_place, ending_of

@@ -91,7 +91,7 @@ def _explaining(mission: str, asked: SolveOptions, settings: list[str] | None) -
 
 
 def _leave(plan: Plan) -> None:
-    """Leave with the exit code of an answer: of one that is not proved, or of none."""
+    """Leave with the exit code of an answer that is not proved, or of no plan."""
     if plan.status in (Status.FEASIBLE, Status.UNKNOWN):
         raise typer.Exit(FAILED)
     if not plan:
@@ -112,7 +112,7 @@ def explain(
 ) -> None:
     """Say why a plan is the best one, or why there is none and which changes would help.
 
-    With --stops or --hovers, search for more stops and say what they bring, for a minute unless
+    With --stops or --hovers, search for more stops and say what they gain, for a minute unless
     --time-limit-s says otherwise. Exit code 1 if there is no feasible plan, 3 if
     the answer is not proved.
     """

@@ -74,7 +74,7 @@ def compare(
     try:
         lengths_s = None if slots_s is None else [decimal(length) for length in slots_s.split(",")]
     except ValueError:
-        words = "numbers of seconds with commas between them, as in 0.5,1,60"
+        words = "numbers of seconds with commas between them, such as 0.5,1,60"
         raise InputError([Fault("--slots", repr(slots_s), words)]) from None
     with progress() as bar:
         compared = optuav.compare(
@@ -197,7 +197,7 @@ def _check_hours(
 def _turns(
     cycle: Coverage, drones: int, share: float, overlap_s: float
 ) -> tuple[dict[str, object], str]:
-    """What drones in turns cover and what their pads must deliver, as facts and in words."""
+    """Return what drones in turns cover and what their pads must deliver, as facts and in words."""
     from optuav.mission.messages import counted
     from optuav.service.fleet import covering
 
@@ -303,7 +303,7 @@ def map(
     if over not in places:
         faults.append(unknown("--over", over, [*places]))
     if bounds is not None and not (ends := numbers_in(bounds) or None):
-        words = "four numbers of metres with commas between them, as in 0,0,500,800"
+        words = "four numbers of metres with commas between them, such as 0,0,500,800"
         faults.append(Fault("--bounds", repr(bounds), words))
     with collected(faults):
         moved = mission_of(mission, out.settings)

@@ -94,8 +94,8 @@ def size_fleet(
         words = ["no way to charge serves this mission:", *_reasons(rows)]
         raise InputError(Fault("", "", line) for line in words)
     if stated is not None:
-        alone = dict.fromkeys(UNITS) | {"technology": "tether", "why": ""}
-        rows.append(alone | {"cost": service.tether_cost(share)})
+        tether = {"technology": "tether", "why": "", "cost": service.tether_cost(share)}
+        rows.append(dict.fromkeys(UNITS) | tether)
     facts = {"share": share, "overlap_s": overlap_s, "swap_s": swap_s, "prices": stated}
 
     def draw(_: Results) -> Pictures:
