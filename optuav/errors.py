@@ -116,6 +116,8 @@ def shown(value: object, depth: int = 2) -> str:
             return f"[{', '.join(items + ['...'] * (len(value) > 4))}]"
         case datetime.date() | datetime.time():
             return value.isoformat()
+        case object(columns=_, shape=(rows, _)):  # A data frame, whose text is a table
+            return f"a {type(value).__name__} of {rows} row{'s' * (rows != 1)}"
         case _:
             with suppress(ValueError):  # of a number of too many digits inside
                 text = reprlib.repr(value)

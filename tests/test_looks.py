@@ -165,3 +165,27 @@ def test_pictures_for_dark_pages_have_the_colours_of_the_dark(monkeypatch: Any) 
     shown = [dark.getpixel((at, 0)) for at in range(len(roles) + 1)]
     expected = [ImageColor.getrgb(LOOKS[role].dark) for role in roles]
     assert shown == [*expected, (20, 24, 30)]
+
+
+def test_a_limit_on_a_well_reads_in_both_themes(monkeypatch: Any) -> None:
+    """Beside the line of the charge to be left, on the bound well, whose fill both themes share."""
+    pytest.importorskip("matplotlib")
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    plan, written = optuav.solve("paper", "P3", perspective="battery"), BytesIO()
+    (ax,) = optuav.plots.wells([plan])
+    ax.figure.set_dpi(400)  # The line is then 7.5 pixels wide, and its casing 5 on each side
+    ax.figure.savefig(written, dpi=400)
+    left_As = 0.05 * 72_000.0
+    x, up = ax.transData.transform([(time_s, left_As) for time_s in np.linspace(100, 500, 99)]).T
+    for theme, content in (
+        ("light", written.getvalue()),
+        ("dark", import_module("make_dark").dark(written.getvalue())),
+    ):
+        picture = np.asarray(Image.open(BytesIO(content)).convert("RGB"))
+        row, columns = len(picture) - round(up[0]), np.round(x).astype(int)
+        line = ImageColor.getrgb(getattr(LOOKS["charge"], theme))
+        on_dash = columns[(picture[row, columns] == line).all(axis=-1)]
+        assert len(on_dash) > 30
+        beside = picture[[row - 6, row + 6]][:, on_dash].reshape(-1, 3).tolist()
+        for pixel in {tuple(each) for each in beside}:
+            assert contrast(f"#{bytes(line).hex()}", f"#{bytes(pixel).hex()}") >= FLOOR

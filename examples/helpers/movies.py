@@ -13,8 +13,7 @@ from tempfile import TemporaryDirectory
 from PIL import Image
 
 import optuav
-
-FRAME_MS = 100
+from optuav.plots.animation import gif
 
 
 @dataclass(frozen=True)
@@ -46,12 +45,5 @@ def flight(plan: optuav.Plan) -> Movie:
 
 
 def movie(frames: Sequence[Image.Image], words: str, kept: Sequence[str] = ()) -> Movie:
-    """Return frames as a movie that repeats, in the colours of the first and those to be kept."""
-    sheet = frames[0].copy()
-    for number, colour in enumerate(kept):
-        sheet.paste(colour, (0, 20 * number, sheet.width, 20 * number + 20))
-    palette = sheet.quantize(128)
-    first, *others = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
-    file = io.BytesIO()
-    first.save(file, "GIF", save_all=True, append_images=others, duration=FRAME_MS, loop=0)
-    return Movie(file.getvalue(), words)
+    """Return frames as a movie that repeats; white and the colours to be kept stay exact."""
+    return Movie(gif(frames, kept), words)

@@ -14,7 +14,7 @@ from typing import Annotated, Any
 
 import typer
 
-from optuav.cli.options import by_flags, command_of
+from optuav.cli.options import OPPOSITE, by_flags, command_of
 from optuav.cli.output import BAD_INPUT, FAILED, NO, say
 from optuav.cli.problem_file import faults_named
 from optuav.errors import InputError, NoPlanError, SolverError
@@ -112,7 +112,9 @@ def _failure(error: Any, name: str | None) -> tuple[str, int]:
         return str(error), NO
     if isinstance(error, InputError) and name is not None:
         params = program(name).params
-        flags = {param.name: param.opts[0] for param in params if param.opts[0].startswith("-")}
+        flags = OPPOSITE | {
+            param.name: param.opts[0] for param in params if param.opts[0][0] == "-"
+        }
         faults = (fault if fault.source else by_flags(fault, flags) for fault in error.faults)
         error = InputError(faults)
     if isinstance(error, InputError | SolverError):

@@ -29,7 +29,7 @@ def check_solutions(solutions: Path, as_json: bool = False) -> None:
 
 
 def list_set(*, as_json: bool) -> None:
-    """Print the missions of the set with the best known answers, as text those in `available`."""
+    """Print the missions of the set with the best known answers; text has those in `available`."""
     deliver(lambda: [*_data()], _tables(), as_json=as_json)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +12,7 @@ from optuav.cli.output import check_places, deliver, say
 from optuav.errors import Fault, InputError, collected, refuse
 
 if TYPE_CHECKING:
+    from optuav.city.city import City
     from optuav.mission import Mission
 
 LEAST_BYTES = 50  # Size of a building in a mission file
@@ -51,34 +52,13 @@ def city(
     save: Path | None = None,
 ) -> None:
     """Make a mission among the buildings of a map file (needs geopandas)."""
-    from optuav.city import read
-    from optuav.city.city import NOTED, ON_EARTH, on_earth
-    from optuav.mission import load
-    from optuav.mission.files import LARGEST_TOML, STANDARD, write_files
-    from optuav.mission.schema import COORDINATE
-    from optuav.mission.table_files import geoparquet
-    from optuav.mission.template import template
+    from optuav.city.city import NOTED
+    from optuav.mission.files import STANDARD, write_files
 
     check_places(save, None, ".toml")
-    places: dict[str, Any] = {name: numbers_in(text) for name, text in vars(site).items()}
-    faults = list[Fault]()
-    words = f"LONGITUDE,LATITUDE,HEIGHT: {ON_EARTH}; height: {COORDINATE.words}"
-    for name, place in places.items():
-        if len(place) != 3 or not (on_earth(place[:2]) and COORDINATE.accepts(place[2])):
-            faults.append(Fault(name, repr(getattr(site, name)), words))
-    bbox = None if map.bbox is None else numbers_in(map.bbox)
-    if bbox is not None and len(bbox) != 4:
-        faults.append(Fault("bbox", repr(map.bbox), "WEST,SOUTH,EAST,NORTH [deg]"))
-    if as_json and save in (None, STANDARD):
-        faults.append(Fault("--json", "", "goes with --save FILE"))
-    with collected(faults):
-        base = load(source)
-    options, origin = {**vars(map), "bbox": None if faults else bbox}, places["origin"][:2]
-    known = len(faults)
-    with collected(faults):
-        town = read(file, **options, origin=None if faults else origin)
-    flags = {name: f"--{name.replace('_', '-')}" for name in options}
-    refuse([*faults[:known], *(by_flags(fault, flags, ARGUMENT) for fault in faults[known:])])
+    printed = save in (None, STANDARD)
+    faults = [Fault("--json", "", "goes with --save FILE")] if as_json and printed else []
+    base, town, places = _read(file, site, map, source, faults)
     at_m = {name: town.point_m(*place) for name, place in places.items()}
     mission = base.replace(
         {
@@ -95,21 +75,9 @@ def city(
     )
     notes, warnings = [*town.notes()], [*_warnings(mission, at_m)]
     remarks = [*notes, *(f"warning: {warning}" for warning in warnings)]
-    few = len(mission.buildings) * LEAST_BYTES <= LARGEST_TOML
-    text = template(mission, mission.name, remarks) if few else ""
-    files = {save or STANDARD: text.encode("utf-8")}
-    if not text or len(text) > LARGEST_TOML:
-        if save is None:
-            words = f"{len(mission.buildings)} buildings make a mission of more than the "
-            words += f"{LARGEST_TOML / 1e6:g} MB that are read: state a smaller part of the map, "
-            raise InputError([Fault("bbox", "", f"{words}or --save, which writes them apart")])
-        table = save.with_suffix(".parquet")
-        content, named = geoparquet(mission.buildings, town.crs, table)
-        mission = mission.replace({"buildings": named})
-        text = template(mission, mission.name, remarks, save)
-        files = {table: content, save: text.encode("utf-8")}
+    files = _files(mission, remarks, save)
     write_files(files)
-    if save in (None, STANDARD):
+    if printed:
         for remark in remarks:  # The standard output may be the mission's file
             say(remark, error=True)
         return
@@ -117,6 +85,54 @@ def city(
     record = {"kind": "optuav city", "crs": town.crs, "buildings": len(town.names), **lists}
     record |= {"notes": notes, "warnings": warnings, "written": [str(path) for path in files]}
     deliver(lambda: record, remarks, as_json=as_json, written=[*files])
+
+
+def _read(
+    file: Path, site: Site, map: Map, source: str, faults: list[Fault]
+) -> tuple[Mission, City, dict[str, Any]]:
+    """The mission to start from, the buildings, and the places; or a refusal with all faults."""
+    from optuav.city import read
+    from optuav.city.city import ON_EARTH, on_earth
+    from optuav.mission import load
+    from optuav.mission.schema import COORDINATE
+
+    places: dict[str, Any] = {name: numbers_in(text) for name, text in vars(site).items()}
+    words = f"LONGITUDE,LATITUDE,HEIGHT: {ON_EARTH}; height: {COORDINATE.words}"
+    for name, place in places.items():
+        if len(place) != 3 or not (on_earth(place[:2]) and COORDINATE.accepts(place[2])):
+            faults.append(Fault(name, repr(getattr(site, name)), words))
+    bbox = None if map.bbox is None else numbers_in(map.bbox)
+    if bbox is not None and len(bbox) != 4:
+        faults.append(Fault("bbox", repr(map.bbox), "WEST,SOUTH,EAST,NORTH [deg]"))
+    with collected(faults):
+        base = load(source)
+    options, origin = {**vars(map), "bbox": None if faults else bbox}, places["origin"][:2]
+    of_map = list[Fault]()
+    with collected(of_map):
+        town = read(file, **options, origin=None if faults else origin)
+    flags = {name: f"--{name.replace('_', '-')}" for name in options}
+    refuse([*faults, *(by_flags(fault, flags, ARGUMENT) for fault in of_map)])
+    return base, town, places
+
+
+def _files(mission: Mission, remarks: Sequence[str], save: Path | None) -> dict[Path, bytes]:
+    """The mission as a file; where it has too many buildings to be read, with a table of them."""
+    from optuav.mission.files import LARGEST_TOML, STANDARD
+    from optuav.mission.table_files import geoparquet
+    from optuav.mission.template import template
+
+    few = len(mission.buildings) * LEAST_BYTES <= LARGEST_TOML
+    text = template(mission, mission.name, remarks) if few else ""
+    if text and len(text) <= LARGEST_TOML:
+        return {save or STANDARD: text.encode("utf-8")}
+    if save is None:
+        words = f"{len(mission.buildings)} buildings make a mission of more than the "
+        words += f"{LARGEST_TOML / 1e6:g} MB that are read: state a smaller part of the map, "
+        raise InputError([Fault("bbox", "", f"{words}or --save, which writes them apart")])
+    table = save.with_suffix(".parquet")
+    content, named = geoparquet(mission.buildings, str(mission.crs), table)
+    text = template(mission.replace({"buildings": named}), mission.name, remarks, save)
+    return {table: content, save: text.encode("utf-8")}
 
 
 def _warnings(mission: Mission, at_m: Mapping[str, tuple[float, float, float]]) -> Iterator[str]:

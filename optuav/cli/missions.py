@@ -38,7 +38,7 @@ def show(
 ) -> None:
     """Show a mission with units and derived values, or a saved plan (a .json file).
 
-    A plan is simulated again. Exit code 1 if the saved answer is no feasible plan,
+    A plan is simulated again. Exit code 1 if the saved answer is not a feasible plan,
     or if the simulation contradicts the file.
     """
     from optuav.mission.files import label
@@ -132,16 +132,14 @@ def _buildings(figures: Iterable[BuildingFigures]) -> list[str]:
     table: list[Sequence[str]] = [head]
     for figure in figures:
         size = figure.footprint_m or ()
+        times = figure.rest_first_s, figure.hover_first_s
         polygon = f"{len(size)} corners" if size and isinstance(size[0], tuple) else ""
         row = (
             figure.name,
             " ".join(f"{x:g}" for x in figure.position_m),
             polygon or " × ".join(map(_text, size)),
             f"{figure.received_power_W:.1f}" if figure.laser_sight else "no sight",
-            *(
-                "-" if s is None else f"{s:.2f}"
-                for s in (figure.rest_first_s, figure.hover_first_s)
-            ),
+            *("-" if s is None else f"{s:.2f}" for s in times),
         )
         table.append(row)
     return tabulated(table, 3)

@@ -23,9 +23,11 @@ if TYPE_CHECKING:
     from formulations.formulation import Formulation
     from optuav.mission import Mission
 
-NUMBERS: Mapping[Any, Callable[[str], float]] = {
+PATHS = (Path, Path | None, list[Path])
+PARSERS: Mapping[Any, Callable[[str], Any]] = {
     **dict.fromkeys((float, float | None), decimal),
     **dict.fromkeys((int, int | None), integer),
+    **dict.fromkeys(PATHS, str),  # made a path later: an empty text would be the current folder
 }
 """Parser of an option, by the type of its parameter."""
 SIMPLE: Mapping[str, tuple[tuple[type, ...], str]] = {
@@ -34,7 +36,9 @@ SIMPLE: Mapping[str, tuple[tuple[type, ...], str]] = {
 }
 """Types of values, and words for them, by the type of a field of your own problem."""
 BESIDE = ("perspective", "slot_s", "engine", "time_limit_s")
-"""Options that are none of a problem's."""
+"""Options that do not belong to the problem."""
+OPPOSITE = {"lit_hover": "--dark-hover"}
+"""Options that turn off an argument of the library, by its name."""
 WRITTEN = {"save", "plot", "animate", "out", "file", "directory"}
 """Parameters that name a file or a directory to be written."""
 
@@ -60,7 +64,7 @@ class ProblemOptions:
     ) -> tuple[Mission, Formulation, dict[str, Any]]:
         """The mission, the problem and the options beside it; or all that is wrong with them.
 
-        Of a problem of one's own, settings without a dot are fields.
+        Settings without a dot are fields of a problem of your own.
         """
         from optuav.mission import Mission
         from optuav.solving import question
@@ -116,16 +120,8 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
     own_fields["numbers"], helps = _of_datasheets() if "numbers" in parameters else ({}, {})
 
     def run(force: bool | None = None, **given: Any) -> None:
-        faults = list[Fault]()
-        for key, value in given.items():
-            several = value if isinstance(value, list) else [value]
-            with collected(faults):
-                if several and isinstance(several[0], Path):
-                    from optuav.mission.files import expanded
-
-                    paths = [expanded(path, key) for path in several]
-                    given[key] = paths if isinstance(value, list) else paths[0]
-        refuse(faults)
+        texts = {part.name: given[part.name] for part in parts if part.annotation in PATHS}
+        given |= _paths({name: text for name, text in texts.items() if text is not None})
         for key, record in records.items():
             given[key] = record(**{field: given.pop(field) for field in own_fields[key]})
         context = copy_context()
@@ -144,25 +140,42 @@ def command_of(name: str, function: Callable[..., None]) -> Callable[..., None]:
     ]
     if WRITTEN & {part.name for part in parts} and "force" not in parameters:
         parts.append(keyword_only("force", bool, False))
-    for number, part in enumerate(parts):
-        said: Any = known.get(part.name) or helps[part.name]
-        if isinstance(said, str):
-            said = [f"--{part.name.replace('_', '-')}", said]
-        flag, help, default = [*said, ""][:3]
-        flag, _, metavar = flag.partition(" ")
-        option: Any = typer.Argument(metavar=flag, help=help, case_sensitive=False)
-        if flag.startswith("--"):
-            shown: Any = default or True
-            parser = NUMBERS.get(part.annotation)
-            place: Any = {"metavar": metavar or (parser and parser.__name__.upper())}
-            option = typer.Option(flag, help=help, show_default=shown, parser=parser, **place)
-        # Any word passes for a perspective: the library refuses unknown ones.
-        any_word: Any = {Perspective: str, Perspective | None: str | None}
-        kind = any_word.get(part.annotation, part.annotation)
-        parts[number] = part.replace(annotation=Annotated[kind, option])
     run.__doc__ = function.__doc__
-    run.__signature__ = inspect.Signature(parts)  # type: ignore[attr-defined]
+    options = [_option(part, known.get(part.name) or helps[part.name]) for part in parts]
+    run.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
     return run
+
+
+def _option(part: inspect.Parameter, said: Any) -> inspect.Parameter:
+    """A parameter as an option or an argument, with what ``words.toml`` says of it."""
+    if isinstance(said, str):
+        said = [f"--{part.name.replace('_', '-')}", said]
+    flag, help, default = [*said, ""][:3]
+    flag, _, metavar = flag.partition(" ")
+    parser = PARSERS.get(part.annotation)
+    option: Any = typer.Argument(metavar=flag, help=help, case_sensitive=False, parser=parser)
+    if flag.startswith("--"):
+        shown: Any = default or True
+        place: Any = {"metavar": metavar or (parser and parser.__name__.upper())}
+        option = typer.Option(flag, help=help, show_default=shown, parser=parser, **place)
+    # Any word passes for a perspective: the library refuses unknown ones.
+    any_word: Any = {Perspective: str, Perspective | None: str | None}
+    kind = any_word.get(part.annotation, part.annotation)
+    return part.replace(annotation=Annotated[kind, option])
+
+
+def _paths(given: Mapping[str, str | list[str]]) -> dict[str, Any]:
+    """The texts of options as paths; or a refusal with all faults."""
+    paths, faults = dict[str, Any](), list[Fault]()
+    for key, text in given.items():
+        from optuav.mission.messages import path_of
+
+        several = [text] if isinstance(text, str) else text
+        with collected(faults):
+            found = [path_of(one, key) for one in several]
+            paths[key] = found if several is text else found[0]
+    refuse(faults)
+    return paths
 
 
 def keyword_only(name: str, kind: Any, default: Any) -> inspect.Parameter:

@@ -31,7 +31,11 @@ Progress: TypeAlias = Callable[[int, int | None, str], None]
 
 
 def check_places(save: Path | None, plot: Path | None, *endings: str, file_only: str = "") -> None:
-    """Refuse places that cannot be written to, before work; an option `file_only` takes no -."""
+    """Refuse places that cannot be written to, before the work: a file, and a directory to plot.
+
+    The file must have one of the endings, if there are any; the standard output needs none. Where
+    `file_only` names the option, the content is not text and cannot go to the standard output.
+    """
     if save is not None:
         from optuav.mission.files import STANDARD, check_place, ending_of
 

@@ -1,4 +1,4 @@
-"""A problem of one's own from a file of Python, which is run, and its errors in words."""
+"""A problem of your own: its Python file is run, and its errors are put into words."""
 
 from __future__ import annotations
 
@@ -28,7 +28,9 @@ def problem_class(stated: str) -> type[Formulation]:
 
     name, _, kind = stated.rpartition(":")
     if not name.endswith(".py"):
-        raise InputError([Fault("--problem", repr(stated), "FILE.py:CLASS, as mine.py:LeastLaser")])
+        raise InputError(
+            [Fault("--problem", repr(stated), "FILE.py:CLASS, such as mine.py:LeastLaser")]
+        )
     path = expanded(name, "--problem")
     text, place = read_text(path, LARGEST_BYTES), path.resolve()
     files[str(place)], module = name, ModuleType("problem_file")

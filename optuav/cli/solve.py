@@ -58,23 +58,28 @@ def solve(
             words = "hover {:.3f} s so far, {} boxes examined, {} open"
             options["progress"] = lambda *found: bar(found[1], None, words.format(*found))
         plan = optuav.solve(asked_mission, problem, **options)
-    written, hint = [], ""
-    if save is not None:
-        written.append(plan.save(save))
+    written = [] if save is None else [plan.save(save)]
     if plot is not None:
         from optuav.plots import save_pictures
 
         written += save_pictures(plan, plot, _beside(plan, problem) if explained else ())
-    if animate is not None and plan:
-        from optuav.plots import save_animation
-
-        written.append(save_animation(optuav.replay(plan), animate))
-    elif animate is not None:
-        say(f"{animate} is not written: there is no plan to show", error=True)
+    if animate is not None:
+        written += _animated(plan, animate)
+    hint = ""
     if plan.status is Status.INFEASIBLE and explained:
         hint = f"What would make it feasible:\n{_explaining(mission, asked, settings)}"
     deliver(plan.to_dict, plan.summary(), as_json=as_json, hint=hint, written=written)
     _leave(plan)
+
+
+def _animated(plan: Plan, file: Path) -> list[Path]:
+    """Write the flight as an animation and return the file; without a plan, none."""
+    if not plan:
+        say(f"{file} is not written: there is no plan to show", error=True)
+        return []
+    from optuav.plots import save_animation
+
+    return [save_animation(optuav.replay(plan), file)]
 
 
 def _explaining(mission: str, asked: SolveOptions, settings: list[str] | None) -> str:
@@ -86,7 +91,7 @@ def _explaining(mission: str, asked: SolveOptions, settings: list[str] | None) -
 
 
 def _leave(plan: Plan) -> None:
-    """Leave with the exit code of an answer: of one that is not proved, or of none."""
+    """Leave with the exit code of an answer that is not proved, or of no plan."""
     if plan.status in (Status.FEASIBLE, Status.UNKNOWN):
         raise typer.Exit(FAILED)
     if not plan:
@@ -107,7 +112,7 @@ def explain(
 ) -> None:
     """Say why a plan is the best one, or why there is none and which changes would help.
 
-    With --stops or --hovers, search for more stops and say what they bring, for a minute unless
+    With --stops or --hovers, search for more stops and say what they gain, for a minute unless
     --time-limit-s says otherwise. Exit code 1 if there is no feasible plan, 3 if
     the answer is not proved.
     """

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import time
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,7 +20,9 @@ from optuav.options import Order, Perspective
 
 if TYPE_CHECKING:
     from optuav.mission import Mission
+    from optuav.service.cycle import Coverage
     from optuav.studies.results import Results
+    from optuav.studies.sweep import Swept
 
 WORKERS = min(os.cpu_count() or 1, 4)  # Processes that share work: each takes a second to start
 
@@ -71,7 +74,7 @@ def compare(
     try:
         lengths_s = None if slots_s is None else [decimal(length) for length in slots_s.split(",")]
     except ValueError:
-        words = "numbers of seconds with commas between them, as in 0.5,1,60"
+        words = "numbers of seconds with commas between them, such as 0.5,1,60"
         raise InputError([Fault("--slots", repr(slots_s), words)]) from None
     with progress() as bar:
         compared = optuav.compare(
@@ -147,55 +150,69 @@ def coverage(
 
     Exit code 1 if there is no endless cycle.
     """
-    from optuav.mission.messages import counted, misfits
-    from optuav.service.fleet import COUNT, covering
-    from optuav.service.horizon import HOURS
-
     fleet = share is not None or overlap_s is not None
-    hours_stated = {"horizon_hours": horizon_hours, "hours": hours}
-    single = [name for name, value in hours_stated.items() if value is not None]
-    if len(single) + fleet > 1 or (horizon_hours is not None and drones is not None):
-        words = {
-            "horizon_hours": "plans some hours of one drone, so leave out --hours, --share, "
-            "--overlap-s and --drones",
-            "hours": "plans an event with all of its time covered: leave out --share, --overlap-s "
-            "and --horizon-hours, or leave out --hours for a fleet that covers a share without end",
-        }
-        raise InputError([Fault(name, f"{hours_stated[name]:g}", words[name]) for name in single])
+    _check_hours(horizon_hours, hours, drones, fleet=fleet)
     share, overlap_s = 1.0 if share is None else share, overlap_s or 0.0
-    covered = optuav.coverage(
+    cycle = optuav.coverage(
         out.mission(mission),
         perspective=perspective,
         swap_s=swap_s,
         lit_hover=not dark_hover,
         pad_power_W=pad_power_W,
     )
-    results: Results = covered.fleet(share, overlap_s) if fleet else covered
+    results: Results = cycle.fleet(share, overlap_s) if fleet else cycle
     if horizon_hours is not None:
-        refuse(misfits(("horizon_hours", horizon_hours, HOURS)))
-        results = covered.horizon(horizon_hours)
+        results = cycle.horizon(horizon_hours)
     if hours is not None:
-        results = covered.event(hours, drones)
+        results = cycle.event(hours, drones)
     turns = ""
     if drones is not None and hours is None:
-        refuse(misfits(("drones", drones, COUNT)))
-        number = counted(drones, "drone")
-        covers = min(drones * (covered.share - overlap_s / covered.period_s), 1.0)
-        facts = {"pad_drones": drones, "drones_share": covers}
-        turns = f"\nTurns of {number} cover {covers:.2%} of the time"
-        turns += f", {overlap_s:g} s of overlap" * (overlap_s > 0.0)
-        if swap_s is None:
-            try:
-                pads = covered.watts(drones, share, overlap_s)
-                facts |= {f"pad_{name}": value for name, value in pads._asdict().items()}
-                turns += f"\nPads of {number} {covering(share, overlap_s)}: {pads}"
-            except NoPlanError as error:
-                facts["pad_reason"] = str(error)
-                turns += f"\n{error}"
+        facts, turns = _turns(cycle, drones, share, overlap_s)
         results = replace(results, facts={**results.facts, **facts})
     out.deliver(results)
     if turns and not out.as_json:
         say(turns)
+
+
+def _check_hours(
+    horizon_hours: float | None, hours: float | None, drones: int | None, *, fleet: bool
+) -> None:
+    """Refuse hours together with options that they exclude, and numbers out of range."""
+    from optuav.mission.messages import misfits
+    from optuav.service.fleet import COUNT
+    from optuav.service.horizon import HOURS
+
+    words = {
+        "horizon_hours": "plans one drone: leave out --hours, --share, --overlap-s and --drones",
+        "hours": "plans an event without a gap: leave out --share, --overlap-s and --horizon-hours",
+    }
+    named = ("horizon_hours", horizon_hours), ("hours", hours)
+    faults = [Fault(name, f"{x:g}", words[name]) for name, x in named if x is not None]
+    if len(faults) + fleet > 1 or (horizon_hours is not None and drones is not None):
+        raise InputError(faults)
+    limits = ("horizon_hours", horizon_hours, HOURS), ("drones", drones, COUNT)
+    refuse(misfits(*(limit for limit in limits if limit[1] is not None)))
+
+
+def _turns(
+    cycle: Coverage, drones: int, share: float, overlap_s: float
+) -> tuple[dict[str, object], str]:
+    """Return what drones in turns cover and what their pads must deliver, as facts and in words."""
+    from optuav.mission.messages import counted
+    from optuav.service.fleet import covering
+
+    number, covers = counted(drones, "drone"), drones * (cycle.share - overlap_s / cycle.period_s)
+    facts: dict[str, object] = {"pad_drones": drones, "drones_share": min(covers, 1.0)}
+    words = f"\nTurns of {number} cover {facts['drones_share']:.2%} of the time"
+    words += f", {overlap_s:g} s of overlap" * (overlap_s > 0.0)
+    if cycle.charged_by == "exchange":
+        return facts, words
+    try:
+        pads = cycle.watts(drones, share, overlap_s)
+    except NoPlanError as error:
+        return facts | {"pad_reason": str(error)}, f"{words}\n{error}"
+    facts |= {f"pad_{name}": value for name, value in pads._asdict().items()}
+    return facts, f"{words}\nPads of {number} {covering(share, overlap_s)}: {pads}"
 
 
 def size(
@@ -286,7 +303,7 @@ def map(
     if over not in places:
         faults.append(unknown("--over", over, [*places]))
     if bounds is not None and not (ends := numbers_in(bounds) or None):
-        words = "four numbers of metres with commas between them, as in 0,0,500,800"
+        words = "four numbers of metres with commas between them, such as 0,0,500,800"
         faults.append(Fault("--bounds", repr(bounds), words))
     with collected(faults):
         moved = mission_of(mission, out.settings)
@@ -330,32 +347,29 @@ def sweep(
         from optuav import plots
 
         written = plots.save_figures(plots.swept(open_sweep(done.directory)), plot)
-    shown = [
-        f"Scenarios  {done.scenarios}",
-        f"Parts      {done.parts}" + f", {done.kept} of them from before" * bool(done.kept),
-        f"Directory  {done.directory}",
-    ]
-    without = {name: sum(each.values()) for name, each in done.reasons.items()}
-    plans = {name: done.scenarios - count for name, count in without.items()}
+    plans = {name: done.scenarios - sum(why.values()) for name, why in done.reasons.items()}
+    data = {
+        "kind": "optuav sweep",
+        **done._asdict(),
+        "directory": str(done.directory),
+        "plans": plans,
+        "without_plan": {name: done.scenarios - count for name, count in plans.items()},
+        "pictures": [str(path) for path in written],
+        "elapsed_s": round(took_s, 3),
+    }
+    deliver(lambda: data, _swept(done, plans), as_json=as_json, written=written)
+
+
+def _swept(done: Swept, plans: Mapping[str, int]) -> Iterator[str]:
+    """Yield how many scenarios have a plan, why others have none, and the range of hovers."""
+    yield f"Scenarios  {done.scenarios}"
+    yield f"Parts      {done.parts}" + f", {done.kept} of them from before" * bool(done.kept)
+    yield f"Directory  {done.directory}"
     for name, reasons in done.reasons.items():
         why = [f"{count} without: {words}" for words, count in reasons.items()]
-        shown.append(f"Plans      {'; '.join([f'{name} {plans[name]}', *why])}")
+        yield f"Plans      {'; '.join([f'{name} {plans[name]}', *why])}"
         if ends := done.hover_time_s[name]:
-            shown.append(f"Hover      {name} {ends['shortest']:.2f} to {ends['longest']:.2f} s")
-    deliver(
-        lambda: {
-            "kind": "optuav sweep",
-            **done._asdict(),
-            "directory": str(done.directory),
-            "plans": plans,
-            "without_plan": without,
-            "pictures": [str(path) for path in written],
-            "elapsed_s": round(took_s, 3),
-        },
-        shown,
-        as_json=as_json,
-        written=written,
-    )
+            yield f"Hover      {name} {ends['shortest']:.2f} to {ends['longest']:.2f} s"
 
 
 def reproduce(

@@ -21,7 +21,6 @@ class FleetReplay(Judged):
 
     courses: tuple[Replay, ...]  # Between exchanges of packs; equal ones are simulated once
     longest_gap_s: float  # With fewer hovering drones than requested
-    most_at_places: int  # Drones that rest at once, before waiting ones make way
     events: tuple[Event, ...]  # Faults, in order of time
 
     def _repr_html_(self) -> str:
@@ -43,8 +42,8 @@ def replay_fleet(
 ) -> FleetReplay:
     """Simulate the courses of drones that take off at their offsets [s].
 
-    So many as wanted are to hover at once, from when they arrived until a moment [s], but for an
-    allowed gap [s]. Each has one of the places to rest at for some time [s] after a landing.
+    As many as wanted must hover at once, from their arrival until a moment [s], but for an allowed
+    gap [s]. Each occupies one of the places to rest at for some time [s] after a landing.
     """
     replays = {id(plan): replay(plan) for plan in {id(plan): plan for plan in plans}.values()}
     courses = tuple(replays[id(plan)] for plan in plans)
@@ -73,7 +72,7 @@ def replay_fleet(
     if most > places:
         events.append(Event("place", at_s, f"{most} drones rest at {places} places"))
     events.sort(key=lambda event: event.time_s)
-    return FleetReplay(courses, gap_s, most, tuple(events))
+    return FleetReplay(courses, gap_s, tuple(events))
 
 
 def longest_gap(

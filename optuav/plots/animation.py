@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from PIL import Image
+from PIL import Image, ImageColor
 
 from optuav.judge import Itinerary, Replay, replay
 from optuav.mission.files import ending_of, write_files
@@ -23,7 +23,7 @@ from optuav.plots.map import FEW, Way, draw_from_above, draw_plan_view, plan_lab
 from optuav.plots.profiles import timed
 from optuav.plots.style import BLACK, BLUE, GREEN, GREY, LASER, ORANGE, SKY, place
 
-FRAMES, FRAMES_PER_S, HELD = 120, 10, 20  # Moments, how many per second, how often the last
+FRAMES, FRAME_MS, HELD = 120, 100, 20  # Moments, for how long each, how often the last
 DOTS_PER_INCH = 100
 COLOURS = 256
 PALETTE = (BLACK, ORANGE, SKY, GREEN, BLUE, LACKING, LASER, GREY)
@@ -67,7 +67,7 @@ def save_animation(replayed: Replay | Plan | Itinerary | str | Path, path: str |
     ending_of(file, ".gif")
     replayed = replay(replayed)
     moments_s = np.linspace(0.0, replayed.trace.time_s[-1], FRAMES).tolist()
-    write_files({file: _gif([*frames(replayed, moments_s)])})
+    write_files({file: gif([*frames(replayed, moments_s)])})
     return file
 
 
@@ -148,14 +148,21 @@ def _still(replayed: Replay) -> Figure:
     return figure
 
 
-def _gif(images: Sequence[Image.Image]) -> bytes:
-    """A GIF, small as all frames share the colours of three of them and of the palette."""
+def gif(images: Sequence[Image.Image], kept: Sequence[str] = PALETTE) -> bytes:
+    """A GIF, small as all frames share the colours of three; white and those kept stay exact."""
     samples = [images[at] for at in (0, len(images) // 2, -1)]
     width, height = samples[0].size
-    samples += [Image.new("RGB", (width, height // 8), colour) for colour in PALETTE]
+    samples += [Image.new("RGB", (width, height // 8), colour) for colour in kept]
     sheet = Image.fromarray(np.concatenate([np.asarray(sample) for sample in samples]))
     palette = sheet.quantize(COLOURS)
-    first, *rest = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
-    file, duration_ms = io.BytesIO(), round(1000 / FRAMES_PER_S)
-    first.save(file, "GIF", save_all=True, append_images=rest, duration=duration_ms, loop=0)
+    plain = Image.Dither.NONE
+    first, *rest = frames = [image.quantize(palette=palette, dither=plain) for image in images]
+    colours = np.array(palette.getpalette(), np.uint8).reshape(-1, 3)
+    exact = np.array([[ImageColor.getrgb(colour) for colour in ("white", *kept)]], np.uint8)
+    near = Image.fromarray(exact).quantize(palette=palette, dither=plain)
+    colours[np.asarray(near)] = exact
+    for frame in frames:
+        frame.putpalette(colours.tobytes())
+    file = io.BytesIO()
+    first.save(file, "GIF", save_all=True, append_images=rest, duration=FRAME_MS, loop=0)
     return file.getvalue()

@@ -85,7 +85,7 @@ def wells(plans: Plans, *, figure: style.AnyFigure | None = None) -> Sequence[Ax
             level_As = float(np.interp(full_s, time_s, total_As))
             events.append((f"driven past full at {full_s:.1f} s", full_s, level_As, "overfull"))
         if (dry_s := plan.runs_dry_s) is not None:
-            ax.axvline(dry_s, **style.limit("dry"), zorder=FADE + 0.2)
+            ax.axvline(dry_s, **style.limit("dry", cased=True), zorder=FADE + 0.2)
             under.append(np.array([(dry_s, end) for end in ax.get_ylim()]))
             ax.axvspan(dry_s, time_s[-1], color="white", alpha=FADED, linewidth=0.0, zorder=FADE)
             level_As = float(np.interp(dry_s, time_s, total_As))
@@ -118,7 +118,7 @@ def draw_wells(ax: Axes, replayed: Replay) -> list[Artist]:
     full_As = float(vehicle.pool(mission).capacity_As)
     least_As = mission.limits.min_soc * full_As
     for level_As, role in ((full_As, "overfull"), (least_As, "charge")):
-        ax.axhline(level_As, **style.limit(role))
+        ax.axhline(level_As, **style.limit(role, cased=True))
     low, (_, high) = min(0.0, *total_As), style.margins([0.0, *total_As, full_As], 0.16, 0.0)
     ax.set(ylim=(low, high), ylabel="charge [A s]")
     levels = {least_As: "to be kept: $η_0 B$", full_As: "full: $B$"}

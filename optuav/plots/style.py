@@ -78,6 +78,8 @@ Look: TypeAlias = dict[str, Any]  # Properties of a line or marker, by matplotli
 LABEL: Look = {"ha": "left", "va": "bottom", "linespacing": 1.1, "annotation_clip": False}
 POINTS_PER_PIXEL = 0.6  # Width of a line in a picture and in the explorer's page
 HALO: Look = {"path_effects": [withStroke(linewidth=2.5, foreground="white")]}
+CASING, SOLID = 3.0, {"dash_offset": 0.0, "dash_list": None}
+"""How much wider the casing of a line is [px], and a line without dashes."""
 LABEL |= {**HALO, "zorder": 10}
 _ONE_AT_A_TIME = RLock()
 
@@ -233,11 +235,14 @@ def entry(
     return Line2D([], [], color=colour, linewidth=linewidth, linestyle=linestyle, label=label)
 
 
-def limit(role: str) -> Look:
-    """Colour and line of a limit, as in `optuav.looks`."""
+def limit(role: str, *, cased: bool = False) -> Look:
+    """Colour and line of a limit, as in `optuav.looks`; with a casing it reads on any fill."""
     colour, _, width, dash, rounded = LOOKS[role]
     dashes: LineStyleType = (0.0, tuple(length / width for length in dash)) if dash else "-"
     look: Look = {"color": colour, "linestyle": dashes, "linewidth": POINTS_PER_PIXEL * width}
+    if cased:
+        wide = POINTS_PER_PIXEL * (width + CASING)
+        look["path_effects"] = [withStroke(linewidth=wide, foreground="white", dashes=SOLID)]
     return {**look, "dash_capstyle": "round" if rounded else "butt"}
 
 

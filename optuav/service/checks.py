@@ -34,7 +34,6 @@ def need_laser(coverage: Coverage) -> None:
     """Refuse an endless hover, a dark hover, and charging by anything but the laser."""
     coverage.ending()
     if coverage.charged_by != "laser" or not coverage.lit_hover:
-        name = {"pad": "pad_power_W", "exchange": "swap_s"}.get(coverage.charged_by)
-        words = "must be left out" if name else "must be True, without --dark-hover"
-        words += ": the mission's laser serves hover and rest here"
-        raise InputError([Fault(name or "lit_hover", "" if name else "False", words)])
+        name = {"pad": "pad_power_W", "exchange": "swap_s"}.get(coverage.charged_by, "lit_hover")
+        words = "must be left out: the mission's laser serves hover and rest here"
+        raise InputError([Fault(name, "", words)])

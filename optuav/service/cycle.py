@@ -75,7 +75,7 @@ class Coverage(ResultsWithFacts):
     soc_at_departure, soc_at_landing
         (y1 + y2)/B at the building [-].
     status, proof
-        As of a plan: ``"optimal"`` if share and bound are within 1e-9, else ``"feasible"``.
+        Those of a plan: ``"optimal"`` if share and bound are within 1e-9, else ``"feasible"``.
 
     Examples
     --------
@@ -159,7 +159,7 @@ class Coverage(ResultsWithFacts):
         Raises
         ------
         InputError, NoPlanError, SolverError
-            As `program`; or if an engine fails.
+            See `program`; also if an engine fails.
         """
         return compared(self)
 
@@ -237,7 +237,7 @@ class Coverage(ResultsWithFacts):
         drones
             How many, 1 to 10000.
         share, overlap_s
-            As of `fleet`.
+            See `fleet`.
 
         Returns
         -------

@@ -11,7 +11,7 @@ from optuav.plan.summary import tabulated
 from optuav.service.checks import need_laser
 from optuav.solving import formulate, solve
 from optuav.solving.program import Program
-from optuav.studies.results import Pictures, Results, fixed, labelled_rows
+from optuav.studies.results import Results, fixed, labelled_rows
 
 if TYPE_CHECKING:
     from optuav.service.cycle import Coverage
@@ -43,7 +43,8 @@ def compared(coverage: Coverage) -> Results:
     )
     facts = {"building": coverage.building, "perspective": coverage.perspective}
     table = coverage.mission, facts, UNITS, labelled_rows(UNITS, rows)
-    return Results("optuav comparison of cycles", *table, _show, _draw)
+    # No picture: the table has two rows or three.
+    return Results("optuav comparison of cycles", *table, _show, lambda _: ())
 
 
 def _show(results: Results) -> Iterator[str]:
@@ -57,8 +58,3 @@ def _show(results: Results) -> Iterator[str]:
         share = fixed(100.0 * row["share"], 6)
         table.append([row["method"], *times, share, fixed(abs(row["gap_s"]), 4), row["status"]])
     yield from tabulated(table)
-
-
-def _draw(_: Results) -> Pictures:
-    """No picture: the table has two rows or three."""
-    return ()

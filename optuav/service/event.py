@@ -43,7 +43,7 @@ class Event(ResultsWithFacts):
     Parameters
     ----------
     hours, drones, least_drones
-        Time covered [h], its drones, and the fewest if only charge counts, in ring order.
+        Time covered [h], the number of drones, and the fewest if only charge counts.
     longest_hover_s
         Longest hover of the roster [s].
     """
@@ -161,7 +161,7 @@ def _hovers(visit: Visit, drones: int, until_s: float, longest_s: float) -> Floa
 def _overdrawn_As(
     visit: Visit, drones: int, until_s: float, longest_s: float, count: int, width: int
 ) -> float:
-    """Charge that drones lack in all runs of `width` hovers in a row, at least [A s]: rows, summed.
+    """Least charge that drones lack in all runs of `width` hovers in a row [A s]: a sum of rows.
 
     In a run, every drone has at most full wells at first, and rests while others hover, but for the
     legs; the run begins and ends anywhere. Hovers are long where that costs least, and else 0.

@@ -109,7 +109,7 @@ def robust(
         which so few samples fail that the chance is met with the confidence (an order statistic,
         as the plans of larger parts hold in more of the box).
     confidence
-        Of the chance, and of the bound on the risk; between 0 and 1.
+        Confidence of the chance and of the bound on the risk, between 0 and 1.
     samples, seed
         How many samples of the box check the plan, 1 to 1e6, and their seed, 0 to 2**63. As many
         others find the part of the box for a chance.

@@ -80,7 +80,7 @@ class Search:
     def holding(self, routes: Integers, box: Box) -> tuple[RobustTimes | None, dict[int, float]]:
         """The longest hover on some routes that holds in a box, and upper bounds by route [s].
 
-        The worst point of some keys, as of positions, is not a corner. Where samples find points
+        The worst point of some keys, such as positions, is not a corner. Where samples find points
         within at which the plan fails, the worst of them are declared beside the corners, again
         and again.
         """
@@ -114,7 +114,7 @@ class Search:
         return chosen
 
     def kept(self, plan: RobustTimes, points: Points) -> Booleans:
-        """At which points the plan keeps every limit."""
+        """Return at which points the plan keeps every limit."""
         return np.asarray((self._margins(plan, points) >= -KEPT).all(axis=0))
 
     def _margins(self, plan: RobustTimes, points: Points) -> Floats:

@@ -52,8 +52,8 @@ def size_fleet(
         A mission, or its name or path.
     prices
         A price for each of ``drone`` (without packs), ``laser`` (a beam), ``pad``, ``charger``,
-        ``battery_set`` (the packs of one drone) and ``tether``, in any currency, 0 to 1e12; or the
-        path of a TOML file with these keys. None: counts alone.
+        ``battery_set`` (the packs of one drone) and ``tether``, in any currency, 0 to 1e12, not all
+        0; or the path of a TOML file with these keys. None: counts alone.
     share
         Mean number of drones that hover [-], > 0 and up to 1000.
     overlap_s
@@ -94,8 +94,8 @@ def size_fleet(
         words = ["no way to charge serves this mission:", *_reasons(rows)]
         raise InputError(Fault("", "", line) for line in words)
     if stated is not None:
-        alone = dict.fromkeys(UNITS) | {"technology": "tether", "why": ""}
-        rows.append(alone | {"cost": service.tether_cost(share)})
+        tether = {"technology": "tether", "why": "", "cost": service.tether_cost(share)}
+        rows.append(dict.fromkeys(UNITS) | tether)
     facts = {"share": share, "overlap_s": overlap_s, "swap_s": swap_s, "prices": stated}
 
     def draw(_: Results) -> Pictures:
@@ -129,6 +129,9 @@ def _prices(prices: Mapping[str, float] | str | Path) -> Mapping[str, Any]:
     if missing:
         faults.append(Fault("prices", "", f"needs also {', '.join(missing)}: each {PRICE.words}"))
     refuse(faults)
+    if not any(stated.values()):
+        words = f"at least one above 0, each {PRICE.words}; leave prices out to see counts alone"
+        raise InputError([Fault("prices", "all 0", words)])
     return stated
 
 

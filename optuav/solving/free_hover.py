@@ -385,9 +385,11 @@ def _gain(plan: Plan, own: Plan) -> str:
     if plan is own:
         return f"hover point free: none was found that is better than {name}"
     point = "w_U" if hover_m is None else "({:.3f}, {:.3f}, {:.3f}) m".format(*hover_m)
-    more_s = plan.hover_time_s - own.hover_time_s if own else 0.0
-    gain = f" gives {more_s:.4f} s more than {name}" if own else f"; at {name} no plan exists"
-    return f"hover point free: {point}{gain}"
+    if not own:
+        return f"hover point free: {point}; at {name} no plan exists"
+    more_s = round(plan.hover_time_s - own.hover_time_s, 4)
+    gain = f"{more_s:.4f} s more than" if more_s > 0.0 else "no longer hover than"
+    return f"hover point free: {point} gives {gain} {name}"
 
 
 def _declared(network: Network, which: Integers, rests: bool, perspective: Perspective) -> Model:

@@ -101,7 +101,7 @@ BROKEN = [
     (("mine.py:Half",), "--problem = 'mine.py:Half': the file has no class of this name"),
     (("mine.py:WORTH",), "--problem = 'mine.py:WORTH': the file has no class of this name"),
     (("mine.py:Wrong",), "mine.py, line 25: AttributeError: given has no 'lazer_power_W'; did you"),
-    (("mine.py",), "--problem = 'mine.py': FILE.py:CLASS, as mine.py:LeastLaser"),
+    (("mine.py",), "--problem = 'mine.py': FILE.py:CLASS, such as mine.py:LeastLaser"),
     (("missing.py:Least",), "missing.py: there is no such file"),
     (("folder.py:Least",), "folder.py: is a directory, not a file"),
     (("pipe.py:Least",), "pipe.py: is no regular file"),

@@ -70,6 +70,27 @@ def test_an_unknown_user_is_refused(line: tuple[str, ...], home: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    "line",
+    [
+        ("solve", "paper", *SHORT, "--plot"),
+        ("solve", "paper", *SHORT, "--save"),
+        ("audit", "plan.json", "--plot"),
+        ("reproduce", "--only", "table2", "--out"),
+        ("calibrate", "rotor", str(LOG)),
+        ("lessons",),
+        ("sweep",),
+    ],
+    ids=" ".join,
+)
+def test_an_empty_path_is_not_the_current_folder(line: tuple[str, ...], home: Path) -> None:
+    """Read or written, the last option or argument is named, and nothing is made."""
+    names = {"calibrate": "files", "lessons": "directory", "sweep": "study"}
+    name = names.get(line[0], line[-1])
+    assert refused(*line, "") == f"error: {name} = '': a path\n"
+    assert not [*Path().iterdir()]
+
+
+@pytest.mark.parametrize(
     ("line", "work"),
     [
         (("solve", "paper", "--save", "~/a.json"), "optuav.solve"),

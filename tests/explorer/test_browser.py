@@ -417,6 +417,25 @@ def test_stored_answers_are_shown_from_a_file(browser: Any, tmp_path: Path) -> N
     page.close()
 
 
+MODEL = """async (text) => {
+    const source = URL.createObjectURL(new Blob([text], {type: "text/javascript"}));
+    const {Model} = await import(source), heard = [];
+    const model = new Model([["answer", 1], ["state", 2]]);
+    model.on("change:answer", () => heard.push(model.get("answer")));
+    heard.push(model.get("answer"), model.get("state"), model.get("pinned") ?? null);
+    model.set("state", 3);
+    model.set("answer", 4);
+    return heard;
+}"""
+
+
+def test_values_from_the_start_call_no_listener(browser: Any) -> None:
+    """A model may begin with an answer; its listener hears the next one, and of no other value."""
+    page = browser.new_page()
+    assert page.evaluate(MODEL, script()) == [1, 2, None, 4]
+    page.close()
+
+
 def load_script(name: str) -> ModuleType:
     """A script of the documentation."""
     place = Path(__file__).parents[2] / "docs" / f"{name}.py"

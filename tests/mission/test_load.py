@@ -8,6 +8,7 @@ import pickle
 import subprocess
 import sys
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -678,3 +679,15 @@ def test_a_table_of_buildings_is_refused_with_all_its_faults() -> None:
 def test_what_is_no_table_of_buildings_is_refused_in_words(table: Any) -> None:
     with pytest.raises(optuav.InputError, match="columns by name"):
         optuav.load("paper").with_buildings(table)
+
+
+@pytest.mark.parametrize(("rows", "words"), [(3, "a DataFrame of 3 rows"), (1, "of 1 row:")])
+@pytest.mark.parametrize("reader", [optuav.load, optuav.load_plan, optuav.check_solutions])
+def test_a_refused_table_is_named_not_printed(
+    reader: Callable[[Any], object], rows: int, words: str
+) -> None:
+    pandas = pytest.importorskip("pandas")
+    with pytest.raises(InputError) as refusal:
+        reader(pandas.DataFrame({"name": ["roof"] * rows, "height_m": 12.0}))
+    assert words in str(refusal.value)
+    assert "roof" not in str(refusal.value)

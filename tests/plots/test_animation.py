@@ -14,7 +14,7 @@ from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
-from PIL import Image
+from PIL import Image, ImageColor
 
 import optuav
 from optuav import plots
@@ -100,10 +100,22 @@ def test_a_small_file(falling: optuav.Replay, tmp_path: Path) -> None:
 
 
 def test_the_same_bytes_again(falling: optuav.Replay) -> None:
-    one, other = (animation._gif([*animation.frames(falling, [700.0])][:3]) for _ in range(2))
+    one, other = (animation.gif([*animation.frames(falling, [700.0])][:3]) for _ in range(2))
     assert one == other
     with Image.open(io.BytesIO(one)) as shown:
         assert shown.format == "GIF"
+
+
+def test_the_ground_is_white_as_that_of_a_page(falling: optuav.Replay) -> None:
+    """And the colour of the beam is that of the table, though each frame has 256 colours."""
+    images = [*animation.frames(falling, [100.0, 700.0])]
+    with Image.open(io.BytesIO(animation.gif(images))) as shown:
+        frame = np.array(shown.convert("RGB"))
+    assert (frame[:2] == 255).all()
+    assert (frame[:, :2] == 255).all()
+    lit = np.all(np.asarray(images[0]) == ImageColor.getrgb(LASER), axis=-1)
+    assert lit.any()
+    assert (frame[lit] == ImageColor.getrgb(LASER)).all()
 
 
 def test_nothing_is_left_behind_where_it_cannot_be_written(

@@ -43,7 +43,7 @@ def test_what_is_no_day_is_refused() -> None:
             coverage.horizon(hours)
     with pytest.raises(InputError, match="swap_s: must be left out: the mission's laser"):
         optuav.coverage("paper", swap_s=90).horizon(8)
-    with pytest.raises(InputError, match="lit_hover = False: must be True, without --dark-hover"):
+    with pytest.raises(InputError, match="lit_hover: must be left out: the mission's laser"):
         optuav.coverage("paper", lit_hover=False).horizon(8)
     with pytest.raises(InputError, match="available"):
         optuav.coverage("paper", perspective="battery").horizon(8)

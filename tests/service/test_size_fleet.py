@@ -109,6 +109,16 @@ def test_costs_are_counts_times_prices() -> None:
     assert rows["tether"]["cost"] == 25000
 
 
+def test_free_of_charge_is_refused() -> None:
+    """With every price 0 all costs are equal, and the picture is empty; one price is enough."""
+    free = dict.fromkeys(PRICES, 0)
+    words = r"prices = all 0: at least one above 0, each a number, 0 <= x <= 1e12 \[-\]; leave"
+    with pytest.raises(InputError, match=words):
+        optuav.size_fleet("matrice350", free)
+    rows = optuav.size_fleet("matrice350", {**free, "charger": 1e-3}).rows
+    assert [row["cost"] for row in rows] == [0.0, 0.0, 0.0, 0.003, 0.0]
+
+
 def test_wrong_prices_and_numbers_are_named_all_at_once(tmp_path: Path) -> None:
     """Unknown, missing and negative prices in one error; a share, an overlap and a duration."""
     file = tmp_path / "prices.toml"

@@ -15,6 +15,7 @@ import optuav
 from optuav import InputError, Mission
 from optuav.network import vehicle
 from optuav.network.variants import Variants
+from optuav.service.fleet import lasting
 from optuav.solving import free_hover
 from optuav.solving.best_plans import hover_times_s
 from tests.asking import formulate, solve
@@ -96,6 +97,18 @@ def test_a_stated_hover_point_is_set_free() -> None:
     mission = FEW.replace({"route.hover_m": [1000, 2700, 80], "limits.deadline_s": 800.0})
     plan = never_worse(mission, trajectory="direct")
     assert "more than route.hover_m" in plan.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("lost_s", "words"), [(0.25, "0.2500 s more than"), (1e-6, "no longer hover than")]
+)
+def test_a_gain_that_no_digit_shows_is_none(lost_s: float, words: str) -> None:
+    """Of two points with equal hovers, that of the shorter mission is taken: 0.0000 s more."""
+    at_w_U = solve(FEW, trajectory="direct", perspective="battery")
+    out, hover, back = at_w_U.phases
+    shorter = out, lasting(hover, hover.duration_s - lost_s), back
+    own = at_w_U.model_copy(update={"phases": shorter})
+    assert free_hover._gain(at_w_U, own) == f"hover point free: w_U gives {words} w_U"
 
 
 @pytest.mark.parametrize(

@@ -10,11 +10,20 @@ const LONGEST_TRAIL = 7; // The optimum, and the six before it
 const ELSEWHERE = 0.004; // Share of the axes by which an optimum has moved
 
 // Values with listeners, as anywidget has them.
-export class Model extends Map {
+export class Model {
   #heard = d3.dispatch("change:answer");
+  #values;
+
+  constructor(entries) {
+    this.#values = new Map(entries);
+  }
+
+  get(name) {
+    return this.#values.get(name);
+  }
 
   set(name, value) {
-    super.set(name, value);
+    this.#values.set(name, value);
     if (name === "answer") this.#heard.call("change:answer");
   }
 
