@@ -497,8 +497,13 @@ def test_the_plan_of_teachers_names_slides_that_there_are() -> None:
     assert questions == [*range(1, last["predictions"][-1] + 1)]
     sheet = [row for rows in tables(DOCS / "teaching-sheet.md") for row in rows]
     assert [row[""] for row in sheet] == [str(each) for each in questions]
-    answers = re.findall(r"^\*\*(\d)\. ", (DOCS / "teaching.md").read_text("utf-8"), re.M)
+    plan = (DOCS / "teaching.md").read_text("utf-8")
+    answers = re.findall(r"^\*\*(\d)\. ", plan, re.M)
     assert [*map(int, answers)] == questions
+    lessons = "".join(each.read_text("utf-8") for each in (ROOT / "examples").glob("*.py"))
+    headings = re.findall(r"up to\s+\*(.*?)\*", plan + slides)
+    assert len(headings) == 7
+    assert [each for each in headings if f"# ## {each}\n" not in lessons] == []
 
 
 def test_the_seventh_answer_of_teachers_is_that_of_two_lines() -> None:
