@@ -289,7 +289,7 @@ ends.round(6)
 
 # %%
 kink = compiled.solve(deadline_s=T_kink + numbers["flight_time_s"]).shadow_prices()["deadline_s"]
-kink.less, kink.more
+round(kink.less, 6), round(kink.more, 6)
 
 # %% [markdown]
 # ## Exercises

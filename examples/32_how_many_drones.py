@@ -97,7 +97,7 @@ pd.DataFrame(pads.values(), index=pd.Index(pads, name="drones"))
 # Each drone that you save needs more extra watts than the one before. With three drones the current
 # exceeds what the pack's maker allows. Stronger pads would not help; another pack would.
 #
-# ## Four hours
+# ## An event
 #
 # **Before you run:** all packs are full when the event begins. How many drones does an event of two
 # hours need? From how many hours on is it the number of the endless ring?

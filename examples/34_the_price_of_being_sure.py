@@ -54,7 +54,7 @@ pd.DataFrame({"share that can be flown": shares, "hover [s]": hovers_s})
 # ## One plan for the whole box
 #
 # A plan is one route and one set of times. It must not run dry if the packs are small and the drone
-# is heavy. It must not overfill the battery if the packs are full soon. Since the available well is
+# is heavy. It must not overfill the battery if the packs fill up early. Since the available well is
 # the integral of the current over a positive kernel, corners of the box decide.
 #
 # **Before you run:** what will certainty cost, in seconds of hover? Which of the three numbers

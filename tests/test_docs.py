@@ -487,7 +487,7 @@ def test_the_plan_of_teachers_names_slides_that_there_are() -> None:
     )
     last = {row[""]: [int(row[each].split()[-1]) for each in row if each] for row in versions[1:3]}
     assert last["slides"][-1] == len(titles)
-    assert titles[last["slides"][0] - 1] == "Three sentences"
+    assert titles[-1] == "Three sentences"  # The key End shows it without those before
     questions = [
         int(number)
         for number in re.findall(
@@ -497,8 +497,28 @@ def test_the_plan_of_teachers_names_slides_that_there_are() -> None:
     assert questions == [*range(1, last["predictions"][-1] + 1)]
     sheet = [row for rows in tables(DOCS / "teaching-sheet.md") for row in rows]
     assert [row[""] for row in sheet] == [str(each) for each in questions]
-    answers = re.findall(r"^\*\*(\d)\. ", (DOCS / "teaching.md").read_text("utf-8"), re.M)
+    plan = (DOCS / "teaching.md").read_text("utf-8")
+    answers = re.findall(r"^\*\*(\d)\. ", plan, re.M)
     assert [*map(int, answers)] == questions
+    lessons = "".join(each.read_text("utf-8") for each in (ROOT / "examples").glob("*.py"))
+    headings = re.findall(r"up to\s+\*(.*?)\*", plan + slides)
+    assert len(headings) == 7
+    assert [each for each in headings if f"# ## {each}\n" not in lessons] == []
+
+
+def test_the_seventh_answer_of_teachers_is_that_of_two_lines() -> None:
+    """I_hover Δ − I_rest T' stays, Δ + T' grows by 10 s; the solver agrees."""
+    mission = optuav.load("paper")
+    plan, later = (
+        optuav.solve(mission.replace({"limits.deadline_s": deadline_s}), perspective="battery")
+        for deadline_s in (1200.0, 1210.0)
+    )
+    current_A = {phase.kind: phase.current_A for phase in plan.phases}
+    more_s = 10.0 / (1.0 - current_A["hover"] / current_A["rest"])
+    assert math.isclose(later.hover_time_s - plan.hover_time_s, more_s, rel_tol=1e-6)
+    page = (DOCS / "teaching.md").read_text("utf-8")
+    assert f"become hover?** {more_s:.2f} s." in page
+    assert f"for the other {10.0 - more_s:.2f} s." in page
 
 
 @pytest.mark.parametrize(

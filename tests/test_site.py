@@ -164,6 +164,8 @@ def test_a_wide_table_shows_that_it_scrolls(opened: Any) -> None:
     )
     assert shown
     assert set(shown) == {"local, local, scroll, scroll"}
+    widths = "[...document.querySelectorAll('td:nth-child(3)')].map(each => each.offsetWidth)"
+    assert min(page.evaluate(widths)) > 120
 
 
 @pytest.mark.parametrize("place", ["gallery.html", LESSON, "teaching-slides.html"])
@@ -190,3 +192,12 @@ def test_slides_are_turned_by_keys(opened: Any) -> None:
         "Math.abs([...document.querySelectorAll('section section')][1]"
         ".getBoundingClientRect().top) < 2"
     )
+    page.keyboard.press("End")
+    last = "[...document.querySelectorAll('section section')].at(-1)"
+    page.wait_for_function(f"Math.abs({last}.getBoundingClientRect().top) < 2")
+    assert page.evaluate(f"{last}.querySelector('h2').innerText").startswith("Three sentences")
+
+
+def test_each_prediction_sheet_is_a_page(opened: Any) -> None:
+    page = opened.page("teaching-sheet.html")
+    assert page.pdf(prefer_css_page_size=True).count(b"/Type /Page\n") == 2

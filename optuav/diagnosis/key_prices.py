@@ -1,4 +1,4 @@
-"""What one percent more of the keys of a flight model or a beam brings, solved again."""
+"""Hover time that one percent more of a key of a flight model or a beam gives, solved again."""
 
 from __future__ import annotations
 

@@ -202,7 +202,7 @@ def _shortest(task: Task, hovers: Mapping[str, float]) -> Conditions:
       which limit does optuav.audit name?
     """
     flies_s, fails_s = hovers["flies_s"], hovers["fails_s"]
-    words = f"{fails_s:g} s is not up to 1 s shorter than {flies_s:g} s"
+    words = f"fails_s must be shorter than flies_s, by 1 s at most: {fails_s:g} s, {flies_s:g} s"
     yield Condition(0.0 < flies_s - fails_s <= 1.0, words, "halve the interval between them")
     hint = "audit hovers of several lengths: where do they begin to pass?"
     yield Condition(_flies(task, flies_s), f"{flies_s:g} s cannot be flown", hint)
@@ -242,7 +242,8 @@ def _repaired(task: Task, plan: Itinerary) -> Conditions:
     first = Stop("b9", "rest", float(task["first_s"]))
     last = Stop("b10", "rest", float(task["last_s"]))
     same = len(plan.stops) == 3 and (plan.stops[0], plan.stops[2]) == (first, last)
-    yield Condition(same and plan.stops[1].at == "hover", "it has other stops", "keep both rests")
+    words, hint = "the rests are not those of the task", "change only the hover between them"
+    yield Condition(same and plan.stops[1].at == "hover", words, hint)
     hover_s, hint = plan.stops[1].duration_s, "optuav.audit(itinerary) lists all violations"
     yield Condition(_flies(task, hover_s, first, last), f"{hover_s:g} s fails the audit", hint)
     fails = not _flies(task, hover_s + 1.0, first, last)

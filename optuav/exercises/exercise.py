@@ -121,7 +121,8 @@ class Exercise:
             letter = answer[0].strip(" ()").casefold()
             if letter in task.reasons:
                 return self.reasons[task.reasons[letter]], self.form.read(task, answer[1])
-        words = f"the letter of a reason, {', '.join(task.reasons)}, and a witness, ('a', ...)"
+        letters = ", ".join(task.reasons)
+        words = f"a pair: the letter of a reason ({letters}) and a witness, such as ('a', ...)"
         raise InputError([Fault("answer", shown(answer), words)])
 
     @np.errstate(all="ignore")  # An answer may be far from where formulas are meant to be used

@@ -41,7 +41,7 @@ def equals(
 def _missed(value: float, truth: float, within: float, unit: str) -> tuple[str, str]:
     """Return how a figure misses the truth, and a hint where rounding or a unit explains it."""
     near = ROUNDED * abs(truth)
-    if is_close(value, truth, near) or value == round(truth) != 0:
+    if is_close(value, truth, near) or value in {round(truth), float(f"{truth:.2g}")} - {0}:
         hint = f"keep all digits until the end, and answer within {within:.3g} {unit}"
         return f"close, but not within {within:.3g} {unit}: it looks rounded", hint
     for factor, words in (FACTORS | FACTORS_OF_UNITS.get(unit, {})).items():

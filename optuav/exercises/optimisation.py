@@ -159,12 +159,13 @@ def _finer(task: Task, fine_s: float) -> Conditions:
     """
     coarse_s, hint = float(task["coarse_s"]), "when is nearly a whole slot left over?"
     allowed = coarse_s / 2.0 <= fine_s < coarse_s
-    yield Condition(allowed, f"{fine_s:g} s is too long or too short", "see the task")
+    words = f"a slot of {fine_s:g} s is {'too short' if fine_s < coarse_s else 'not finer'}"
+    yield Condition(allowed, words, f"from {coarse_s / 2.0:g} s to less than {coarse_s:g} s")
     best, coarse, fine = (
         optuav.solve(task.mission, "P3", slot_s=slot_s).hover_time_s
         for slot_s in (None, coarse_s, fine_s)
     )
-    words = f"{fine_s:g} s hover {fine:g} s, not less than the {coarse:g} s of {coarse_s:g} s"
+    words = f"slots of {fine_s:g} s give {fine:g} s of hover, not less than the {coarse:g} s before"
     yield Condition(fine < coarse, words, hint)
     lost = (best - fine) / fine_s
     yield Condition(lost >= 0.97, f"{100.0 * lost:.2f} % of a slot are lost", hint, None, True)

@@ -354,7 +354,7 @@ def _rows(visit: Visit, hover_s: float) -> Iterator[tuple[object, ...]]:
     charge = visit.periodic(hover_s)
     for kind, stages in visit.phases(hover_s):
         charge = tilted_after(visit.battery, charge, *stages)
-        wells = map(float, charge.wells(visit.battery))
+        wells = (round(float(well), 9) for well in charge.wells(visit.battery))  # 0 if dry
         yield kind, sum(stage.duration_s for stage in stages), *wells
     if visit.swap_s is not None:
         yield "swap", visit.swap_s, *map(float, visit.battery.full)

@@ -160,8 +160,9 @@ WITNESSES: dict[str, list[tuple[Any, str]]] = {
     "04.1": [(0.0, "A s, too much"), (500.0, "A s, too little")],
     "07.2": [([{"deadline": 1, "bounds of T'": 1}] * 2, "with the prices 1 and 1")],
     "09.1": [
-        (60.0, "60 s is too long"),
-        (44.0, "44 s hover 528 s, not less than the 513 s of 57 s"),
+        (60.0, "a slot of 60 s is not finer"),
+        (20.0, "a slot of 20 s is too short"),
+        (44.0, "slots of 44 s give 528 s of hover, not less than the 513 s before"),
     ],
     "10.1": [
         ({"short_s": 500.0, "long_s": 600.0}, "the hover halfway is 550 s"),
@@ -172,7 +173,10 @@ WITNESSES: dict[str, list[tuple[Any, str]]] = {
         ({"hover_time_s": 0, "by_way": 0}, "the point is feasible, with a hover of 0 s"),
     ],
     "15.1": [
-        ({"flies_s": 400.0, "fails_s": 300.0}, "300 s is not up to 1 s shorter than 400 s"),
+        (
+            {"flies_s": 400.0, "fails_s": 300.0},
+            "fails_s must be shorter than flies_s, by 1 s at most",
+        ),
         ({"flies_s": 1.0, "fails_s": 0.5}, "1 s cannot be flown"),
         ({"flies_s": 400.0, "fails_s": 399.5}, "399.5 s can be flown as well"),
     ],
@@ -217,6 +221,8 @@ def test_a_witness_may_be_rounded_too_far_or_in_another_unit() -> None:
     assert exercises.check("01.2", (letter, round(left_As)))
     rounded = exercises.check("01.2", (letter, round(0.993 * left_As)))
     assert rounded.words == "close, but not within 50 A s: it looks rounded"
+    two_digits = exercises.check("01.2", (letter, float(f"{left_As:.2g}")))
+    assert two_digits.words == rounded.words
     hours = exercises.check("01.2", (letter, left_As / 3600.0))
     assert hours.words == "off by ampere-hours for ampere-seconds"
     assert hours.hint == "the unit is A s"

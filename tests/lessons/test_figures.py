@@ -127,7 +127,7 @@ def test_04_when_the_battery_runs_dry(ran: Any) -> None:
     faults = {each.kind: each for each in optuav.replay(ran.promised["P1"]).violations}
     assert set(faults) == {"full", "empty"}
     assert near(faults["empty"].time_s, 1095.5, 2)
-    assert ran.verdicts["passes the audit"].tolist() == [False, False, True, True]
+    assert ran.verdicts["flies"].tolist() == [False, False, True, True]
     assert near(ran.flown["P3"].hover_time_s, 577.52, 2)
     assert near(ran.flown["P1"].hover_time_s, 597.27, 2)
     assert ran.flown["P1"].route == ("origin", "hover", "b10", "destination")

@@ -138,6 +138,7 @@ def test_the_table_the_picture_and_the_page() -> None:
     found = optuav.coverage("paper")
     assert [row["kind"] for row in found.rows] == ["flight", "hover", "flight", "rest"]
     assert sum(found.to_frame()["duration_s"]) == pytest.approx(found.period_s)
+    assert found.rows[2]["available_As"] == 0.0  # The longest hover lands as the well is empty
     assert [*found.plot()] == ["cycle.png"]
     assert "b9" in found._repr_html_()
     assert found.to_dict()["share"] == found.share
