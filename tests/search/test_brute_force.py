@@ -33,7 +33,8 @@ SHARES = (0.0, 0.003, 0.01, 0.03, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0)
 POLISHED = 13  # Sequences whose best plan of the grid is improved
 APART = 1e-7  # Distance that SciPy keeps from limits, as it may pass them by less [-]
 SAME_S = 1e-5  # A few ties of the search
-EARLY, SHORT_S = 10_000, 1.0  # Boxes of the search, and how far an answer may then fall short [s]
+EARLY = 10_000  # Boxes after which the search ends
+SHORT, SHORT_S = 0.05, 1.0  # Share and time by which its answer may then fall short [-], [s]
 
 
 class Everything:
@@ -167,7 +168,7 @@ def test_no_plan_of_all_hovers_longer(
     """Whatever the judge accepts hovers no longer than the answer, which it accepts as well.
 
     The search alone is as good: without the plan of one rest that stands in where it is not. If it
-    ends early, it is as good but for `SHORT_S`, and its bound holds.
+    ends early, it is nearly as good, and its bound holds.
     """
     mission, (rests, hovers) = random_mission(seed), most
     best_s, stops = Everything(mission, perspective).longest(rests, hovers)
@@ -178,19 +179,17 @@ def test_no_plan_of_all_hovers_longer(
         results.append(branch.search(*problem, **options))
         return results[-1]
 
-    early, noting = (
-        patch.object(branch, "MOST_BOXES", EARLY),
-        patch.object(several, "search", noted),
-    )
-    with early, noting:
+    with patch.object(branch, "MOST_BOXES", EARLY), patch.object(several, "search", noted):
         plan = optuav.solve(mission, optuav.P1(stops=rests, hovers=hovers), perspective=perspective)
     for result in results:
         assert best_s <= result.bound_s + SAME_S
         found_s = result.stops.hover_s if result.stops else 0.0
-        assert best_s <= found_s + (SHORT_S if result.ended else SAME_S)
+        assert best_s <= found_s + (SHORT * best_s + SHORT_S if result.ended else SAME_S)
     if plan.status is Status.INFEASIBLE:
         assert not stops
         return
     assert accepted(plan, perspective)
-    assert best_s <= plan.hover_time_s + (SAME_S if plan.bound is None else SHORT_S)
-    assert best_s <= (np.inf if plan.bound is None else plan.bound) + SAME_S
+    if plan.bound is None:
+        assert best_s <= plan.hover_time_s + SAME_S
+    else:
+        assert best_s <= plan.bound + SAME_S
