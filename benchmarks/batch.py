@@ -56,7 +56,7 @@ def run() -> list[Row]:
         lambda: solved(bare, varied, "battery"), lambda: solved(mission, varied, "battery"), REPEATS
     )
     title = "a scenario, battery, flights vary: without / with footprints and sight"
-    flights = Row(title, *(each / VARIED for each in pair))
+    flights = Row(title, pair[0] / VARIED, pair[1] / VARIED)
     return [*rows, flights, *towns(mission), *lengths()]
 
 
@@ -122,9 +122,9 @@ def against_hand(
     if name == kind:
         apart_s = np.abs(solved(mission, values, name) - other()).max()
         assert apart_s < SAME_S, f"by hand, {name}{what} differs by {apart_s:g} s"
-    pair = interleaved_s(lambda: solved(mission, values, name), other, REPEATS)
+    ours_s, hand_s = interleaved_s(lambda: solved(mission, values, name), other, REPEATS)
     title = f"a scenario, {name}{what} / NumPy by hand, {kind}"
-    return Row(title, *(each / count for each in pair), None, limit)
+    return Row(title, ours_s / count, hand_s / count, at_most=limit)
 
 
 def lengths() -> list[Row]:

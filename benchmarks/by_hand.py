@@ -14,6 +14,7 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.mission import Mission
 from optuav.mission.beams.fits import Fits
+from optuav.mission.schema import Laser
 from optuav.network.network import Network, build_network
 from optuav.network.places import DESTINATION, FIRST_BUILDING, HOVER, ORIGIN
 from optuav.network.timeline import stay_net
@@ -92,8 +93,9 @@ class ByHand:
 
         def of(routes: slice) -> list[tuple[Floats, Floats, Floats]]:
             """Charge, tilt and decay of the first, second and third leg of routes."""
-            tables = flights.charge_As, flights.tilt_As, flights.decay
-            return [tuple(table[:, each] for table in tables) for each in self.legs[routes].T]
+            charge_As, tilt_As, decay = flights.charge_As, flights.tilt_As, flights.decay
+            columns = self.legs[routes].T
+            return [(charge_As[:, leg], tilt_As[:, leg], decay[:, leg]) for leg in columns]
 
         # Directly: until the well is empty at the end.
         (c1, z1, _), (c2, z2, d2), _ = of(slice(0, 1))
@@ -135,7 +137,8 @@ class ByHand:
             slope = share * hover_A + bend
             end_slope = share * (hover_A + rest_A) + (bend + (gain - tilted) * k) * r * d3
             hover = np.minimum(hover + np.minimum(y1 / slope, end / end_slope), top)
-        return np.maximum(found, hover.max(axis=1))
+        found = np.maximum(found, hover.max(axis=1))
+        return found
 
     def until_full_s(self, flights: Flights) -> Floats:
         """Rests until the available well is full, flown to from the origin [s]."""
@@ -162,10 +165,14 @@ class ByHand:
     ) -> Flights:
         """Legs and loads where mass, wind and the device's place vary; without `wells` no tilt."""
         mission, position_m = self.mission, self.network.places.position_m
-        body, motor, link = mission.body, mission.rotor, mission.link
+        body, motor, link, laser = mission.body, mission.rotor, mission.link, mission.laser
         assert body is not None
         assert motor is not None
-        assert mission.laser is not None
+        assert isinstance(laser, Laser)
+        inertia_x, inertia_y, arm_m = body.inertia_x_kg_m2, body.inertia_y_kg_m2, body.arm_length_m
+        assert inertia_x is not None
+        assert inertia_y is not None
+        assert arm_m is not None
         hover_m = self._hover_m(device_x_m, device_y_m)
         legs, places = self.network.legs, np.empty((3, len(mass_kg), len(position_m)))
         places[:] = position_m.T[:, None]
@@ -186,9 +193,9 @@ class ByHand:
         brake_pitch = np.arctan2(-back * x - wx, weight - back * z)
         brake_roll = np.arcsin((-back * y - wy) / thrust)
         moving = np.sqrt(2.0 * d * mass * (1.0 / ahead + 1.0 / back))
-        torque = body.arm_length_m * motor.lift_coefficient_N_s2_rad2 * top**2
-        by_pitch = 2.0 * np.sqrt(body.inertia_y_kg_m2 / torque)
-        by_roll = 2.0 * np.sqrt(body.inertia_x_kg_m2 / torque)
+        torque = arm_m * motor.lift_coefficient_N_s2_rad2 * top**2
+        by_pitch = 2.0 * np.sqrt(inertia_y / torque)
+        by_roll = 2.0 * np.sqrt(inertia_x / torque)
 
         def turn_s(pitch: Floats, roll: Floats) -> Floats:
             found: Floats = by_pitch * np.sqrt(np.abs(pitch)) + by_roll * np.sqrt(np.abs(roll))
@@ -206,7 +213,6 @@ class ByHand:
         full_A = 4.0 * rotor_A(top)
         turning_A = rotor_A(top) + 2.0 * rotor_A(top / np.sqrt(2.0))
         speed = np.sqrt(np.sqrt(pull) / (4.0 * motor.lift_coefficient_N_s2_rad2))
-        laser = mission.laser
         lx, ly, lz = (h - p for h, p in zip(hover_m, laser.position_m, strict=True))
         light = laser.emitter_slope * laser.power_W + laser.emitter_offset_W
         fog = float(Fits(mission).attenuation_per_km) / 1000.0
@@ -262,6 +268,4 @@ def fixed(network: Network, k: float, share: float) -> Flights:
         tilt = tilt * e - (1.0 - share) * current_A * (1.0 - e) / k
     decay = np.exp(-k * legs.duration_s)
     hover_A = np.atleast_2d(-stay_net(network, HOVER).current_A)
-    return Flights(
-        *(each[None] for each in (legs.duration_s, legs.charge_As, tilt, decay)), hover_A
-    )
+    return Flights(legs.duration_s[None], legs.charge_As[None], tilt[None], decay[None], hover_A)

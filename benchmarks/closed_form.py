@@ -57,7 +57,9 @@ def _linprog(model: Model, count: int) -> list[float]:
     found = []
     for index in range(count):
         rows, limits = _data(model, index)
-        found.append(-linprog([-1.0, 0.0], A_ub=rows, b_ub=limits).fun)
+        solved = linprog([-1.0, 0.0], A_ub=rows, b_ub=limits)
+        assert solved.fun is not None
+        found.append(-solved.fun)
     return found
 
 
@@ -65,7 +67,7 @@ def hot_highs(model: Model, count: int) -> Any:
     """A call that re-solves one loaded HiGHS model with the data of every itinerary."""
     import highspy
 
-    highs = highspy.Highs()
+    highs = highspy.Highs()  # type: ignore[no-untyped-call]
     highs.silent()
     rows, limits = _data(model, 0)
     inf = highspy.kHighsInf
@@ -93,6 +95,5 @@ def _copies(model: Model, count: int) -> Model:
         name: np.resize(value, count) if getattr(value, "ndim", 0) else value
         for name, value in values.items()
     }
-    return P4("b1").model(
-        Quantities(**{each.name: tiled.get(each.name, 1.0) for each in QUANTITIES}), "battery"
-    )
+    figures: dict[str, Any] = {each.name: tiled.get(each.name, 1.0) for each in QUANTITIES}
+    return P4("b1").model(Quantities(**figures), "battery")

@@ -64,7 +64,8 @@ def bare_cvxpy(given: Mapping[str, Any]) -> Solve:
     """A parametrised problem as CVXPY's documentation teaches it; here the optimum is not tied."""
     import cvxpy
 
-    hover, rest = cvxpy.Variable(nonneg=True), cvxpy.Variable(nonneg=True)
+    hover: Any = cvxpy.Variable(nonneg=True)
+    rest: Any = cvxpy.Variable(nonneg=True)
     names = ("hover_A", "rest_A", "charge_As", "left_s")
     parameter = {name: cvxpy.Parameter(name=name) for name in names}
     rows = [
@@ -79,7 +80,7 @@ def bare_cvxpy(given: Mapping[str, Any]) -> Solve:
     def solve(deadline_s: float, min_soc: float) -> tuple[float, float]:
         charge_As, left_s = limits(given, deadline_s, min_soc)
         parameter["charge_As"].value, parameter["left_s"].value = charge_As, left_s
-        problem.solve(solver="HIGHS")
+        problem.solve(solver="HIGHS")  # type: ignore[no-untyped-call]
         assert problem.status == "optimal"
         assert all(float(row.dual_value) > 0.0 for row in rows)
         return float(hover.value), float(rest.value)

@@ -38,8 +38,8 @@ def run() -> list[Row]:
         wells = reduce(partial(kibam.step, pool), stages, pool.full)
         return float(wells.total_As / pool.capacity_As)
 
-    flight_As, hover_A = given["flight_charge_As"], given["hover_current_A"]
-    rest_A, battery_As = given["rest_current_A"], given["packs"] * given["capacity_As"]
+    flight_As, hover_A = float(given["flight_charge_As"]), float(given["hover_current_A"])
+    rest_A, battery_As = float(given["rest_current_A"]), float(pool.capacity_As)
 
     def inlined(hover_s: float, rest_s: float) -> float:
         return 1.0 - (flight_As + hover_A * hover_s - rest_A * rest_s) / battery_As

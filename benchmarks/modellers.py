@@ -106,11 +106,12 @@ def _cvxpy() -> Modeller:
 
     def one(given: Mapping[str, Any]) -> Answer:
         charge_As, left_s = _limits(given)
-        hover, rest = cvxpy.Variable(nonneg=True), cvxpy.Variable(nonneg=True)
+        hover: Any = cvxpy.Variable(nonneg=True)
+        rest: Any = cvxpy.Variable(nonneg=True)
         charge = given["hover_current_A"] * hover - _rest_A(given) * rest <= charge_As
         deadline = hover + rest <= left_s
         problem = cvxpy.Problem(cvxpy.Maximize(hover), [charge, deadline])
-        problem.solve(solver="HIGHS")
+        problem.solve(solver="HIGHS")  # type: ignore[no-untyped-call]
         assert problem.status == "optimal"
         return (
             float(hover.value),

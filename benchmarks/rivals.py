@@ -90,7 +90,7 @@ def _highs(given: Any, *, hot: bool) -> Solve:
     none, columns = highspy.kHighsInf, np.array([0, 1], np.int32)
 
     def built() -> Any:
-        highs = highspy.Highs()
+        highs = highspy.Highs()  # type: ignore[no-untyped-call]
         highs.silent()
         highs.setOptionValue("presolve", "off")
         highs.addVars(2, np.zeros(2), np.full(2, none))
@@ -116,7 +116,8 @@ def _highs(given: Any, *, hot: bool) -> Solve:
 def _linprog(given: Any) -> Solve:
     def solve(deadline_s: float, min_soc: float) -> tuple[float, float]:
         rows = [[given["hover_current_A"], -given["rest_current_A"]], [1.0, 1.0]]
-        hover_s, rest_s = linprog([-1.0, 0.0], rows, limits(given, deadline_s, min_soc)).x
-        return hover_s, rest_s
+        solved = linprog([-1.0, 0.0], rows, limits(given, deadline_s, min_soc))
+        assert solved.x is not None
+        return solved.x[0], solved.x[1]
 
     return solve

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 
 from benchmarks.timing import Row
+from optuav.options import Perspective
 from optuav.studies.sensitivity import sensitivity
 
 SAMPLES = 100_000
@@ -12,15 +13,14 @@ SAMPLES = 100_000
 
 def run() -> list[Row]:
     """The shipped mission with everything that is measured uncertain, less what is not samples."""
+    limits_s: dict[Perspective, float] = {"battery": 5.0, "available": 10.0}
     return [
-        Row(
-            f"10⁵ samples, {perspective} / {limit_s:g} s", _seconds(perspective), limit_s, None, 1.0
-        )
-        for perspective, limit_s in (("battery", 5.0), ("available", 10.0))
+        Row(f"10⁵ samples, {name} / {limit_s:g} s", _seconds(name), limit_s, at_most=1.0)
+        for name, limit_s in limits_s.items()
     ]
 
 
-def _seconds(perspective: str) -> float:
+def _seconds(perspective: Perspective) -> float:
     sensitivity("paper", perspective=perspective, samples=1)
     begin = time.process_time()
     sensitivity("paper", perspective=perspective, samples=1)

@@ -9,6 +9,7 @@ import numpy as np
 import optuav
 from benchmarks.timing import Row, interleaved_s
 from optuav.solving.packs_by_schedule import _Route
+from optuav.studies.results import Results
 
 AT_LEAST, REPEATS = 3.0, 3
 
@@ -16,10 +17,10 @@ AT_LEAST, REPEATS = 3.0, 3
 def run() -> list[Row]:
     """The plans of `paper` by schedule."""
 
-    def ours() -> optuav.Results:
+    def ours() -> Results:
         return optuav.compare("paper", by="schedule")
 
-    def unbounded() -> optuav.Results:
+    def unbounded() -> Results:
         with patch.object(_Route, "_needed_As", lambda *_: -np.inf):
             return optuav.compare("paper", by="schedule")
 

@@ -10,6 +10,7 @@ import optuav
 from benchmarks.timing import Row, interleaved_s
 from benchmarks.towns import town
 from optuav.studies import batch
+from optuav.studies.results import Results
 
 BUILDINGS, AT_LEAST, REPEATS = 1000, 4.0, 3
 
@@ -18,10 +19,10 @@ def run() -> list[Row]:
     """A sensitivity with 10 000 samples."""
     mission = town(BUILDINGS)
 
-    def ours() -> optuav.Results:
+    def ours() -> Results:
         return optuav.sensitivity(mission)
 
-    def every() -> optuav.Results:
+    def every() -> Results:
         with patch.object(batch, "fewer", lambda *_: None):
             return optuav.sensitivity(mission)
 

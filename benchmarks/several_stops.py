@@ -30,10 +30,10 @@ def run() -> list[Row]:
         ("10 buildings, 2 rests, 2 hovers, 2400 s", long, 2, 10.0, 5),
         (f"{TOWN} buildings, 2 rests", town(TOWN), 1, 30.0, 1),
     )
-    rows = [
-        Row(f"{what} / {limit_s:g} s", median_s(_proved(*asked), runs), limit_s, at_least=1.0)
-        for what, *asked, limit_s, runs in cases
-    ]
+    rows = list[Row]()
+    for what, mission, hovers, limit_s, runs in cases:
+        ours_s = median_s(_proved(mission, hovers), runs)
+        rows.append(Row(f"{what} / {limit_s:g} s", ours_s, limit_s, at_least=1.0))
     for buildings, stops, at_least in ((100, 3, 3.0), (1000, 2, 1.2)):
         ours = _proved(town(buildings), 1, stops)
         both_s = interleaved_s(ours, _by_whole_sequences(ours), 1)

@@ -7,6 +7,7 @@ import resource
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from unittest.mock import patch
 
 import numpy as np
@@ -14,12 +15,14 @@ import numpy as np
 import optuav
 from benchmarks.timing import Row
 from benchmarks.towns import CROSS, SQUARE, slanting_town
+from optuav.arrays import Booleans
 from optuav.mission import Mission
 from optuav.network import obstacles
 from optuav.network.network import Network, build_network
 from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.places import Places, _kept_sight, build_places
 from optuav.network.prisms import Prisms, prisms
+from optuav.network.variants import stacked
 from optuav.solving.best_plans import hover_bounds_s
 from optuav.solving.program import declared_program
 from optuav.solving.question import checked_question
@@ -45,8 +48,8 @@ def run() -> list[Row]:
         for power in range(2, 7):
             town = slanting_town(10**power, *shape)
             missions = [_lit(town, height_m) for height_m in LASERS_M]
-            sights_s = [_seconds(lambda m=each: _places(m)) for each in missions]
-            plans_s = [_seconds(lambda m=each: _planned(m)) for each in missions]
+            sights_s = [_seconds(partial(_places, each)) for each in missions]
+            plans_s = [_seconds(partial(_planned, each)) for each in missions]
             sight_s, plan_s = max(sights_s), max(plans_s)
             each_s = sight_s / 10**power if power == 3 else each_s
             what = f"{name}, 10^{power}: sight"
@@ -58,15 +61,15 @@ def run() -> list[Row]:
                 rows.append(Row(f"{what} / 10 s", sight_s, 10.0, at_most=1.0))
                 rows.append(Row(f"{what} and plan / 20 s", plan_s, 20.0, at_most=1.0))
             if power == 5:
-                again_s = _seconds(lambda m=missions[-1]: build_places(m))
+                again_s = _seconds(partial(build_places, missions[-1]))
                 rows.append(Row(f"{what} again / anew", again_s, sight_s, at_least=5.0))
                 rows.append(_against_following(what, missions[-1]))
     peak_MB = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     rows.append(Row("memory with the towns / 2 GB", peak_MB, 2000.0, at_most=1.0, unit="MB"))
     for name, shape in TOWNS.items():
         mission = _lit(slanting_town(10**6, *shape), LASERS_M[-1])
-        sight_s = _seconds(lambda m=mission: _places(m))
-        more_s = _seconds(lambda m=mission: best_roofs(build_network.__wrapped__(m))) - sight_s
+        sight_s = _seconds(partial(_places, mission))
+        more_s = _seconds(partial(_best_of_all, mission)) - sight_s
         what = f"{name}, 10^6: legs from three places to all roofs, the best {BEST} / 10 s"
         rows.append(Row(what, more_s, 10.0, at_most=1.0))
     return rows
@@ -78,7 +81,7 @@ def best_roofs(network: Network) -> list[int]:
     Bounds on all routes tell which are worth to be solved: more, until no other may be better.
     """
     question, routes, size = checked_question(network.mission), network.routes, 2 * BEST
-    bounds_s = hover_bounds_s(network, question.perspective)
+    bounds_s = hover_bounds_s(stacked(network), question.perspective)[:, 0]
     order = np.argsort(-bounds_s[1:], kind="stable") + 1
     while True:
         some = np.sort(order[:size])
@@ -92,11 +95,16 @@ def best_roofs(network: Network) -> list[int]:
         size *= 4
 
 
+def _best_of_all(mission: Mission) -> list[int]:
+    """The best roofs of a mission, whose network is made anew."""
+    return best_roofs(build_network.__wrapped__(mission))
+
+
 def one_by_one(mission: Mission) -> list[int]:
     """The same buildings by a plan for each of them."""
     plans = [optuav.solve(mission, optuav.P4(name)) for name in mission.buildings.names]
     hovers_s = np.array([plan.hover_time_s if plan else -np.inf for plan in plans])
-    return np.argsort(-hovers_s, kind="stable")[:BEST].tolist()
+    return [int(number) for number in np.argsort(-hovers_s, kind="stable")[:BEST]]
 
 
 def _lit(town: Mission, height_m: float) -> Mission:
@@ -132,12 +140,12 @@ def _against_following(what: str, mission: Mission) -> Row:
     assert laser is not None
     place_m = np.broadcast_to(laser.position_m, roofs_m.shape)
     lines = _prisms(mission), place_m, roofs_m, np.arange(len(roofs_m))[:, None]
-    found = list[object]()
-    seconds = [_seconds(lambda: found.append(crossed(*lines) == CLEAR))]
+    found = list[Booleans]()
+    ours_s = _seconds(lambda: found.append(crossed(*lines) == CLEAR))
     with patch.object(obstacles, "MANY", math.inf):
-        seconds.append(_seconds(lambda: found.append(crossed(*lines) == CLEAR)))
-    assert np.array_equal(*found)
-    return Row(f"{what} / followed", *seconds)
+        followed_s = _seconds(lambda: found.append(crossed(*lines) == CLEAR))
+    assert np.array_equal(found[0], found[1])
+    return Row(f"{what} / followed", ours_s, followed_s)
 
 
 def _seconds(work: Callable[[], object]) -> float:

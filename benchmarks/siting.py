@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -55,7 +56,7 @@ def textbook(hover_s: Floats, count: int) -> float:
 
     demands, sites = hover_s.shape
     every = demands * sites
-    chosen = sparse.hstack([np.ones((1, sites)), sparse.csr_array((1, every))])
+    chosen = sparse.csr_array(np.repeat([[1.0, 0.0]], [sites, every], axis=1))
     opened = sparse.vstack([sparse.eye_array(sites)] * demands)
     linked = sparse.hstack([-opened, sparse.eye_array(every)])
     shares = sparse.kron(sparse.eye_array(demands), np.ones((1, sites)))
@@ -69,6 +70,7 @@ def textbook(hover_s: Floats, count: int) -> float:
             for each, most in ((chosen, count), (linked, 0.0), (single, 1.0))
         ],
     )
+    assert found.fun is not None
     return float(-found.fun / demands)
 
 
@@ -77,7 +79,7 @@ def run() -> list[Row]:
     # Enough within a fifth of the square's side.
     enough = {"objective": "covered", "at_least_s": FAR_S + MORE_S * np.exp(-0.6)}
     town, city = city_hovers(2_000, 200), city_hovers(10_000, 1_000)
-    cases = (
+    cases: tuple[tuple[str, Floats, int, float, dict[str, Any]], ...] = (
         ("covered, 10³ sites × 10⁴, 5 lasers", city, 5, 0.01, enough),
         ("covered, 10³ sites × 10⁴, 20 lasers", city, 20, 0.1, enough),
         ("mean, 200 sites × 2000, 5 lasers", town, 5, 0.01, {}),

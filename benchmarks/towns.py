@@ -36,8 +36,8 @@ def town(buildings: int, footprint_m: float | None = None, apart_m: float | None
 
 
 SQUARE = ((-1, -1), (1, -1), (1, 1), (-1, 1))
-CROSS = ((-1, -3), (1, -3), (1, -1), (3, -1), (3, 1), (1, 1))
-CROSS += tuple((-x, -y) for x, y in CROSS)
+HALF_CROSS = ((-1, -3), (1, -3), (1, -1), (3, -1), (3, 1), (1, 1))
+CROSS = (*HALF_CROSS, *((-x, -y) for x, y in HALF_CROSS))
 
 
 def slanting_town(
