@@ -69,9 +69,10 @@ def script(name: str) -> ModuleType:
 # What the pages run and show
 
 
-LONG = ("batch.md", "coverage.md", "drone-of-today.md", "gallery.md", "how-we-know.md")
-LONG += ("options.md", "packs.md", "sensitivity.md")
-"""Pages whose examples take more than three seconds."""
+LONG = ("batch.md", "calibration.md", "coverage.md", "drone-of-today.md", "gallery.md")
+LONG += ("how-we-know.md", "maps.md", "options.md", "packs.md", "paper.md", "sensitivity.md")
+LONG += ("siting.md",)
+"""Pages whose examples take about two seconds and more."""
 
 
 @pytest.mark.slow

@@ -212,10 +212,19 @@ def pad_power(
     refuse([*faults, *misfits(("overlap_s", overlap_s, OVERLAP))])
 
     def too_weak(visit: Visit, rest_A: float) -> bool:
-        """Return whether a current into the resting battery needs more drones."""
-        resting = replace(visit, rest_A=rest_A)
-        hover_s = resting.longest_s if rest_A > 0.0 else None
-        return not hover_s or share * resting.period_s(hover_s) > drones * (hover_s - overlap_s)
+        """Return whether a current R into the resting battery needs more drones.
+
+        N drones cover a share c if c P(Δ) ≤ N (Δ − o), where P(Δ) = Δ + T + (I_h Δ + Q)/R: the
+        hover must last for (c (T + Q/R) + N o)/(N − c (1 + I_h/R)) at least.
+        """
+        if rest_A <= 0.0 or (most_s := visit.from_full_s) is None:
+            return True
+        gain = drones - share * (1.0 + visit.hover_A / rest_A)
+        idle_s = share * (visit.flight_s + visit.flight_As / rest_A) + drones * overlap_s
+        if gain <= 0.0 or idle_s > gain * most_s[1]:
+            return True
+        resting, least_s = replace(visit, rest_A=rest_A), idle_s / gain
+        return not resting.lasts(resting.periodic(least_s), least_s)
 
     visits, best, rest_A = sorted(visits, key=lambda visit: visit.flight_s), None, 1.0
     while all(too_weak(visit, rest_A) for visit in visits):

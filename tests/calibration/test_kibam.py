@@ -379,7 +379,13 @@ def test_an_interval_that_curvature_makes_too_narrow_is_warned_of(tmp_path: Path
 
 @pytest.mark.parametrize(
     "loads",
-    [list(LOADS.values()), [[(each, 1e9)] for each in (0.1, 0.1, 0.1, 0.25, 0.25, 0.25, 0.5, 0.5)]],
+    [
+        list(LOADS.values()),
+        pytest.param(
+            [[(each, 1e9)] for each in (0.1, 0.1, 0.1, 0.25, 0.25, 0.25, 0.5, 0.5)],
+            marks=pytest.mark.soak,
+        ),
+    ],
 )
 def test_eight_discharges_of_three_sizes_tell_all_apart(
     loads: list[Pieces], tmp_path: Path

@@ -312,7 +312,7 @@ def covered(flight: Flight, runs: int, seed: int, tmp_path: Path) -> dict[str, i
     return counts
 
 
-@pytest.mark.parametrize("flight", [LONG, WANDERING])
+@pytest.mark.parametrize("flight", [LONG, pytest.param(WANDERING, marks=pytest.mark.soak)])
 def test_intervals_cover_the_truth(flight: Flight, tmp_path: Path) -> None:
     """Of 8 logs; so few as to fail come once in thousand times at a rate of 95 %."""
     from scipy.stats import binom

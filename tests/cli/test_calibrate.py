@@ -22,11 +22,13 @@ Fitted = tuple[str, Ran, Path]
 
 @pytest.fixture(scope="module", params=EXAMPLES)
 def fitted(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Fitted:
-    """Each kind with its example, a mission and a picture, fitted once."""
+    """Each kind with its example, a mission and a picture, fitted once, a table from one start."""
     pytest.importorskip("matplotlib")
     folder = tmp_path_factory.mktemp(request.param)
     places = ("--save", str(folder / "new.toml"), "--plot", str(folder / "pictures" / "k"))
-    ran = run("calibrate", request.param, str(DATA / EXAMPLES[request.param]), *places)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("optuav.calibration.table.SCALES", (1.0,))
+        ran = run("calibrate", request.param, str(DATA / EXAMPLES[request.param]), *places)
     return request.param, ran, folder
 
 

@@ -11,6 +11,7 @@ import pytest
 
 import optuav
 from tests.cli.run import run
+from tests.diagnosis.missions import only
 
 MINE = '''
 from dataclasses import dataclass
@@ -67,8 +68,9 @@ def test_solve_finds_what_python_finds(folder: Path) -> None:
     assert optuav.load_plan("plan.json").objective == found["objective"]
 
 
-def test_explain_and_formulate_take_it_too(folder: Path) -> None:
+def test_explain_and_formulate_take_it_too(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also with the options of problems; what would help is a command that can be run."""
+    only(monkeypatch, "limits")
     own = ("--problem", "mine.py:LeastLaser", "--perspective", "battery", "--building", "b1")
     written = run("formulate", "paper", *own, "--set", "wanted_hover_s=700").out
     assert "laser.power_W  laser_power_W     1000" in written

@@ -23,6 +23,7 @@ from optuav.modelling.expression import Operand
 from optuav.solving.question import PROBLEMS
 from optuav.status import Status
 from tests.cli.run import run
+from tests.diagnosis.missions import only
 from tests.engines import nl_solver
 
 B1 = optuav.P4("b1", order="rest-first")
@@ -336,8 +337,9 @@ def test_options_reach_the_solver() -> None:
         optuav.solve("paper", B9, engine=stopped)
 
 
-def test_an_explanation_takes_the_engine() -> None:
+def test_an_explanation_takes_the_engine(monkeypatch: pytest.MonkeyPatch) -> None:
     """Repairs stack programmes by their question, and so by its engine and its options."""
+    only(monkeypatch, "limits")
     late = optuav.load("paper").replace({"limits.deadline_s": 95.0, "limits.min_soc": 0.88})
     engine = Pyomo(options={"presolve": "on"})
     explained = optuav.explain(late, B1, perspective="battery", engine=engine)

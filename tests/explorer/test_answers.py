@@ -16,6 +16,7 @@ import optuav
 from optuav.errors import InputError
 from optuav.explorer.answers import MOST_BUILDINGS, answers, refuse_many
 from optuav.mission import Mission
+from tests.diagnosis.missions import only
 from tests.mission.test_flights import WINGED
 
 BATTERY = {"perspective": "battery"}
@@ -280,8 +281,11 @@ def test_a_faulty_state_is_refused_with_all_that_is_wrong(paper: Mission) -> Non
         assert [*answers(paper, state)] == ["number", "faults"], state
 
 
-def test_without_a_plan_reasons_stand_and_repairs_when_asked(paper: Mission) -> None:
+def test_without_a_plan_reasons_stand_and_repairs_when_asked(
+    paper: Mission, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """To seek repairs takes a second: it is left to a click."""
+    only(monkeypatch, "limits")
     late = {"changes": {"limits.deadline_s": 60.0}, "problem": "P3"}
     found = answers(paper, late)
     assert found["verdict"]["event"] == "no plan"

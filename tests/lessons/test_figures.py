@@ -44,7 +44,8 @@ def ran(
     with monkeypatch.context() as patch, warnings.catch_warnings():
         warnings.simplefilter("error")
         patch.setattr(sys, "stdout", console)
-        patch.setattr("helpers.vessels.FRAMES", 3)  # Not the 60 of the site
+        for frames in ("helpers.vessels.FRAMES", "optuav.plots.animation.FRAMES"):
+            patch.setattr(frames, 3)  # Not the many of the site
         exec(code, names)
     assert capsys.readouterr().err == ""
     assert list(tmp_path.iterdir()) == []
@@ -268,7 +269,7 @@ def test_14_your_own_formulation(ran: Any) -> None:
     assert math.isclose(ran.again.hover_time_s, 700.0, abs_tol=1e-6)
 
 
-@slow
+@soak
 def test_15_bracket_or_solver(ran: Any) -> None:
     proved_s, local_s, cells_s = (plan.hover_time_s for plan in ran.plans.values())
     assert math.isclose(proved_s, local_s, abs_tol=1e-6)
@@ -398,7 +399,7 @@ def test_21_one_leg(ran: Any) -> None:
     assert near(ran.limit_N, 11.5791, 4)
 
 
-@slow
+@soak
 def test_23_sweep_ten_parameters(ran: Any) -> None:
     assert (ran.done.kept, ran.done.directory.name) == (0, ran.file.stem)
     assert (ran.again.kept, ran.same) == (ran.again.parts - 2, True)
@@ -410,7 +411,7 @@ def test_23_sweep_ten_parameters(ran: Any) -> None:
     assert abs(ran.hover_s.mean() - ran.half.mean()) < 0.1 * ran.hover_s.std()
 
 
-@slow
+@soak
 def test_24_random_layouts_with_confidence(ran: Any) -> None:
     assert ran.arrays["hover_time_s"].shape == (60, 2)
     assert math.isclose(ran.single.hover_time_s, ran.hover_s[0, 1], rel_tol=1e-12)
@@ -509,7 +510,7 @@ def test_28_how_far_does_a_laser_reach(ran: Any) -> None:
         assert far_km > 0.5 * ran.hazards_km[1070.0, aperture_m]
 
 
-@slow
+@soak
 def test_29_how_fast_to_fly(ran: Any) -> None:
     """Speeds by the roots of derivatives of Zeng's curve, and hovers of the specification."""
     assert near(ran.plans["paper"].hover_time_s, 577.52, 2)
@@ -603,7 +604,7 @@ def test_32_how_many_drones(ran: Any) -> None:
     assert [event.drones for event in ran.events.values()] == [2, 3, 4, 4, 4]
 
 
-@slow
+@soak
 def test_33_when_to_turn_back(ran: Any) -> None:
     """The rule by its formulas, and each policy home in every flight, by steps of the model."""
     rate_per_s, ω = 4.5e-5 / (0.8 * 0.2), 0.8

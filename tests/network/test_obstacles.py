@@ -390,7 +390,7 @@ def test_ways_are_inside_as_geometry_says(apart_m: float) -> None:
     for k, ring in enumerate(rings):
         corners_m = np.array(ring, dtype=float)
         low_m, high_m = corners_m.min(axis=0) - 2, corners_m.max(axis=0) + 2
-        for _ in range(400):
+        for _ in range(160):
             one, two = corners_m[draw.integers(len(ring), size=2)]
             other = draw.uniform(low_m, high_m)
             way = [(one, two), (one, other), (other, draw.uniform(low_m, high_m))][draw.integers(3)]

@@ -113,11 +113,14 @@ SMALL = np.linspace(2.2e-8, 2.7e-8, 5)
             },
             marks=pytest.mark.soak,
         ),
-        {
-            LONG: SMALL,
-            "limits.deadline_s": np.linspace(60, 1200, 7),
-            "limits.min_soc": np.linspace(0, 0.9, 5),
-        },
+        pytest.param(
+            {
+                LONG: SMALL,
+                "limits.deadline_s": np.linspace(60, 1200, 7),
+                "limits.min_soc": np.linspace(0, 0.9, 5),
+            },
+            marks=pytest.mark.soak,
+        ),
         {LONG: [2.2345678e-8, 2.2345679e-8, 2.23456795e-8], "laser.power_W": [500.0, 1e3]},
     ],
 )

@@ -1,6 +1,6 @@
 """The answers to the benchmark set: that they are what `solve` finds, and others confirm them.
 
-Some 60 of them are solved again in each run of the tests, all in the soak.
+Some 30 of them are solved again in each run of the tests, all in the soak.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ ENGINES: dict[str, Any] = {"available": "casadi"}
 """The engine beside that of the answer; cvxpy in the linear perspectives."""
 MOST_ROOFS = 12  # Of which all are tried by the other engine, where that is quick or in the soak
 TRIED = 1  # Roofs beside the best that are tried elsewhere
-QUICK = {*random.Random(18).sample([key for key in answers() if not key[0].startswith(SLOW)], 60)}
+QUICK = {*random.Random(18).sample([key for key in answers() if not key[0].startswith(SLOW)], 30)}
 CASES = [
     pytest.param(each, id="-".join(key), marks=[pytest.mark.soak] * (key not in QUICK))
     for key, each in answers().items()

@@ -16,6 +16,7 @@ import optuav
 from optuav import InputError, Mission
 from optuav.engines.registry import engine
 from optuav.status import Status
+from tests.diagnosis.missions import only
 from tests.examples import few
 from tests.mission.test_flights import WINGED
 from tests.solving.by_speed import balanced_s, delivered_s, grid, route, winged
@@ -158,7 +159,9 @@ def test_under_available_the_direct_route_is_as_good_as_all_speeds(mission: Miss
     [
         ("battery", 700.0, 9000.0, optuav.P3(speed="free")),
         ("available", 3000.0, 9000.0, optuav.P3(speed="free")),
-        ("available", 900.0, 5000.0, optuav.P4("b1", speed="free")),
+        pytest.param(
+            *("available", 900.0, 5000.0, optuav.P4("b1", speed="free")), marks=pytest.mark.soak
+        ),
         ("battery", 900.0, 5000.0, optuav.P4("b1", order="hover-first", speed="free")),
     ],
 )
@@ -312,8 +315,9 @@ def test_where_nothing_can_be_flown_the_reasons_say_so() -> None:
     assert "the wind blows" in windy.reasons[0]
 
 
-def test_explain_tells_what_a_second_of_flight_costs() -> None:
+def test_explain_tells_what_a_second_of_flight_costs(monkeypatch: pytest.MonkeyPatch) -> None:
     """The rest current where both bind with a rest; the price of flight time is that of charge."""
+    only(monkeypatch, "battery")
     explained = optuav.explain(TIGHT, optuav.P4("b1", speed="free"), perspective="battery")
     assert explained.notes[0] == "a second less of flight is worth 10 A s of charge on every leg"
     by_name = {price.name: price for price in explained.prices}

@@ -23,6 +23,7 @@ from optuav.modelling import Model
 from optuav.network.network import build_network
 from optuav.solving import question
 from optuav.status import Status
+from tests.diagnosis.missions import only
 
 MISSION = optuav.load("paper").replace({f"buildings.b{k}": None for k in range(3, 11)})
 
@@ -260,8 +261,9 @@ def test_a_batch_has_the_objective_of_every_scenario() -> None:
     assert paper["objective"].equals(paper["hover_time_s"])
 
 
-def test_a_repair_counts_with_each_missions_own_numbers() -> None:
+def test_a_repair_counts_with_each_missions_own_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Programmes of changed missions are stacked: half the laser's energy allows half the time."""
+    only(monkeypatch, "laser")
 
     class Budget(Longest):
         """Longest hover of 400 s or more on a budget of the laser's energy."""
