@@ -9,6 +9,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 import matplotlib.axes
+import numpy as np
 import pytest
 
 import optuav
@@ -264,3 +265,19 @@ def test_every_public_function_is_held_to_it() -> None:
     known = {name.partition(":")[0] for name in DOORS}
     own = {name.removeprefix("judge.") for name in functions - WITHOUT}
     assert own <= known, own - known
+
+
+NAMED: dict[str, Callable[[Any], object]] = {
+    "problem": lambda x: optuav.solve("paper", x),
+    "perspective": lambda x: optuav.solve("paper", perspective=x),
+    "coverage: perspective": lambda x: optuav.coverage("paper", perspective=x),
+    "sensitivity: perspective": lambda x: optuav.sensitivity("paper", perspective=x),
+}
+
+
+@pytest.mark.parametrize("stated", [np.zeros(2), ["available"], {}], ids=["array", "list", "table"])
+@pytest.mark.parametrize("door", NAMED)
+def test_a_name_of_another_kind_is_refused(door: str, stated: object) -> None:
+    """An array compared with a name is an array of truth values, and no answer."""
+    with pytest.raises(InputError, match=rf"{door.rpartition(' ')[2]} = .*: one of "):
+        NAMED[door](stated)

@@ -14,7 +14,7 @@ from optuav.arrays import Floats
 from optuav.errors import Fault, collected, refuse, require
 from optuav.mission import Mission, load
 from optuav.mission.earth import stated_system
-from optuav.mission.messages import misfits, shown, unknown
+from optuav.mission.messages import misfits, shown, unlisted
 from optuav.mission.schema import Number
 from optuav.network.places import charging_cap
 from optuav.network.scene import scene
@@ -242,8 +242,7 @@ def faults_of(
         elif DISTANCE.accepts(step_m) and min(ends[2] - ends[0], ends[3] - ends[1]) < step_m:
             words = "at least two points each way: too near for step_m"
             yield Fault("bounds", shown(bounds), words)
-    if perspective not in (names := tuple(PERSPECTIVES)):
-        yield unknown("perspective", perspective, names)
+    yield from unlisted(("perspective", perspective, tuple(PERSPECTIVES)))
 
 
 def _axes(corners_m: Floats, step_m: float) -> list[Floats]:

@@ -104,6 +104,13 @@ def unknown(option: str, value: object, allowed: Sequence[str]) -> Fault:
     return Fault(option, shown(value), f"{words} {', '.join(allowed)}{hint}")
 
 
+def unlisted(*stated: tuple[str, object, Sequence[str]]) -> Iterator[Fault]:
+    """Yield a fault for each option whose value, of whatever kind, is none of its choices."""
+    for option, value, choices in stated:
+        if not isinstance(value, str | None) or value not in choices:
+            yield unknown(option, value, choices)
+
+
 def listed(names: Sequence[str]) -> str:
     """The first ten names."""
     return ", ".join(names[:10]) + (", …" if len(names) > 10 else "")

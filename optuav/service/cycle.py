@@ -18,7 +18,7 @@ from optuav.errors import Fault, InputError, NoPlanError, printable, refuse
 from optuav.judge.replay import replay
 from optuav.mission import Mission, load
 from optuav.mission.flight_model import flight_of
-from optuav.mission.messages import counted, misfits, shown, unknown
+from optuav.mission.messages import counted, misfits, shown, unlisted
 from optuav.mission.schema import Number
 from optuav.network import vehicle
 from optuav.network.network import Network, build_network
@@ -326,8 +326,7 @@ def _option_faults(
     perspective: str, swap_s: float | None, lit_hover: bool, pad_power_W: float | None
 ) -> Iterator[Fault]:
     """Yield options that have no such value, or exclude each other."""
-    if perspective not in PERSPECTIVES:
-        yield unknown("perspective", perspective, PERSPECTIVES)
+    yield from unlisted(("perspective", perspective, PERSPECTIVES))
     options = ("swap_s", swap_s, DURATION), ("pad_power_W", pad_power_W, POWER)
     yield from misfits(*(option for option in options if option[1] is not None))
     if not isinstance(lit_hover, bool):

@@ -13,7 +13,7 @@ from formulations.formulation import Formulation
 from formulations.soc import AVAILABLE
 from optuav.errors import Fault, InputError, NoPlanError, collected, printable, refuse
 from optuav.mission import Mission, load
-from optuav.mission.messages import misfits, shown, unknown
+from optuav.mission.messages import misfits, shown, unlisted
 from optuav.mission.schema import Number
 from optuav.network import vehicle
 from optuav.network.network import Network
@@ -191,8 +191,7 @@ def _option_faults(
         least = math.ceil(math.log1p(-confidence) / math.log(chance))
         words = f"at least {least} for a chance of {chance:g} at a confidence of {confidence:g}"
         yield Fault("samples", shown(samples), words)
-    if perspective not in PERSPECTIVES_TAKEN:
-        yield unknown("perspective", perspective, PERSPECTIVES_TAKEN)
+    yield from unlisted(("perspective", perspective, PERSPECTIVES_TAKEN))
 
 
 def _battery_faults(mission: Mission) -> Iterator[Fault]:

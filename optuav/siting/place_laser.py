@@ -16,7 +16,7 @@ from optuav.arrays import Floats, Integers
 from optuav.errors import Fault, folded, line_width, printable, printed, refuse
 from optuav.frames import DataFrame, frame
 from optuav.mission import Mission, load_all
-from optuav.mission.messages import counted, listed, misfits, shown, unknown
+from optuav.mission.messages import counted, listed, misfits, shown, unlisted
 from optuav.mission.schema import Number
 from optuav.network.places import charging_cap
 from optuav.network.scene import scene
@@ -316,10 +316,8 @@ def _faults(
 ) -> Iterator[Fault]:
     """Yield the faults of options, each and together."""
     yield from misfits(("lasers", lasers, COUNT))
-    if objective not in OBJECTIVES:
-        yield unknown("objective", objective, OBJECTIVES)
-    if perspective not in (names := tuple(PERSPECTIVES)):
-        yield unknown("perspective", perspective, names)
+    yield from unlisted(("objective", objective, OBJECTIVES))
+    yield from unlisted(("perspective", perspective, tuple(PERSPECTIVES)))
     if objective == "covered" and not ENOUGH.accepts(at_least_s):
         yield Fault("at_least_s", shown(at_least_s), f"{ENOUGH.words}, with objective 'covered'")
     if objective in ("mean", "worst") and at_least_s is not None:

@@ -26,7 +26,7 @@ from optuav.engines.solution import Solution, returned
 from optuav.errors import Fault, InputError, nearest, refuse
 from optuav.mission import Mission
 from optuav.mission.flight_model import FLIGHTS, CruisingModel, flight_of
-from optuav.mission.messages import misfits, no_building, shown, unknown
+from optuav.mission.messages import misfits, no_building, shown, unknown, unlisted
 from optuav.mission.schema import SLOT, Number
 from optuav.modelling import Model
 from optuav.modelling.classify import traits
@@ -156,7 +156,7 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
     elif isinstance(problem, type) and issubclass(problem, Formulation):
         name = problem.__name__
         yield Fault("problem", name, f"must be an instance, such as {name}(…), not the class")
-    elif problem == "P4":
+    elif isinstance(problem, str) and problem == "P4":
         yield Fault("problem", "'P4'", 'P4 with the name of a building, as P4("b1")')
     else:
         names_too = (*PROBLEMS, "P4(building)", "or an instance of a Formulation")
@@ -225,13 +225,7 @@ def _cycle_faults(mission: Mission, problem: Cycle, perspective: str) -> Iterato
     for name in ("origin_m", "destination_m"):
         if list(at_m := getattr(mission.route, name)) != roof_m:
             yield Fault(f"route.{name}", shown(list(at_m)), f"must be {words}")
-    if perspective not in (AVAILABLE, "battery"):
-        yield unknown("perspective", perspective, (AVAILABLE, "battery"))
-
-
-def unlisted(*stated: tuple[str, object, tuple[str, ...]]) -> Iterator[Fault]:
-    """Options, each with a value that is none of its choices."""
-    return (unknown(*each) for each in stated if each[1] not in each[2])
+    yield from unlisted(("perspective", perspective, (AVAILABLE, "battery")))
 
 
 def not_with(words: str, *stated: tuple[str, object, tuple[object, ...]]) -> Iterator[Fault]:

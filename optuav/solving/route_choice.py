@@ -20,6 +20,7 @@ from formulations.soc import PAPER
 from optuav.engines.linear_form import last_slot, own_bounds
 from optuav.errors import NoPlanError, SolverError, printable, printed, refuse
 from optuav.mission import Mission
+from optuav.mission.messages import unlisted
 from optuav.modelling import Model
 from optuav.modelling.expression import PartedLabel
 from optuav.network.graph import Graph
@@ -31,7 +32,7 @@ from optuav.solving.files import writer
 from optuav.solving.outcome import plan_of, plan_without, shortfalls
 from optuav.solving.parts import Part
 from optuav.solving.program import Program
-from optuav.solving.question import answer, unlisted
+from optuav.solving.question import answer
 from optuav.solving.solve import formulate
 from optuav.status import Status
 

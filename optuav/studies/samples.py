@@ -28,7 +28,7 @@ from optuav.mission.keys import (
     stated_keys,
     unknown_keys,
 )
-from optuav.mission.messages import misfits, path_of, shown, unknown
+from optuav.mission.messages import misfits, path_of, shown, unlisted
 from optuav.mission.schema import CONVERSIONS, Laser, Number
 
 Method: TypeAlias = Literal["sobol", "latin-hypercube"]
@@ -102,8 +102,7 @@ def samples(
     '720 s of hover on average'
     """
     faults = [*misfits(("count", count, COUNT), ("seed", seed, SEED))]
-    if method not in METHODS:
-        faults.append(unknown("method", method, METHODS))
+    faults += unlisted(("method", method, METHODS))
     with collected(faults):
         whole = load(mission)
         if not (spread := spreads(whole, uncertainty)):

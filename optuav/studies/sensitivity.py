@@ -10,7 +10,7 @@ from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats
 from optuav.errors import Fault, collected, refuse
 from optuav.mission import Mission, load
-from optuav.mission.messages import counted, misfits, shown, unknown
+from optuav.mission.messages import counted, misfits, shown, unlisted
 from optuav.mission.schema import Number
 from optuav.options import Perspective
 from optuav.plan import Plan, load_plan
@@ -113,15 +113,14 @@ def sensitivity(
     0.971
     """
     faults = [*misfits(("samples", samples, SAMPLES), ("seed", seed, SEED))]
-    if perspective not in (known := (*PAPER, AVAILABLE)):
-        faults.append(unknown("perspective", perspective, known))
+    faults += unlisted(("perspective", perspective, (*PAPER, AVAILABLE)))
     with collected(faults):
         plan = None if plan is None else load_plan(plan)
         if plan is not None and not plan:
             faults.append(Fault("plan", plan.status.value, "a plan that can be flown on a route"))
     with collected(faults):
         studied = load(mission)
-        if perspective == AVAILABLE and studied.battery.takes_turns:
+        if studied.battery.takes_turns and perspective == AVAILABLE:
             words = "pooled, or another perspective: each sample would take seconds"
             faults.append(Fault("battery.schedule", shown(studied.battery.schedule), words))
     refuse(faults)
