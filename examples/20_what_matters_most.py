@@ -140,10 +140,22 @@ print(task)
 
 # %%
 answer_1 = ...
+
+
 ### BEGIN SOLUTION
-heavy = task.mission.replace({"body.mass_kg": task["body.mass_kg"] * (1 + task["more"])})
-light_s, heavy_s = (optuav.solve(weighed).hover_time_s for weighed in (task.mission, heavy))
-answer_1 = 100 * (1 - heavy_s / light_s)
+# The more mass, the more hover is lost: halve an interval of percent.
+def hover_s(percent):
+    mass_kg = task["body.mass_kg"] * (1 + percent / 100)
+    return optuav.solve(task.mission.replace({"body.mass_kg": mass_kg})).hover_time_s
+
+
+wanted_s = (1 - task["less"] / 100) * hover_s(0)
+few, many = 0.0, 20.0
+while many - few > 1e-3:
+    middle = (few + many) / 2
+    few, many = (middle, many) if hover_s(middle) > wanted_s else (few, middle)
+letter = next(key for key, reason in task.reasons.items() if "rotor speed" in reason)
+answer_1 = letter, few
 ### END SOLUTION
 
 # %%

@@ -54,7 +54,7 @@ def test_few_exercises_are_predictions() -> None:
     """A third at most, and every lesson of theory has another."""
     predicted = [number for number in NUMBERS if KINDS[number] == "predict"]
     assert 3 * len(predicted) <= len(NUMBERS)
-    others = {number.partition(".")[0] for number in NUMBERS} - {"02", "20"}
+    others = {number.partition(".")[0] for number in NUMBERS} - {"02"}
     assert others == {n.partition(".")[0] for n in NUMBERS if KINDS[n] != "predict"}
 
 
@@ -185,6 +185,7 @@ WITNESSES: dict[str, list[tuple[Any, str]]] = {
         ({"capacity_As": 1.0, "available_fraction": 0.2}, "the capacity is not 30 % more"),
         ({"capacity_As": 1200.0, "available_fraction": 0.9}, "its lifetime is "),
     ],
+    "20.1": [(0.0, "the loss is 0 %, too little"), (40.0, "%, too much")],
     "21.1": [(1.0, "the additional time is "), (20.0, "the additional time is nan %")],
     "22.1": [(0.05, "the received power is 0 W")],
     "24.1": [(900.0, "too large")],
@@ -244,9 +245,8 @@ def test_a_plan_of_the_solver_is_no_answer(number: str, options: Any, student: s
 MISTAKES = {
     "02.1": lambda task: (100.0 * task["less"] / (1.0 - task["less"]), 100.0 * task["less"]),
     "10.2": lambda task: (1052.96,),  # By audits
-    "20.1": lambda task: (100.0 * task["more"], 100.0 * ((1.0 + task["more"]) ** 1.5 - 1.0)),
 }
-"""Figures of usual mistakes: charge over current, the last of all hovers, percent of mass."""
+"""Figures of usual mistakes: charge over current, and the last of all hovers."""
 
 
 @pytest.mark.parametrize("number", PREDICT)
