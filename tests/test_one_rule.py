@@ -175,7 +175,7 @@ def good(kind: str) -> Iterator[Any]:
         "swept": lambda: (optuav.sweep("study.toml"), "study", Path("study")),
         "csv": lambda: (["csv.csv"], [Path("csv.csv")]),
         "comparison": lambda: ("trajectory", ["trajectory"]),
-        "study name": lambda: ("system", ["system"]),
+        "study name": lambda: ("misprints", ["misprints"]),
         "axes": lambda: (drawn := plots.wells(plan), drawn[0]),
         "drawn": lambda: (plots.swept(optuav.batch(small, DEADLINES)),),
         "axes by name": lambda: (

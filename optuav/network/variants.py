@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, reduce
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -232,10 +233,14 @@ def stacked(*networks: Network) -> Variants:
     """
     first, missions = networks[0], [network.mission for network in networks]
     columns = dict[str, Floats]()
-    for key in numeric_keys() if len(missions) > 1 else ():
-        values = [now_of(mission, key) for mission in missions]
-        if any(value != values[0] for value in values):
-            columns[key] = np.array(values, dtype=float)  # NaN for None
+    for table, keys in groupby(numeric_keys(), lambda key: key.partition(".")[0]):
+        tables = [getattr(mission, table) for mission in missions]
+        if all(each == tables[0] for each in tables[1:]):
+            continue
+        for key in keys:
+            values = [now_of(mission, key) for mission in missions]
+            if any(value != values[0] for value in values):
+                columns[key] = np.array(values, dtype=float)  # NaN for None
 
     def rows(table: str, name: str) -> Floats:
         """Arrays of all networks, one row each."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -73,10 +75,17 @@ def test_a_lesson_without_answers_runs_to_its_end(
     assert capsys.readouterr().out.count("no answer yet") == checks
 
 
+@cache
+def others() -> Mapping[Path, bytes]:
+    """The editions for nbgrader and Otter, by place."""
+    found: dict[Path, bytes] = editions().other_files()
+    return found
+
+
 def made(kind: str, name: str) -> Any:
     """A notebook of an edition."""
     path = {"nbgrader": Path("nbgrader", "source", name), "otter": Path("otter")}[kind]
-    return json.loads(editions().other_files()[editions().BUILD / path / f"{name}.ipynb"])
+    return json.loads(others()[editions().BUILD / path / f"{name}.ipynb"])
 
 
 @pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)
@@ -114,4 +123,4 @@ def test_otter_gets_the_data_of_a_lesson() -> None:
     listed = re.findall(r"^  - (.+)$", first.partition("files:\n")[2], re.MULTILINE)
     assert "data/lifetimes.csv" in listed
     folder = editions().BUILD / "otter"
-    assert all(folder / each in editions().other_files() for each in listed)
+    assert all(folder / each in others() for each in listed)

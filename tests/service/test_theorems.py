@@ -320,11 +320,11 @@ def test_a_box_of_capacities_is_planned_for_the_smallest(low: float, high: float
     ("mission", "key", "problem", "reach"),
     [
         ("paper", "wind.force_N", "P3", 1.0),
-        ("paper-drag", "wind.force_N", "P3", 1.0),
+        pytest.param(*("paper-drag", "wind.force_N", "P3", 1.0), marks=pytest.mark.soak),
         ("relay-today", "wind.velocity_m_s", "P3", 5.0),
         ("paper", "route.origin_m", "P1", 100.0),
         ("paper", "laser.position_m", "P1", 200.0),
-        ("matrice350", "laser.position_m", "P1", 150.0),
+        pytest.param(*("matrice350", "laser.position_m", "P1", 150.0), marks=pytest.mark.soak),
     ],
 )
 def test_plans_hold_where_the_worst_point_is_no_corner(

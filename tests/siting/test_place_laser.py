@@ -80,8 +80,15 @@ def test_table_does_not_mix_missions_up() -> None:
     assert (np.nan_to_num(together_s[::2]) > np.nan_to_num(together_s[1::2])).any()
 
 
-@pytest.mark.parametrize(("objective", "at_least_s"), [("mean", None), ("covered", 560.0)])
-@pytest.mark.parametrize("lasers", [1, 2])
+@pytest.mark.parametrize(
+    ("lasers", "objective", "at_least_s"),
+    [
+        (1, "mean", None),
+        (2, "covered", 560.0),
+        pytest.param(2, "mean", None, marks=pytest.mark.soak),
+        pytest.param(1, "covered", 560.0, marks=pytest.mark.soak),
+    ],
+)
 def test_sites_are_the_best_of_all_choices(
     objective: Any, at_least_s: float | None, lasers: int
 ) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import subprocess
 import sys
 from dataclasses import dataclass, replace
@@ -117,8 +118,13 @@ def missions() -> list[Mission]:
     return found + [each.replace(gone) for each, gone in zip(found, dark, strict=True)]
 
 
-@pytest.mark.parametrize("perspective", [*LINEAR, "wells", "available"])
-@pytest.mark.parametrize("number", range(6))
+@pytest.mark.parametrize(
+    ("number", "perspective"),
+    [
+        *itertools.product(range(6), ("wells", "available")),
+        *((number, LINEAR[number % 3]) for number in range(6)),  # The soak has all
+    ],
+)
 def test_scenarios_are_those_of_solve(number: int, perspective: str) -> None:
     """To 1e-9 s with the same tie rule, both orders of the stays, some without a plan."""
     with_plan = assert_each_is_solved_alone(missions()[number], 7, number, perspective)
@@ -201,8 +207,17 @@ def test_a_formulation_of_ones_own_is_answered_too() -> None:
     assert np.isnan(found["hover_time_s"]).any()
 
 
-@pytest.mark.parametrize("perspective", ["battery", "available", "wells"])
-@pytest.mark.parametrize("name", ["paper", "matrice350"])
+@pytest.mark.parametrize(
+    ("name", "perspective"),
+    [
+        *(("paper", perspective) for perspective in ("battery", "available", "wells")),
+        ("matrice350", "available"),
+        *(
+            pytest.param("matrice350", perspective, marks=pytest.mark.soak)
+            for perspective in ("battery", "wells")
+        ),
+    ],
+)
 def test_no_bit_depends_on_the_chunk(
     name: str, perspective: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -653,7 +668,7 @@ def test_an_engine_that_fails_in_one_scenario_fails_in_no_other(
 
 
 @pytest.mark.parametrize("perspective", ["battery", "available"])
-@pytest.mark.parametrize("at_once", [1, 100, 1 << 17])
+@pytest.mark.parametrize("at_once", [1, pytest.param(100, marks=pytest.mark.soak), 1 << 17])
 def test_towns_are_solved_as_if_each_were_alone(
     perspective: Any, at_once: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
