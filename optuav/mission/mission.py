@@ -303,7 +303,7 @@ def _revised(base: Document, values: Mapping[str, object]) -> tuple[StatedMissio
     """
     kept, buildings = Document(), Document()
     faults: list[Fault] = []
-    known = {"name", "description", "crs", *TABLES, *validation.dotted_keys()}
+    whole = {"name", "description", "crs", *TABLES}
     named = ((k if isinstance(k, str) else shown(k), value) for k, value in values.items())
     plain = ((key, without_none(value, 2, kept=True)) for key, value in named)
     # Whole tables first, so that their keys can be stated beside them.
@@ -311,7 +311,10 @@ def _revised(base: Document, values: Mapping[str, object]) -> tuple[StatedMissio
         name, _, field = key.partition(".")
         if key.startswith(("buildings.", "buildings[")):
             buildings[key] = value
-        elif key not in known:
+        elif key not in whole and (
+            name not in TABLES[:-1] or field not in validation.keys_in_file(name)
+        ):
+            known = {*whole, *validation.dotted_keys()}
             faults.append(Fault(key, shown(value), f"unknown key{nearest(key, known)}"))
         else:
             kept[name] = {**keys_of(kept.get(name)), field: value} if field else value

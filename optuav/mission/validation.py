@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -100,10 +100,10 @@ def keys_in_file(table: str) -> set[str]:
     return {*table_keys(table), *({"flow_rate_per_min"} if table == "battery" else ())}
 
 
-@cache
-def dotted_keys() -> tuple[str, ...]:
+def dotted_keys() -> Iterator[str]:
     """The keys that a file may state outside the list of buildings."""
-    return tuple(f"{name}.{key}" for name in TABLES[:-1] for key in keys_in_file(name))
+    for name in TABLES[:-1]:
+        yield from (f"{name}.{key}" for key in keys_in_file(name))
 
 
 def keys_of(table: object) -> Document:
