@@ -197,7 +197,7 @@ def test_what_says_that_it_is_no_building_is_none_and_listed(tmp_path: Path) -> 
 
 @pytest.mark.parametrize(
     ("source", "value"),
-    [(3, "3"), (None, "None"), ("", "''"), (pd.DataFrame({"a": [0, 1]}), "a DataFrame")],
+    [(3, "3"), (None, "None"), ("", "''"), (pd.DataFrame({"a": [0, 1]}), "a DataFrame of 2 rows")],
 )
 def test_a_source_is_a_path_or_a_table_with_a_map(source: object, value: str) -> None:
     refused(source, f"^path = {value}: a path or a GeoDataFrame$")
