@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import matplotlib.axes
 import numpy as np
+import pandas as pd
 import pytest
 
 import optuav
@@ -122,7 +123,9 @@ DOORS: dict[str, Door] = {
     "plots.save": Door(lambda x: plots.save(x, "drawn.svg"), "axes, drawn"),
     "plots.save: path": Door(lambda x: plots.save(small_map(), x), "picture"),
     "plots.save_figures": Door(lambda x: plots.save_figures(x, "out"), "axes by name", empty=True),
-    "plots.save_figures: folder": Door(lambda x: plots.save_figures([], x), "folder", empty=True),
+    "plots.save_figures: directory": Door(
+        lambda x: plots.save_figures([], x), "folder", empty=True
+    ),
     "power_curve": Door(optuav.power_curve, ""),
     "coverage": Door(optuav.coverage, ""),
     "size_fleet": Door(optuav.size_fleet, ""),
@@ -223,14 +226,15 @@ def test_an_object_a_name_and_a_path_are_taken(name: str, kind: str, folder: Pat
         DOORS[name].call(stated)
 
 
-WRITES = ("plots.save: path", "plots.save_figures: folder", "Plan.save", "Mission.save")
+WRITES = ("plots.save: path", "plots.save_figures: directory", "Plan.save", "Mission.save")
 
 
 @pytest.mark.parametrize("name", DOORS)
 def test_anything_else_is_refused_in_words(name: str, folder: Path) -> None:
     """By the argument or the file, with its value or what would do, and never by Python's error."""
     door = DOORS[name]
-    wrong = [3, 10**5000, {3: 4}, b"x", object(), *([] if door.none else [None])]
+    table = pd.DataFrame({"a": [1.0, 2.0]})
+    wrong = [3, 10**5000, {3: 4}, b"x", object(), table, *([] if door.none else [None])]
     wrong += [] if door.empty else [[], ""]
     wrong += [] if name in WRITES else ["no.toml", Path("no.json")]
     wrong += ["~nobody-here/x.json", Path("~nobody-here/x")]

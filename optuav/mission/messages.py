@@ -147,7 +147,8 @@ def of_kind(name: str, stated: Any, kind: Any, words: str) -> Any:
 
 def several(name: str, stated: Any, kind: Any, words: str, least: int = 1) -> list[Any]:
     """One value of a kind, or several, as a list; others and fewer are refused with these words."""
-    single = isinstance(stated, kind) or not isinstance(stated, Iterable)
+    table = isinstance(stated, Mapping) or hasattr(stated, "columns")  # Would be its names
+    single = table or isinstance(stated, kind) or not isinstance(stated, Iterable)
     values = [stated] if single else [*stated]
     if len(values) < least or not all(isinstance(value, kind) for value in values):
         raise InputError([Fault(name, shown(stated), words)])

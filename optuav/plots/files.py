@@ -122,7 +122,7 @@ def save(drawn: Any, path: str | Path) -> Path:
 
 
 def save_figures(
-    drawn: Mapping[str, Any] | Iterable[tuple[str, Any]], folder: str | Path
+    drawn: Mapping[str, Any] | Iterable[tuple[str, Any]], directory: str | Path
 ) -> list[Path]:
     """Write the figures of axes under the given names, all drawn before the first is written.
 
@@ -130,7 +130,7 @@ def save_figures(
     ----------
     drawn
         Names of files, each with axes as `save` takes them; the suffix is its format.
-    folder
+    directory
         Where they go; it is made if missing.
 
     Returns
@@ -150,14 +150,14 @@ def save_figures(
     ...     [file.name for file in optuav.plots.save_figures({"map.svg": drawn}, folder)]
     ['map.svg']
     """
-    folder = path_of(folder, "folder")
+    directory = path_of(directory, "directory")
     named: Any = drawn.items() if isinstance(drawn, Mapping) else drawn
     pairs = [*named] if isinstance(named, Iterable) else [named]
     if not all(isinstance(e, tuple) and len(e) == 2 and isinstance(e[0], str) for e in pairs):
         words = "axes by name, as plots.swept returns them"
         raise InputError([Fault("drawn", shown(drawn), words)])
-    pictures = {folder / name: image(axes, folder / name) for name, axes in pairs}
-    make_directory(folder)
+    pictures = {directory / name: image(axes, directory / name) for name, axes in pairs}
+    make_directory(directory)
     write_files(pictures)
     return list(pictures)
 

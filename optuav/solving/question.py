@@ -142,10 +142,10 @@ def _faults(mission: Mission, question: Question) -> Iterator[Fault]:
         buildings = mission.buildings.names
         if problem.order is not None:
             yield from unlisted(("order", problem.order, ORDERS))
-        if problem.building not in (None, *buildings):
-            name = problem.building if isinstance(problem.building, str) else ""
+        name = problem.building if isinstance(problem.building, str) else ""
+        if problem.building is not None and name not in buildings:
             yield Fault("building", shown(problem.building), no_building(name, buildings))
-        if isinstance(problem, Cycle) and problem.building in buildings:
+        elif isinstance(problem, Cycle) and name:
             yield from _cycle_faults(mission, problem, question.perspective)
         if type(problem) not in OF_THE_PAPER:
             if isinstance(problem, OF_THE_PAPER):

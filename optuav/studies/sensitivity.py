@@ -120,7 +120,7 @@ def sensitivity(
             faults.append(Fault("plan", plan.status.value, "a plan that can be flown on a route"))
     with collected(faults):
         studied = load(mission)
-        if studied.battery.takes_turns and perspective == AVAILABLE:
+        if studied.battery.takes_turns and str(perspective) == AVAILABLE:
             words = "pooled, or another perspective: each sample would take seconds"
             faults.append(Fault("battery.schedule", shown(studied.battery.schedule), words))
     refuse(faults)
