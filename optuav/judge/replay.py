@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
-from xml.etree.ElementTree import Element
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from optuav.judge.clearance import too_near
 from optuav.judge.course import TOLERANCE, Course, pooled, scheduled, soc, trace
 from optuav.judge.read import read
 from optuav.judge.timeline import Itinerary, Phase, moves, phases, places, segments, ways_along
-from optuav.markup import folded, pairs, paragraph, shown
 from optuav.mission import Mission
 from optuav.mission.flight_model import CruisingModel, flight_of
 from optuav.network import vehicle
@@ -26,9 +25,11 @@ from optuav.network.ways import CLEARANCE_M
 from optuav.options import LONGEST_HOVER
 from optuav.physics import flight, link
 from optuav.plan import Plan
-from optuav.plan.display import Levels, picture
 from optuav.plan.plan import refuse_contradictions
 from optuav.plan.trace import Event, Trace
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
 
 same = partial(math.isclose, rel_tol=TOLERANCE)  # Whether two figures differ by no more
 MISMATCH = "mismatch"  # Kind of the event that a figure is wrong
@@ -68,6 +69,8 @@ class Judged:
 
     def _html(self, verdict: str, *more: Element) -> str:
         """The verdict as HTML, violations first, and more below."""
+        from optuav.markup import folded, pairs, paragraph, shown
+
         parts = [paragraph(verdict, good=self.flyable)]
         for heading, events in self.by_kind.items():
             rows = [(f"{e.time_s:.2f}\N{NO-BREAK SPACE}s", e.words + e.figures) for e in events]
@@ -152,7 +155,10 @@ class Replay(Judged):
 
     def _pictured(self) -> list[Element]:
         """The wells over the trace, and the facts; nothing where the mission cannot be flown."""
-        figure = list[Element]()
+        from optuav.markup import pairs
+        from optuav.plan.display import Levels, picture
+
+        figure: list[Element] = []
         if self.mission_time_s:
             wells_As = (well.sum(axis=1) for well in (self.trace.available_As, self.trace.bound_As))
             phases = ((each.kind, each.start_s, each.end_s - each.start_s) for each in self.phases)
