@@ -10,7 +10,7 @@ from optuav.judge.timeline import Phase, motion
 from optuav.mission import Mission
 from optuav.network import vehicle
 from optuav.physics import kibam, packs
-from optuav.physics.kibam import Battery, Stage, Wells, held, holding_current
+from optuav.physics.kibam import Battery, Wells, held, holding_current
 from optuav.physics.quantity import Quantity
 from optuav.plan.trace import Event, Trace
 
@@ -47,7 +47,7 @@ class Stretch(NamedTuple):
         A well that is held full stays as it is: the charger makes up for what seeps away.
         """
         if not self.held:
-            stages = [Stage(current_A, passed_s) for current_A in self.currents_A]
+            stages = [kibam.Stage(current_A, passed_s) for current_A in self.currents_A]
             return [kibam.step(pack, *pair) for pair in zip(self.before, stages, strict=True)]
         after = [held(pack, wells, passed_s) for wells in self.before]
         return [Wells(np.full_like(passed_s, level[0]), level[1]) for level in after]
@@ -67,8 +67,6 @@ def pooled(mission: Mission, phases: Sequence[Phase]) -> Course:
     """All packs as one battery, which may pass empty and full; tapered, it is kept full at most."""
     pool, tapers = vehicle.pool(mission), mission.battery.charging == "taper"
     wells = Wells(*map(float, vehicle.start(mission).wells(pool)))
-    stages = [Stage(stage.net.current_A, stage.duration_s) for p in phases for stage in p.stages]
-    reached = iter(() if tapers else kibam.after_each(pool, wells, stages))
     stretches, ends = list[Stretch](), list[tuple[Wells, ...]]()
     for place, phase in enumerate(phases):
         for number, stage in enumerate(phase.stages):
@@ -78,7 +76,7 @@ def pooled(mission: Mission, phases: Sequence[Phase]) -> Course:
             parts = [(steady_s, False), (stage.duration_s - steady_s, True)]
             for lasts_s, full in parts if steady_s < stage.duration_s else parts[:1]:
                 stretch = Stretch(place, number, start_s, lasts_s, (current_A,), (wells,), full)
-                after = stretch.wells(pool, lasts_s)[0] if tapers else next(reached)
+                (after,) = stretch.wells(pool, lasts_s)
                 wells = Wells(*map(float, after))
                 stretches.append(stretch)
                 start_s += lasts_s

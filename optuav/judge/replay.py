@@ -278,7 +278,7 @@ def _broken_limits(mission: Mission, flown: Sequence[Phase], soc: float) -> Iter
     if legs := [phase for phase in flown if phase.kind == "flight"]:
         leg = max(legs, key=lambda each: each.peak_speed_m_s)
         speed_m_s, peak_s = leg.peak_speed_m_s, leg.start_s
-        for part in () if leg.stated else segments(mission, leg.points_m, leg.speeds_m_s):
+        for part in () if leg.stated else segments(model, leg.points_m, leg.speeds_m_s):
             if part.peak_speed_m_s == speed_m_s:
                 peak_s += float(part.peak_s)
                 break

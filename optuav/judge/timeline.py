@@ -13,7 +13,7 @@ import numpy as np
 from optuav.arrays import Floats
 from optuav.errors import refuse
 from optuav.mission import Mission, load
-from optuav.mission.flight_model import CruisingModel, flight_of
+from optuav.mission.flight_model import CruisingModel, FlightModel, flight_of
 from optuav.mission.messages import nearest
 from optuav.mission.schema import COORDINATE, SCHEMA, Number
 from optuav.mission.validation import Breach, StatedMission
@@ -268,7 +268,7 @@ def phases(
         else:
             points_m = [start.position_m, *waypoints_m, end.position_m]
             length_m = sum(math.dist(*ends) for ends in pairwise(points_m))
-            for flown in segments(mission, points_m, move.speeds_m_s):
+            for flown in segments(flight, points_m, move.speeds_m_s):
                 peak_m_s = max(peak_m_s, float(flown.peak_speed_m_s))
                 flows = map(Flow, flown.currents_A, flown.powers_W)
                 named = zip(flown.stages, flown.durations_s, flows, strict=True)
@@ -318,10 +318,10 @@ def _rank(place: Place) -> int:
 
 
 def segments(
-    mission: Mission, points_m: Sequence[Point], speeds_m_s: Sequence[float] = ()
+    flight: FlightModel, points_m: Sequence[Point], speeds_m_s: Sequence[float] = ()
 ) -> list[Loads]:
     """Legs from rest to rest along points (x, y, z) [m], at the mission's speeds or at others."""
-    ways, flight = ways_along(points_m), flight_of(mission)
+    ways = ways_along(points_m)
     if not speeds_m_s:
         return [flight.leg(way_m) for way_m in ways]
     assert isinstance(flight, CruisingModel)  # A plan over another has no speeds
@@ -348,7 +348,7 @@ def motion(mission: Mission, phase: Phase, passed_s: Floats) -> dict[str, Floats
         moved_m = np.stack([np.interp(flown_m, along_m, x) for x in points_m.T], axis=1)
         speed_m_s = np.full_like(passed_s, phase.distance_m / phase.duration_s)
     elif phase.kind == "flight":
-        legs = segments(mission, phase.points_m, phase.speeds_m_s)
+        legs = segments(flight_of(mission), phase.points_m, phase.speeds_m_s)
         begins_s = np.cumsum([0.0, *(float(leg.duration_s) for leg in legs[:-1])])
         leg_numbers = np.searchsorted(begins_s, passed_s, side="right") - 1
         pitch_rad, roll_rad = np.zeros((2, len(passed_s)))

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial, reduce
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ from optuav.network.legs import NO_LEG
 from optuav.network.network import Network
 from optuav.network.places import FIRST_BUILDING, HOVER
 from optuav.physics.flight import Flow
-from optuav.physics.kibam import Battery, Stage, Wells, after_each
+from optuav.physics.kibam import STEPS, Battery, Stage, Wells
 from optuav.physics.packs import JobStage, Packs, Stretch
 from optuav.physics.quantity import Quantity
 
@@ -200,7 +201,10 @@ def simulated(mission: Mission, phases: Sequence[Phase]) -> tuple[Phase, ...]:
     if mission.battery.takes_turns:
         ends = carry(mission, phases).wells
     else:
-        ends = [*{piece.phase: piece.after for piece in steps(mission, phases)}.values()]
+        pool, step_of = vehicle.pool(mission), STEPS[mission.battery.charging]
+        ends, wells = list[Wells](), vehicle.start(mission).wells(pool)
+        for phase in phases:
+            ends.append(wells := reduce(partial(step_of, pool), phase.net, wells))
     flown, start_s = list[Phase](), 0.0
     for phase, wells in zip(phases, ends, strict=True):
         available_As, bound_As = (tuple(np.atleast_1d(well).tolist()) for well in wells)
@@ -222,18 +226,15 @@ class Piece(NamedTuple):
 
 def steps(mission: Mission, phases: Iterable[Phase], pieces: int = 1) -> Iterator[Piece]:
     """Fly phases with pooled packs from take-off on, every stage in some equal pieces."""
-    pool, charging = vehicle.pool(mission), mission.battery.charging
-    cut = [
-        (number, Stage(current_A, duration_s / pieces))
-        for number, phase in enumerate(phases)
-        for current_A, duration_s in phase.net
-        for _ in range(pieces)
-    ]
+    pool, step_of = vehicle.pool(mission), STEPS[mission.battery.charging]
     wells, start_s = vehicle.start(mission).wells(pool), 0.0
-    ends = after_each(pool, wells, [stage for _, stage in cut], charging)
-    for (number, stage), after in zip(cut, ends, strict=True):
-        yield Piece(number, start_s, stage, wells, after)
-        wells, start_s = after, start_s + stage.duration_s
+    for number, phase in enumerate(phases):
+        for current_A, duration_s in phase.net:
+            piece = Stage(current_A, duration_s / pieces)
+            for _ in range(pieces):
+                before, wells = wells, step_of(pool, wells, piece)
+                yield Piece(number, start_s, piece, before, wells)
+                start_s += piece.duration_s
 
 
 class PackCourse(NamedTuple):

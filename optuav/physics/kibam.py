@@ -29,10 +29,8 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
-from itertools import accumulate
+from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -278,17 +276,5 @@ def tapered(battery: Battery, wells: Wells, stage: Stage) -> Wells:
     return held(battery, steady, stage.duration_s - steady_s)
 
 
-def after_each(
-    battery: Battery, wells: Wells, stages: Sequence[Stage], charging: str = "constant"
-) -> list[Wells]:
-    """Wells [A s] after each of some stages in order, with charging "constant" or "taper".
-
-    At constant current y1 may exceed ωB.
-    """
-    if charging == "taper":
-        return [*accumulate(stages, partial(tapered, battery), initial=wells)][1:]
-    shifts = shift(battery, Stage(*np.reshape(stages, (-1, 2)).T))
-    rows = map(Shift, *(part.tolist() for part in shifts))
-    begin = Tilted.of(battery, wells)
-    charges = [*accumulate(rows, partial(tilted_after, battery), initial=begin)][1:]
-    return [charge.wells(battery) for charge in charges]
+STEPS = {"constant": step, "taper": tapered}
+"""Effect of a stage on the wells, by name of the charging; at constant current y1 may exceed ωB."""

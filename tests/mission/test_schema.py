@@ -568,13 +568,7 @@ def test_shipped_directory_holds_missions_only() -> None:
 
 
 def test_every_charging_has_its_physics() -> None:
-    """A full battery is driven past full at constant current, and stays full where it tapers."""
-    battery = kibam.Battery(capacity_As=100.0, available_fraction=0.5, flow_rate_per_s=1e-3)
-    past_full_As = dict[str, float]()
-    for charging in get_args(schema.Charging):
-        (after,) = kibam.after_each(battery, battery.full, [kibam.Stage(1.0, 5.0)], charging)
-        past_full_As[charging] = round(float(after.total_As - battery.capacity_As), 9)
-    assert past_full_As == {"constant": 5.0, "taper": 0.0}
+    assert {*get_args(schema.Charging)} == kibam.STEPS.keys()
 
 
 def test_the_least_period_is_documented() -> None:
