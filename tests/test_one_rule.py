@@ -276,6 +276,9 @@ NAMED: dict[str, Callable[[Any], object]] = {
     "perspective": lambda x: optuav.solve("paper", perspective=x),
     "coverage: perspective": lambda x: optuav.coverage("paper", perspective=x),
     "sensitivity: perspective": lambda x: optuav.sensitivity("paper", perspective=x),
+    "sensitivity of packs in turn: perspective": lambda x: optuav.sensitivity(
+        optuav.load("paper").replace({"battery.schedule": "sequential"}), perspective=x
+    ),
 }
 
 

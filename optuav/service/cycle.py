@@ -15,6 +15,7 @@ from formulations.soc import PAPER
 from formulations.soc import PERSPECTIVES as PERSPECTIVES_OF
 from optuav.arrays import Floats
 from optuav.errors import Fault, InputError, NoPlanError, printable, refuse
+from optuav.frames import without_rounding
 from optuav.judge.replay import replay
 from optuav.mission import Mission, load
 from optuav.mission.flight_model import flight_of
@@ -353,8 +354,8 @@ def _rows(visit: Visit, hover_s: float) -> Iterator[tuple[object, ...]]:
     charge = visit.periodic(hover_s)
     for kind, stages in visit.phases(hover_s):
         charge = tilted_after(visit.battery, charge, *stages)
-        wells = (round(float(well), 9) for well in charge.wells(visit.battery))  # 0 if dry
-        yield kind, sum(stage.duration_s for stage in stages), *wells
+        wells = without_rounding(charge.wells(visit.battery), visit.battery.capacity_As)
+        yield kind, sum(stage.duration_s for stage in stages), *wells.tolist()
     if visit.swap_s is not None:
         yield "swap", visit.swap_s, *map(float, visit.battery.full)
 

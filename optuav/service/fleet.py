@@ -212,18 +212,20 @@ def pad_power(
     refuse([*faults, *misfits(("overlap_s", overlap_s, OVERLAP))])
 
     def too_weak(visit: Visit, rest_A: float) -> bool:
-        """Return whether a current R into the resting battery needs more drones.
+        """Return whether a current into the resting battery needs more drones.
 
-        N drones cover a share c if c P(Δ) ≤ N (Δ − o), where P(Δ) = Δ + T + (I_h Δ + Q)/R: the
-        hover must last for (c (T + Q/R) + N o)/(N − c (1 + I_h/R)) at least.
+        What N drones cover more than a share c, N (Δ − o) − c P(Δ), is affine in the hover.
         """
         if rest_A <= 0.0 or (most_s := visit.from_full_s) is None:
             return True
-        gain = drones - share * (1.0 + visit.hover_A / rest_A)
-        idle_s = share * (visit.flight_s + visit.flight_As / rest_A) + drones * overlap_s
-        if gain <= 0.0 or idle_s > gain * most_s[1]:
+        resting = replace(visit, rest_A=rest_A)
+        none, most = (
+            drones * (hover_s - overlap_s) - share * resting.period_s(hover_s)
+            for hover_s in (0.0, most_s[1])
+        )
+        if most < 0.0:
             return True
-        resting, least_s = replace(visit, rest_A=rest_A), idle_s / gain
+        least_s = most_s[1] * none / (none - most)
         return not resting.lasts(resting.periodic(least_s), least_s)
 
     visits, best, rest_A = sorted(visits, key=lambda visit: visit.flight_s), None, 1.0
