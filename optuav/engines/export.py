@@ -23,11 +23,10 @@ from optuav.modelling.model import Model
 from optuav.modelling.writer import Text
 
 LONGEST_NAME = 120
-RESERVED = re.compile(
-    r"(\d|e\d|inf|nan).*|min|max|minimi[sz]e|maximi[sz]e|minimum|maximum|st|s\.t|subject|such|"
+RESERVED = (
+    r"(?i)(\d|e\d|inf|nan).*|min|max|minimi[sz]e|maximi[sz]e|minimum|maximum|st|s\.t|subject|such|"
     r"bounds?|binary|binaries|bin|generals?|gen|integers?|free|semi|sos|end|"
-    r"obj|objective|rhs|ranges|rows|columns|name|endata|marker|",
-    re.IGNORECASE,
+    r"obj|objective|rhs|ranges|rows|columns|name|endata|marker|"
 )
 """Texts that a reader of LP or MPS takes for a number or a keyword."""
 LINEAR = ("lp", "mps")
@@ -144,7 +143,7 @@ def _legal(labels: Iterable[str], prefix: str) -> list[str]:
     found: dict[str, str] = {}
     for label in labels:
         name = re.sub(r"[^A-Za-z0-9_.]+", "_", label).strip("_.")[:LONGEST_NAME]
-        name = prefix + name if RESERVED.fullmatch(name) else name
+        name = prefix + name if re.fullmatch(RESERVED, name) else name
         numbered = (f"{name}_{number}" for number in itertools.count(2))
         unique = next(u for u in itertools.chain([name], numbered) if u.lower() not in found)
         found[unique.lower()] = unique

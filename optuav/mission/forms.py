@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated
 
-from pydantic import PlainValidator, SerializeAsAny, WithJsonSchema
+from pydantic import GetPydanticSchema, WithJsonSchema
+from pydantic_core.core_schema import no_info_plain_validator_function
 
 from optuav.mission.beam import SpreadingBeam
 from optuav.mission.beams import BEAMS
@@ -56,9 +57,17 @@ CHOICES = {"flight": KeyedForms("model", FLIGHTS), "laser": KeyedForms("beam", B
 """Tables whose form a key chooses."""
 
 _OBJECT = WithJsonSchema({"type": "object"})
-Flight = Annotated[SerializeAsAny[FlightTable], PlainValidator(CHOICES["flight"].table), _OBJECT]
+
+
+def _form(table: str) -> GetPydanticSchema:
+    """The schema of a table in any of its forms, which keeps all keys of its own when saved."""
+    validate = CHOICES[table].table
+    return GetPydanticSchema(lambda *_: no_info_plain_validator_function(validate))
+
+
+Flight = Annotated[FlightTable, _form("flight"), _OBJECT]
 """Any form of [flight]."""
-Source = Annotated[SerializeAsAny[LaserTable], PlainValidator(CHOICES["laser"].table), _OBJECT]
+Source = Annotated[LaserTable, _form("laser"), _OBJECT]
 """Any form of [laser]."""
 
 TABLES = (*list(SECTIONS)[:-1], "flight", "buildings")  # Tables of a mission file, in order

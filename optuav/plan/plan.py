@@ -6,10 +6,16 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, Self, TypeAlias
+from typing import Annotated, Any, Literal, Self, TypeAlias
 
-from pydantic import ConfigDict, InstanceOf, StrictBool, ValidationError, model_validator
-from pydantic_core import to_jsonable_python
+from pydantic import (
+    ConfigDict,
+    GetPydanticSchema,
+    StrictBool,
+    ValidationError,
+    model_validator,
+)
+from pydantic_core import core_schema, to_jsonable_python
 
 from optuav.errors import Fault, InputError, NoPlanError, collected, printed, refuse, safe_name
 from optuav.frames import DataFrame, frame, without_rounding
@@ -46,6 +52,11 @@ COLUMNS = (
 )
 """Attributes of a phase that are columns of a plan's table."""
 
+
+ValidMission = Annotated[
+    Mission, GetPydanticSchema(lambda *_: core_schema.is_instance_schema(Mission))
+]
+"""A mission as it is; pydantic's own `InstanceOf` builds the schema of all its tables again."""
 
 Waypoints: TypeAlias = tuple[tuple[tuple[float, float, float], ...], ...]
 """Points (x, y, z) [m] by leg."""
@@ -136,7 +147,7 @@ class Plan(Record):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    mission: InstanceOf[Mission]
+    mission: ValidMission
     problem: str
     trajectory: str | None
     building: str | None
