@@ -244,7 +244,7 @@ NUMBERS = {
 def paper() -> Iterator[Row]:
     """Numbers of the paper beside ours."""
     yield ("number", "paper", "here, printed parameters", "here, recovered loads", "why different")
-    entries = {entry.statement.name: entry for entry in optuav.ledger(NUMBERS).entries}
+    entries = {entry.statement.name: entry for entry in optuav.ledger([*NUMBERS]).entries}
     for name, why in NUMBERS.items():
         entry = entries[name]
         statement = entry.statement
