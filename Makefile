@@ -12,6 +12,8 @@ VENDOR := optuav/explorer/static/vendor
 BIN := $(VENV)/bin
 CACHES := $(abspath $(VENV))/caches
 PIP := $(BIN)/python -m pip --disable-pip-version-check
+# Most of what is installed is never imported, and to compile it all takes longer than all the rest
+INSTALL := $(PIP) install --quiet --no-compile
 PYTEST := $(BIN)/python -m pytest -o "cache_dir=$(CACHES)/pytest"
 
 # In the environment, as a checkout may be read-only
@@ -113,17 +115,17 @@ $(VENV)/created.stamp:
 	touch $@
 
 $(VENV)/run.stamp: pyproject.toml requirements-dev.txt | $(VENV)/created.stamp
-	$(PIP) install --quiet --constraint requirements-dev.txt --editable ".[plot,frame]"
+	$(INSTALL) --constraint requirements-dev.txt --editable ".[plot,frame]"
 	touch $@
 
 $(VENV)/dev.stamp: pyproject.toml requirements-dev.txt tests/city/requirements.txt | $(VENV)/created.stamp
-	$(PIP) install --quiet --requirement requirements-dev.txt
-	$(PIP) install --quiet --no-build-isolation --no-deps --editable .
-	$(PIP) install --quiet --no-deps --only-binary :all: --requirement tests/city/requirements.txt
+	$(INSTALL) --requirement requirements-dev.txt
+	$(INSTALL) --no-build-isolation --no-deps --editable .
+	$(INSTALL) --no-deps --only-binary :all: --requirement tests/city/requirements.txt
 	touch $@ $(VENV)/run.stamp
 
 $(VENV)/docs.stamp: requirements-docs.txt $(VENV)/dev.stamp
-	$(PIP) install --quiet --requirement requirements-docs.txt --constraint requirements-dev.txt
+	$(INSTALL) --requirement requirements-docs.txt --constraint requirements-dev.txt
 	touch $@
 
 $(VENV)-lowest/installed.stamp: pyproject.toml tests/city/requirements.txt
