@@ -324,6 +324,8 @@ def test_a_box_of_capacities_is_planned_for_the_smallest(low: float, high: float
         ("relay-today", "wind.velocity_m_s", "P3", 5.0),
         ("paper", "route.origin_m", "P1", 100.0),
         ("paper", "laser.position_m", "P1", 200.0),
+        # Of these, the one whose worst point has to be found within
+        ("paper", "laser.position_m", optuav.P4("b1", order="rest-first"), 3000.0),
         pytest.param(*("matrice350", "laser.position_m", "P1", 150.0), marks=pytest.mark.soak),
     ],
 )
