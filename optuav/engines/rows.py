@@ -41,7 +41,7 @@ DUST = 1e-25
 """Share of the sum of a row's terms below which one is left out, so that no quotient overflows."""
 TINY = 1e-200  # Replacement of a rate of 0, as in the physics, which engines do not import
 SPACING = 4.0 * np.finfo(float).eps  # Share of numbers that lie next to each other
-WIDTH_S = 1e-11  # Accuracy of the ends of feasible stretches [s]
+ROOT_WIDTH_S = 1e-11  # Accuracy of the ends of feasible stretches [s]
 
 
 @np.errstate(divide="ignore", invalid="ignore")
@@ -132,7 +132,7 @@ class Section(NamedTuple):
             lambda y, *own: Section(*own).at(y),
             start[here],
             goal[here],
-            WIDTH_S,
+            ROOT_WIDTH_S,
             self.weights[:, row, number],
             self.rate_per_s[number],
             known=(at_start[here], at_goal[here]),

@@ -30,7 +30,7 @@ from optuav.status import SAME_S
 
 HALVINGS = 10  # Halvings of the share of the box that a chance needs
 KEPT = 1e-9  # Share of the capacity, or of the deadline, that rounding may take
-SOUGHT = 2000  # Points of a box among which a worse one than the corners is sought
+SOUGHT = 20_000  # Points of a box among which a worse one than the corners is sought
 NEAR, ZOOMS = 100, 20  # Points about the worst one, in ever smaller parts of the box
 ROUNDS = 12  # Times that points inside the box are added to the corners
 

@@ -8,6 +8,7 @@ import pytest
 import optuav
 from optuav.engines import bracket
 from optuav.engines.bracket import WIDTH_S
+from optuav.engines.rows import Rows, levelled
 from optuav.physics import kibam
 from optuav.solving.assemble import quantities
 from optuav.solving.program import Program
@@ -59,3 +60,27 @@ def test_where_the_sliver_has_closed_there_is_proof_of_it(min_soc: float) -> Non
     solution = bracket.solve(part.model, 1)
     assert solution.beyond is not None
     assert np.isneginf(solution.beyond[0])
+
+
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.soak)])
+def test_a_box_that_holds_a_point_is_never_shown_to_be_empty(seed: int) -> None:
+    """Random rows that leave little room about a point, in boxes of any size around its x."""
+    rng, count = np.random.default_rng(seed), 4000 if seed == 0 else 400_000
+    rate = 10.0 ** rng.uniform(-4, -1, count)
+    x_top, y_top = 10.0 ** rng.uniform(0, 4, (2, count))
+    x, y = rng.random((2, count)) * (x_top, y_top)
+    V, W = levelled(rate, x_top), levelled(rate, y_top)
+    weights = rng.normal(size=(6, 3, count)) / [
+        [w] for w in (1.0 + 0.0 * V, x_top, V, y_top, W, V * W)
+    ]
+    weights[0] += 10.0 ** rng.uniform(-6, -2, (3, count)) - Rows(weights, rate, rate).at(x, y)
+    rows = Rows(weights, rate, rate)
+    assert (rows.at(x, y) >= 0.0).all()
+    size = 10.0 ** rng.uniform(-3, 0, count) * x_top
+    low = np.maximum(x - rng.random(count) * size, 0.0)
+    high = np.maximum(x, np.minimum(low + size, x_top))
+    _, rising, sinking = rows.trends(x_top, y_top)
+    rising &= ~sinking
+    assert not bracket._empty(rows, rising, low, high, y_top).any()
+    weights[0] -= 0.05  # Now there is proof for many boxes
+    assert bracket._empty(rows, rising, low, high, y_top).mean() > 0.4

@@ -153,6 +153,23 @@ def test_a_chance_finds_a_plan_where_the_whole_box_has_none() -> None:
     assert found.flyable > 0.3
 
 
+def test_a_larger_box_allows_no_longer_hover() -> None:
+    """A laser nearly below b1 does not see its roof: 0.1 % of the larger box leaves b1 dark."""
+    mission = optuav.load("paper").replace({"laser.position_m": [50.0, 300.0, 50.0]})
+    rest_first = optuav.P4("b1", order="rest-first")
+    boxes = [
+        {
+            f"laser.position_m[{k}]": {"low": x - 5.0 * reach, "high": x + 3.0 * reach}
+            for k, x in ((0, 50.0), (1, 300.0))
+        }
+        for reach in (600.0, 1200.0)
+    ]
+    smaller, larger = (optuav.robust(mission, box, rest_first) for box in boxes)
+    assert larger.hover_s <= smaller.hover_s + 1e-6
+    assert smaller.flyable == larger.flyable == 1.0
+    assert min(row["gain_s"] for row in larger.rows) > -1e-6
+
+
 def test_a_box_beside_the_mission_has_a_plan_that_the_mission_may_not_fly() -> None:
     """A rest that fills the battery in the stated corner overfills it as the mission is."""
     box = {"drain": {"low": 1.09, "high": 1.1}, "charge": {"low": 0.8, "high": 0.81}}
