@@ -125,6 +125,8 @@ def test_better_than_the_best_known_is_said_only_within_the_bound() -> None:
     open_ = replace(known, status="feasible", hover_s=500.0, bound_s=600.0)
     stops = [Stop("hover", "hover", 577.0)]
     assert checked(mission, open_, 577.0, stops).verdict.startswith("holds, BETTER than the best")
+    as_good = checked(mission, replace(open_, hover_s=577.0), 577.0, stops)
+    assert as_good.verdict == "holds, as good as the best known"
     false = replace(known, hover_s=500.0, bound_s=510.0)
     (why,) = checked(mission, false, 577.0, stops).wrong
     assert why.startswith("impossible: it is proved that no plan hovers longer than 510.000 s")

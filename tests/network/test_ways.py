@@ -400,6 +400,18 @@ def test_an_end_beside_a_wall_sees_the_outline() -> None:
     assert 2.0 <= own[1][0] < 2.1
 
 
+@pytest.mark.parametrize("yard_m", [START_M, END_M], ids=["origin", "hover point"])
+def test_no_way_around_leads_out_of_a_closed_yard(yard_m: tuple[float, float, float]) -> None:
+    """Four walls that touch at the corners close in an end; over them there is a way."""
+    x, y, _ = yard_m
+    yard = [(x + a, y + b, 90, c, d) for a, b, c, d in ((30, 0, 10, 70), (-30, 0, 10, 70))]
+    yard += [(x + a, y + b, 90, c, d) for a, b, c, d in ((0, 30, 70, 10), (0, -30, 70, 10))]
+    walls = town(*yard)
+    limits: dict[str, Any] = {"clearance_m": 5, "max_altitude_m": 300}
+    assert way_m(mission(walls, obstacles="over", **limits)) is not None
+    assert way_m(mission(walls, obstacles="around", clearance_m=5, max_altitude_m=60)) is None
+
+
 def test_a_way_around_may_meet_no_more_than_so_many_footprints(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
