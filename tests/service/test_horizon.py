@@ -16,6 +16,8 @@ def test_eight_hours_of_paper() -> None:
     assert day.building == "b9"
     assert day.hover_s == pytest.approx(3277.31, abs=5e-3)
     assert day.bound_s == pytest.approx(3305.80, abs=5e-3)
+    (ax, *_) = day.plot()["horizon.png"].axes
+    assert "8 h" in ax.get_title(loc="left")
 
 
 @pytest.mark.parametrize("mission", SHIPPED)

@@ -48,6 +48,7 @@ def test_known_figures() -> None:
     box = {"drain": {"percent": 10}, "charge": {"percent": 20}}
     found = optuav.robust("paper", box, optuav.P4("b1", order="rest-first"))
     assert found.hover_s == pytest.approx(495.355, abs=5e-4)
+    assert [*found.plot()] == ["robust.png"]
 
 
 @pytest.mark.parametrize("problem", ["P1", "P3", optuav.P4("b1", order="rest-first")])

@@ -83,10 +83,12 @@ def test_no_ring_of_at_least_the_share_is_cheaper(mission: str, overlap_s: float
     assert faster
 
 
-def test_the_picture_holds_the_cost_between_shares() -> None:
-    """Steps that never fall, and the overlap in the title."""
-    figure = optuav.size_fleet("relay-today", PRICES, overlap_s=30.0).plot()["sizes.png"]
+@pytest.mark.parametrize(("prices", "label", "lines"), [(PRICES, "cost", 5), (None, "drones", 4)])
+def test_the_picture_holds_the_cost_between_shares(prices: Any, label: str, lines: int) -> None:
+    """Steps that never fall, of costs or of drones, and the overlap in the title."""
+    figure = optuav.size_fleet("relay-today", prices, overlap_s=30.0).plot()["sizes.png"]
     (ax,) = figure.axes
+    assert (ax.get_ylabel().split()[0], len(ax.get_lines())) == (label, lines)
     assert "30 s of overlap" in ax.get_title(loc="left")
     for line in ax.get_lines():
         x, y = (np.asarray(values, dtype=float) for values in line.get_data())
