@@ -10,9 +10,11 @@ import numpy.typing as npt
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
 
 from optuav.arrays import Floats
 from optuav.errors import InputError, refuse
+from optuav.looks import LOOKS
 from optuav.mission.messages import several, unknown
 from optuav.plots import style
 from optuav.plots.style import BLACK, BLUE, DARK, GREEN, GREY, LASER, ORANGE, PINK, SKY
@@ -35,6 +37,8 @@ GROUP = 0.8  # Share of the way to the next group that the bars of one take up
 HATCH = "/////"
 LINES = (BLUE, ORANGE, GREEN, PINK, SKY, BLACK)
 DASHES = (*style.DASHES, (0.0, (9.0, 2.0)), style.DOTTED)  # Looks of curves
+WELLS = ("available", "bound")
+RIM = [withStroke(linewidth=2.6, foreground=LOOKS["available"].light)]  # The bound well is pale
 COLUMNS = 3
 ROOM_ABOVE = 0.14  # Share of the height that is left above the curves for the words of the marks
 MOST_KEYS, LONGEST_KEY = 20, 40
@@ -82,6 +86,8 @@ class Line(NamedTuple):
         Arrays of one length, in the units of the axes.
     marker
         Matplotlib's marker of every point, ``"o"`` for dots; empty for none.
+    well
+        ``"available"`` or ``"bound"``, for the colour of that well; by default another.
 
     Examples
     --------
@@ -94,6 +100,7 @@ class Line(NamedTuple):
     x: npt.ArrayLike
     y: npt.ArrayLike
     marker: str = ""
+    well: str = ""
 
 
 class Mark(NamedTuple):
@@ -226,7 +233,8 @@ def curves(
     Raises
     ------
     InputError
-        If no line has a finite value, and the axis does not begin at 0.
+        If no line has a finite value, and the axis does not begin at 0; or if a well has another
+        name than `Line` allows.
 
     Examples
     --------
@@ -237,6 +245,8 @@ def curves(
     'square'
     """
     lines = several("lines", lines, Line, "at least one Line")
+    strange = dict.fromkeys(line.well for line in lines if line.well not in ("", *WELLS))
+    refuse(unknown("well", well, WELLS) for well in strange)
     values = np.concatenate([[], *(np.asarray(line.y, dtype=float) for line in lines)])
     if not (y_from_zero or np.isfinite(values).any()):
         raise InputError("there is nothing to draw: no line has a finite value")
@@ -244,6 +254,9 @@ def curves(
     for line, colour, dashes in zip(lines, cycle(LINES), cycle(DASHES), strict=False):
         (curve,) = ax.plot(line.x, line.y, color=colour, linestyle=dashes, zorder=3)
         curve.set(label=line.label, marker=line.marker, markersize=4.0)
+        if line.well:
+            rim = RIM if line.well == "bound" else []
+            curve.set(color=LOOKS[line.well].light, path_effects=rim)
         x = np.asarray(curve.get_xdata(orig=False))  # Also where y is not known
         ax.update_datalim(np.stack([x, np.zeros_like(x)], axis=1), updatey=False)
     low, high = style.margins(values[np.isfinite(values)].tolist() + [0.0] * y_from_zero)

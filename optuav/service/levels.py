@@ -20,16 +20,17 @@ Flights: TypeAlias = Sequence[tuple[Replay, float]]
 def draw_wells(results: Results, title: str, flights: Flights) -> Axes:
     """Draw how full both wells are over time."""
     from optuav.plots import Line, curves
+    from optuav.plots.charts import WELLS
 
     lines = list[Line]()
-    for well in ("available", "bound"):
+    for well in WELLS:
         hours, percent = list[float](), list[float]()
         for replay, start_s in flights:
             full_As = float(getattr(vehicle.pool(replay.mission).full, f"{well}_As"))
             level_As = getattr(replay.trace, f"{well}_As")[:, 0]
             hours += ((replay.trace.time_s + start_s) / 3600.0).tolist()
             percent += (100.0 * level_As / full_As).tolist()
-        lines.append(Line(f"{well} well", hours, percent))
+        lines.append(Line(f"{well} well", hours, percent, well=well))
     title = f"{title}: {printable(results.mission.name)}"
     x_label, y_label = "time $t$ [h]", "charge of a full well [%]"
     return curves(lines, title=title, x_label=x_label, y_label=y_label, y_from_zero=True)

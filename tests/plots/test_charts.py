@@ -88,7 +88,9 @@ def test_files_are_the_same_bytes(tmp_path: Path) -> None:
     assert first.read_bytes() == second.read_bytes()
 
 
-def test_curves_without_a_finite_value_are_refused() -> None:
+def test_curves_without_a_finite_value_and_of_no_known_well_are_refused() -> None:
     line = plots.Line("lost", [0.0, 1.0], [float("nan"), float("inf")])
     with pytest.raises(InputError, match="nothing to draw"):
         plots.curves([line], title="", x_label="", y_label="")
+    with pytest.raises(InputError, match="well = 'bund': one of available, bound"):
+        plots.curves([line._replace(well="bund")], title="", x_label="", y_label="")

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import optuav
 from optuav.errors import InputError, NoPlanError
+from optuav.looks import LOOKS
 from optuav.physics.kibam import Stage
 from tests.cycles import flown, random_visit
 from tests.examples import few
@@ -139,7 +140,9 @@ def test_the_table_the_picture_and_the_page() -> None:
     assert [row["kind"] for row in found.rows] == ["flight", "hover", "flight", "rest"]
     assert sum(found.to_frame()["duration_s"]) == pytest.approx(found.period_s)
     assert found.rows[2]["available_As"] == 0.0  # The longest hover lands as the well is empty
-    assert [*found.plot()] == ["cycle.png"]
+    (ax,) = found.plot()["cycle.png"].axes
+    wells = {line.get_label(): line.get_color() for line in ax.get_lines()}
+    assert wells == {f"{well} well": LOOKS[well].light for well in ("available", "bound")}
     assert "b9" in found._repr_html_()
     assert found.to_dict()["share"] == found.share
 
