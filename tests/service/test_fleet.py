@@ -108,6 +108,9 @@ def test_known_pads() -> None:
     assert round(pads.power_W) == 619
     assert not pads.accepted
     assert "more than battery.charge_current_A allows" in str(pads)
+    battery = optuav.load("matrice350").battery
+    hourly_A = battery.packs * battery.capacity_As / 3600.0  # Empties all packs in an hour
+    assert pads.c_rate == pytest.approx(pads.power_W / battery.nominal_voltage_V / hourly_A)
     strong = optuav.coverage("matrice350").watts(5)
     assert strong.accepted
     found = optuav.coverage("matrice350", pad_power_W=strong.power_W)
