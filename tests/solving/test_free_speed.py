@@ -352,6 +352,16 @@ def test_a_batch_solves_them_one_by_one() -> None:
         assert hover_s == pytest.approx(plan.hover_time_s, abs=1e-9)
 
 
+def test_the_bound_holds_for_routes_that_the_plan_does_not_take() -> None:
+    """In `relay-today` the plan rests on b11; the bound is that of b7, which is higher."""
+    plan = optuav.solve("relay-today", optuav.P1(speed="free"))
+    alone = {b: optuav.solve("relay-today", optuav.P4(b, speed="free")) for b in ("b7", "b11")}
+    bounds_s = {building: other.bound or math.inf for building, other in alone.items()}
+    assert [stop.at for stop in plan.stops if stop.kind == "rest"] == ["b11"]
+    assert plan.bound == pytest.approx(bounds_s["b7"], abs=1e-3)
+    assert bounds_s["b11"] < bounds_s["b7"] < math.inf
+
+
 def test_a_time_limit_leaves_the_best_plan_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
     """After the named speeds, no time is left: a feasible plan with a bound."""
     from optuav.solving import speed_search
