@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
 import optuav
+from optuav.arrays import Floats
 from optuav.engines import bracket
 from optuav.engines.bracket import WIDTH_S
 from optuav.engines.rows import Rows, levelled
@@ -62,19 +65,22 @@ def test_where_the_sliver_has_closed_there_is_proof_of_it(min_soc: float) -> Non
     assert np.isneginf(solution.beyond[0])
 
 
+def random_rows(rng: np.random.Generator, count: int, size: int) -> tuple[Rows, Floats, Floats]:
+    """Rows whose terms are alike up to the tops of x and y, and these tops."""
+    rate = 10.0 ** rng.uniform(-4, -1, count)
+    x_top, y_top = 10.0 ** rng.uniform(0, 4, (2, count))
+    V, W = levelled(rate, x_top), levelled(rate, y_top)
+    largest = np.array([np.ones(count), x_top, V, y_top, W, V * W])
+    return Rows(rng.normal(size=(6, size, count)) / largest[:, None], rate, rate), x_top, y_top
+
+
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.soak)])
 def test_a_box_that_holds_a_point_is_never_shown_to_be_empty(seed: int) -> None:
     """Random rows that leave little room about a point, in boxes of any size around its x."""
-    rng, count = np.random.default_rng(seed), 4000 if seed == 0 else 400_000
-    rate = 10.0 ** rng.uniform(-4, -1, count)
-    x_top, y_top = 10.0 ** rng.uniform(0, 4, (2, count))
+    rng, count = np.random.default_rng(seed), 400_000 if seed else 4000
+    rows, x_top, y_top = random_rows(rng, count, 3)
     x, y = rng.random((2, count)) * (x_top, y_top)
-    V, W = levelled(rate, x_top), levelled(rate, y_top)
-    weights = rng.normal(size=(6, 3, count)) / [
-        [w] for w in (1.0 + 0.0 * V, x_top, V, y_top, W, V * W)
-    ]
-    weights[0] += 10.0 ** rng.uniform(-6, -2, (3, count)) - Rows(weights, rate, rate).at(x, y)
-    rows = Rows(weights, rate, rate)
+    rows.weights[0] += 10.0 ** rng.uniform(-6, -2, (3, count)) - rows.at(x, y)
     assert (rows.at(x, y) >= 0.0).all()
     size = 10.0 ** rng.uniform(-3, 0, count) * x_top
     low = np.maximum(x - rng.random(count) * size, 0.0)
@@ -82,5 +88,27 @@ def test_a_box_that_holds_a_point_is_never_shown_to_be_empty(seed: int) -> None:
     _, rising, sinking = rows.trends(x_top, y_top)
     rising &= ~sinking
     assert not bracket._empty(rows, rising, low, high, y_top).any()
-    weights[0] -= 0.05  # Now there is proof for many boxes
+    rows.weights[0] -= 0.05  # Now there is proof for many boxes
     assert bracket._empty(rows, rising, low, high, y_top).mean() > 0.4
+
+
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.soak)])
+def test_the_sum_of_two_rows_nowhere_exceeds_its_bound(seed: int) -> None:
+    """Weights leave no slope in y where the rising row begins to hold; at ends and in between."""
+    rng, count = np.random.default_rng(seed), 400_000 if seed else 100_000
+    rows, x_top, y_top = random_rows(rng, count, 2)
+    x = rng.uniform(0.1, 0.5, count) * x_top
+    reach = 10.0 ** rng.uniform(-2, 0, count) * x
+    _, rising, _ = rows.trends(x_top, y_top)
+    bound = bracket._most(rows, rising, x, reach, np.stack([0.0 * y_top, y_top]), y_top)
+    bounded = np.isfinite(bound) & rising[0] & ~rising[1]
+    assert np.count_nonzero(bounded) > 0.02 * count
+    y = Rows(rows.weights[:, :1], *rows[1:]).at_x(x).end(y_top, smallest=True)
+    _, d, e = rows.at_x(x).weights
+    rise, fall = d + e * np.exp(-rows.rate_y_per_s * y)
+    scale = np.abs(rows.weights[:, 0]).max(axis=0) * np.abs(rise) + np.abs(fall)
+    ends = [*itertools.product((-1.0, 0.0, 1.0), (0.0, 0.1, 1.0))]
+    for across, up in [*ends, *rng.uniform((-1.0, 0.0), 1.0, (40, 2))]:
+        one, other = rows.at(x + across * reach, up * y_top)
+        beyond = rise * other - fall * one - bound
+        assert (beyond <= 1e-9 * scale)[bounded].all()
