@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Iterator
 from dataclasses import replace
 
+import networkx
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -21,7 +22,7 @@ from optuav.search import branch
 from optuav.search.bounds import possible
 from optuav.search.branch import TIE_S, SearchResult, search, slack
 from optuav.search.sequences import patterns, sequences
-from optuav.search.terrain import Boxes, Pattern, Terrain
+from optuav.search.terrain import Boxes, Pattern, Terrain, least_sums
 from optuav.solving.several_stops import terrain
 from tests.examples import few
 
@@ -34,6 +35,21 @@ def terrain_of(mission: Mission) -> Terrain:
 def names(mission: Mission, found: SearchResult) -> list[str]:
     assert found.stops is not None
     return [build_network(mission).places.names[place] for place in found.stops.places]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_least_sums_over_legs_are_those_of_dijkstra(seed: int) -> None:
+    """Both ways differ, half of the legs cannot be flown, and some places cannot be reached."""
+    rng = np.random.default_rng(seed)
+    figures = np.where(
+        rng.random((12, 12)) < 0.5 + 0.1 * seed, np.inf, rng.uniform(1, 99, (12, 12))
+    )
+    legs = networkx.DiGraph()
+    legs.add_nodes_from(range(12))
+    legs.add_weighted_edges_from((i, j, figures[i, j]) for i, j in np.argwhere(figures < np.inf))
+    known = networkx.single_source_dijkstra_path_length(legs, 3)
+    expected = [known.get(place, np.inf) for place in range(12)]
+    assert least_sums(figures, 3) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,16 @@ def test_eight_hours_of_paper() -> None:
     assert "8 h" in ax.get_title(loc="left")
 
 
+@pytest.mark.parametrize(("hours", "hovers"), [(0.2, 1), (1, 2)])
+def test_where_the_wells_level_at_once_the_bound_is_the_plan(hours: float, hovers: int) -> None:
+    """Then time and charge alone decide, over one hover or two."""
+    mission = optuav.load("paper").replace({"battery.flow_rate_per_s": 0.01})
+    day = optuav.coverage(mission).horizon(hours)
+    assert [row["kind"] for row in day.rows].count("hover") == hovers
+    assert day.hover_s == pytest.approx(day.bound_s, abs=1e-6)
+    assert day.share == pytest.approx(day.hover_s / (3600.0 * hours), rel=1e-9)
+
+
 @pytest.mark.parametrize("mission", SHIPPED)
 @pytest.mark.parametrize("hours", [1, 5, 24])
 def test_the_judge_flies_the_day(mission: str, hours: float) -> None:

@@ -252,6 +252,7 @@ def test_bad_input(tmp_path: Path) -> None:
         optuav.robust("paper", box, samples=0)
     with pytest.raises(InputError, match=r"at least 459 for a chance of 0\.99"):
         optuav.robust("paper", box, chance=0.99, samples=458)
+    assert optuav.robust("paper", box, "P3", perspective="battery", chance=0.99, samples=459)
     with pytest.raises(InputError, match=r"at least 299 for a chance of 0\.99"):
         optuav.robust("paper", box, chance=0.99, confidence=0.95, samples=298)
     for chance in (0.0, 1.0, math.nan, "much"):
