@@ -331,6 +331,10 @@ def test_small_effects_are_shown_as_less_than_the_last_digit(
 def test_ends_of_ranges_are_written_as_they_are_meant() -> None:
     found = of("paper")
     assert "link.device_m[1],m,3000.0,2700.0,3300.0," in found.to_csv()
+    (device,) = (line for line in str(found).splitlines() if line.startswith("link.device_m[1]"))
+    assert "±10 %" in device
+    uneven = {"battery.capacity_As": {"low": 30_000, "high": 40_000}}
+    assert "30000 to 40000" in str(optuav.sensitivity("paper", uneven))
 
 
 def test_data_can_be_written_and_tables_fit_a_screen() -> None:
