@@ -38,7 +38,10 @@ HATCH = "/////"
 LINES = (BLUE, ORANGE, GREEN, PINK, SKY, BLACK)
 DASHES = (*style.DASHES, (0.0, (9.0, 2.0)), style.DOTTED)  # Looks of curves
 WELLS = ("available", "bound")
-RIMS = [withStroke(linewidth=2.6, foreground=LOOKS[other].light) for other in WELLS[::-1]]
+RIMS = {
+    well: [withStroke(linewidth=2.6, foreground=LOOKS[other].light)]
+    for well, other in zip(WELLS, WELLS[::-1], strict=True)
+}
 """Rims of the lines of wells, each in the colour of the other, as one is pale and one dark."""
 COLUMNS = 3
 ROOM_ABOVE = 0.14  # Share of the height that is left above the curves for the words of the marks
@@ -256,8 +259,7 @@ def curves(
         (curve,) = ax.plot(line.x, line.y, color=colour, linestyle=dashes, zorder=3)
         curve.set(label=line.label, marker=line.marker, markersize=4.0)
         if line.well:
-            rim = RIMS[WELLS.index(line.well)]
-            curve.set(color=LOOKS[line.well].light, path_effects=[rim])
+            curve.set(color=LOOKS[line.well].light, path_effects=RIMS[line.well])
         x = np.asarray(curve.get_xdata(orig=False))  # Also where y is not known
         ax.update_datalim(np.stack([x, np.zeros_like(x)], axis=1), updatey=False)
     low, high = style.margins(values[np.isfinite(values)].tolist() + [0.0] * y_from_zero)

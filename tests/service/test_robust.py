@@ -155,7 +155,7 @@ def test_a_chance_finds_a_plan_where_the_whole_box_has_none() -> None:
 
 
 def test_a_larger_box_allows_no_longer_hover() -> None:
-    """A laser nearly below b1 does not see its roof: 0.1 % of the larger box leaves b1 dark."""
+    """From 0.1 % of the places in the larger box the laser does not see b1: easily missed."""
     mission = optuav.load("paper").replace({"laser.position_m": [50.0, 300.0, 50.0]})
     rest_first = optuav.P4("b1", order="rest-first")
     boxes = [

@@ -324,7 +324,7 @@ def test_a_box_of_capacities_is_planned_for_the_smallest(low: float, high: float
         ("relay-today", "wind.velocity_m_s", "P3", 5.0),
         ("paper", "route.origin_m", "P1", 100.0),
         ("paper", "laser.position_m", "P1", 200.0),
-        # The worst points have to be found: some leave b1 dark, others fill the battery at b3 most
+        # Worst points that have to be found: the hover point or b1 is dark, a rest on b3 fills most
         ("paper", "laser.position_m", optuav.P4("b1", order="rest-first"), 3000.0),
         ("paper", "laser.position_m", optuav.P4("b3", order="rest-first"), 6000.0),
         pytest.param(*("matrice350", "laser.position_m", "P1", 150.0), marks=pytest.mark.soak),
