@@ -10,8 +10,16 @@ from typing import Any, Self
 
 import numpy as np
 
-from formulations.parameters import QUANTITIES, Quantities
-from formulations.soc import AVAILABLE, LABELS, PERSPECTIVES, STAYS, tapered, well_limits
+from formulations.parameters import QUANTITIES, Landing, Quantities
+from formulations.soc import (
+    AVAILABLE,
+    LABELS,
+    STAYS,
+    StepEnd,
+    soc_after,
+    soc_on_landing,
+    well_limits,
+)
 from optuav.arrays import Values
 from optuav.errors import InputError, nearest
 from optuav.modelling import Expression, Model, Parameter, Variable
@@ -81,7 +89,15 @@ class Given(Quantities):
                     for k, sign, unit, value in zip(Stage._fields, "It", "As", step, strict=True)
                 ]
                 steps[n - 1] = Stage(*named)
-        return cls(**symbols | {"steps": tuple(steps)}, perspective=perspective)
+        landings = tuple(
+            landing._replace(
+                charge_As=Parameter(f"landing_{n}_As", f"Q_{n}", "A s", landing.charge_As),
+                energy_J=Parameter(f"landing_{n}_J", f"E_{n}", "J", landing.energy_J),
+            )
+            for n, landing in enumerate(quantities.landings, start=1)
+        )
+        symbols |= {"steps": tuple(steps), "landings": landings}
+        return cls(**symbols, perspective=perspective)
 
     def hover_and_rest(self, model: Model) -> tuple[Variable, Operand]:
         """Declare Δ and, where the route goes by way of a building, T'; else T' is 0.0.
@@ -114,13 +130,19 @@ class Given(Quantities):
 
         A stay of 0.0 s adds no terms.
         """
-        if self.tapers and self.perspective == AVAILABLE:
-            return tapered(self, hover, rest)
-        zeros: dict[str, Any] = {}
-        for stay, time in (("hover", hover), ("rest", rest)):
-            zeros |= dict.fromkeys(STAYS[stay], 0.0) if isinstance(time, float) and not time else {}
-        given = replace(self, **zeros) if zeros else self
-        return PERSPECTIVES[self.perspective](given, hover, rest)
+        return soc_after(self, self.perspective, hover, rest)
+
+    def keep_charge(self, model: Model, label: str, hover: Operand, rest: Operand = 0.0) -> None:
+        """State that at least η0 is left at the end, and at every landing if the mission says so.
+
+        The mission's key is ``limits.keep_soc``.
+        """
+        end = self.soc_end(hover, rest) >= self.min_soc
+        model.subject_to(label, end, kind="state of charge")
+        for flight, landing in enumerate(self.landings, start=1):
+            left = soc_on_landing(self, self.perspective, landing, hover, rest) >= self.min_soc
+            moment = StepEnd(flight, 0, "", True)
+            model.subject_to(label, left, kind="state of charge", moment=moment)
 
     def keep_wells(self, model: Model, label: str, hover: Operand, rest: Operand = 0.0) -> None:
         """State that the battery never runs dry nor is overcharged; in `available` only."""
@@ -207,7 +229,10 @@ class Formulation(ABC):
         for n, step in enumerate(quantities.steps, start=1):
             if not isinstance(step, str):
                 values |= {f"step_{n}_{name}": each for name, each in step._asdict().items()}
-        kind = perspective, quantities.tapers, quantities.rests, stated, steps
+        for n, landing in enumerate(quantities.landings, start=1):
+            values |= {f"landing_{n}_As": landing.charge_As, f"landing_{n}_J": landing.energy_J}
+        landings = tuple(each._replace(charge_As=NAN, energy_J=NAN) for each in quantities.landings)
+        kind = perspective, quantities.tapers, quantities.rests, stated, steps, landings
         pattern = _pattern(self, *kind)
         if quantities.tapers:
             # Which of its terms cancel is known of numbers alone.
@@ -215,8 +240,8 @@ class Formulation(ABC):
         return pattern, values
 
 
-FLOWN = Stage(math.nan, math.nan)
-"""A stage of flight in a pattern; one object, as NaN is equal to itself by identity alone."""
+NAN = math.nan  # One object, as NaN is equal to itself by identity alone
+FLOWN = Stage(NAN, NAN)  # A stage of flight in a pattern
 
 
 @lru_cache(maxsize=64)
@@ -227,10 +252,12 @@ def _pattern(
     rests: bool,
     stated: tuple[str, ...],
     steps: tuple[Stage | str, ...],
+    landings: tuple[Landing, ...],
 ) -> Model:
     """A formulation of the package over NaN, of which all its models of a kind are copies."""
-    numbers: Any = {q.name: math.nan if q.name in stated else None for q in QUANTITIES}
-    quantities = Quantities(**numbers, steps=steps, tapers=tapers, rests=rests)
+    numbers: Any = {q.name: NAN if q.name in stated else None for q in QUANTITIES}
+    kind: Any = {"steps": steps, "landings": landings, "tapers": tapers, "rests": rests}
+    quantities = Quantities(**numbers, **kind)
     return _declared(formulation, Given.of(quantities, perspective))
 
 

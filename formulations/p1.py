@@ -59,8 +59,7 @@ def state_limits(
     in_reach = given.hover_distance_m <= given.coverage_radius_m
     model.subject_to(f"{problem}.a outage", in_reach, unit="m", kind="outage")
     if hover is not None:
-        charged = given.soc_end(hover, rest) >= given.min_soc
-        model.subject_to(f"{problem}.b state of charge", charged, kind="state of charge")
+        given.keep_charge(model, f"{problem}.b state of charge", hover, rest)
         given.keep_wells(model, f"{problem}.b", hover, rest)
     model.subject_to(f"{problem}.c ends", given.end_gap_m <= 0.0, unit="m")
     if hover is not None:

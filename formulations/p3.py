@@ -33,6 +33,5 @@ class P3(Formulation):
         hover = model.variable("hover_time_s", "Δ", unit="s")
         given.keep_deadline(model, "P3.b hover time", hover)
         model.maximise(hover)
-        charged = given.soc_end(hover) >= given.min_soc
-        model.subject_to("P3.a state of charge", charged, kind="state of charge")
+        given.keep_charge(model, "P3.a state of charge", hover)
         given.keep_wells(model, "P3.a", hover)

@@ -37,7 +37,6 @@ class P4(Formulation):
         rest = model.variable("rest_time_s", "T'", unit="s", first_slot=1)
         model.maximise(hover)
         model.prefer_small(rest)
-        charged = given.soc_end(hover, rest) >= given.min_soc
-        model.subject_to("P4.a state of charge", charged, kind="state of charge")
+        given.keep_charge(model, "P4.a state of charge", hover, rest)
         given.keep_wells(model, "P4.a", hover, rest)
         given.keep_deadline(model, "P4.b deadline", hover, rest)

@@ -29,6 +29,16 @@ class Number(NamedTuple):
     key: str = ""  # The mission's key that it comes from, empty if it is derived
 
 
+class Landing(NamedTuple):
+    """The end of a leg that is not the last, at the hover point or on a building."""
+
+    # Drawn by the legs up to it.
+    charge_As: Operand
+    energy_J: Operand
+    stays: tuple[str, ...]  # Before it: "hover" and "rest"
+    step: int  # Number of the step that ends there, from 0; -1 without steps
+
+
 @dataclass(frozen=True, kw_only=True)
 class Quantities:
     """Numbers of an itinerary, or arrays with one entry an itinerary, or symbols for them."""
@@ -74,6 +84,7 @@ class Quantities:
     steps: Sequence[Any] = ()
     tapers: bool = False  # Whether the charging current falls once y1 = ωB, or drives y1 past it
     rests: bool = True  # Whether the route goes by way of a building, so that there is a rest time
+    landings: Sequence[Landing] = ()  # At which η0 must be left as well, in order
     # Numbers by name, of a vector by component as ``laser_position_m[2]``; made when asked for
     numbers: Callable[[], Mapping[str, Number]] = field(default=dict, repr=False, compare=False)
     # Wells after every step, by Δ and T', as `formulations.soc.levels` has found them.

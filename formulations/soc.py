@@ -9,9 +9,9 @@ tapers, y1 never passes ωB.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
-from formulations.parameters import Quantities
+from formulations.parameters import Landing, Quantities
 from optuav.modelling import Expression, Let, Relation
 from optuav.modelling.expression import Bounded, Call, Indexed, Operand, PartedLabel
 from optuav.options import Perspective
@@ -91,6 +91,33 @@ class _Pool(Battery):
         """k' [1/s]; a number stays one."""
         rate = super().rate_per_s
         return Let("levelling rate", "k'", "1/s", rate) if isinstance(rate, Expression) else rate
+
+
+def soc_after(
+    given: Quantities, perspective: Perspective, hover: Operand, rest: Operand = 0.0
+) -> Operand:
+    """State of charge [-] after all legs, hovering and resting [s], by the perspective.
+
+    A stay of 0.0 s adds no terms.
+    """
+    if given.tapers and perspective == AVAILABLE:
+        return tapered(given, hover, rest)
+    zeros = dict[str, Any]()
+    for stay, time in zip(STAYS, (hover, rest), strict=True):
+        zeros |= dict.fromkeys(STAYS[stay], 0.0) if isinstance(time, float) and not time else {}
+    return PERSPECTIVES[perspective](replace(given, **zeros) if zeros else given, hover, rest)
+
+
+def soc_on_landing(
+    given: Quantities, perspective: Perspective, landing: Landing, hover: Operand, rest: Operand
+) -> Operand:
+    """State of charge [-] at the end of a leg that is not the last, by the perspective."""
+    if perspective == "wells" or (given.tapers and perspective == AVAILABLE):
+        return levels(given, hover, rest)[landing.step].total_As / given.battery_As
+    flown = {"flight_charge_As": landing.charge_As, "flight_energy_J": landing.energy_J}
+    before = zip(STAYS, (hover, rest), strict=True)
+    times = (time if stay in landing.stays else 0.0 for stay, time in before)
+    return soc_after(replace(given, **flown), perspective, *times)
 
 
 def start_charge(whole: Battery, given: Quantities) -> Tilted:
@@ -176,7 +203,7 @@ class StepEnd(NamedTuple):
     """The end of a step of an itinerary."""
 
     flight: int  # Number of the flight, from 1; of the one before where the step is a stay
-    stage: int  # Number of the stage in its flight, from 1; 0 for a stay
+    stage: int  # Number of the stage in its flight, from 1; 0 for a stay or the whole flight
     stay: str  # "hover" or "rest"; empty for a stage of flight
     lands: bool  # Whether a flight ends
 
@@ -185,6 +212,8 @@ class StepEnd(NamedTuple):
         """Label, see `PartedLabel`."""
         if self.stay:
             return "after", "the", self.stay
+        if not self.stage:
+            return "after", "flight", self.flight
         return "after", "stage", self.stage, "of flight", self.flight
 
     def __str__(self) -> str:

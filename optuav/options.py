@@ -12,6 +12,7 @@ Charging: TypeAlias = Literal["constant", "taper"]
 Schedule: TypeAlias = Literal[
     "pooled", "sequential", "round-robin", "alternating", "most-available"
 ]
+KeepSoc: TypeAlias = Literal["end", "always"]
 Obstacles: TypeAlias = Literal["refuse", "ignore", "over", "around"]
 
 LONGEST_HOVER = ("P1", "P3", "P4")  # Problems that ask for the longest hover

@@ -20,7 +20,7 @@ from annotated_types import Ge, GroupedMetadata, Gt, Le, Len, Lt, Predicate
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Strict, model_validator
 
 from optuav.mission.beam import BEAMS
-from optuav.options import SCHEDULES, Charging, Schedule
+from optuav.options import SCHEDULES, Charging, KeepSoc, Schedule
 
 MOST_ITEMS = 100_000  # Most items that a list may have, such as buildings
 LARGEST = 1e100  # Largest number in a graph or a plan, so that sums and products stay finite
@@ -276,7 +276,10 @@ class Limits(MissionSection):
     deadline_s: Annotated[float, Number("s", gt=0, le=1e7)]
     """Longest mission T_max [s]."""
     min_soc: Annotated[float, Number("-", ge=0, lt=1)]
-    """State of charge η0 that must be left at the end [-]."""
+    """State of charge η0 that must be left [-]; `keep_soc` says when."""
+    keep_soc: KeepSoc = "end"
+    """When η0 must be left: ``"end"``, at the end of the mission as the paper has it, or
+    ``"always"``, at every landing and on arrival at the hover point as well."""
     slot_s: Slot = 1.0
     """Length of a time slot of the grid [s]."""
     outage_probability: Annotated[float, Number("-", ge=1e-12, lt=1)]

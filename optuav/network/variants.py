@@ -40,7 +40,11 @@ from optuav.physics.kibam import Shift, Stage, falls_throughout, shift
 from optuav.physics.quantity import Quantity, distance
 
 TOTALS = ("flight_time_s", "flight_charge_As", "flight_energy_J")
-KEPT = ("position_m", "received", "able", "flight", "hover_load", "loads", "stages", "shifts")
+LEG_TOTALS = ("duration_s", "charge_As", "energy_J")
+KEPT = (
+    *("position_m", "received", "able", "of_legs", "flight", "hover_load"),
+    *("loads", "stages", "shifts"),
+)
 ON_RIM = 1e-9  # Relative; a hover point on the rim of the coverage is covered
 Columns = Mapping[str, Floats]
 """Values by key, ``"link.device_m[0]"`` for a component; one entry per variant."""
@@ -162,10 +166,14 @@ class Variants:
         return np.asarray(able[:, self.network.routes.legs].all(axis=2) & held)
 
     @cached_property
+    def of_legs(self) -> list[Floats]:
+        """Duration [s], charge [A s] and energy [J] of legs, each (variant or 1, leg)."""
+        return [np.atleast_2d(getattr(self.loads, name)) for name in LEG_TOTALS]
+
+    @cached_property
     def flight(self) -> list[Floats]:
         """Flight time [s], charge [A s] and energy [J] of routes, each (variant or 1, route)."""
-        of_legs = self.loads.duration_s, self.loads.charge_As, self.loads.energy_J
-        return [totals(np.atleast_2d(leg), self.network.routes.legs) for leg in of_legs]
+        return [totals(leg, self.network.routes.legs) for leg in self.of_legs]
 
     @cached_property
     def hover_load(self) -> Flow:
@@ -261,6 +269,7 @@ def stacked(*networks: Network) -> Variants:
         position_m=rows("places", "position_m"),
         received=Flow(*received),
         able=rows("routes", "flyable"),
+        of_legs=[rows("legs", name) for name in LEG_TOTALS],
         flight=[rows("routes", name) for name in TOTALS],
         stages=[*map(Stage, 0.0 - stages("currents_A"), stages("durations_s"))],
         distance_m=rows("legs", "distance_m"),

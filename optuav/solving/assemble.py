@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from formulations.parameters import FROM_HOVER, TO_HOVER, Number, Quantities
+from formulations.parameters import FROM_HOVER, TO_HOVER, Landing, Number, Quantities
 from optuav.arrays import Integers
 from optuav.mission.flight_model import flight_of
 from optuav.mission.keys import now_of, numeric_keys
@@ -35,14 +35,21 @@ def quantities(
 
     Arrays have one entry per itinerary of a mission, or of numbered variants of it. The steps on
     the way are among them if all stay in the same order: the stages of flight, or legs as a whole
-    if `shifts` says what their stages do. Legs to and from an open hover point are named.
+    if `shifts` says what their stages do. Legs to and from an open hover point are named. So are
+    the landings, if the mission wants its reserve there.
     """
     variants = stacked(source) if isinstance(source, Network) else source
     first = variants.network.routes.rest_first[which]
-    alike = steps and (first.all() or not first.any())
-    way = tuple(_steps(variants, which, variant, rests, hover_open, shifts)) if alike else ()
-    others = partial(numbers, variants, which, variant)
-    return chosen(figures(variants), which, variant, steps=way, rests=rests, numbers=others)
+    one_order = first.all() or not first.any()
+    way = tuple[Any, ...]()
+    if steps and one_order:
+        way = tuple(_steps(variants, which, variant, rests, hover_open, shifts))
+    landings = tuple[Landing, ...]()
+    if variants.mission.limits.keep_soc == "always" and one_order:
+        landings = tuple(_landings(variants, which, variant, rests, way))
+    changes = {"steps": way, "landings": landings, "rests": rests}
+    changes["numbers"] = partial(numbers, variants, which, variant)
+    return chosen(figures(variants), which, variant, **changes)
 
 
 def numbers(variants: Variants, which: Integers, variant: Integers | None) -> dict[str, Number]:
@@ -93,7 +100,11 @@ def entries(table: Quantities, which: Integers | slice | int) -> Quantities:
             return [*map(taken, values)]
         return values[which] if isinstance(values, np.ndarray) else values
 
-    return mapped(table, taken, steps=taken(table.steps))
+    landings = [
+        each._replace(charge_As=taken(each.charge_As), energy_J=taken(each.energy_J))
+        for each in table.landings
+    ]
+    return mapped(table, taken, steps=taken(table.steps), landings=landings)
 
 
 def table_entries(values: Quantity, variant: Integers | None, columns: Integers) -> Quantity:
@@ -139,6 +150,26 @@ def _steps(
                     yield Stage(*(value.item() if len(legs) == 1 else value for value in net))
         if stay:
             yield stay
+
+
+def _landings(
+    variants: Variants,
+    which: Integers,
+    variant: Integers | None,
+    rests: bool,
+    way: Sequence[Any],
+) -> Iterator[Landing]:
+    """The ends of all legs but the last, of itineraries that stay in the same order."""
+    charge_As: Quantity = 0.0
+    energy_J: Quantity = 0.0
+    stays, begun = tuple[str, ...](), [n for n, step in enumerate(way) if isinstance(step, str)]
+    *legs_before, _ = legs_and_stays(variants.network, which, rests)
+    for legs, stay in legs_before:
+        charge, energy = (table_entries(each, variant, legs) for each in variants.of_legs[1:])
+        charge_As, energy_J = charge_As + charge, energy_J + energy
+        if stay:
+            yield Landing(charge_As, energy_J, stays, begun[len(stays)] - 1 if begun else -1)
+            stays = (*stays, stay)
 
 
 @lru_cache(maxsize=1)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from formulations.parameters import Quantities
 from formulations.soc import PERSPECTIVES
-from optuav.arrays import Floats
+from optuav.arrays import Booleans, Floats
+from optuav.modelling.check import TOLERANCE
 from optuav.modelling.forms import CONSTANT, Exponential, Monomial
 from optuav.network.network import Network
-from optuav.network.variants import stacked
+from optuav.network.variants import Variants, stacked
 from optuav.options import Perspective
 from optuav.physics.quantity import Quantity
 from optuav.solving.assemble import figures, turned
@@ -23,37 +26,95 @@ NOTHING = 1e-11  # Relative gain in hover that counts as none, as in the closed 
 class Balance(NamedTuple):
     """The state of charge above η0; each a number or (route or 1, variant or 1).
 
-    NumPy is fastest along many variants.
+    NumPy is fastest along many variants. The last three keep η0 at the landings.
     """
 
     spare: Quantity  # Left at the end without stays [-]
     drawn: Quantity  # By hovering [1/s]
     gained: Quantity  # By resting [1/s]
     left_s: Quantity  # Time for both
+    least_rest_s: Quantity = 0.0
+    least_hover_s: Quantity = 0.0
+    most_hover_s: Quantity = math.inf
 
 
-def balance(table: Quantities, perspective: Perspective) -> Balance:
-    """The balance of all routes of all variants, from their `figures`."""
-    columns = turned(table)
+def balance(variants: Variants, perspective: Perspective) -> Balance:
+    """The balance of all routes of all variants."""
+    columns, routes = turned(figures(variants)), variants.network.routes
+    whole = Balance(*_affine(columns, perspective), columns.time_left)
+    if variants.mission.limits.keep_soc == "end":
+        return whole
+    rests, rest_first = routes.building >= 0, routes.rest_first
+    charge_As, energy_J = (np.zeros((1, 1)) for _ in range(2))
+    for number, legs in enumerate(routes.legs.T[:2]):
+        charge, energy = (each.T[legs] for each in variants.of_legs[1:])
+        charge_As, energy_J = charge_As + charge, energy_J + energy
+        upto = replace(columns, flight_charge_As=charge_As, flight_energy_J=energy_J)
+        landing = Landed(*(number * each[:, None] for each in (rests & ~rest_first, rest_first)))
+        applies = (rests | (number == 0))[:, None]  # The second leg of the direct route ends it
+        whole = _kept(whole, upto, perspective, landing, applies)
+    return whole
+
+
+def balance_along(given: Quantities, perspective: Perspective) -> Balance:
+    """The balance of itineraries that stay in one order."""
+    whole = Balance(*_affine(given, perspective), given.time_left)
+    for charge_As, energy_J, stays, _ in given.landings:
+        upto = replace(given, flight_charge_As=charge_As, flight_energy_J=energy_J)
+        whole = _kept(whole, upto, perspective, Landed("hover" in stays, "rest" in stays))
+    return whole
+
+
+def _affine(given: Quantities, perspective: Perspective) -> tuple[Quantity, Quantity, Quantity]:
+    """State of charge above η0 after all legs [-], what a hover draws and a rest gains [1/s]."""
     keys: list[Monomial] = [frozenset({(name, "time")}) for name in TIMES]
     hover, rest = keys
     times = (Exponential({key: 1.0}) for key in (hover, rest))
-    terms = (PERSPECTIVES[perspective](columns, *times) - columns.min_soc).terms
-    return Balance(terms[CONSTANT], -terms[hover], terms[rest], columns.time_left)
+    terms = (PERSPECTIVES[perspective](given, *times) - given.min_soc).terms
+    return terms[CONSTANT], -terms[hover], terms[rest]
+
+
+class Landed(NamedTuple):
+    """The stay before a landing that is not the last: at most one of both."""
+
+    hovered: Booleans | bool
+    rested: Booleans | bool
+
+
+@np.errstate(divide="ignore", invalid="ignore")
+def _kept(
+    routes: Balance,
+    upto: Quantities,
+    perspective: Perspective,
+    landed: Landed,
+    applies: Booleans | bool = True,
+) -> Balance:
+    """The balance that also keeps η0 at a landing; with an endless least rest where it cannot."""
+    spare, drawn, gained = map(np.asarray, _affine(upto, perspective))
+    spare = np.where(np.abs(spare) <= TOLERANCE, 0.0, spare)
+    short, (hovered, rested) = applies & (spare < 0.0), landed
+    void = short & ~((hovered & (drawn != 0.0)) | (rested & (gained > 0.0)))
+    rest_s = np.where(void, np.inf, np.where(short & rested, -spare / gained, 0.0))
+    least_s = np.where(short & hovered & (drawn < 0.0), spare / drawn, 0.0)
+    most_s = np.where(applies & hovered & (drawn > 0.0), spare / drawn, np.inf)
+    return routes._replace(
+        least_rest_s=np.maximum(routes.least_rest_s, rest_s),
+        least_hover_s=np.maximum(routes.least_hover_s, least_s),
+        most_hover_s=np.minimum(routes.most_hover_s, most_s),
+    )
 
 
 def by_balance(network: Network) -> tuple[Floats, Floats]:
     """The longest Δ of all routes, −∞ for none, and the least T' for it [s], by charge and time."""
-    routes = balance(figures(stacked(network)), "battery")
-    hover_s = longest_by_balance(*routes)
-    return hover_s[:, 0], shortest_by_balance(hover_s, *routes)[:, 0]
+    routes = balance(stacked(network), "battery")
+    hover_s = longest_by_balance(routes)
+    return hover_s[:, 0], shortest_by_balance(hover_s, routes)[:, 0]
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
-def longest_by_balance(
-    spare: Quantity, drawn: Quantity, gained: Quantity, left_s: Quantity
-) -> Floats:
+def longest_by_balance(routes: Balance) -> Floats:
     """The longest Δ [s] with drawn · Δ ≤ spare + gained · T' and Δ + T' ≤ left; −∞ for none."""
+    spare, drawn, gained, left_s, _, least_s, top_s = _without_least_rest(routes)
     # Resting for all the time that is left; a rest that takes charge is useless.
     gained = gained if np.all(np.asarray(gained) >= 0.0) else np.maximum(gained, 0.0)
     both = drawn + gained
@@ -61,18 +122,31 @@ def longest_by_balance(
     if not np.all(np.asarray(drawn) > 0.0):
         charges = np.where(spare >= drawn * left_s, np.inf, -np.inf)
         most_s = np.where(both > 0.0, most_s, charges)
-    hover_s = np.minimum(left_s, most_s)
-    possible = hover_s >= 0.0
+    hover_s = np.minimum(np.minimum(left_s, most_s), top_s)
+    possible = hover_s >= least_s
     return hover_s if np.all(possible) else np.where(possible, hover_s, -np.inf)
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
-def shortest_by_balance(
-    hover_s: Floats, spare: Quantity, drawn: Quantity, gained: Quantity, left_s: Quantity
-) -> Floats:
-    """The least T' [s] for the Δ that `longest_by_balance` finds: none, or all that is left."""
+def shortest_by_balance(hover_s: Floats, routes: Balance) -> Floats:
+    """The least T' [s] for the Δ that `longest_by_balance` finds: none, or all that is left.
+
+    Where a landing caps Δ, only what the end needs.
+    """
+    spare, drawn, gained, left_s, _, _, top_s = beyond = _without_least_rest(routes)
     # The gain of a rest with almost no charging current is rounding.
-    without_s = longest_by_balance(spare, drawn, 0.0, left_s)
+    without_s = longest_by_balance(beyond._replace(gained=0.0))
     gains = without_s < hover_s - NOTHING * np.maximum(hover_s, 1.0)
     rests = gains & (np.asarray(gained) > 0.0) & (hover_s >= 0.0)
-    return np.where(rests, left_s - hover_s, 0.0)
+    needed_s = np.where(hover_s < top_s, np.inf, (drawn * hover_s - spare) / gained)
+    rest_s = np.where(rests, np.minimum(left_s - hover_s, needed_s), 0.0)
+    return np.where(hover_s >= 0.0, routes.least_rest_s + rest_s, 0.0)
+
+
+def _without_least_rest(routes: Balance) -> Balance:
+    """The balance in the rest beyond the least one."""
+    least_s = routes.least_rest_s
+    if not np.any(least_s):
+        return routes
+    spare, left_s = routes.spare + routes.gained * least_s, routes.left_s - least_s
+    return routes._replace(spare=spare, left_s=left_s, least_rest_s=0.0)

@@ -227,7 +227,7 @@ def _longest(
     variants: Variants, able: Booleans, perspective: Perspective, known: Balance | None = None
 ) -> Floats:
     """The longest Δ by balance (route, variant) [s], −∞ where none is possible."""
-    hover_s = longest_by_balance(*(known or balance(figures(variants), perspective)))
+    hover_s = longest_by_balance(known or balance(variants, perspective))
     if not able.all():
         hover_s = np.where(able.T, hover_s, -np.inf)
     return np.broadcast_to(hover_s, (len(variants.network.routes), variants.count))
@@ -235,15 +235,15 @@ def _longest(
 
 def _by_balance(variants: Variants, able: Booleans, perspective: Perspective) -> Candidates:
     """The longest hovers that tie, by a state of charge that is affine in both times."""
-    routes = balance(figures(variants), perspective)
+    routes = balance(variants, perspective)
     hover_s = _longest(variants, able, perspective, routes)
     least_s = np.maximum(hover_s.max(axis=0) - SAME_S, 0.0)
     best = np.flatnonzero((hover_s >= least_s).T)
     variant = best // len(hover_s)
     route = best - len(hover_s) * variant
     times_s = hover_s[route, variant]
-    balances = (table_entries(values, route, variant) for values in routes)
-    rests_s = shortest_by_balance(times_s, *balances)
+    balances = Balance(*(table_entries(values, route, variant) for values in routes))
+    rests_s = shortest_by_balance(times_s, balances)
     known = _every(variants, Status.OPTIMAL), _every(variants, Status.INFEASIBLE)
     return Candidates(variant, route, times_s, rests_s, *known)
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from formulations.parameters import QUANTITIES, Quantities
-from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, well_limits
+from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, soc_on_landing, well_limits
 from optuav.arrays import Booleans, Floats
 from optuav.engines.bracket import largest, rows_and_tops, shortest
 from optuav.engines.rows import StatedForm
@@ -203,6 +203,9 @@ def longest(
     soc = PERSPECTIVES[AVAILABLE](given, hover, 0.0 if rest is None else rest)
     # Forms that must be ≥ 0, with the size of the right side in a model.
     limits = [(soc - given.min_soc, given.min_soc)]
+    for landing in given.landings:
+        soc = soc_on_landing(given, AVAILABLE, landing, hover, 0.0 if rest is None else rest)
+        limits.append((soc - given.min_soc, given.min_soc))
     for limit in well_limits(given, hover, rest):
         # Infinite where it is not needed, so that no answer depends on the others.
         if np.any(needed := _needed(given, limit)):

@@ -90,7 +90,8 @@ def groups(
 ) -> Iterator[tuple[Integers, bool]]:
     """Positions in `which` of the routes that one declaration serves, and whether they may rest.
 
-    Routes in a group stay in the same order if the order matters, as it does through the wells.
+    Routes in a group stay in the same order if the order matters, as it does through the wells and
+    for a reserve at every landing.
     Routes by way of a building may also pass it by, without a rest.
     """
     by_way, first = routes.building[which] >= 0, routes.rest_first[which]
@@ -107,10 +108,9 @@ def declarations(
     problem, through_wells = question.problem, question.perspective not in PAPER
     # A rest takes at least one slot, so to pass a building by is a choice of its own.
     passing = question.slot_s is not None and problem.trajectory in ("traj1", "traj2")
+    ordered = through_wells or variants.mission.limits.keep_soc == "always"
     variant, route = np.broadcast_to(able, (variants.count, able.shape[1])).nonzero()
-    for group, rests in groups(
-        variants.network.routes, route, ordered=through_wells, passing=passing
-    ):
+    for group, rests in groups(variants.network.routes, route, ordered=ordered, passing=passing):
         which, variants_in = route[group], variant[group]
         table = quantities(variants, which, variants_in, rests=rests, steps=through_wells)
         model, values = problem.declared(table, question.perspective)

@@ -24,7 +24,12 @@ from optuav.physics.flight import Loads
 from optuav.physics.kibam import Stage, falls_throughout
 from optuav.physics.quantity import Vector
 from optuav.solving.assemble import entries, figures, legs_and_stays, quantities
-from optuav.solving.balance import Balance, balance, longest_by_balance, shortest_by_balance
+from optuav.solving.balance import (
+    Balance,
+    balance_along,
+    longest_by_balance,
+    shortest_by_balance,
+)
 from optuav.solving.best_plans import bracketed, hover_bounds_s
 from optuav.solving.maximise import Lengths, Point, maximise
 from optuav.status import SAME_S
@@ -315,6 +320,6 @@ class RouteSpeeds:
             steps=steps,
         )
         if perspective in PAPER:
-            return longest_by_balance(*balance(values, perspective))
+            return longest_by_balance(balance_along(values, perspective))
         hover_s, *_ = bracketed(values, len(points), shortest_rest=False, least_s=least_s)
         return np.asarray(np.nan_to_num(hover_s, nan=-np.inf))
