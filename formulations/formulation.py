@@ -3,7 +3,7 @@
 import math
 import operator
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache, reduce
 from typing import Any, Self
@@ -89,14 +89,7 @@ class Given(Quantities):
                     for k, sign, unit, value in zip(Stage._fields, "It", "As", step, strict=True)
                 ]
                 steps[n - 1] = Stage(*named)
-        landings = tuple(
-            landing._replace(
-                charge_As=Parameter(f"landing_{n}_As", f"Q_{n}", "A s", landing.charge_As),
-                energy_J=Parameter(f"landing_{n}_J", f"E_{n}", "J", landing.energy_J),
-            )
-            for n, landing in enumerate(quantities.landings, start=1)
-        )
-        symbols |= {"steps": tuple(steps), "landings": landings}
+        symbols |= {"steps": tuple(steps), "landings": named_landings(quantities.landings)}
         return cls(**symbols, perspective=perspective)
 
     def hover_and_rest(self, model: Model) -> tuple[Variable, Operand]:
@@ -238,6 +231,18 @@ class Formulation(ABC):
             # Which of its terms cancel is known of numbers alone.
             return pattern.with_values(values), {}
         return pattern, values
+
+
+def named_landings(landings: Sequence[Landing], suffix: str = "") -> tuple[Landing, ...]:
+    """Symbols for what is drawn up to each landing, such as ``landing_1_As``."""
+    return tuple(
+        landing._replace(
+            charge_As=Parameter(f"landing_{n}_As{suffix}", f"Q_{n}{suffix}", "A s", charge_As),
+            energy_J=Parameter(f"landing_{n}_J{suffix}", f"E_{n}{suffix}", "J", energy_J),
+        )
+        for n, landing in enumerate(landings, start=1)
+        for charge_As, energy_J in [landing[:2]]
+    )
 
 
 NAN = math.nan  # One object, as NaN is equal to itself by identity alone

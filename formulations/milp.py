@@ -19,15 +19,15 @@ References
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import partial, reduce
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from formulations.formulation import Given
+from formulations.formulation import Given, named_landings
 from formulations.p1 import state_limits
 from formulations.parameters import QUANTITIES, Quantities
-from formulations.soc import STAYS
+from formulations.soc import STAYS, soc_on_landing
 from optuav.modelling import Expression, Model, Parameter, Variable, affine
 from optuav.modelling.expression import Indexed, Operand, PartedLabel, Relation, Sense
 from optuav.options import Perspective
@@ -130,17 +130,22 @@ def _symbols(routes: Sequence[Route], perspective: Perspective) -> Iterator[Give
                 symbols[quantity.name] = replace(
                     shared, name=name, symbol=symbol, value=value or 0.0
                 )
-    for symbols, route in zip(found, routes, strict=True):
+    for number, (symbols, route) in enumerate(zip(found, routes, strict=True), start=1):
         rests = route.given.rests
         own = symbols if rests else symbols | dict.fromkeys(STAYS["rest"], 0.0)
-        yield Given(**own, rests=rests, perspective=perspective)
+        landings = named_landings(route.given.landings, f"[{number}]")
+        yield Given(**own, rests=rests, landings=landings, perspective=perspective)
 
 
 def _rows(option: _Option) -> Iterator[_Row]:
     """Return the constraints on the times of a route, apart from being at least 0."""
     route, given = option.route, option.given
     least_s, most_s = route.hover_s
-    yield _Row("P1.b state of charge", given.soc_end, ">=", given.min_soc, "1", "state of charge")
+    charge = given.min_soc, "1", "state of charge"
+    yield _Row("P1.b state of charge", given.soc_end, ">=", *charge)
+    for number, landing in enumerate(given.landings, start=1):
+        left = partial(soc_on_landing, given, given.perspective, landing)
+        yield _Row(f"P1.b state of charge after flight {number}", left, ">=", *charge)
     if math.isinf(most_s):
         left = given.time_left
         yield _Row("P1.d hover time", lambda h, r: h + r, "<=", left, "s", "deadline")

@@ -8,9 +8,9 @@ within 0 ≤ y1 ≤ ωB can have. They are
    e^(−k't) y1 + ω (1 − e^(−k't)) y + a constant for y1 and to y + a constant for y: more of either
    never leads to less of either. So the largest and the least (y, y1) of a box, carried from phase
    to phase with the duration that is best or worst for each, enclose all its plans. A box is
-   dropped where the largest y1 is below 0, the least above ωB, or the largest y at the end below
-   η0 B. Between phases the envelopes are cut back to 0 ≤ y1 ≤ ωB, y1 ≤ y ≤ y1 + (1−ω)B, which all
-   its plans keep.
+   dropped where the largest y1 is below 0, the least above ωB, or the largest y below η0 B at the
+   end, or at any landing if η0 holds there. Between phases the envelopes are cut back to
+   0 ≤ y1 ≤ ωB, y1 ≤ y ≤ y1 + (1−ω)B, which all its plans keep.
 3. *Trading.* One corner of a box has the longest rests and the shortest hovers. The time rule makes
    a plan give up at least s_R of these rests and add at least s_H to these hovers. A second of stay
    i more or less changes y1 after a later phase, by τ, by
@@ -30,6 +30,7 @@ the cuts to y1 ≤ ωB hold for it, and go on as they are.
 may then pass y1 = ωB.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -144,6 +145,7 @@ def _enveloped(terrain: Terrain, boxes: Boxes, legs: Flown) -> tuple[Booleans, B
         if stop == len(boxes.pattern):
             alive &= most[0] >= terrain.least_charge_As - rounding_As
             break
+        alive &= most[0] >= terrain.least_on_landing_As - rounding_As
         current_A = terrain.stay_current_A[boxes.places[stop + 1]]
         stay = current_A, boxes.low_s[stop], boxes.high_s[stop]
         total, available = _farthest(battery, most, *stay, np.maximum)
@@ -207,11 +209,15 @@ class Limit(NamedTuple):
 def _limits(
     terrain: Terrain, boxes: Boxes, legs: Flown, low_s: Floats, high_s: Floats
 ) -> Iterator[Limit]:
-    """0 ≤ y1 after every leg, y1 ≤ ωB after every stay, and the charge left at the end."""
+    """0 ≤ y1 after every leg, y1 ≤ ωB after every stay, and the charge left at the end.
+
+    Then the charge left at the landings before, where some must be.
+    """
     battery, stops = terrain.battery, len(boxes.pattern)
     share, rate = battery.available_fraction, battery.rate_per_s
     hover, number = np.array(boxes.pattern)[:, None], np.arange(stops)[:, None]
     current_A = terrain.stay_current_A[boxes.places[1:-1]]
+    worth_A, landings = np.where(hover, -current_A, current_A), list[Limit]()
     remaining, integral_s = levelling(battery, np.stack([low_s, high_s]))
     # Total charge at the corner and at the opposite one; tilt at both, and its bounds in the box.
     begin = zip((2, 4), terrain.charge_at(boxes.places[0]), strict=True)
@@ -235,6 +241,9 @@ def _limits(
         yield Limit(share * total_As[0] + tilt_As[0], price_A(stop), full=False)
         if stop == stops:
             break
+        if stop and terrain.least_on_landing_As > -math.inf:
+            past = np.where(number < stop, worth_A, 0.0)
+            landings.append(Limit(total_As[0] - terrain.least_on_landing_As, past, full=False))
         long = 1 - int(boxes.pattern[stop])  # where the corner has the longest stay
         times_s = np.stack([low_s[stop], high_s[stop]])[[long, 1 - long]]
         total_As = total_As + current_A[stop] * times_s
@@ -249,8 +258,8 @@ def _limits(
         if not terrain.tapers:
             room_As = battery.full.available_As - (share * total_As[1] + tilt_As[1])
             yield Limit(room_As, price_A(stop + 1), full=True)
-    price = np.where(hover, -current_A, current_A)
-    yield Limit(total_As[0] - terrain.least_charge_As, price, full=False)
+    yield Limit(total_As[0] - terrain.least_charge_As, worth_A, full=False)
+    yield from landings
 
 
 def _against_full(limits: Sequence[Limit], rests: Sequence[int], width_s: Floats) -> list[Limit]:

@@ -229,6 +229,7 @@ def slack(terrain: Terrain, places: Integers, stays_s: Floats) -> Floats:
         total, tilt = totals[-1], tilts[-1]
         if stop == len(stays_s):
             break
+        least = np.minimum(least, total - terrain.least_on_landing_As)
         stay = Stage(current_A[stop + 1], stays_s[stop])
         total, tilt = _after_stay(terrain, Tilted(total, tilt), stay)
         available = share * total + tilt

@@ -25,19 +25,16 @@ HALVINGS = 60  # Halvings of a bisection
 LIKELIEST = 3  # Buildings that are tried
 
 
-def greedy(
-    terrain: Terrain, rests: int, hovers: int, least_at_rests_As: float = -math.inf
-) -> Stops | None:
+def greedy(terrain: Terrain, rests: int, hovers: int) -> Stops | None:
     """The longest of the plans that return to one building each time; None without any.
 
     Every hover lasts to the last moment and every rest until the available well is full, except the
-    last rest, which is as short as the last hover needs. At least `least_at_rests_As` [A s] is left
-    at every rest, and the terrain's least charge at the end.
+    last rest, which is as short as the last hover needs.
     """
     if terrain.stay_current_A[HOVER] >= 0.0 or min(rests, hovers) < 1:
         return None
     most = min(rests, hovers - 1)
-    tried = (_by_way_of(terrain, place, most, least_at_rests_As) for place in _likeliest(terrain))
+    tried = (_by_way_of(terrain, place, most) for place in _likeliest(terrain))
     plans = itertools.chain.from_iterable(tried)
     return max(plans, key=lambda plan: plan.hover_s, default=None)
 
@@ -56,7 +53,7 @@ def _likeliest(terrain: Terrain) -> list[int]:
     return [FIRST_BUILDING + number for number in order.tolist()]
 
 
-def _by_way_of(terrain: Terrain, building: int, most: int, least_at_rests_As: float) -> list[Stops]:
+def _by_way_of(terrain: Terrain, building: int, most: int) -> list[Stops]:
     """Plans of 0 to `most` rests on one building."""
     battery, drawn_A = terrain.battery, -float(terrain.stay_current_A[HOVER])
     gained_A, least_As = float(terrain.stay_current_A[building]), terrain.least_charge_As
@@ -79,7 +76,7 @@ def _by_way_of(terrain: Terrain, building: int, most: int, least_at_rests_As: fl
 
     for number in range(most + 1):
         planned(min(_longest_s(battery, charge, drawn_A, home, least_As), left_s))
-        hover_s = _longest_s(battery, charge, drawn_A, back, least_at_rests_As)
+        hover_s = _longest_s(battery, charge, drawn_A, back, terrain.least_on_landing_As)
         left_s -= hover_s + back_s + out_s
         if number == most or hover_s < 0.0 or left_s < 0.0:
             break

@@ -6,6 +6,7 @@ duration t at the current I to (y + I t, z e^(−k't) + (1−ω) I (1 − e^(−
 k' = k_F/(ω(1−ω)); see `optuav.physics.kibam`.
 """
 
+import math
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import NamedTuple
@@ -48,6 +49,8 @@ class Terrain:
     stay_current_A: Floats
     tapers: bool = False  # Whether charging tapers once y1 = ωB; else it must not go on
     begin: kibam.Tilted | None = None  # Charge at the start; None: full
+    # Charge to be left at the end of every leg before the last [A s]; −inf for none
+    least_on_landing_As: float = -math.inf
 
     @property
     def longest_stay_s(self) -> float:

@@ -61,7 +61,7 @@ def horizon_of(coverage: Coverage, hours: float) -> Horizon:
     day = _only(terrain(network), np.array([*range(FIRST_BUILDING), number]))
     visit_s = max(coverage.flight_s, 1.0)  # Also where both legs have no length
     most = 1 + int(3600.0 * hours / visit_s)
-    plan = greedy(day, most, most + 1, day.least_charge_As)
+    plan = greedy(replace(day, least_on_landing_As=day.least_charge_As), most, most + 1)
     if plan is None:
         words = f"{hours:g} h leave no time to hover and land with limits.min_soc of the charge"
         raise NoPlanError(words)

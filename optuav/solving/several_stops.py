@@ -94,17 +94,19 @@ def terrain(network: Network) -> Terrain:
     stay_current_A, buildings = np.zeros(places), np.arange(FIRST_BUILDING, places)
     for place in (HOVER, buildings):
         stay_current_A[place] = stay_net(network, place).current_A
-    pool = vehicle.pool(mission)
+    pool, limits = vehicle.pool(mission), mission.limits
+    least_As = limits.min_soc * float(pool.capacity_As)
     return Terrain(
         pool,
-        mission.limits.deadline_s,
-        mission.limits.min_soc * float(pool.capacity_As),
+        limits.deadline_s,
+        least_As,
         square(table.duration_s, np.inf),
         square(table.durations_s, 0.0),
         square(table.currents_A, 0.0),
         stay_current_A,
         mission.battery.charging == "taper",
         vehicle.start(mission),
+        least_As if limits.keep_soc == "always" else -math.inf,
     )
 
 
