@@ -20,5 +20,6 @@ ORDERS: tuple[Order, ...] = get_args(Order)
 TRAJECTORIES: tuple[Trajectory, ...] = get_args(Trajectory)
 HOVER_POINTS: tuple[HoverPoint, ...] = get_args(HoverPoint)
 SPEEDS: tuple[Speed, ...] = get_args(Speed)
+KEEP_SOC: tuple[KeepSoc, ...] = get_args(KeepSoc)
 SCHEDULES: tuple[Schedule, ...] = get_args(Schedule)  # The default first
 SET = "set/"  # How the names of the missions of the benchmark set begin

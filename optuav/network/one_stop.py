@@ -99,8 +99,12 @@ def find_shortcuts(network: Network) -> tuple[Shortcut, ...]:
 
 @lru_cache(maxsize=1)
 def one_stop_is_enough(network: Network, graph: Graph | None = None) -> bool:
-    """Return whether no leg takes more than a way around; False for many buildings."""
+    """Return whether no leg takes more than a way around; False for many buildings.
+
+    Also False if η0 must be left at every landing: charge may be needed before the best building.
+    """
     few = len(network.mission.buildings) <= MOST_COMPARED
+    few = few and network.mission.limits.keep_soc == "end"
     return few and not find_shortcuts(replace(network, legs=all_legs(network, graph)))
 
 
@@ -112,5 +116,7 @@ def one_stop_in_words(network: Network, graph: Graph | None = None) -> str:
     words = "a route with more than one stop may be better and was not tried"
     if len(network.mission.buildings) > MOST_COMPARED:
         return words
+    if network.mission.limits.keep_soc == "always":
+        return f"{words}, as limits.keep_soc = 'always' may need charge on the way"
     first, *others = find_shortcuts(replace(network, legs=all_legs(network, graph)))
     return f"{words}: {first}" + (f", and {len(others)} more such" if others else "")

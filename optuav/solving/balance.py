@@ -41,7 +41,7 @@ class Balance(NamedTuple):
 def balance(variants: Variants, perspective: Perspective) -> Balance:
     """The balance of all routes of all variants."""
     columns, routes = turned(figures(variants)), variants.network.routes
-    whole = Balance(*_affine(columns, perspective), columns.time_left)
+    whole = Balance(*affine_charge(columns, perspective), columns.time_left)
     if variants.mission.limits.keep_soc == "end":
         return whole
     rests, rest_first = routes.building >= 0, routes.rest_first
@@ -58,14 +58,14 @@ def balance(variants: Variants, perspective: Perspective) -> Balance:
 
 def balance_along(given: Quantities, perspective: Perspective) -> Balance:
     """The balance of itineraries that stay in one order."""
-    whole = Balance(*_affine(given, perspective), given.time_left)
+    whole = Balance(*affine_charge(given, perspective), given.time_left)
     for charge_As, energy_J, stays, _ in given.landings:
         upto = replace(given, flight_charge_As=charge_As, flight_energy_J=energy_J)
         whole = _kept(whole, upto, perspective, Landed("hover" in stays, "rest" in stays))
     return whole
 
 
-def _affine(given: Quantities, perspective: Perspective) -> tuple[Quantity, Quantity, Quantity]:
+def affine_charge(given: Quantities, perspective: Perspective) -> tuple[Quantity, Quantity, Quantity]:
     """State of charge above η0 after all legs [-], what a hover draws and a rest gains [1/s]."""
     keys: list[Monomial] = [frozenset({(name, "time")}) for name in TIMES]
     hover, rest = keys
@@ -90,7 +90,7 @@ def _kept(
     applies: Booleans | bool = True,
 ) -> Balance:
     """The balance that also keeps η0 at a landing; with an endless least rest where it cannot."""
-    spare, drawn, gained = map(np.asarray, _affine(upto, perspective))
+    spare, drawn, gained = map(np.asarray, affine_charge(upto, perspective))
     spare = np.where(np.abs(spare) <= TOLERANCE, 0.0, spare)
     short, (hovered, rested) = applies & (spare < 0.0), landed
     void = short & ~((hovered & (drawn != 0.0)) | (rested & (gained > 0.0)))

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from formulations.parameters import QUANTITIES, Quantities
+from formulations.parameters import QUANTITIES, Landing, Quantities
 from formulations.soc import AVAILABLE, PERSPECTIVES, WellLimit, soc_on_landing, well_limits
 from optuav.arrays import Booleans, Floats
 from optuav.engines.bracket import largest, rows_and_tops, shortest
 from optuav.engines.rows import StatedForm
 from optuav.errors import Fault, refuse, shown
+from optuav.mission.messages import unlisted
 from optuav.mission.schema import Number
 from optuav.modelling.forms import CONSTANT, Exponential
+from optuav.options import KEEP_SOC, KeepSoc
 from optuav.physics.kibam import Battery, Stage, falls_throughout
 from optuav.physics.quantity import Quantity
 from optuav.solving.assemble import entries
@@ -77,6 +79,7 @@ def longest_hovers(
     hover_current_A: npt.ArrayLike,
     rest_current_A: npt.ArrayLike = 0.0,
     shortest_rest: bool = False,
+    keep_soc: KeepSoc = "end",
 ) -> Hovers:
     """Longest hovers that the battery can deliver, each with its proof (engine bracket).
 
@@ -100,6 +103,8 @@ def longest_hovers(
         Net current drawn while hovering, and that charges while resting [A], up to 1e6 either way.
     shortest_rest
         Whether to find the shortest T' for each Δ, which takes about half as long again.
+    keep_soc
+        When η0 must be left: ``"end"``, or ``"always"`` for the end of every flight.
 
     Returns
     -------
@@ -168,6 +173,7 @@ def longest_hovers(
     if len(shapes) > 1:
         words = ", ".join(f"{shape} of {name}" for shape, name in shapes.items())
         faults.append(Fault("shapes", words, "one shape for all arrays"))
+    faults += unlisted(("keep_soc", keep_soc, KEEP_SOC))
     refuse(faults)
     flown = [step for step in on_the_way if isinstance(step, Stage)]
     figures |= {
@@ -176,10 +182,24 @@ def longest_hovers(
         "flight_charge_As": -sum((stage.current_A * stage.duration_s for stage in flown), 0.0),
     }
     figures = {q.name: None if q.default is None else np.nan for q in QUANTITIES} | figures
-    values = Quantities(**figures, rests="rest" in stays, steps=tuple(on_the_way))
+    landings = tuple(_landings(on_the_way)) if keep_soc == "always" else ()
+    values = Quantities(
+        **figures, rests="rest" in stays, steps=tuple(on_the_way), landings=landings
+    )
     shape = next(iter(shapes), ())
     hovers = longest(values, math.prod(shape), shortest_rest=shortest_rest)
     return Hovers(*(times_s.reshape(shape) for times_s in hovers))
+
+
+def _landings(steps: Sequence[Stage | str]) -> Iterator[Landing]:
+    """The ends of all flights but the last."""
+    charge_As, stays = 0.0, tuple[str, ...]()
+    for number, step in enumerate(steps):
+        if isinstance(step, Stage):
+            charge_As = charge_As - step.current_A * step.duration_s
+            continue
+        yield Landing(charge_As, math.nan, stays, number - 1)
+        stays = (*stays, step)
 
 
 def longest(

@@ -151,6 +151,7 @@ class _Route:
         self.longest_stay_s = hovers_s.max(initial=self.left_s)
         capacity_As = battery.packs * battery.capacity_As
         self.least_As = (mission.limits.min_soc - SLACK) * capacity_As
+        self.always = mission.limits.keep_soc == "always"
         share = vehicle.start(mission).total_As / vehicle.pool(mission).capacity_As
         self.spare_As = (share - mission.limits.min_soc) * capacity_As
         self.spare_As -= float(network.routes.flight_charge_As[number])
@@ -178,7 +179,7 @@ class _Route:
         longest_s = np.full(len(rests_s), np.nan)
         if not len(rests_s) or self.clock.is_late():
             return longest_s
-        start, least_s = self._at_hover(rests_s), max(least_s, self.least_s)
+        (start, kept), least_s = self._at_hover(rests_s), max(least_s, self.least_s)
         most = np.minimum(most_s, self.longest_stay_s - rests_s)
         if self.net_A["hover"] < 0.0:
             spare_As = self.spare_As + self.net_A.get("rest", 0.0) * rests_s
@@ -192,7 +193,7 @@ class _Route:
         most = np.where(short_As > 0.0, most - short_As / self.fastest_A, most)
         steps = np.floor(most / step_s + SLACK)
         hovers_s = step_s * steps
-        open_ = (hovers_s >= least_s) & ~start.exhausted
+        open_ = (hovers_s >= least_s) & ~start.exhausted & kept
         while open_.any() and not self.clock.is_late():
             rows = np.flatnonzero(open_)
             flown = self._flyable(start.take(rows), hovers_s[rows], rests_s[rows])
@@ -223,7 +224,8 @@ class _Route:
             if self.clock.is_late():
                 break
             tried_s = np.append(tried_s[tried_s < rest_s], rest_s)
-            flown = self._flyable(self._at_hover(tried_s), np.full(len(tried_s), hover_s), tried_s)
+            start, kept = self._at_hover(tried_s)
+            flown = kept & self._flyable(start, np.full(len(tried_s), hover_s), tried_s)
             rest_s = min(tried_s[flown].tolist(), default=rest_s)
             reach_s = share * self.step_s
             tried_s = self.near(rest_s, reach_s, 0.1 * reach_s)
@@ -239,9 +241,9 @@ class _Route:
             rows = np.flatnonzero(enough)
             packs = start.take(rows)
             stays_s = np.minimum(hovers_s[rows], most_s)
-            self._carry(packs, stays_s, rests_s[rows], slice(self.hover, None))
-            left_As = packs.wells.total_As.sum(axis=1)
-            enough[rows] = ~packs.exhausted & (left_As >= self.least_As) & (not self.clock.ended)
+            kept = self._carry(packs, stays_s, rests_s[rows], slice(self.hover, None))
+            kept &= packs.wells.total_As.sum(axis=1) >= self.least_As
+            enough[rows] = ~packs.exhausted & kept & (not self.clock.ended)
         return enough
 
     def _needed_As(self, rests_s: Floats) -> Floats:
@@ -257,15 +259,25 @@ class _Route:
                 most = np.maximum(most, taken)
         return most - self.rounding_As
 
-    def _at_hover(self, rests_s: Floats) -> Packs:
-        """Packs that arrive at the hover point, one course a rest."""
-        packs = starting_packs(self.network.mission).take(np.zeros(len(rests_s), dtype=np.intp))
-        self._carry(packs, np.zeros(1), rests_s, slice(0, self.hover))
-        return packs
+    def _at_hover(self, rests_s: Floats) -> tuple[Packs, Booleans]:
+        """Packs that arrive at the hover point, one course a rest, and whether all landings hold.
 
-    def _carry(self, packs: Packs, hovers_s: Floats, rests_s: Floats, which: slice) -> None:
-        """Let packs carry some phases, with one hover and one rest [s] a course."""
+        See `_carry`.
+        """
+        packs = starting_packs(self.network.mission).take(np.zeros(len(rests_s), dtype=np.intp))
+        kept = self._carry(packs, np.zeros(1), rests_s, slice(0, self.hover))
+        return packs, kept
+
+    def _carry(self, packs: Packs, hovers_s: Floats, rests_s: Floats, which: slice) -> Booleans:
+        """Let packs carry some phases, with one hover and one rest [s] a course.
+
+        Returns whether they land with enough charge wherever the mission says so.
+        """
+        kept = np.ones(len(packs.exhausted), bool)
         for phase in route_phases(self.network, self.number, hovers_s, rests_s)[which]:
             for _ in packs.stretches(pack_loads(self.network.mission, phase)):
                 if self.clock.is_late():
-                    return
+                    return kept
+            if self.always and phase.kind == "flight":
+                kept &= packs.wells.total_As.sum(axis=1) >= self.least_As
+        return kept

@@ -33,6 +33,7 @@ from optuav.solving.assemble import quantities
 from optuav.solving.outcome import ENDS, plan_for, plan_without, replayed, shortfalls
 from optuav.solving.parts import declarations
 from optuav.solving.program import Program
+from optuav.solving.stops_by_charge import longest_by_charge
 from optuav.status import Status
 
 ENGINE = "search"
@@ -50,7 +51,7 @@ def several_stops(
     the total times of flying, hovering and resting: all stops but one hover and the rest where
     charging is best may be left out. Where edited graphs or buildings in the way break that
     inequality, all sequences are compared, each by its linear programme with the rest on its best
-    building.
+    building. If η0 must be left at every landing, each sequence has a programme with all its stays.
     """
     question = program.question
     rests, hovers = question.p1.stops, question.p1.hovers
@@ -67,6 +68,11 @@ def several_stops(
             plans = filter(None, (result.stops, greedy(arrays, rests, hovers)))
             longest = max(plans, key=lambda plan: plan.hover_s, default=None)
             result = replace(result, stops=longest, bound_s=bound_s)
+        return _plan(program, network, result, most)
+    if network.mission.limits.keep_soc == "always":
+        places, routed = _every_sequence(program, network, rests, hovers)
+        limit_s = question.time_limit_s
+        result = longest_by_charge(routed, places, question.perspective, limit_s)
         return _plan(program, network, result, most)
     if rests and not find_shortcuts(network):
         plan = program.solve()
@@ -123,6 +129,19 @@ def _routes(network: Network, places: Integers, building: Integers) -> Routes:
 
 def _compared(program: Program, network: Network, rests: int, hovers: int) -> Program:
     """The linear programmes of all sequences, each with a rest on its best building."""
+    _, network = _every_sequence(program, network, rests, hovers)
+    every_route = np.ones((1, len(network.routes)), bool)
+    declared = declarations(program.question, stacked(network), every_route)
+    return replace(program, network=network, parts=tuple(part for part, _ in declared))
+
+
+def _every_sequence(
+    program: Program, network: Network, rests: int, hovers: int
+) -> tuple[Integers, Network]:
+    """All sequences (place, sequence), −1 beyond the end, and the network with them as routes.
+
+    Each route has the rest on its best building.
+    """
     question, known = program.question, terrain(network)
     net = stay_net(network, np.arange(FIRST_BUILDING, len(known.duration_s)))
     gain = net.current_A if question.perspective == "battery" else net.power_W
@@ -141,10 +160,7 @@ def _compared(program: Program, network: Network, rests: int, hovers: int) -> Pr
     places = np.concatenate(columns, axis=1)
     best = np.take_along_axis(places, worth[places].argmax(axis=0)[None], axis=0)[0]
     building = np.where(best >= FIRST_BUILDING, best - FIRST_BUILDING, -1)
-    network = replace(network, routes=_routes(network, places, building))
-    every_route = np.ones((1, len(network.routes)), bool)
-    parts = tuple(part for part, _ in declarations(question, stacked(network), every_route))
-    return replace(program, network=network, parts=parts)
+    return places, replace(network, routes=_routes(network, places, building))
 
 
 def _why_none(program: Program) -> Sequence[str]:
