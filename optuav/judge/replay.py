@@ -239,11 +239,12 @@ def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
         return Replay(plan, (), None, {}, tuple(events))
     flown = phases(mission, at, planned)
     course = (scheduled if mission.battery.takes_turns else pooled)(mission, flown)
-    left_As = sum(float(pack.total_As) for pack in course.ends[-1])
-    share = np.array([left_As / float(vehicle.pool(mission).capacity_As)])
-    levels = soc(mission, flown, np.array([flown[-1].end_s]), share)
+    charges_As = [sum(float(pack.total_As) for pack in wells) for wells in course.ends]
+    shares = np.array(charges_As) / float(vehicle.pool(mission).capacity_As)
+    levels = soc(mission, flown, np.array([flown[-1].end_s]), shares[-1:])
     left = {name: float(level[0]) for name, level in levels.items()}
-    events = [*course.events, *_broken_limits(mission, flown, left["battery"])]
+    events = [*course.events, *_broken_limits(mission, flown)]
+    events += _reserve(mission, flown, shares.tolist())
     if isinstance(plan, Plan):
         figures, broken = _figures(plan, flown, course, left), any(e.violation for e in events)
         events += _mismatches(plan, figures, broken)
@@ -251,8 +252,8 @@ def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
     return Replay(plan, flown, course, left, tuple(events))
 
 
-def _broken_limits(mission: Mission, flown: Sequence[Phase], soc: float) -> Iterator[Event]:
-    """Broken limits, except of the wells, and remarks, by the packs' state of charge [-]."""
+def _broken_limits(mission: Mission, flown: Sequence[Phase]) -> Iterator[Event]:
+    """Broken limits, except of the battery, and remarks."""
     end_s, deadline_s = flown[-1].end_s, mission.limits.deadline_s
     for place, due, time_s, verb in (
         (flown[0].start, "origin", 0.0, "begins"),
@@ -290,10 +291,24 @@ def _broken_limits(mission: Mission, flown: Sequence[Phase], soc: float) -> Iter
     if end_s > deadline_s * (1.0 + TOLERANCE):
         words = "the deadline passes before the mission ends"
         yield Event("deadline", deadline_s, words, end_s, deadline_s, "s")
-    least = mission.limits.min_soc
-    if soc < least - TOLERANCE:
+
+
+def _reserve(mission: Mission, flown: Sequence[Phase], soc: Sequence[float]) -> Iterator[Event]:
+    """Too little charge at the end or at a landing, by the state of charge after phases [-]."""
+    least, always = mission.limits.min_soc, mission.limits.keep_soc == "always"
+    for phase, left in zip(flown[:-1], soc[:-1], strict=True):
+        if phase.kind == "flight" and left < least - TOLERANCE:
+            where = f"on landing at {phase.end.name}"
+            if phase.end.name == "hover":
+                where = "on arrival at the hover point"
+            words = f"too little charge is left {where}"
+            if not always:
+                words = f"less than limits.min_soc is left {where}, as limits.keep_soc = 'end' allows"
+            kind = "state of charge" if always else "below reserve"
+            yield Event(kind, phase.end_s, words, left, least, violation=always)
+    if soc[-1] < least - TOLERANCE:
         words = "too little charge is left at the end"
-        yield Event("state of charge", end_s, words, soc, least)
+        yield Event("state of charge", flown[-1].end_s, words, soc[-1], least)
 
 
 def _too_fast(mission: Mission, phase: Phase) -> Iterator[Event]:
