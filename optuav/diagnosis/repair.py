@@ -148,8 +148,8 @@ def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
 
     Each number of one's own formulation, each numeric key of `TABLES` and each component of the
     wind that is not 0 is moved up and down within its range, at most by a factor of 1000; blocked
-    legs fly over buildings, or else through them; and a stated hover point is left out. Places are
-    not moved. Every change is verified by solving: with its value there is an answer, with one
+    legs fly over buildings, or else through them; a stated hover point is left out; and η0 is kept
+    only at the end. Places are not moved. Every change is verified by solving: with its value there is an answer, with one
     digit less none exists. Among changes of equal rank the smallest comes first.
     """
     mission = question.mission
@@ -162,9 +162,10 @@ def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
     ways = [(key, sign) for key in moved for sign in (1, -1)]
     changes = [*_switched(question), *searched(ways, partial(_repaired, question)).values()]
 
-    def rank(repair: Repair) -> tuple[bool, list[bool], float, str]:
+    def rank(repair: Repair) -> tuple[bool, list[bool], bool, float, str]:
         planned = [not repair.key.startswith(name) for name in PLANNED]
-        return "." in repair.key, planned, repair.size, repair.key
+        last = repair.key == "limits.keep_soc"
+        return "." in repair.key, planned, last, repair.size, repair.key
 
     return tuple(sorted(changes, key=rank))
 
@@ -175,6 +176,7 @@ def _switched(question: MissionQuestion) -> Iterator[Repair]:
     switches: tuple[tuple[str, Value, tuple[str | None, ...]], ...] = (
         ("flight.obstacles", mission.flight.obstacle_rule, ("over", "ignore")),
         ("route.hover_m", mission.route.hover_m, (None,)),
+        ("limits.keep_soc", mission.limits.keep_soc, ("end",)),
     )
     for name, now, values in switches:
         for value in values if now not in values[-1:] else ():

@@ -12,7 +12,7 @@ from optuav.mission import Mission
 from optuav.modelling import Constraint
 from optuav.modelling.check import evaluated
 from optuav.network.network import Network
-from optuav.network.places import laser_reach
+from optuav.network.places import laser_reach, on_landing
 from optuav.plan import Plan
 from optuav.plan.plane import ROLES, kind_of
 from optuav.solving import Program
@@ -125,8 +125,10 @@ def _broken(program: Program, plan: Plan) -> list[str]:
 
 def limit(kind: str, moment: object, way: Sequence[str], label: str = "") -> str:
     """A limit in words, with its moment for a well; its label if it has no words."""
+    if kind == "state of charge":
+        return f"charge left {when(moment, way)}" if isinstance(moment, StepEnd) else "charge left"
     if kind not in LABELS or not isinstance(moment, StepEnd):
-        return {"state of charge": "charge left", "deadline": "deadline"}.get(kind, label)
+        return {"deadline": "deadline"}.get(kind, label)
     return f"available well {'empty' if kind == 'dry' else 'past full'} {when(moment, way)}"
 
 
@@ -134,11 +136,13 @@ def when(moment: StepEnd, way: Sequence[str]) -> str:
     """The end of a step in words, with the places of the route."""
     if moment.stay:
         return f"after the {moment.stay}"
-    place = way[moment.flight] if way else f"the end of flight {moment.flight}"
-    place = {"hover": "the hover point", "destination": "the destination"}.get(place, place)
+    if not way:
+        return f"{'on landing at' if moment.lands else 'in flight to'} the end of flight {moment.flight}"
+    place = way[moment.flight]
     if moment.lands:
-        return f"on reaching {place}" if place == "the hover point" else f"on landing at {place}"
-    return f"in flight to {place}"
+        return on_landing(place)
+    names = {"hover": "the hover point", "destination": "the destination"}
+    return f"in flight to {names.get(place, place)}"
 
 
 class Curve(NamedTuple):
@@ -159,6 +163,8 @@ def curve(constraint: Constraint, way: Sequence[str], mission: Mission) -> Curve
         "deadline": f"deadline: {limits.deadline_s:.6g} s",
     }.get(role, constraint.label if kind != "bounds" else "")
     short = words.partition(":")[0]
+    if isinstance(moment, StepEnd) and role == "charge":
+        words = short = f"{words} {when(moment, way)}"
     if isinstance(moment, StepEnd) and kind in LABELS:
         words = f"{'empty' if kind == 'dry' else 'too full'} {when(moment, way)}"
         short = words.replace("on landing ", "").replace("at the destination", "at the end")
@@ -232,6 +238,9 @@ def idle(explained: Explanation, network: Network) -> Iterator[tuple[str, Idle]]
         if limits.deadline_s - end_s > SAME * limits.deadline_s:
             yield "limits.deadline_s", Idle(end_s, limits.deadline_s, "the plan ends there")
         left = (plan.soc or {}).get(plan.perspective, (plan.soc or {}).get("battery", 0.0))
+        if limits.keep_soc == "always":
+            rows = (side.left for side in explained.constraints if side.kind == "state of charge")
+            left = min(left, *rows)
         if left - limits.min_soc > SAME:
             yield "limits.min_soc", Idle(limits.min_soc, left, "that much is left")
     if mission.laser is None:

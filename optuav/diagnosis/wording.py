@@ -86,7 +86,8 @@ def sentence(explained: Explanation, price: Price) -> str:
     more = f"one more {UNIT_NAMES.get(unit, unit)}".rstrip()
     if price.step != 1.0:
         more = f"{price.step:g} {unit}".rstrip() + " more"
-    noun = NOUNS.get(name(price))
+    landing = re.fullmatch(r"landing_(\d)_(As|J)", name(price))
+    noun = f"draw up to landing {landing[1]}" if landing else NOUNS.get(name(price))
     more = f"{more} of {f'the {noun}' if noun else name(price)}"
     more = "one more pack" if price.key == "battery.packs" else more
     less = f", as much less {change(price.loss)}" if price.has_kink else ""

@@ -21,6 +21,7 @@ from optuav.mission import Mission
 from optuav.mission.flight_model import CruisingModel, flight_of
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR
+from optuav.network.places import on_landing
 from optuav.network.ways import CLEARANCE_M
 from optuav.options import LONGEST_HOVER
 from optuav.physics import flight, link
@@ -298,9 +299,7 @@ def _reserve(mission: Mission, flown: Sequence[Phase], soc: Sequence[float]) -> 
     least, always = mission.limits.min_soc, mission.limits.keep_soc == "always"
     for phase, left in zip(flown[:-1], soc[:-1], strict=True):
         if phase.kind == "flight" and left < least - TOLERANCE:
-            where = f"on landing at {phase.end.name}"
-            if phase.end.name == "hover":
-                where = "on arrival at the hover point"
+            where = on_landing(phase.end.name)
             words = f"too little charge is left {where}"
             if not always:
                 words = f"less than limits.min_soc is left {where}, as limits.keep_soc = 'end' allows"

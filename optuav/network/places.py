@@ -26,6 +26,13 @@ ORIGIN, HOVER, DESTINATION, FIRST_BUILDING = 0, 1, 2, 3
 ENDS = ("origin", "hover", "destination")
 
 
+def on_landing(place: str) -> str:
+    """Return in words when a leg to a place ends."""
+    if place == "hover":
+        return "on reaching the hover point"
+    return f"on landing at {'the ' * (place in ENDS)}{place}"
+
+
 @dataclass(frozen=True)
 class Places:
     """Places by number: origin, hover, destination, then the buildings in the mission's order."""

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from formulations.p1 import P1
 from formulations.p4 import P4
 from formulations.parameters import Quantities
-from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES
+from formulations.soc import AVAILABLE, PAPER, PERSPECTIVES, StepEnd
 from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.engines.registry import AUTO, MOST_UNKNOWNS
 from optuav.engines.solution import Solution
@@ -35,7 +35,7 @@ from optuav.network.feasibility import impossibilities
 from optuav.network.graph import Graph
 from optuav.network.network import Network
 from optuav.network.one_stop import one_stop_is_enough
-from optuav.network.places import charging_cap
+from optuav.network.places import charging_cap, on_landing
 from optuav.network.timeline import route_phases, simulated
 from optuav.network.variants import stacked
 from optuav.physics.flight import speed_warning
@@ -191,10 +191,13 @@ def plan_of(
 
 def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
     """Return by constraint label the moment when it holds on a route, by places, if it has one."""
-    steps = {c.label: c.step for c in part.declared.constraints if c.step is not None}
-    if not steps:
+    constraints = part.declared.constraints
+    steps = {c.label: c.step for c in constraints if c.step is not None}
+    flights = {c.label: c.moment.flight for c in constraints if isinstance(c.moment, StepEnd)}
+    if not flights:
         return {}
     table, names, ends = network.legs, network.places.names, list[str]()
+    landed = [""]
     # The declaration has the stages that any of its routes has, bent ways more than straight ones.
     whole = part.routes if part.whole is None else part.whole
     routes = (legs_and_stays(network, numbers, part.rests) for numbers in (part.routes, whole))
@@ -206,7 +209,9 @@ def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
             ends.append(f"after stage {stage + 1} ({table.stages[stage]}) {of_flight}")
         ends += [ENDS["flight"].format(*leg)] * (len(stages) > 0)
         ends += [ENDS[stay].format(*leg)] if stay else []
-    return {label: ends[step] for label, step in steps.items()}
+        landed += [on_landing(leg[1])] if stay else []
+    known = {label: ends[step] for label, step in steps.items()}
+    return {label: landed[flight] for label, flight in flights.items() if label not in known} | known
 
 
 def words(network: Network, part: Part, entry: int, labels: Sequence[str]) -> list[str]:
