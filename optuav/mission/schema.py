@@ -165,6 +165,7 @@ WELL = Number("A s", ge=-1e6, le=2e12, note=", from 0 to the size of the well")
 
 _CHARGING = Allowed('one of "constant", "taper"')
 _SCHEDULE = Allowed(f"one of {', '.join(map(repr, SCHEDULES))}".replace("'", '"'))
+_KEEP_SOC = Allowed('one of "end", "always"')
 
 # Mechanics
 Inertia = Annotated[float, Number("kg m2", ge=1e-9, le=1e6)]
@@ -277,7 +278,7 @@ class Limits(MissionSection):
     """Longest mission T_max [s]."""
     min_soc: Annotated[float, Number("-", ge=0, lt=1)]
     """State of charge η0 that must be left [-]; `keep_soc` says when."""
-    keep_soc: KeepSoc = "end"
+    keep_soc: Annotated[KeepSoc, _KEEP_SOC] = "end"
     """When η0 must be left: ``"end"``, at the end of the mission as the paper has it, or
     ``"always"``, at every landing and on arrival at the hover point as well."""
     slot_s: Slot = 1.0

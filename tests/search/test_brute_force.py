@@ -68,13 +68,17 @@ class Everything:
         battery, limits, nothing = self.mission.battery, self.mission.limits, 0.0 * stays_s[0]
         capacity_As, share = battery.packs * battery.capacity_As, battery.available_fraction
         wells = Kibam(capacity_As, share, battery.flow_rate_per_s)
-        rows, elapsed_s = list[Floats](), nothing
+        rows, elapsed_s, drawn_As = list[Floats](), nothing, nothing
         names = ["origin", *(stop.at for stop in stops), "destination"]
         for number, leg in enumerate(itertools.pairwise(names)):
             steps: list[tuple[float, Floats | float]] = [*self.stages[leg]]
+            drawn_As = drawn_As - sum(current_A * time_s for current_A, time_s in steps)
+            if limits.keep_soc == "always":
+                rows.append(1.0 - drawn_As / capacity_As - limits.min_soc + nothing)
             if number < len(stops):
                 ((current_A, _),) = self.stages[leg[1], leg[1]]
                 steps.append((current_A, stays_s[number]))
+                drawn_As = drawn_As - current_A * stays_s[number]
             for current_A, time_s in steps:
                 wells.spend(current_A, time_s)
                 elapsed_s = elapsed_s + time_s
@@ -150,6 +154,7 @@ def random_mission(seed: int) -> Mission:
             "laser.power_W": float(chance.choice([2000.0, 20000.0])),
             "limits.deadline_s": chance.uniform(200.0, 1500.0),
             "limits.min_soc": float(chance.choice([0.05, 0.4, 0.7])),
+            "limits.keep_soc": ("end", "always")[seed % 2],
             "battery.capacity_As": chance.uniform(6000.0, 30000.0),
             "battery.charge_current_A": chance.uniform(10.0, 120.0),
             "battery.available_fraction": float(chance.choice([0.3, 0.6, 0.9])),

@@ -24,6 +24,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     "start": ("full", "wells", "soc"),
     "wind": ("calm", "wind"),
     "battery": ("constant", "taper", *TURNING),
+    "reserve": ("end", "always"),
     "problem": ("P1", "P3", "P4", "two stops"),
 }
 APART = [
@@ -134,6 +135,7 @@ def _battery(rng: np.random.Generator, document: Document, choice: Choice, hover
     """State deadline, reserve, packs and the charge at the start."""
     deadline_s, min_soc = _ten(rng, 2.5, 3.5), rng.choice([0.0, 0.05, 0.2])
     document["limits"] |= {"deadline_s": deadline_s, "min_soc": min_soc}
+    document["limits"]["keep_soc"] = choice["reserve"]
     capacity_As, share = 0.5 * hover_A * _ten(rng, 2.4, 3.5), rng.uniform(0.3, 0.95)
     document["battery"] |= {
         "capacity_As": capacity_As,

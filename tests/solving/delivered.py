@@ -34,6 +34,7 @@ def slack(network: Network, route: int, hover_s: Floats, rest_s: Any, looks: int
     battery, deadline_s = mission.battery, mission.limits.deadline_s
     capacity_As, share = battery.packs * battery.capacity_As, battery.available_fraction
     wells, used_s = Kibam(capacity_As, share, battery.flow_rate_per_s), 0.0
+    landed: Any = np.inf
     for phase in route_phases(network, route, hover_s, rest_s):
         for current_A, duration_s in phase.net:
             if battery.charging == "taper" and current_A > 0.0:
@@ -41,10 +42,12 @@ def slack(network: Network, route: int, hover_s: Floats, rest_s: Any, looks: int
             else:
                 wells.spend(current_A, duration_s, looks)
             used_s = used_s + duration_s
+        if phase.kind == "flight" and mission.limits.keep_soc == "always":
+            landed = np.minimum(landed, wells.soc - mission.limits.min_soc)
     # Rounding may leave a well that is held full past it, from which a leg starts.
     past = 1e-12 if battery.charging == "taper" else 0.0
     spare = np.minimum(wells.least, share - wells.most + past)
-    spare = np.minimum(spare, wells.soc - mission.limits.min_soc)
+    spare = np.minimum(np.minimum(spare, landed), wells.soc - mission.limits.min_soc)
     return np.where(used_s <= deadline_s * (1.0 + 1e-11) + AT_ONCE_S, spare, -1.0)
 
 

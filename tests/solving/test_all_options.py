@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
+from scipy.optimize import linprog
 
 import optuav
 from optuav import Mission, Plan, SolverError
@@ -257,6 +258,8 @@ def check_clearance(mission: Mission, phase: Any, points_m: Array) -> None:
 
 def by_charge_s(mission: Mission, route: Route) -> float:
     """The longest hover by charge and deadline; −∞ for none."""
+    if mission.limits.keep_soc == "always":
+        return by_landings_s(mission, route)
     (time_s, charge_As), battery = route.flown, mission.battery
     whole_As = battery.packs * battery.capacity_As
     spare_As = sum(by_forces.start_As(mission)) - mission.limits.min_soc * whole_As - charge_As
@@ -269,19 +272,40 @@ def by_charge_s(mission: Mission, route: Route) -> float:
     return most_s if most_s >= 0.0 else -math.inf
 
 
+def by_landings_s(mission: Mission, route: Route) -> float:
+    """The same with the reserve at the end of every leg, by HiGHS; −∞ for none."""
+    (time_s, _), battery, drawn_As = route.flown, mission.battery, 0.0
+    whole_As = battery.packs * battery.capacity_As
+    spare_As = sum(by_forces.start_As(mission)) - mission.limits.min_soc * whole_As
+    kinds, before = [*route.net_A], dict.fromkeys(route.net_A, 0.0)
+    rows, limits = [[1.0] * len(kinds)], [mission.limits.deadline_s - time_s]
+    for step in [*route.steps, "end"]:
+        if isinstance(step, Part):
+            drawn_As += step.duration_s * step.drawn_A
+            continue
+        rows.append([-before[kind] for kind in kinds])
+        limits.append(spare_As - drawn_As)
+        before[step] = route.net_A.get(step, 0.0)
+    found = linprog([-float(kind == "hover") for kind in kinds], A_ub=rows, b_ub=limits)
+    return -float(found.fun) if found.status == 0 else -math.inf
+
+
 def slack(mission: Mission, route: Route, hover_s: Any, rest_s: Any) -> Any:
     """By how much the wells keep their limits, as a share of the capacity; −1 after the end."""
     battery, wells = mission.battery, by_forces.kibam(mission)
     tapers, stays_s = battery.charging == "taper", {"hover": hover_s, "rest": rest_s}
+    landed: Any = math.inf
     for step in route.steps:
         part = isinstance(step, Part)
+        if not part and mission.limits.keep_soc == "always":
+            landed = np.minimum(landed, wells.soc - mission.limits.min_soc)
         net_A, time_s = (
             (-step.drawn_A, step.duration_s) if part else (route.net_A[step], stays_s[step])
         )
         (wells.taper if tapers and net_A > 0.0 else wells.spend)(net_A, time_s)
     past = 1e-12 if tapers else 0.0
     kept = np.minimum(wells.least, battery.available_fraction - wells.most + past)
-    kept = np.minimum(kept, wells.soc - mission.limits.min_soc)
+    kept = np.minimum(np.minimum(kept, landed), wells.soc - mission.limits.min_soc)
     used_s = route.flown[0] + hover_s + (rest_s if "rest" in route.net_A else 0.0)
     return np.where(used_s <= mission.limits.deadline_s, kept, -1.0)
 

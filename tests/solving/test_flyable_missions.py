@@ -59,6 +59,7 @@ def wild_documents(draw: st.DrawFn) -> Document:
     limits, battery = document["limits"], document["battery"]
     limits["deadline_s"] *= draw(st.sampled_from([1.0, 4.0, 0.3, 0.1]))
     limits["min_soc"] = draw(st.sampled_from([0.0, 0.05, 0.2, draw(st.floats(0.0, 0.95))]))
+    limits["keep_soc"] = draw(st.sampled_from(["end", "always"]))
     battery["capacity_As"] *= draw(st.sampled_from([1.0, 4.0, 0.3, 0.1]))
     battery["available_fraction"] = draw(st.floats(0.03, 0.97))
     battery.pop("flow_rate_per_min", None)
