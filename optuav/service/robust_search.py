@@ -11,7 +11,7 @@ import numpy as np
 
 from formulations.formulation import Formulation, Given
 from formulations.parameters import Quantities
-from formulations.soc import AVAILABLE, PERSPECTIVES, levels, well_limits
+from formulations.soc import AVAILABLE, PERSPECTIVES, levels, soc_on_landing, well_limits
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.engines.solution import Solution
 from optuav.mission.flight_model import flight_of
@@ -58,6 +58,12 @@ class Robust(Formulation):
         for number, corner in enumerate(self.emptiest, start=1):
             left = PERSPECTIVES[given.perspective](corner, hover, rest) >= corner.min_soc
             model.subject_to(f"charge, corner {number}", left, kind="state of charge")
+            for flight, landing in enumerate(corner.landings, start=1):
+                if not landing.stays:
+                    continue  # Known before, see `Search._problem`
+                soc = soc_on_landing(corner, given.perspective, landing, hover, rest)
+                label = f"charge, corner {number}, flight {flight}"
+                model.subject_to(label, soc >= corner.min_soc, kind="state of charge")
             in_time = hover + rest <= corner.time_left
             model.subject_to(f"deadline, corner {number}", in_time, unit="s", kind="deadline")
         if given.perspective != AVAILABLE:
@@ -125,6 +131,9 @@ class Search:
         soc = PERSPECTIVES[self.question.perspective](emptiest, *times_s)
         late = (sum(times_s) - emptiest.time_left) / emptiest.deadline_s
         margins = [soc - emptiest.min_soc, -late]
+        for landing in emptiest.landings:
+            soc = soc_on_landing(emptiest, self.question.perspective, landing, *times_s)
+            margins.append(soc - emptiest.min_soc)
         if self.question.perspective == AVAILABLE:
             shares = [
                 each.available_As / emptiest.battery_As for each in levels(emptiest, *times_s)
@@ -216,17 +225,21 @@ class Search:
         constraints.
         """
         tables, able = figures(variants, routes, points)
+        emptiest, perspective = tables[0], self.question.perspective
+        for landing in (each for each in emptiest.landings if not each.stays):
+            left = soc_on_landing(emptiest, perspective, landing, 0.0, 0.0)
+            able = able & (left >= emptiest.min_soc - KEPT)
         size = points.count * len(routes)
         # Numbers rather than arrays of one entry: engines for one programme take no others.
         numbers = range(size) if programmes == 1 else range(0, size, programmes)
         which = [k if programmes == 1 else slice(k, k + programmes) for k in numbers]
-        emptiest, fullest = (tuple(entries(table, part) for part in which) for table in tables)
+        corners = (tuple(entries(table, part) for part in which) for table in tables)
         rests = bool(self.network.routes.building[routes[0]] >= 0)
         shared = np.tile(routes, programmes // len(routes))
         table = quantities(self.network, shared, rests=rests, steps=False)
         flown = np.asarray(np.reshape(able, (-1, programmes)).all(axis=0))
-        problem = Robust(emptiest=emptiest, fullest=fullest)
-        return problem.model(table, self.question.perspective), flown
+        problem = Robust(**dict(zip(("emptiest", "fullest"), corners, strict=True)))
+        return problem.model(table, perspective), flown
 
 
 @lru_cache(maxsize=4)
@@ -268,9 +281,11 @@ def _scaled(
         step if isinstance(step, str) else Stage(drain * step.current_A, step.duration_s)
         for step in table.steps
     )
+    landings = tuple(x._replace(charge_As=drain * x.charge_As) for x in table.landings)
     return replace(
         table,
         steps=steps,
+        landings=landings,
         flight_charge_As=drain * table.flight_charge_As,
         hover_current_A=drain * hover_A - charge * (hover_A - table.hover_current_A),
         rest_current_A=charge * (table.rest_current_A + rest_A) - drain * rest_A,
