@@ -302,7 +302,9 @@ def _reserve(mission: Mission, flown: Sequence[Phase], soc: Sequence[float]) -> 
             where = on_landing(phase.end.name)
             words = f"too little charge is left {where}"
             if not always:
-                words = f"less than limits.min_soc is left {where}, as limits.keep_soc = 'end' allows"
+                words = (
+                    f"less than limits.min_soc is left {where}, as limits.keep_soc = 'end' allows"
+                )
             kind = "state of charge" if always else "below reserve"
             yield Event(kind, phase.end_s, words, left, least, violation=always)
     if soc[-1] < least - TOLERANCE:

@@ -65,7 +65,9 @@ def balance_along(given: Quantities, perspective: Perspective) -> Balance:
     return whole
 
 
-def affine_charge(given: Quantities, perspective: Perspective) -> tuple[Quantity, Quantity, Quantity]:
+def affine_charge(
+    given: Quantities, perspective: Perspective
+) -> tuple[Quantity, Quantity, Quantity]:
     """State of charge above η0 after all legs [-], what a hover draws and a rest gains [1/s]."""
     keys: list[Monomial] = [frozenset({(name, "time")}) for name in TIMES]
     hover, rest = keys

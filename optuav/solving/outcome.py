@@ -211,7 +211,9 @@ def moments(network: Network, part: Part, entry: int) -> dict[str, str]:
         ends += [ENDS[stay].format(*leg)] if stay else []
         landed += [on_landing(leg[1])] if stay else []
     known = {label: ends[step] for label, step in steps.items()}
-    return {label: landed[flight] for label, flight in flights.items() if label not in known} | known
+    return {
+        label: landed[flight] for label, flight in flights.items() if label not in known
+    } | known
 
 
 def words(network: Network, part: Part, entry: int, labels: Sequence[str]) -> list[str]:

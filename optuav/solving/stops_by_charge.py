@@ -89,8 +89,7 @@ def _sequences(network: Network, places: Integers, perspective: Perspective) -> 
     for stop, at in enumerate(places[1:-1]):
         building = np.maximum(at - FIRST_BUILDING, 0)
         rest_A, rest_W = (
-            x[building] if len(buildings) else np.zeros(count)
-            for x in (net.current_A, net.power_W)
+            x[building] if len(buildings) else np.zeros(count) for x in (net.current_A, net.power_W)
         )
         stay = replace(table, rest_current_A=rest_A, rest_received_W=rest_W)
         _, drawn, gained = affine_charge(stay, perspective)
@@ -119,4 +118,3 @@ def _longest_stays(known: _Sequences, number: int) -> Floats | None:
     )
     stays_s: Floats = (shortest if shortest.status == 0 else longest).x
     return stays_s
-

@@ -53,7 +53,10 @@ class Way:
     def __init__(self, mission: Mission, route: int) -> None:
         network = build_network(mission)
         table, names = network.legs, network.places.names
-        self.mission, self.legs = mission, [k for k in network.routes.legs[route].tolist() if k >= 0]
+        self.mission, self.legs = (
+            mission,
+            [k for k in network.routes.legs[route].tolist() if k >= 0],
+        )
         self.flown = [
             tuple(float(each[k]) for each in (table.duration_s, table.charge_As, table.energy_J))
             for k in self.legs
@@ -269,7 +272,9 @@ def test_a_landing_below_the_reserve_is_told_where_it_is_allowed() -> None:
 @pytest.mark.parametrize("schedule", ["sequential", "round-robin", "most-available"])
 def test_packs_in_turn_keep_it_together(schedule: str) -> None:
     """All packs together hold η0 wherever the UAV lands; the hover is shorter for it."""
-    mission = optuav.load("matrice350").replace({"battery.schedule": schedule, "limits.min_soc": 0.3})
+    mission = optuav.load("matrice350").replace(
+        {"battery.schedule": schedule, "limits.min_soc": 0.3}
+    )
     hovers_s = []
     for keep_soc in ("end", "always"):
         asked = mission.replace({"limits.keep_soc": keep_soc})
