@@ -137,7 +137,8 @@ def when(moment: StepEnd, way: Sequence[str]) -> str:
     if moment.stay:
         return f"after the {moment.stay}"
     if not way:
-        return f"{'on landing at' if moment.lands else 'in flight to'} the end of flight {moment.flight}"
+        verb = "on landing at" if moment.lands else "in flight to"
+        return f"{verb} the end of flight {moment.flight}"
     place = way[moment.flight]
     if moment.lands:
         return on_landing(place)

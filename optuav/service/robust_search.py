@@ -238,8 +238,8 @@ class Search:
         shared = np.tile(routes, programmes // len(routes))
         table = quantities(self.network, shared, rests=rests, steps=False)
         flown = np.asarray(np.reshape(able, (-1, programmes)).all(axis=0))
-        problem = Robust(**dict(zip(("emptiest", "fullest"), corners, strict=True)))
-        return problem.model(table, perspective), flown
+        fewest, most = corners
+        return Robust(emptiest=fewest, fullest=most).model(table, perspective), flown
 
 
 @lru_cache(maxsize=4)

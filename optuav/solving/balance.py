@@ -50,7 +50,8 @@ def balance(variants: Variants, perspective: Perspective) -> Balance:
         charge, energy = (each.T[legs] for each in variants.of_legs[1:])
         charge_As, energy_J = charge_As + charge, energy_J + energy
         upto = replace(columns, flight_charge_As=charge_As, flight_energy_J=energy_J)
-        landing = Landed(*(number * each[:, None] for each in (rests & ~rest_first, rest_first)))
+        stays = (number > 0) & np.array([rests & ~rest_first, rest_first])[:, :, None]
+        landing = Landed(*stays)
         applies = (rests | (number == 0))[:, None]  # The second leg of the direct route ends it
         whole = _kept(whole, upto, perspective, landing, applies)
     return whole

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from formulations.parameters import Quantities
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission.flight_model import CruisingModel, flight_of
@@ -23,9 +24,10 @@ from optuav.options import Perspective
 from optuav.physics.flight import Loads
 from optuav.physics.kibam import Stage, falls_throughout
 from optuav.physics.quantity import Vector
-from optuav.solving.assemble import entries, figures, legs_and_stays, quantities
+from optuav.solving.assemble import entries, figures, legs_and_stays, quantities, turned
 from optuav.solving.balance import (
     Balance,
+    affine_charge,
     balance_along,
     longest_by_balance,
     shortest_by_balance,
@@ -147,9 +149,9 @@ def route_prices(speeds: LegSpeeds, routes: Integers, perspective: Perspective) 
     bound_s = np.where(hover_A + price_A > 0.0, bound_s, -np.inf)
     T, Q = (np.where(in_time, most, own) for most, own in zip(cap, (T, Q), strict=True))
     bound_s = np.where(in_time, deadline_s - T, bound_s)
-    ends = share * (budget_As - Q), stated.drawn, stated.gained, deadline_s - T
-    hover_s = longest_by_balance(*ends)
-    rest_s = shortest_by_balance(hover_s, *ends)
+    ends = Balance(share * (budget_As - Q), stated.drawn, stated.gained, deadline_s - T)
+    hover_s = longest_by_balance(ends)
+    rest_s = shortest_by_balance(hover_s, ends)
     return RoutePrices(np.where(in_time, np.inf, price_A), hover_s, rest_s, T, bound_s)
 
 
@@ -157,14 +159,15 @@ def _budget(
     network: Network, routes: Integers, perspective: Perspective
 ) -> tuple[Balance, Floats, Floats]:
     """The balance of routes, the flight charge [A s] that it allows, and its share per A s."""
-    table = figures(stacked(network))
+    table = turned(figures(stacked(network)))
     without = replace(table, flight_charge_As=0.0, flight_energy_J=0.0)
 
-    def of_routes(some: Balance) -> Balance:
-        columns = (np.broadcast_to(values, (len(network.routes), 1)) for values in some)
+    def of_routes(given: Quantities) -> Balance:
+        values = (*affine_charge(given, perspective), given.time_left)
+        columns = (np.broadcast_to(each, (len(network.routes), 1)) for each in values)
         return Balance(*(column[routes, 0] for column in columns))
 
-    loaded, whole = (of_routes(balance(total, perspective)) for total in (table, without))
+    loaded, whole = map(of_routes, (table, without))
     share = (whole.spare - loaded.spare) / network.routes.flight_charge_As[routes]
     return loaded, whole.spare / share, share
 

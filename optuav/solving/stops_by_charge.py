@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -109,11 +109,11 @@ def _longest_stays(known: _Sequences, number: int) -> Floats | None:
     scale = np.abs(worth).max(initial=0.0) or 1.0
     rows = np.vstack([-before * worth / scale, np.ones(stays)])
     limits = np.append(known.spare[: stays + 1, number] / scale, known.left_s[number])
-    longest = linprog(-1.0 * hovers, A_ub=rows, b_ub=limits, method="highs")
+    longest: Any = linprog(-1.0 * hovers, A_ub=rows, b_ub=limits, method="highs")
     if longest.status != 0:
         return None
     held, hover_s = (-1.0 * hovers)[None], -float(longest.fun)
-    shortest = linprog(
+    shortest: Any = linprog(
         1.0 * ~hovers, A_ub=np.vstack([rows, held]), b_ub=[*limits, -hover_s], method="highs"
     )
     stays_s: Floats = (shortest if shortest.status == 0 else longest).x
