@@ -1,7 +1,8 @@
 """(P1), (P3) and (P4) with the speeds of the legs free: how fast to fly each of them.
 
 If only the charge at the end counts, one price of a second gives the speeds of all legs, with
-proof; under `available` they are searched for (both in `speed_search`).
+proof; under `available`, and if η0 must be left at every landing, they are searched for (both in
+`speed_search`).
 """
 
 import math
@@ -12,7 +13,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from formulations.formulation import Given
-from formulations.parameters import QUANTITIES
+from formulations.parameters import QUANTITIES, Landing
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Floats, Integers
 from optuav.engines.solution import Solution
@@ -65,7 +66,8 @@ def free_program(question: Question, mission: Mission) -> "FreeSpeedProgram":
     kinds_of_legs = np.moveaxis(kinds_of_legs, 1, 0).reshape(len(reached), 3 * len(kinds_of_legs))
     for alike in np.unique(kinds_of_legs, axis=0):
         members = np.sort(reached[(kinds_of_legs == alike).all(axis=1)])
-        for group, rests in groups(routes, members, ordered=question.perspective not in PAPER):
+        ordered = question.perspective not in PAPER or mission.limits.keep_soc == "always"
+        for group, rests in groups(routes, members, ordered=ordered):
             which = members[group]
             parts.append(Part(_declared(question, speeds, which, rests), which))
     return FreeSpeedProgram(question, speeds.network, tuple(parts), fastest.reasons, fixed, speeds)
@@ -83,7 +85,8 @@ class FreeSpeedProgram(Program):
         if not self.parts:
             return self._at(self.speeds.fastest)
         routes = np.sort(np.concatenate([part.routes for part in self.parts]))
-        searched = self.question.perspective == AVAILABLE
+        always = self.network.mission.limits.keep_soc == "always"
+        searched = self.question.perspective == AVAILABLE or always
         return self._searched(routes) if searched else self._priced(routes)
 
     def _at(self, network: Network) -> Plan:
@@ -104,7 +107,8 @@ class FreeSpeedProgram(Program):
 
     def _searched(self, routes: Integers) -> Plan:
         """The best plan that a search finds."""
-        search = SpeedSearch(self.speeds, routes, self.question.time_limit_s)
+        limit_s, perspective = self.question.time_limit_s, self.question.perspective
+        search = SpeedSearch(self.speeds, routes, limit_s, perspective)
         top, most_s = search.top(), float(search.bounds_s.max())
         plans = []
         if top.value >= 0.0:
@@ -180,12 +184,16 @@ def _declared(question: Question, speeds: LegSpeeds, which: Integers, rests: boo
     model = Model(f"{problem.name} with the speeds of the legs free: longest hover")
     known = quantities(network, which, rests=rests, steps=False)
     values = Given.of(known, question.perspective)
-    stages, steps = list[Stage](), list[Stage | str]()
+    stages, steps, landings = list[Stage](), list[Stage | str](), list[Landing]()
     for legs, stay in legs_and_stays(network, which, rests):
         for segment in np.flatnonzero(np.isfinite(speeds.ways_m[0][:, legs[0]])).tolist():
             stages.append(_segment(model, speeds, len(stages) + 1, segment, legs))
             steps.append(stages[-1])
-        steps += [stay] if stay else []
+        if stay:
+            flown_As: Any = sum(-stage.current_A * stage.duration_s for stage in stages)
+            flown_J, before = values.nominal_voltage_V * flown_As, tuple(x for x in steps if isinstance(x, str))
+            landings.append(Landing(flown_As, flown_J, before, len(steps) - 1))
+            steps.append(stay)
     charge_As = sum(-stage.current_A * stage.duration_s for stage in stages)
     flown: dict[str, Quantity] = {
         "flight_time_s": sum(stage.duration_s for stage in stages),
@@ -197,7 +205,8 @@ def _declared(question: Question, speeds: LegSpeeds, which: Integers, rests: boo
         if quantity.name in flown:
             words = {name: quantity.metadata[name] for name in ("symbol", "unit")}
             flown[quantity.name] = model.let(quantity.name, flown[quantity.name], **words)
-    problem.declare(model, replace(values, **flown, steps=steps))
+    kept = tuple(landings) if network.mission.limits.keep_soc == "always" else ()
+    problem.declare(model, replace(values, **flown, steps=steps, landings=kept))
     return model
 
 

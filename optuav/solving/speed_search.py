@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from formulations.parameters import Quantities
+from formulations.parameters import Landing, Quantities
 from formulations.soc import AVAILABLE, PAPER
 from optuav.arrays import Booleans, Floats, Integers
 from optuav.mission.flight_model import CruisingModel, flight_of
@@ -205,12 +205,22 @@ def hover_bounds_at_any_speed_s(speeds: LegSpeeds) -> Floats:
 class SpeedSearch:
     """The search for the best speeds, with the battery charged at constant current."""
 
-    def __init__(self, speeds: LegSpeeds, routes: Integers, time_limit_s: float | None) -> None:
+    def __init__(
+        self,
+        speeds: LegSpeeds,
+        routes: Integers,
+        time_limit_s: float | None,
+        perspective: Perspective = AVAILABLE,
+    ) -> None:
         mission = speeds.network.mission.replace({"battery.charging": "constant"})
         self.speeds = LegSpeeds(replace(speeds.network, mission=mission))
         # What is proved by charge and deadline alone holds for the wells too.
-        priced = route_prices(self.speeds, routes, "battery")
-        bounds_s = np.minimum(hover_bounds_at_any_speed_s(speeds)[routes], priced.bound_s)
+        self.perspective = perspective
+        counted: Perspective = perspective if perspective in PAPER else "battery"
+        priced = route_prices(self.speeds, routes, counted)
+        bounds_s = priced.bound_s
+        if perspective == AVAILABLE:
+            bounds_s = np.minimum(hover_bounds_at_any_speed_s(speeds)[routes], bounds_s)
         order = np.argsort(-bounds_s, kind="stable")
         self.routes, self.bounds_s = routes[order], bounds_s[order]
         self.prices_A = priced.price_A[order]
@@ -251,7 +261,8 @@ class SpeedSearch:
         """The longest hovers at points (point, segment) of a route [s], −∞ for none."""
         if time.monotonic() > self.latest:
             raise TimeoutError
-        hover_s = self.of_route(route).hover_times_s(points, max(least_s, 0.0))
+        of_route = self.of_route(route)
+        hover_s = of_route.hover_times_s(points, max(least_s, 0.0), self.perspective)
         number = int(hover_s.argmax())
         top = Point(float(hover_s[number]), route, points[number])
         self.best = max(self.best, top, key=lambda each: each.value)
@@ -309,18 +320,24 @@ class RouteSpeeds:
         """The longest hovers [s] at points (point, segment), −∞ for none."""
         loads = self.speeds.flight.leg_at(self.way_m, points * self.largest_m_s)
         (current_A,), (duration_s,) = loads.currents_A, loads.durations_s
-        steps = list[Stage | str]()
+        steps, landings, voltage_V = list[Stage | str](), [], self.given.nominal_voltage_V
+        charge_As = np.zeros(len(points))
         for leg, stay in zip(self.legs, self.stays, strict=True):
-            segments = np.flatnonzero(self.leg == leg).tolist()
-            steps += [Stage(-current_A[:, k], duration_s[:, k]) for k in segments]
-            steps += [stay] if stay else []
+            segments = np.flatnonzero(self.leg == leg)
+            steps += [Stage(-current_A[:, k], duration_s[:, k]) for k in segments.tolist()]
+            if stay:
+                charge_As = charge_As + (duration_s * current_A)[:, segments].sum(axis=1)
+                before = tuple(step for step in steps if isinstance(step, str))
+                landings.append(Landing(charge_As, charge_As * voltage_V, before, len(steps) - 1))
+                steps.append(stay)
         charge_As = (duration_s * current_A).sum(axis=1)
         values = replace(
             self.given,
             flight_time_s=duration_s.sum(axis=1),
             flight_charge_As=charge_As,
-            flight_energy_J=charge_As * self.given.nominal_voltage_V,
+            flight_energy_J=charge_As * voltage_V,
             steps=steps,
+            landings=landings if self.given.landings else (),
         )
         if perspective in PAPER:
             return longest_by_balance(balance_along(values, perspective))
