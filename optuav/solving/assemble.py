@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from formulations.parameters import FROM_HOVER, TO_HOVER, Landing, Number, Quantities
+from formulations.soc import STAYS
 from optuav.arrays import Integers
 from optuav.mission.flight_model import flight_of
 from optuav.mission.keys import now_of, numeric_keys
@@ -162,7 +163,8 @@ def _landings(
     """The ends of all legs but the last, of itineraries that stay in the same order."""
     charge_As: Quantity = 0.0
     energy_J: Quantity = 0.0
-    stays, begun = tuple[str, ...](), [n for n, step in enumerate(way) if isinstance(step, str)]
+    stays = tuple[str, ...]()
+    begun = [n for n, step in enumerate(way) if isinstance(step, str) and step in STAYS]
     *legs_before, _ = legs_and_stays(variants.network, which, rests)
     for legs, stay in legs_before:
         charge, energy = (table_entries(each, variant, legs) for each in variants.of_legs[1:])

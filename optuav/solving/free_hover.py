@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise
 from typing import NoReturn
@@ -20,7 +20,7 @@ import numpy as np
 
 from formulations.formulation import Given
 from formulations.p1 import P1
-from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER
+from formulations.parameters import FROM_HOVER, QUANTITIES, TO_HOVER, Landing, Quantities
 from formulations.soc import PAPER
 from optuav.arrays import Floats, Integers
 from optuav.engines.registry import AUTO, Engine
@@ -36,7 +36,7 @@ from optuav.network.network import Network, build_network
 from optuav.network.places import FIRST_BUILDING, HOVER, ORIGIN
 from optuav.network.variants import Variants, stacked
 from optuav.options import Perspective
-from optuav.physics.flight import Flow
+from optuav.physics.flight import Flow, Loads
 from optuav.physics.kibam import Stage, gentlest
 from optuav.physics.quantity import TINY, Quantity, Vector, norm
 from optuav.plan import Plan
@@ -323,9 +323,8 @@ def free_program(question: Question, mission: Mission) -> FreeProgram:
         usable = (table.flyable[legs] | ~apart).all(axis=1)
         opened = replace(network, routes=replace(network.routes, flyable=usable))
         reached = np.flatnonzero(allowed(stacked(opened), question.problem)[0])
-        for group, rests in groups(
-            opened.routes, reached, ordered=question.perspective not in PAPER
-        ):
+        ordered = question.perspective not in PAPER or mission.limits.keep_soc == "always"
+        for group, rests in groups(opened.routes, reached, ordered=ordered):
             which = reached[group]
             parts.append(Part(_declared(network, which, rests, question.perspective), which))
     reasons = () if parts else at_mission.reasons
@@ -446,8 +445,33 @@ def _declared(network: Network, which: Integers, rests: bool, perspective: Persp
     for name, known_as in ((q.name, q.metadata) for q in QUANTITIES if q.name in at_w):
         words = {k: known_as[k] for k in ("symbol", "unit")}
         named[name] = model.let(name, at_w[name], **words, words=DESCRIPTIONS.get(name, ""))
-    P1().declare(model, replace(values, **named, steps=list(chain.from_iterable(steps))))
+    legs_of = {TO_HOVER: arriving, FROM_HOVER: leaving}
+    landings = tuple(_landings(values, known, legs_of)) if known.landings else ()
+    flat = list(chain.from_iterable(steps))
+    P1().declare(model, replace(values, **named, steps=flat, landings=landings))
     return model
+
+
+def _landings(
+    values: Given, known: Quantities, legs_of: Mapping[str, Loads]
+) -> Iterator[Landing]:
+    """The ends of all legs but the last; the leg that does not touch the hover point is known."""
+    flown_As: Quantity = 0.0
+    flown_J: Quantity = 0.0
+    stays, number, other = tuple[str, ...](), 0, False
+    for step in values.steps:
+        if step in legs_of:
+            leg = legs_of[step]
+            flown_As, flown_J = flown_As + leg.charge_As, flown_J + leg.energy_J
+            number += len(leg.currents_A)
+        elif isinstance(step, Stage):
+            if not other:
+                flown_As = flown_As + known.flight_charge_As
+                flown_J = flown_J + known.flight_energy_J
+            number, other = number + 1, True
+        else:
+            yield Landing(flown_As, flown_J, stays, number - 1)
+            stays, number = (*stays, step), number + 1
 
 
 def _way(start: Sequence[Quantity], end: Sequence[Quantity]) -> Vector:
