@@ -12,6 +12,7 @@ Charging: TypeAlias = Literal["constant", "taper"]
 Schedule: TypeAlias = Literal[
     "pooled", "sequential", "round-robin", "alternating", "most-available"
 ]
+BatteryName: TypeAlias = Literal["lipo", "liion", "paper"]
 KeepSoc: TypeAlias = Literal["end", "always"]
 Obstacles: TypeAlias = Literal["refuse", "ignore", "over", "around"]
 
@@ -20,6 +21,7 @@ ORDERS: tuple[Order, ...] = get_args(Order)
 TRAJECTORIES: tuple[Trajectory, ...] = get_args(Trajectory)
 HOVER_POINTS: tuple[HoverPoint, ...] = get_args(HoverPoint)
 SPEEDS: tuple[Speed, ...] = get_args(Speed)
+BATTERIES: tuple[BatteryName, ...] = get_args(BatteryName)
 KEEP_SOC: tuple[KeepSoc, ...] = get_args(KeepSoc)
 SCHEDULES: tuple[Schedule, ...] = get_args(Schedule)  # The default first
 SET = "set/"  # How the names of the missions of the benchmark set begin
