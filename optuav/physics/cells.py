@@ -55,7 +55,7 @@ CELLS: Mapping[BatteryName, CellWells] = {
         0.2, 0.16 / 30.0, (70.0, 135.0), 5.0, "lithium pouch cells: five published models, 25 °C"
     ),
     "liion": CellWells(
-        0.1, 0.0027, (300.0, 341.0), 2.0, "lithium 21700 energy cells: one published model, 25 °C"
+        0.1, 0.0027, (341.0, 341.0), 2.0, "lithium 21700 energy cells: one published model, 25 °C"
     ),
     "paper": CellWells(
         0.8, 4.5e-5, (889.0, 889.0), 2.0, "as printed by Jaafar and Yanikomeroglu; like NiMH cells"

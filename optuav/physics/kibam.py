@@ -77,6 +77,14 @@ class Battery:
         return np.maximum(self.flow_rate_per_s / (share * self.bound_fraction), TINY)
 
     @cached_property
+    def lag_s(self) -> Quantity:
+        """L = (1−ω)²/k_F = (1−ω)/(ωk') [s]: once the wells have settled, I L of the charge is bound.
+
+        A constant current I empties the battery after B/I − L.
+        """
+        return self.bound_fraction / (self.available_fraction * self.rate_per_s)
+
+    @cached_property
     def full(self) -> Wells:
         """Both wells of the full battery [A s]."""
         return Wells(
