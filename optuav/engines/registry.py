@@ -44,8 +44,8 @@ class Capability:
         None for any number.
     needs
         ``"derivatives"`` everywhere; ``"lower bounds"`` on every unknown; ``"levelling"``: the
-        longest of at most two times as objective, and as constraints what phases of constant
-        current give.
+        longest of at most two times, or a multiple of it, as objective, and as constraints what
+        phases of constant current give.
 
     Examples
     --------

@@ -74,29 +74,36 @@ PROVED = {
 
 
 def best(
-    hover_time_s: npt.ArrayLike, mission_time_s: npt.ArrayLike, stops: npt.ArrayLike
+    score: npt.ArrayLike,
+    mission_time_s: npt.ArrayLike,
+    stops: npt.ArrayLike,
+    ties: npt.ArrayLike = SAME_S,
 ) -> int | None:
-    """Number of the plan with the longest hover, then the shortest mission, then the fewest stops.
+    """Number of the plan with the best score, then the shortest mission, then the fewest stops.
 
-    The first of plans that tie to 1e-6 s; times [s] are NaN without a plan.
+    It is the first of plans that tie: scores within what the best one says, missions to 1e-6 s. The
+    score, such as the hover time [s], and the mission time are NaN without a plan.
     """
-    hover_s, mission_s = np.asarray(hover_time_s, float), np.asarray(mission_time_s, float)
-    longest_s = np.fmax.reduce(hover_s, initial=-np.inf)
-    if longest_s == -np.inf:
+    scores, mission_s = np.asarray(score, float), np.asarray(mission_time_s, float)
+    if np.isnan(scores).all():
         return None
-    (plans,) = (hover_s >= longest_s - SAME_S).nonzero()
+    first = int(np.nanargmax(scores))
+    (plans,) = (scores >= scores[first] - np.broadcast_to(ties, scores.shape)[first]).nonzero()
     missions_s = mission_s[plans]
     plans = plans[missions_s <= missions_s.min() + SAME_S]
     return int(plans[np.asarray(stops)[plans].argmin()])
 
 
-def tied(group: Integers, figures: Floats) -> Integers:
-    """Numbers of those in groups that lie together whose figures are the least, to 1e-6."""
+def tied(group: Integers, figures: Floats, ties: Floats | float = SAME_S) -> Integers:
+    """Numbers of those in groups that lie together whose figures tie with the least."""
     starts = np.flatnonzero(np.diff(group, prepend=-1))
     if len(starts) == len(group):
         return starts
-    least = np.minimum.reduceat(figures, starts)
-    return np.flatnonzero(figures <= least.repeat(np.diff(starts, append=len(group))) + SAME_S)
+    sizes = np.diff(starts, append=len(group))
+    least = np.minimum.reduceat(figures, starts).repeat(sizes)
+    of_least = np.where(figures == least, ties, 0.0)
+    within = np.maximum.reduceat(of_least, starts).repeat(sizes)
+    return np.flatnonzero(figures <= least + within)
 
 
 def plan_for(
