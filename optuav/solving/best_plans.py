@@ -56,6 +56,8 @@ REASONS = {
     "unknown": "the engine found neither times nor proof that none exist",
     "error": "the engine failed, met numbers that it cannot use, or returned times that violate a "
     "constraint",
+    "too_windy": "the UAV cannot fly: the wind is faster than it flies at most "
+    "(wind.velocity_m_s, flight.max_speed_m_s)",
 }
 """Why a variant has no plan: short names, whose places are the codes, and sentences."""
 ROUNDS = 3  # Bracketing rounds: the most promising open route; in the last round, all open routes

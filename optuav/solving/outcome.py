@@ -120,7 +120,7 @@ def plan_for(
         edited = {phase.kind == "flight" for phase in flown if phase.edited}
         notes += (words for is_leg, words in EDITED.items() if is_leg in edited)
         peak_m_s, has_drag = max(p.peak_speed_m_s for p in flown), flight_of(mission).has_drag
-        warnings = [speed_warning(peak_m_s, has_drag=has_drag)]
+        warnings = [speed_warning(peak_m_s, has_drag=has_drag), _slowed(network, flown)]
         cap = charging_cap(mission, network.places)
         if cap and any(phase.end_place in cap.places for phase in flown):
             warnings.append(cap.words)
@@ -152,6 +152,18 @@ def plan_for(
         notes=tuple(notes),
         **found,
     )
+
+
+def _slowed(network: Network, flown: Sequence[Phase]) -> str | None:
+    """Say which limit keeps legs below the speed that the mission states, if one does."""
+    places, ways_m = network.places, [np.empty((0, 3))]
+    for leg in flown:
+        if leg.kind == "flight" and not (leg.edited or leg.speeds_m_s):
+            start, end = (places.names.index(name) for name in (leg.start_place, leg.end_place))
+            start_m, end_m = places.position_m[[start, end]]
+            ways_m.append(np.diff([start_m, *leg.waypoints_m, end_m], axis=0))
+    x, y, z = np.concatenate(ways_m).T
+    return flight_of(network.mission).slowed((x, y, z)) if len(x) else None
 
 
 def route_plan(
