@@ -18,6 +18,7 @@ from optuav.modelling.classify import traits
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import worth
+from optuav.silence import silent
 from optuav.status import Status
 
 HIGHS = "appsi_highs"  # HiGHS in Pyomo's words
@@ -75,8 +76,9 @@ class Pyomo(OneByOne):
         """Options that HiGHS does not take; Pyomo leaves them out without a word."""
         import highspy
 
-        file = highspy.Highs()  # type: ignore[no-untyped-call]
-        file.setOptionValue("output_flag", False)
+        with silent():
+            file = highspy.Highs()  # type: ignore[no-untyped-call]
+            file.setOptionValue("output_flag", False)
         for key, option in self.options.items():
             with suppress(TypeError):
                 if file.setOptionValue(key, option) == highspy.HighsStatus.kOk:
