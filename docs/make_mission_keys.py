@@ -102,11 +102,13 @@ def sections() -> Iterator[str]:
 
 def choices(choice: KeyedForms, shared: type[MissionSection]) -> Iterator[str]:
     """Lines of the tables of all forms, each without what those before it have."""
-    known = dict[str, None]()
+    known = dict[str, Row]()
     names = [*([""] if choice.plain else []), *choice.models]
     for name, form in zip(names, choice.forms(), strict=True):
-        keys = [key for key in form.model_fields if key not in known]
-        again = [key for key in form.model_fields if key in known.keys() - shared.model_fields]
+        own = {row[0]: row for row in rows(form, form.model_fields)}
+        told = [key for key in own if key in known and key in shared.model_fields]
+        again = [key for key in own if key not in told and known.get(key) == own[key]]
+        keys = [key for key in own if key not in (*told, *again)]
         _, _, what = summary(form).partition(" with ")
         if known:
             yield f'Only with `{choice.key} = "{name}"`, {what[:-1]}:'
@@ -115,7 +117,7 @@ def choices(choice: KeyedForms, shared: type[MissionSection]) -> Iterator[str]:
         if again:
             yield f"It also has {', '.join(f'`{key}`' for key in again)}, as above."
             yield ""
-        known |= dict.fromkeys(keys)
+        known |= own
 
 
 def page() -> str:

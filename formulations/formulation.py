@@ -3,7 +3,8 @@
 import math
 import operator
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from functools import lru_cache, reduce
 from typing import Any, Self
@@ -24,6 +25,7 @@ from optuav.arrays import Values
 from optuav.errors import InputError, nearest
 from optuav.modelling import Expression, Model, Parameter, Variable
 from optuav.modelling.expression import Operand
+from optuav.modelling.forms import NotAffineError, affine
 from optuav.modelling.traversal import has_unknowns
 from optuav.options import Order, Perspective, Trajectory
 from optuav.physics.kibam import Stage
@@ -280,8 +282,16 @@ def _declared(formulation: Formulation, given: Given) -> Model:
         call = "call given.keep_wells(model, label, hover, rest) in declare"
         words = f"{name} does not say when the battery must not run dry: {call}"
         raise InputError(f"{words}, or take another perspective")
-    goals, names = (model.objective, *model.preferences), [f"{stay}_time_s" for stay in STAYS]
-    stays = [variable for variable in model.variables if variable.name in names]
-    if open_ := [stay for stay in stays if all(stay is not goal for goal in goals)]:
+    decided = {name for goal in (model.objective, *model.preferences) for name in _decided(goal)}
+    names = {f"{stay}_time_s" for stay in STAYS} - decided
+    if open_ := [variable for variable in model.variables if variable.name in names]:
         model.prefer_small(reduce(operator.add, open_))
     return model
+
+
+def _decided(goal: Operand) -> Iterable[str]:
+    """The unknown that a goal decides, in whatever unit it is stated; none of several."""
+    with suppress(NotAffineError):
+        moving = affine(goal, {}).coefficients
+        return moving if len(moving) == 1 else ()
+    return ()

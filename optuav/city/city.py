@@ -24,8 +24,13 @@ ON_EARTH = "|longitude| <= 180, |latitude| <= 90 [deg]"
 NOTED = {
     "level_heights": "heights from levels",
     "assumed_heights": "assumed heights",
+    "unread": "heights or storeys that cannot be read",
     "mended": "invalid outlines that were mended",
     "filled": "buildings whose courtyards count as built over",
+    "from_ground": "buildings that begin above the ground (min_height), counted from the ground up",
+    "by_parts": "outlines that count by their parts (building:part)",
+    "below_others": "buildings in a layer below 0 with a height, counted as not underground",
+    "underground": "underground, or in a layer below 0 without a height, left out",
     "left_out": "features without an area, left out",
     "not_built": "features whose building is empty, no, false or 0, left out",
 }
@@ -58,15 +63,30 @@ class City:
     level_heights, assumed_heights
         Names of buildings whose height follows from their levels, or is the one assumed for those
         that state none.
+    unread
+        Names of buildings whose file states a height or storeys that cannot be read, or that no
+        building has; `remarks` quotes them.
     mended
         Names of buildings whose outline was invalid, as one that crosses itself.
     filled
         Names of buildings with courtyards, which count as built over.
+    from_ground
+        Names of buildings that begin above the ground, by ``min_height`` or ``building:min_level``;
+        they count from the ground up.
+    below_others
+        Names of buildings with a ``layer`` below 0 that state a height; they count as above ground.
+    by_parts
+        Outlines in place of which their parts count, by ``building:part``: their numbers.
+    underground
+        Features with ``location=underground``, ``is_underground``, or a ``layer`` below 0 and no
+        height: their numbers.
     left_out
         Features that have no area: their numbers.
     not_built
         Features whose column ``building`` is missing, blank, ``no``, ``false`` or ``0``: their
         numbers.
+    remarks
+        Sentences on units, on values that cannot be read, and on other objects of the file.
 
     Examples
     --------
@@ -92,10 +112,16 @@ class City:
     origin: tuple[float, float]
     level_heights: tuple[str, ...] = ()
     assumed_heights: tuple[str, ...] = ()
+    unread: tuple[str, ...] = ()
     mended: tuple[str, ...] = ()
     filled: tuple[str, ...] = ()
+    from_ground: tuple[str, ...] = ()
+    below_others: tuple[str, ...] = ()
+    by_parts: tuple[str, ...] = ()
+    underground: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     not_built: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     @property
     def crs(self) -> str:
@@ -158,3 +184,4 @@ class City:
         for name, words in NOTED.items():
             if names := getattr(self, name):
                 yield f"{words}: {len(names)} ({listed(names)})"
+        yield from self.remarks

@@ -1,11 +1,12 @@
 """CityJSON: solids as outlines from above, with their heights.
 
-The format: https://www.cityjson.org/specs/ (versions 1.0 to 2.0).
+The format: https://www.cityjson.org/specs/ (versions 1.0 to 2.0, and CityJSONSeq).
 """
 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from itertools import chain
@@ -17,63 +18,122 @@ import pandas as pd
 import pyproj
 import shapely
 
+from optuav.arrays import Floats
+from optuav.city.columns import SOLID
 from optuav.city.outlines import mended
 from optuav.errors import Fault, InputError
 from optuav.mission.files import refusal
 from optuav.mission.maps import UNREADABLE, table
-from optuav.mission.messages import shown
+from optuav.mission.messages import listed, shown
 
 FARTHEST = 1e9  # Coordinates [m or deg], more than any reference system has
 DEEPEST = 10  # Parts within parts
-KINDS = ("Building", "BuildingPart")
+BUILDING = re.compile(r"(\+.*)?Building(Part)?")  # Types of extensions begin with a plus sign
+CODES = re.compile(r"(?:EPSG\W+(?:(?:0|\d+(?:\.\d+)+)\W+)?|\+)(\d{4,6})(?!\d)")
+DEPTHS = {"MultiSurface": 0, "CompositeSurface": 0}
+DEPTHS |= {"Solid": 1, "MultiSolid": 2, "CompositeSolid": 2}
+"""How deep surfaces lie in the boundaries of a geometry; other types have no surfaces."""
+
+Prism = tuple[list[Any], float, float]
+"""Surfaces that have an area from above, and the lowest and the highest corner."""
+NOTHING: Prism = ([], np.nan, np.nan)
 
 
-def solids(document: dict[str, Any], file: Path) -> Any:
-    """The buildings of a CityJSON document as a table with outline and height.
+def solids(parts: list[Any], file: Path) -> tuple[Any, tuple[str, ...]]:
+    """Return the buildings of CityJSON as a table, and remarks on other objects.
 
-    A building counts by its parts where it has some. The outline is all that its surfaces cover
-    from above, at the highest level of detail; its height reaches from the lowest corner of all
-    parts of the building to its own highest, 0 where it is flat. The column `height` holds it; the
-    others hold attributes, such as `measuredHeight`.
+    `parts` is a document, or the head and the features of a sequence. A building counts by those of
+    its parts that have an outline, if some have. The outline is all that surfaces cover from above,
+    at the highest level of detail that has any. The column `SOLID` is the height from the lowest
+    corner of all parts of the building to the highest of the part, 0 where it is flat, in the unit
+    of the file. The other columns hold attributes, such as `measuredHeight`.
     """
-    at, rows = "vertices or transform", list[tuple[Any, ...]]()
+    at, rows, kinds = "type", list[tuple[Any, ...]](), Counter[str]()
     try:
-        corners_m = np.array(document["vertices"], dtype=float).reshape(-1, 3)
-        if grid := document.get("transform"):
-            corners_m = corners_m * grid["scale"] + grid["translate"]
-        if not (np.abs(corners_m) < FARTHEST).all():
-            raise refusal(file, f"has coordinates beyond {FARTHEST:g}")
-        at, objects = "CityObjects", document["CityObjects"]
-        for name, each in objects.items():
-            at = f"CityObjects, {shown(name)}"
-            if each["type"] in KINDS and each.get("geometry") and not _in_parts(each, objects):
-                prism = _prism(each["geometry"], corners_m)
-                rows.append((name, _whole(name, objects), *prism, each.get("attributes", {})))
-        columns = zip(*rows, strict=True) if rows else ((),) * 6
-        names, wholes, surfaces, low_m, high_m, known = map(list, columns)
-        outlines = _from_above(surfaces, names, file)
-        at = "metadata"
-        frame = table(known, names, outlines, _crs(document), file)
-        ground_m = pd.Series(low_m, dtype=float).groupby(wholes).transform("min").to_numpy()
-        frame["height"] = np.where(np.equal(low_m, high_m), 0.0, high_m - ground_m)
-        return frame
+        for part in parts:
+            at = "vertices or transform"
+            document = {**parts[0], **part}  # Features share scale, system and templates
+            corners = _corners(document, file)
+            at, objects, prisms = "CityObjects", document["CityObjects"], dict[str, Prism]()
+            for name, each in objects.items():
+                at = f"CityObjects, {shown(name)}"
+                if _is_building(each):
+                    prisms[name] = _prism(each.get("geometry") or (), corners, document, file)
+                else:
+                    kinds[each["type"]] += 1
+            at, above = "CityObjects", _above(objects)
+            wholes, by_parts = dict[str, list[str]](), set[str]()
+            for name, (surfaces, *_) in prisms.items():
+                at = f"CityObjects, {shown(name)}"
+                wholes[name] = [*_wholes(name, above)]
+                by_parts.update(wholes[name][1:] if surfaces else ())
+            for name, prism in prisms.items():
+                each, (_, low_end, high_end) = objects[name], prism
+                below = each["type"].endswith("Part") and high_end > low_end  # Of parts on it
+                if name not in by_parts or below:
+                    attributes = each.get("attributes") or {}
+                    rows.append((name, wholes[name][-1], *prism, attributes))
+        if not rows:
+            raise refusal(file, "has no buildings" + ("; there are " + _told(kinds)) * bool(kinds))
+        at = "metadata or attributes"
+        names, whole, surfaces, low, high, known = map(list, zip(*rows, strict=True))
+        if len({*names}) < len(names):
+            raise refusal(file, "has several objects of one name")
+        frame = table(known, names, _from_above(surfaces, names, file), _crs(parts[0]), file)
+        ground = pd.Series(low, dtype=float).groupby(whole).transform("min").to_numpy()
+        frame[SOLID] = np.where(np.equal(low, high), 0.0, high - ground)
     except InputError:
         raise
     except UNREADABLE:
         raise refusal(file, f"is not CityJSON: {at} is not as specified") from None
+    words = f"left out, as neither Building nor BuildingPart: {_told(kinds)}"
+    return frame, (words,) if kinds else ()
 
 
-def _in_parts(building: dict[str, Any], objects: dict[str, Any]) -> bool:
-    """Return whether parts of a building have a geometry of their own."""
-    return any(objects[child].get("geometry") for child in building.get("children", ()))
+def _told(kinds: Counter[str]) -> str:
+    """The types of objects with their numbers."""
+    return listed([f"{kind} ({count})" for kind, count in kinds.most_common()])
 
 
-def _whole(name: str, objects: Mapping[str, Any]) -> str:
-    """The building that a part belongs to in the end."""
+@np.errstate(over="ignore", invalid="ignore")
+def _corners(document: dict[str, Any], file: Path) -> Floats:
+    """The vertices of a document (vertex, 3)."""
+    corners = np.array(document["vertices"], dtype=float).reshape(-1, 3)
+    if grid := document.get("transform"):
+        corners = corners * grid["scale"] + grid["translate"]
+    return _near(corners, file)
+
+
+def _near(corners: Floats, file: Path) -> Floats:
+    """Corners, refused where they are on no map."""
+    if not (np.abs(corners) < FARTHEST).all():
+        raise refusal(file, f"has coordinates beyond {FARTHEST:g}")
+    return corners
+
+
+def _is_building(each: dict[str, Any]) -> bool:
+    """Return whether an object is a building or a part of one, also by an extension."""
+    return bool(BUILDING.fullmatch(each["type"]))
+
+
+def _above(objects: Mapping[str, Any]) -> dict[str, str]:
+    """The building that each part belongs to, which one of the two may state."""
+    buildings = {name: each for name, each in objects.items() if _is_building(each)}
+    above = {
+        child: name for name, each in buildings.items() for child in each.get("children") or ()
+    }
+    for name, each in buildings.items():
+        above.update((name, whole) for whole in each.get("parents") or () if whole in buildings)
+    return above
+
+
+def _wholes(name: str, above: Mapping[str, str]) -> Iterator[str]:
+    """Yield a part, the building that it belongs to, and so on."""
     for _ in range(DEEPEST):
-        if not (above := objects[name].get("parents")):
-            return name
-        name = above[0]
+        yield name
+        if name not in above:
+            return
+        name = above[name]
     raise ValueError
 
 
@@ -86,35 +146,59 @@ def _from_above(surfaces: list[list[Any]], names: list[str], file: Path) -> list
     return [shapely.union_all(shapes[n - count : n]) for n, count in zip(ends, counts, strict=True)]
 
 
-def _prism(geometries: list[dict[str, Any]], corners_m: Any) -> tuple[list[Any], float, float]:
-    """Surfaces that have an area from above, and the lowest and highest corner [m]."""
-    best = max(geometries, key=lambda each: float(each.get("lod", 0)))
-    rings = [*_outer_rings(best["boundaries"])]
-    seen = [shapely.Polygon(corners_m[ring, :2]) for ring in rings if len(ring) > 2]
-    used = np.concatenate([*map(np.array, rings)])
-    if (used < 0).any():
+def _prism(geometries: Any, corners: Floats, document: dict[str, Any], file: Path) -> Prism:
+    """The geometry with surfaces of the highest level of detail."""
+    known = [_resolved(geometry, corners, document) for geometry in geometries]
+    for shape, points, placed in sorted(known, key=_detail, reverse=True):
+        if not (rings := [ring for ring in _outer_rings(shape) if len(ring) > 2]):
+            continue
+        used = np.concatenate([*map(np.array, rings)])
+        if (used < 0).any():
+            raise IndexError
+        with np.errstate(over="ignore", invalid="ignore"):
+            at = _near(points[used] @ placed[:3, :3].T + placed[:3, 3], file)
+        seen = map(shapely.Polygon, np.split(at[:, :2], np.cumsum([*map(len, rings)])[:-1]))
+        # Walls are lines from above.
+        if flat := [polygon for polygon in seen if polygon.area > 0.0]:
+            return flat, float(at[:, 2].min()), float(at[:, 2].max())
+    return NOTHING
+
+
+def _resolved(geometry: Any, corners: Floats, document: dict[str, Any]) -> tuple[Any, Floats, Any]:
+    """A geometry, its vertices, and the matrix that places them; for an instance its template's."""
+    placed = np.eye(4)
+    if geometry.get("type") != "GeometryInstance":
+        return geometry, corners, placed
+    (anchor,), number = geometry["boundaries"], geometry["template"]
+    if min(anchor, number) < 0:
         raise IndexError
-    used_m = corners_m[used, 2]
-    # Walls are lines from above.
-    flat = [polygon for polygon in seen if polygon.area > 0.0]
-    return flat, float(used_m.min()), float(used_m.max())
+    placed[:] = np.reshape(geometry["transformationMatrix"], (4, 4))
+    placed[:3, 3] += corners[anchor]
+    templates = document["geometry-templates"]
+    points = np.array(templates["vertices-templates"], dtype=float).reshape(-1, 3)
+    return templates["templates"][number], points, placed
 
 
-def _outer_rings(boundaries: Any) -> Iterator[list[int]]:
-    """The outer ring of every surface, however deep it lies."""
-    if isinstance(boundaries[0][0], int):
-        yield boundaries[0]
-    else:
-        for boundary in boundaries:
-            yield from _outer_rings(boundary)
+def _detail(resolved: tuple[Any, ...]) -> float:
+    """The level of detail of a geometry."""
+    return float(resolved[0].get("lod", 0))
 
 
-def _crs(document: dict[str, Any]) -> str | None:
-    """Its reference system, such as ``EPSG:7415``; None if it states none."""
-    name = document.get("metadata", {}).get("referenceSystem")
+def _outer_rings(geometry: Any) -> Iterator[list[int]]:
+    """The outer ring of every surface."""
+    surfaces = geometry["boundaries"] if geometry.get("type") in DEPTHS else []
+    for _ in range(DEPTHS.get(geometry.get("type"), 0)):
+        surfaces = [*chain.from_iterable(surfaces)]
+    return (surface[0] for surface in surfaces if surface)
+
+
+def _crs(document: dict[str, Any]) -> pyproj.CRS | None:
+    """Its reference system, such as ``EPSG:7415`` or two codes for plane and heights; or None."""
+    name = (document.get("metadata") or {}).get("referenceSystem")
     if not name:
         return None
-    if found := re.search(r"EPSG\W+(?:[\d.]+\W+)?(\d{4,6})$", str(name)):
+    codes = CODES.findall(str(name))
+    if codes and str(name).endswith(codes[-1]):
         with suppress(pyproj.exceptions.CRSError):
-            return str(pyproj.CRS.from_epsg(found[1]))
+            return pyproj.CRS.from_user_input(f"EPSG:{'+'.join(codes)}")
     raise InputError([Fault("metadata.referenceSystem", shown(name), "a code of EPSG")])

@@ -35,8 +35,9 @@ class Map:
     """Options of ``optuav city``: the parts of the map file that count; None if not stated."""
 
     layer: str | None = None
-    height: str = "height"
-    levels: str = "building:levels"
+    height: str | None = None
+    height_factor: float | None = None
+    levels: str | None = None
     level_height_m: float = 3.0
     crs: str | None = None
     bbox: str | None = None

@@ -39,7 +39,7 @@ def problem_class(stated: str) -> type[Formulation]:
     sys.path.append(str(place.parent))
     try:
         program = compile(text, str(place), "exec")
-    except (MemoryError, RecursionError, SyntaxError) as error:
+    except (MemoryError, RecursionError, SyntaxError, ValueError) as error:
         raise _refused(error, name, getattr(error, "lineno", None) or 1) from error
     try:
         exec(program, module.__dict__)

@@ -329,9 +329,10 @@ def _optimum(
     part, solution = program.parts[number], solutions[number]
     point, row = solution.point(entry), part.model.row(entry)
     hover_s, sought = point.get("hover_time_s", 0.0), _objective(part.model)
+    second = float(solution.second[entry])
     notes = [] if plan.status is Status.OPTIMAL else [*plan.notes]
     if program.question.slot_s is not None:
-        best = f"the optimum with continuous times, {solution.objective[entry]:.2f} {sought}"
+        best = f"the optimum with continuous times, {solution.objective[entry]:.6g} {sought}"
         belong = "constraints, proof and prices belong to"
         notes.append(f"an answer in slots has no shadow prices: {belong} {best}")
     elif abs(hover_s - plan.hover_time_s) > SAME_S * max(1.0, hover_s):
@@ -347,15 +348,15 @@ def _optimum(
         constraints=tuple(_sides(program, part, entry, {**row, **point})),
         bound=bound(part.model, row, solution.binding_labels(entry)),
         prices=prices(program, solutions, tied[0], brief=brief),
-        key_prices=() if brief else key_prices(program.question, program.network),
+        key_prices=() if brief else key_prices(program.question, program.network, second),
         notes=tuple(notes),
     )
 
 
 def _objective(model: Model) -> str:
-    """Name the objective, with its unit if all its terms have the same."""
+    """Name the objective, with the unit that it states, or the one that all its terms have."""
     goal, names = model.objective, {"hover_time_s": "hover", "rest_time_s": "rest"}
-    units = {leaf.unit for leaf in leaves(goal)}
+    units = {model.objective_unit} - {""} or {leaf.unit for leaf in leaves(goal)}
     unit = f"{units.pop()} " if len(units) == 1 and units != {"1"} else ""
     known = names.get(goal.name) if isinstance(goal, Variable) else None
     return f"{unit}of {known or Text().write(goal)}"

@@ -18,7 +18,7 @@ from optuav.solving.best_plans import best_plans, takes_arrays
 from optuav.solving.question import Question
 
 PERCENT = 0.01
-NEGLIGIBLE = 1e-3  # Change of the objective that is as good as none [s of hover]
+NEGLIGIBLE = 1e-3  # Change of the objective that is as good as none, in a second's worth
 
 
 @dataclass(frozen=True)
@@ -59,8 +59,10 @@ class KeyPrice:
         return max((float(f"{side:.6g}") for side in sides), default=0.0)
 
 
-def key_prices(question: Question, network: Network) -> tuple[KeyPrice, ...]:
+def key_prices(question: Question, network: Network, second: float) -> tuple[KeyPrice, ...]:
     """The prices of the keys that flight model, beam and drag have, the largest first.
+
+    A second of a time is worth `second` in the unit of the objective.
 
     None for a mission with the paper's own models, for an edited graph, and for questions whose
     plan is searched for.
@@ -76,7 +78,7 @@ def key_prices(question: Question, network: Network) -> tuple[KeyPrice, ...]:
     if np.isnan(objective[0]):
         return ()
     change = np.nan_to_num(objective[1:] - objective[0], nan=-np.inf)
-    change[np.abs(change) < NEGLIGIBLE] = 0.0
+    change[np.abs(change) < NEGLIGIBLE * second] = 0.0
     valid = [_valid(mission, dict(zip(columns, row, strict=True))) for row in values[1:].tolist()]
     change[np.logical_not(valid)] = np.nan
     units = ("1" if key.unit == "-" else key.unit for key in keys)

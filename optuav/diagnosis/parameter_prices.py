@@ -19,12 +19,14 @@ from optuav.solving import Program
 from optuav.solving.longest import AT_ONCE
 from optuav.status import Status
 
-NEGLIGIBLE = 1e-7  # Change by as much of a parameter as there is, below which it is rounding
+NEGLIGIBLE = 1e-7
+"""Change by as much of a parameter as there is, below which it is rounding, in a second's worth."""
 RATIO_STEP = 0.01  # One more unit of a ratio is one more percent
 AGAIN = {closed_form.NAME: closed_form.solve, bracket.NAME: bracket.solve}
 """The engines that prove every answer, and quickly enough to answer once for every step."""
 ROUNDED, BRACKETED = 1e-12, 1e-7
-"""Change of the objective that is rounding: as a share in closed form, in all when bracketed."""
+"""Change of the objective that is rounding: a share of it in closed form, of a second's worth when
+bracketed."""
 
 Step = tuple[Parameter, float]  # A parameter and by how much it changes
 
@@ -43,7 +45,8 @@ class Price:
         Its present value, in its unit.
     less, more
         Change of the objective (s of hover) per unit, below and above the value: they differ at a
-        kink, are infinite on a side that is infeasible, and NaN beyond the range of the key.
+        kink, are infinite on a side that is infeasible, and NaN beyond the range of the key; 0
+        where that is rounding.
     step
         How much "one more" is, in the parameter's unit.
     gain, loss
@@ -81,8 +84,7 @@ class Price:
     @property
     def matters(self) -> bool:
         """True if a change to either side moves the objective beyond rounding."""
-        size = max(abs(self.value), self.step)
-        return any(abs(side) * size > NEGLIGIBLE for side in (self.less, self.more))
+        return any(abs(side) > 0.0 for side in (self.less, self.more))
 
     @property
     def at_edge(self) -> bool:
@@ -111,13 +113,16 @@ def prices(
     moved = [(p, sign * step) for sign in (1, -1) for p, step in pairs]
     changes = np.full((len(parameters), 2), np.nan)
     changes[again] = _effects(program, solutions, chosen, moved).reshape(2, -1).T
+    negligible = NEGLIGIBLE * float(solutions[chosen[0]].second[chosen[1]])
     rows, columns = [], (parameters, known_keys, steps, changes.tolist())
     for p, key, step, change in zip(*columns, strict=True):
         rate, is_open = rates[p.name], bool(np.isnan(change).any())
         both = zip((rate.more, rate.less), change, strict=True)
         gain, loss = (math.nan if is_open or math.isnan(side) else again for side, again in both)
         what = p.name, p.symbol, p.unit, key.name if key else "", float(row[p.name])
-        rows.append(Price(*what, rate.less, rate.more, step, gain, loss, not is_open))
+        size = max(abs(what[-1]), step)
+        less, more = (0.0 if abs(side) * size <= negligible else side for side in rate)
+        rows.append(Price(*what, less, more, step, gain, loss, not is_open))
     return tuple(sorted(rows, key=lambda each: not each.key))
 
 
@@ -178,9 +183,11 @@ def _effects(
         best = np.fmax(best, np.fmax.reduce(table, axis=1, initial=-np.inf))
         unclear = np.isin(solution_moved.statuses, [Status.FEASIBLE, Status.UNKNOWN])
         is_open |= unclear.reshape(shape).any(axis=1)
-    before = float(solutions[chosen[0]].objective[chosen[1]])
+    winner, entry = solutions[chosen[0]], chosen[1]
+    before = float(winner.objective[entry])
     change = program.parts[chosen[0]].model.towards * best - before
     exact = all(solution.engine == closed_form.NAME for solution in solutions)
-    change[np.abs(change) <= (ROUNDED * abs(before) if exact else BRACKETED)] = 0.0
+    rounding = ROUNDED * abs(before) if exact else BRACKETED * winner.second[entry]
+    change[np.abs(change) <= rounding] = 0.0
     change[is_open] = np.nan
     return change

@@ -1,8 +1,8 @@
 """The longest time that limits of battery wells allow, bracketed by a feasible point and a bound.
 
-Takes models that maximise one of at most two times, with constraints of the form that phases of
-constant current give (see `rows`), linear ones among them. The answer comes with a time that no
-answer exceeds.
+Takes models that maximise a multiple of one of at most two times, with constraints of the form
+that phases of constant current give (see `rows`), linear ones among them. The answer comes with a
+time that no answer exceeds.
 
 Where the rows allow it, the largest y under the falling rows is best for every x, and the
 rows hold up to some x and nowhere beyond: both ends of an interval around it are evaluated.
@@ -42,7 +42,7 @@ from optuav.engines.rows import (
 from optuav.engines.solution import Solution
 from optuav.errors import InputError
 from optuav.modelling.check import evaluated
-from optuav.modelling.forms import CONSTANT, Monomial
+from optuav.modelling.forms import CONSTANT, Monomial, affine
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate
 from optuav.status import SAME_S, Status
@@ -246,12 +246,15 @@ def solve(
     """Bracket the longest time of every programme.
 
     Arguments as of `optuav.engines.registry.Engine.solve`.
-    The objective is one of at most two unknowns from 0. No answer exceeds the solution's `beyond`:
-    the status is feasible if it is farther than `SAME_S` from the answer, unknown without an
-    answer, and error if a number is NaN.
+    The objective is a multiple of one of at most two unknowns from 0. No answer exceeds the
+    solution's `beyond`: the status is feasible if it is farther than `SAME_S` of that unknown from
+    the answer, unknown without an answer, and error if a number is NaN.
     """
-    numbers = values or {}
-    names = sorted((variable.name for variable in model.variables), key=model.objective.name.__ne__)
+    numbers, goal = values or {}, affine(model.objective, values or {})
+    ((sought, rate),) = goal.coefficients.items()
+    if np.any(np.asarray(rate) <= 0.0):
+        raise InputError(f"engine {NAME} needs an objective that grows with {sought}")
+    names = sorted((variable.name for variable in model.variables), key=sought.__ne__)
     forms = stated_forms(model, numbers, relaxed=True)
     rows, tops, usable = rows_and_tops(forms, names, programmes)
     if tapers := any(form.relaxed for form in forms):
@@ -269,10 +272,10 @@ def solve(
         engine=NAME,
         proof=PROOF if answered.any() else PROOF_OF_NONE,
         statuses=[FOUND_OUT[code] for code in found_out.tolist()],
-        objective=points[names[0]] + 0.0,
+        objective=goal.constant + rate * points[sought],
         values={variable.name: points[variable.name] for variable in model.variables},
         duals=() if tapers else None,
-        beyond=np.where(usable, interval.beyond, np.nan),
+        beyond=np.where(usable, goal.constant + rate * interval.beyond, np.nan),
         declared=model,
         given=numbers,
     )

@@ -30,7 +30,7 @@ from optuav.modelling.classify import traits
 from optuav.modelling.expression import Operand
 from optuav.modelling.forms import NotAffineError, affine
 from optuav.modelling.model import Model
-from optuav.modelling.traversal import KINKED, PARTIALS, evaluate, fold, has_unknowns
+from optuav.modelling.traversal import KINKED, PARTIALS, evaluate, fold, has_unknowns, worth
 from optuav.status import Status
 
 NAME = "casadi"
@@ -47,7 +47,8 @@ OPTIONS: Mapping[str, Operand] = {
     "ipopt.diverging_iterates_tol": 1e8,
 }
 LATE = f"{NAME} did not finish within the time limit"
-EQUAL = 1e-10  # Relative loss of the objective that the preferences may use up
+EQUAL = 1e-10
+"""Loss of a goal that later ones may use up, as a share of its value, or of a second's worth."""
 ACCURACY = 1e-10  # What IPOPT asks of optimality, scaled, unless a caller is content with less
 ITERATIONS = 3000
 SHARES = (0.02, 0.5, 0.98)  # Where the starts lie between the bounds of an unknown
@@ -261,8 +262,9 @@ class CasadiProgramme:
             point, answer, word = self._reached(scaled, start)
             said.append(word)
             if point is not None:
-                cost = float(evaluate(self.goals[0], {**scaled.parameters, **point}))
-                if best is None or cost < least - EQUAL * max(1.0, abs(least)):
+                at = {**scaled.parameters, **point}
+                cost = float(evaluate(self.goals[0], at))
+                if best is None or cost < least - self._equal(self.goals[0], least, at):
                     best, least = (point, answer), cost
                 if self.linear:  # any local optimum is the global one
                     break
@@ -282,12 +284,17 @@ class CasadiProgramme:
         """Return the one of equally good points with the smallest preferences, in order."""
         floors: list[float] = []
         for goal in self.goals[:-1]:
-            kept = float(evaluate(goal, {**scaled.parameters, **point}))
-            kept += EQUAL * max(1.0, abs(kept))
+            at = {**scaled.parameters, **point}
+            kept = float(evaluate(goal, at))
+            kept += self._equal(goal, kept, at)
             floors.append(kept if floors else kept / scaled.steepness)
             start = np.array([point[name] for name in self.names]) / scaled.scale
             point = self._reached(scaled, start, floors)[0] or point
         return point
+
+    def _equal(self, goal: Operand, value: float, at: Values) -> float:
+        """Difference to a value of a goal that counts as none."""
+        return EQUAL * max(float(worth(goal, self.model.variables, at)), abs(value))
 
     def _reached(
         self, scaled: Scaled, start: Floats, floors: Sequence[float] = ()

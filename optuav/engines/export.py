@@ -21,6 +21,7 @@ from optuav.modelling.classify import traits
 from optuav.modelling.expression import Variable
 from optuav.modelling.model import Model
 from optuav.modelling.writer import Text
+from optuav.silence import silent
 
 LONGEST_NAME = 120
 RESERVED = (
@@ -73,6 +74,7 @@ def _by_pyomo(model: Model, values: Values, form: str) -> tuple[str, list[str]]:
     return text, [f"{name} is {x.name}, {_symbol(x)}" for name, x in names if name]
 
 
+@silent()
 def _by_highs(model: Model, values: Values, form: str) -> tuple[str, list[str]]:
     """Text of a linear programme, and the meaning of the names in it."""
     import highspy

@@ -30,7 +30,7 @@ from optuav.modelling.check import TOLERANCE, evaluated, holding, relations
 from optuav.modelling.expression import Operand, Relation
 from optuav.modelling.forms import CONSTANT, Exponential, NotExponentialError, exponential
 from optuav.modelling.model import Model
-from optuav.modelling.traversal import evaluate
+from optuav.modelling.traversal import evaluate, worth
 from optuav.status import Status
 
 NAME = "grid"
@@ -40,7 +40,8 @@ CURVED_CELLS_AT_ONCE = 1 << 15
 """The same where constraints are not linear, as every step on the way to them is kept."""
 MOST_SLOTS = 1 << 24  # Slots of one unknown, so that they fit in memory
 MOST_CELLS = 10**11  # Cells tried without a time limit: some hours at most for a route
-EQUAL = 1e-9  # Relative difference below which two objective values are the same
+EQUAL = 1e-9
+"""Difference of two equal values of a goal, as a share of the value, or of a second's worth."""
 
 
 def axes(model: Model, parameters: Values, slot_s: float, *, limited: bool = True) -> list[Floats]:
@@ -140,14 +141,15 @@ def _best_cell(
     sign, tried, count = model.towards, 0, math.prod(map(len, ways))
     flat, formed, curved = tests(model, parameters)
     most = CURVED_CELLS_AT_ONCE if curved else CELLS_AT_ONCE
-    best: tuple[list[float], dict[str, float]] | None = None
+    trees = [model.objective, *model.preferences]
+    best: tuple[list[float], list[float], dict[str, float]] | None = None
     for block in _blocks(model, ways, most):
         if seen:
             seen(tried, count)
         if time.monotonic() > latest:
             raise SolverError(f"{NAME} saw {tried:.3g} of {count:.3g} cells within the time limit")
         tried += math.prod(map(np.size, block.values()))
-        least = -math.inf if best is None else best[0][0] - EQUAL * max(1.0, abs(best[0][0]))
+        least = -math.inf if best is None else best[0][0] - best[1][0]
         points = _cut(block, sign * evaluate(model.objective, {**parameters, **block}) >= least)
         points = _cut(points, cells(flat, points))
         kept = cells([*flat, *formed, *curved], points)
@@ -156,22 +158,36 @@ def _best_cell(
         values = {**parameters, **points}
         goals = [sign * evaluate(model.objective, values)]
         goals += [-evaluate(preference, values) for preference in model.preferences]
-        where, scores = np.nonzero(kept), list[float]()
-        for goal in goals:
+        where, scores, ties = np.nonzero(kept), list[float](), list[float]()
+        cell = partial(_cell, points, kept.shape)
+        for tree, goal in zip(trees, goals, strict=True):
             reached = np.broadcast_to(goal, kept.shape)[where]
-            scores.append(float(np.fmax.reduce(reached, initial=-np.inf)))
-            as_good = reached >= scores[-1] - EQUAL * max(1.0, abs(scores[-1]))
-            where = tuple(index[as_good & (reached > -np.inf)] for index in where)
-        pairs = zip(scores, best[0] if best else scores, strict=True)
-        differ = (a > b for a, b in pairs if abs(a - b) > EQUAL * max(1.0, abs(b)))
-        if len(where[0]) and (best is None or next(differ, False)):
-            first = tuple(index[0] for index in where)
-            cell = {n: float(np.broadcast_to(x, kept.shape)[first]) for n, x in points.items()}
-            best = (scores, cell)
+            reached = np.where(np.isnan(reached), -np.inf, reached)
+            if reached.max(initial=-np.inf) == -np.inf:
+                break
+            first = int(reached.argmax())
+            here = {**parameters, **cell(tuple(index[first] for index in where))}
+            scores.append(float(reached[first]))
+            second = float(worth(tree, model.variables, here))
+            ties.append(EQUAL * max(second, abs(scores[-1])))
+            where = tuple(index[reached >= scores[-1] - ties[-1]] for index in where)
+        if len(scores) < len(goals):
+            continue
+        known = best or (scores, ties)
+        differ = (a > b for a, b, tie in zip(scores, *known[:2], strict=True) if abs(a - b) > tie)
+        if best is None or next(differ, False):
+            best = scores, ties, cell(tuple(index[0] for index in where))
     if best is None:
         return None
     bounds = own_bounds(model, parameters)
-    return {name: min(value, bounds[name][1]) for name, value in best[1].items()}
+    return {name: min(value, bounds[name][1]) for name, value in best[2].items()}
+
+
+def _cell(
+    points: Mapping[str, Floats], shape: tuple[int, ...], place: tuple[np.intp, ...]
+) -> dict[str, float]:
+    """Values of the unknowns at a place in a block."""
+    return {name: float(np.broadcast_to(axis, shape)[place]) for name, axis in points.items()}
 
 
 def _tight(model: Model, parameters: Values, point: Values, slot_s: float) -> Iterator[str]:

@@ -34,7 +34,8 @@ from optuav.modelling.traversal import Slope, evaluate, leaves, slope
 MET, NEARLY_MET = 1e-8, 1e-6
 """Share of its largest term below which a row counts as met, in exact and in other answers."""
 NEGLIGIBLE = 1e-7  # Share of the largest below which multipliers and their residuals are zero
-SAME = 1e-9  # Relative difference below which two objective values are the same
+SAME = 1e-9
+"""Difference of equal values of the objective as a share of them, and of terms that cancel."""
 MOST_ROWS = 14  # Rows that hold with equality, before their combinations are too many to enumerate
 BESIDE = 1e-150  # Distance from 0, and from its kinks, where functions have a slope
 APART_S = 1e-3  # Least distance of points that are not one but for the accuracy of an engine
@@ -91,7 +92,7 @@ def local_multipliers(model: Model, values: Values) -> dict[str, float]:
 
 def basic_multipliers(normals: Floats, goal: Floats) -> Iterator[Floats]:
     """Basic solutions λ ≥ 0 of Σ λ a = c."""
-    size = max(1.0, float(np.abs(goal).max(initial=0.0)))
+    size = float(np.abs(goal).max(initial=0.0))
     found: list[Floats] = []
     for rows, unit, lengths in _combinations(normals, range(len(goal) + 1)):
         if rows and np.linalg.matrix_rank(unit, tol=1e-9) < len(rows):
@@ -102,7 +103,7 @@ def basic_multipliers(normals: Floats, goal: Floats) -> Iterator[Floats]:
             continue
         full = np.zeros(len(normals))
         full[rows] = np.maximum(weights, 0.0) / lengths
-        if not any(np.allclose(full, other, rtol=1e-9, atol=1e-12) for other in found):
+        if not any(np.allclose(full, other, rtol=1e-9, atol=1e-12 * size) for other in found):
             found.append(full)
             yield full
 
@@ -149,13 +150,14 @@ def optimal_points(model: Model, parameters: Values, point: Values) -> list[list
     a, b = a[np.isfinite(b)], b[np.isfinite(b)]
     x = np.array([point[name] for name in form.names])
     best, size = float(c @ x), SAME * np.maximum(1.0, np.abs(b))
+    close = SAME * max(np.abs(c).max(initial=0.0), abs(best))
     found: list[Floats] = []
     few = np.count_nonzero(a.any(axis=1)) <= MOST_ROWS
     for rows, unit, lengths in _combinations(a, [len(x)] if few else []):
         if np.linalg.matrix_rank(unit) < len(x):
             continue
         vertex = np.asarray(np.linalg.solve(unit, b[rows] / lengths), dtype=float)
-        if (a @ vertex - b > size).any() or abs(c @ vertex - best) > SAME * max(1.0, abs(best)):
+        if (a @ vertex - b > size).any() or abs(c @ vertex - best) > close:
             continue
         if not any(np.allclose(vertex, other, rtol=1e-9, atol=1e-9) for other in found):
             found.append(vertex)
@@ -210,7 +212,7 @@ class ShadowPrice(NamedTuple):
     @property
     def has_kink(self) -> bool:
         """True if the two sides differ, or one is beyond the range."""
-        return not math.isclose(self.less, self.more, rel_tol=1e-6, abs_tol=1e-9)
+        return not math.isclose(self.less, self.more, rel_tol=1e-6)
 
 
 class ShadowPrices(dict[str, ShadowPrice]):
@@ -299,8 +301,10 @@ def _prices_at(
         endless = np.vstack([np.empty((0, len(common))), *rays(normals)])
         at_points = []
         for goal, rows in zip(goals, slopes, strict=True):
-            rates = side * (goal[count:] - weights @ rows[:, count:])
-            blocked = (side * endless @ rows[:, count:] > size).any(axis=0)
+            own, moving = goal[count:], rows[:, count:]
+            rates = side * (own - weights @ moving)
+            rates[np.abs(rates) <= SAME * (np.abs(own) + weights @ np.abs(moving))] = 0.0
+            blocked = (side * endless @ moving > size).any(axis=0)
             at_points.append(np.where(blocked, -np.inf, rates.min(axis=0)))
         gains.append(sign * side * np.max(at_points, axis=0))
     sides = np.transpose(gains).tolist()

@@ -17,6 +17,8 @@ from optuav.errors import Fault, InputError, SolverError, refuse, shown
 from optuav.modelling.classify import traits
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
+from optuav.modelling.traversal import worth
+from optuav.silence import silent
 from optuav.status import Status
 
 HIGHS = "appsi_highs"  # HiGHS in Pyomo's words
@@ -27,8 +29,10 @@ SETTINGS: Mapping[str, Values] = {
     "ipopt": {"tol": 1e-10, "constr_viol_tol": 1e-11, "bound_relax_factor": 0.0},
 }
 """Options of solvers whose defaults are too coarse for seconds."""
-EQUAL = 1e-11  # Relative loss of the objective that the preferences may use up
-STATIONARY = 1e-6  # Largest residual of an answer that meets the conditions of optimality
+EQUAL = 1e-11
+"""Loss of a goal that later ones may use up, as a share of its value, or of a second's worth."""
+STATIONARY = 1e-6
+"""Largest residual of an answer that meets the conditions of optimality, in a second's worth."""
 FOUND = {"infeasible": Status.INFEASIBLE, "unbounded": Status.UNBOUNDED}
 ANSWERED = ("optimal", "locallyOptimal", "globallyOptimal")  # Words of solvers that have a point
 
@@ -72,8 +76,9 @@ class Pyomo(OneByOne):
         """Options that HiGHS does not take; Pyomo leaves them out without a word."""
         import highspy
 
-        file = highspy.Highs()  # type: ignore[no-untyped-call]
-        file.setOptionValue("output_flag", False)
+        with silent():
+            file = highspy.Highs()  # type: ignore[no-untyped-call]
+            file.setOptionValue("output_flag", False)
         for key, option in self.options.items():
             with suppress(TypeError):
                 if file.setOptionValue(key, option) == highspy.HighsStatus.kOk:
@@ -111,12 +116,19 @@ class Pyomo(OneByOne):
             return decided
         solution, linear = partial(single, model, NAME, parameters), traits(model).linear
         goals, solver, words = [made.objective, *made.preferences.values()], self._solver(), []
+        trees = [model.objective, *model.preferences]
         made.parameters.store_values({key: float(value) for key, value in parameters.items()})
-        made.del_component("kept")
-        made.kept = library().ConstraintList()
         for goal in goals:
-            for other in goals:
-                other.activate() if other is goal else other.deactivate()
+            goal.deactivate()
+        start = {name: unknown.value for name, unknown in made.unknowns.items()}
+        for component in ("kept", "sought"):
+            made.del_component(component)
+        made.kept = library().ConstraintList()
+        for goal, tree in zip(goals, trees, strict=True):
+            # Tolerances of solvers are absolute: a second is worth 1 to them.
+            size = float(worth(tree, model.variables, {**parameters, **start})) or 1.0
+            made.del_component("sought")
+            made.sought = library().Objective(expr=goal.expr / size, sense=goal.sense)
             with failures_named(self.solver):
                 results = solver.solve(made, load_solutions=False, **asked)
                 words.append(str(results.solver.termination_condition))
@@ -126,8 +138,9 @@ class Pyomo(OneByOne):
                 raise SolverError(f"{NAME} with {self.solver} did not finish within the time limit")
             if words[-1] not in ANSWERED:
                 break
-            sign, reached = 1.0 if goal.is_minimizing() else -1.0, library().value(goal)
-            made.kept.add(sign * (goal.expr - reached) <= EQUAL * max(1.0, abs(reached)))
+            sign, reached = 1.0 if goal.is_minimizing() else -1.0, library().value(made.sought)
+            loss = sign * (made.sought.expr - reached)
+            made.kept.add(loss <= EQUAL * max(1.0, abs(reached)))
         if (word := words[0]) not in ANSWERED:
             # A local solver proves no infeasibility.
             known = FOUND if linear or word != "infeasible" else {}
@@ -145,6 +158,7 @@ class Pyomo(OneByOne):
         if any(whole):
             return answer
         answer = replace(answer, duals=None)
-        if np.max(answer.residuals()) > STATIONARY:
+        violation, *others = answer.residuals()
+        if max(violation, np.max(others) / (answer.second[0] or 1.0)) > STATIONARY:
             return replace(answer, statuses=[Status.FEASIBLE], proof=f"{self.solver} says {word}")
         return answer

@@ -15,6 +15,7 @@ from optuav.errors import InputError, SolverError, require
 from optuav.modelling.expression import Leaf, Let, Operand, Variable
 from optuav.modelling.model import Model
 from optuav.modelling.traversal import evaluate, fold, has_unknowns
+from optuav.silence import silent
 
 NAME = "pyomo"
 SAME = 1e-9  # Relative difference allowed between Pyomo's value of a tree and optuav's
@@ -40,10 +41,10 @@ def library() -> Any:
 
 @contextmanager
 def failures_named(of: str, kind: type[Exception] = SolverError) -> Iterator[None]:
-    """Turn errors of Pyomo or a solver into an error of ours, and silence their logs."""
+    """Turn errors of Pyomo or a solver into an error of ours, and silence them."""
     from pyomo.common.log import LoggingIntercept
 
-    with LoggingIntercept(io.StringIO(), "pyomo"):
+    with silent(), LoggingIntercept(io.StringIO(), "pyomo"):
         try:
             yield
         except Exception as error:  # Plugins raise errors of any kind

@@ -17,6 +17,7 @@ from optuav.engines.solution import Solution, stacked
 from optuav.errors import Fault, InputError, shown
 from optuav.modelling.classify import Traits
 from optuav.modelling.model import Model
+from optuav.silence import silent
 
 MOST_UNKNOWNS = 2
 Need: TypeAlias = Literal["derivatives", "lower bounds", "levelling"]
@@ -44,8 +45,8 @@ class Capability:
         None for any number.
     needs
         ``"derivatives"`` everywhere; ``"lower bounds"`` on every unknown; ``"levelling"``: the
-        longest of at most two times as objective, and as constraints what phases of constant
-        current give.
+        longest of at most two times, or a multiple of it, as objective, and as constraints what
+        phases of constant current give.
 
     Examples
     --------
@@ -160,7 +161,7 @@ class Engine(Protocol):
 
 
 class OneByOne(Engine):
-    """Base of engines that prepare a model, and solve one programme after the other."""
+    """Base of engines that prepare a model, and solve one programme after the other in silence."""
 
     @abstractmethod
     def prepare(
@@ -170,14 +171,16 @@ class OneByOne(Engine):
 
     def compile(self, model: Model, programmes: int = 1, **limits: float | None) -> Compiled:
         """Hand over a model, to be solved often; see `Engine`."""
-        single = self.prepare(model, **limits)
+        with silent():
+            single = self.prepare(model, **limits)
         rows = [model.row(index) for index in range(programmes)]
 
         def solve(values: Values) -> Solution:
             solutions = []
             for k, row in enumerate(rows):
                 changed = {n: float(v[k] if np.ndim(v) else v) for n, v in values.items()}
-                solutions.append(single({**row, **changed}))
+                with silent():
+                    solutions.append(single({**row, **changed}))
             return solutions[0] if len(solutions) == 1 else stacked(solutions)
 
         return solve

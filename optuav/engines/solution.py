@@ -19,11 +19,12 @@ from optuav.modelling.check import Checks, evaluated, relations, unusable
 from optuav.modelling.display import table
 from optuav.modelling.expression import Operand
 from optuav.modelling.model import Model
-from optuav.modelling.traversal import evaluate, has_unknowns
-from optuav.status import Status
+from optuav.modelling.traversal import evaluate, has_unknowns, worth
+from optuav.status import SAME_S, Status
 
 DUALITY = "linear programming duality, KKT conditions evaluated again"
 HEADS = ("constraint", "slack", "multiplier", "")
+ROUNDING = 1e-13  # Share of an objective that is rounding
 TIGHT = 1e-7  # Slack below which a constraint holds with equality, relative to max(1, |right side|)
 
 
@@ -155,6 +156,17 @@ class Solution:
         answered = (k for k, each in enumerate(self.statuses) if each.has_answer)
         rows = [(k, *row, bool(b)) for k in answered for *row, b in self._constraints(k)]
         return frame(rows, ["programme", "constraint", "slack", "multiplier", "binds"])
+
+    @cached_property
+    def second(self) -> Floats:
+        """Worth of a second of a time in each programme, in the objective's unit; see `worth`."""
+        goal, unknowns = self.declared.objective, self.declared.variables
+        return np.full(self.objective.shape, worth(goal, unknowns, {**self.given, **self.values}))
+
+    @property
+    def ties(self) -> Floats:
+        """Difference to each objective that counts as none, in its unit: `SAME_S` of a time."""
+        return np.maximum(SAME_S * self.second, ROUNDING * np.abs(self.objective))
 
     def point(self, index: int) -> dict[str, float]:
         """Values of the variables in the answer to a programme; `SolverError` without one."""

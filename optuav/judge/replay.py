@@ -11,20 +11,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from optuav.arrays import Floats
 from optuav.errors import NoPlanError
 from optuav.frames import DataFrame
 from optuav.judge.clearance import too_near
 from optuav.judge.course import TOLERANCE, Course, pooled, scheduled, soc, trace
 from optuav.judge.read import read
-from optuav.judge.timeline import Itinerary, Phase, moves, phases, places, segments, ways_along
+from optuav.judge.timeline import Itinerary, Phase, moves, phases, places, segments
 from optuav.mission import Mission
 from optuav.mission.flight_model import CruisingModel, flight_of
 from optuav.network import vehicle
 from optuav.network.obstacles import CLEAR
 from optuav.network.places import on_landing
-from optuav.network.ways import CLEARANCE_M
+from optuav.network.ways import way_limits_m
 from optuav.options import LONGEST_HOVER
 from optuav.physics import flight, link
+from optuav.physics.flight import Loads
+from optuav.physics.quantity import TINY
 from optuav.plan import Plan
 from optuav.plan.plan import refuse_contradictions
 from optuav.plan.trace import Event, Trace
@@ -34,6 +37,7 @@ if TYPE_CHECKING:
 
 same = partial(math.isclose, rel_tol=TOLERANCE)  # Whether two figures differ by no more
 MISMATCH = "mismatch"  # Kind of the event that a figure is wrong
+CAP = "max_speed_m_s"  # Key of [flight], an air speed where there is wind
 
 IN_SLOTS = ("P1", "P2", "P2-tight", "P3", "P4")
 """Problems whose stays are whole slots; a user's own may bound them otherwise."""
@@ -236,9 +240,12 @@ def replay(plan: Plan | Itinerary | Replay | str | Path) -> Replay:
     for name in (name for name, place in at.items() if math.isnan(place.position_m[0])):
         words = f"there is no place {name}: the device is out of reach at limits.min_altitude_m"
         events.append(Event("impossible", 0.0, words))
+    flown = () if events else phases(mission, at, planned)
+    for leg in (phase for phase in flown if math.isnan(phase.duration_s)):
+        words = f"the leg {leg.start.name} → {leg.end.name} cannot be flown in this wind"
+        events.append(Event("impossible", 0.0, words))
     if events:
         return Replay(plan, (), None, {}, tuple(events))
-    flown = phases(mission, at, planned)
     course = (scheduled if mission.battery.takes_turns else pooled)(mission, flown)
     charges_As = [sum(float(pack.total_As) for pack in wells) for wells in course.ends]
     shares = np.array(charges_As) / float(vehicle.pool(mission).capacity_As)
@@ -313,26 +320,41 @@ def _reserve(mission: Mission, flown: Sequence[Phase], soc: Sequence[float]) -> 
 
 
 def _too_fast(mission: Mission, phase: Phase) -> Iterator[Event]:
-    """Stated speeds of a leg that it cannot reach, by the cap, its length or its climb."""
-    flight = flight_of(mission)
-    if phase.speeds_m_s and isinstance(flight, CruisingModel):
-        way = f"{phase.start.name} → {phase.end.name}"
-        for way_m, speed_m_s in zip(ways_along(phase.points_m), phase.speeds_m_s, strict=True):
-            most_m_s = float(flight.named_speed_m_s(way_m, "max"))
-            if not speed_m_s <= most_m_s * (1.0 + TOLERANCE):
-                words = f"the leg {way} cannot be flown as fast as the plan says"
-                yield Event("speed", phase.start_s, words, speed_m_s, most_m_s, "m/s")
+    """Yield where a leg is flown faster than the cap, or slower than the plan says."""
+    if phase.kind != "flight" or phase.stated:
+        return
+    way, cap_m_s = f"{phase.start.name} → {phase.end.name}", vars(mission.flight).get(CAP)
+    parts = segments(flight_of(mission), phase.points_m, phase.speeds_m_s)
+    stated_speeds_m_s = phase.speeds_m_s or [0.0] * len(parts)
+    for part, stated_m_s in zip(parts, stated_speeds_m_s, strict=True):
+        velocity_m_s = _peak_velocity_m_s(mission, part)
+        speed_m_s = math.hypot(*velocity_m_s)
+        if speed_m_s < stated_m_s * (1.0 - TOLERANCE):
+            words = f"the leg {way} cannot be flown as fast as the plan says"
+            yield Event("speed", phase.start_s, words, stated_m_s, speed_m_s, "m/s")
+        air_speed_m_s = math.dist(velocity_m_s, mission.wind.velocity_m_s)
+        if cap_m_s is not None and air_speed_m_s > cap_m_s * (1.0 + TOLERANCE):
+            words = f"the leg {way} is flown faster than flight.{CAP}"
+            yield Event("speed", phase.start_s, words, air_speed_m_s, cap_m_s, "m/s")
+
+
+def _peak_velocity_m_s(mission: Mission, part: Loads) -> Floats:
+    """Velocity over ground at the peak of a leg [m/s], level where the model's speeds are."""
+    way_m = np.array(part.way_m)
+    velocity_m_s = way_m * float(part.peak_speed_m_s) / max(math.hypot(*way_m), TINY)
+    level = isinstance(flight_of(mission), CruisingModel)
+    return np.asarray(velocity_m_s * [1.0, 1.0, not level])
 
 
 def _bent(mission: Mission, phase: Phase) -> Iterator[Event]:
     """Yield the broken limits of a bent leg."""
     keys, way = mission.flight, f"{phase.start.name} → {phase.end.name}"
     highest_m = max(z for _, _, z in phase.waypoints_m)
-    if keys.max_altitude_m is not None and highest_m > keys.max_altitude_m * (1.0 + TOLERANCE):
+    apart_m, ceiling_m = map(float, way_limits_m(keys))
+    if highest_m > ceiling_m * (1.0 + TOLERANCE):
         words = f"a waypoint of the leg {way} is above flight.max_altitude_m"
-        yield Event("altitude", phase.start_s, words, highest_m, keys.max_altitude_m, "m")
-    ends_on = phase.start.building, phase.end.building
-    apart_m = CLEARANCE_M if keys.clearance_m is None else keys.clearance_m
+        yield Event("altitude", phase.start_s, words, highest_m, ceiling_m, "m")
+    ends_on = phase.start.roof, phase.end.roof
     if keys.obstacle_rule != "ignore":
         near = too_near(mission, np.array(phase.points_m), ends_on, apart_m, TOLERANCE)
         least: dict[int, float] = {}
@@ -358,7 +380,7 @@ def _stay(mission: Mission, phase: Phase) -> Iterator[Event]:
             where = f"out of coverage of the device (outage {outage:.3g})"
             words = f"hovering at {place.name} is {where}"
             yield Event("coverage", start_s, words, distance_m, radius_m, "m")
-    elif place.building == CLEAR and z > 0.0:
+    elif place.roof == CLEAR and z > 0.0:
         words = f"nothing to rest on at {place.name}: no roof, and the ground is {z:g} m below"
         yield Event("no roof", start_s, words)
     if mission.laser is not None and not place.sight and not phase.stated:

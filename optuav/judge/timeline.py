@@ -159,6 +159,7 @@ class Place(NamedTuple):
 
     name: str
     building: int
+    roof: int  # Number of the building on whose roof it stands, −1 if none
     position_m: Point
     sight: bool
     received: Flow
@@ -230,18 +231,19 @@ def places(mission: Mission, planned: Sequence[Move]) -> dict[str | Point, Place
         if roof in wanted:
             known[roof] = number, tuple(mission.buildings.roof_m[number])
     numbers, points_m = zip(*(known[name] for name in names), strict=True)
+    building, at_m = np.array(numbers, dtype=np.intp), np.array(points_m, dtype=float)
+    roofs = np.where(building == CLEAR, roofs_below(mission.buildings, at_m), building).tolist()
     sights: Sequence[bool] = [False] * len(names)
     if laser is not None:
-        from_m, to_m = np.broadcast_arrays(laser.position_m, np.array(points_m, dtype=float))
-        blockers = crossed(prisms(mission.buildings), from_m, to_m, np.array(numbers)[:, None])
+        from_m, to_m = np.broadcast_arrays(laser.position_m, at_m)
+        blockers = crossed(prisms(mission.buildings), from_m, to_m, building[:, None])
         sights = ((blockers == CLEAR) & ~np.isnan(to_m[:, 0])).tolist()
     by_name = dict[str | Point, Place]()
-    for name, number, point_m, sight in zip(names, numbers, points_m, sights, strict=True):
-        x, y, z = map(float, point_m)
-        at_m = x, y, z
-        received = vehicle.charging(mission, at_m) if sight else NOTHING
+    of_places = zip(names, numbers, roofs, at_m.tolist(), sights, strict=True)
+    for name, number, roof, (x, y, z), sight in of_places:
+        received = vehicle.charging(mission, (x, y, z)) if sight else NOTHING
         words = name if isinstance(name, str) else f"({x:.10g}, {y:.10g}, {z:.10g})"
-        by_name[name] = Place(words, number, at_m, sight, received)
+        by_name[name] = Place(words, number, roof, (x, y, z), sight, received)
     return by_name
 
 
@@ -292,9 +294,7 @@ def _ways(
     blockers, waypoints_m = np.full(len(ends), CLEAR), none
     if rule != "ignore":
         ends_m = np.array([[place.position_m for place in pair] for pair in ends])
-        own_buildings = np.array([[place.building for place in pair] for pair in ends])
-        roofs, unknown = own_buildings.copy(), own_buildings == CLEAR
-        roofs[unknown] = roofs_below(mission.buildings, ends_m[unknown])
+        roofs = np.array([[place.roof for place in pair] for pair in ends])
         blockers = crossed(prisms(mission.buildings), ends_m[:, 0], ends_m[:, 1], roofs)
         if rule != "refuse" and any(move.waypoints_m is None for move in planned):
             lines = np.arange(2 * len(ends)).reshape(-1, 2)

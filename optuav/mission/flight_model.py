@@ -54,7 +54,7 @@ class FlightTable(MissionSection):
     clearance_m: Clearance | None = None
     """Distance that bent ways keep from buildings [m]; 5 if left out."""
     max_altitude_m: Altitude | None = None
-    """Largest altitude of the waypoints of bent ways [m]; without it altitude has no cap."""
+    """Largest altitude of the waypoints of bent ways [m]; 10 000 if left out."""
     through_buildings: Switch | None = None
     """True lets a leg cross a building; true is obstacles = "ignore", false "refuse"."""
 
@@ -102,6 +102,14 @@ class FlightModel(ABC):
 
     def impossible(self) -> str | None:
         """A sentence on why no leg can be flown, with the keys that decide; None if legs can."""
+        return None
+
+    def too_windy(self) -> Quantity:
+        """Return whether the wind is faster than the UAV can fly; also columns."""
+        return False
+
+    def slowed(self, way_m: Vector) -> str | None:
+        """A sentence on a limit that keeps legs below their stated speed; None where none does."""
         return None
 
     @property

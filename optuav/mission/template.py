@@ -5,12 +5,12 @@ import textwrap
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import tomli_w
 from pydantic import ValidationError
 
-from optuav.errors import Fault, refuse
+from optuav.errors import Fault, InputError, refuse
 from optuav.mission.buildings import Buildings
 from optuav.mission.files import STANDARD, seen_from
 from optuav.mission.load import load
@@ -35,6 +35,14 @@ Watts = Annotated[float, Number("W", ge=1, le=1e6)]
 
 INSTEAD = {"hover_power_W": "hover_min", "cruise_power_W": "cruise_min"}
 """Powers that may be stated in place of times."""
+HOVERED = "hover_min", "hover_power_W"
+REGIMES = {"hover": HOVERED, "rest": HOVERED, "flight": ("cruise_min", "cruise_power_W", *HOVERED)}
+LOADED = "packs", "cells", "capacity_mAh", "mass_kg", "payload_kg"
+"""Fields of a datasheet that decide the draw of each regime, and of all."""
+DISC = "rotors", "rotor_radius_m"
+BLADES = *DISC, "blade_solidity", "tip_speed_m_s"
+LIFTED = "mass_kg", "payload_kg", *DISC
+"""Fields of rotors that decide the power of blades and of lift."""
 
 
 def template(
@@ -109,6 +117,9 @@ class Drone(MissionSection):
     laser_power_W: Annotated[float, Number("W", ge=0, le=1e6)] = 5000.0
     """Power that the laser draws [W]."""
 
+    sources: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """Keys of [flight] that follow from the fields, each with these fields."""
+
     if not TYPE_CHECKING:  # which knows the fields by their annotations
 
         def __init__(self, **stated: Any) -> None:
@@ -132,21 +143,36 @@ class Drone(MissionSection):
         return self.cells * CELL_V
 
     def placed(self, flight: Mapping[str, object]) -> Mission:
-        """The drone with its keys of flight, in the places of the shipped mission `matrice350`."""
-        return load(SCENE).replace(
-            {
-                "name": "drone",
-                "description": "",
-                "limits.min_soc": self.reserve_percent / 100.0,
-                "battery.packs": self.packs,
-                "battery.capacity_As": self.capacity_mAh * 3.6,
-                "battery.nominal_voltage_V": round(self.voltage_V, 3),
-                "battery.charge_current_A": round(self.packs * self.capacity_mAh / 1000.0, 4),
-                "laser.power_W": self.laser_power_W,
-                "flight.max_speed_m_s": self.cruise_speed_m_s,
-                **flight,
-            }
-        )
+        """The drone with its keys of flight, in the places of the shipped mission `matrice350`.
+
+        `InputError` if fields together give a key beyond its range.
+        """
+        keys = {
+            "name": "drone",
+            "description": "",
+            "limits.min_soc": self.reserve_percent / 100.0,
+            "battery.packs": self.packs,
+            "battery.capacity_As": self.capacity_mAh * 3.6,
+            "battery.nominal_voltage_V": round(self.voltage_V, 3),
+            "battery.charge_current_A": round(self.packs * self.capacity_mAh / 1000.0, 4),
+            "laser.power_W": self.laser_power_W,
+            "flight.max_speed_m_s": self.cruise_speed_m_s,
+            **flight,
+        }
+        try:
+            return load(SCENE).replace(keys)
+        except InputError as error:
+            raise InputError(map(self._stated, error.faults)) from None
+
+    def _stated(self, fault: Fault) -> Fault:
+        """The fault of a key of the mission in terms of the fields that it follows from."""
+        names = self.sources.get(fault.key.removeprefix("flight."), ())
+        values = {name: getattr(self, name) for name in names}
+        stated = {name: _text(value) for name, value in values.items() if value is not None}
+        if not stated:
+            return fault
+        words = f"together must give {fault.key}, {fault.allowed}; they give {fault.value}"
+        return Fault(", ".join(stated), ", ".join(stated.values()), words)
 
     def remarks(self) -> tuple[str, ...]:
         """Lines on the sources of the mission, and its assumptions."""
@@ -203,6 +229,12 @@ class Datasheet(Drone):
     >>> mission.flight.hover_current_A
     14.6341
     """
+
+    sources: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        f"{regime}_{figure}": (*draw, *LOADED)
+        for regime, draw in REGIMES.items()
+        for figure in ("current_A", "power_W")
+    }
 
     hover_min: Minutes | None = None
     """Hover time without payload until the battery is empty [min]."""
@@ -293,6 +325,15 @@ class RotorDatasheet(Drone):
     >>> round(drone.mission().flight.induced_speed_m_s, 2)
     4.03
     """
+
+    sources: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "blade_power_W": BLADES,
+        "induced_power_W": LIFTED,
+        "induced_speed_m_s": LIFTED,
+        "parasite_W_s3_m3": (*DISC, "blade_solidity", "drag_ratio"),
+        "rest_current_A": (*LIFTED, *BLADES[2:], "efficiency", "cells"),
+        "rest_power_W": (*LIFTED, *BLADES[2:], "efficiency"),
+    }
 
     rotors: Annotated[int, Number("-", ge=1, le=100, whole=True)] = 4
     """Number of rotors [-]."""

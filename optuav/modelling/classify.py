@@ -34,8 +34,8 @@ class Traits(NamedTuple):
     # none. In only parameters, steps and kinks do no harm.
     rough: str = ""
     nonlinear: Flaw | None = None  # The first that is not affine in the variables
-    # Whether it maximises one of at most two unknowns ≥ 0, and prefers the other to be small.
-    longest: bool = False
+    # The unknown, of at most two ≥ 0, whose largest value it asks for, the other preferred small.
+    longest: str = ""
     unlevelled: Flaw | None = None  # The first constraint without a form of times and levellings
 
     @property
@@ -75,16 +75,9 @@ def traits(model: Model) -> Traits:
     walked, unknowns = model.walked, model.variables
     if isinstance(walked.traits, Traits):
         return walked.traits
-    others = [unknown for unknown in unknowns if unknown is not model.objective]
     bounds = [each.lower if isinstance(each.lower, float) else math.nan for each in unknowns]
     integer = any(unknown.binary for unknown in unknowns)
-    longest = (
-        model.sense == "maximise"
-        and len(others) < len(unknowns) <= 2
-        and all(any(preference is other for other in others) for preference in model.preferences)
-        and all(bound == 0.0 for bound in bounds)
-        and not integer
-    )
+    from_0 = len(unknowns) <= 2 and all(bound == 0.0 for bound in bounds) and not integer
     pairs = zip(unknowns, bounds, strict=True)
     open_below = (each.symbol for each, bound in pairs if bound == -math.inf)
     calls = [node for node in walked.nodes if isinstance(node, Call)]
@@ -96,6 +89,7 @@ def traits(model: Model) -> Traits:
     nonlinear, unlevelled, done, relaxed = None, None, dict[int, Operand](), Relaxation()
     with np.errstate(all="ignore"):
         forms = walked.forms({})
+        longest = _longest(model, forms) if from_0 else ""
         for label, trees in [*goals, *relations_by_label]:
             kinds = (forms.get(id(tree), NOWHERE) for tree in trees if has_unknowns(tree))
             if not all(kind.linear for kind in kinds if isinstance(kind, Exponential)):
@@ -118,6 +112,19 @@ def traits(model: Model) -> Traits:
     kink = next((node.ufunc.__name__ for node in rough), "")
     walked.traits = result = Traits(*kind, kink, nonlinear, longest, unlevelled)
     return result
+
+
+def _longest(model: Model, forms: Mapping[int, Operand]) -> str:
+    """Name of the unknown of which a constant multiple is maximised, the other preferred small."""
+    form = forms.get(id(model.objective), NOWHERE)
+    if model.sense != "maximise" or not isinstance(form, Exponential) or not form.linear:
+        return ""
+    moving = {name: c for term, c in form.terms.items() for name, _ in term}
+    if len(moving) != 1 or not np.all(np.asarray([*moving.values()]) > 0.0):
+        return ""
+    others = [unknown for unknown in model.variables if unknown.name not in moving]
+    small = all(any(goal is other for other in others) for goal in model.preferences)
+    return "".join(moving) * small
 
 
 def _second_rate(

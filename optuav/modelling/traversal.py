@@ -1,6 +1,6 @@
 """Walks over trees of expressions: their folds, values, slopes and leaves."""
 
-from collections.abc import Callable, Iterator, Mapping, MutableMapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -180,6 +180,7 @@ KINKED: Mapping[np.ufunc, Partials] = {
 """The same of functions with steps and kinks, beside these."""
 
 SMALL = 1e-3  # Exponent below which a series keeps more digits than the rule of quotients
+SHARE = 1e-3  # Share of an unknown that is no time, beside a second of one that is
 
 
 class Slope(NamedTuple):
@@ -215,6 +216,26 @@ def slope(expression: Operand, values: Values, done: dict[int, Operand] | None =
 
     result = fold(expression, leaf, call, done=done)
     return result if isinstance(result, Slope) else Slope(result, {})
+
+
+def worth(goal: Operand, unknowns: Iterable[Variable], values: Values) -> Operand:
+    """Change of a goal by a second of a time, or by a thousandth of another unknown; the largest.
+
+    Tolerances of a goal are shares of it, so that no answer depends on the goal's unit. 0 where no
+    unknown moves the goal, or its slope is not known; values as in `slope`.
+    """
+    if isinstance(goal, Variable) and goal.unit == "s":
+        return 1.0  # At once, as most goals are times
+    try:
+        by = slope(goal, values).by
+    except NotImplementedError:
+        return 0.0
+    largest: Operand = 0.0
+    for unknown in (each for each in unknowns if each.name in by):
+        step = 1.0 if unknown.unit == "s" else SHARE * np.abs(values[unknown.name])
+        change = np.abs(by[unknown.name]) * step
+        largest = np.maximum(largest, np.where(np.isfinite(change), change, 0.0))
+    return largest
 
 
 def _levelling(

@@ -18,7 +18,7 @@ from optuav.network.places import DESTINATION, HOVER, ORIGIN
 from optuav.network.prisms import prisms
 from optuav.network.timeline import stay_net
 from optuav.network.variants import stacked
-from optuav.network.ways import CLEARANCE_M
+from optuav.network.ways import way_limits_m
 from optuav.physics import flight, link
 
 
@@ -68,6 +68,8 @@ def blocked_legs(network: Network, route: int) -> list[str]:
     for leg in network.routes.legs[route]:
         if leg != NO_LEG and not legs.flyable[leg]:
             why = "is not in the graph"
+            if np.isnan(legs.duration_s[leg]):
+                why = "cannot be flown at its speed in this wind ([flight], [wind])"
             if legs.crosses[leg] >= 0:
                 building = network.mission.buildings.names[legs.crosses[leg]]
                 why = f"crosses building {building} ({_remedy(network.mission)})"
@@ -80,11 +82,9 @@ def _remedy(mission: Mission) -> str:
     keys = mission.flight
     if keys.obstacle_rule == "refuse":
         return 'flight.obstacles = "over" flies over it, "ignore" through it'
-    clearance_m = CLEARANCE_M if keys.clearance_m is None else keys.clearance_m
-    limits = [f"flight.clearance_m = {clearance_m:g} m"]
-    if keys.max_altitude_m is not None:
-        limits.append(f"flight.max_altitude_m = {keys.max_altitude_m:g} m")
-    return f"no way {keys.obstacle_rule} it keeps {' and '.join(limits)}"
+    clearance_m, ceiling_m = way_limits_m(keys)
+    limits = f"flight.clearance_m = {clearance_m:g} m and flight.max_altitude_m = {ceiling_m:g} m"
+    return f"no way {keys.obstacle_rule} it keeps {limits}"
 
 
 def advice(mission: Mission) -> Iterator[str]:

@@ -112,6 +112,7 @@ class Variants:
         return {
             "contradiction": contradiction | np.atleast_2d(vehicle.starts_beyond(mission)),
             "no_lift": ~np.isfinite(self.hover_load.current_A),
+            "too_windy": self.too_windy,
             "out_of_reach": np.isnan(altitude_m) | (has_point & beyond),
             "altitude": has_point & outside,
         }
@@ -120,6 +121,11 @@ class Variants:
     def _past(self) -> tuple[Buildings, ...]:
         """The towns past which they fly."""
         return self.towns or (self.network.mission.buildings,)
+
+    @property
+    def too_windy(self) -> Booleans:
+        """True if the wind is faster than the UAV can fly (variant or 1, 1)."""
+        return np.atleast_2d(flight_of(self.mission).too_windy())
 
     @cached_property
     def coverage_radius_m(self) -> Quantity:
@@ -162,7 +168,7 @@ class Variants:
         elif self.ways is not None:
             able = able & (self.ways.blocker == CLEAR)[:, self._lines[1]]
         able = np.concatenate([able, np.ones((len(able), 1), bool)], axis=1)  # for NO_LEG
-        held = np.isfinite(self.hover_load.current_A)
+        held = np.isfinite(self.hover_load.current_A) & ~self.too_windy
         return np.asarray(able[:, self.network.routes.legs].all(axis=2) & held)
 
     @cached_property

@@ -14,16 +14,18 @@ from optuav.arrays import Floats, Integers
 from optuav.errors import Fault, InputError
 from optuav.mission import Mission
 from optuav.mission.buildings import Buildings
-from optuav.mission.flight_model import flight_of
+from optuav.mission.flight_model import FlightTable, flight_of
 from optuav.network.obstacles import CLEAR, crossed
 from optuav.network.prisms import MARGIN_M, Prisms, prisms
 from optuav.physics.flight import Loads
-from optuav.physics.quantity import TINY, Vector
+from optuav.physics.quantity import TINY, Quantity, Vector
 
 CLEARANCE_M = 5.0  # Default clearance of a mission
+CEILING_M = 10_000.0  # Default largest altitude of its waypoints; few multirotors flew as high
 AT_ONCE = 1 << 11  # Lines that are bent together, in bounded memory
 MOST_MET = 500  # Footprints that a way around may meet
 EQUAL = 1e-9  # Relative difference of two charges that count as equal
+ROUNDING_M = 1e-9  # An apex that passes the ceiling by no more is at the ceiling
 
 
 class Ways(NamedTuple):
@@ -83,6 +85,15 @@ def _vector(points_m: Floats) -> Vector:
     return points_m[..., 0], points_m[..., 1], points_m[..., 2]
 
 
+def way_limits_m(flight: FlightTable) -> tuple[Quantity, Quantity]:
+    """Clearance of bent ways and largest altitude of their waypoints [m], stated or by default."""
+    clearance_m, ceiling_m = flight.clearance_m, flight.max_altitude_m
+    return (
+        CLEARANCE_M if clearance_m is None else clearance_m,
+        CEILING_M if ceiling_m is None else ceiling_m,
+    )
+
+
 def build_ways(
     mission: Mission, towns: Sequence[Buildings], position_m: Floats, lines: Integers, own: Integers
 ) -> Ways:
@@ -92,10 +103,8 @@ def build_ways(
     many variants in a row. Numbers of the mission may be columns (variant, 1). Raises `InputError`
     where a way around meets more than 500 footprints.
     """
-    keys, count = mission.flight, len(lines)
-    keep_m = CLEARANCE_M if keys.clearance_m is None else keys.clearance_m
-    highest = np.inf if keys.max_altitude_m is None else keys.max_altitude_m
-    limits_m = np.stack(np.broadcast_arrays(*np.atleast_2d(keep_m, highest)), axis=-1)
+    count, own_limits_m = len(lines), np.atleast_2d(*way_limits_m(mission.flight))
+    limits_m = np.stack(np.broadcast_arrays(*own_limits_m), axis=-1)
     rows = max(len(position_m), len(limits_m))
     ends_m = position_m[:, lines].reshape(-1, count, 6)
     shapes = ((each, (rows, count, each.shape[-1])) for each in (ends_m, limits_m))
@@ -125,7 +134,7 @@ def build_ways(
                 waypoints_m[some, 0], closer = fences.over(*hurdles, ceiling_m[some])
                 bent_up = np.isfinite(waypoints_m[some, 0, 0])
                 blocker[some] = np.where(bent_up | (closer != CLEAR), closer, blocker[some])
-            for k in alike.tolist() if keys.obstacle_rule == "around" else ():
+            for k in alike.tolist() if mission.flight.obstacle_rule == "around" else ():
                 path_m = fences.around(start_m[k], end_m[k], exempt[k])
                 if path_m is not None and (path_m[:, 2] <= ceiling_m[k]).all():
                     paths_m[k], blocker[k] = path_m, CLEAR
@@ -161,7 +170,7 @@ def _better(
 class Corners(NamedTuple):
     """Corners of walls that lines meet on the map, (line, corner) from the start on.
 
-    Behind the corners of a line stand such as bind nothing.
+    Before and behind the corners of a line stand such as bind nothing, at its ends.
     """
 
     at_m: Floats  # Distance from the start over ground [m]
@@ -197,13 +206,9 @@ class Fences(NamedTuple):
             excess_m = np.where(np.isposinf(np.maximum(up, down)), np.inf, excess_m)
             rise = np.maximum.accumulate(up, axis=1)
             fall = np.maximum.accumulate(down[:, ::-1], axis=1)[:, ::-1]
-            # Apexes at corners, and between two of them where both slopes meet.
-            meet_m = (b - a + fall[:, 1:] * level_m) / (rise[:, :-1] + fall[:, 1:])
-            meet_m = np.where((t[:, :-1] <= meet_m) & (meet_m <= t[:, 1:]), meet_m, np.nan)
-            z_m = np.fmax(a + rise * t, b + fall * (level_m - t)), a + rise[:, :-1] * meet_m
-            s, z = np.concatenate([t, meet_m], axis=1), np.concatenate(z_m, axis=1)
+            s, z = _apexes(t, rise, fall, (a, b, level_m), ceiling_m)
             length_m = np.hypot(s, z - a) + np.hypot(level_m - s, z - b)
-            flown = np.isfinite(length_m) & (z <= ceiling_m) & (s > 0.0) & (s < level_m)
+            flown = np.isfinite(length_m) & (s > 0.0) & (s < level_m)
         length_m = np.where(flown, length_m, np.inf)
         row, best = np.arange(len(s)), length_m.argmin(axis=1)
         apex_m = np.column_stack([start_m[:, :2] + s[row, best, None] * ahead, z[row, best]])
@@ -232,10 +237,11 @@ class Fences(NamedTuple):
         level_m = np.hypot(*(end_m - start_m)[:, :2].T)
         at_m = np.clip(np.concatenate([enter_m, leave_m])[met], 0.0, level_m[line])
         order, many = np.lexsort((at_m, line)), np.bincount(line, minlength=len(start_m))
-        place = line[order], np.arange(len(line)) - (np.cumsum(many) - many)[line[order]]
-        shape = len(start_m), max(many.max(initial=0), 1)
+        place = line[order], 1 + np.arange(len(line)) - (np.cumsum(many) - many)[line[order]]
+        shape = len(start_m), 2 + many.max(initial=0)
         none = np.full(shape, -np.inf), np.full(shape, CLEAR)
         table = Corners(np.broadcast_to(level_m[:, None], shape).copy(), *none)
+        table.at_m[:, 0] = 0.0
         for values, own in zip(table, (at_m, top_m, building), strict=True):
             values[place] = own[order]
         return table
@@ -305,6 +311,32 @@ class Fences(NamedTuple):
         along_m = np.cumsum(np.hypot(*np.diff(path_m, axis=0).T))
         z_m = start_m[2] + (end_m[2] - start_m[2]) * along_m[:-1] / along_m[-1]
         return np.column_stack([path_m[1:-1], z_m])
+
+
+def _apexes(
+    t: Floats, rise: Floats, fall: Floats, ends: tuple[Floats, Floats, Floats], ceiling_m: Floats
+) -> tuple[Floats, Floats]:
+    """Distances over ground and altitudes of apexes (line, k) [m], NaN for none; see `Fences.over`.
+
+    Between two corners, at distances t, the lowest apex rises from the start and then falls to the
+    end; the nearer to that end, the shorter the way. So the best is at a corner, or between two
+    where both slopes meet, or where one passes the ceiling. The `ends` are the altitudes of start
+    and end, and their distance.
+    """
+    (a, b, level_m), before, after = ends, t[:, :-1], t[:, 1:]
+    rises, falls = rise[:, :-1], fall[:, 1:]
+    meet_m = (b - a + falls * level_m) / (rises + falls)
+    up_m, down_m = (ceiling_m - a) / rises, level_m - (ceiling_m - b) / falls
+    z_m = (
+        np.fmax(a + rise * t, b + fall * (level_m - t)),
+        a + rises * meet_m,
+        np.fmax(b + falls * (level_m - up_m), ceiling_m),
+        np.fmax(a + rises * down_m, ceiling_m),
+    )
+    between = [np.where((before <= s) & (s <= after), s, np.nan) for s in (meet_m, up_m, down_m)]
+    z = np.concatenate(z_m, axis=1)
+    z = np.where(z <= ceiling_m + ROUNDING_M, np.minimum(z, ceiling_m), np.nan)
+    return np.concatenate([t, *between], axis=1), z
 
 
 @lru_cache(maxsize=4)

@@ -10,6 +10,7 @@ import numpy as np
 
 from optuav.arrays import Floats
 from optuav.paper.curves import DATA, PAPERS
+from optuav.silence import silent
 
 Interval: TypeAlias = tuple[float, float]
 Charge: TypeAlias = tuple[int, float, str]  # Number of η, hover time [s], percent as printed
@@ -105,6 +106,7 @@ def _inequalities(charges: Sequence[Charge]) -> Iterator[tuple[Floats, float]]:
     yield -unit[0] - high * unit[1], -usable_As
 
 
+@silent()
 def _least(objective: Floats, charges: Sequence[Charge]) -> float:
     """Least value of a linear objective over the loads that are admitted; ∞ if none are."""
     from scipy.optimize import linprog

@@ -127,6 +127,16 @@ def ground_speed(air_speed_m_s: Quantity, wind_m_s: Vector, direction: Vector) -
         return np.divide(way_on, way_on) * forward
 
 
+def capped(
+    ground_speed_m_s: Quantity, max_speed_m_s: Quantity, wind_m_s: Vector, direction: Vector
+) -> Quantity:
+    """Speed over ground [m/s] along a direction, as far as a cap of the air speed [m/s] allows.
+
+    The direction is as in `ground_speed`; NaN where the cap leaves no way forward.
+    """
+    return np.minimum(ground_speed_m_s, ground_speed(max_speed_m_s, wind_m_s, direction))
+
+
 def air_speed(ground_speed_m_s: Quantity, wind_m_s: Vector, direction: Vector) -> Quantity:
     """Horizontal air speed [m/s] at a speed over ground [m/s] along a direction of length 1 or 0.
 

@@ -19,6 +19,7 @@ from optuav.physics.kibam import Stage, Wells, step, tapered
 from optuav.plan import Plan
 from optuav.service.fleet import repeated, turns_shown
 from optuav.service.visit import Visit
+from optuav.silence import silent
 from optuav.studies.results import Pictures, Results, ResultsWithFacts, labelled_rows
 
 if TYPE_CHECKING:
@@ -180,6 +181,7 @@ def _overdrawn_As(
     return float(drawn_A @ lengths_s) + runs * (flights_As - spare_As)
 
 
+@silent()
 def _programme(
     visit: Visit, drones: int, until_s: float, longest_s: float, count: int
 ) -> Floats | None:

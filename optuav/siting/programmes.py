@@ -18,6 +18,7 @@ import numpy as np
 
 from optuav.arrays import Booleans, Floats
 from optuav.errors import SolverError
+from optuav.silence import silent
 from optuav.siting.heuristics import best_of, interchange, total
 
 if TYPE_CHECKING:
@@ -123,6 +124,7 @@ def _cover(covers: Booleans, count: int, latest: float) -> tuple[int, ...] | Non
     return tuple(opened)
 
 
+@silent()
 def _solved(
     count: int,
     sites: int,

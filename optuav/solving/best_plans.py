@@ -56,6 +56,8 @@ REASONS = {
     "unknown": "the engine found neither times nor proof that none exist",
     "error": "the engine failed, met numbers that it cannot use, or returned times that violate a "
     "constraint",
+    "too_windy": "the UAV cannot fly: the wind is faster than it flies at most "
+    "(wind.velocity_m_s, flight.max_speed_m_s)",
 }
 """Why a variant has no plan: short names, whose places are the codes, and sentences."""
 ROUNDS = 3  # Bracketing rounds: the most promising open route; in the last round, all open routes
@@ -378,17 +380,18 @@ def _answered(variants: Variants, question: Question, able: Booleans) -> Candida
         else:
             np.fmax.at(beyond, variant, solution.beyond)
         times = (solution.values.get(name, np.zeros(len(variant))) for name in TIMES)
-        rows = variant, part.routes, *times, solution.objective * towards
+        rows = variant, part.routes, *times, solution.objective * towards, solution.ties
         columns.append(tuple(column[answered] for column in rows))
-    none = np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0), np.zeros(0), np.zeros(0)
-    variant, route, hover_s, rest_s, score = map(np.concatenate, zip(none, *columns, strict=True))
+    none = *(np.zeros(0, np.intp) for _ in range(2)), *(np.zeros(0) for _ in range(4))
+    answers = zip(none, *columns, strict=True)
+    variant, route, hover_s, rest_s, score, ties = map(np.concatenate, answers)
     # If a programme has no bound, or no numbers, no answer to another is the best.
     void = np.isin(otherwise, [STATUSES.index(s) for s in (Status.UNBOUNDED, Status.ERROR)])
     order = np.lexsort((route, variant))
     order = order[~void[variant[order]]]
-    order = order[tied(variant[order], -score[order])]
+    order = order[tied(variant[order], -score[order], ties[order])]
     variant, route, score = variant[order], route[order], score[order]
-    open_, bound = beyond[variant] > score + SAME_S, np.full(variants.count, np.nan)
+    open_, bound = beyond[variant] > score + ties[order], np.full(variants.count, np.nan)
     status[variant[open_]] = STATUSES.index(Status.FEASIBLE)
     bound[variant[open_]] = towards * beyond[variant[open_]]
     times_s = hover_s[order], rest_s[order]

@@ -74,29 +74,36 @@ PROVED = {
 
 
 def best(
-    hover_time_s: npt.ArrayLike, mission_time_s: npt.ArrayLike, stops: npt.ArrayLike
+    score: npt.ArrayLike,
+    mission_time_s: npt.ArrayLike,
+    stops: npt.ArrayLike,
+    ties: npt.ArrayLike = SAME_S,
 ) -> int | None:
-    """Number of the plan with the longest hover, then the shortest mission, then the fewest stops.
+    """Number of the plan with the best score, then the shortest mission, then the fewest stops.
 
-    The first of plans that tie to 1e-6 s; times [s] are NaN without a plan.
+    It is the first of plans that tie: scores within what the best one says, missions to 1e-6 s. The
+    score, such as the hover time [s], and the mission time are NaN without a plan.
     """
-    hover_s, mission_s = np.asarray(hover_time_s, float), np.asarray(mission_time_s, float)
-    longest_s = np.fmax.reduce(hover_s, initial=-np.inf)
-    if longest_s == -np.inf:
+    scores, mission_s = np.asarray(score, float), np.asarray(mission_time_s, float)
+    if np.isnan(scores).all():
         return None
-    (plans,) = (hover_s >= longest_s - SAME_S).nonzero()
+    first = int(np.nanargmax(scores))
+    (plans,) = (scores >= scores[first] - np.broadcast_to(ties, scores.shape)[first]).nonzero()
     missions_s = mission_s[plans]
     plans = plans[missions_s <= missions_s.min() + SAME_S]
     return int(plans[np.asarray(stops)[plans].argmin()])
 
 
-def tied(group: Integers, figures: Floats) -> Integers:
-    """Numbers of those in groups that lie together whose figures are the least, to 1e-6."""
+def tied(group: Integers, figures: Floats, ties: Floats | float = SAME_S) -> Integers:
+    """Numbers of those in groups that lie together whose figures tie with the least."""
     starts = np.flatnonzero(np.diff(group, prepend=-1))
     if len(starts) == len(group):
         return starts
-    least = np.minimum.reduceat(figures, starts)
-    return np.flatnonzero(figures <= least.repeat(np.diff(starts, append=len(group))) + SAME_S)
+    sizes = np.diff(starts, append=len(group))
+    least = np.minimum.reduceat(figures, starts).repeat(sizes)
+    of_least = np.where(figures == least, ties, 0.0)
+    within = np.maximum.reduceat(of_least, starts).repeat(sizes)
+    return np.flatnonzero(figures <= least + within)
 
 
 def plan_for(
@@ -113,7 +120,7 @@ def plan_for(
         edited = {phase.kind == "flight" for phase in flown if phase.edited}
         notes += (words for is_leg, words in EDITED.items() if is_leg in edited)
         peak_m_s, has_drag = max(p.peak_speed_m_s for p in flown), flight_of(mission).has_drag
-        warnings = [speed_warning(peak_m_s, has_drag=has_drag)]
+        warnings = [speed_warning(peak_m_s, has_drag=has_drag), _slowed(network, flown)]
         cap = charging_cap(mission, network.places)
         if cap and any(phase.end_place in cap.places for phase in flown):
             warnings.append(cap.words)
@@ -145,6 +152,18 @@ def plan_for(
         notes=tuple(notes),
         **found,
     )
+
+
+def _slowed(network: Network, flown: Sequence[Phase]) -> str | None:
+    """Say which limit keeps legs below the speed that the mission states, if one does."""
+    places, ways_m = network.places, [np.empty((0, 3))]
+    for leg in flown:
+        if leg.kind == "flight" and not (leg.edited or leg.speeds_m_s):
+            start, end = (places.names.index(name) for name in (leg.start_place, leg.end_place))
+            start_m, end_m = places.position_m[[start, end]]
+            ways_m.append(np.diff([start_m, *leg.waypoints_m, end_m], axis=0))
+    x, y, z = np.concatenate(ways_m).T
+    return flight_of(network.mission).slowed((x, y, z)) if len(x) else None
 
 
 def route_plan(

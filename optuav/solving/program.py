@@ -385,12 +385,14 @@ class Program:
         plan = outcome.plan_of(question, network, self.parts[number], solution, entry)
         if question.problem.name in outcome.PROVED:
             plan = outcome.against_p1(question, network, self.parts, plan)
-        best_s = float(solution.objective[entry])
-        beyond_s = [np.nanmax(s.beyond, initial=best_s) for s in solutions if s.beyond is not None]
+        best = float(solution.objective[entry])
+        beyond = [np.nanmax(s.beyond, initial=best) for s in solutions if s.beyond is not None]
         notes = list(plan.notes)
-        if (open_s := max(beyond_s, default=best_s) - best_s) > SAME_S:
-            notes.append(f"not proved: up to {open_s:.6g} s more has not been ruled out")
-            known = {"status": Status.FEASIBLE, "proof": outcome.BOUNDED, "bound": best_s + open_s}
+        if (open_ := max(beyond, default=best) - best) > solution.ties[entry]:
+            unit = plan.objective_unit.removeprefix("1")
+            more = f"{open_:.6g} {unit}".rstrip()
+            notes.append(f"not proved: up to {more} more has not been ruled out")
+            known = {"status": Status.FEASIBLE, "proof": outcome.BOUNDED, "bound": best + open_}
             plan = plan.model_copy(update=known)
         elif plan.status is solution.statuses[entry] and any(
             solution.beyond is None and Status.UNKNOWN in solution.statuses
@@ -416,17 +418,18 @@ class Program:
         """Part and entry of all best answers, the tie rule's first; empty without one."""
         if not solutions:
             return []
-        table, columns = self.network.routes, list[tuple[Floats, Floats, Integers]]()
+        table, columns = self.network.routes, list[tuple[Floats, Floats, Floats, Integers]]()
         for part, solution in zip(self.parts, solutions, strict=True):
             stays_s = sum(solution.values.get(name, 0.0) for name in TIMES)
             mission_s = table.flight_time_s[part.routes] + stays_s
-            columns.append((solution.objective * part.declared.towards, mission_s, part.routes))
-        scores, missions_s, routes = map(np.concatenate, zip(*columns, strict=True))
+            score = solution.objective * part.declared.towards
+            columns.append((score, solution.ties, mission_s, part.routes))
+        scores, ties, missions_s, routes = map(np.concatenate, zip(*columns, strict=True))
         # Ties are broken by the number of stops, then in the order of the routes.
         ranks = (table.building[routes] >= 0) * len(table) + routes
-        if (winner := outcome.best(scores, missions_s, ranks)) is None:
+        if (winner := outcome.best(scores, missions_s, ranks, ties)) is None:
             return []
-        near = (np.abs(scores - scores[winner]) <= SAME_S).nonzero()[0].tolist()
+        near = (np.abs(scores - scores[winner]) <= ties[winner]).nonzero()[0].tolist()
         ends = np.cumsum([len(part.routes) for part in self.parts]).tolist()
         numbers = [(k, bisect_right(ends, k)) for k in dict.fromkeys((winner, *near))]
         return [(part, k - ends[part] + len(self.parts[part].routes)) for k, part in numbers]

@@ -122,10 +122,10 @@ def solve(
     Returns
     -------
     Plan
-        The best plan. Among plans with the same objective (to 1e-6 s) the one with the shortest
-        mission, then the fewest stops, then the building that comes first in the mission, then
-        resting first; and the smallest rest that its hover time allows. Without a feasible plan,
-        one that says why.
+        The best plan. Among plans with the same objective (to what 1e-6 s are worth) the one with
+        the shortest mission, then the fewest stops, then the building that comes first in the
+        mission, then resting first; and the smallest rest that its hover time allows. Without a
+        feasible plan, one that says why.
 
     Raises
     ------

@@ -95,12 +95,18 @@ def test_a_damaged_map_is_read_or_refused(tmp_path: Path, package: str, path: st
 
 
 def test_metres_that_pass_for_degrees_are_refused(tmp_path: Path) -> None:
-    """As in a GeoJSON of metres: GDAL takes it for degrees, which is what the format prescribes."""
+    """As in a GeoJSON of metres, which should be in degrees; unless their system is stated."""
     corners = [[390000, 5800000], [390010, 5800000], [390010, 5800010], [390000, 5800000]]
     file = geojson(tmp_path, [({"height": 3.0}, polygon(corners))])
     for origin in (None, (13.0, 52.0)):
-        with pytest.raises(optuav.InputError, match="has places that are not on Earth"):
+        with pytest.raises(optuav.InputError, match="states no coordinate reference system; state"):
             read(file, origin=origin)
+    assert read(file, crs="EPSG:25833").origin == pytest.approx((13.38, 52.34), abs=0.01)
+    content = json.loads(file.read_text())
+    content["crs"] = {"type": "name", "properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS84"}}
+    file.write_text(json.dumps(content))
+    with pytest.raises(optuav.InputError, match="has places that are not on Earth"):
+        read(file)
 
 
 @pytest.mark.parametrize("origin", [(-167.0, -52.0), (13.0, 62.0)])

@@ -175,6 +175,31 @@ def test_lines_are_features_by_number_or_by_their_own(tmp_path: Path) -> None:
     refused(file, "is not GeoJSON: feature 1 is not as specified")
 
 
+def test_a_map_of_another_kind_is_named(tmp_path: Path) -> None:
+    """Overpass answers with JSON of its own, with or without places."""
+    way = {"type": "way", "id": 1, "nodes": [1, 2, 3, 1], "tags": {"building": "yes"}}
+    answer = {"version": 0.6, "generator": "Overpass API", "elements": [way]}
+    (file := tmp_path / "town.json").write_text(json.dumps(answer))
+    refused(file, "is Overpass JSON, which optuav does not read: export GeoJSON from overpass turb")
+    file.write_text(json.dumps({"elements": []}))
+    refused(file, "is Overpass JSON")
+
+
+def test_a_system_is_stated_for_geojson_in_metres(tmp_path: Path) -> None:
+    """If the file states none; in degrees it needs none, and any other is refused."""
+    corners = [[391000, 5820000], [391020, 5820000], [391020, 5820020], [391000, 5820020]]
+    file = geojson(tmp_path, [({"height": 10}, polygon([*corners, corners[0]]))])
+    city = read(file, crs="EPSG:25833")
+    assert shapely.area(city.footprints) == pytest.approx([400], rel=2e-3)
+    refused(file, "states no coordinate reference system; state it as crs")
+    lines = tmp_path / "town.geojsonl"
+    lines.write_text(json.dumps(json.loads(file.read_text())["features"][0]))
+    assert read(lines, crs=25833).origin == city.origin
+    degrees = geojson(tmp_path, [(TALL, square())])
+    with pytest.raises(optuav.InputError, match="states EPSG:4326"):
+        read(degrees, crs="EPSG:25833")
+
+
 # What a building is
 
 
@@ -288,7 +313,7 @@ def test_a_zip_holds_one_map_of_a_size_that_is_unpacked(
     refused(packed, "holds 2 maps, not one: 'a.geojson', 'b.geojson'")
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("blank.geojson", " " * 3_000_000)
-    monkeypatch.setattr(sys.modules["optuav.city.read"], "LARGEST", 2_000_000)
+    monkeypatch.setattr(sys.modules["optuav.city.files"], "LARGEST", 2_000_000)
     refused(packed, "holds 3 MB, more than the 2 MB that are unpacked")
 
 

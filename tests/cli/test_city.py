@@ -181,7 +181,7 @@ def test_helsinki_is_a_mission() -> None:
     options = [*words.split(), "--laser", "24.9443,60.1695,60", "--default-height-m", "12"]
     found = run("city", str(file), *options, warns=True)
     assert found.code == 0
-    assert "assumed heights: 323 (b5606, " in found.out
+    assert "assumed heights: 326 (b5606, " in found.out
 
 
 def test_an_answer_as_data(town: Path, tmp_path: Path) -> None:
@@ -236,3 +236,23 @@ def test_faults_of_the_map_are_said_by_the_names_of_the_options(tmp_path: Path) 
     assert "--layer = 'x': " in refused("city", str(file), *places, "--layer", "x")
     file.with_suffix(".prj").unlink()
     assert "state it as --crs" in refused("city", str(file), *places)
+
+
+def test_feet_and_near_columns_by_the_names_of_the_options(tmp_path: Path) -> None:
+    """A factor for heights in feet; what is asked for, and what was not read, is told."""
+    rows = [{"HEIGHT_FT": 100}, {"HEIGHT_FT": 40}, {"HEIGHT_FT": "3;4"}]
+    shapes = [(row, square(40 + 100 * k)) for k, row in enumerate(rows)]
+    town, file = geojson(tmp_path, shapes), tmp_path / "town.toml"
+    words = refused("city", str(town), *SITE, "--default-height-m", "9")
+    assert "--height: is missing for 3 of 3 buildings" in words
+    assert "'HEIGHT_FT' may state it: name the column by --height" in words
+    named = ["city", str(town), *SITE, "--default-height-m", "9", "--height", "HEIGHT_FT"]
+    assert "--height-factor: is missing: numbers of 'HEIGHT_FT' seem to be in feet" in (
+        refused(*named)
+    )
+    assert "--height-factor = 0.0: " in refused(*named, "--height-factor", "0")
+    found = run(*named, "--height-factor", "0.3048", "--save", str(file), "--json")
+    data = json.loads(found.out)
+    assert optuav.load(file).buildings.roof_m[:, 2].tolist() == pytest.approx([30.48, 12.192, 9])
+    assert (data["unread"], data["assumed_heights"]) == (["b2"], ["b2"])
+    assert "cannot be read: HEIGHT_FT = '3;4'" in data["notes"]

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import optuav
-from tests.cli.run import run
+from tests.cli.run import refused, run
 from tests.diagnosis.missions import only
 
 MINE = '''
@@ -110,7 +110,7 @@ BROKEN = [
     (("latin.py:Least",), "latin.py: is not text in UTF-8"),
     (("long.py:Least",), "long.py: is larger than the 1 MB that are read"),
     (("half.py:Least",), "half.py, line 2: SyntaxError: "),
-    (("null.py:Least",), "null.py, line 1: SyntaxError: source code string cannot contain null"),
+    (("null.py:Least",), "Error: source code string cannot contain null bytes"),
     (("deep.py:Least",), "deep.py, line 1: RecursionError: maximum recursion depth"),
     (("zero.py:Least",), "zero.py, line 2: ZeroDivisionError: division by zero"),
     (("ends.py:Least",), "ends.py: ended with SystemExit(0) as it was run"),
@@ -142,6 +142,21 @@ def test_what_is_broken_is_one_error_without_a_traceback(
         assert words in done.err
         assert done.err.startswith("error: ")
         assert "Traceback" not in done.err
+
+
+def test_a_null_byte_is_a_value_error_of_an_old_python(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before 3.11.4 and 3.12, a SyntaxError since."""
+
+    def refuse(*_: object) -> None:
+        raise ValueError("source code string cannot contain null bytes")
+
+    (folder / "null.py").write_text("\0")
+    monkeypatch.setattr("optuav.cli.problem_file.compile", refuse, raising=False)
+    assert refused("solve", "paper", "--problem", "null.py:Least") == (
+        "error: null.py, line 1: ValueError: source code string cannot contain null bytes\n"
+    )
 
 
 def test_the_help_says_that_the_file_is_run() -> None:

@@ -236,9 +236,10 @@ def test_objective_may_hold_parameters_itself() -> None:
 @pytest.mark.parametrize(
     ("less", "more", "kink"),
     [(1.0, 1.0, False), (1.0, 1.0 + 1e-9, False), (1.0, 1.1, True), (math.inf, 1.0, True),
-     (0.0, 1e-12, False), (math.inf, math.inf, False)],
+     (0.0, 0.0, False), (0.0, 1e-12, True), (1e-13, 2e-13, True), (math.inf, math.inf, False)],
 )  # fmt: skip
 def test_what_counts_as_a_kink(less: float, more: float, kink: bool) -> None:
+    """Whatever the unit of the objective: a price that is rounding is exactly 0."""
     assert ShadowPrice(less, more).has_kink is kink
 
 

@@ -55,20 +55,22 @@ def pytest_runtest_teardown(nextitem: pytest.Item | None) -> None:
 
 @cache
 def launched() -> Any:
-    """The browser of all tests in a row."""
+    """The browser of all tests in a row; where it does not start, why, for all tests to come."""
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     if not CHROMIUM:
-        pytest.skip("Chromium is not installed")
+        return "Chromium is not installed"
     playwright.expect.set_options(timeout=30_000)  # Of a machine that does other things too
-    STARTED.callback(launched.cache_clear)
-    running = STARTED.enter_context(playwright.sync_playwright())
-    # Its sandbox does not start for root, nor in many containers; the pages are our own.
-    flags = ["--no-sandbox"]
-    try:
-        found = running.chromium.launch(executable_path=CHROMIUM, args=flags)
-    except playwright.Error as error:  # as for a user without a home
-        pytest.skip(f"Chromium does not start here: {str(error).splitlines()[0]}")
-    STARTED.callback(found.close)
+    with ExitStack() as started:  # A loop that is left open fails every later start
+        running = started.enter_context(playwright.sync_playwright())
+        # Its sandbox does not start for root, nor in many containers; the pages are our own.
+        flags = ["--no-sandbox"]
+        try:
+            found = running.chromium.launch(executable_path=CHROMIUM, args=flags)
+        except playwright.Error as error:  # as for a user without a home, or in a long TMPDIR
+            return f"Chromium does not start here: {str(error).splitlines()[0]}"
+        started.callback(found.close)
+        STARTED.push(started.pop_all())
+        STARTED.callback(launched.cache_clear)
     return found
 
 
@@ -85,7 +87,10 @@ def served() -> str:
 
 @pytest.fixture
 def browser() -> Any:
-    return launched()
+    found = launched()
+    if isinstance(found, str):
+        pytest.skip(found)
+    return found
 
 
 @pytest.fixture

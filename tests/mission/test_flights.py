@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -11,6 +13,7 @@ from hypothesis import strategies as st
 import optuav
 from optuav.errors import InputError
 from optuav.mission.flight_model import flight_of
+from optuav.mission.flights import Regimes, RotaryWing, Rotors
 from optuav.network.network import build_network
 from tests.examples import few
 
@@ -147,3 +150,106 @@ def test_too_strong_a_wind_is_no_flight() -> None:
     assert not plan
     assert "the wind blows at 30 m/s" in plan.reasons[0]
     assert "flight.max_speed_m_s" in plan.reasons[0]
+
+
+def air_speeds_m_s(mission: optuav.Mission, plan: optuav.Plan) -> list[float]:
+    """Horizontal air speed at the peak of each leg, from places, peak speeds and wind."""
+    names, at_m = build_network(mission).places.names, build_network(mission).places.position_m
+    found = []
+    for leg in (each for each in plan.phases if each.kind == "flight"):
+        way_m = at_m[names.index(leg.end_place)] - at_m[names.index(leg.start_place)]
+        over_ground = leg.peak_speed_m_s * way_m / np.linalg.norm(way_m)
+        found.append(float(np.hypot(*(over_ground - mission.wind.velocity_m_s)[:2])))
+    return found
+
+
+STORMY = optuav.load("relay-today").replace({"flight.cruise_speed_m_s": 20.0})
+
+
+@pytest.mark.parametrize("wind", [[15.0, 0.0, 0.0], [-15.0, 0.0, 0.0], [-12.0, -12.0, 0.0]])
+def test_a_stated_cruise_speed_keeps_the_cap_of_the_air_speed(wind: list[float]) -> None:
+    """Against the wind a leg flies as fast as the cap allows, and a note says so."""
+    mission = STORMY.replace({"wind.velocity_m_s": wind})
+    plan = optuav.solve(mission)
+    assert plan.flyable
+    speeds_m_s = air_speeds_m_s(mission, plan)
+    assert max(speeds_m_s) == pytest.approx(23.0, rel=1e-9)
+    (note,) = (note for note in plan.notes if "cruise_speed_m_s = 20 m/s" in note)
+    assert "flight.max_speed_m_s = 23 m/s" in note
+    mild = optuav.solve(STORMY.replace({"wind.velocity_m_s": [2.0, 1.0, 0.0]}))
+    assert not any("cruise_speed_m_s" in note for note in mild.notes)
+
+
+def test_a_cruise_speed_that_no_wind_limits_keeps_its_digits() -> None:
+    """The ground speed is the stated one, in every direction."""
+    model = flight_of(STORMY.replace({"wind.velocity_m_s": [2.0, 1.0, 0.0]}))
+    for way_m in ((1000.0, 0.0, 0.0), (-600.0, 800.0, 10.0)):
+        leg = model.leg(way_m)
+        assert float(leg.duration_s) == pytest.approx(1000.0 / 20.0 + 20.0 / 2.0, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("model", "changes"),
+    [
+        (RotaryWing, {"flight.cruise_speed_m_s": 20.0, "wind.velocity_m_s": [-15.0, 0.0, 0.0]}),
+        (RotaryWing, {"flight.speed": "best-range", "flight.max_speed_m_s": 9.0}),
+        (Rotors, {"flight.max_speed_m_s": 15.0}),
+        (Regimes, {"flight.max_speed_m_s": 5.0}),
+    ],
+)
+def test_the_judge_sees_a_cap_that_the_model_forgets(
+    model: Any, changes: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The air speed flown is computed from the leg itself, for any model of flight."""
+    names = {RotaryWing: "relay-today", Rotors: "paper-drag", Regimes: "matrice350"}
+    mission = optuav.load(names[model]).replace(changes)
+    sound, leg = optuav.solve(mission, "P3", perspective="battery"), model.leg
+    assert "speed" not in {event.kind for event in optuav.replay(sound).violations}
+    uncapped = mission.replace({"flight.max_speed_m_s": 100.0})
+
+    def forgetful(own: Any, way_m: Any) -> Any:
+        return leg(model(uncapped), way_m)
+
+    monkeypatch.setattr(model, "leg", forgetful)
+    stops = optuav.Itinerary(mission, sound.stops)
+    (*events,) = (event for event in optuav.replay(stops).violations if event.kind == "speed")
+    assert events
+    assert {event.limit for event in events} == {mission.flight.max_speed_m_s}
+    assert min(event.value for event in events) > mission.flight.max_speed_m_s
+
+
+@pytest.mark.parametrize("speed", [{}, {"flight.cruise_speed_m_s": 12.0}, {"flight.speed": "max"}])
+def test_a_batch_of_storms_says_what_solve_says(speed: dict[str, Any]) -> None:
+    """Where the wind exceeds the cap no scenario has a plan, whatever the form of the speed."""
+    mission, cap_m_s = WINGED.replace(speed), 23.0
+    winds = [0.0, -15.0, 22.9, 23.1, 30.0, -40.0]
+    found = optuav.batch_arrays(mission, {"wind.velocity_m_s[0]": winds})
+    words = found["reason_words"]
+    for wind, hover_s, reason in zip(winds, found["hover_time_s"], found["reason"], strict=True):
+        plan = optuav.solve(mission.replace({"wind.velocity_m_s": [wind, 0.0, 0.0]}))
+        assert hover_s == pytest.approx(plan.hover_time_s if plan else math.nan, nan_ok=True)
+        windy = abs(wind) > cap_m_s
+        assert ("the wind is faster than it flies" in words[reason]) == windy
+        assert any("the wind blows" in why for why in plan.reasons) == windy
+
+
+def test_a_map_in_a_storm_is_empty() -> None:
+    """A map asks as a batch does."""
+    pytest.importorskip("xarray")
+    stormy = STORMY.replace({"wind.velocity_m_s": [24.0, 0.0, 0.0]})
+    found = optuav.maps.hover_point(stormy, 50.0, bounds=(550, 400, 650, 500))
+    assert np.isnan(found).all()
+    words = found.reason.attrs["words"].splitlines()
+    assert "the wind is faster than it flies" in words[int(found.reason[0, 0])]
+
+
+def test_a_leg_without_a_way_forward_is_no_flight() -> None:
+    """Best endurance is slower than this wind: solver and judge say so, and nothing is NaN."""
+    own = {"flight.speed": "best-endurance", "wind.velocity_m_s": [-12.0, 12.0, 0.0]}
+    mission = optuav.load("relay-today").replace(own)
+    plan = optuav.solve(mission, "P3")
+    assert "cannot be flown at its speed in this wind" in plan.reasons[0]
+    stops = optuav.Itinerary(mission, (optuav.Stop("hover", "hover", 100.0),))
+    replayed = optuav.replay(stops)
+    assert not replayed.flyable
+    assert "origin → hover cannot be flown in this wind" in replayed.violations[0].words

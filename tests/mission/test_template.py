@@ -158,3 +158,59 @@ def test_all_faults_are_told_at_once() -> None:
 def test_there_are_ten_numbers() -> None:
     """As many as the documentation promises, beside powers in place of times."""
     assert len(Datasheet.model_fields.keys() - INSTEAD) == 10
+
+
+ROTORS: dict[str, Any] = {
+    "mass_kg": 2.0,
+    "cells": 6,
+    "capacity_mAh": 5000,
+    "cruise_speed_m_s": 20,
+    "rotor_radius_m": 0.2,
+    "blade_solidity": 0.05,
+    "tip_speed_m_s": 120,
+    "drag_ratio": 0.3,
+}
+
+
+@pytest.mark.parametrize(
+    ("sheet", "values", "key"),
+    [
+        (
+            optuav.RotorDatasheet,
+            {**ROTORS, "rotor_radius_m": 0.01, "blade_solidity": 0.001, "tip_speed_m_s": 1},
+            "blade_power_W",
+        ),
+        (
+            optuav.RotorDatasheet,
+            {**ROTORS, "rotors": 100, "rotor_radius_m": 20, "blade_solidity": 1, "drag_ratio": 100},
+            "parasite_W_s3_m3",
+        ),
+        (
+            Datasheet,
+            {**KNOWN, "packs": 100, "capacity_mAh": 1e6, "hover_min": 1},
+            "hover_current_A",
+        ),
+        (Datasheet, {**KNOWN, "hover_min": None, "hover_power_W": 1e6, "payload_kg": 1000}, "_W"),
+    ],
+)
+def test_a_refusal_names_the_fields_of_the_datasheet(
+    sheet: Any, values: dict[str, Any], key: str
+) -> None:
+    """Fields that are in range but together give no mission are named, with the key they give."""
+    stated = sheet(**values)
+    with pytest.raises(optuav.InputError) as caught:
+        stated.mission()
+    names = [fault.key.split(", ") for fault in caught.value.faults]
+    assert {*itertools.chain(*names)} <= sheet.model_fields.keys()
+    assert all(getattr(stated, name) is not None for name in itertools.chain(*names))
+    assert any(key in fault.allowed for fault in caught.value.faults)
+
+
+def test_every_key_that_follows_from_fields_is_named_with_them() -> None:
+    """No key of [flight] beside the assumed ones is without its fields."""
+    for sheet in (Datasheet(**KNOWN), optuav.RotorDatasheet(**ROTORS)):
+        assert all(
+            {*fields} <= type(sheet).model_fields.keys() for fields in sheet.sources.values()
+        )
+        follows = vars(sheet.mission().flight).keys() & sheet.sources.keys()
+        assert follows == sheet.sources.keys()

@@ -13,7 +13,7 @@ import networkx
 import numpy as np
 import pytest
 import shapely
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 import optuav
@@ -109,10 +109,19 @@ BOXES = st.tuples(
 )
 
 
+# At 300 m a roof of 53 m; the best apex stands well before it, where the way meets the ceiling.
+BELOW_THE_END = [(291.0, 72.8, 53.0, 5.0, 5.0)], 0.0, 45.0
+
+
 @few(25)
-@given(st.lists(BOXES, min_size=1, max_size=4), st.floats(0, 12), st.floats(60, 250))
+@given(st.lists(BOXES, min_size=1, max_size=4), st.floats(0, 12), st.floats(20, 250))
+@example(*BELOW_THE_END)
+@example([(100.0, 20.0, 40.0, 5.0, 5.0), (200.0, 50.0, 45.0, 5.0, 5.0)], 5.0, 45.0)
 def test_the_apex_is_that_of_a_fine_grid(boxes: Any, clearance_m: float, ceiling_m: float) -> None:
-    """No apex of a grid gives a shorter way, and a way is found where the grid has one."""
+    """No apex of a grid gives a shorter way, and a way is found where the grid has one.
+
+    The ceiling may be below the ends of the way.
+    """
     buildings = town(*boxes)
     walls = (
         shapely.box(x - w / 2, y - d / 2, x + w / 2, y + d / 2).buffer(clearance_m + 1.0)
@@ -130,6 +139,15 @@ def test_the_apex_is_that_of_a_fine_grid(boxes: Any, clearance_m: float, ceiling
         assert length_m(own) >= shortest_m - 0.2 or shortest_m == np.inf
         assert own[1:-1, 2].max() <= ceiling_m
         assert is_clear(own, buildings, clearance_m)
+
+
+def test_a_ceiling_below_an_end_leaves_the_apexes_before_it() -> None:
+    """Corners are higher than the ceiling, yet one apex fits: the ceiling itself is tried."""
+    (box,), clearance_m, ceiling_m = BELOW_THE_END
+    limits = {"clearance_m": clearance_m, "max_altitude_m": ceiling_m}
+    own = way_m(mission(town(box), obstacles="over", **limits))
+    assert own is not None
+    assert own[1][2] == ceiling_m
 
 
 def around_m(buildings: list[dict[str, Any]], clearance_m: float) -> float:
@@ -390,6 +408,125 @@ def test_no_way_at_all_names_the_building_that_closes_it() -> None:
     upright = upright.replace({"route.origin_m": [400, 100, 10]})
     (reason,) = optuav.solve(upright, "P3").reasons
     assert "crosses building h0 (no way over it" in reason
+
+
+def test_without_a_stated_ceiling_no_apex_stands_in_space() -> None:
+    """From the foot of one wall to the foot of another: no way over them, but one around."""
+    feet = town((-5, 0, 90, 10, 40), (405, 100, 90, 10, 40), (200, 50, 90, 10, 10))
+    inward = {"route.origin_m": [-10, 0, 30], "route.hover_m": [410, 100, 60]}
+    over = mission(feet, obstacles="over").replace({**inward, "link.device_m": [410, 100, 0]})
+    (reason,) = optuav.solve(over.replace({"route.destination_m": [410, 100, 60]}), "P3").reasons
+    assert "flight.max_altitude_m = 10000 m" in reason
+    assert way_m(over.replace(AROUND)) is not None
+
+
+# Ends on roofs and walls: solver and judge must agree
+
+WHERE = st.tuples(st.integers(0, 3), st.sampled_from(["roof", "wall", "corner", "open"]))
+HEIGHTS = st.sampled_from([0.0, 1.0, 10.0, "half", "roof", "grazing", "above", "high"])
+BLOCKS = st.tuples(
+    *(st.integers(0, 40), st.integers(0, 40), st.integers(1, 14)),
+    *(st.integers(1, 8), st.integers(1, 8)),
+)
+
+
+@st.composite
+def end_m(draw: st.DrawFn, blocks: Any) -> list[float]:
+    """A place on, above or beside a building, or anywhere."""
+    number, where = draw(WHERE)
+    x, y, roof_m, width, depth = (10.0 * side for side in blocks[number % len(blocks)])
+    named = {"half": roof_m / 2, "roof": roof_m, "grazing": roof_m + 1e-7, "above": roof_m + 3}
+    z = named.get(height := draw(HEIGHTS), 120.0 if height == "high" else height)
+    share = draw(st.floats(-0.5, 0.5))
+    if where == "open":
+        return [10.0 * draw(st.integers(0, 40)), 10.0 * draw(st.integers(0, 40)), z]
+    side = draw(st.sampled_from([-0.5, 0.5]))
+    across = {"roof": share, "wall": side, "corner": side}[where]
+    return [x + across * width, y + (side if where == "corner" else share) * depth, z]
+
+
+@st.composite
+def crowded(draw: st.DrawFn) -> dict[str, Any]:
+    """Values by key: a few buildings, and ends on their roofs and walls."""
+    blocks = draw(st.lists(BLOCKS, min_size=1, max_size=4))
+    ends = {f"route.{name}_m": draw(end_m(blocks)) for name in ("origin", "hover", "destination")}
+    x, y, _ = ends["route.hover_m"]
+    return {
+        "buildings": town(*([10.0 * side for side in block] for block in blocks)),
+        **ends,
+        "link.device_m": [x, y, 0],
+        "flight.obstacles": draw(st.sampled_from(["over", "around"])),
+        "flight.clearance_m": draw(st.sampled_from([0.0, 1e-7, 5.0, 12.0])),
+        "flight.max_altitude_m": draw(st.sampled_from([None, 60.0, 160.0])),
+    }
+
+
+PLENTY = {
+    "limits.min_altitude_m": 0,
+    "limits.max_altitude_m": 1000,
+    "limits.deadline_s": 1e6,
+    "battery.capacity_As": 1e8,
+}
+LOW_M, ROOF_M = [200, 0, 1], [0, 0, 60]
+ON_A_ROOF = {  # From the roof of h0 a way over h1 leads down past the edge of h0
+    "buildings": town((0, 0, 60, 40, 40), (185, 0, 20, 10, 40)),
+    "route.origin_m": ROOF_M,
+    "route.hover_m": LOW_M,
+    "route.destination_m": LOW_M,
+    "link.device_m": LOW_M,
+    **OVER,
+}
+ALONG_A_WALL = {  # The way over h1 grazes a wall of h0
+    "buildings": town((100, 0, 100, 20, 40), (160, 20, 100, 60, 10)),
+    "route.origin_m": [0, 20, 10],
+    "route.hover_m": [300, 20, 60],
+    "route.destination_m": [300, 20, 60],
+    "link.device_m": [300, 20, 0],
+    "flight.clearance_m": 0.0,
+    **OVER,
+}
+
+
+@few(30)
+@given(crowded())
+@example(ON_A_ROOF)
+@example({**ON_A_ROOF, "route.origin_m": LOW_M, "route.hover_m": ROOF_M, "link.device_m": ROOF_M})
+@example({**ON_A_ROOF, "route.origin_m": LOW_M, "route.destination_m": ROOF_M})
+@example({**ON_A_ROOF, "flight.clearance_m": 1e-7, "route.origin_m": [0, 0, 60.0000001]})
+@example(ALONG_A_WALL)
+@example({**ALONG_A_WALL, "flight.clearance_m": 1e-7})
+def test_the_judge_flies_every_way_that_the_solver_finds(values: dict[str, Any]) -> None:
+    """Also from, above and beside roofs and walls, and along a wall."""
+    crowd = PAPER.replace({**PLENTY, **values})
+    plan = optuav.solve(crowd, "P3", perspective="battery")
+    if plan:
+        for subject in (plan, optuav.Itinerary(crowd, plan.stops)):
+            kinds = {event.kind for event in optuav.replay(subject).violations}
+            assert kinds <= {"empty", "full"}
+
+
+def test_a_roof_below_the_origin_is_no_error() -> None:
+    """Under `available` a plan that its own replay refuses would be a fault of the solver."""
+    plan = optuav.solve(PAPER.replace({**ON_A_ROOF, "limits.min_altitude_m": 0}), "P3")
+    assert plan.flyable
+    assert plan.phases[0].waypoints_m
+
+
+def test_the_judge_lets_no_way_through_other_roofs() -> None:
+    """Only the roof below an end may be near: two metres lower, the way is too near to h1."""
+    plan = optuav.solve(PAPER.replace({**PLENTY, **ON_A_ROOF}), "P3", perspective="battery")
+    ((x, y, z),) = plan.phases[0].waypoints_m
+    events = optuav.replay(moved_to(plan, (x, y, z - 2.0))).violations
+    words = [event.words for event in events if event.kind == "clearance"]
+    assert words == ["the leg origin → hover comes too near to building h1"]
+
+
+def test_one_may_rest_where_the_origin_stands_on_a_roof() -> None:
+    """The judge knows the roof below an end, also to rest there."""
+    crowd = PAPER.replace({**PLENTY, **ON_A_ROOF})
+    stops = (optuav.Stop("origin", "rest", 10.0), optuav.Stop("hover", "hover", 10.0))
+    kinds = {event.kind for event in optuav.replay(optuav.Itinerary(crowd, stops)).violations}
+    assert "no roof" not in kinds
 
 
 def test_an_end_beside_a_wall_sees_the_outline() -> None:

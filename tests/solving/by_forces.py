@@ -103,8 +103,7 @@ def named_m_s(mission: Mission, way_m: Array, rule: str | None = None) -> float:
     keys, cap_m_s = vars(mission.flight), mission.flight.max_speed_m_s
     if not way_m[:2].any():
         return 0.0
-    if rule is None and keys["cruise_speed_m_s"] is not None:
-        return float(keys["cruise_speed_m_s"])
+    cruise_m_s = keys["cruise_speed_m_s"] if rule is None else None
     u, w = way_m[:2] / math.hypot(*way_m[:2]), np.array(mission.wind.velocity_m_s[:2])
     along, across = float(w @ u), float(w[0] * u[1] - w[1] * u[0])
 
@@ -112,6 +111,8 @@ def named_m_s(mission: Mission, way_m: Array, rule: str | None = None) -> float:
         speed = along + math.sqrt(air**2 - across**2) if air > abs(across) else 0.0
         return speed if speed > 0.0 else math.nan
 
+    if cruise_m_s is not None:
+        return float(np.minimum(cruise_m_s, ground(cap_m_s)))
     rule = rule or keys["speed"] or "best-range"
     if rule == "max" or math.isnan(ground(cap_m_s)):
         return ground(cap_m_s)

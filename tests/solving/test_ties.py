@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
-from optuav.solving.outcome import best
+from optuav.solving.outcome import best, tied
 
 NAN = math.nan
 
@@ -32,6 +33,14 @@ def test_tie_rule(
 ) -> None:
     """Longest hover, then shortest mission, then fewest stops, then order; times to 1e-6 s."""
     assert best(hover_s, mission_s, stops) == number
+
+
+def test_scores_tie_by_what_the_best_of_them_says() -> None:
+    """In any unit; what a worse one says counts nothing."""
+    assert best([7e-9, 7.0000001e-9], [8, 9], [1, 1], ties=1e-15) == 0
+    assert best([7e-9, 7.1e-9], [8, 9], [1, 1], ties=[1.0, 1e-15]) == 1
+    groups, figures = np.array([0, 0, 1, 1, 1]), np.array([5e-9, 6e-9, 3e9, 3e9 + 1.0, 4e9])
+    assert tied(groups, figures, np.array([1e-15, 9.0, 10.0, 0.0, 9e9])).tolist() == [0, 2, 3]
 
 
 @pytest.mark.parametrize("hover_s", [[], [NAN], [NAN, NAN]])

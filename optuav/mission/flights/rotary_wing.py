@@ -47,7 +47,7 @@ class RotaryWingFlight(FlightTable):
     acceleration_m_s2: Acceleration
     """Acceleration and braking of a leg [m/s²]."""
     max_speed_m_s: Speed
-    """Largest air speed [m/s]."""
+    """Largest air speed of a leg [m/s]."""
     climb_speed_m_s: Speed
     """Largest vertical speed of a climb [m/s]."""
     descent_speed_m_s: Speed
@@ -60,7 +60,7 @@ class RotaryWingFlight(FlightTable):
     ) = None
     """Air speed of legs: "best-range" (also if left out), "best-endurance" or "max"."""
     cruise_speed_m_s: Speed | None = None
-    """Speed over ground of all legs [m/s]; in place of speed."""
+    """Speed over ground of all legs [m/s], up to the largest air speed; in place of speed."""
     rest_current_A: Current = 0.0
     """Current at rest [A]."""
     rest_power_W: Power = 0.0
@@ -95,9 +95,40 @@ class RotaryWing(CruisingModel):
     def cruise_speed_m_s(self, direction: Vector) -> Quantity:
         """Speed over ground along a level direction [m/s]; NaN where the wind is too strong."""
         keys = self.stated
-        if keys.cruise_speed_m_s is not None:
+        if keys.cruise_speed_m_s is None:
+            return self._ruled_m_s(direction, keys.speed or "best-range")
+        if self._never_slowed:
             return keys.cruise_speed_m_s
-        return self._ruled_m_s(direction, keys.speed or "best-range")
+        limits = keys.max_speed_m_s, self.mission.wind.velocity_m_s, direction
+        return physics.rotary_wing.capped(keys.cruise_speed_m_s, *limits)
+
+    @property
+    def _never_slowed(self) -> bool:
+        """True if a stated cruise speed is below the cap in any direction, whatever varies."""
+        speed_m_s, cap_m_s = self.stated.cruise_speed_m_s, self.stated.max_speed_m_s
+        wind_m_s = self.mission.wind.velocity_m_s
+        if not all(isinstance(each, int | float) for each in (speed_m_s, cap_m_s, *wind_m_s)):
+            return False
+        return bool(speed_m_s + self._wind_speed_m_s <= cap_m_s)
+
+    @property
+    def _wind_speed_m_s(self) -> Quantity:
+        """Speed of the wind [m/s]."""
+        return physics.quantity.norm(self.mission.wind.velocity_m_s)
+
+    def slowed(self, way_m: Vector) -> str | None:
+        wanted_m_s, cap_m_s = self.stated.cruise_speed_m_s, self.stated.max_speed_m_s
+        if wanted_m_s is None or self._never_slowed:
+            return None
+        allowed_m_s = self._ruled_m_s(physics.rotary_wing.level_direction(way_m), "max")
+        slower = self.leg_at(way_m, wanted_m_s).duration_s < self.leg(way_m).duration_s
+        if not slower.any():
+            return None
+        return (
+            f"flight.max_speed_m_s = {cap_m_s:g} m/s, an air speed, allows only "
+            f"{allowed_m_s[slower].min():.4g} m/s over ground on a leg, less than "
+            f"flight.cruise_speed_m_s = {wanted_m_s:g} m/s"
+        )
 
     def _ruled_m_s(self, direction: Vector, rule: str) -> Quantity:
         """Speed over ground along a level direction [m/s] by a rule of `CruiseRule`."""
@@ -179,11 +210,14 @@ class RotaryWing(CruisingModel):
         return physics.bang_bang.state_at(leg, passed_s)
 
     def impossible(self) -> str | None:
-        wind, cap = math.hypot(*self.mission.wind.velocity_m_s), self.stated.max_speed_m_s
-        if wind <= cap:
+        if not self.too_windy():
             return None
+        wind, cap = self._wind_speed_m_s, self.stated.max_speed_m_s
         keys = "wind.velocity_m_s, flight.max_speed_m_s"
         return f"the wind blows at {wind:.6g} m/s, the UAV flies at {cap:.6g} m/s at most ({keys})"
+
+    def too_windy(self) -> Quantity:
+        return self._wind_speed_m_s > self.stated.max_speed_m_s
 
     @property
     def has_drag(self) -> bool:
@@ -191,10 +225,13 @@ class RotaryWing(CruisingModel):
 
     @property
     def needs_numbers(self) -> str | None:
-        if self.stated.cruise_speed_m_s is not None or not _blows(self.mission.wind.velocity_m_s):
+        stated = self.stated.cruise_speed_m_s is not None
+        if not _blows(self.mission.wind.velocity_m_s) or (stated and self._never_slowed):
             return None
+        slower = " that flight.max_speed_m_s allows against the wind" * stated
         return (
-            "in a wind the speed of a leg depends on its direction; state flight.cruise_speed_m_s"
+            "in a wind the speed of a leg depends on its direction; "
+            f"state {'a ' * stated}flight.cruise_speed_m_s{slower}"
         )
 
     def figures(self) -> Iterator[tuple[str, float, str]]:

@@ -1,0 +1,129 @@
+"""Heights of roofs over the ground: of solids, of columns and tags, or by storeys."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyproj
+
+from optuav.arrays import Booleans, Floats
+from optuav.city.columns import SOLID, column, tag, texts
+from optuav.city.lengths import metres, parsed, storeys
+from optuav.errors import shown
+from optuav.mission.messages import listed
+from optuav.mission.schema import Number
+
+OF_OPENSTREETMAP = {"height": "height", "levels": "building:levels"}
+ROOF = Number("m", gt=0, le=1200)  # No building is higher
+STOREYS = Number("-", gt=0, le=300)  # No building has more
+
+Quote = tuple[str, Any, Booleans]
+"""A name, its values, and where they cannot be read."""
+
+
+def heights(
+    frame: Any, names: Mapping[str, str], level_height_m: float, factor: float | None
+) -> pd.DataFrame:
+    """Return the height of the roof of each feature, and its source.
+
+    Columns: ``roof_m``, NaN where no height is known; ``of_levels``, the height follows from
+    storeys; ``raised``, the building begins above the ground; ``unread`` and ``of``, a value that
+    cannot be read, as a text, and its name.
+    """
+    roof_m, quotes = _stated(frame, names["height"], factor)
+    of_levels_m, more = _by_storeys(frame, names["levels"], level_height_m, factor)
+    of_levels = np.isnan(roof_m) & ~np.isnan(of_levels_m)
+    quotes += [(name, values, where & np.isnan(roof_m)) for name, values, where in more]
+    roof_m = np.where(of_levels, of_levels_m, roof_m)
+    raised = np.zeros(len(frame), dtype=bool)
+    for name, values, base_m in _bases(frame, level_height_m, factor):
+        raised |= base_m > 0.0
+        quotes.append((name, values, (base_m > 0.0) & (roof_m <= base_m)))
+        roof_m = np.where(roof_m <= base_m, math.nan, roof_m)
+    of_levels &= ~np.isnan(roof_m)
+    return _quoted(quotes, frame.index).assign(roof_m=roof_m, of_levels=of_levels, raised=raised)
+
+
+def vertical_unit(crs: pyproj.CRS) -> tuple[float, str]:
+    """Return the unit of heights [m] and its name: of the vertical axis, or else of the plane."""
+    axes = crs.axis_info
+    up = [axis for axis in axes if axis.direction == "up"] or (axes if crs.is_projected else [])
+    return (up[0].unit_conversion_factor, up[0].unit_name) if up else (1.0, "metre")
+
+
+def remarks_on(frame: Any, known: pd.DataFrame) -> Iterator[str]:
+    """Yield sentences on the unit of solids, and on values that cannot be read."""
+    unit_m, unit = vertical_unit(frame.crs)
+    if SOLID in frame and unit_m != 1.0:
+        yield f"heights of solids are in {unit}, of {unit_m:.6g} m, by the reference system"
+    quoted = dict.fromkeys(zip(known["of"], known["unread"], strict=True))
+    if texts_unread := [f"{name} = {value}" for name, value in quoted if name]:
+        yield f"cannot be read: {listed(texts_unread)}"
+
+
+def lengths_m(values: Any, factor: float | None) -> Floats:
+    """Return lengths [m]; a number without a unit of its own counts `factor` metres, or one."""
+    return parsed(values, partial(metres, factor=factor or 1.0))
+
+
+def _stated(frame: Any, name: str, factor: float | None) -> tuple[Floats, list[Quote]]:
+    """Heights [m] of a column and of solids; solids come first unless another column is named."""
+    values = column(frame, name)
+    roof_m, quotes = _within(lengths_m(values, factor), ROOF), list[Quote]()
+    if SOLID in frame:
+        own, high = name == OF_OPENSTREETMAP["height"], frame[SOLID].to_numpy()
+        solid_m = _within(high * (factor if factor and own else vertical_unit(frame.crs)[0]), ROOF)
+        roof_m = np.where(np.isnan(solid_m) | ~(own | np.isnan(roof_m)), roof_m, solid_m)
+        quotes.append((SOLID, frame[SOLID], (high > 0.0) & np.isnan(roof_m)))
+    return roof_m, [*quotes, (name, values, np.isnan(roof_m))]
+
+
+def _by_storeys(
+    frame: Any, name: str, level_height_m: float, factor: float | None
+) -> tuple[Floats, list[Quote]]:
+    """Heights [m] by storeys, with the roof by its own storeys or its height, the more of both."""
+    values, on_top, top = column(frame, name), tag(frame, "roof:levels"), tag(frame, "roof:height")
+    floors, top_floors, top_m = (
+        *(parsed(each, storeys) for each in (values, on_top)),
+        lengths_m(top, factor),
+    )
+    above_m = np.fmax(np.fmax(top_floors * level_height_m, top_m), 0.0)
+    counted = _within(floors + np.nan_to_num(top_floors), STOREYS)
+    roof_m = _within(floors * level_height_m + above_m, ROOF)
+    roof_m = np.where(np.isnan(counted), math.nan, roof_m)
+    known = ~np.isnan(roof_m)
+    on_roof = ("roof:levels", on_top, np.isnan(top_floors)), ("roof:height", top, np.isnan(top_m))
+    quotes = [(tag_name, each, known & where) for tag_name, each, where in on_roof]
+    return roof_m, [(name, values, ~known), *quotes]
+
+
+def _bases(
+    frame: Any, level_height_m: float, factor: float | None
+) -> tuple[tuple[str, Any, Floats], ...]:
+    """Tags that state where a building begins above the ground, with their values in metres."""
+    height, level = tag(frame, "min_height"), tag(frame, "building:min_level")
+    return (
+        ("min_height", height, lengths_m(height, factor)),
+        ("building:min_level", level, parsed(level, storeys) * level_height_m),
+    )
+
+
+def _within(numbers: Floats, allowed: Number) -> Floats:
+    """Numbers in their range, NaN for others."""
+    assert allowed.le is not None
+    return np.where((numbers > 0.0) & (numbers <= allowed.le), numbers, math.nan)
+
+
+def _quoted(quotes: list[Quote], index: Any) -> pd.DataFrame:
+    """The first value of each feature that cannot be read, and its name; empty if there is none."""
+    quoted = pd.DataFrame({"unread": "", "of": ""}, index, dtype=object)
+    for name, values, where in quotes:
+        stated = where & (texts(values) != "").to_numpy() & (quoted["of"] == "").to_numpy()
+        quoted.loc[stated, "unread"] = [*map(shown, values[stated])]
+        quoted.loc[stated, "of"] = name
+    return quoted

@@ -1,0 +1,124 @@
+"""Questions about heights: columns that may be meant, feet, and heights that are missing."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Iterator, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from optuav.arrays import Booleans
+from optuav.city.columns import SHORT, SOLID, TAGS, column, columns_of, names_in, texts
+from optuav.city.heights import OF_OPENSTREETMAP, ROOF, STOREYS, lengths_m, vertical_unit
+from optuav.city.lengths import metres, parsed
+from optuav.errors import Fault
+from optuav.mission.files import label
+from optuav.mission.messages import counted, listed, nearest, shown
+
+LIKE = {
+    "height": re.compile(r"height|hgt|h(?:oe|ö)he|hauteur|hoogte|altezza|altura"),
+    "levels": re.compile(r"level|(?<!hi)stor(?:ey|ies|y)|floor|[eé]tage|geschoss"),
+}
+"""Words in the names of columns that may state heights or storeys."""
+CUT_OFF = {"height": "measuredheight", "levels": "buildinglevels"}
+"""Names that have these words only beyond the letters that a shapefile keeps."""
+UNLIKE = re.compile(
+    r"(?:^|[^a-z])(?:min|roof|ground|base|eave)|maxheight|under|below|basement|area|type|source"
+)
+"""Words in the names of columns that state something else."""
+IN_FEET = re.compile(r"(?<![A-Za-z])(?i:ft|feet|foot)(?![A-Za-z])|[a-z](?:Ft|Feet|Foot)(?![a-z])")
+STATES = r"\W*[0-9.,]*[1-9]"  # Start of a text that is a number other than 0
+WORDS = {
+    "height": f"{ROOF.words}, or a text such as 12 m, 40 ft or 11'4\"",
+    "levels": STOREYS.words,
+}
+
+
+def nowhere(file: Path, frame: Any, names: Mapping[str, str]) -> Iterator[Fault]:
+    """Yield a fault for each column that is asked for, and is neither there nor a tag."""
+    for option, name in names.items():
+        there = name in columns_of(frame) or column(frame, name).notna().any()
+        if not there and name != OF_OPENSTREETMAP[option]:
+            words = f"no column of this name{_others(frame, name)}"
+            yield Fault(option, shown(name), words, label(file))
+
+
+def not_asked(
+    file: Path, frame: Any, unknown: Booleans, named: Mapping[str, Any]
+) -> Iterator[Fault]:
+    """Yield a fault for each option left out where other columns may state unknown heights."""
+    for option in (option for option, name in named.items() if name is None):
+        own = OF_OPENSTREETMAP[option]
+        likely = [
+            name
+            for name in names_in(frame)
+            if _is_like(name, option) and _states(column(frame, name)[unknown])
+        ]
+        if likely:
+            nouns = "column" if len(likely) == 1 else "columns"
+            words = f"is missing for {unknown.sum()} of {counted(len(frame), 'building')}, and the "
+            words += f"{nouns} {listed([*map(shown, likely)])} may state it: name the column by "
+            words += f"{option}; {shown(own)} leaves it out"
+            yield Fault(option, "", words, label(file))
+
+
+def _is_like(name: str, option: str) -> bool:
+    """Return whether a column is nearly named as that of heights or storeys."""
+    low, own = name.lower(), OF_OPENSTREETMAP[option]
+    letters = re.sub(r"\W|_", "", low)
+    cut = len(name) == SHORT and CUT_OFF[option].startswith(letters)
+    like = cut or LIKE[option].search(low) or difflib.get_close_matches(letters, [own], cutoff=0.8)
+    return name != own and bool(like) and not UNLIKE.search(low)
+
+
+def _states(values: Any) -> bool:
+    """Return whether some of the values look like numbers other than 0."""
+    return bool(texts(values).str.match(STATES).any())
+
+
+def in_feet(file: Path, frame: Any, name: str, factor: float | None) -> Iterator[Fault]:
+    """Yield a fault if numbers of a column seem to be in feet, and no factor is stated."""
+    unit_m, unit = (1.0, "") if frame.crs.is_geographic else vertical_unit(frame.crs)
+    solid = SOLID in frame and name == OF_OPENSTREETMAP["height"]
+    if factor is not None or solid or (unit_m == 1.0 and not IN_FEET.search(name)):
+        return
+    values = column(frame, name)
+    bare = np.isnan(parsed(values, partial(metres, factor=math.nan))) & (lengths_m(values, 1.0) > 0)
+    if bare.any():
+        why = f", as the map is in {unit}" if unit_m != 1.0 else ""
+        words = (
+            f"is missing: numbers of {shown(name)} seem to be in feet{why}; state 0.3048 if they "
+        )
+        yield Fault("height_factor", "", f"{words}are, 1 if they are in metres", label(file))
+
+
+def unknown_heights(
+    file: Path, frame: Any, known: pd.DataFrame, names: Mapping[str, str]
+) -> Iterator[Fault]:
+    """Yield a fault that buildings have unknown heights, and one for each of them."""
+    unknown = known[known["roof_m"].isna()]
+    if not len(unknown):
+        return
+    if SOLID not in frame and not {TAGS, *names.values()} & {*columns_of(frame)}:
+        words = f"no column of this name, and none for levels{_others(frame, names['height'])}"
+        words = f"{words}; or state default_height_m"
+        yield Fault("height", shown(names["height"]), words, label(file))
+        return
+    words = f"of {counted(len(known), 'building')} without a height; state default_height_m"
+    yield Fault("", "", f"{len(unknown)} {words}", label(file))
+    for number, value, name in zip(unknown.index, unknown["unread"], unknown["of"], strict=True):
+        words = WORDS["levels" if name == names["levels"] else "height"]
+        part = "" if name in ("", names["height"]) else f", {name}"
+        yield Fault(f"feature {number}{part}", value, words if name else "no height")
+
+
+def _others(frame: Any, name: str) -> str:
+    """Say which columns there are in place of one that is missing; empty without any."""
+    known = columns_of(frame)
+    return nearest(name, known) or f"; there are {listed(known)}" if known else ""
