@@ -150,7 +150,8 @@ def repairs(question: MissionQuestion) -> tuple[Repair, ...]:
     wind that is not 0 is moved up and down within its range, at most by a factor of 1000; blocked
     legs fly over buildings, or else through them; a stated hover point is left out; and η0 is kept
     only at the end. Places are not moved. Every change is verified by solving: with its value there
-    is an answer, with one digit less none exists. Among changes of equal rank the smallest comes first.
+    is an answer, with one digit less none exists. Among changes of equal rank the smallest comes
+    first.
     """
     mission = question.mission
     if feasible([question.case(mission)])[0]:

@@ -78,9 +78,9 @@ class Battery:
 
     @cached_property
     def lag_s(self) -> Quantity:
-        """L = (1−ω)²/k_F = (1−ω)/(ωk') [s]: once the wells have settled, I L of the charge is bound.
+        """L = (1−ω)²/k_F = (1−ω)/(ωk') [s].
 
-        A constant current I empties the battery after B/I − L.
+        Once the wells have settled, a current I leaves I L unused: a constant one lasts B/I − L.
         """
         return self.bound_fraction / (self.available_fraction * self.rate_per_s)
 

@@ -191,7 +191,8 @@ def _declared(question: Question, speeds: LegSpeeds, which: Integers, rests: boo
             steps.append(stages[-1])
         if stay:
             flown_As: Any = sum(-stage.current_A * stage.duration_s for stage in stages)
-            flown_J, before = values.nominal_voltage_V * flown_As, tuple(x for x in steps if isinstance(x, str))
+            before = tuple(step for step in steps if isinstance(step, str))
+            flown_J = values.nominal_voltage_V * flown_As
             landings.append(Landing(flown_As, flown_J, before, len(steps) - 1))
             steps.append(stay)
     charge_As = sum(-stage.current_A * stage.duration_s for stage in stages)

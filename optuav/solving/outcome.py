@@ -19,7 +19,7 @@ from optuav.arrays import Booleans, Floats, Integers, Values
 from optuav.engines.registry import AUTO, MOST_UNKNOWNS
 from optuav.engines.solution import Solution
 from optuav.errors import Fault, InputError, SolverError
-from optuav.judge.replay import replay
+from optuav.judge.replay import BELOW_RESERVE, replay
 from optuav.mission import Mission
 from optuav.mission.beams import spreading_beam
 from optuav.mission.flight_model import flight_of
@@ -334,13 +334,16 @@ def replayed(plan: Plan, *, must_fly: bool = True) -> Plan:
     """The plan with the verdict of its simulation; one that must fly and does not is an error."""
     if not plan:
         return plan
-    events = replay(plan).violations
+    simulated_plan = replay(plan)
+    events = simulated_plan.violations
     # That a plan of the perspective `available` fails would be a fault of this package.
     if must_fly and plan.perspective == AVAILABLE and plan.problem in PROBLEM_NAMES and events:
         why = "; ".join(event.words + event.figures for event in events)
         raise SolverError(f"{plan.engine} returned a plan that fails its simulation: {why}")
     untold = (event.words + event.figures for event in events if event.kind not in WARNED_OF)
     notes = (*plan.notes, *(f"this plan cannot be flown: {words}" for words in untold))
+    low = (event for event in simulated_plan.events if event.kind == BELOW_RESERVE)
+    notes = (*notes, *(event.words + event.figures for event in low))
     return plan.model_copy(update={"flyable": not events, "notes": notes})
 
 
