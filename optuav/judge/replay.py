@@ -39,6 +39,8 @@ same = partial(math.isclose, rel_tol=TOLERANCE)  # Whether two figures differ by
 MISMATCH = "mismatch"  # Kind of the event that a figure is wrong
 CAP = "max_speed_m_s"  # Key of [flight], an air speed where there is wind
 
+BELOW_RESERVE = "below reserve"  # Kind of the remark that a landing leaves less than η0
+
 IN_SLOTS = ("P1", "P2", "P2-tight", "P3", "P4")
 """Problems whose stays are whole slots; a user's own may bound them otherwise."""
 
@@ -307,13 +309,12 @@ def _reserve(mission: Mission, flown: Sequence[Phase], soc: Sequence[float]) -> 
     for phase, left in zip(flown[:-1], soc[:-1], strict=True):
         if phase.kind == "flight" and left < least - TOLERANCE:
             where = on_landing(phase.end.name)
-            words = f"too little charge is left {where}"
-            if not always:
-                words = (
-                    f"less than limits.min_soc is left {where}, as limits.keep_soc = 'end' allows"
-                )
-            kind = "state of charge" if always else "below reserve"
-            yield Event(kind, phase.end_s, words, left, least, violation=always)
+            if always:
+                words = f"too little charge is left {where}"
+                yield Event("state of charge", phase.end_s, words, left, least)
+            else:
+                words = f"less than limits.min_soc is left {where}: limits.keep_soc = 'end' allows it"
+                yield Event(BELOW_RESERVE, phase.end_s, words, left, least, violation=False)
     if soc[-1] < least - TOLERANCE:
         words = "too little charge is left at the end"
         yield Event("state of charge", flown[-1].end_s, words, soc[-1], least)
