@@ -313,7 +313,7 @@ def _reserve(mission: Mission, flown: Sequence[Phase], soc: Sequence[float]) -> 
                 words = f"too little charge is left {where}"
                 yield Event("state of charge", phase.end_s, words, left, least)
             else:
-                words = f"less than limits.min_soc is left {where}: limits.keep_soc = 'end' allows it"
+                words = f"limits.keep_soc = 'end' allows a low charge {where}"
                 yield Event(BELOW_RESERVE, phase.end_s, words, left, least, violation=False)
     if soc[-1] < least - TOLERANCE:
         words = "too little charge is left at the end"

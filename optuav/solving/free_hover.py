@@ -452,9 +452,7 @@ def _declared(network: Network, which: Integers, rests: bool, perspective: Persp
     return model
 
 
-def _landings(
-    values: Given, known: Quantities, legs_of: Mapping[str, Loads]
-) -> Iterator[Landing]:
+def _landings(values: Given, known: Quantities, legs_of: Mapping[str, Loads]) -> Iterator[Landing]:
     """The ends of all legs but the last; the leg that does not touch the hover point is known."""
     flown_As: Quantity = 0.0
     flown_J: Quantity = 0.0
