@@ -129,7 +129,7 @@ def read(
     refuse(faults)
     frame, is_part, not_built = built(frame)
     frame, left_out = _with_areas(placed(file, frame, system), file)
-    frame = _in_box(frame, bbox, file)
+    frame = _in_box(frame, bbox, file, remarks)
 
     names = {option: name or OF_OPENSTREETMAP[option] for option, name in named.items()}
     refuse(nowhere(file, frame, names))
@@ -246,7 +246,7 @@ def _with_areas(frame: Any, file: Path) -> tuple[Any, Any]:
     return frame.assign(mended=broken)[large], frame.index[~large]
 
 
-def _in_box(frame: Any, bbox: Any, file: Path) -> Any:
+def _in_box(frame: Any, bbox: Any, file: Path, remarks: Sequence[str]) -> Any:
     """The features that reach into a box; refused if there are none."""
     if bbox is not None:
         frame = frame[frame.geometry.to_crs(DEGREES).intersects(shapely.box(*bbox))]
@@ -254,7 +254,7 @@ def _in_box(frame: Any, bbox: Any, file: Path) -> Any:
             words = "no building reaches into it"
             raise InputError([Fault("bbox", shown(bbox), words, label(file))])
     if not len(frame):
-        raise refusal(file, "has no buildings")
+        raise refusal(file, "; ".join(["has no buildings", *remarks]))
     return frame
 
 
