@@ -233,7 +233,7 @@ class Fences(NamedTuple):
         at_m = np.clip(np.concatenate([enter_m, leave_m])[met], 0.0, level_m[line])
         order, many = np.lexsort((at_m, line)), np.bincount(line, minlength=len(start_m))
         place = line[order], np.arange(len(line)) - (np.cumsum(many) - many)[line[order]]
-        shape = len(start_m), max(many.max(initial=0), 1)
+        shape = len(start_m), max(int(many.max(initial=0)), 1)
         none = np.full(shape, -np.inf), np.full(shape, CLEAR)
         table = Corners(np.broadcast_to(level_m[:, None], shape).copy(), *none)
         for values, own in zip(table, (at_m, top_m, building), strict=True):
