@@ -140,16 +140,17 @@ def read(
     town = geopandas.GeoDataFrame(known, geometry=frame.geometry.to_crs(DEGREES))[~buried]
     if not len(town):
         raise refusal(file, "has no buildings above the ground")
-    town, by_parts = in_place_of_outlines(town)
+    town, by_parts, too_high = in_place_of_outlines(town)
     unknown = town["roof_m"].isna().to_numpy()
     refuse(not_asked(file, frame.loc[town.index], unknown, named))
     if default_height_m is None:
         refuse(unknown_heights(file, frame, town, names))
     town = town.assign(assumed=unknown, roof_m=town["roof_m"].fillna(default_height_m or 0.0))
-    gone = {"by_parts": by_parts, "underground": frame.index[buried], "not_built": not_built}
+    gone = {"by_parts": by_parts, "higher_outlines": too_high}
+    gone |= {"underground": frame.index[buried], "not_built": not_built, "left_out": left_out}
     remarks = (*remarks, *remarks_on(frame, town))
     origin = _origin(file, town, origin)
-    return _city(file, town, origin, {**gone, "left_out": left_out}, remarks)
+    return _city(file, town, origin, gone, remarks)
 
 
 def _city(
